@@ -101,12 +101,27 @@ struct Fish {
     static double water_value(std::string_view column, int i) {
         const double area = lengths[i] * heights[i];
         const std::pair<std::string_view, double> values[] = {
-            {"added_mass", 0.1 + 0.1 * i}, {"friction", 0.02 + 0.01 * i}, {"drag", 4.0 + i},
-            {"friction_area", 2 * area},   {"drag_area", area},           {"lateral_area", area},
-            {"wetted_area", 2 * area},     {"added_mass_normal", 1.0},    {"added_mass_tangential", 0.05},
-            {"added_inertia", 1.0},        {"drag_normal", 1.5},          {"drag_tangential", 0.01},
-            {"linear_normal", 0.5},        {"linear_tangential", 0.1},    {"tail_shedding", 0.5},
+            {"added_mass", 0.1 + 0.1 * i},
+            {"friction", 0.02 + 0.01 * i},
+            {"drag", 4.0 + i},
+            {"friction_area", 2 * area},
+            {"drag_area", area},
+            {"lateral_area", area},
+            {"wetted_area", 2 * area},
+            {"added_mass_normal", 1.0},
+            {"added_mass_tangential", 0.05},
+            {"added_inertia", 1.0},
+            {"drag_normal", 1.5},
+            {"drag_tangential", 0.01},
+            {"linear_normal", 0.5},
+            {"linear_tangential", 0.1},
+            {"tail_shedding", 0.5},
             {"added_mass_edge", 0.8},
+            {"drag_beating", 3.0 - 0.5 * i},
+            {"blunt_area", 0.1 * area},
+            {"edge_height", 0.12},
+            {"edge_lift", 0.6},
+            {"edge_suction", 0.7},
         };
         for (const auto& [name, value] : values)
             if (name == column) return value;

@@ -9,7 +9,8 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
-from hypertuna.description.robot import load, robots
+from hypertuna.description.robot import Robot, load, robots
+from hypertuna.description.schema.body import NamedGait
 
 ROOT = Path(__file__).parents[2]
 
@@ -32,6 +33,25 @@ def test_every_published_speed_is_that_of_a_gait_of_hypertuna() -> None:
     assert gaits["optimised-max"].frequency == 5.99
     assert np.degrees(gaits["optimised-max"].amplitude) == pytest.approx([15.98, 24.93])
     assert np.degrees(gaits["optimised-max"].phase) == pytest.approx([0, 37.43])
+
+
+def keulegan_carpenter(robot: Robot, gait: NamedGait, width: float) -> float:
+    """KC of the middle of the last link against the head: U T / width, U of the sinusoid of the same mean square."""
+    clock = 2 * math.pi * np.arange(256) / 256
+    links, along, velocity = len(robot.links.name), 0j, 0j
+    angle, rate = np.zeros_like(clock), np.zeros_like(clock)
+    for i in range(links):
+        for group, amplitude, phase in zip(robot.joints, gait.amplitude, gait.phase, strict=True):
+            if i in group.links:
+                x = gait.frequency / group.bandwidth
+                swing = amplitude / math.hypot(1, x) / len(group.links)
+                angle = angle + swing * np.sin(clock - phase - math.atan(x))
+                rate = rate + 2 * math.pi * gait.frequency * swing * np.cos(clock - phase - math.atan(x))
+        along = np.exp(1j * angle)
+        middle = velocity + 1j * rate * along * robot.links.length[i] / 2
+        velocity = velocity + 1j * rate * along * robot.links.length[i]
+    across = (np.conj(1j * along) * middle).real
+    return math.sqrt(2 * float(np.mean(across**2))) / gait.frequency / width
 
 
 def ittc(speed: float, length: float) -> float:
@@ -62,6 +82,20 @@ def test_estimates_follow_from_their_arithmetic() -> None:
     assert eel.water.strip.drag_tangential == pytest.approx(
         [ittc(math.sqrt(0.05 * 0.16), eel.body.length)] * 6, rel=0.02
     )
+
+    # The caudal fin: a wing of aspect ratio 5 and the area of Table II; its coefficient beating at the KC of Table IV.
+    strip, span = fish.water.strip, math.sqrt(5 * lateral[-1])
+    chord = lateral[-1] / span
+    assert strip.edge_height == pytest.approx(span, rel=0.002)
+    assert strip.edge_lift == pytest.approx(4 / (2 + math.sqrt(29)), abs=5e-4)
+    added = chord**2 * span * 5 / math.sqrt(26)
+    assert strip.added_mass_normal[-1] == pytest.approx(added / (lateral[-1] ** 2 / length[-1]), abs=5e-4)
+    beating = [keulegan_carpenter(fish, gait, chord) for name, gait in fish.gaits.items() if "optimised" in name]
+    assert (min(beating), max(beating)) == pytest.approx((7.34, 12.78), rel=0.005)
+    graham = 8 * float(np.mean(beating)) ** (-1 / 3)
+    assert strip.drag_beating[-1] == pytest.approx(graham - strip.drag_normal[-1], abs=0.05)
+    head = math.pi * half_heights[0] ** 2 * ratios[0]
+    assert strip.blunt_area[0] / head == pytest.approx(0.41, abs=0.01)
 
     # Lamb's k1 of a prolate spheroid, on the head alone.
     e = math.sqrt(1 - slenderness**2)

@@ -57,7 +57,9 @@ class Strip:
 
     ``mu_normal``, ``mu_tangential`` [kg/m]: added mass per length. ``added_inertia`` [kg m^2]: of the whole link, about
     its middle. ``quadratic_*`` [kg/m^2]: ``f = -q v |v|`` per length. ``linear_*`` [N s/m^2]: ``f = -c v`` per length.
-    With ``cross_flow`` the normal drag is ``-q v_n |v|``. ``tail_shedding`` and ``onset``: see `shed`.
+    With ``cross_flow`` the normal drag is ``-q v_n |v|``. ``quadratic_beating`` [kg/m^2] adds to q as far as the joints'
+    motion makes the speed across (`beating`). ``blunt`` [kg/m]: ``f = -b v |v|`` of a whole link along itself.
+    ``mu_edge`` [kg/m], ``tail_shedding``, ``suction`` and ``onset``: see `shed`.
     """
 
     mu_normal: Real
@@ -70,6 +72,10 @@ class Strip:
     cross_flow: bool = False
     tail_shedding: float = 0.0
     onset: float = 1.0
+    quadratic_beating: Real | float = 0.0
+    blunt: Real | float = 0.0
+    mu_edge: Real | float | None = None
+    suction: float = 1.0
 
 
 def strip_of(
@@ -87,6 +93,11 @@ def strip_of(
     linear_tangential: Real | float = 0.0,
     cross_flow: bool = False,
     tail_shedding: float = 0.0,
+    drag_beating: Real | float = 0.0,
+    blunt_area: Real | float = 0.0,
+    edge_height: float = 0.0,
+    edge_lift: float = 1.0,
+    edge_suction: float = 1.0,
 ) -> Strip:
     """Coefficients of a robot file (``[water.strip]``) to quantities per length; areas (..., n) in m^2."""
     height = lateral_area / chain.length
@@ -101,7 +112,11 @@ def strip_of(
         linear_normal=linear_normal,
         linear_tangential=linear_tangential,
         cross_flow=cross_flow,
-        tail_shedding=tail_shedding,
+        tail_shedding=tail_shedding * edge_lift,
+        quadratic_beating=density * drag_beating * height / 2,
+        blunt=density * blunt_area / 2,
+        mu_edge=density * np.pi / 4 * edge_height**2 if edge_height > 0 else None,
+        suction=edge_suction * (2 - edge_lift),
     )
 
 
@@ -232,16 +247,31 @@ def drag(chain: Chain, water: Water, m: Motion) -> Wrench:
         force = (f_t + 1j * f_n) * m.axis
         return Wrench(force, cross(place - m.place, force))
     total = shed(chain, water, m)
+    v_t = dot(m.axis, m.velocity)  # alike all along a link
+    total = total + Wrench(-water.blunt * v_t * abs(v_t) * m.axis, np.zeros_like(v_t))  # no arm about the link's joint
+    across = water.quadratic_normal + water.quadratic_beating * beating(chain, m)
     nodes, weights = np.polynomial.legendre.leggauss(4)
     for node, weight in zip(nodes, weights, strict=True):
         place, v, _ = m.at(chain.length * (1 + node) / 2)
         v_t, v_n = dot(m.axis, v), dot(1j * m.axis, v)
         speed = abs(v) if water.cross_flow else abs(v_n)
         f_t = -water.quadratic_tangential * v_t * abs(v_t) - water.linear_tangential * v_t
-        f_n = -water.quadratic_normal * v_n * speed - water.linear_normal * v_n
+        f_n = -across * v_n * speed - water.linear_normal * v_n
         force = (f_t + 1j * f_n) * m.axis * chain.length * weight / 2
         total = total + Wrench(force, cross(place - m.place, force))
     return total
+
+
+def beating(chain: Chain, m: Motion) -> Real:
+    """Share of the squares of the two parts of the speed across each link's middle that the joints' motion makes.
+
+    The other part is that of a body as rigid as the head.
+    """
+    place, v, _ = m.at(chain.length / 2)
+    rigid = m.velocity[..., :1] + 1j * m.turn[..., :1] * (place - m.place[..., :1])
+    joints, whole = dot(1j * m.axis, v - rigid), dot(1j * m.axis, rigid)
+    total = joints**2 + whole**2
+    return np.divide(joints**2, total, out=np.zeros_like(total), where=total > 0)
 
 
 def shed(chain: Chain, water: Strip, m: Motion) -> Wrench:
@@ -274,14 +304,18 @@ def shed(chain: Chain, water: Strip, m: Motion) -> Wrench:
 
     H is ours: Lighthill has 1 and assumes v_n << U, where H is 1 too; it fades to 0 as the edge stops moving forward.
     With an ``onset`` e below 1, |v| in it is sqrt(v_t^2 + (e v_n)^2): it fades later.
+
+    A fin of span b, ``mu_edge`` = rho pi/4 b^2, and of the lift slope C = lift pi AR/2 has the normal force lift mu v_t
+    v_n; its suction, less induced drag, is 2 - lift times Lighthill's part along, which ``suction`` multiplies.
     """
     place, v, _ = m.at(chain.length)
     v_t, v_n = dot(m.axis, v), dot(1j * m.axis, v)
     size = np.hypot(v_t, water.onset * v_n)
     speed = np.where(size > 0, size, 1.0)
+    mu = water.mu_normal if water.mu_edge is None else water.mu_edge
     last = np.arange(m.axis.shape[-1]) == m.axis.shape[-1] - 1
-    strength = np.where(last, water.tail_shedding * water.mu_normal, 0.0) * np.maximum(0.0, -v_t) / speed
-    force = strength * (-0.5 * v_n**2 + 1j * v_t * v_n) * m.axis
+    strength = np.where(last, water.tail_shedding * mu, 0.0) * np.maximum(0.0, -v_t) / speed
+    force = strength * (-0.5 * water.suction * v_n**2 + 1j * v_t * v_n) * m.axis
     return Wrench(force, cross(place - m.place, force))
 
 

@@ -10,14 +10,14 @@ using namespace hypertuna;
 /// nose.
 struct Rigid {
     Link<double> link;
-    Strip<double>::Coefficients k{{2, 5, 0, 3}, 0, 0, 0, 0, 0, 0.5};
+    Strip<double>::Coefficients k{{2, 5, 0, 3}, 0, 0, 0, 0, 0, 0, 0.5};
     Swimmer<double, Strip<double>> fish;
     LinkShape<double> shape;
     LinkAcceleration<double> still;
     Composite<double> whole;
     Symmetric<double> mobility;
 
-    explicit Rigid(double com) : link{1, com, 0, 0}, fish{1, &link, {&k, 0, false}} {
+    explicit Rigid(double com) : link{1, com, 0, 0}, fish{1, &link, {&k, 0, 1, false}} {
         const JointMotion<double> straight{0, 0, 0};
         hypertuna::shape(1, &link, &straight, &shape, &still);
         whole = composite(fish, &shape);
@@ -58,7 +58,7 @@ static void parallel_axes() {
 static void tail() {
     Rigid body(0.5);
     body.fish.water.shedding = 4;
-    const Along<double> f = water_force(body.fish, 0, Along<double>{-3, 0.3, 2});
+    const Along<double> f = water_force(body.fish, 0, Along<double>{-3, 0.3, 2}, body.shape.bending());
     const Along<double> edge = body.fish.water.shed(Along<double>{-3, 1.3, 2});
     CHECK_NEAR(f.t, edge.t, 1e-15);
     CHECK_NEAR(f.n, edge.n, 1e-15);

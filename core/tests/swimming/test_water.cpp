@@ -24,13 +24,18 @@ static void lumped_by_hand() {
 
 /// A link 2 m long and 2 m high, center of mass 0.5 m behind its front, in water of 4/pi kg/m^3: added mass 4 kg/m.
 struct Plate {
-    static constexpr double drag = 3, friction = 5, shedding = 0.5;
+    static constexpr double density = 4 / pi, drag = 3, friction = 5;
+    struct Given {
+        bool cross_flow = false;
+        double linear_normal = 0, linear_tangential = 0, beating = 0, blunt_area = 0, edge_height = 0, edge_lift = 1,
+               edge_suction = 1;
+    };
     Link<double> link;
     Strip<double>::Coefficients k;
     Strip<double> water;
 
-    explicit Plate(bool cross_flow = false, double linear_normal = 0, double linear_tangential = 0) {
-        const double density = 4 / pi;
+    Plate() : Plate(Given{}) {}
+    explicit Plate(const Given& given) {
         const double row[] = {2,
                               0.5,
                               3,
@@ -43,25 +48,32 @@ struct Plate {
                               1,
                               2 * drag / (4 * density),
                               2 * friction / (8 * density),
-                              linear_normal,
-                              linear_tangential,
-                              shedding};
+                              given.linear_normal,
+                              given.linear_tangential,
+                              0.5,  // tail_shedding
+                              2 * given.beating / (4 * density),
+                              given.blunt_area,
+                              given.edge_height,
+                              given.edge_lift,
+                              given.edge_suction};
         Columns<double> in{row};
         const double rho = read_body(1, in, &link);
-        water = Strip<double>::read(1, in, &link, rho, cross_flow, &k);
+        water = Strip<double>::read(1, in, &link, rho, given.cross_flow, &k);
     }
     Plate(const Plate&) = delete;
+
+    Along<double> towed(const Along<double>& v) const { return water.drag(0, v, Along<double>{0, 0, 0}); }
 };
 
 static void strip_by_hand() {
-    const Plate plate(false, 10, 20);
+    const Plate plate({.linear_normal = 10, .linear_tangential = 20});
     const LinkInertia<double> inertia = plate.water.inertia(0);
     CHECK_NEAR(inertia.tangential, 3 + 0.25 * 8, 1e-14);
     CHECK_NEAR(inertia.normal, 3 + 8, 1e-14);
     CHECK_NEAR(inertia.coupling, 8 * 0.5, 1e-14);  // the middle is 0.5 m behind the center of mass
     CHECK_NEAR(inertia.rotary, 7 + 8 * (0.25 + 4.0 / 12), 1e-14);
     CHECK_NEAR(plate.water.shedding, 0.5 * 4, 1e-14);
-    const Along<double> f = plate.water.drag(0, Along<double>{-2, 3, 0});
+    const Along<double> f = plate.towed(Along<double>{-2, 3, 0});
     CHECK_NEAR(f.t, 5 * 4 + 2 * 20 * 2, 1e-13);
     CHECK_NEAR(f.n, -(3 * 9 + 2 * 10 * 3), 1e-13);
     CHECK_NEAR(f.w, 0.5 * f.n, 1e-13);
@@ -84,7 +96,7 @@ static Along<double> fine_drag(const Plate& plate, const Along<double>& v) {
 }
 
 static void strip_against_quadrature() {
-    const Plate plate(false, 2, 0), cross(true, 2, 0);
+    const Plate plate({.linear_normal = 2}), cross({.cross_flow = true, .linear_normal = 2});
     Random random;
     for (int k = 0; k < 200; ++k) {
         const Along<double> v = {random(-2, 2), random(-2, 2), random(-1, 1)};
@@ -92,10 +104,10 @@ static void strip_against_quadrature() {
         const double fastest = std::fmax(std::fabs(front), std::fabs(back));
         // Four Gauss points are exact for a cubic, which v_n |v_n| times an arm is unless it changes sign on the link.
         const double scale = Plate::drag * fastest * fastest, tolerance = (front * back > 0 ? 1e-7 : 0.02) * scale;
-        const Along<double> got = plate.water.drag(0, v), wanted = fine_drag(plate, v);
+        const Along<double> got = plate.towed(v), wanted = fine_drag(plate, v);
         CHECK_NEAR(got.n, wanted.n, tolerance);
         CHECK_NEAR(got.w, wanted.w, tolerance);
-        const Along<double> got_cross = cross.water.drag(0, v), wanted_cross = fine_drag(cross, v);
+        const Along<double> got_cross = cross.towed(v), wanted_cross = fine_drag(cross, v);
         const double speed = std::hypot(fastest, v.t);
         CHECK_NEAR(got_cross.n, wanted_cross.n, 0.02 * Plate::drag * speed * fastest);
         CHECK_NEAR(got_cross.w, wanted_cross.w, 0.02 * Plate::drag * speed * fastest);
@@ -118,19 +130,80 @@ static void shedding() {
     CHECK(backward.t == 0 && backward.n == 0);
 }
 
+/// A plate that its joints heave through still water has the coefficient of oscillating flow, C_n + C_b; the same speed
+/// by the motion of the whole body, as in a tow or a glide, has that of steady flow; half and half a speed across, the
+/// mean of both.
+static void beating_plate() {
+    const double beating = 12;  // kg/m, of the whole link: four times the steady 3
+    const Plate plate({.beating = beating});
+    const Along<double> none{0, 0, 0};
+    for (double speed : {-2.0, 0.1, 3.0}) {
+        const Along<double> v{0, speed, 0};
+        CHECK_NEAR(plate.water.drag(0, v, v).n, -(3 + 12) * speed * std::fabs(speed), 1e-13);
+        CHECK_NEAR(plate.water.drag(0, v, none).n, -3 * speed * std::fabs(speed), 1e-13);
+        const Along<double> half{0, speed / 2, 0};
+        CHECK_NEAR(plate.water.drag(0, v, half).n, -(3 + 12 / 2) * speed * std::fabs(speed), 1e-13);
+    }
+    // Turning of the link by its joint, too: at its middle, 0.5 m behind the center of mass.
+    const Along<double> turning{0, 1, 2};
+    const Along<double> all = plate.water.drag(0, turning, turning), steady = plate.towed(turning);
+    CHECK_NEAR(all.n / steady.n, 5, 1e-13);
+    CHECK_NEAR(all.w / steady.w, 5, 1e-13);
+}
+
+/// A body towed at U has 1/2 rho C A U^2 of a blunt shape beside friction, whichever way it goes.
+static void blunt_body() {
+    const Plate plain, blunt({.blunt_area = 0.7});
+    for (double U : {-3.0, 0.5}) {
+        const Along<double> v{U, 0.2, 0};
+        const double more = blunt.towed(v).t - plain.towed(v).t;
+        CHECK_NEAR(more, -0.5 * Plate::density * 0.7 * U * std::fabs(U), 1e-13);
+        CHECK(blunt.towed(v).n == plain.towed(v).n);
+    }
+}
+
+/// The edge's height changes what is shed and nothing else: 3 m in place of 2 m have 9/4 of the added mass there.
+static void edge_height() {
+    const Plate plate, high({.edge_height = 3});
+    const Along<double> v{-2, 0.3, 0.1};
+    CHECK_NEAR(high.water.shed(v).n / plate.water.shed(v).n, 9.0 / 4, 1e-14);
+    CHECK_NEAR(high.water.shed(v).t / plate.water.shed(v).t, 9.0 / 4, 1e-14);
+    CHECK(high.towed(v).n == plate.towed(v).n && high.towed(v).t == plate.towed(v).t);
+    const LinkInertia<double> a = high.water.inertia(0), b = plate.water.inertia(0);
+    CHECK(a.normal == b.normal && a.tangential == b.tangential && a.coupling == b.coupling && a.rotary == b.rotary);
+}
+
+/// A fin of span b, area S and lift slope C at small incidence: lift 1/2 rho S C U w, and forward 1/2 rho S C w^2 less
+/// the induced drag C_L^2/(pi AR). So the wake takes lift^2 / (pi/2 rho b^2) times U over U^2: the ideal of a wing.
+static void finite_fin() {
+    const double rho = Plate::density, b = 3, S = 2, slope = 3, aspect = b * b / S, U = 2, w = 1e-4;
+    const Plate plate({.edge_height = b, .edge_lift = slope / (pi * aspect / 2)});
+    const Along<double> f = plate.water.shed(Along<double>{-U, w, 0});
+    const double lift = 0.5 * rho * S * slope * U * w, k = 0.5;  // tail_shedding
+    CHECK_NEAR(f.n / (-k * lift), 1, 1e-8);
+    const double induced = lift * lift / (0.5 * pi * rho * b * b * U * U);
+    CHECK_NEAR(-f.t / (k * (lift * w / U - induced)), 1, 1e-8);
+    CHECK_NEAR(-(f.n * w - f.t * U) / (k * induced * U), 1, 1e-7);
+    // A sharp edge keeps no suction: the force is normal to the fin.
+    const Plate sharp({.edge_height = b, .edge_lift = slope / (pi * aspect / 2), .edge_suction = 0});
+    const Along<double> normal = sharp.water.shed(Along<double>{-U, w, 0});
+    CHECK(normal.t == 0 && normal.n == f.n);
+}
+
 static void only_dissipates() {
-    const Plate plate(false, 1, 1), cross(true, 1, 1);
+    const Plate plate({.linear_normal = 1, .linear_tangential = 1, .edge_height = 3, .edge_lift = 0.5});
+    const Plate cross({.cross_flow = true, .linear_normal = 1, .linear_tangential = 1, .beating = 4, .blunt_area = 2});
     Random random;
     for (int k = 0; k < 1000; ++k) {
         const Along<double> v = {random(-2, 2), random(-2, 2), random(-2, 2)};
         for (const Plate* p : {&plate, &cross}) {
-            const Along<double> drag = p->water.drag(0, v), shed = p->water.shed(v);
+            const Along<double> bend = {random(-2, 2), random(-2, 2), random(-2, 2)};
+            const Along<double> drag = p->water.drag(0, v, bend), shed = p->water.shed(v);
             CHECK(drag.t * v.t + drag.n * v.n + drag.w * v.w < 0);
             CHECK(shed.t * v.t + shed.n * v.n <= 1e-14);
         }
     }
-    const Along<double> still = plate.water.drag(0, Along<double>{0, 0, 0}),
-                        calm = plate.water.shed(Along<double>{0, 0, 0});
+    const Along<double> still = plate.towed(Along<double>{0, 0, 0}), calm = plate.water.shed(Along<double>{0, 0, 0});
     CHECK(still.t == 0 && still.n == 0 && still.w == 0 && calm.t == 0 && calm.n == 0);
 }
 
@@ -165,7 +238,7 @@ static void elongated_by_hand() {
     CHECK_NEAR(f.w, 0.5 * f.n, 1e-13);
     // Drag across the link is that of the strips without cross flow and linear terms, turning or not.
     const Plate strips;
-    const Along<double> v = {-0.5, 1, 0.8}, turning = plate.water.drag(0, v), wanted = strips.water.drag(0, v);
+    const Along<double> v = {-0.5, 1, 0.8}, turning = plate.water.drag(0, v), wanted = strips.towed(v);
     CHECK_NEAR(turning.n, wanted.n, 1e-14);
     CHECK_NEAR(turning.w, wanted.w, 1e-14);
 }
@@ -201,6 +274,10 @@ int main() {
     lumped_by_hand();
     strip_by_hand();
     strip_against_quadrature();
+    beating_plate();
+    blunt_body();
+    edge_height();
+    finite_fin();
     shedding();
     only_dissipates();
     return failures();

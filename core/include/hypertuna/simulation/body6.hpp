@@ -73,7 +73,8 @@ HYPERTUNA_INLINE LinkPair<S> link_drag(const Body6<S, Law, D>& body, int i, cons
     const LinkSpace<S>& k = body.space[i];
     const S c = k.center_height;
     const Along<S> plane =
-        water_force(body.tail.fish, i, Along<S>{v.in.t + c * v.across.n, v.in.n - c * v.across.t, v.in.w});
+        water_force(body.tail.fish, i, Along<S>{v.in.t + c * v.across.n, v.in.n - c * v.across.t, v.in.w},
+                    body.tail.shape[i].bending());
     LinkPair<S> f{plane, {S(0), S(0) - c * plane.n - k.drag_roll * times_abs(v.across.t), c * plane.t}};
     // Exact along the link, of which each point rises at its own rate.
     const S front = k.middle - k.half_length, rear = k.middle + k.half_length;

@@ -46,6 +46,8 @@ struct LinkShape {
     HYPERTUNA_INLINE Along<V> velocity(const Twist<V>& xi) const {
         return {c * xi.x + s * xi.y + h_t * xi.z + a_t, c * xi.y - s * xi.x + h_n * xi.z + a_n, xi.z + w};
     }
+    /// a: velocity of the link by the change of shape alone.
+    HYPERTUNA_INLINE Along<S> bending() const { return {a_t, a_n, w}; }
     /// J^T f: a force on the link, as a wrench at the nose.
     template <class V>
     HYPERTUNA_INLINE Wrench<V> wrench(const Along<V>& f) const {

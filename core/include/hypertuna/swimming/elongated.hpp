@@ -15,6 +15,7 @@ struct Elongated {
     };
     static constexpr const char* flags[] = {nullptr};
     static constexpr bool sheds = true;
+    static constexpr bool beats = false;
     // The edge leaves a wake while it advances faster than this part of its speed across: beyond, the theory ends.
     static constexpr double onset = 0.05;
 

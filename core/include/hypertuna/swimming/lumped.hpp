@@ -14,6 +14,7 @@ struct Lumped {
     };
     static constexpr const char* flags[] = {nullptr};
     static constexpr bool sheds = false;
+    static constexpr bool beats = false;
 
     struct Coefficients {
         S inertia_mass;  // m (1 + c_m), kg

@@ -52,7 +52,7 @@ Composite<S> composite(const Swimmer<S, Law, G>& fish, const LinkShape<G>* shape
         body.inertia.yy += v.y;
         body.inertia.yz += r.y;
         body.inertia.zz += r.z;
-        body.momentum = body.momentum + at.wrench(inertia * Along<G>{at.a_t, at.a_n, at.w});
+        body.momentum = body.momentum + at.wrench(inertia * at.bending());
     }
     return body;
 }
@@ -63,10 +63,15 @@ HYPERTUNA_INLINE Along<V> tail_velocity(const Link<G>& last, const Along<V>& v) 
     return {v.t, v.n + (last.length - last.com) * v.w, v.w};
 }
 
-/// Force of the water on link i at its velocity: drag, and at the tail what the wake takes along.
+/// Force of the water on link i at its velocity, of which the change of shape makes `bend`: drag, and at the tail what
+/// the wake takes along.
 template <class S, class Law, class G, class V>
-HYPERTUNA_INLINE Along<V> water_force(const Swimmer<S, Law, G>& fish, int i, const Along<V>& v) {
-    Along<V> f = fish.water.drag(i, v);
+HYPERTUNA_INLINE Along<V> water_force(const Swimmer<S, Law, G>& fish, int i, const Along<V>& v, const Along<G>& bend) {
+    Along<V> f;
+    if constexpr (Law::beats)
+        f = fish.water.drag(i, v, bend);
+    else
+        f = fish.water.drag(i, v);
     if constexpr (Law::sheds)
         if (i == fish.links - 1) {
             const Along<V> tail = fish.water.shed(tail_velocity(fish.link[i], v));
@@ -79,7 +84,8 @@ HYPERTUNA_INLINE Along<V> water_force(const Swimmer<S, Law, G>& fish, int i, con
 template <class S, class Law, class G, class V>
 HYPERTUNA_INLINE Wrench<V> water_wrench(const Swimmer<S, Law, G>& fish, const LinkShape<G>* shape, const Twist<V>& xi) {
     Wrench<V> sum{V(S(0)), V(S(0)), V(S(0))};
-    for (int i = 0; i < fish.links; ++i) shape[i].add_wrench(water_force(fish, i, shape[i].velocity(xi)), sum);
+    for (int i = 0; i < fish.links; ++i)
+        shape[i].add_wrench(water_force(fish, i, shape[i].velocity(xi), shape[i].bending()), sum);
     return sum;
 }
 
@@ -115,7 +121,7 @@ HYPERTUNA_INLINE Wrench<V> link_load(const Swimmer<S, Law, G>& fish, const Insta
     const LinkInertia<S>& inertia = fish.water.inertia(i);
     const Along<V> v = at.velocity(xi), rate = velocity_rate(at, now.acceleration[i], xi);
     const V w = v.w;
-    const Along<V> momentum = inertia * v, inertial = inertia * rate, drag = water_force(fish, i, v);
+    const Along<V> momentum = inertia * v, inertial = inertia * rate, drag = water_force(fish, i, v, at.bending());
     return at.wrench(Along<V>{inertial.t - w * momentum.n - drag.t, inertial.n + w * momentum.t - drag.n,
                               inertial.w + v.t * momentum.n - v.n * momentum.t - drag.w});
 }
@@ -168,7 +174,7 @@ template <class S, class Law, class G, class V>
 V water_loss(const Swimmer<S, Law, G>& fish, const LinkShape<G>* shape, const Twist<V>& xi) {
     V power(S(0));
     for (int i = 0; i < fish.links; ++i) {
-        const Along<V> v = shape[i].velocity(xi), f = water_force(fish, i, v);
+        const Along<V> v = shape[i].velocity(xi), f = water_force(fish, i, v, shape[i].bending());
         power -= f.t * v.t + f.n * v.n + f.w * v.w;
     }
     return power;
@@ -177,9 +183,9 @@ V water_loss(const Swimmer<S, Law, G>& fish, const LinkShape<G>* shape, const Tw
 /// Power to tow the straight body at this speed, head first.
 template <class S, class Law>
 S towing_power(const Swimmer<S, Law>& fish, const S& speed) {
-    const Along<S> v{-speed, S(0), S(0)};
+    const Along<S> v{-speed, S(0), S(0)}, still{S(0), S(0), S(0)};
     S power(0);
-    for (int i = 0; i < fish.links; ++i) power -= water_force(fish, i, v).t * v.t;
+    for (int i = 0; i < fish.links; ++i) power -= water_force(fish, i, v, still).t * v.t;
     return power;
 }
 

@@ -5,6 +5,7 @@
 ///     read(links, in, link, density, flags, out)   the law from one row of coefficients, its memory `out`
 ///     LinkInertia<S> inertia(i)          inertia of link i with its added mass
 ///     Along<V> drag(i, Along<V> v)       force along and across link i and moment about its center of mass
+///     beats                              whether drag takes a third argument: what of v the change of shape makes
 ///     sheds, Along<V> shed(Along<V> v)   force at the trailing edge of the last link, at the velocity there
 /// Velocities are relative to the water. A uniform current only carries the frame along (physics is the same
 /// in every inertial frame), so it appears where positions are reported and nowhere here.

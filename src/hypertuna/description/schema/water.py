@@ -60,6 +60,20 @@ class Strip(Part):
     tail_shedding: Fraction = entry(
         "fraction of Lighthill's reactive force that acts at the trailing edge", default=0.0
     )
+    drag_beating: tuple[NotNegative, ...] = entry(
+        "what the coefficient across the link gains in a flow that beating makes, on h (default: 0)",
+        default_factory=_zeros,
+    )
+    blunt_area: tuple[NotNegative, ...] = entry(
+        "drag area C_D A of blunt shapes in the flow along the link (default: 0)", "m^2", default_factory=_zeros
+    )
+    edge_height: NotNegative = entry(
+        "height of the trailing edge, whose added mass is rho pi/4 of its square; 0 for that of the last link",
+        "m",
+        default=0.0,
+    )
+    edge_lift: Fraction = entry("lift slope of the tail fin, in units of a slender wing's pi AR/2", default=1.0)
+    edge_suction: Fraction = entry("fraction of the suction at the fin's leading edge that acts", default=1.0)
 
 
 class Elongated(Part):
