@@ -57,8 +57,8 @@ class Strip:
 
     ``mu_normal``, ``mu_tangential`` [kg/m]: added mass per length. ``added_inertia`` [kg m^2]: of the whole link, about
     its middle. ``quadratic_*`` [kg/m^2]: ``f = -q v |v|`` per length. ``linear_*`` [N s/m^2]: ``f = -c v`` per length.
-    With ``cross_flow`` the normal drag is ``-q v_n |v|``. ``quadratic_beating`` [kg/m^2] adds to q as far as the joints'
-    motion makes the speed across (`beating`). ``blunt`` [kg/m]: ``f = -b v |v|`` of a whole link along itself.
+    With ``cross_flow`` the normal drag is ``-q v_n |v|``. ``quadratic_beating`` [kg/m^2] adds to q as far as the joints
+    make the speed across (`beating`). ``blunt`` [kg/m]: ``f = -b v |v|`` of a whole link along itself.
     ``mu_edge`` [kg/m], ``tail_shedding``, ``suction`` and ``onset``: see `shed`.
     """
 

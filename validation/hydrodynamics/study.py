@@ -164,7 +164,8 @@ def turn_line(name: str, radii: tuple[float, ...]) -> str:
     size, ahead = np.abs(radii), np.where(np.array(radii) > 0, radii, np.inf)
     all_, first = int(np.nanargmin(size)), int(np.nanargmin(ahead))
     way = "ahead" if at > 0 else "tail first"
-    return f"| {name} | {abs(at):.2f}, {way} | {size[all_]:.2f} at {phases[all_]:g} | {ahead[first]:.2f} at {phases[first]:g} |"
+    tightest = f"{size[all_]:.2f} at {phases[all_]:g} | {ahead[first]:.2f} at {phases[first]:g}"
+    return f"| {name} | {abs(at):.2f}, {way} | {tightest} |"
 
 
 def main() -> None:
@@ -176,7 +177,8 @@ def main() -> None:
     results |= {name: tested(fitted(with_strip(changes))) for name, changes in VARIANTS.items()}
     if given.twin:
         results["twin on strips"] = on_twin(with_strip({}))
-    print("| strips | C_D A [cm^2] | bandwidth [Hz] | errors of the eight speeds [%] | rms of four, of the others, of eight [%] | | | costs [%] |")
+    heads = ["strips", "C_D A [cm^2]", "lag [Hz]", "errors of the eight speeds [%]", "rms of four", "of the others"]
+    print(f"| {' | '.join(heads)} | of eight | changes of cost [%] |")
     print("|---|---:|---:|---|---:|---:|---:|---|")
     for name, result in results.items():
         print(line(name, result))

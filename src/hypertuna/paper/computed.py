@@ -26,6 +26,7 @@ OURS = "joint bandwidth"  # with our one parameter more
 MODELS: dict[str, dict[str, str]] = {PAPER: {"joints": "ideal"}, OURS: {"joints": "bandwidth"}}
 AS_PRINTED = {f"{name}, areas as printed": choice | {"areas": "as-printed"} for name, choice in MODELS.items()}
 TWIN = "twin"
+STRIPS = "strips"  # the strip law, with joints that lag
 TARGETS = ("0.3", "0.4", "0.5", "max")  # expected speeds of Table IV [m/s]
 COSTS = TARGETS[:3]  # those whose costs of transport the paper compares
 SPEEDS = tuple(f"{kind}optimised-{speed}" for kind in ("un", "") for speed in TARGETS)
@@ -65,14 +66,14 @@ def swim_published(
     """Swim all that the paper reports, by model; in full also with the areas as Table II prints them."""
     trials = {}
     for name, choice in (MODELS | (AS_PRINTED if full else {})).items():
-        trials[name] = _try(robot.using(**choice), paper)
+        trials[name] = try_robot(robot.using(**choice), paper)
         if progress is not None:
             progress()
     return trials
 
 
-def _try(robot: Robot, paper: Mapping[str, Any]) -> Trial:
-    """Swim it with one model."""
+def try_robot(robot: Robot, paper: Mapping[str, Any]) -> Trial:
+    """Swim all that the paper reports with one model."""
     tank, turn, start = paper["tank"], named_gait(robot, "turning"), paper["start"]
     phases = [(0.0, float(phase)) for phase in np.radians(tank["phase_deg"])]
     amplitudes = np.radians(list(tank["amplitude_deg"].values())).tolist()

@@ -19,7 +19,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.io.files import shipped, write_atomically
 from hypertuna.paper.computed import THREADS
 from hypertuna.paper.ledger import Class, Finding
@@ -89,7 +89,7 @@ def all_seeds(*, full: bool = False, step: Callable[[], None] | None = None) -> 
     found = {}
     for study, plan in STUDIES.items():
         for name in plan.robots:
-            found[study, name] = (compute_seeds if full else read_seeds)(study, load(name))
+            found[study, name] = (compute_seeds if full else read_seeds)(study, plan.load(name))
             if full and step is not None:
                 step()
     return found
@@ -112,8 +112,8 @@ def main() -> None:
     """Compute the studies of the command line, or all."""
     for study in sys.argv[1:] or STUDIES:
         for name in STUDIES[study].robots:
-            compute_seeds(study, load(name))
-            print(f"stored: {_path(study, load(name))}")
+            stored = compute_seeds(study, STUDIES[study].load(name))
+            print(f"stored: {_path(study, stored.robot)}")
 
 
 if __name__ == "__main__":

@@ -1,12 +1,13 @@
 """Studies of the twin that depend on the noise of its sensors: what one seed gives, by name of the number."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, load
+from hypertuna.description.schema.water import WaterLaw
 from hypertuna.paper.computed import LEVELS, SPEEDS, SWIM, TANK, TANK_PHASE
 from hypertuna.paper.ledger import published
 from hypertuna.simulation.dive import dive
@@ -27,8 +28,17 @@ LAKE_GAITS = ("optimised-0.5", "optimised-0.4")  # the paper's, and that which t
 
 def swims(robot: Robot, seed: int) -> dict[str, float]:
     """Swim the eight gaits, and large amplitude over frequency."""
-    gaits = {name: named_gait(robot, name) for name in SPEEDS}
-    gaits |= {tank_name(hertz): tank_gait(TANK, hertz, TANK_PHASE) for hertz in published()["tank"]["frequency_hz"]}
+    tank = {tank_name(hertz): tank_gait(TANK, hertz, TANK_PHASE) for hertz in published()["tank"]["frequency_hz"]}
+    return eight(robot, seed) | _swum(robot, tank, seed)
+
+
+def eight(robot: Robot, seed: int) -> dict[str, float]:
+    """Swim the eight gaits."""
+    return _swum(robot, {name: named_gait(robot, name) for name in SPEEDS}, seed)
+
+
+def _swum(robot: Robot, gaits: Mapping[str, Gait], seed: int) -> dict[str, float]:
+    """Swim gaits: speed [m/s], power [W], lowest pressure [kPa] and swing of each joint [deg]."""
     numbers: dict[str, float] = {}
     for name, gait in gaits.items():
         run = _swim(robot, gait, SWIM, seed)
@@ -108,6 +118,11 @@ class Study:
 
     run: Callable[[Robot, int], dict[str, float]]
     robots: Sequence[str]
+    water: WaterLaw | None = None  # law, where not the robot's own
+
+    def load(self, name: str) -> Robot:
+        """Return a robot of the study with its water law."""
+        return load(name) if self.water is None else load(name).using(water=self.water)
 
 
 ROBOTS = ("hypertuna", "hypertuna-fe")
@@ -118,6 +133,7 @@ STUDIES = {
     "turns": Study(turns, ROBOTS[:1]),
     "lakes": Study(lakes, ROBOTS[:1]),
     "dives": Study(dives, ROBOTS),
+    "strips": Study(eight, ROBOTS[:1], "strip"),
 }
 
 

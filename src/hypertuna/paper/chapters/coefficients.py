@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hypertuna.description.robot import Robot
 from hypertuna.identification.identify import Fit, identify
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.chapters.model_checks import model_checks
@@ -43,12 +44,7 @@ class Fits:
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Fits:
     """Identify from the published speeds; in full with more starts than the paper's."""
     robot = trials[OURS].robot
-    runs = Runs(
-        tuple(
-            SteadyRun(name, named_gait(robot, name), speed=published_value(f"speed/{name}"), file="Table IV")
-            for name in SPEEDS
-        )
-    )
+    runs = published_runs(robot)
     nine = {}
     for model in (PAPER, OURS):
         starts = 4 if full else 1
@@ -61,6 +57,16 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Fits:
         left_out[name] = (float(rest.values[0]), swim(rest.robot, named_gait(robot, name)).speed)
     predicted = {name: swim(four.robot, named_gait(robot, name)).speed for name in SPEEDS}
     return Fits(trials, nine, four, predicted, left_out)
+
+
+def published_runs(robot: Robot) -> Runs:
+    """Return the eight gaits of Table IV with their speeds."""
+    return Runs(
+        tuple(
+            SteadyRun(name, named_gait(robot, name), speed=published_value(f"speed/{name}"), file="Table IV")
+            for name in SPEEDS
+        )
+    )
 
 
 def findings(fits: Fits) -> Iterator[Finding]:

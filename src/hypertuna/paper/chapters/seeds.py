@@ -51,7 +51,7 @@ def _speeds(model: str, stored: Stored) -> Iterator[Finding]:
     for name in SPEEDS:
         class_: Class = "in sight" if name in READ else "prediction"
         yield stored.finding(f"speed/{name}", model, class_, n[f"{name} speed"], _reached(stored, name))
-    gain = _percent(n["unoptimised-max speed"], n["optimised-max speed"])
+    gain = percent(n["unoptimised-max speed"], n["optimised-max speed"])
     yield stored.finding("speed/change-max", model, "prediction", gain, "optimised against unoptimised")
 
 
@@ -64,7 +64,7 @@ def _costs(model: str, stored: Stored) -> Iterator[Finding]:
     for speed in COSTS:
         before, after = f"unoptimised-{speed}", f"optimised-{speed}"
         note = f"electrical: {middle[before]:.3g} to {middle[after]:.3g} J/(kg m)"
-        gain = _percent(costs[before], costs[after])
+        gain = percent(costs[before], costs[after])
         yield stored.finding(f"cost-of-transport/change-{speed}", model, "prediction", gain, note)
     cheapest = min(middle, key=lambda name: middle[name])
     note = f"electrical, {cheapest}; at {FASTEST}, the paper's cheapest, {middle[FASTEST]:.3g}; {SERVOS}"
@@ -175,7 +175,7 @@ def _turning(stored: Stored) -> Iterator[Finding]:
     yield stored.finding("turning/best-phase", TWIN, "prediction", best, "the tightest head first")
 
 
-def _percent(before: Array, after: Array) -> Array:
+def percent(before: Array, after: Array) -> Array:
     """Return a change in percent."""
     return np.asarray(100 * (after / before - 1))
 

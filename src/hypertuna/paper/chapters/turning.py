@@ -22,7 +22,7 @@ FEASIBLE = "feasible stroke"
 def findings(trials: Trials) -> Iterator[Finding]:
     """Yield turning radii and the phase of the tightest turn."""
     for model, trial in trials.items():
-        yield from _turning(model, trial)
+        yield from turning_findings(model, trial)
 
 
 def sections(trials: Trials) -> list[Section]:
@@ -32,11 +32,11 @@ def sections(trials: Trials) -> list[Section]:
     ours, point = trials[OURS], (published_value("turning/best-phase"), published_value("turning/radius-bl"))
     swept = {model: trials[model].turning for model in (PAPER, OURS)}
     figures = {"turning": plot_turning(swept, ours.robot.body.length, published=point, width=WIDTH)}
-    radius, best, *_ = _turning(OURS, ours)
+    radius, best, *_ = turning_findings(OURS, ours)
     return compose("turning", figures, phase=point[0], published=point[1], radius=radius, best=best)
 
 
-def _turning(model: str, trial: Trial) -> Iterator[Finding]:
+def turning_findings(model: str, trial: Trial) -> Iterator[Finding]:
     """Yield the radius at the published phase, and the phase of the tightest turn head first."""
     length, turn = trial.robot.body.length, trial.gaits["turning"]
     center = point_radius(turn, trial.robot.links.com[0]) / length

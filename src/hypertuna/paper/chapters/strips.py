@@ -1,0 +1,111 @@
+"""Water as strips: two numbers fitted on four gaits, all else from theory; with joints that lag, and in the twin."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hypertuna.identification.coefficients import with_values
+from hypertuna.identification.identify import Fit, identify
+from hypertuna.paper.chapter import Chapter, Trials, compose
+from hypertuna.paper.chapters.coefficients import OPTIMISED, UNOPTIMISED, published_runs
+from hypertuna.paper.chapters.gaits import gait_findings
+from hypertuna.paper.chapters.seeds import percent
+from hypertuna.paper.chapters.turning import turning_findings
+from hypertuna.paper.computed import COSTS, OURS, SPEEDS, STRIPS, TWIN, Trial, try_robot
+from hypertuna.paper.ledger import Class, Finding, published, published_value
+from hypertuna.paper.seeds import Stored, read_seeds
+from hypertuna.reports.html import Section, Table
+
+FREE = ("water.blunt_area[0]", "joints.bandwidth")  # form drag of the head, and the lag that goes with this law
+IN_TWIN = f"{STRIPS}, {TWIN}"
+DRAG = "form drag of the head as in the robot's file, fitted to the unoptimised gaits with joints that lag"
+FIN = "the sharp-edged fin was settled on with these changes in view"
+PARTS = {"fitted": UNOPTIMISED, "predicted": OPTIMISED, "all": SPEEDS}
+
+
+@dataclass(frozen=True)
+class Strips:
+    """What strips make of the paper's tests."""
+
+    fit: Fit
+    values: tuple[float, ...]  # of the fit, to three digits: those of the trial
+    trial: Trial
+    swims: Stored  # of the twin: the eight gaits
+
+
+def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Strips:
+    """Fit the two numbers, and swim all that the paper reports."""
+    robot = trials[OURS].robot.using(water="strip")
+    fit = identify(robot, published_runs(robot).only(UNOPTIMISED), FREE, validate=0, starts=1)
+    values = tuple(float(f"{value:.3g}") for value in fit.values)  # the same on every machine
+    trial = try_robot(with_values(robot, fit.free, values), published())
+    return Strips(fit, values, trial, read_seeds("strips", robot))
+
+
+def findings(strips: Strips) -> Iterator[Finding]:
+    """Yield speeds, changes by optimization and turns of joints that lag; of the twin over seeds, without turns."""
+    blunt, bandwidth = strips.values
+    note = f"{1e4 * blunt:.3g} cm^2 of drag area of the head and {bandwidth:.3g} Hz, fitted to the unoptimised gaits"
+    for finding in gait_findings(STRIPS, strips.trial.gaits, dict.fromkeys(SPEEDS, note)):
+        yield finding._replace(class_="in sight", note=f"{finding.note}; {FIN}") if "cost" in finding.id else finding
+    yield from turning_findings(STRIPS, strips.trial)
+    n, stored = strips.swims.numbers, strips.swims
+    for name in SPEEDS:
+        class_: Class = "fitted" if name in UNOPTIMISED else "prediction"
+        yield stored.finding(f"speed/{name}", IN_TWIN, class_, n[f"{name} speed"], DRAG)
+    gain = percent(n["unoptimised-max speed"], n["optimised-max speed"])
+    yield stored.finding("speed/change-max", IN_TWIN, "prediction", gain, "optimised against unoptimised")
+    for speed in COSTS:
+        before, after = (
+            n[f"{kind}-{speed} power"] / n[f"{kind}-{speed} speed"] for kind in ("unoptimised", "optimised")
+        )
+        key = f"cost-of-transport/change-{speed}"
+        yield stored.finding(key, IN_TWIN, "in sight", percent(before, after), f"electrical; {FIN}")
+
+
+def sections(strips: Strips) -> list[Section]:
+    """Show the eight speeds."""
+    lagging = {name: strips.trial.gaits[name].speed for name in SPEEDS}
+    uncertainty = strips.fit.uncertainty
+    return compose(
+        "strips",
+        {"strips": strip_table(strips)},
+        values=strips.values,
+        low=uncertainty.low,
+        high=uncertainty.high,
+        lagging=_rms(lagging),
+        twin=_rms(_twin(strips)),
+    )
+
+
+def strip_table(strips: Strips) -> Table:
+    """Tabulate the eight speeds: with joints that lag, and the twin's medians."""
+    rows, twin = [], _twin(strips)
+    for name in SPEEDS:
+        value, cells = published_value(f"speed/{name}"), []
+        for speed in (strips.trial.gaits[name].speed, twin[name]):
+            cells += [f"{speed:.3f}", f"{100 * (speed / value - 1):+.1f} %"]
+        rows.append([name, f"{value:g}", "fitted" if name in UNOPTIMISED else "predicted", *cells])
+    return Table(["gait", "published [m/s]", "", "strips [m/s]", "error", "in the twin [m/s]", "error"], rows)
+
+
+def _twin(strips: Strips) -> dict[str, float]:
+    """Return the twin's median speeds [m/s]."""
+    return {name: float(np.median(strips.swims.numbers[f"{name} speed"])) for name in SPEEDS}
+
+
+def _rms(speeds: Mapping[str, float]) -> dict[str, float]:
+    """Return root mean square errors [%] of the fitted gaits, of the predicted ones and of all."""
+
+    def over(names: Sequence[str]) -> float:
+        return 100 * float(
+            np.sqrt(np.mean([(speeds[name] / published_value(f"speed/{name}") - 1) ** 2 for name in names]))
+        )
+
+    return {part: over(names) for part, names in PARTS.items()}
+
+
+CHAPTER = Chapter("strips", sections, findings, compute)
