@@ -94,6 +94,36 @@ def stroke_table() -> str:
     return rows(head, body)
 
 
+def law_table() -> str:
+    """Tabulate turns by water law and stroke: at 200 deg, and the tightest of all and head first."""
+    strip, feasible = FISH.using(water="strip"), "to the largest bend in air"
+    cases = {
+        "lumped": FISH,
+        "strip": strip,
+        "strip, all of the suction": parse_strip(strip, edge_suction=1.0),
+        "strip, no shedding": parse_strip(strip, tail_shedding=0.0),
+    }
+    body = []
+    for stroke, gait in {"full": GAIT, "feasible": strokes()[feasible]}.items():
+        for name, robot in cases.items():
+            swims = [swim(robot, replace(gait, phase=(0.0, phase))) for phase in PHASES]
+            radius = [done.turn_radius / robot.body.length if done.settled else math.inf for done in swims]
+            ahead = [r if done.speed > 0 else math.inf for r, done in zip(radius, swims, strict=True)]
+            at, best, first = swim(robot, gait), int(np.argmin(radius)), int(np.argmin(ahead))
+            way = "head first" if at.speed > 0 else "tail first"
+            cells = [f"{at.turn_radius / robot.body.length:.2f}, {way}"]
+            cells += [f"{r[k]:.2f} at {math.degrees(PHASES[k]):.0f}" for r, k in ((radius, best), (ahead, first))]
+            body.append([stroke, name, *cells])
+    return rows(["stroke", "law", "at 200 deg [BL]", "tightest [BL, deg]", "tightest head first"], body, 2)
+
+
+def parse_strip(robot: Robot, **values: float) -> Robot:
+    """Return the robot with other values in [water.strip]."""
+    document = robot.document()
+    document["water"]["strip"] |= values
+    return parse(document, file=robot.file)
+
+
 def knob_table() -> str:
     """Tabulate the radius with one thing at a time halved, doubled, and sought to meet the published radius."""
     body = []
@@ -151,7 +181,6 @@ def model_table() -> str:
         "lumped law, joint bandwidth": (FISH, GAIT),
         "lumped law, ideal joints": (FISH.using(joints="ideal"), GAIT),
         "lumped law, areas as printed": (FISH.using(areas="as-printed"), GAIT),
-        "strip law": (FISH.using(water="strip"), GAIT),
     }
     cases |= {f"at {f:g} Hz": (FISH, replace(GAIT, frequency=f)) for f in (0.5, 1.0, 4.0)}
     body = [[name, *told(robot, gait)] for name, (robot, gait) in cases.items()]
@@ -162,6 +191,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "turning strokes": stroke_table,
     "turning knobs": knob_table,
     "turning models": model_table,
+    "turning laws": law_table,
 }
 PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/turning.svg": lambda: plot_turn(
