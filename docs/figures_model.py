@@ -21,7 +21,7 @@ def law_table() -> str:
     """Tabulate the eight speeds by water law [m/s]."""
     body = [
         [f"`{name}`", f"{told(f'speed/{name}'):g}"]
-        + [f"{swim(FISH.using(water=law), named_gait(FISH, name)).speed:.3f}" for law in LAWS]  # type: ignore[arg-type]
+        + [f"{swim(FISH.using(water=law), named_gait(FISH, name)).speed:.3f}" for law in LAWS]
         for name in SPEEDS
     ]
     return rows(["gait", "published", *LAWS], body)

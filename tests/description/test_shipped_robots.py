@@ -47,7 +47,7 @@ def keulegan_carpenter(robot: Robot, gait: NamedGait, width: float) -> float:
     for i in range(links):
         for group, amplitude, phase in zip(robot.joints, gait.amplitude, gait.phase, strict=True):
             if i in group.links:
-                x = gait.frequency / group.bandwidth
+                x = gait.frequency / (group.bandwidth or math.inf)
                 swing = amplitude / math.hypot(1, x) / len(group.links)
                 angle = angle + swing * np.sin(clock - phase - math.atan(x))
                 rate = rate + 2 * math.pi * gait.frequency * swing * np.cos(clock - phase - math.atan(x))

@@ -44,7 +44,7 @@ def test_the_form_drag_of_the_robots_file_is_the_fit(strips: Strips) -> None:
 
 
 def test_straight_tow() -> None:
-    # Power 1/2 rho (sum C_t S + C_D A) U^3 with the areas of Table II, from the efficiency: towed over mechanical power.
+    # Power 1/2 rho (sum C_t S + C_D A) U^3 with the areas of Table II; the efficiency is it over mechanical power.
     robot = FISH.using(water="strip")
     water, swim = robot.water.strip, ht.swim(robot, named_gait(robot, "unoptimised-0.5"))
     assert water is not None
