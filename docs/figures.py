@@ -332,6 +332,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "methods": methods_table,
     "phases": phases_table,
     "weights": weights_table,
+    "settling": lambda: runpy.run_path(str(ROOT / "validation/control/settling.py"))["table"](),
     "ledger": ledger_table,
     "classes": class_table,
     "seeds": lambda: of_report(seed_table(list(ledger().entries)), 2),

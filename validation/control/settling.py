@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,6 @@ from typing import Any
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.arrays import Array
 from hypertuna.control.sensors import sensor_of
 from hypertuna.description.provenance import provenance
 from hypertuna.io.files import write_atomically
@@ -29,10 +29,10 @@ SEEDS = range(32)
 WITHIN = 4.0  # s, section III.C
 FACTS = published()["posture"]
 ANGLE, SECONDS = math.radians(FACTS["angle_deg"]), FACTS["duration_s"]
-METERS = {  # by which a beat's peak bends are known
-    "bend": "the true bend",
-    "fit": "the sensor, harmonics fitted to each beat",
-    "readings": "the sensor, largest reading of each beat",
+METERS = {  # by which a beat's peak bends are known, with their name in the table
+    "bend": "true bend",
+    "fit": "sensor",  # harmonics fitted to each beat
+    "readings": "single readings",  # the sensor's largest of each beat
 }
 
 
@@ -74,31 +74,32 @@ def compute() -> dict[str, Any]:
     return facts | {"seeds": list(SEEDS), "rows": rows}
 
 
-def table(record: dict[str, Any]) -> str:
-    """Return the table: median, 90th percentile and share within 4 s by each meter, and the share of ideal joints."""
-
-    def cells(times: list[float | None]) -> list[str]:
-        sorted_times = np.array([math.inf if time is None else time for time in times], dtype=np.float64)
-        return [*(spelled(sorted_times, part) for part in (0.5, 0.9)), f"{100 * np.mean(sorted_times <= WITHIN):.0f}"]
-
-    def spelled(times: Array, part: float) -> str:
-        value = float(np.quantile(times, part, method="higher"))
-        return f"{value:.2f}" if math.isfinite(value) else "–"
-
-    heads = ["f [Hz]", *["median [s]", "90 % [s]", "within 4 s [%]"] * len(METERS), *["ideal [%]"] * 2]
-    lines = [heads, ["---:"] * len(heads)]
+def table() -> str:
+    """Return what is stored as a table: median, 90th percentile and share within 4 s; what ideal joints show."""
+    record = json.loads(STORED.read_text(encoding="utf-8"))
+    heads = [f"{name}: median [s]; 90 % [s]; in {WITHIN:g} s [%]" for name in METERS.values()]
+    heads += [f"ideal joint by {METERS[meter]} [%]" for meter in ("fit", "readings")]
+    lines = [["f [Hz]", *heads], ["---:"] * (len(heads) + 1)]
     for row in record["rows"]:
-        parts = [cell for meter in METERS for cell in cells(row["settling_s"][meter])]
+        cells = [_cell(row["settling_s"][meter]) for meter in METERS]
         ideal = [f"{100 * row['ideal_share'][meter]:.0f}" for meter in ("fit", "readings")]
-        lines.append([f"{row['frequency_hz']:g}", *parts, *ideal])
+        lines.append([f"{row['frequency_hz']:g}", *cells, *ideal])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _cell(times: Sequence[float | None]) -> str:
+    """Return median, 90th percentile and share in time; a run that does not settle comes last."""
+    known = np.array([math.inf if time is None else time for time in times], dtype=np.float64)
+    ends = (float(np.quantile(known, part, method="higher")) for part in (0.5, 0.9))
+    spelled = [f"{end:.2f}" if math.isfinite(end) else "–" for end in ends]
+    return "; ".join([*spelled, f"{100 * np.mean(known <= WITHIN):.0f}"])
 
 
 def main() -> None:
     """Compute and store, or print what is stored."""
     if "--compute" in sys.argv:
         write_atomically(STORED, (json.dumps(compute(), indent=1) + "\n").encode())
-    print(table(json.loads(STORED.read_text(encoding="utf-8"))))
+    print(table())
 
 
 if __name__ == "__main__":
