@@ -1,6 +1,6 @@
 """Numbers over seeds of the noise: computed once, stored in data/seeds with what made them, computed again in full.
 
-python -m hypertuna.paper.seeds                 # compute and store all studies, about NN min on two cores
+python -m hypertuna.paper.seeds                 # compute and store all studies, about 20 min of one core
 python -m hypertuna.paper.seeds postures dives  # some of them
 """
 
