@@ -60,7 +60,7 @@ def best_phase(model: str, level: str, speed: Array, hertz: Sequence[float], cla
     """Return the best phase at one amplitude, that of most frequencies, of speeds (frequency, phase) [m/s]."""
     tank = published()["tank"]
     best = [float(tank["phase_deg"][k]) for k in speed.argmax(axis=1)]
-    most = max(best, key=best.count)
+    most = max(reversed(best), key=best.count)  # of equally many, that of the higher frequency
     rows = zip(hertz, best, speed, strict=True)
     found = ", ".join(f"{one:g} Hz: {phase:g} deg, by {100 * _lead(row):.1f} %" for one, phase, row in rows)
     return Finding(f"optimal-phase/{level}", model, class_, most, f"best, and its lead over the next, at {found}")
