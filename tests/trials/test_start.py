@@ -101,11 +101,17 @@ def test_twist_comes_back_from_the_first_beat(noise):
 
 
 def test_runs_in_motion_are_told_from_runs_at_rest():
+    """A run cut out of a swim, one whose wave sets in, and a glide before the wave sets in."""
     eel = ht.load("rexeel")
-    moving, rest = cruise(eel, moving=False), cruise(eel, moving=False, twist=None)
-    curve = smooth(moving.joints, noise=0.0)
-    assert begins_in_motion(eel, curve, moving.tracks, 0.0)
-    assert not begins_in_motion(eel, curve, rest.tracks, 0.0)
+    moving = cruise(eel, moving=False)
+    assert begins_in_motion(smooth(moving.joints, noise=0.0), moving.tracks)
+    time = moving.joints.time
+    ramp = np.clip(time, 0, 1)[:, np.newaxis] ** 2
+    joints = JointSeries(time, ramp * moving.joints.angle)
+    for twist, in_motion in ((None, False), ((-0.2, 0.0, 0.0), True)):
+        made = replay(eel, smooth(joints, noise=0.0), twist=twist)
+        poses = np.column_stack([np.interp(time, made.time, axis) for axis in head_center(eel, made).T])
+        assert begins_in_motion(smooth(joints, noise=0.0), [Track("a", time, poses)]) == in_motion
 
 
 def test_derivatives_of_a_prediction_include_those_of_its_twist():

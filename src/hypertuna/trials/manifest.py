@@ -119,7 +119,7 @@ class RecordingTable(Part):
     )
     repeats: Count = entry("number of swims that each tracked run is the mean of (default: 1)", default=1)
     begin: Literal["rest", "moving"] | None = entry(
-        "whether the robot begins at rest in the water or in motion (default: as its first quarter of a beat shows)",
+        "whether the robot begins at rest in the water or in motion (default: at rest if joints and head are still)",
         default=None,
     )
     velocity: VelocityTable | None = entry(
@@ -238,7 +238,7 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
     velocity = None if table.velocity is None else Velocity(**dict(table.velocity))
     moving = table.begin == "moving" or velocity is not None
     if table.begin is None and not moving:
-        moving = begins_in_motion(robot, smooth(joints, noise=table.joints.noise), tracks, table.time_offset)
+        moving = begins_in_motion(smooth(joints, noise=table.joints.noise), tracks)
     if moving:
         period = 1 / beat_of(smooth(joints, noise=table.joints.noise))[0]
         joints, tracks = _begin_together(joints, tracks, table.time_offset, period, f"{file}: {key}")

@@ -12,8 +12,8 @@ from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.swimming.model import core_model, parameter_names, twist_from_rest
-from hypertuna.trials.replay import joint_grid, replay_jacobian, seen_from_start
+from hypertuna.swimming.model import parameter_names
+from hypertuna.trials.replay import replay_jacobian, seen_from_start
 from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.tracks import JointSeries, Track
 
@@ -22,7 +22,7 @@ PADDING = 8  # of the spectrum
 MIN_FRAMES = 10  # of a run that begins in motion
 SAME_TIME = 1e-9  # s
 STEPS = 5  # of Gauss and Newton, for the described robot
-SLOW = 0.3  # of the mean forward speed of the second half: slower ones begin at rest
+STILL = 0.5  # of what joints and head do later: those that do less begin at rest
 
 
 @dataclass(frozen=True)
@@ -75,21 +75,23 @@ def beat_of(curve: SmoothSeries) -> tuple[float, Array]:
     return float(peak / (PADDING * GRID * (time[1] - time[0]))), np.ptp(angle, axis=0) / 2
 
 
-def begins_in_motion(robot: Robot, curve: SmoothSeries, tracks: Sequence[Track], offset: float) -> bool:
-    """Return whether tracked runs begin in motion: about as fast, without what the joints move, as they swim later.
+def begins_in_motion(curve: SmoothSeries, tracks: Sequence[Track]) -> bool:
+    """Return whether runs begin in motion: unless joints and head are still at first, compared with later.
 
-    The twist of the first beat, less that of rest, is compared with the mean forward speed of the second half.
+    Joints: change of the angles in the first eighth of a beat, beside that of all eighths. Head: forward speed in the
+    first quarter, beside that of the second half.
     """
-    try:
-        joints, moved = begin_together(curve.series, tracks, offset, 1 / beat_of(curve)[0])
-    except InputError:
-        return False
-    later = [_forward_speed(track)[track.time[1:] > track.time[[0, -1]].mean()] for track in moved]
-    motion, step = joint_grid(robot, replace(curve, series=joints))
-    beat = first_beat(robot, motion, step, moved, 1 / beat_of(curve)[0])
-    none = np.zeros((len(parameter_names(robot)), 0))
-    twist = beat.correct(robot, motion, step, none, core_model(robot))[0] - twist_from_rest(robot, motion[0])
-    return bool(abs(twist[0]) > SLOW * abs(float(np.concatenate(later).mean())))
+    period, series = 1 / beat_of(curve)[0], curve.series.time
+    part = min(period, float(np.ptp(series))) / 8
+    times = np.linspace(series[0], series[-1] - part, GRID)
+    change = np.linalg.norm(curve(times + part)[:, :, 0] - curve(times)[:, :, 0], axis=1)
+    speeds = []
+    for track in tracks:
+        forward, time = _forward_speed(track), track.time[1:] - track.time[0]
+        first, later = time <= max(2 * part, time[min(3, len(time)) - 1]), time > time[-1] / 2
+        speeds.append((float(forward[first].mean()), float(forward[later].mean())))
+    begin, late = np.abs(np.mean(speeds, axis=0))
+    return bool(change[0] > STILL * np.sqrt(np.mean(change**2)) or begin > STILL * late)
 
 
 def begin_together(
