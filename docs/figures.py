@@ -383,7 +383,8 @@ def output(command: str) -> str:
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         for robot in (ROOT / "examples").glob("*.toml"):
             shutil.copy(robot, folder)
-        shutil.copytree(ROOT / "examples/tank", Path(folder) / "tank")
+        for trials in ("tank", "eel"):
+            shutil.copytree(ROOT / "examples" / trials, Path(folder) / trials)
         lines = (ROOT / "examples/tank/tank.csv").read_text().splitlines()
         Path(folder, "tank/bad.csv").write_text("\n".join([*lines[:2], lines[2].replace("1,", "1 Hz,", 1)]))
         with (

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from figures_common import rows
 from matplotlib.figure import Figure
 
+from hypertuna.description.robot import load
+from hypertuna.identification.identify import identify
+from hypertuna.trials.comparison import compare_recording, replay_recording
 from hypertuna.trials.manifest import reference as manifest_keys
+from hypertuna.trials.marker_import import read_marker_run, write_marker_runs
+from hypertuna.trials.marker_plots import plot_markers
 from hypertuna.trials.steady import COLUMNS
+from hypertuna.trials.trials import read_trials
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -39,10 +47,36 @@ def quoted(name: str, kind: str, lines: int | None = None) -> str:
     return "\n".join([f"```{kind}", *text[:lines], *(["..."] if lines else []), "```"])
 
 
+def markers_predicted() -> str:
+    """Fit two swims of the example of markers, and tabulate errors of a third, before and after the fit."""
+    robot, runs = load("rexeel"), {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("slow", "middle", "fast"):
+            run = read_marker_run(robot, ROOT / "examples/eel" / f"{name}.csv", scale=0.001, y_down=True)
+            write_marker_runs([run], robot, Path(folder) / f"{name}.toml", "made by docs/figures.py")
+            runs[name] = read_trials(Path(folder) / f"{name}.toml", robot)
+    fit = identify(robot, runs["slow"] + runs["middle"], validate=0)
+    (fast,) = runs["fast"].recordings
+    body = []
+    for label, fish in (("as described", robot), ("fitted to the two slower swims", fit.robot)):
+        x, y, yaw = compare_recording(fish, fast, replay_recording(fish, fast)).rmse.to_numpy()
+        body.append([label, f"{1000 * x:.1f}", f"{1000 * y:.1f}", f"{np.degrees(yaw):.1f}"])
+    return rows(["coefficients", "rmse of x [mm]", "y [mm]", "yaw [deg]"], body)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "steady columns": steady_columns,
     "steady example": lambda: quoted("tank/tank.csv", "text", 5),
     "manifest example": lambda: quoted("tank/tank.toml", "toml"),
     "manifest keys": manifest_keys,
+    "markers predicted": markers_predicted,
 }
-PICTURES: dict[str, Callable[[], Figure]] = {}
+
+
+def markers() -> Figure:
+    """Plot the chain over the markers of an example."""
+    path = ROOT / "examples/eel/slow.csv"
+    return plot_markers(read_marker_run(load("rexeel"), path, scale=0.001, y_down=True))
+
+
+PICTURES: dict[str, Callable[[], Figure]] = {"docs/markers.svg": markers}

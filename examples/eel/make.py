@@ -15,7 +15,7 @@ from hypertuna.trials.chain import chain_of
 from hypertuna.trials.marker_places import equal_spacing
 
 SEED = 1
-NOISE = 0.001  # m, of a coordinate
+NOISE = 0.0003  # m, of a coordinate
 LOST = 0.03  # of the markers
 FRAME_RATE = 30.0  # Hz
 MARKERS = 12

@@ -2,6 +2,9 @@
 
 import json
 import math
+import runpy
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -231,3 +234,17 @@ def test_wrong_scale_and_wrong_place_are_told(tmp_path):
     assert "4 % longer than along the chain" in " ".join(slightly.warnings)
     text = told(read_marker_run, eel, tmp_path / "swim.csv", scale=0.0006, y_down=True)
     assert "correct the scale: the line through the markers is 20 % longer" in text
+
+
+def test_example_is_what_its_script_makes(tmp_path, monkeypatch):
+    """To a pixel's last digit; its three swims are in motion, and rejected are the two markers that it swaps."""
+    eels, eel = Path(__file__).parents[2] / "examples" / "eel", ht.load("rexeel")
+    monkeypatch.setattr(sys, "argv", ["make.py", str(tmp_path)])
+    runpy.run_path(str(eels / "make.py"))
+    for name in ("slow", "middle", "fast"):
+        made, kept = (
+            np.genfromtxt(folder / f"{name}.csv", delimiter=",", skip_header=2) for folder in (tmp_path, eels)
+        )
+        assert made == pytest.approx(kept, abs=0.11, nan_ok=True)
+        run = read_marker_run(eel, eels / f"{name}.csv", scale=0.001, y_down=True)
+        assert np.argwhere(run.fit.rejected).tolist() == [[30, 2], [30, 7]]

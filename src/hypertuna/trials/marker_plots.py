@@ -63,7 +63,15 @@ def _plot_residuals(panel: Axes, run: MarkerRun) -> None:
     for m in range(len(names)):
         for chosen, color, shape in ((~run.fit.rejected[:, m], FAINT, "."), (run.fit.rejected[:, m], COLORS[0], "x")):
             own = distance[chosen, m]
-            panel.plot(m + rng.uniform(-0.2, 0.2, len(own)), own, shape, color=color, markersize=2.5, alpha=0.6)
+            panel.plot(
+                m + rng.uniform(-0.2, 0.2, len(own)),
+                own,
+                shape,
+                color=color,
+                markersize=2.5,
+                alpha=0.6,
+                rasterized=True,
+            )
     panel.axhline(1e3 * run.fit.noise, color=COLORS[1], label=f"noise of a coordinate, {1e3 * run.fit.noise:.2g} mm")
     panel.set_yscale("log")
     panel.set_xticks(range(len(names)), names, rotation=0 if len(names) < 12 else 90)
@@ -85,4 +93,5 @@ def _plot_angles(panel: Axes, run: MarkerRun) -> None:
     panel.set_xlabel("time [s]")
     panel.set_ylabel("joint angle [deg]")
     panel.set_title(f"Joint angles, band of {BAND} standard deviations")
-    panel.legend(ncols=max(1, min(6, len(run.chain.groups))))
+    panel.set_ylim(top=1.3 * max(panel.get_ylim()[1], 1.0))  # room for the legend
+    panel.legend(loc="upper left", ncols=max(1, min(6, len(run.chain.groups))))
