@@ -116,13 +116,13 @@ static void in_parallel(int count, int block, int threads, const Work& work) {
 
 static Output settle_batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude,
                            const PerGroup& phase, const PerGroup& bias, int steps, int wait, int max_beats,
-                           int threads) {
+                           int from_rest, int approach, int threads) {
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
     check_steps(steps);
     const int count = static_cast<int>(frequency.shape(0));
     const Kernel& use = kernel();
     Output rows = zeros({frequency.shape(0), names(use.settle_column).size()});
-    const SettleOptions options{steps, wait, max_beats};
+    const SettleOptions options{steps, wait, max_beats, from_rest, approach};
     const nb::gil_scoped_release unlocked;
     in_parallel(count, 16 * use.lanes, threads,
                 [&](int begin, int end) { use.settle(model, gaits, options, begin, end, rows.data()); });
@@ -196,9 +196,11 @@ void bind_settle(nb::module_& m) {
         "Names of the instruction sets that this build and this processor have.");
     m.def("lanes", [] { return kernel().lanes; }, "Gaits that one instruction serves.");
     m.def("settle", &settle_batch, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
-          nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("max_beats"), nb::arg("threads"),
-          "Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method, or "
-          "(wait >= 0) by `wait` beats from rest.");
+          nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("max_beats"),
+          nb::arg("from_rest"), nb::arg("approach"), nb::arg("threads"),
+          "Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method from a "
+          "brisk speed, from the motion after `from_rest` beats from rest (>= 0), or by `wait` beats from rest (>= 0). "
+          "With `approach` > 0 a start from rest is followed toward each for so many beats at most.");
     m.def("gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
           nb::arg("bias"), nb::arg("momentum"), nb::arg("directions"), nb::kw_only(), nb::arg("steps"),
           nb::arg("threads"),
@@ -213,6 +215,7 @@ void bind_settle(nb::module_& m) {
     m.def(
         "gradient_outputs", [] { return names(any_kernel().gradient_output); }, "Names of the outputs of `gradient`.");
     m.attr("SETTLED_DISTANCE") = any_kernel().settled_distance;
+    m.attr("ARRIVED_DISTANCE") = any_kernel().arrived_distance;
 }
 
 }  // namespace hypertuna

@@ -2,6 +2,7 @@
 #include "kernels.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "hypertuna/host/tank.hpp"
 #include "hypertuna/swimming/parameters.hpp"
@@ -57,6 +58,7 @@ void load_gaits(const Model& model, const GaitBatch& gaits, int first, int end, 
 /// Results of a settled beat, in the order of their columns.
 struct Row {
     const Settled<Real>& settled;
+    const Approach<Real>& approach;
     Twist<Real> xi;  // at the start of the beat
     Real speed, towed_power, rate_peak;
 };
@@ -82,6 +84,8 @@ constexpr Column columns[] = {
     {"residual", [](const Row& row) { return row.settled.residual; }},
     {"distance", [](const Row& row) { return row.settled.distance; }},
     {"beats", [](const Row& row) { return row.settled.beats; }},
+    {"approach", [](const Row& row) { return row.approach.distance; }},
+    {"approach_beats", [](const Row& row) { return row.approach.beats; }},
     {"u", [](const Row& row) { return row.xi.x; }},
     {"v", [](const Row& row) { return row.xi.y; }},
     {"r", [](const Row& row) { return row.xi.z; }},
@@ -102,23 +106,40 @@ constexpr int column_count = sizeof(columns) / sizeof(columns[0]);
 
 const char* settle_column(int k) { return k < column_count ? columns[k].name : nullptr; }
 
+/// The settled beat of the gaits in the tank: by waiting, or by Newton's method.
+template <class Law>
+Settled<Real> settle_tank(Tank<Real, Law>& tank, const Model& model, const SettleOptions& options, const Real& length,
+                          const Real& period) {
+    const Momentum<Real> rest{Real(0.0), Real(0.0), Real(0.0)};  // joints that set in cannot give momentum
+    if (options.wait >= 0)
+        return wait(tank.fish, tank.joints.data(), tank.table, length, period, rest, options.wait, tank.scratch);
+    Momentum<Real> guess = rest;
+    for (int k = 0; k < options.from_rest; ++k) guess = swim_beat(tank.fish, tank.table, 1, period, guess);
+    if (options.from_rest < 0)
+        guess = brisk_start(tank.table, model.groups, tank.swings.data(), tank.frequency, length);
+    return settle(tank.fish, tank.joints.data(), tank.table, length, period, guess, options.max_beats, tank.scratch);
+}
+
 template <class Law>
 void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOptions& options, int begin, int end,
                   double* rows) {
     Tank<Real, Law> tank(model, options.steps);
-    const Real length(model.length);
+    const Real length(model.length), nan(std::numeric_limits<double>::quiet_NaN());
     for (int first = begin; first < end; first += lanes) {
         load_gaits(model, gaits, first, end, tank.parameters);
         tank.fill();
         const Real period = Real(1.0) / tank.frequency;
-        const Momentum<Real> rest{Real(0.0), Real(0.0), Real(0.0)};  // joints that set in cannot give momentum
-        const Momentum<Real> brisk = brisk_start(tank.table, model.groups, tank.swings.data(), tank.frequency, length);
-        const Settled<Real> s = options.wait >= 0 ? wait(tank.fish, tank.joints.data(), tank.table, length, period,
-                                                         rest, options.wait, tank.scratch)
-                                                  : settle(tank.fish, tank.joints.data(), tank.table, length, period,
-                                                           brisk, options.max_beats, tank.scratch);
+        const Settled<Real> s = settle_tank(tank, model, options, length, period);
+        // Toward what is not settled no start is followed: its distance is NaN.
+        const Momentum<Real> target =
+            select(s.distance < Real(settle_tolerances.settled), s.start, Momentum<Real>{nan, nan, nan});
+        const Approach<Real> way = approach(tank.fish, tank.table, length, period, target, options.approach);
         const Real speed = mean_speed(s.beat, tank.frequency);
-        const Row row{s, twist(tank.table[0], s.start), speed, towing_power(tank.fish, speed),
+        const Row row{s,
+                      way,
+                      twist(tank.table[0], s.start),
+                      speed,
+                      towing_power(tank.fish, speed),
                       largest_rate(model.groups, tank.groups.data(), tank.frequency)};
         for (int c = 0; c < column_count; ++c) {
             const Real value = columns[c].of(row);
@@ -290,6 +311,7 @@ const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH) = {
     .name = HYPERTUNA_NAME(HYPERTUNA_ARCH),
     .lanes = HYPERTUNA_ARCH::lanes,
     .settled_distance = HYPERTUNA_ARCH::settle_tolerances.settled,
+    .arrived_distance = HYPERTUNA_ARCH::approach_tolerances.arrived,
     .settle = HYPERTUNA_ARCH::settle_any,
     .gradient = HYPERTUNA_ARCH::gradient_any,
     .track = HYPERTUNA_ARCH::track_any,

@@ -17,6 +17,8 @@ struct SettleOptions {
     int steps;      // per beat, a multiple of 4
     int wait;       // beats from rest instead of Newton's method; negative for Newton
     int max_beats;  // of each of the stages of Newton's method
+    int from_rest;  // beats from rest after which Newton's method begins; negative: from a brisk speed
+    int approach;   // beats at most in which a start from rest is followed toward the settled beat; 0: it is not
 };
 
 /// A joint motion given at every half step: angle, rate and acceleration, 2 steps + 1 x links x 3.
@@ -44,6 +46,7 @@ struct Kernel {
     const char* name;
     int lanes;
     double settled_distance;  // what is nearer to settled than this part of its stride counts as settled
+    double arrived_distance;  // what a start from rest brings as near as this to a settled beat has arrived there
     /// Settled beats of gaits [begin, end) into rows of as many numbers as there are settle_columns.
     void (*settle)(const Model&, const GaitBatch&, const SettleOptions&, int begin, int end, double* rows);
     /// Derivatives of one beat of gaits [begin, end) that start at `momentum`: for each gait as many rows as there are

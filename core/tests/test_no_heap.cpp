@@ -15,7 +15,9 @@ static void settles_without_heap() {
         settle(fish.swimmer, fish.joints, fish.table, fish.length, fish.period, fish.brisk(), 60, fish.scratch);
     const Settled<S> w =
         wait(fish.swimmer, fish.joints, fish.table, fish.length, fish.period, fish.rest(), 10, fish.scratch);
+    const Approach<S> way = approach(fish.swimmer, fish.table, fish.length, fish.period, s.start, 500);
     CHECK(allocations == before);
+    CHECK(all(way.distance < S(base_t<S>(approach_tolerances.arrived))));
     CHECK(all(s.distance < S(base_t<S>(settle_tolerances.settled))));
     CHECK(all(S(0) < w.residual));
 }

@@ -53,10 +53,12 @@ def settle(
     steps: int,
     wait: int,
     max_beats: int,
+    from_rest: int,
+    approach: int,
     threads: int,
 ) -> NDArray[numpy.float64]:
     """
-    Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method, or (wait >= 0) by `wait` beats from rest.
+    Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method from a brisk speed, from the motion after `from_rest` beats from rest (>= 0), or by `wait` beats from rest (>= 0). With `approach` > 0 a start from rest is followed toward each for so many beats at most.
     """
 
 def gradient(
@@ -95,6 +97,8 @@ def gradient_outputs() -> list[str]:
     """Names of the outputs of `gradient`."""
 
 SETTLED_DISTANCE: float = 1e-07
+
+ARRIVED_DISTANCE: float = 0.01
 
 def joint_motion(
     model: Model,

@@ -109,7 +109,8 @@ def test_a_settled_gait_says_so(tuna: ht.Robot) -> None:
     assert swim.change < 1e-8
     assert abs(swim.multipliers[0]) == swim.spectral_radius < 1
     expected = (
-        rf"The gait is settled: consecutive beats agree .* shrinks to {swim.spectral_radius:.3g} of itself each beat\."
+        rf"The gait is settled: consecutive beats agree .* shrinks to {swim.spectral_radius:.3g} of itself each beat\. "
+        r"A start from rest leads there in \d+ beats\."
     )
     assert re.fullmatch(expected, swim.status_text)
 

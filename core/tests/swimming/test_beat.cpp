@@ -54,6 +54,25 @@ static void path_on_circle(double R, double turn, double sway) {
     CHECK_NEAR(beat.excursion, 8 * sway, 1e-4 * sway);
 }
 
+/// A body that spins by `turn` on the spot and drifts by 1 mm a beat. Up to half a circle the mean path is the circle on
+/// which the noses lie a beat apart; beyond, its center leaves for infinity, and R turn / T with it.
+static void spinning(double turn, bool path) {
+    const int steps = 64;
+    Planar<double> tail[steps], nose[steps];
+    for (int k = 0; k < steps; ++k) {
+        const double angle = turn * k / steps;
+        nose[k] = {0.001 * k / steps + 0.1 * (1 - std::cos(angle)), -0.1 * std::sin(angle), 0};
+        tail[k] = {nose[k].x + 0.4 * std::cos(angle), nose[k].y + 0.4 * std::sin(angle), 0};
+    }
+    Beat<double> beat{};
+    beat.displacement = {0.001 + 0.1 * (1 - std::cos(turn)), -0.1 * std::sin(turn), turn};
+    measure_path(steps, BeatScratch<double>{nullptr, nullptr, nullptr, tail, nose}, beat);
+    CHECK(std::isfinite(mean_speed(beat, 1.0)) == path);
+    CHECK(std::isfinite(beat.arc) == path && std::isfinite(beat.radius) == path);
+    CHECK(std::isfinite(beat.excursion) == path);
+    if (path) CHECK(beat.arc < 0.1 * std::fabs(turn) + 0.003);  // about as far as the nose has gone
+}
+
 static void straight_path() {
     const int steps = 64;
     Planar<double> tail[steps], nose[steps];
@@ -75,6 +94,8 @@ int main() {
     path_on_circle(2, 0.5, 0.01);
     path_on_circle(2, -0.5, 0.01);  // backward on the same circle
     path_on_circle(-3, -0.1, 0.05);
+    for (double turn : {0.5, 3.1, -3.1}) spinning(turn, true);
+    for (double turn : {3.2, -3.2, 6.2, 2 * pi, 2 * pi + 0.3, -6.28}) spinning(turn, false);
     straight_path();
     return failures();
 }

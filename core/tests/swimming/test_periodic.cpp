@@ -54,6 +54,29 @@ static void quadratic_convergence() {
     CHECK_NEAR(left(0.02) / left(0.01), 4, 0.4);
 }
 
+/// A start from rest arrives at the settled beat after as many beats as plain waiting takes; it does not arrive at a beat
+/// that it does not lead to, and nothing is followed toward what is no number.
+template <class Law>
+static void approach_from_rest() {
+    const Fish<double, Law> fish(2.0, 0.2);
+    const Momentum<double> settled = settle_by_newton(fish).start;
+    const auto follow = [&](const Momentum<double>& target, int beats) {
+        return approach(fish.swimmer, fish.table, fish.length, fish.period, target, beats);
+    };
+    const Approach<double> way = follow(settled, 1000);
+    CHECK(way.distance < approach_tolerances.arrived && 5 < way.beats && way.beats < 1000);
+    Momentum<double> P = fish.rest();
+    for (int k = 0; k < way.beats; ++k) P = swim_beat(fish.swimmer, fish.table, 2, fish.period, P);
+    CHECK(distance(P, way.end) == 0);
+    const Approach<double> backward = follow(-1.0 * settled, 1000);
+    CHECK(!(backward.distance < approach_tolerances.arrived));
+    CHECK(backward.beats < 1000);  // it stands elsewhere: no need to wait
+    CHECK(follow(settled, 1000).beats < backward.beats);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK(follow({nan, 0, 0}, 10).beats == 0);
+    CHECK(follow(settled, 3).beats == 3 && follow(settled, 0).beats == 0);
+}
+
 template <class Law>
 static void monodromy() {
     const Fish<double, Law> fish(2.0, 0.2);
@@ -135,6 +158,7 @@ int main() {
         using Law = typename decltype(law)::type;
         newton_equals_waiting<Law>();
         quadratic_convergence<Law>();
+        approach_from_rest<Law>();
         monodromy<Law>();
     });
     runge_kutta_order();

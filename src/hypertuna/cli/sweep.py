@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
@@ -37,16 +38,22 @@ def sweep_command(
     robot: opt.RobotOptions,
     gaits: GridOptions,
     steps: opt.Steps = DEFAULT_STEPS,
+    check_rest: Annotated[
+        bool, typer.Option("--check-rest", help="Check whether a start from rest leads to each settled beat.")
+    ] = False,
     threads: opt.Threads = None,
     files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Swim every combination of frequencies, amplitudes, phases and biases.
 
-    Every gait comes with its status; gaits that do not settle are counted on the error output.
+    Every gait comes with its status; gaits that do not settle are counted on the error output, and with --check-rest
+    those whose settled beat a start from rest does not lead to.
     """
     subject = robot.load()
     with progress_bar("swimming") as progress:
-        result = sweep(subject, gaits.make(subject), threads=threads, steps=steps, progress=progress)
+        result = sweep(
+            subject, gaits.make(subject), threads=threads, steps=steps, check_rest=check_rest, progress=progress
+        )
     emit(
         result,
         record=lambda data: provenance(subject) | {"gaits": column_rows(variable_columns(data, _names(data)))},
@@ -57,15 +64,17 @@ def sweep_command(
         **vars(files),
     )
     if unsettled := int((~result.settled).sum()):
-        import typer
-
         typer.echo(f"{unsettled} of {result.settled.size} gaits are not settled: see their status.", err=True)
+    if check_rest and (away := int((result.settled & ~result.reached_from_rest).sum())):
+        typer.echo(f"{away} of {result.settled.size} gaits settle where a start from rest does not lead.", err=True)
 
 
 def _names(result: xr.Dataset) -> dict[str, str]:
     """Name the columns of gaits and results in CSV and JSON."""
     gait = {str(name): str(name) for name in result.coords}
     values = {name: key for key, (name, *_) in SUMMARY.items()}
+    from_rest = {"reached_from_rest": "reached_from_rest", "speed_from_rest_m_s": "speed_from_rest"}
+    values |= {key: name for key, name in from_rest.items() if name in result}
     return gait | values | {"status": "status", "spectral_radius": "spectral_radius"}
 
 

@@ -1,5 +1,6 @@
 """The command `hypertuna swim`."""
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
@@ -48,7 +49,7 @@ def swim_command(
         record=_record,
         lines=_lines,
         dataset=lambda result: result.trajectory,
-        facts=_record,
+        facts=_facts,
         output=output,
         plot=plot,
         figure="hypertuna.swimming.animation:animate_swim" if animated else "hypertuna.swimming.plots:plot_swim",
@@ -64,6 +65,7 @@ def _record(result: Swim) -> dict[str, Any]:
         | {"status": result.status, "status_text": result.status_text, "settled": result.settled}
         | {"beats": result.beats, "spectral_radius": result.spectral_radius, "change_per_beat": result.change}
         | {"distance_to_settled": result.distance, "steps": result.steps}
+        | {"reached_from_rest": result.reached_from_rest, "settled_from_rest": _elsewhere(result)}
         | gait_degrees(result.gait)
         | {"from_rest_s": result.duration, "current_m_s": result.current, "warnings": _outside(result)}
         | made_by(result.robot)
@@ -72,8 +74,21 @@ def _record(result: Swim) -> dict[str, Any]:
 
 def _outside(result: Swim) -> list[str]:
     """Return where the swim lies outside the runs that the coefficients were fitted to."""
-    speed = result.speed if result.settled else None
+    speed = result.speed if result.settled and math.isfinite(result.speed) else None
     return outside(result.robot, frequency=result.gait.frequency, amplitude=result.gait.amplitude, speed=speed)
+
+
+def _elsewhere(result: Swim) -> dict[str, Any] | None:
+    """Return the numbers of the settled beat that a start from rest leads to instead."""
+    other = result.settled_from_rest
+    return None if other is None else {key: quantity.value for key, quantity in other.summary().items()}
+
+
+def _facts(result: Swim) -> dict[str, Any]:
+    """Return the record as attributes of a file."""
+    record = _record(result)
+    elsewhere = record.pop("settled_from_rest") or {}
+    return record | {f"settled_from_rest_{key}": value for key, value in elsewhere.items()}
 
 
 def _lines(result: Swim) -> Iterator[Any]:

@@ -113,7 +113,7 @@ def make_optimum(
         bounds=bounds if feasible else {},
         near_best=near,
         weight_threshold=_weight_threshold(problem, best) if exact else None,
-        remark=missed or _flat(space, near),
+        remark=" ".join(filter(None, [missed or _flat(space, near), "" if result is None else _elsewhere(result)])),
     )
 
 
@@ -144,6 +144,15 @@ def _reach(places: Array, reserve: Array) -> float:
     k = used_up[0]
     place, part = (places[k - 1], reserve[k - 1]) if k else (0.0, 1.0)
     return float(place + part / (part - reserve[k]) * (places[k] - place))  # no further where a limit ends it
+
+
+def _elsewhere(result: Swim) -> str:
+    """Return a sentence if a start from rest does not lead to the gait's settled beat: searches do not check that."""
+    if result.reached_from_rest:
+        return ""
+    other = result.settled_from_rest
+    end = "does not settle" if other is None else f"leads to {other.speed:.4g} m/s"
+    return f"The robot must be brought to speed: from rest the gait {end}."
 
 
 def _flat(space: DesignSpace, near: Mapping[str, tuple[float, float]]) -> str:

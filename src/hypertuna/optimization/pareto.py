@@ -81,7 +81,7 @@ class Front:
         facts = {"hypervolume": self.hypervolume, "hypervolume_evolved": self.hypervolume_evolved, "stop": self.stop}
         facts |= {f"reference_{name}": float(r) for name, r in zip(self.objectives, self.reference, strict=True)}
         facts |= {"objectives": " ".join(self.objectives), "evaluations": self.evaluations}
-        return sweep(self.robot, self.gaits, threads=1).assign(variables).assign_attrs(facts)
+        return sweep(self.robot, self.gaits, threads=1, check_rest=True).assign(variables).assign_attrs(facts)
 
 
 def pareto(

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from hypertuna import _core, metrics
 from hypertuna.arrays import Array
@@ -15,6 +15,8 @@ from hypertuna.swimming.model import core_model
 
 DEFAULT_STEPS = 128  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
 MAX_BEATS = 60  # of each stage of Newton's method
+APPROACH = 2000  # beats at most in which a start from rest is followed toward a settled beat
+AFTER = 200  # beats from rest after which the search for what it leads to begins: slow transients have chosen
 NEUTRAL = 1 + 1e-6  # a body that stands still keeps a disturbance as it is: its multipliers are 1 but for rounding
 STRAIGHT = 1e6  # body lengths: a larger turning radius is no turn
 
@@ -29,7 +31,7 @@ class Meaning(NamedTuple):
 
 
 QUANTITIES = {
-    "speed": Meaning("m/s", "mean speed along the path through the water, forward positive"),
+    "speed": Meaning("m/s", "mean speed along the path through the water, forward positive; NaN for a body that spins"),
     "speed_bl": Meaning("1/s", "speed in body lengths per second"),
     "power": Meaning("W", "mean mechanical power of all joints"),
     "power_positive": Meaning("W", "mean mechanical power, negative power of a joint group counted as zero"),
@@ -43,7 +45,9 @@ QUANTITIES = {
     "torque_peak": Meaning("N m", "largest magnitude of any driven joint's torque over the beat"),
     "rate_peak": Meaning("rad/s", "largest rate of any joint group over the beat"),
     "turn_rate": Meaning("rad/s", "mean rate of turn, counter-clockwise"),
-    "turn_radius": Meaning("m", "mean distance of the nose from the center of the turn; infinite when straight"),
+    "turn_radius": Meaning(
+        "m", "mean distance of the nose from the center of the turn; infinite when straight, NaN for a body that spins"
+    ),
     "spectral_radius": Meaning("1", "largest modulus of the monodromy's multipliers: growth of a disturbance per beat"),
     "change": Meaning("1", "change of the motion from beat to beat, body lengths or rad"),
     "distance": Meaning("1", "distance from the settled motion, relative to the distance traveled in a beat"),
@@ -70,21 +74,35 @@ def settle(
     model: _core.Model | None = None,
     steps: int = DEFAULT_STEPS,
     wait: int = -1,
+    from_rest: int = -1,
+    approach: int = 0,
     threads: int = 1,
 ) -> dict[str, Any]:
     """Find the settled beats of gaits: quantities, status, twist, momentum and multipliers, (gaits,) each.
 
-    `wait` is the number of beats to swim from rest before the one that counts, -1 to solve for the settled beat.
+    `wait` is the number of beats to swim from rest before the one that counts, -1 to solve for the settled beat: from
+    a brisk speed, or from the motion after `from_rest` beats from rest. With `approach`, a start from rest is followed
+    toward each settled beat for so many beats at most: "arrived", "approach_beats".
     """
     check_steps(steps)
     model, frequency = model or core_model(robot), gaits.frequency
-    rows = _core.settle(model, *gaits.columns, steps=steps, wait=wait, max_beats=MAX_BEATS, threads=threads)
+    rows = _core.settle(
+        model,
+        *gaits.columns,
+        steps=steps,
+        wait=wait,
+        max_beats=MAX_BEATS,
+        from_rest=from_rest,
+        approach=approach,
+        threads=threads,
+    )
     row = dict(zip(_COLUMNS, rows.T[:_TWIST], strict=False))
     length, mass = robot.body.length, robot.body.mass
     speed = row["speed"]
     multipliers = _multipliers(rows[:, _MONODROMY : _MONODROMY + 9].reshape(-1, 3, 3))
     radius = np.abs(multipliers).max(axis=1)
-    finite = np.isfinite(speed + row["power"] + row["loss"] + row["excursion"] + row["residual"])
+    finite = np.isfinite(row["turn"] + row["power"] + row["loss"] + row["residual"])
+    finite &= np.isfinite(speed + row["excursion"]) | spins(row["turn"])
     verdict = np.where(row["distance"] < _core.SETTLED_DISTANCE, np.where(radius > NEUTRAL, 2, 0), 1)
     return {
         "speed": speed,
@@ -101,16 +119,30 @@ def settle(
         "torque_peak": row["torque_peak"],
         "rate_peak": row["rate_peak"],
         "turn_rate": row["turn"] * frequency,
-        "turn_radius": np.where(row["radius"] < STRAIGHT * length, row["radius"], np.inf),
+        "turn_radius": np.where(row["radius"] >= STRAIGHT * length, np.inf, row["radius"]),
         "spectral_radius": radius,
         "change": row["residual"],
         "distance": row["distance"],
         "beats": row["beats"],
+        "arrived": row["approach"] < _core.ARRIVED_DISTANCE,
+        "approach_beats": row["approach_beats"],
         "status": np.where(finite, verdict, 3).astype(np.int8),  # of `STATUSES`
         "twist": rows[:, _TWIST : _TWIST + 3],
         "momentum": rows[:, _MOMENTUM : _MOMENTUM + 3],
         "multipliers": multipliers,
     }
+
+
+def settle_from_rest(robot: Robot, gaits: Gaits, *, steps: int = DEFAULT_STEPS, threads: int = 1) -> dict[str, Any]:
+    """Find the settled beats that starts from rest lead to, as `settle`; a start that leads to none is unsettled."""
+    result = settle(robot, gaits, steps=steps, from_rest=AFTER, approach=APPROACH, threads=threads)
+    lost = (result["status"] == 0) & ~result["arrived"]
+    return result | {"status": np.where(lost, np.int8(1), result["status"])}
+
+
+def spins(turn: ArrayLike) -> NDArray[np.bool_]:
+    """Whether a beat turns the body by more than half a circle [rad]: it has no path then, and no speed along it."""
+    return np.abs(np.asarray(turn, dtype=np.float64)) > np.pi
 
 
 def directional_derivatives(
@@ -137,7 +169,7 @@ def directional_derivatives(
     rows = _core.gradient(model, *gaits.columns, momentum, along, steps=steps, threads=threads)
     by_start, by_parameters = rows[..., :3], rows[..., 3:]
     remains = np.eye(3) - by_start[:, _END]
-    sound = np.isin(beats["status"], _PERIODIC) & (np.abs(np.linalg.det(remains)) > 0)
+    sound = np.isin(beats["status"], _PERIODIC) & np.isfinite(beats["speed"]) & (np.abs(np.linalg.det(remains)) > 0)
     start = np.full((len(frequency), 3, directions.shape[1]), np.nan)
     start[sound] = np.linalg.solve(remains[sound], by_parameters[sound, _END])
     total = dict(zip(_core.gradient_outputs(), np.moveaxis(by_parameters + by_start @ start, 1, 0), strict=True))

@@ -15,7 +15,15 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
 from hypertuna.ranges import POSITIVE_WHOLE, check_choice
-from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, STATUSES, directional_derivatives, settle
+from hypertuna.swimming.beat import (
+    APPROACH,
+    DEFAULT_STEPS,
+    QUANTITIES,
+    STATUSES,
+    directional_derivatives,
+    settle,
+    settle_from_rest,
+)
 from hypertuna.swimming.gait import KINDS, Gait, Gaits, check_gait
 from hypertuna.swimming.model import parameter_names
 
@@ -40,6 +48,7 @@ def sweep(
     steps: int = DEFAULT_STEPS,
     method: Literal["newton", "beats"] = "newton",
     beats: int = 50,
+    check_rest: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Swim many gaits.
@@ -54,6 +63,8 @@ def sweep(
     method : {"newton", "beats"}
     beats : int
         Solve for the settled beat, or swim this many beats from rest and take the last.
+    check_rest : bool
+        Whether to check that a start from rest leads to each settled beat, which takes three to four times as long.
     progress : callable, optional
         Called with the number of gaits completed and their total.
 
@@ -62,7 +73,8 @@ def sweep(
     xarray.Dataset
         Every quantity of `hypertuna.swimming.beat.QUANTITIES`, ``status`` and ``settled``, with dimensions frequency,
         amplitude, phase and bias for a grid, or gait for a list; angles of every joint group [rad] are coordinates
-        such as ``amplitude_I``. A gait that diverged leaves the others untouched.
+        such as ``amplitude_I``. A gait that diverged leaves the others untouched. With `check_rest` also
+        ``reached_from_rest`` and ``speed_from_rest``; the attribute ``check_rest`` says whether it was done.
 
     Raises
     ------
@@ -73,17 +85,41 @@ def sweep(
     check_gait(gaits[0], robot)
     check_choice(method, ("newton", "beats"), "method")
     wait = POSITIVE_WHOLE.check(beats, "beats", "give the beats to swim from rest") - 1 if method == "beats" else -1
+    if check_rest and wait >= 0:
+        raise InputError("must be by newton to check starts from rest", key="method", value="beats", fix="leave it out")
     threads = thread_count(threads)
     parts = []
     for first in range(0, len(gaits), CHUNK):
         last = min(first + CHUNK, len(gaits))
         part = Gaits(*(column[first:last] for column in gaits.columns), shape=(last - first,))
-        result = settle(robot, part, steps=steps, wait=wait, threads=threads)
-        parts.append({name: result[name] for name in (*QUANTITIES, "status")})
+        result = settle(robot, part, steps=steps, wait=wait, approach=APPROACH * check_rest, threads=threads)
+        names = (*QUANTITIES, "status")
+        if check_rest:
+            result |= _from_rest(robot, part, result, steps, threads)
+            names += tuple(_FROM_REST)
+        parts.append({name: result[name] for name in names})
         if progress is not None:
             progress(last, len(gaits))
     whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return _dataset(robot, gaits, whole, {"steps": steps, "method": method})
+    return _dataset(robot, gaits, whole, {"steps": steps, "method": method, "check_rest": int(check_rest)})
+
+
+_FROM_REST = {
+    "reached_from_rest": {"long_name": "whether a start from rest leads to this beat"},
+    "speed_from_rest": {"units": "m/s", "long_name": "speed of the settled beat that a start from rest leads to"},
+}
+
+
+def _from_rest(robot: Robot, gaits: Gaits, result: dict[str, Any], steps: int, threads: int) -> dict[str, Any]:
+    """Find the gaits whose settled beat a start from rest leads to, and the speeds that the others lead to."""
+    reached = result["arrived"] & (result["status"] == 0)
+    speed = np.where(reached, result["speed"], np.nan)
+    other = np.flatnonzero(~reached)
+    if len(other):
+        part = Gaits(*(column[other] for column in gaits.columns), shape=(len(other),))
+        found = settle_from_rest(robot, part, steps=steps, threads=threads)
+        speed[other] = np.where(found["status"] == 0, found["speed"], np.nan)
+    return {"reached_from_rest": reached, "speed_from_rest": speed}
 
 
 def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str, Any]) -> xr.Dataset:
@@ -94,6 +130,9 @@ def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str,
         name: (dims, results[name].reshape(gaits.shape), *meaning) for name, meaning in QUANTITIES.items()
     }
     status = results["status"].reshape(gaits.shape)
+    variables |= {
+        name: (dims, results[name].reshape(gaits.shape), about) for name, about in _FROM_REST.items() if name in results
+    }
     flags = {"flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
     variables["status"] = (dims, status, {"long_name": "how the search ended"} | flags)
     variables["settled"] = (dims, status == 0, {"long_name": "whether the gait repeats itself and is stable"})
@@ -142,7 +181,7 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
     Raises
     ------
     InputError
-        If the gait does not fit the robot, or does not settle: it then has no derivatives.
+        If the gait does not fit the robot, does not settle or has no speed: it then has no derivatives.
     """
     check_gait(gait, robot)
     gaits = Gaits.of([gait])
@@ -152,6 +191,9 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
         raise InputError("must move the robot to have derivatives", key="gait", fix="give it an amplitude")
     if status not in ("settled", "unstable"):
         raise InputError("must settle to have derivatives", key="gait", value=status, fix="see hypertuna.swim")
+    if np.isnan(result["speed"][0]):
+        rule, value = "must have a speed to have derivatives", "turning by more than half a circle a beat"
+        raise InputError(rule, key="gait", value=value, fix="give it less bias")
     names = parameter_names(robot)
     derivatives = directional_derivatives(robot, gaits, result, np.eye(len(names)), steps=steps)
     return Gradient(names, **{field.name: derivatives[field.name][0] for field in fields(Gradient)[1:]})

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +16,17 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
-from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, STATUSES, check_steps, settle, status_text
+from hypertuna.swimming.beat import (
+    APPROACH,
+    DEFAULT_STEPS,
+    QUANTITIES,
+    STATUSES,
+    check_steps,
+    settle,
+    settle_from_rest,
+    spins,
+    status_text,
+)
 from hypertuna.swimming.gait import Gait, Gaits, check_gait
 from hypertuna.swimming.model import core_model, twist_from_rest
 from hypertuna.swimming.trajectory import trajectory
@@ -50,7 +62,7 @@ class Swim:
 
     robot: Robot
     gait: Gait
-    speed: float  # m/s along the mean path through the water, forward positive
+    speed: float  # m/s along the mean path through the water, forward positive; NaN for a body that spins
     speed_bl: float  # body lengths per second
     power: float  # W, mean mechanical power of all joints
     power_positive: float  # W, the same with negative power of a joint group counted as zero
@@ -64,14 +76,16 @@ class Swim:
     torque_peak: float  # N m, largest magnitude of any driven joint's torque over the beat
     rate_peak: float  # rad/s, largest rate of any joint group
     turn_rate: float  # rad/s, mean, counter-clockwise positive
-    turn_radius: float  # m, of the nose's mean path; infinite when straight
+    turn_radius: float  # m, of the nose's mean path; infinite when straight, NaN for a body that spins
     spectral_radius: float  # largest modulus of the multipliers: growth of a disturbance per beat
     change: float  # of the motion to the next beat, body lengths or rad
     distance: float  # from the settled motion, relative to the distance traveled in a beat
     beats: int  # integrated
     multipliers: NDArray[np.complex128]  # (3,), eigenvalues of the monodromy matrix, largest first; NaN from rest
     status: str  # "settled", "unsettled", "unstable" or "diverged"
-    status_text: str  # the same as a sentence
+    status_text: str  # the same as a sentence, and where a start from rest leads
+    reached_from_rest: bool | None  # whether a start from rest leads to this beat; None where that is not checked
+    settled_from_rest: Swim | None  # the settled beat that it leads to instead; None if it leads here, or to none
     steps: int  # per beat
     current: tuple[float, float]  # m/s
     duration: float | None  # s from rest; None for the settled beat
@@ -94,7 +108,7 @@ class Swim:
         -------
         dict of Quantity
         """
-        straight = not self.turn_radius < STRAIGHT * self.robot.body.length
+        straight = self.turn_radius >= STRAIGHT * self.robot.body.length
         return {
             key: Quantity(getattr(self, name), unit, None if straight and name.startswith("turn") else label)
             for key, (name, unit, label) in SUMMARY.items()
@@ -154,7 +168,7 @@ def swim(
     Returns
     -------
     Swim
-        With a `status`: whether the gait is settled.
+        With a `status`: whether the gait is settled; and whether a start from rest leads to the settled beat.
 
     Raises
     ------
@@ -181,12 +195,43 @@ def swim(
         wait = int(beats_swum) - 1
     if np.shape(current) != (2,) or not np.isfinite(current).all():
         raise InputError("must be two finite numbers", key="current", value=str(current), fix="give m/s along x and y")
-    result = settle(robot, Gaits.of([gait]), steps=steps, wait=wait)
+    gaits, carried = Gaits.of([gait]), (float(current[0]), float(current[1]))
+    if from_rest is not None:
+        last = _swim(robot, gait, settle(robot, gaits, steps=steps, wait=wait), steps, carried, from_rest)
+        if last.status == "diverged":
+            return last
+        status, text = _verdict_from_rest(last, swim(robot, gait, steps=steps))
+        return replace(last, status=status, status_text=text)
+    result = settle(robot, gaits, steps=steps, approach=APPROACH)
+    here = _swim(robot, gait, result, steps, carried)
+    if here.status == "diverged":
+        return here
+    reached, elsewhere = bool(result["arrived"][0]), None
+    if not reached:
+        other = settle_from_rest(robot, gaits, steps=steps)
+        if STATUSES[other["status"][0]] == "settled":
+            elsewhere, result = _swim(robot, gait, other, steps, carried), other
+    text = _start_text(here, reached, elsewhere, int(result["approach_beats"][0]))
+    return replace(here, status_text=text, reached_from_rest=reached, settled_from_rest=elsewhere)
+
+
+def _swim(
+    robot: Robot,
+    gait: Gait,
+    result: Mapping[str, Any],
+    steps: int,
+    current: tuple[float, float],
+    duration: float | None = None,
+) -> Swim:
+    """Make a swim of a settled beat, or of the last one from rest."""
     values: dict[str, Any] = {name: float(result[name][0]) for name in QUANTITIES}
     status = STATUSES[result["status"][0]]
     text = status_text(status, values["beats"], values["distance"], values["spectral_radius"])
-    if from_rest is not None and status != "diverged":
-        status, text = _verdict_from_rest(values["beats"], values["speed"], swim(robot, gait, steps=steps))
+    turn = values["turn_rate"] / gait.frequency
+    if spins(turn) and status != "diverged":
+        text += (
+            f" It spins: {abs(math.degrees(turn)):.0f} deg a beat, more than half a circle, is no path with a speed."
+        )
     multipliers = result["multipliers"][0]
     return Swim(
         robot=robot,
@@ -195,21 +240,41 @@ def swim(
         multipliers=multipliers[np.argsort(-np.abs(multipliers))],
         status=status,
         status_text=text,
+        reached_from_rest=None,
+        settled_from_rest=None,
         steps=steps,
-        current=(float(current[0]), float(current[1])),
-        duration=from_rest,
-        _start=result["twist"][0].copy() if from_rest is None else None,
+        current=current,
+        duration=duration,
+        _start=result["twist"][0].copy() if duration is None else None,
     )
 
 
-def _verdict_from_rest(beats: float, speed: float, settled: Swim) -> tuple[str, str]:
-    """Compare the last beat from rest with the settled one."""
-    if not settled.settled:
+def _start_text(here: Swim, reached: bool, elsewhere: Swim | None, beats: int) -> str:
+    """Return the status as a sentence, and where a start from rest leads."""
+    if elsewhere is not None:
+        where = f"{elsewhere.speed:.4g} m/s" if math.isfinite(elsewhere.speed) else "a body that spins"
+        start = f"A start from rest leads elsewhere: to {where} in {beats} beats."
+    elif here.settled and reached:
+        start = f"A start from rest leads there in {beats} beats."
+    elif here.settled:
+        start = f"A start from rest does not lead there, nor does it settle elsewhere within {APPROACH} beats."
+    else:
+        return here.status_text
+    return f"{here.status_text} {start}"
+
+
+def _verdict_from_rest(last: Swim, settled: Swim) -> tuple[str, str]:
+    """Compare the last beat from rest with the settled one that a start from rest leads to."""
+    beats, goal = last.beats, settled.settled_from_rest or settled
+    if not goal.settled:
         return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest. {settled.status_text}"
-    # For a gait that stands still: relative to a thousandth of a body length per beat.
-    scale = abs(settled.speed) + 1e-3 * settled.gait.frequency * settled.robot.body.length
-    short = (speed - settled.speed) / scale
+    # For a gait that stands still: relative to a thousandth of a body length per beat, or of a rad for one that spins.
+    paths = math.isfinite(last.speed) and math.isfinite(goal.speed)
+    name, unit, least = ("speed", "m/s", goal.robot.body.length) if paths else ("turn_rate", "rad/s", 1.0)
+    aim, scale = getattr(goal, name), abs(getattr(goal, name)) + 1e-3 * goal.gait.frequency * least
+    short = (getattr(last, name) - aim) / scale
+    words = name.replace("turn_rate", "rate of turn")
     if abs(short) < AT_REST:
-        return "settled", f"The gait is settled after {beats:.0f} beats from rest, to {abs(short):.1e} of its speed."
-    off = f"{abs(short) * scale:.2g} m/s {'above' if short > 0 else 'below'} the settled {settled.speed:.4g} m/s"
-    return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest: its speed is {off}."
+        return "settled", f"The gait is settled after {beats:.0f} beats from rest, to {abs(short):.1e} of its {words}."
+    off = f"{abs(short) * scale:.2g} {unit} {'above' if short > 0 else 'below'} the settled {aim:.4g} {unit}"
+    return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest: its {words} is {off}."

@@ -138,7 +138,7 @@ def turn(
     for k in range(len(gaits)):
         if settled[k] and math.isinf(bends[k]):
             radius[k] = math.inf
-        elif settled[k]:
+        elif settled[k] and not math.isnan(bends[k]):
             circle = fit_circle(nose_path(swim(robot, gaits[k], steps=steps)))
             radius[k], residual[k] = circle.radius, circle.residual
         if progress is not None:

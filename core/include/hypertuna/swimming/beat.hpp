@@ -1,6 +1,8 @@
 /// One beat, measured: how far it carries the body and what it costs.
 #pragma once
 
+#include <limits>
+
 #include "hypertuna/swimming/stepping.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
@@ -13,6 +15,7 @@ struct Beat {
     S power_positive;      // W, the same with every joint group's negative power counted as zero
     S loss;                // W, mean power that the water takes
     S torque_peak;         // N m, largest magnitude of any driven joint's torque
+    // Of the mean path, which a beat that turns the body by more than half a circle does not have: NaN then.
     S excursion;           // m, of the tail tip across the mean path, peak to peak
     S arc;                 // m, length of the mean path: of the circle at the nose's mean distance from the center
     S radius;              // m, mean distance of the nose from the center of the turn; infinite when straight
@@ -78,6 +81,9 @@ S peak(int count, const At& at) {
 }
 
 /// What the path of a beat was: its radius, and the tail's excursion across it.
+///
+/// Positions a beat apart sample the mean path. Where the body turns by more than half a circle from one to the next,
+/// the samples do not tell a circle from another one, traveled the other way round: the body spins, and has no path.
 template <class S>
 void measure_path(int steps, const BeatScratch<S>& scratch, Beat<S>& beat) {
     using T = base_t<S>;
@@ -100,6 +106,9 @@ void measure_path(int steps, const BeatScratch<S>& scratch, Beat<S>& beat) {
     const S near_straight = S(1) + square * (S(T(1.0 / 6)) + square * S(T(7.0 / 360)));
     beat.arc = chord * select(square < S(T(1e-6)), near_straight, h / half_sin) * (S(1) - curvature * wander);
     beat.radius = S(1) / abs(curvature) - select(curvature < S(0), -wander, wander);
+    const auto sampled = abs(d.heading) <= S(T(pi));
+    const S none(std::numeric_limits<T>::quiet_NaN());
+    for (S* of_path : {&beat.arc, &beat.radius, &beat.excursion}) *of_path = select(sampled, *of_path, none);
 }
 
 /// Swim one beat from momentum P and measure it.
@@ -138,7 +147,7 @@ HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law, G>& fish, const Jo
     return beat;
 }
 
-/// Mean speed along the path, m/s, forward positive.
+/// Mean speed along the path, m/s, forward positive; NaN for a body that spins.
 template <class S>
 HYPERTUNA_INLINE S mean_speed(const Beat<S>& beat, const S& frequency) {
     return frequency * select(beat.advance < S(0), -beat.arc, beat.arc);

@@ -1,4 +1,5 @@
-/// From a gait to its settled beat: guess, coarse search, fine search, and the proof by one more beat.
+/// From a gait to its settled beat: guess, coarse search, fine search, and the proof by one more beat. Then, where a
+/// start from rest leads.
 #pragma once
 
 #include "hypertuna/swimming/beat.hpp"
@@ -134,6 +135,69 @@ Settled<S> wait(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const 
         max(S(1) - out.residual / max(before, S(T(1e-30))), select(out.residual < rounding, S(T(1e-3)), S(T(1e-6))));
     out.distance = out.residual / (shrinks * stride(twist(now, start), length, period));
     return out;
+}
+
+/// A start from rest, followed toward a settled beat.
+template <class S>
+struct Approach {
+    Momentum<S> end;  // momentum after the last beat
+    S distance;       // of that from the settled beat, relative to the stride
+    S beats;          // swum
+};
+
+/// Distance at which a motion has arrived at a settled beat: disturbances so small die out by its multipliers. A motion
+/// elsewhere that changes by less than `standing` a beat will not come.
+struct ApproachTolerances {
+    double arrived, standing;
+};
+inline constexpr ApproachTolerances approach_tolerances = {1e-2, 1e-6};
+
+template <class S, class M>
+Approach<S> select(const M& mask, const Approach<S>& yes, const Approach<S>& no) {
+    return {select(mask, yes.end, no.end), select(mask, yes.distance, no.distance), select(mask, yes.beats, no.beats)};
+}
+
+/// Swim plain beats from rest, every `stride_instants` of the table's instants half a step, until the motion arrives at
+/// the settled beat that starts with `target`, stands elsewhere, or has had `max_beats`.
+template <class S, class Law>
+HYPERTUNA_NOINLINE Approach<S> swim_toward(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int stride_instants,
+                                           const S& length, const S& period, const Momentum<S>& target,
+                                           int max_beats) {
+    using T = base_t<S>;
+    const Instant<S> now = table[0];
+    const S scale = S(1) / stride(twist(now, target), length, period);
+    const auto size = [&](const Momentum<S>& a, const Momentum<S>& b) {
+        return scale * size_per_beat(now.mobility * (a - b), length, period);
+    };
+    const S zero(0);
+    Approach<S> way{{zero, zero, zero}, zero, zero};
+    way.distance = size(way.end, target);
+    S change(std::numeric_limits<T>::infinity());
+    for (int k = 0; k < max_beats; ++k) {
+        // A comparison with NaN is false: what diverges goes no further.
+        const auto open = (S(T(approach_tolerances.arrived)) <= way.distance) &
+                          (S(T(approach_tolerances.standing)) <= change);
+        if (!any(open)) break;
+        const Momentum<S> next = swim_beat(fish, table, stride_instants, period, way.end);
+        change = size(next, way.end);
+        way.end = select(open, next, way.end);
+        way.beats = select(open, way.beats + S(1), way.beats);
+        way.distance = size(way.end, target);
+    }
+    return way;
+}
+
+/// Follow a start from rest toward a settled beat: with half the steps, and where that does not arrive, with all of them.
+/// Newton's method jumps from one basin of attraction into another; plain beats do not.
+template <class S, class Law>
+Approach<S> approach(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, const S& length, const S& period,
+                     const Momentum<S>& target, int max_beats) {
+    using T = base_t<S>;
+    const S none(std::numeric_limits<T>::quiet_NaN());
+    const Approach<S> coarse = swim_toward(fish, table, 2, length, period, target, max_beats);
+    const auto arrived = coarse.distance < S(T(approach_tolerances.arrived));
+    const Momentum<S> left = select(arrived, Momentum<S>{none, none, none}, target);
+    return select(arrived, coarse, swim_toward(fish, table, 1, length, period, left, max_beats));
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,81 @@
+"""Robots that users may bring, at random, and gaits for them; the same for the same seed.
+
+A robot has 2 to 8 links, is 0.1 to 1.5 m long and floats: its mass is that of the water in elliptic sections as high as
+the links and 0.3 to 1 times as wide. Coefficients span those of plates, cylinders and streamlined sections.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+import hypertuna as ht
+from hypertuna.description.robot import parse
+from hypertuna.swimming.gait import Gaits
+
+LAWS = ("lumped", "strip", "elongated")
+
+
+def random_robot(seed: int) -> ht.Robot:
+    """A robot of the law `seed` modulo three."""
+    random = np.random.default_rng(seed)
+
+    def column(low: float, high: float) -> list[float]:
+        return random.uniform(low, high, links).tolist()
+
+    links = int(random.integers(2, 9))
+    size = math.exp(random.uniform(math.log(0.1), math.log(1.5)))
+    length = random.uniform(0.5, 1.5, links) * np.append(2.0, np.ones(links - 1))  # a head is longer
+    length *= size / length.sum()
+    height = size * random.uniform(0.08, 0.25) * random.uniform(0.5, 1.2, links)
+    width = height * random.uniform(0.3, 1.0)
+    lateral, mass = height * length, 1000 * math.pi / 4 * height * width * length
+    groups = np.array_split(np.arange(1, links), int(random.integers(1, links)))
+    document: dict[str, Any] = {
+        "format": 1,
+        "name": f"random-{seed}",
+        "description": "a robot made at random",
+        "body": {"length_m": float(length.sum()), "mass_kg": float(mass.sum())},
+        "links": {
+            "name": [f"L{i}" for i in range(links)],
+            "length_m": length.tolist(),
+            "com_m": (length * random.uniform(0.4, 0.6, links)).tolist(),
+            "mass_kg": mass.tolist(),
+            "lateral_area_m2": lateral.tolist(),
+            "wetted_area_m2": (2.2 * lateral).tolist(),
+        },
+        "joints": [{"name": str(g), "links": joints.tolist()} for g, joints in enumerate(groups)],
+        "model": {"water": LAWS[seed % 3], "joints": "ideal"},
+        "water": {
+            "density_kg_m3": 1000.0,
+            "lumped": {"added_mass": column(0.1, 1.0), "friction": column(0.01, 0.1), "drag": column(0.5, 5.0)},
+            "strip": {
+                "added_mass_normal": column(0.5, 1.2),
+                "added_mass_tangential": column(0.0, 0.1),
+                "added_inertia": column(0.5, 1.2),
+                "drag_normal": column(0.5, 2.5),
+                "drag_tangential": column(0.003, 0.05),
+                "cross_flow": bool(random.integers(2)),
+                "tail_shedding": float(random.choice([0.0, 0.5, 1.0])),
+            },
+            "elongated": {
+                "added_mass_normal": column(0.5, 1.2),
+                "added_mass_edge": float(random.uniform(0.5, 2.0)),
+                "drag_normal": column(0.5, 2.5),
+                "drag_tangential": column(0.003, 0.05),
+            },
+        },
+    }
+    return parse(document)
+
+
+def random_gaits(robot: ht.Robot, count: int, seed: int) -> Gaits:
+    """Gaits of 0.3 to 10 Hz, 3 to 45 deg, any lag between -60 and 150 deg from group to group; half with a bias."""
+    random, shape = np.random.default_rng(seed), (count, len(robot.joints))
+    frequency = np.exp(random.uniform(math.log(0.3), math.log(10.0), count))
+    amplitude = np.radians(random.uniform(3, 45, shape))
+    lag = np.radians(random.uniform(-60, 150, shape)).cumsum(axis=1)
+    bias = np.radians(random.uniform(-40, 40, shape)) * (random.random((count, 1)) < 0.5)
+    return Gaits(frequency, amplitude, lag - lag[:, :1], bias, shape=(count,))

@@ -1,0 +1,110 @@
+"""Is each settled beat the one that a start from rest leads to, and a speed a speed? Robots and gaits at random.
+
+    nice python validation/swims/study.py [robots] [gaits] [-o FILE]
+
+Each settled beat says whether a start from rest leads to it. Here the start is swum, by `BEATS` plain beats without a
+search of any kind, and what they end in is compared with what the beat said.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import hypertuna as ht
+from hypertuna.io.files import version
+from hypertuna.swimming.beat import APPROACH, STATUSES, settle, settle_from_rest, spins
+from hypertuna.swimming.gait import Gaits
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
+
+from random_robots import random_gaits, random_robot
+
+BEATS = 1500  # plain beats from rest
+NEAR = 1e-2  # part of the stride, or of a thousandth of a body length, by which two twists are the same
+FASTEST = 10.0  # body lengths a beat: no swimmer is faster
+
+
+def strides(robot: ht.Robot, gaits: Gaits, one: NDArray[np.float64], other: NDArray[np.float64]) -> Any:
+    """Distance of twists (gaits, 3) from others, relative to the stride of the others."""
+    scale = np.array([1 / robot.body.length, 1 / robot.body.length, 1.0])
+    size = np.abs((one - other) * scale).max(axis=1) / gaits.frequency
+    return size / (np.abs(other[:, 0]) / robot.body.length / gaits.frequency + 1e-3)
+
+
+def examine(seed: int, count: int) -> dict[str, Any]:
+    """Swim random gaits of a random robot, and swim each from rest as well."""
+    robot = random_robot(seed)
+    gaits = random_gaits(robot, count, seed)
+    start = time.process_time()
+    settle(robot, gaits)
+    middle = time.process_time()
+    found = settle(robot, gaits, approach=APPROACH)
+    checked = time.process_time()
+    truth = settle(robot, gaits, wait=BEATS - 1)
+    settled, arrived = found["status"] == 0, found["arrived"] & (found["status"] == 0)
+    there = strides(robot, gaits, truth["twist"], found["twist"]) < NEAR
+    other = settle_from_rest(robot, gaits)
+    elsewhere = settled & ~arrived & (other["status"] == 0)
+    same = strides(robot, gaits, truth["twist"], other["twist"]) < NEAR
+    spin = settled & spins(found["turn_rate"] / gaits.frequency)
+    stride = np.abs(found["stride_length"])
+    away = np.flatnonzero(settled & ~arrived)
+    wrong = (arrived & ~there) | (elsewhere & ~same) | (settled & ~arrived & (other["status"] != 0) & there)
+    row = {
+        "seed": seed,
+        "law": robot.model.water,
+        "links": len(robot.links.name),
+        "gaits": count,
+        **{name: int((found["status"] == k).sum()) for k, name in enumerate(STATUSES)},
+        "spin": int(spin.sum()),
+        "no_speed": int((settled & ~np.isfinite(found["speed"])).sum()),
+        "too_fast": int((settled & (stride > FASTEST)).sum()),
+        "fastest_bl_per_beat": float(np.max(stride[settled & ~spin], initial=0.0)),
+        "arrived": int(arrived.sum()),
+        "elsewhere": int(elsewhere.sum()),
+        "nowhere": int((settled & ~arrived & (other["status"] != 0)).sum()),
+        "rescued": int((~settled & (other["status"] == 0)).sum()),
+        "wrong": np.flatnonzero(wrong).tolist(),
+        "beats_from_rest": float(np.median(found["approach_beats"][arrived])) if arrived.any() else 0.0,
+        "cpu_settle_s": middle - start,
+        "cpu_checked_s": checked - middle,
+    }
+    speeds = zip(away, found["speed"][away], other["speed"][away], truth["speed"][away], strict=True)
+    row["away"] = [{"gait": int(k), "speed": a, "speed_from_rest": b, "swum": c} for k, a, b, c in speeds]
+    return row
+
+
+def main() -> None:
+    """Run the study, print its table, and store it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("robots", type=int, nargs="?", default=50)
+    parser.add_argument("gaits", type=int, nargs="?", default=200)
+    parser.add_argument("-o", "--output", type=Path)
+    options = parser.parse_args()
+    rows = [examine(seed, options.gaits) for seed in range(options.robots)]
+    names = ("gaits", *STATUSES, "spin", "no_speed", "too_fast", "arrived", "elsewhere", "nowhere", "rescued")
+    total = {name: sum(row[name] for row in rows) for name in names}
+    total |= {"wrong": sum(len(row["wrong"]) for row in rows)}
+    total |= {"fastest_bl_per_beat": max(row["fastest_bl_per_beat"] for row in rows)}
+    total |= {name: round(sum(row[name] for row in rows), 2) for name in ("cpu_settle_s", "cpu_checked_s")}
+    total |= {"cpu_s": round(time.process_time(), 1), "beats_from_rest": BEATS}
+    for name, value in total.items():
+        print(f"{name:20} {value}")
+    if options.output is not None:
+        command = f"python validation/swims/study.py {options.robots} {options.gaits}"
+        made = {"command": command, "hypertuna_version": version(), "seeds": f"0 to {options.robots - 1}"}
+        lines = ",\n".join(json.dumps(row, default=float).replace("NaN", "null") for row in rows)
+        head = json.dumps(made | {"total": total}, indent=1)[:-2]
+        options.output.write_text(f'{head},\n "robots": [\n{lines}\n]}}\n')
+
+
+if __name__ == "__main__":
+    main()
