@@ -72,10 +72,14 @@ def random_robot(seed: int) -> ht.Robot:
 
 
 def random_gaits(robot: ht.Robot, count: int, seed: int) -> Gaits:
-    """Gaits of 0.3 to 10 Hz, 3 to 45 deg, any lag between -60 and 150 deg from group to group; half with a bias."""
+    """Gaits of 0.3 to 10 Hz. The even ones are such as one may try: 3 to 45 deg, lags of -60 to 150 deg from group to
+    group, half of them with a bias; the odd ones are vehement, up to 170 deg, and spin many a robot about itself.
+    """
     random, shape = np.random.default_rng(seed), (count, len(robot.joints))
+    wild = (np.arange(count) % 2 == 1)[:, np.newaxis]
     frequency = np.exp(random.uniform(math.log(0.3), math.log(10.0), count))
-    amplitude = np.radians(random.uniform(3, 45, shape))
-    lag = np.radians(random.uniform(-60, 150, shape)).cumsum(axis=1)
-    bias = np.radians(random.uniform(-40, 40, shape)) * (random.random((count, 1)) < 0.5)
+    amplitude = np.radians(np.where(wild, random.uniform(30, 170, shape), random.uniform(3, 45, shape)))
+    lag = np.radians(np.where(wild, random.uniform(-180, 180, shape), random.uniform(-60, 150, shape))).cumsum(axis=1)
+    bias = np.radians(np.where(wild, random.uniform(-90, 90, shape), random.uniform(-40, 40, shape)))
+    bias *= wild | (random.random((count, 1)) < 0.5)
     return Gaits(frequency, amplitude, lag - lag[:, :1], bias, shape=(count,))

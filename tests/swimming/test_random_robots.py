@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,8 @@ from random_robots import random_gaits, random_robot
 FASTEST = 10.0  # body lengths a beat: no swimmer is faster
 BEATS = 1500  # from rest
 # Gaits of random robots that settle elsewhere from rest: seed of the robot, number of the gait among 100.
-AWAY = ((1, 52), (5, 2), (8, 0))
+AWAY = ((2, 2), (5, 36), (8, 57))
+SPINS = ((6, 55), (8, 7), (9, 7))  # these turn the body by more than half a circle a beat
 
 
 def find(seed: int, k: int) -> tuple[ht.Robot, ht.Gait]:
@@ -49,6 +52,22 @@ def test_both_beats_are_returned_where_a_start_from_rest_leads_elsewhere(seed: i
     waited = ht.swim(robot, gait, from_rest=(BEATS + 0.5) / gait.frequency)
     assert waited.settled  # though it is not where Newton's method ends
     assert waited.speed == pytest.approx(other.speed, rel=1e-3)
+
+
+@pytest.mark.parametrize(("seed", "k"), SPINS)
+def test_a_body_that_spins_has_no_speed(seed: int, k: int) -> None:
+    robot, gait = find(seed, k)
+    swim = ht.swim(robot, gait)
+    turn = abs(swim.turn_rate) / gait.frequency
+    assert swim.settled
+    assert turn > math.pi
+    for name in ("speed", "speed_bl", "cost_of_transport", "strouhal", "stride_length", "excursion", "turn_radius"):
+        assert math.isnan(getattr(swim, name)), name
+    assert swim.power > 0
+    assert f"It spins: {math.degrees(turn):.0f} deg a beat, more than half a circle, is no path" in swim.status_text
+    assert ht.swim(robot, gait, from_rest=(BEATS + 0.5) / gait.frequency).settled
+    with pytest.raises(ht.InputError, match="must have a speed to have derivatives"):
+        ht.gradient(robot, gait)
 
 
 def test_the_ordinary_case_says_that_a_start_from_rest_leads_there(tuna: ht.Robot) -> None:

@@ -257,7 +257,7 @@ def _start_text(here: Swim, reached: bool, elsewhere: Swim | None, beats: int) -
     elif here.settled and reached:
         start = f"A start from rest leads there in {beats} beats."
     elif here.settled:
-        start = f"A start from rest does not lead there, nor does it settle elsewhere within {APPROACH} beats."
+        start = f"A start from rest has neither come there within {APPROACH} beats nor settled elsewhere."
     else:
         return here.status_text
     return f"{here.status_text} {start}"
