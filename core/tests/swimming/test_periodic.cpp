@@ -102,7 +102,10 @@ static void runge_kutta_order() {
     CHECK_NEAR(e, 1 + 1 + 1 / 2.0 + 1 / 6.0 + 1 / 24.0, 1e-15);
 
     Fish<double, Strip<double>, 512> fish(2.0, 0.2);
-    for (auto& k : fish.coefficients) k.drag = k.friction = 0, k.linear_drag = 5, k.linear_friction = 0.5;
+    for (auto& k : fish.coefficients) {
+        k.drag = k.beating = k.friction = 0;
+        k.linear_drag = 5, k.linear_friction = 0.5;
+    }
     fish.swimmer.water.shedding = 0;
     const auto end = [&](int stride) { return swim_beat(fish.swimmer, fish.table, stride, fish.period, fish.rest()); };
     const Momentum<double> exact = end(1);
