@@ -107,7 +107,11 @@ def differences(robot: ht.Robot, gait: ht.Gait) -> tuple[Array, Array]:
             rows.append(np.zeros(len(RESULTS)))
         else:
             keys, x = place(robot, name)
-            unit = x or 1.0
+            unit = x or (1e-3 if "blunt_area" in name else 1.0)  # m^2, of the size of a head's
+            if name.endswith("edge_height") and x == 0:  # no height, but the last link's own added mass
+                rows.append(np.zeros(len(RESULTS)))
+                units.append(unit)
+                continue
             rows.append(slope(lambda value, keys=keys: result(with_value(robot, keys, value), gait), x, unit))
         units.append(unit)
     return np.array(rows), np.array(units)
@@ -158,7 +162,22 @@ def test_every_parameter_matters(every_model: ht.Robot) -> None:
     )
     if every_model.model.water == "lumped":
         expected.add(f"links.length[{len(every_model.links.name) - 1}]")  # forces act at centers of mass
+    if every_model.model.water == "strip":
+        expected |= idle_strips(every_model)
     assert idle == expected
+
+
+def idle_strips(robot: ht.Robot) -> set[str]:
+    """Coefficients of the strips without effect: beating where nothing bends, the edge where nothing is shed."""
+    strip = robot.water.strip
+    assert strip is not None
+    first = min(link for group in robot.joints for link in group.links)
+    names = {f"water.strip.drag_beating[{link}]" for link in range(first)}
+    if strip.edge_height == 0:
+        names.add("water.strip.edge_height")
+    if strip.tail_shedding == 0:
+        names |= {f"water.strip.edge_{what}" for what in ("height", "lift", "suction")}
+    return names
 
 
 def test_one_time_for_all_groups_has_no_effect(every_model: ht.Robot) -> None:

@@ -128,7 +128,15 @@ def test_a_gait_that_diverges_is_not_settled(from_rest: float | None) -> None:
 
 def test_a_straight_gait_may_be_unstable() -> None:
     """With half of the reactive force at its tail HyperTuna's straight course is none that it would keep."""
-    robot = changed(MODELS["hypertuna-strip-shedding"], {"water.strip.tail_shedding": 0.5})
+    plain = {
+        "tail_shedding": 0.5,
+        "edge_height_m": 0.0,
+        "edge_lift": 1.0,
+        "edge_suction": 1.0,
+        "drag_beating": [0.0] * 8,
+    }
+    plain |= {"blunt_area_m2": [0.0] * 8, "added_mass_normal": [1.0] * 8}
+    robot = changed(MODELS["hypertuna-strip"], {f"water.strip.{key}": value for key, value in plain.items()})
     gait = ht.Gait.from_degrees(frequency=6, amplitude=(2, 20), phase=(0, 70))
     straight = ht.swim(robot, gait)
     assert straight.status == "unstable"
