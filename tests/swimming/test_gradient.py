@@ -79,9 +79,11 @@ def result(robot: ht.Robot, gait: ht.Gait) -> Array:
     return np.array([getattr(swim, name) for name in RESULTS])
 
 
-def slope(of: Callable[[float], Array], x: float, unit: float) -> Array:
-    """d of / dx times `unit`, by central differences; forward ones (of second order too) at 0, the least value."""
+def slope(of: Callable[[float], Array], x: float, unit: float, *, full: bool = False) -> Array:
+    """d of / dx times `unit`, by central differences; one-sided ones (of second order too) at 0 and at a full part."""
     h = STEP * unit
+    if full:
+        return (3 * of(x) - 4 * of(x - h) + of(x - 2 * h)) / (2 * STEP)
     if x > 0:
         return (of(x + h) - of(x - h)) / (2 * STEP)
     return (4 * of(x + h) - 3 * of(x) - of(x + 2 * h)) / (2 * STEP)
@@ -108,11 +110,14 @@ def differences(robot: ht.Robot, gait: ht.Gait) -> tuple[Array, Array]:
         else:
             keys, x = place(robot, name)
             unit = x or (1e-3 if "blunt_area" in name else 1.0)  # m^2, of the size of a head's
+            full = x == 1 and name.endswith(("tail_shedding", "edge_lift", "edge_suction"))
             if name.endswith("edge_height") and x == 0:  # no height, but the last link's own added mass
                 rows.append(np.zeros(len(RESULTS)))
                 units.append(unit)
                 continue
-            rows.append(slope(lambda value, keys=keys: result(with_value(robot, keys, value), gait), x, unit))
+            rows.append(
+                slope(lambda value, keys=keys: result(with_value(robot, keys, value), gait), x, unit, full=full)
+            )
         units.append(unit)
     return np.array(rows), np.array(units)
 
