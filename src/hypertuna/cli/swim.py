@@ -11,7 +11,6 @@ from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
 from hypertuna.description.schema.water import LAWS
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.swim import Swim, swim
-from hypertuna.trials.reach import outside
 
 
 @opt.grouped
@@ -74,6 +73,10 @@ def _record(result: Swim) -> dict[str, Any]:
 
 def _outside(result: Swim) -> list[str]:
     """Return where the swim lies outside the runs that the coefficients were fitted to."""
+    if result.robot.fit is None:
+        return []
+    from hypertuna.trials.reach import outside  # here, because its import takes longer than a swim
+
     speed = result.speed if result.settled and math.isfinite(result.speed) else None
     return outside(result.robot, frequency=result.gait.frequency, amplitude=result.gait.amplitude, speed=speed)
 
