@@ -39,6 +39,7 @@ from hypertuna.optimization.optimize import METHODS, optimize
 from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.pareto import Front, pareto
 from hypertuna.optimization.plots import plot_convergence, plot_pareto
+from hypertuna.paper.chapters.budget import interval_table
 from hypertuna.paper.chapters.coefficients import bandwidth_table, coefficient_table
 from hypertuna.paper.chapters.optima import gait_table, method_table
 from hypertuna.paper.chapters.others import computed_among, robot_table
@@ -352,6 +353,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "optimizers": lambda: of_report(method_table(ledger().results["optima"]), 2),
     "twin speeds": lambda: of_report(speed_table(ledger().results["twins"]), 1),
     "twin amplitudes": lambda: of_report(tank_table(ledger().results["twins"]), 1),
+    "twin budget": lambda: of_report(interval_table(ledger().results["budget"])[0], 2),
     "twin bores": lambda: of_report(bore_table(swim_bores(FISH))),
     "posture": lambda: of_report(posture_table(ledger().results["twins"].posture), 2),
     "Table V": lambda: of_report(robot_table(computed_among(ledger().trials)[0]), 2),

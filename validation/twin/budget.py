@@ -24,6 +24,7 @@ import hypertuna as ht
 from hypertuna.cli.console import progress_bar
 from hypertuna.description.robot import parse
 from hypertuna.io.files import version, write_atomically
+from hypertuna.paper.seeds import taken_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "data" / "twin" / "budget.json"
@@ -118,13 +119,14 @@ def main() -> None:
     base = {"duration": SECONDS, "start": "swimming"}
     own = ht.twins([base | {"robot": robot, "gait": gait} for gait in gaits], measure=outputs, threads=2)
     weights, runs = [], []
-    with progress_bar("draws") as progress:
+    with progress_bar("draws", slow=True) as progress:
         for k, (weight, drawn, known) in enumerate(robots(robot, asked.draws, asked.seed)):
             options = base | {"robot": drawn, "controller_robot": known, "seed": k}
             runs.append(ht.twins([options | {"gait": gait} for gait in gaits], measure=outputs, threads=2))
             weights.append(weight)
             progress(k + 1, asked.draws)
-    made = {"hypertuna": version(), "robot_hash": robot.hash, **vars(asked), "interval_percent": LEVEL}
+    made = {"hypertuna_version": version(), "robot_hash": robot.hash, "taken_hash": taken_hash(robot)}
+    made |= {"command": "python validation/twin/budget.py", **vars(asked), "interval_percent": LEVEL}
     record = made | summary(np.array(runs), np.array(weights), np.array(own))
     write_atomically(FILE, (json.dumps(record, indent=1) + "\n").encode())
     print(json.dumps(record, indent=1))

@@ -1,4 +1,4 @@
-"""Which estimate matters, what the twin's speeds may be, and what a soft caudal fin would change: tables of
+"""Which estimate matters, and what a soft caudal fin would change: tables of
 docs/twin.md. Run: python validation/twin/influence.py [PART ...] [--page], some 5 minutes.
 """
 
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from sensitivity import FACTORS, influence, spread
+from sensitivity import FACTORS, influence
 
 import hypertuna as ht
 from hypertuna.cli.console import progress_bar
@@ -20,7 +20,6 @@ study = runpy.run_path(str(Path(__file__).with_name("study.py")))
 GAITS, PUBLISHED, ROBOT, eight, main = (study[name] for name in ("GAITS", "PUBLISHED", "ROBOT", "eight", "main"))
 
 SAMPLES = 32
-DRAWS = 32
 INDEXED = ("unoptimised-max",)  # 6 Hz, large amplitude
 HINGES = (0.1, 0.2, 0.3, 0.5, 1.0)  # N m/rad
 POWERS = {"unoptimised-max": 22.45, "optimised-0.5": 18.2}  # W, published
@@ -45,19 +44,6 @@ def indices() -> Iterator[str]:
     yield f"| mean ± standard deviation, deg and m/s | | {' | '.join(spans)} |"
 
 
-def spreads() -> Iterator[str]:
-    """Median and 95 % interval of the eight speeds over all estimates at once."""
-    with progress_bar("spread") as progress:
-        found = spread(ROBOT, {name: ht.named_gait(ROBOT, name) for name in GAITS}, draws=DRAWS, progress=progress)
-    yield "| gait | published, m/s | median | 95 % of the draws | published is inside |"
-    yield "|---|---:|---:|---:|---|"
-    for name, published in zip(GAITS, PUBLISHED, strict=True):
-        low, high = found.interval(name)
-        middle = float(np.median(found.speed[:, found.gaits.index(name)]))
-        inside = "yes" if low <= published <= high else "no"
-        yield f"| {name} | {published:g} | {middle:.3f} | {low:.3f} to {high:.3f} | {inside} |"
-
-
 def hinges() -> Iterator[str]:
     """A caudal fin on a spring at the front of the last link: eight speeds, and the two published powers."""
     yield f"| fin, N m/rad | {' | '.join(f'{speed:g}' for speed in PUBLISHED)} | rms | fastest, W | lake, W |"
@@ -80,4 +66,4 @@ def hinges() -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    main({"indices": indices, "spreads": spreads, "hinges": hinges})
+    main({"indices": indices, "hinges": hinges})

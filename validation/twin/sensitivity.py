@@ -16,8 +16,6 @@ from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twins
 from hypertuna.swimming.gait import Gait
 
-__all__ = ["FACTORS", "Factor", "Influence", "Spread", "influence", "spread", "varied"]
-
 Array = NDArray[np.float64]
 
 SECONDS = 8.0  # of a run: at a steady beat and, begun at speed, near a steady swim
@@ -74,19 +72,6 @@ class Influence:
     deviation: Array
     runs: int  # Runs made, and how many of them diverged
     diverged: int
-
-
-@dataclass(frozen=True)
-class Spread:
-    """What the twin's speeds may be while its estimates are off."""
-
-    gaits: tuple[str, ...]
-    speed: Array  # (samples, gaits) [m/s]; NaN where a run diverged
-
-    def interval(self, gait: str) -> tuple[float, float]:
-        """Return the interval that holds 95 % of the draws: returns [m/s]."""
-        low, high = np.percentile(self.speed[:, self.gaits.index(gait)], [2.5, 97.5])
-        return float(low), float(high)
 
 
 def varied(robot: Robot, changes: Mapping[Factor, float]) -> Robot:
@@ -162,31 +147,6 @@ def influence(
         runs=total,
         diverged=diverged,
     )
-
-
-def spread(
-    robot: Robot,
-    gaits: Mapping[str, Gait],
-    *,
-    factors: Sequence[Factor] = FACTORS,
-    draws: int = 32,
-    seed: int = 1,
-    seconds: float = SECONDS,
-    threads: int = THREADS,
-    progress: Callable[[int, int], None] | None = None,
-) -> Spread:
-    """Swim gaits with estimates drawn from their ranges, by Sobol's sequence: `seconds` [s]."""
-    from scipy.stats import qmc
-
-    parts = qmc.Sobol(len(factors), rng=np.random.default_rng(seed)).random(draws)
-    controllers: dict[tuple[float, ...], Robot] = {}
-    speeds = np.full((draws, len(gaits)), np.nan)
-    for k, part in enumerate(parts):
-        runs = [_options(robot, gait, factors, part, controllers, seconds) for gait in gaits.values()]
-        speeds[k] = twins(runs, measure=lambda run: _outputs(run)[-1], threads=threads)
-        if progress is not None:
-            progress((k + 1) * len(gaits), draws * len(gaits))
-    return Spread(tuple(gaits), speeds)
 
 
 _DEFAULTS: dict[str, float] = {"stiffness_factor": 1.0}  # of keys that a file may leave out

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sensitivity as sobol
-from sensitivity import FACTORS, influence, spread
+from sensitivity import FACTORS, influence
 
 import hypertuna as ht
 
@@ -29,6 +29,3 @@ def test_runs_that_diverge_have_no_outputs(monkeypatch: pytest.MonkeyPatch) -> N
     assert found.diverged == 3
     for values in (found.first, found.total, found.error, found.mean, found.deviation):
         assert np.isnan(values).all()
-    drawn = spread(ROBOT, {"beat": GAIT}, factors=BORE, draws=2, seconds=0.7)
-    assert np.isnan(drawn.speed).sum() == 1
-    assert np.isnan(drawn.interval("beat")).all()

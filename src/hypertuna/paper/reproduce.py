@@ -12,6 +12,7 @@ from hypertuna.description.robot import load
 from hypertuna.paper.chapter import Chapter, Trials
 from hypertuna.paper.chapters import (
     actuator,
+    budget,
     coefficients,
     diving,
     finite_elements,
@@ -40,6 +41,7 @@ CHAPTERS: tuple[Chapter[Any], ...] = (
     twin.CHAPTER,
     seeds.CHAPTER,
     strips.CHAPTER,
+    budget.CHAPTER,
     turning.CHAPTER,
     diving.CHAPTER,
     lake.CHAPTER,
