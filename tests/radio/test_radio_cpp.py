@@ -70,7 +70,7 @@ def test_ten_minutes_of_a_bad_channel(bench: RadioBench) -> None:
     armed(bench, ground)
     ticks = int(600 / TICK)
     frames, stream, heard = [], bytearray(), []
-    frequency, first, begun = 0.0, 0.1, False
+    frequency, first, begun = 0.0, 0.7, False
     for k in range(ticks):
         time = k * TICK
         say = b""

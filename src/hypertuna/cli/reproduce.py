@@ -49,7 +49,7 @@ def reproduce_command(
 
 
 def _lines(ledger: Ledger) -> Iterator[Any]:
-    """Lay out the counts by class, a row for each number and a column for each model, what no model computes, sums."""
+    """Lay out the counts by class, each number with what the models compute, what no model computes, sums."""
     from rich.text import Text
 
     summary = ledger.summary
@@ -59,18 +59,18 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
         (name, *(str(counts[verdict] or "") for verdict in MARKS), CLASSES[name])
         for name, counts in summary["classes"].items()
     ]
-    yield table(["class", *(f"{MARKS[verdict]} {verdict}" for verdict in MARKS), "because"], rows, left=(0, 7))
+    yield table(["class", *MARKS.values(), "because"], rows, left=(0, len(MARKS) + 1), fold=len(MARKS) + 1)
     yield ""
     models = list(ledger.summary["speeds"])
     by_id: dict[str, dict[str, Entry]] = {}
     for entry in ledger.entries:
         by_id.setdefault(entry.id, {})[entry.model] = entry
-    cells_of: list[tuple[Any, ...]] = []
+    cells: list[tuple[Any, ...]] = []
     for key, row in by_id.items():
-        cells = [_answer(row[model]) if model in row else Text() for model in models]
-        if any(cells):
-            cells_of.append((key, next(iter(row.values())).published_text, *cells))
-    yield table(["number", "published", *models], cells_of, left=(0, *range(2, 2 + len(models))))
+        chosen = [row[model] for model in models if model in row]
+        heads = [(key, chosen[0].published_text), *[("", "")] * (len(chosen) - 1)] if chosen else []
+        cells += [(*head, entry.model, _answer(entry)) for head, entry in zip(heads, chosen, strict=True)]
+    yield table(["number", "published", "model", "computed"], cells, left=(0, 2, 3), fold=3)
     yield ""
     for entry in ledger.entries:
         if entry.model not in models:
