@@ -209,6 +209,7 @@ static void energy_balance() {
             for (auto& c : fish.fish.coefficients) {
                 c.friction = c.drag = 0;
                 if constexpr (requires { c.linear_drag; }) c.linear_friction = c.linear_drag = 0;
+                if constexpr (requires { c.beating; }) c.beating = 0;
             }
             if constexpr (Law::sheds) fish.body.tail.fish.water.shedding = 0;
             for (LinkSpace<double>& s : fish.space) s.drag = s.drag_roll = 0;
