@@ -22,9 +22,7 @@ import resource
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import ngsolve as ng
 import numpy as np
-from netgen import occ
 
 FILE = Path(__file__).with_name("oscillating.json")
 RADIUS = 15.0  # of the water
@@ -47,8 +45,11 @@ def speed(time: Any, kc: float) -> Any:
     return np.sin(2 * np.pi * time / kc)
 
 
-def water(section: str, mesh: str, kc: float) -> ng.Mesh:
+def water(section: str, mesh: str, kc: float) -> Any:
     """Mesh the water around a section: fine at its edges, less so where its wake goes."""
+    import ngsolve as ng
+    from netgen import occ
+
     edge, near = MESHES[mesh]
     if section == "plate":
         body = occ.Rectangle(THICKNESS, 1.0).Face().Move((-THICKNESS / 2, -0.5, 0))
@@ -70,6 +71,8 @@ def water(section: str, mesh: str, kc: float) -> ng.Mesh:
 
 def flow(section: str, kc: float, *, mesh: str, step: float, reynolds: float, cycles: int) -> Flow:
     """Let a section heave from rest."""
+    import ngsolve as ng
+
     domain, count = water(section, mesh, kc), math.ceil(cycles * kc / step)
     step = cycles * kc / count
     space = ng.VectorH1(domain, order=2, dirichlet="body|far") * ng.H1(domain, order=1)
@@ -112,6 +115,9 @@ def coefficients(result: Flow, kc: float, cycles: range) -> tuple[float, float, 
 
 def row(section: str, kc: float, **choices: Any) -> dict[str, Any]:
     """Compute a row of the table."""
+    import ngsolve as ng
+
+    ng.SetNumThreads(1)
     result, count = flow(section, kc, **choices), choices["cycles"]
     drag, mass, explained = coefficients(result, kc, range(DISCARDED, count))
     single = [coefficients(result, kc, range(k, k + 1)) for k in range(DISCARDED, count)]
@@ -141,7 +147,6 @@ def main() -> None:
     parser.add_argument("--reynolds", type=float, default=1000.0)
     parser.add_argument("--cycles", type=int, default=7)
     asked = vars(parser.parse_args())
-    ng.SetNumThreads(1)
     new = row(asked.pop("section"), asked.pop("kc"), **asked)
     key = ("section", "kc", "mesh", "step", "reynolds", "cycles")
     rows = json.loads(FILE.read_text()) if FILE.exists() else []
