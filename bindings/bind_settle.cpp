@@ -1,3 +1,5 @@
+#include <nanobind/stl/optional.h>
+
 #include <atomic>
 #include <cstdlib>
 #include <exception>
@@ -5,8 +7,6 @@
 #include <optional>
 #include <system_error>
 #include <thread>
-
-#include <nanobind/stl/optional.h>
 
 #include "hypertuna/swimming/parameters.hpp"
 #include "model.hpp"
@@ -196,8 +196,8 @@ void bind_settle(nb::module_& m) {
         "Names of the instruction sets that this build and this processor have.");
     m.def("lanes", [] { return kernel().lanes; }, "Gaits that one instruction serves.");
     m.def("settle", &settle_batch, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
-          nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("max_beats"),
-          nb::arg("from_rest"), nb::arg("approach"), nb::arg("threads"),
+          nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("max_beats"), nb::arg("from_rest"),
+          nb::arg("approach"), nb::arg("threads"),
           "Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method from a "
           "brisk speed, from the motion after `from_rest` beats from rest (>= 0), or by `wait` beats from rest (>= 0). "
           "With `approach` > 0 a start from rest is followed toward each for so many beats at most.");

@@ -54,8 +54,8 @@ static void path_on_circle(double R, double turn, double sway) {
     CHECK_NEAR(beat.excursion, 8 * sway, 1e-4 * sway);
 }
 
-/// A body that spins by `turn` on the spot and drifts by 1 mm a beat. Up to half a circle the mean path is the circle on
-/// which the noses lie a beat apart; beyond, its center leaves for infinity, and R turn / T with it.
+/// A body that spins by `turn` on the spot and drifts by 1 mm a beat. Up to half a circle the mean path is the circle
+/// on which the noses lie a beat apart; beyond, its center leaves for infinity, and R turn / T with it.
 static void spinning(double turn, bool path) {
     const int steps = 64;
     Planar<double> tail[steps], nose[steps];

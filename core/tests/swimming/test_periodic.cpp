@@ -54,8 +54,8 @@ static void quadratic_convergence() {
     CHECK_NEAR(left(0.02) / left(0.01), 4, 0.4);
 }
 
-/// A start from rest arrives at the settled beat after as many beats as plain waiting takes; it does not arrive at a beat
-/// that it does not lead to, and nothing is followed toward what is no number.
+/// A start from rest arrives at the settled beat after as many beats as plain waiting takes; it does not arrive at a
+/// beat that it does not lead to, and nothing is followed toward what is no number.
 template <class Law>
 static void approach_from_rest() {
     const Fish<double, Law> fish(2.0, 0.2);

@@ -16,10 +16,10 @@ struct Beat {
     S loss;                // W, mean power that the water takes
     S torque_peak;         // N m, largest magnitude of any driven joint's torque
     // Of the mean path, which a beat that turns the body by more than half a circle does not have: NaN then.
-    S excursion;           // m, of the tail tip across the mean path, peak to peak
-    S arc;                 // m, length of the mean path: of the circle at the nose's mean distance from the center
-    S radius;              // m, mean distance of the nose from the center of the turn; infinite when straight
-    S advance;             // m, motion of the nose along its axis over the beat, positive toward the head
+    S excursion;  // m, of the tail tip across the mean path, peak to peak
+    S arc;        // m, length of the mean path: of the circle at the nose's mean distance from the center
+    S radius;     // m, mean distance of the nose from the center of the turn; infinite when straight
+    S advance;    // m, motion of the nose along its axis over the beat, positive toward the head
 };
 
 /// Scratch memory for measuring a beat.

@@ -161,8 +161,7 @@ Approach<S> select(const M& mask, const Approach<S>& yes, const Approach<S>& no)
 /// the settled beat that starts with `target`, stands elsewhere, or has had `max_beats`.
 template <class S, class Law>
 HYPERTUNA_NOINLINE Approach<S> swim_toward(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int stride_instants,
-                                           const S& length, const S& period, const Momentum<S>& target,
-                                           int max_beats) {
+                                           const S& length, const S& period, const Momentum<S>& target, int max_beats) {
     using T = base_t<S>;
     const Instant<S> now = table[0];
     const S scale = S(1) / stride(twist(now, target), length, period);
@@ -175,8 +174,8 @@ HYPERTUNA_NOINLINE Approach<S> swim_toward(const Swimmer<S, Law>& fish, const Sh
     S change(std::numeric_limits<T>::infinity());
     for (int k = 0; k < max_beats; ++k) {
         // A comparison with NaN is false: what diverges goes no further.
-        const auto open = (S(T(approach_tolerances.arrived)) <= way.distance) &
-                          (S(T(approach_tolerances.standing)) <= change);
+        const auto open =
+            (S(T(approach_tolerances.arrived)) <= way.distance) & (S(T(approach_tolerances.standing)) <= change);
         if (!any(open)) break;
         const Momentum<S> next = swim_beat(fish, table, stride_instants, period, way.end);
         change = size(next, way.end);
@@ -187,8 +186,8 @@ HYPERTUNA_NOINLINE Approach<S> swim_toward(const Swimmer<S, Law>& fish, const Sh
     return way;
 }
 
-/// Follow a start from rest toward a settled beat: with half the steps, and where that does not arrive, with all of them.
-/// Newton's method jumps from one basin of attraction into another; plain beats do not.
+/// Follow a start from rest toward a settled beat: with half the steps, and where that does not arrive, with all of
+/// them. Newton's method jumps from one basin of attraction into another; plain beats do not.
 template <class S, class Law>
 Approach<S> approach(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, const S& length, const S& period,
                      const Momentum<S>& target, int max_beats) {
