@@ -167,7 +167,7 @@ def test_turning(ledger: Ledger) -> None:
     best = found(ledger, "turning/best-phase", OURS)
     assert best.computed == 160  # head first; 200 deg swims tail first
     assert "0.709 BL at 200 deg, tail first" in best.note
-    bend = tuple(group.bend_max / 2 for group in fish.joints)  # type: ignore[operator]
+    bend = tuple(group.bend_max / 2 for group in fish.joints)  # type: ignore[operator]  # the robot has one
     feasible = ht.swim(fish, replace(named_gait(fish, "turning"), amplitude=bend, bias=bend))
     entry = found(ledger, "turning/radius-bl", f"{OURS}, feasible stroke")
     assert entry.computed == pytest.approx(feasible.turn_radius / fish.body.length)

@@ -59,7 +59,7 @@ def test_numbers_follow_from_the_stored_ones(
         after = numbers["optimised-0.4 power"] / (3.3 * numbers["optimised-0.4 speed"])
         change = entries["cost-of-transport/change-0.4", model]
         assert change.computed == pytest.approx(np.sort(100 * (after / cost - 1))[15])
-        assert entries["pressure/lowest", model].computed < 0  # type: ignore[operator]
+        assert entries["pressure/lowest", model].computed < 0  # type: ignore[operator]  # a stored number
 
 
 def test_settling_is_judged_as_a_bound_by_the_sensor(entries: dict[tuple[str, str], Entry]) -> None:

@@ -47,7 +47,7 @@ def test_the_fit_returns_the_coefficients_of_a_force() -> None:
 
 @pytest.mark.fe
 def test_an_ellipse_that_starts_has_the_added_mass_of_potential_flow() -> None:
-    """Lamb: pi/4 times its height squared, whatever its thickness, while no vortex has formed.
+    """Lamb: pi/4 times its height squared at every thickness, while no vortex has formed.
 
     Water that sticks to the body across half an element is carried along, so that the error goes with the mesh.
     """

@@ -24,6 +24,8 @@ import hypertuna as ht
 from hypertuna.cli.console import progress_bar
 from hypertuna.description.robot import parse
 from hypertuna.io.files import version, write_atomically
+from hypertuna.paper.computed import SPEEDS
+from hypertuna.paper.ledger import published_value
 from hypertuna.paper.seeds import taken_hash
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -40,8 +42,7 @@ MASS = (1.0, 3.3 / 2.687)  # of the links: Table II, or all of Table I
 FIN = (0.3, 30.0)  # N m/rad, of the caudal fin's root: softer than any that swims well, as good as rigid
 SECONDS = 20.0  # as the ledger's runs
 LEVEL = (5.0, 95.0)  # percent: the interval
-NAMES = [f"{kind}optimised-{speed}" for kind in ("un", "") for speed in ("0.3", "0.4", "0.5", "max")]
-PUBLISHED = np.array([0.30, 0.40, 0.50, 0.56, 0.30, 0.40, 0.50, 0.582])  # m/s
+PUBLISHED = np.array([published_value(f"speed/{name}") for name in SPEEDS])  # m/s
 
 
 def robots(shipped: ht.Robot, count: int, seed: int) -> Iterator[tuple[float, ht.Robot, ht.Robot]]:
@@ -84,7 +85,7 @@ def summary(runs: np.ndarray, weight: np.ndarray, shipped: np.ndarray) -> dict[s
     kept = np.isfinite(runs).all(axis=(1, 2))
     runs, weight = runs[kept], weight[kept]
     rms = [100 * np.sqrt(np.mean((each[..., 0] / PUBLISHED - 1) ** 2, axis=-1)) for each in (runs, shipped)]
-    fastest = NAMES.index("unoptimised-max")
+    fastest = SPEEDS.index("unoptimised-max")
 
     def interval(values: np.ndarray) -> list[float]:
         return [float(f"{weighted(values, weight, percent):.4g}") for percent in (LEVEL[0], 50.0, LEVEL[1])]
@@ -93,12 +94,12 @@ def summary(runs: np.ndarray, weight: np.ndarray, shipped: np.ndarray) -> dict[s
         return round(100 * float(weight[values < own].sum() / weight.sum()), 1)
 
     return {
-        "speed_m_s": {name: interval(runs[:, k, 0]) for k, name in enumerate(NAMES)},
-        "power_w": {name: interval(runs[:, k, 1]) for k, name in enumerate(NAMES)},
+        "speed_m_s": {name: interval(runs[:, k, 0]) for k, name in enumerate(SPEEDS)},
+        "power_w": {name: interval(runs[:, k, 1]) for k, name in enumerate(SPEEDS)},
         "rms_percent": interval(rms[0]),
         "shipped": {
-            "speed_m_s": dict(zip(NAMES, shipped[:, 0].round(4).tolist(), strict=True)),
-            "power_w": dict(zip(NAMES, shipped[:, 1].round(2).tolist(), strict=True)),
+            "speed_m_s": dict(zip(SPEEDS, shipped[:, 0].round(4).tolist(), strict=True)),
+            "power_w": dict(zip(SPEEDS, shipped[:, 1].round(2).tolist(), strict=True)),
             "rms_percent": round(float(rms[1]), 2),
             "percentile_rms": standing(rms[0], float(rms[1])),
             "percentile_power": standing(runs[:, fastest, 1], float(shipped[fastest, 1])),
@@ -115,7 +116,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     robot = ht.load("hypertuna")
-    gaits = [ht.named_gait(robot, name) for name in NAMES]
+    gaits = [ht.named_gait(robot, name) for name in SPEEDS]
     base = {"duration": SECONDS, "start": "swimming"}
     own = ht.twins([base | {"robot": robot, "gait": gait} for gait in gaits], measure=outputs, threads=2)
     weights, runs = [], []

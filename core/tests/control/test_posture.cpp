@@ -74,7 +74,7 @@ static void noise_passes_by_the_formula() {
 }
 
 /// A plant that makes 0.8 of its command needs F = 1.25: with K = 0.5 it is 1.125, 1.1875, 1.21875 after three beats.
-/// The error falls by 1 - K in each beat, whatever the gain.
+/// The error shrinks to 1 - K of itself in each beat, at every gain.
 static void the_law_by_hand() {
     double more = 0;
     for (double expected : {0.125, 0.1875, 0.21875}) {
@@ -112,7 +112,7 @@ static void a_limit_winds_nothing_up() {
     CHECK_NEAR(learn(more, 0.0, 0.5, true), 0.05, 1e-15);  // but it may shrink
 }
 
-/// A plant that makes `gain` of what it is told a tick later; nothing holds it back.
+/// A plant without limits: its bend is `gain` times the command of the last tick.
 static Controller<double> free_controller() {
     Controller<double> model = test_controller<double>();
     for (int c = 0; c < 4; ++c) model.map[c] = {{0, 1, 0, 0, 0, 0}};
