@@ -5,21 +5,20 @@
 
 #include "hypertuna/actuation/battery.hpp"
 #include "hypertuna/actuation/circuit.hpp"
-#include "hypertuna/actuation/joint_table.hpp"
 #include "hypertuna/actuation/pair.hpp"
 #include "hypertuna/swimming/stepping.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
 
-/// A soft joint that owns its segments.
+/// A soft joint that owns its sections.
 struct OwnedJoint {
     SoftJoint<double> joint;
-    std::vector<Segment<double>> segments;
+    std::vector<Section<double>> sections;
 
     SoftJoint<double> view() const {
         SoftJoint<double> out = joint;
-        out.segment = segments.data();
+        out.section = sections.data();
         return out;
     }
 };
@@ -31,22 +30,17 @@ static DriveUnit<double> make_unit(double outer, double inner, double tan2, doub
 }
 
 static OwnedJoint make_joint(const DriveUnit<double>& unit, double units, const std::pair<double, double>& lever,
-                             const std::vector<double>& length, const std::vector<double>& stiffness) {
-    check_extent("stiffness", stiffness.size(), length.size());
-    if (length.empty()) throw nb::value_error("length: a joint has one segment at least");
-    OwnedJoint out{{unit,
-                    units,
-                    {lever.first, lever.second},
-                    static_cast<int>(length.size()),
-                    nullptr,
-                    {false, {false, false}, true}},
-                   {}};
-    for (std::size_t i = 0; i < length.size(); ++i) out.segments.push_back({length[i], stiffness[i]});
-    return out;
+                             const Input<2>& sections) {
+    check_extent("sections", sections.shape(1), sizeof(Section<double>) / sizeof(double));
+    if (sections.shape(0) == 0) throw nb::value_error("sections: a joint has one at least");
+    const auto* const first = reinterpret_cast<const Section<double>*>(sections.data());
+    return {{unit, units, {lever.first, lever.second}, int(sections.shape(0)), nullptr, {false, {}, true, true}},
+            {first, first + sections.shape(0)}};
 }
 
-static OwnedJoint with_law(OwnedJoint joint, bool printed, bool nominal_stress, bool inner_balance, bool passive) {
-    joint.joint.law = {printed, {nominal_stress, inner_balance}, passive};
+static OwnedJoint with_law(OwnedJoint joint, bool printed, bool nominal_stress, bool inner_balance, bool passive,
+                           bool shortens) {
+    joint.joint.law = {printed, {nominal_stress, inner_balance}, passive, shortens};
     return joint;
 }
 
@@ -81,56 +75,103 @@ static NamedArrays muscle(const DriveUnit<double>& unit, const Input<1>& stretch
 static Output bend(const OwnedJoint& owned, const Input<2>& pressure) {
     check_extent("pressure", pressure.shape(1), 2);
     const SoftJoint<double> joint = owned.view();
-    const std::size_t n = pressure.shape(0), segments = owned.segments.size();
-    Output out = zeros({n, segments});
-    for (std::size_t i = 0; i < segments; ++i) {
-        double angle = 0;
+    const std::size_t n = pressure.shape(0), sections = owned.sections.size();
+    Output out = zeros({n, sections, 2});
+    const nb::gil_scoped_release unlocked;
+    for (std::size_t i = 0; i < sections; ++i) {
+        Bent<double> bent{0, 0};
         for (std::size_t k = 0; k < n; ++k) {
-            angle = bend_from(joint, static_cast<int>(i), pressure.data() + 2 * k, angle);
-            out.data()[k * segments + i] = angle;
+            bent = bend_from(joint, owned.sections[i], pressure.data() + 2 * k, bent.angle);
+            out.data()[2 * (k * sections + i)] = bent.angle;
+            out.data()[2 * (k * sections + i) + 1] = bent.strain;
         }
     }
     return out;
 }
 
-static constexpr std::size_t point_columns = sizeof(JointPoint<double>) / sizeof(double);
-
-static Output joint_table(const OwnedJoint& owned, double reach, int points) {
-    if (points < 3 || points % 2 == 0) throw nb::value_error("points: must be odd, and 3 at least");
-    Output out = zeros({static_cast<std::size_t>(points), point_columns});
-    const nb::gil_scoped_release unlocked;
-    tabulate(owned.view(), reach, points, reinterpret_cast<JointPoint<double>*>(out.data()));
-    return out;
+static std::vector<double> one_section_of(const OwnedJoint& owned, double left, double right) {
+    const double pressure[2] = {left, right};
+    const Section<double> one = one_section(owned.view(), pressure);
+    return {one.length, one.area, one.second, one.sleeve};
 }
 
-static NamedArrays joint_loads(const Input<2>& points, double first, double step, double stop, const Input<1>& angle) {
-    check_extent("points", points.shape(1), point_columns);
-    if (points.shape(0) < 2) throw nb::value_error("points: a table has two points at least");
-    const JointTable<double> table{reinterpret_cast<const JointPoint<double>*>(points.data()),
-                                   static_cast<int>(points.shape(0)),
-                                   first,
-                                   step,
-                                   0.0,
-                                   stop};
+static std::vector<std::string> joint_names() { return {joint_columns, joint_columns + joint_column_count}; }
+
+static Joint<double> joint_of(const Input<1>& row) {
+    check_extent("joint", row.shape(0), joint_column_count);
+    return read_joint(row.data());
+}
+
+static NamedArrays joint_loads(const Input<1>& row, const Input<1>& angle, const Input<1>& strain) {
+    check_extent("strain", strain.shape(0), angle.shape(0));
+    const Joint<double> joint = joint_of(row);
     const std::size_t n = angle.shape(0);
-    Output elastic = zeros({n}), energy_out = zeros({n}), volume = zeros({n, 2}), slope = zeros({n, 2}),
-           friction = zeros({n, 2}), carried_out = zeros({n, 2});
+    Output energy_out = zeros({n}), elastic = zeros({n}), axial = zeros({n}), volume = zeros({n, 2}),
+           slope = zeros({n, 2}), gain = zeros({n, 2}), friction = zeros({n, 2}), carried_out = zeros({n, 2});
     for (std::size_t k = 0; k < n; ++k) {
-        const JointLoad<double> load = joint_load(table, angle.data()[k]);
-        elastic.data()[k] = load.elastic;
+        const JointLoad<double> load = joint_load(joint, angle.data()[k], strain.data()[k]);
         energy_out.data()[k] = load.energy;
+        elastic.data()[k] = load.elastic;
+        axial.data()[k] = load.axial;
         std::copy(load.volume, load.volume + 2, volume.data() + 2 * k);
         std::copy(load.slope, load.slope + 2, slope.data() + 2 * k);
+        std::copy(load.gain, load.gain + 2, gain.data() + 2 * k);
         std::copy(load.friction, load.friction + 2, friction.data() + 2 * k);
         std::copy(load.carried, load.carried + 2, carried_out.data() + 2 * k);
     }
     NamedArrays out;
-    out["elastic"] = elastic;
     out["energy"] = energy_out;
+    out["elastic"] = elastic;
+    out["axial"] = axial;
     out["volume"] = volume;
     out["slope"] = slope;
+    out["gain"] = gain;
     out["friction"] = friction;
     out["carried"] = carried_out;
+    return out;
+}
+
+/// Pressures, strain and volumes that hold a joint at every angle.
+static NamedArrays held_joint(const Input<1>& row, const Input<1>& angle, double fill, double lowest) {
+    const Joint<double> joint = joint_of(row);
+    const std::size_t n = angle.shape(0);
+    Output strain = zeros({n}), pressure = zeros({n, 2}), volume = zeros({n, 2});
+    double near = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+        const Holding<double> at = hold(joint, angle.data()[k], fill, lowest, near);
+        strain.data()[k] = near = at.strain;
+        std::copy(at.pressure, at.pressure + 2, pressure.data() + 2 * k);
+        std::copy(at.volume, at.volume + 2, volume.data() + 2 * k);
+    }
+    NamedArrays out;
+    out["strain"] = strain;
+    out["pressure"] = pressure;
+    out["volume"] = volume;
+    return out;
+}
+
+/// Bend, strain and volumes under pressures of both sides and an outer moment.
+static NamedArrays balanced_joint(const Input<1>& row, const Input<2>& pressure, const Input<1>& moment) {
+    check_extent("pressure", pressure.shape(1), 2);
+    check_extent("moment", moment.shape(0), pressure.shape(0));
+    Joint<double> joint = joint_of(row);
+    const std::size_t n = pressure.shape(0);
+    Output angle = zeros({n}), strain = zeros({n}), volume = zeros({n, 2});
+    Bent<double> bent{0, 0};
+    for (std::size_t k = 0; k < n; ++k) {
+        bent = joint_balance(joint, bent, [&](auto& load, Dual<double, 2>* out) {
+            for (int s = 0; s < 2; ++s) out[s] = Dual<double, 2>(pressure.data()[2 * k + s]);
+            load.elastic = load.elastic + moment.data()[k];
+        });
+        const JointLoad<double> load = joint_load(joint, bent.angle, bent.strain);
+        angle.data()[k] = bent.angle;
+        strain.data()[k] = bent.strain;
+        std::copy(load.volume, load.volume + 2, volume.data() + 2 * k);
+    }
+    NamedArrays out;
+    out["angle"] = angle;
+    out["strain"] = strain;
+    out["volume"] = volume;
     return out;
 }
 
@@ -181,16 +222,13 @@ static constexpr CircuitColumn circuit_seen[] = {
 };
 
 /// Run the pair of a joint through servo targets; one row before each interval and one after the last.
-static NamedArrays run_pair(const Input<2>& rows, const Input<2>& points, double first, double step, double stop,
-                            const Input<2>& target, double supply, double interval, int steps) {
+static NamedArrays run_pair(const Input<2>& rows, const Input<1>& joint, const Input<2>& target, double supply,
+                            double interval, int steps) {
     check_extent("circuits", rows.shape(0), 2);
     check_extent("circuits", rows.shape(1), circuit_column_count);
-    check_extent("points", points.shape(1), sizeof(JointPoint<double>) / sizeof(double));
     check_extent("target", target.shape(1), 2);
-    const auto* const point = reinterpret_cast<const JointPoint<double>*>(points.data());
-    const JointTable<double> joint{point, static_cast<int>(points.shape(0)), first, step, 0.0, stop};
-    const Pair<double> pair =
-        make_pair(read_circuit<double>(rows.data()), read_circuit<double>(rows.data() + circuit_column_count), joint);
+    const Pair<double> pair = make_pair(read_circuit<double>(rows.data()),
+                                        read_circuit<double>(rows.data() + circuit_column_count), joint_of(joint));
     const std::size_t count = target.shape(0), columns = std::size(circuit_seen);
     std::vector<Output> seen;
     for (std::size_t c = 0; c < columns; ++c) seen.push_back(zeros({count + 1, 2}));
@@ -198,20 +236,20 @@ static NamedArrays run_pair(const Input<2>& rows, const Input<2>& points, double
     {
         const nb::gil_scoped_release unlocked;
         PairState<double> state{};
-        double angle = 0;
+        Bent<double> bent{0, 0};
         for (std::size_t k = 0; k <= count; ++k) {
             const double* const aim = target.data() + 2 * (k < count ? k : count - 1);
-            angle = pair_angle(pair, state, angle);
-            const PairRate<double> now = pair_rate(pair, state, aim, supply, angle);
-            bend.data()[k] = angle;
+            bent = pair_balance(pair, state, bent);
+            const PairRate<double> now = pair_rate(pair, state, aim, supply, bent);
+            bend.data()[k] = bent.angle;
             for (std::size_t c = 0; c < columns; ++c)
                 for (int s = 0; s < 2; ++s)
                     seen[c].data()[2 * k + s] = circuit_seen[c].of(state.side[s], now.output[s]);
             if (k == count) break;
             for (int i = 0; i < steps; ++i)
                 state = runge_kutta_4(interval / steps, state, [&](int, const PairState<double>& at) {
-                    angle = pair_angle(pair, at, angle);
-                    return pair_rate(pair, at, aim, supply, angle).rate;
+                    bent = pair_balance(pair, at, bent);
+                    return pair_rate(pair, at, aim, supply, bent).rate;
                 });
         }
     }
@@ -250,45 +288,37 @@ static void bind_joints(nb::module_& m) {
             },
             nb::kw_only(), nb::arg("outer"), nb::arg("inner"), nb::arg("tan2"), nb::arg("sleeve"), nb::arg("hose"),
             nb::arg("matrix"), nb::arg("friction"),
-            "Diameters at rest, squared tangent of the braid's angle, sleeve, C1 and C2 of hose and matrix.")
+            "Diameters at rest, squared tangent of the braid's angle, thickness of matrix around, C1 and C2 of hose "
+            "and matrix.")
         .def("at", &muscle, nb::arg("stretch"), nb::kw_only(), nb::arg("pressure"),
              "Energy and lumen per length at rest with their slopes, pull, pull by the printed equations, pressure "
              "that the walls carry and contact area, at every stretch.")
         .def(
             "closing_stretch", [](const DriveUnit<double>& unit, double left) { return closing_stretch(unit, left); },
             nb::arg("left"), "Stretch at which this part of the lumen at rest is left.");
-    nb::class_<OwnedJoint>(m, "SoftJoint", "A soft joint: muscles on both sides of segments of matrix. Immutable.")
+    nb::class_<OwnedJoint>(m, "SoftJoint", "A soft joint: muscles on both sides of sections of matrix. Immutable.")
         .def(
             "__init__",
             [](OwnedJoint* self, const DriveUnit<double>& unit, double units, const std::pair<double, double>& lever,
-               const std::vector<double>& length, const std::vector<double>& stiffness) {
-                new (self) OwnedJoint(make_joint(unit, units, lever, length, stiffness));
-            },
-            nb::arg("unit"), nb::kw_only(), nb::arg("units"), nb::arg("lever"), nb::arg("length"), nb::arg("stiffness"),
-            "Muscles a side, lever of each side, length and E I of each segment.")
+               const Input<2>& sections) { new (self) OwnedJoint(make_joint(unit, units, lever, sections)); },
+            nb::arg("unit"), nb::kw_only(), nb::arg("units"), nb::arg("lever"), nb::arg("sections"),
+            "Muscles a side, lever of each side; length, area, second moment and thickness around a hose of each "
+            "section.")
         .def("with_law", &with_law, nb::kw_only(), nb::arg("printed"), nb::arg("nominal_stress"),
-             nb::arg("inner_balance"), nb::arg("passive"), "The same joint by other equations.")
+             nb::arg("inner_balance"), nb::arg("passive"), nb::arg("shortens"), "The same joint by other equations.")
         .def("bend", &bend, nb::arg("pressure"),
-             "Angle of each segment (times, segments) along a path of the two sides' pressures (times, 2) from rest.")
-        .def(
-            "reach",
-            [](const OwnedJoint& owned, int side, double left, double highest) {
-                if (side != 0 && side != 1) throw nb::value_error("side must be 0 or 1");
-                return joint_reach(owned.view(), side, left, highest);
-            },
-            nb::arg("side"), nb::kw_only(), nb::arg("left"), nb::arg("highest"),
-            "Largest angle toward a side, up to the highest pressure, whose segments keep this part of every lumen.")
-        .def(
-            "stiffness",
-            [](const OwnedJoint& owned) {
-                const JointStiffness<double> stiffness = stiffness_at_rest(owned.view());
-                return std::pair(stiffness.matrix, stiffness.walls);
-            },
-            "Stiffness at rest against the joint's angle: of the matrix, and of the walls.")
-        .def("table", &joint_table, nb::kw_only(), nb::arg("reach"), nb::arg("points"),
-             "The joint's table from -reach to reach (points, columns).");
-    m.def("joint_load", &joint_loads, nb::arg("points"), nb::kw_only(), nb::arg("first"), nb::arg("step"),
-          nb::arg("stop"), nb::arg("angle"), "What a joint's table says at every angle.");
+             "Angle and strain of each section (times, sections, 2) along a path of the two sides' pressures (times, "
+             "2) from rest.")
+        .def("one_section", &one_section_of, nb::kw_only(), nb::arg("left"), nb::arg("right"),
+             "Length, area, second moment and thickness around a hose of the one section that stands for all under "
+             "these pressures.");
+    m.def("joint_columns", &joint_names, "Numbers that describe a joint of one section, in the order of a row.");
+    m.def("joint_load", &joint_loads, nb::arg("joint"), nb::kw_only(), nb::arg("angle"), nb::arg("strain"),
+          "Energy, moment, axial force, volumes and friction at every bend and strain relative to the filled joint.");
+    m.def("hold_joint", &held_joint, nb::arg("joint"), nb::kw_only(), nb::arg("angle"), nb::arg("fill"),
+          nb::arg("lowest"), "Strain, pressures around the filling one, and volumes that hold every angle.");
+    m.def("balance_joint", &balanced_joint, nb::arg("joint"), nb::kw_only(), nb::arg("pressure"), nb::arg("moment"),
+          "Angle, strain and volumes under pressures (n, 2) and moments of the surroundings (n,).");
 }
 
 static void bind_hydraulics(nb::module_& m) {
@@ -299,8 +329,7 @@ static void bind_hydraulics(nb::module_& m) {
         "Volume that a cylinder pushes out when its servo turns from zero to an angle, and its derivative by the angle "
         "[m^3, m^3/rad].");
     m.def(
-        "run_pair", &run_pair, nb::arg("circuits"), nb::arg("points"), nb::kw_only(), nb::arg("first"), nb::arg("step"),
-        nb::arg("stop"), nb::arg("target"), nb::arg("supply"), nb::arg("interval"), nb::arg("steps"),
+        "run_pair", &run_pair, nb::arg("circuits"), nb::arg("joint"), nb::kw_only(), nb::arg("target"), nb::arg("supply"), nb::arg("interval"), nb::arg("steps"),
         "Run the two circuits of a joint in air from rest: servo targets are held for an interval each, in Runge-Kutta "
         "steps, and the joint, without mass, bends to where silicone and oil balance. What is seen at every interval, "
         "with one column per side.");

@@ -189,7 +189,7 @@ void bind_simulation(nb::module_& m) {
                 new (self) PlantData(take(load_plant(model, MappedColumns(columns).columns)));
             },
             nb::arg("model"), nb::arg("columns"),
-            "From the columns of Body, `joints`, `points[j]` (points, columns of a joint's table), `joint.NAME` "
+            "From the columns of Body, `joints`, `joint.NAME` "
             "(joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `hinge.NAME` where there is one.");
     nb::class_<GaitCommand>(m, "GaitCommand", "A command to a controller. Immutable.")
         .def(

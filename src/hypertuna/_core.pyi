@@ -149,7 +149,7 @@ class DriveUnit:
         friction: float,
     ) -> None:
         """
-        Diameters at rest, squared tangent of the braid's angle, sleeve, C1 and C2 of hose and matrix.
+        Diameters at rest, squared tangent of the braid's angle, thickness of matrix around, C1 and C2 of hose and matrix.
         """
 
     def at(
@@ -166,7 +166,7 @@ class DriveUnit:
         """Stretch at which this part of the lumen at rest is left."""
 
 class SoftJoint:
-    """A soft joint: muscles on both sides of segments of matrix. Immutable."""
+    """A soft joint: muscles on both sides of sections of matrix. Immutable."""
 
     def __init__(
         self,
@@ -174,12 +174,15 @@ class SoftJoint:
         *,
         units: float,
         lever: tuple[float, float],
-        length: Sequence[float],
-        stiffness: Sequence[float],
+        sections: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     ) -> None:
-        """Muscles a side, lever of each side, length and E I of each segment."""
+        """
+        Muscles a side, lever of each side; length, area, second moment and thickness around a hose of each section.
+        """
 
-    def with_law(self, *, printed: bool, nominal_stress: bool, inner_balance: bool, passive: bool) -> SoftJoint:
+    def with_law(
+        self, *, printed: bool, nominal_stress: bool, inner_balance: bool, passive: bool, shortens: bool
+    ) -> SoftJoint:
         """The same joint by other equations."""
 
     def bend(
@@ -187,31 +190,47 @@ class SoftJoint:
         pressure: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     ) -> NDArray[numpy.float64]:
         """
-        Angle of each segment (times, segments) along a path of the two sides' pressures (times, 2) from rest.
+        Angle and strain of each section (times, sections, 2) along a path of the two sides' pressures (times, 2) from rest.
         """
 
-    def reach(self, side: int, *, left: float, highest: float) -> float:
+    def one_section(self, *, left: float, right: float) -> list[float]:
         """
-        Largest angle toward a side, up to the highest pressure, whose segments keep this part of every lumen.
-        """
-
-    def stiffness(self) -> tuple[float, float]:
-        """
-        Stiffness at rest against the joint's angle: of the matrix, and of the walls.
+        Length, area, second moment and thickness around a hose of the one section that stands for all under these pressures.
         """
 
-    def table(self, *, reach: float, points: int) -> NDArray[numpy.float64]:
-        """The joint's table from -reach to reach (points, columns)."""
+def joint_columns() -> list[str]:
+    """Numbers that describe a joint of one section, in the order of a row."""
 
 def joint_load(
-    points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    joint: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     *,
-    first: float,
-    step: float,
-    stop: float,
     angle: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    strain: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
 ) -> dict[str, NDArray[numpy.float64]]:
-    """What a joint's table says at every angle."""
+    """
+    Energy, moment, axial force, volumes and friction at every bend and strain relative to the filled joint.
+    """
+
+def hold_joint(
+    joint: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    *,
+    angle: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    fill: float,
+    lowest: float,
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Strain, pressures around the filling one, and volumes that hold every angle.
+    """
+
+def balance_joint(
+    joint: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    *,
+    pressure: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    moment: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Angle, strain and volumes under pressures (n, 2) and moments of the surroundings (n,).
+    """
 
 ATMOSPHERE: float = 101325.0
 
@@ -228,11 +247,8 @@ def displaced(
 
 def run_pair(
     circuits: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
-    points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    joint: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     *,
-    first: float,
-    step: float,
-    stop: float,
     target: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     supply: float,
     interval: float,
@@ -376,7 +392,7 @@ class Plant(Body):
 
     def __init__(self, model: Model, columns: dict[str, Any]) -> None:
         """
-        From the columns of Body, `joints`, `points[j]` (points, columns of a joint's table), `joint.NAME` (joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `hinge.NAME` where there is one.
+        From the columns of Body, `joints`, `joint.NAME` (joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `hinge.NAME` where there is one.
         """
 
 class GaitCommand:

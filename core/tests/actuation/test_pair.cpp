@@ -1,25 +1,12 @@
-/// The pair of a joint: a linear joint between two circuits, whose bend is known by hand.
+/// The pair of a joint: a soft joint between two circuits, whose bend follows from volumes.
 #include "check.hpp"
 #include "hypertuna/actuation/pair.hpp"
 #include "hypertuna/swimming/stepping.hpp"
+#include "soft.hpp"
 
 using namespace hypertuna;
 
-static constexpr double stiffness = 3.0, slope = 7e-6;  // N m/rad, m^3/rad
-
-/// A joint of constant stiffness whose sides take up +-slope x angle: three points, exact by cubics.
-static JointTable<double> joint() {
-    static JointPoint<double> point[3] = {};
-    for (int k = 0; k < 3; ++k) {
-        const double angle = 0.5 * (k - 1);
-        point[k].energy = 0.5 * stiffness * angle * angle, point[k].energy_slope = stiffness * angle;
-        for (int s = 0; s < 2; ++s) {
-            const double sign = s == 0 ? 1 : -1;
-            point[k].volume[s] = 8e-6 + sign * slope * angle, point[k].volume_slope[s] = sign * slope;
-        }
-    }
-    return {point, 3, -0.5, 0.5, 0.0, 100.0};
-}
+static constexpr double fill = 60e3;  // Pa
 
 /// A circuit filled to 60 kPa; without compliance and almost without air it is a source of displacement.
 static Circuit<double> circuit(double air, double compliance) {
@@ -37,66 +24,73 @@ static Circuit<double> circuit(double air, double compliance) {
                       air,
                       -95e3};
     c.pump.start = travel(c.pump, 0.0).travel;
-    const double fill = 60e3, swollen = oil_volume(c, 1.0, fill);
+    const double swollen = oil_volume(c, 1.0, fill);
     c.oil_pump = c.pump.chamber / swollen, c.oil_unit = (c.unit_rest + compliance * fill) / swollen;
     return c;
 }
 
 static Pair<double> pair(double air, double compliance) {
-    return make_pair(circuit(air, compliance), circuit(air, compliance), joint());
+    return make_pair(circuit(air, compliance), circuit(air, compliance), soft_joint(fill));
 }
 
 /// Servos told +-0.1 rad from rest, and a second to come to rest.
 static PairState<double> settled(const Pair<double>& p, double turn) {
     PairState<double> y{};
     const double target[2] = {turn, -turn};
-    double angle = 0;
+    Bent<double> bent{0, 0};
     for (int k = 0; k < 4000; ++k)
         y = runge_kutta_4(2.5e-4, y, [&](int, const PairState<double>& at) {
-            angle = pair_angle(p, at, angle);
-            return pair_rate(p, at, target, 7.4, angle).rate;
+            bent = pair_balance(p, at, bent);
+            return pair_rate(p, at, target, 7.4, bent).rate;
         });
     return y;
 }
 
-/// Nothing moves at rest; mirrored commands bend to the mirrored angle.
+static Bent<double> bend(const Pair<double>& p, const PairState<double>& y) { return pair_balance(p, y, {0, 0}); }
+
+/// Nothing moves at rest; mirrored commands bend to the mirrored angle and shorten alike.
 static void rest_and_mirror() {
     const Pair<double> p = pair(0.01, 2e-12);
-    CHECK_NEAR(pair_angle(p, PairState<double>{}, 0.1), 0.0, 1e-12);
-    const double left = pair_angle(p, settled(p, 0.1), 0.0), right = pair_angle(p, settled(p, -0.1), 0.0);
-    CHECK(left > 0.05);
-    CHECK_NEAR(left, -right, 1e-10);
+    const Bent<double> rest = pair_balance(p, PairState<double>{}, {0.1, 0.01});
+    CHECK_NEAR(rest.angle, 0.0, 1e-10);
+    CHECK_NEAR(rest.strain, 0.0, 1e-10);
+    const Bent<double> left = bend(p, settled(p, 0.1)), right = bend(p, settled(p, -0.1));
+    CHECK(left.angle > 0.05);
+    CHECK_NEAR(left.angle, -right.angle, 1e-9);
+    CHECK_NEAR(left.strain, right.strain, 1e-9);
 }
 
-/// Stiff circuits push the joint to displaced volume / slope, to what oil alone gives (0.1 %).
-static void displacement_source() {
-    const Pair<double> p = pair(1e-6, 0.0);
-    const PairState<double> y = settled(p, 0.1);
-    const double bend = pair_angle(p, y, 0.0);
-    const double pushed = displaced(p.circuit[0].pump, y.side[0].angle);
-    const double drawn = displaced(p.circuit[1].pump, y.side[1].angle);
-    CHECK_NEAR(bend, (pushed - drawn) / (2 * slope), 2e-3 * bend);
-    // Both pressures share the load: k angle = slope (P_left - P_right).
-    const auto left = unit_pressure(p.circuit[0], y.side[0], slope * bend).pressure;
-    const auto right = unit_pressure(p.circuit[1], y.side[1], -slope * bend).pressure;
-    CHECK_NEAR(slope * (left - right), stiffness * bend, 1e-8);
+/// What the cylinders push out is in the muscles, but for what swells: volume = rest + pushed - C (P - fill), to what
+/// oil alone gives (0.2 %). And moments balance.
+static void oil_is_conserved() {
+    for (double compliance : {0.0, 2e-12}) {
+        const Pair<double> p = pair(1e-6, compliance);
+        const PairState<double> y = settled(p, 0.1);
+        const Bent<double> bent = bend(p, y);
+        const JointLoad<double> load = joint_load(p.joint, bent.angle, bent.strain);
+        double pressure[2];
+        for (int s : {0, 1}) {
+            pressure[s] = unit_pressure(p.circuit[s], y.side[s], load.volume[s] - p.rest[s]).pressure;
+            const double pushed = displaced(p.circuit[s].pump, y.side[s].angle);
+            CHECK(std::fabs(pushed) > 1e-7);
+            CHECK_NEAR(load.volume[s] - p.rest[s], pushed - compliance * (pressure[s] - fill), 5e-3 * std::fabs(pushed));
+        }
+        CHECK(pressure[0] > fill && pressure[1] < fill);
+        CHECK_NEAR(joint_moment(load, pressure), 0, 1e-9);
+        CHECK_NEAR(joint_thrust(load, pressure), 0, 1e-9);
+    }
 }
 
-/// What gives costs bend: k angle = slope (P_left - P_right), slope angle = pushed - C (P - fill) on each side, so
-/// angle = pushed slope / (slope^2 + C k / 2) where the cylinders are stiff and both push alike.
+/// What gives costs bend.
 static void compliance_costs_bend() {
-    const double compliance = 2e-12;
-    const Pair<double> p = pair(1e-6, compliance);
-    const PairState<double> y = settled(p, 0.02);
-    const double mean =
-        0.5 * (displaced(p.circuit[0].pump, y.side[0].angle) - displaced(p.circuit[1].pump, y.side[1].angle));
-    const double by_hand = mean * slope / (slope * slope + compliance * stiffness / 2);
-    CHECK_NEAR(pair_angle(p, y, 0.0), by_hand, 3e-3 * by_hand);
+    const double stiff = bend(pair(1e-6, 0.0), settled(pair(1e-6, 0.0), 0.05)).angle;
+    const double giving = bend(pair(1e-6, 1e-11), settled(pair(1e-6, 1e-11), 0.05)).angle;
+    CHECK(giving < 0.9 * stiff);
 }
 
 int main() {
     rest_and_mirror();
-    displacement_source();
+    oil_is_conserved();
     compliance_costs_bend();
     return failures();
 }

@@ -1,7 +1,7 @@
 """Actuator: bend of a soft joint under pressure.
 
-The angle at a pressure balances the moments: `balance` of core joint.hpp, with the pull of muscle.hpp. The twin uses
-the tables of joint_table.hpp. docs/actuator.md derives the equations.
+The angle at a pressure balances moments and axial forces: `balance` of core joint.hpp, with the pull of muscle.hpp.
+docs/actuator.md derives the equations.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna.actuation.hydraulics import SIDES
-from hypertuna.actuation.soft_joint import LUMEN_MIN, drive_unit, joint_group, muscle, soft_joint
+from hypertuna.actuation.soft_joint import LUMEN_MIN, drive_unit, joint_group, joint_sections, muscle, soft_joint
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
@@ -26,19 +26,26 @@ from hypertuna.ranges import check_choice, check_name
 if TYPE_CHECKING:
     import xarray as xr
 
-# The equations that the core solves, and the steps from the printed to the corrected ones.
-LAWS: dict[str, dict[str, bool]] = {
-    "corrected": {"printed": False, "nominal_stress": False, "inner_balance": False, "passive": True},
-    "as_printed": {"printed": True, "nominal_stress": True, "inner_balance": True, "passive": False},
-}
-TRUE_STRESS = LAWS["as_printed"] | {"nominal_stress": False}
-STEPS: tuple[tuple[str, dict[str, bool], bool], ...] = (
-    ("Eqs 4-18 as printed", LAWS["as_printed"], False),
-    ("Eqs 10-11: true stress on the deformed section", TRUE_STRESS, False),
-    ("Eqs 12-13: balance on the outer diameter, deformed wall", TRUE_STRESS | {"inner_balance": False}, False),
-    ("stress as it varies through the wall", LAWS["corrected"] | {"passive": False}, False),
-    ("walls of the other side resist", LAWS["corrected"], False),
-    ("Eq. 4: friction, on the way up", LAWS["corrected"], True),
+# The equations that the core solves, and the steps from the printed to the corrected ones. Only the last two are of
+# the whole joint: matrix around the hoses, whose ends are held.
+FREE = {"printed": False, "nominal_stress": False, "inner_balance": False, "passive": True, "shortens": True}
+PRINTED = {"printed": True, "nominal_stress": True, "inner_balance": True, "passive": False, "shortens": False}
+LAWS: dict[str, dict[str, bool]] = {"corrected": FREE, "as_printed": PRINTED}
+TRUE_STRESS = PRINTED | {"nominal_stress": False}
+HELD = FREE | {"shortens": False}
+STEPS: tuple[tuple[str, dict[str, bool], dict[str, bool]], ...] = (
+    ("Eqs 4-18 as printed", PRINTED, {"plain": True, "friction": False}),
+    ("Eqs 10-11: true stress on the deformed section", TRUE_STRESS, {"plain": True, "friction": False}),
+    (
+        "Eqs 12-13: balance on the outer diameter, deformed wall",
+        TRUE_STRESS | {"inner_balance": False},
+        {"plain": True, "friction": False},
+    ),
+    ("stress as it varies through the wall", HELD | {"passive": False}, {"plain": True, "friction": False}),
+    ("walls of the other side resist", HELD, {"plain": True, "friction": False}),
+    ("the body shortens", FREE, {"plain": True, "friction": False}),
+    ("matrix around the hoses swells, their ends do not", FREE, {"plain": False, "friction": False}),
+    ("Eq. 4: friction, on the way up", FREE, {"plain": False, "friction": True}),
 )
 
 
@@ -57,6 +64,7 @@ class Bend:
     unload_pressure: Array | None  # (n,) on the way back [Pa]
     unload_angle: Array | None  # (n,) on the way back [rad]
     segments: Array  # (n or 2 n, segments) angle of each segment, both ways [rad]
+    shortening: Array  # (n or 2 n,) of the axis over its length, both ways [1]
     volume: Array  # (n or 2 n,) oil that the muscles of that side have taken in since rest, both ways [m^3]
     braid_angle: float  # largest angle of any braid from its axis [rad]
     lumen_left: float  # smallest fraction of its lumen that a stretched muscle keeps [1]
@@ -125,8 +133,6 @@ def bend(
 ) -> Bend:
     """Bend a joint in air by the pressure of one side, from rest.
 
-    Computed from the segments of ``[joints.actuator]``, even if the twin uses a table ``[joints.reduced]``.
-
     Parameters
     ----------
     robot : Robot
@@ -167,11 +173,13 @@ def bend(
     active = check_side(side)
     check_name(law, LAWS, "law", "law")
     chosen = material or drive_unit(robot).material_set
-    model = soft_joint(robot, joint, chosen, friction=friction).with_law(**LAWS[law])
+    printed = law == "as_printed"
+    model = soft_joint(robot, joint, chosen, friction=friction, plain=printed).with_law(**LAWS[law])
     path = np.concatenate([rising, rising[::-1]]) if unload else rising
     both = np.zeros((len(path), 2))
     both[:, active] = path
-    segments = np.asarray(model.bend(both)) * (1 - 2 * active)
+    bent = np.asarray(model.bend(both))
+    segments = bent[..., 0] * (1 - 2 * active)
     n = len(rising)
     rubs = friction and law == "corrected" and drive_unit(robot).friction > 0
     return Bend(
@@ -186,7 +194,7 @@ def bend(
         unload_pressure=path[n:] if unload else None,
         unload_angle=segments[n:].sum(axis=1) if unload else None,
         segments=segments,
-        **_muscles(robot, joint, chosen, segments, float(rising[-1]), active, locks=law == "corrected"),
+        **_muscles(robot, joint, chosen, bent, float(rising[-1]), active, printed),
     )
 
 
@@ -228,29 +236,32 @@ def check_side(side: str) -> int:
 
 
 def _muscles(
-    robot: Robot, joint: str | int, material: str, segments: Array, pressure: float, active: int, *, locks: bool
+    robot: Robot, joint: str | int, material: str, bent: Array, pressure: float, active: int, printed: bool
 ) -> dict[str, Any]:
     """Compute the state of the muscles: oil taken in, braid angle, lumens, and whether the joint locks."""
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
-    strain = segments / np.array(actuator.segment_length)
-    hose = muscle(robot, material)
+    length = joint_sections(robot, joint, plain=printed)[:, 0]
+    hose, axis = muscle(robot, material), 1 + bent[..., 1]
+    turn = bent[..., 0] / length / np.sqrt(axis)
 
     def lumen(stretch: Array) -> Array:
         return np.asarray(hose.at(stretch.ravel(), pressure=0.0)["lumen"]).reshape(stretch.shape)
 
-    short, long = 1 - actuator.levers[active] * strain, 1 + actuator.levers[1 - active] * strain
+    stretch = [axis - actuator.levers[0] * turn, axis + actuator.levers[1] * turn]
+    short, long = stretch[active], stretch[1 - active]
     gain = lumen(short) - lumen(np.ones(1))
-    volume = cast(int, group.drive_units) * (gain * np.array(actuator.segment_length)).sum(axis=1)
+    volume = cast(int, group.drive_units) * (gain * length).sum(axis=1)
     left = float((lumen(long) / lumen(np.ones(1))).min())
     braid = math.acos(min(1.0, float(short.min()) * math.cos(unit.braid_angle)))
-    facts = {"volume": volume, "braid_angle": braid, "lumen_left": left}
-    if locks and left < LUMEN_MIN:
+    shortening = -(bent[..., 1] * length).sum(axis=1) / actuator.length
+    facts = {"volume": volume, "braid_angle": braid, "lumen_left": left, "shortening": shortening}
+    if not printed and left < LUMEN_MIN:
         text = f"The joint locks below {pressure / 1e3:g} kPa: the lumen of the stretched muscles closes."
         return facts | {"status": "locked", "status_text": text}
     angle, idle = (f"{math.degrees(value):.1f}" for value in (braid, NEUTRAL_BRAID))
     text = f"At {pressure / 1e3:g} kPa the braid stands at {angle} deg (at {idle} a muscle pulls no more)"
-    lumen_text = f" and the stretched muscles keep {100 * left:.0f} % of their lumen" if locks else ""
-    return facts | {"status": "free", "status_text": f"{text}{lumen_text}."}
+    shorter = "" if printed else f" and the joint is {1e3 * shortening.max() * actuator.length:.1f} mm shorter"
+    return facts | {"status": "free", "status_text": f"{text}{shorter}."}
 
 
 @dataclass(frozen=True)
@@ -268,8 +279,8 @@ def misprints(robot: Robot, joint: str | int, pressure: float, material: str | N
     """
     pressures = np.array([[check_pressure(pressure)[0], 0.0]])
 
-    def angle(law: dict[str, bool], friction: bool) -> float:
-        model = soft_joint(robot, joint, material, friction=friction).with_law(**law)
-        return float(np.asarray(model.bend(pressures)).sum())
+    def angle(law: dict[str, bool], parts: dict[str, bool]) -> float:
+        model = soft_joint(robot, joint, material, **parts).with_law(**law)
+        return float(np.asarray(model.bend(pressures))[..., 0].sum())
 
-    return tuple(Step(text, angle(law, friction)) for text, law, friction in STEPS)
+    return tuple(Step(text, angle(law, parts)) for text, law, parts in STEPS)

@@ -86,11 +86,11 @@ def line_loss(bore: float, coefficient: float, density: float) -> float:
 
 
 def _rest_volume(robot: Robot, group: JointGroup) -> float:
-    """Return the volume of the drive units of one side at rest: straight lumens as long as the neutral layer [m^3]."""
+    """Return the volume of the drive units of one side at rest: straight lumens [m^3]."""
     unit = require(robot.drive_unit, "drive_unit", robot)
     actuator = require(group.actuator, f"joints.{group.name}.actuator", robot)
     count = require(group.drive_units, f"joints.{group.name}.drive_units", robot)
-    return float(count * np.pi / 4 * unit.inner_diameter**2 * sum(actuator.segment_length))
+    return float(count * np.pi / 4 * unit.inner_diameter**2 * actuator.length)
 
 
 def pump_servo(robot: Robot) -> Servo:

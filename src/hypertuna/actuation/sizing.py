@@ -10,7 +10,7 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import Circuits, circuits, servo_angle, supply_voltage, with_bore
-from hypertuna.actuation.soft_joint import JointTable, joint_tables
+from hypertuna.actuation.soft_joint import SMALL, JointModel, joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.base import ZERO_CELSIUS
@@ -110,14 +110,14 @@ def size_pump(
     then temperatures, bores, frequencies. `progress` receives the number of finished cases and of all.
     """
     _check(robot, frequency, amplitude)
-    tables = joint_tables(robot)
+    models = joint_models(robot)
     cases = list(itertools.product(frequency, bore, temperature))
     variants = {d: robot if d is None else with_bore(robot, d) for d in bore}
     built = {(d, t): circuits(variants[d], t) for d in bore for t in temperature}  # checks all input
     sizes = []
     for k, (f, d, t) in enumerate(cases):
         for j, angle in enumerate(amplitude):
-            sizes.append(_size(variants[d], built[d, t], tables[j], j, f, angle))
+            sizes.append(_size(variants[d], built[d, t], models[j], j, f, angle))
         if progress is not None:
             progress(k + 1, len(cases))
     return sizes
@@ -136,18 +136,18 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
     )
 
 
-def _size(robot: Robot, hydraulics: Circuits, table: JointTable, j: int, frequency: float, amplitude: float) -> Size:
+def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequency: float, amplitude: float) -> Size:
     """Size one joint."""
     group, supply = robot.joints[j], supply_voltage(robot)
     limit = require(group.pressure_max, f"joints.{group.name}.pressure_max_pa", robot)
     column = hydraulics.row(2 * j)
     hose = require(group.line, "joints.line", robot)
-    line = _line(hydraulics, table, j, limit, hose.fill_pressure)
+    line = _line(hydraulics, model, j, limit)
     time, period = _times(frequency, line["resistance"] * line["capacity_rest"])
-    target = _target(hydraulics, table, j, amplitude * np.sin(2 * np.pi * frequency * time))
+    target = _target(hydraulics, model, j, amplitude * np.sin(2 * np.pi * frequency * time))
     rows = np.ascontiguousarray(hydraulics.values[2 * j : 2 * j + 2])
-    run, fraction = _limited(rows, table, supply, _held(robot, target, time), frequency, period, limit)
-    volume = table.at(amplitude * np.sin(2 * np.pi * np.linspace(0, 1, FLOWS + 1)))["volume"]
+    run, fraction = _limited(rows, model, supply, _held(robot, target, time), frequency, period, limit)
+    volume = model.hold(amplitude * np.sin(2 * np.pi * np.linspace(0, 1, FLOWS + 1)))["volume"]
     flow = float(np.abs(np.diff(volume, axis=0)).max() * FLOWS * frequency)
     return Size(
         joint=group.name,
@@ -205,19 +205,16 @@ def _beat(
     }
 
 
-def _line(hydraulics: Circuits, table: JointTable, j: int, limit: float, fill: float) -> dict[str, Any]:
+def _line(hydraulics: Circuits, model: JointModel, j: int, limit: float) -> dict[str, Any]:
     """Compute line and actuator for small motions, and up to the pressure limit."""
     column = hydraulics.row(2 * j)
     resistance, inertance = column["resistance"], column["inertance"]
-    rest, step = table.at([0.0]), table.step / 2
-    stiffness = -np.diff(table.at([-step, step])["elastic"])[0] / (2 * step)
-    capacity_rest = float(rest["slope"][0, 0] ** 2 / stiffness)  # for small motions
-    # The pressure of one side alone, the other one open, that balances the silicone at each angle.
-    at = table.at(table.angle[table.angle >= 0])
-    held = -at["elastic"] / at["slope"][:, 0]
-    volume = float(np.interp(limit, held, at["volume"][:, 0])) - float(rest["volume"][0, 0])
-    capacity = volume / limit
-    air = column["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + fill) ** 2
+    small = SMALL * limit
+    # Oil that one side takes in under its own pressure, from the filled joint and from none; the other side's is held.
+    filled = model.balance([[model.fill - small, model.fill], [model.fill + small, model.fill]])["volume"][:, 0]
+    capacity_rest = float(np.diff(filled)[0]) / (2 * small)
+    capacity = float(np.diff(model.balance([[0.0, 0.0], [limit, 0.0]])["volume"][:, 0])[0]) / limit
+    air = column["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + model.fill) ** 2
     compliance = column["oil_pump"] * (1 / column["bulk_modulus"] + air)
     return {
         "resistance": resistance,
@@ -243,11 +240,11 @@ def _times(frequency: float, lag: float) -> tuple[Array, int]:
     return np.arange(beats * period) / (period * frequency), period
 
 
-def _target(hydraulics: Circuits, table: JointTable, j: int, bend: Array) -> Array:
+def _target(hydraulics: Circuits, model: JointModel, j: int, bend: Array) -> Array:
     """Return the servo angles of both sides [rad] that displace the volume of a bent joint's units."""
-    volume = table.at(bend)["volume"] - table.at([0.0])["volume"]
+    volume = model.hold(bend)["volume"] - model.at(0.0)["volume"]
     target = np.stack([servo_angle(hydraulics, volume[:, s], 2 * j + s) for s in (0, 1)], axis=1)
-    reach = table.angle[-1]
+    reach = model.reach
     if not np.isfinite(target).all() or np.abs(bend).max() > reach:
         rule = f"must be at most what pump and joint can do: the joint locks at {np.degrees(reach):.3g} deg"
         value = f"{np.degrees(np.abs(bend).max()):.4g}"
@@ -265,16 +262,15 @@ def _held(robot: Robot, target: Array, time: Array) -> Array:
 
 
 def _limited(
-    rows: Array, table: JointTable, supply: float, target: Array, frequency: float, period: int, limit: float
+    rows: Array, model: JointModel, supply: float, target: Array, frequency: float, period: int, limit: float
 ) -> tuple[dict[str, Array], float]:
     """Run a beat, with the largest fraction of the command at which the cylinders stay below the pressure limit."""
     interval = 1 / (period * frequency)
     steps = max(1, math.ceil(interval * _core.circuit_stiffness(rows[0], STIFF, 0.0) / STABLE))
     options: dict[str, Any] = {"supply": supply, "interval": interval, "steps": steps}
-    options |= {"first": table.first, "step": table.step, "stop": table.stop}
 
     def run(fraction: float) -> dict[str, Array]:
-        return _core.run_pair(rows, table.points, target=np.ascontiguousarray(fraction * target), **options)
+        return _core.run_pair(rows, model.row, target=np.ascontiguousarray(fraction * target), **options)
 
     whole, low, high = run(1.0), 0.0, 1.0
     if whole["pump_pressure"][-period:].max() <= limit:

@@ -1,6 +1,6 @@
-"""Soft joint: muscles, matrix and levers of the description for the core, and the twin's table over the angle.
+"""Soft joint: muscles, matrix and levers of the description for the core, and the twin's one section of each joint.
 
-The equations are in core muscle.hpp, joint.hpp and joint_table.hpp; docs/actuator.md derives them.
+The equations are in core muscle.hpp and joint.hpp; docs/actuator.md derives them.
 """
 
 import math
@@ -14,49 +14,59 @@ from hypertuna import _core
 from hypertuna.actuation.silicone import Mooney
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, cached, require
-from hypertuna.description.schema.actuator import Actuator, DriveUnit, Material, MaterialSet, Reduced
+from hypertuna.description.schema.actuator import Actuator, DriveUnit, Material, MaterialSet
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.ranges import WHOLE
 
 MATERIAL_SETS: tuple[MaterialSet, ...] = get_args(MaterialSet)
 
-# Columns of a joint's table, as core joint_table.hpp lays out a point; the pairs are of the sides, left and right.
-COLUMNS = (
-    *("energy", "energy_slope", "volume_left", "volume_right", "volume_slope_left", "volume_slope_right"),
-    *("friction_left", "friction_right", "carried_left", "carried_right"),
-)
-LUMEN_MIN = 0.05  # lumen of the stretched side over that at rest at which the joint locks and a table ends
-PRESSURE_MAX = 20e6  # Pa, at which a table ends if the joint does not lock below
-STOP = 20.0  # stiffness beyond a table's end over that at rest
+LUMEN_MIN = 0.05  # lumen of a stretched muscle over that at rest at which it locks
+SMALL = 1e-5  # rad and strain, of differences
 
 
 @dataclass(frozen=True)
-class JointTable:
-    """A soft joint as one angle: energy, volumes and friction over it (core joint_table.hpp)."""
+class JointModel:
+    """A soft joint as one section: what bend, strain and pressures have to do with each other (core joint.hpp).
+
+    Strains of the axis are relative to the filled, straight joint.
+    """
 
     name: str  # of the joint group
-    first: float  # rad, angle of the first point
-    step: float  # rad, from point to point
-    # (points, 10), of COLUMNS: energy [J] and its slope [N m], volume of each side [m^3] and its slope [m^3/rad],
-    # friction per contact pressure [N m/Pa], pressure that the walls carry [Pa].
-    points: Array
-    viscosity: float  # N m s/rad
-    stop: float  # N m/rad, stiffness beyond the ends, where the joint locks
+    row: Array  # numbers for the core, of `joint_columns`
+    fill: float  # Pa, pressure of both sides of the straight joint
+    reach: float  # rad, bend at which a stretched muscle locks
+
+    def __getitem__(self, column: str) -> float:
+        """Return a number of the row."""
+        return float(self.row[_core.joint_columns().index(column)])
 
     @property
-    def angle(self) -> Array:
-        """Angle of every point [rad], shape (points,)."""
-        return self.first + self.step * np.arange(len(self.points), dtype=np.float64)
+    def stiffness(self) -> float:
+        """Moment per bend of the straight joint without pressure [N m/rad]."""
+        return -float(np.diff(self.at([-SMALL, SMALL], -self["rest"])["elastic"])[0]) / (2 * SMALL)
 
-    def at(self, angle: ArrayLike) -> dict[str, Array]:
-        """Interpolate at angles (n,) [rad].
+    def at(self, angle: ArrayLike, strain: ArrayLike = 0.0) -> dict[str, Array]:
+        """Evaluate at angles (n,) [rad] and strains.
 
-        elastic [N m] (-dU/dangle), energy [J], and with a column per side volume [m^3], slope [m^3/rad], friction
-        [N m/Pa] and carried [Pa].
+        energy [J], elastic [N m] (-dU/dangle), axial [J] (-dU/dstrain), and with a column per side volume [m^3], slope
+        [m^3/rad], gain [m^3] (dV/dstrain), friction [N m/Pa] and carried [Pa].
         """
-        where = np.atleast_1d(np.asarray(angle, dtype=np.float64))
-        return _core.joint_load(self.points, first=self.first, step=self.step, stop=self.stop, angle=where)
+        bend, long = np.broadcast_arrays(np.atleast_1d(np.asarray(angle, dtype=np.float64)), strain)
+        return _core.joint_load(self.row, angle=bend.copy(), strain=long.astype(np.float64))
+
+    def hold(self, angle: ArrayLike, lowest: float = -math.inf) -> dict[str, Array]:
+        """Return strain (n,), pressure (n, 2) [Pa] and volume (n, 2) [m^3] that hold angles (n,) [rad].
+
+        The sides stand equally far above and below the filling pressure, the lower one at least at `lowest` [Pa].
+        """
+        bend = np.atleast_1d(np.asarray(angle, dtype=np.float64))
+        return _core.hold_joint(self.row, angle=bend, fill=self.fill, lowest=lowest)
+
+    def balance(self, pressure: ArrayLike, moment: ArrayLike = 0.0) -> dict[str, Array]:
+        """Return angle (n,) [rad], strain (n,) and volume (n, 2) [m^3] under pressures (n, 2) [Pa] and moments [N m]."""
+        both = np.atleast_2d(np.asarray(pressure, dtype=np.float64))
+        outer = np.broadcast_to(np.asarray(moment, dtype=np.float64), len(both))
+        return _core.balance_joint(self.row, pressure=both, moment=outer.copy())
 
 
 def mooney(robot: Robot, material: str, material_set: str | None = None) -> Mooney:
@@ -109,7 +119,7 @@ def muscle(robot: Robot, material: str | None = None, *, friction: bool = True) 
         outer=unit.outer_diameter,
         inner=unit.inner_diameter,
         tan2=math.tan(unit.braid_angle) ** 2,
-        sleeve=unit.sleeve,
+        sleeve=0.0,
         hose=hose,
         matrix=matrix,
         friction=unit.friction if friction else 0.0,
@@ -117,74 +127,78 @@ def muscle(robot: Robot, material: str | None = None, *, friction: bool = True) 
 
 
 def soft_joint(
-    robot: Robot, joint: str | int, material: str | None = None, *, friction: bool = True
+    robot: Robot, joint: str | int, material: str | None = None, *, friction: bool = True, plain: bool = False
 ) -> _core.SoftJoint:
-    """Return a joint by name or index for the core, with a material set and with or without friction of its braids."""
+    """Return a joint by name or index for the core, with a material set and with or without friction of its braids.
+
+    A plain one is that of the paper's equations: full sections, and muscles that work up to their ends.
+    """
     group, actuator = joint_group(robot, joint)
-    matrix = mooney(robot, drive_unit(robot).matrix, material)
-    inertia = np.pi / 4 * np.array(actuator.semi_major) * np.array(actuator.semi_minor) ** 3  # of an ellipse
-    return _core.SoftJoint(
-        muscle(robot, material, friction=friction),
-        units=cast(int, group.drive_units),
-        lever=actuator.levers,
-        length=list(actuator.segment_length),
-        stiffness=(actuator.stiffness_factor * matrix.modulus * inertia).tolist(),
-    )
+    count, sections = cast(int, group.drive_units), joint_sections(robot, joint, plain=plain)
+    unit = muscle(robot, material, friction=friction)
+    return _core.SoftJoint(unit, units=count, lever=actuator.levers, sections=sections)
 
 
-def joint_tables(robot: Robot, material: str | None = None, *, points: int = 257) -> tuple[JointTable, ...]:
-    """Tabulate every joint of a robot over its angle, at an odd number of points.
+def joint_sections(robot: Robot, joint: str | int, *, plain: bool = False) -> Array:
+    """Return length, area, second moment of area and thickness around a hose of every section (n, 4)."""
+    group, actuator = joint_group(robot, joint)
+    unit, count = drive_unit(robot), cast(int, group.drive_units)
+    a, b, length = (np.array(x) for x in (actuator.semi_major, actuator.semi_minor, actuator.segment_length))
+    area, second = np.pi * a * b, np.pi / 4 * a * b**3  # of an ellipse
+    if plain:
+        return np.stack([length, area, actuator.stiffness_factor * second, 0 * area], axis=1)
+    radius, soft = unit.outer_diameter / 2, actuator.length
+    hole = np.pi * radius**2
+    area = area - 2 * count * hole
+    second = second - count * hole * sum(lever**2 + radius**2 / 4 for lever in actuator.levers)
+    around = np.sqrt(radius**2 + area / (2 * count * np.pi)) - radius  # each hose swells its share of the section
+    ends = 2 * unit.outer_diameter  # glued to the plates, one diameter of a hose neither swells nor shortens
+    fix = "describe a longer joint, or thinner hoses"
+    if min(area.min(), second.min()) <= 0 or soft <= ends:
+        rule = f"must have room for its hoses, and be longer than two diameters of a hose, {ends:g} m"
+        key = f"joints.{group.name}.actuator.segment_length_m"
+        raise InputError(rule, file=robot.file or None, key=key, value=f"{soft:g} m in all", fix=fix)
+    return np.stack([length * (1 - ends / soft), area, actuator.stiffness_factor * second, around], axis=1)
 
-    The segments share an angle as under the pressure of one side alone. A table ends where the lumen of a stretched
-    muscle is `LUMEN_MIN` of that at rest, and the joint locks. A joint with a table ``[joints.reduced]`` takes moment
-    and volume from there and locks at its ends; friction and viscosity are those of the muscles.
+
+def joint_models(robot: Robot, material: str | None = None) -> tuple[JointModel, ...]:
+    """Return every joint of a robot as one section.
+
+    The section bends and shortens under the highest pressure of one side as the described ones do together.
     """
-    points = WHOLE.check(points, "points", "omit it for 257")
-    if points < 3 or points % 2 == 0:
-        raise InputError("must be odd and at least 3", key="points", value=str(points), fix="omit it for 257")
     groups = range(len(robot.joints))
-    key = ("joint tables", material, points)
-    return cached(robot, key, lambda: tuple(_table(robot, g, material, points) for g in groups))
+    return cached(robot, ("joint models", material), lambda: tuple(_model(robot, g, material) for g in groups))
 
 
-def _table(robot: Robot, g: int, material: str | None, points: int) -> JointTable:
-    """Tabulate one joint."""
-    unit, joint = drive_unit(robot), soft_joint(robot, g, material)
-    reach = min(joint.reach(side, left=LUMEN_MIN, highest=PRESSURE_MAX) for side in (0, 1))
-    table, reduced = joint.table(reach=reach, points=points), robot.joints[g].reduced
-    if reduced is not None:
-        table, reach = _reduced(robot, g, reduced, table, reach), reduced.angle[-1]
-    table.flags.writeable = False  # the table is cached and shared
-    matrix, walls = joint.stiffness()
-    # Kelvin-Voigt: relaxation time times stiffness, as at rest
-    viscosity = robot.materials[unit.matrix].relaxation * matrix + robot.materials[unit.hose].relaxation * walls
-    step = 2 * reach / (points - 1)
-    return JointTable(robot.joints[g].name, -reach, step, table, viscosity, STOP * (matrix + walls))
-
-
-def _reduced(robot: Robot, g: int, reduced: Reduced, muscles: Array, reach: float) -> Array:
-    """Tabulate a reduced joint up to its own ends, with friction and carried pressure of its muscles up to `reach`.
-
-    Splines through moment and volume; the energy is the integral of the spline of the moment, so that it is conserved.
-    """
-    from scipy.interpolate import CubicSpline  # here: its import takes longer than a bend
-
-    key = f"joints.{robot.joints[g].name}.reduced"
-    if joint_group(robot, g)[1].asymmetry != 0:
-        rule, fix = "is for a joint whose sides are alike", "omit actuator.asymmetry, or the table"
-        raise InputError(rule, file=robot.file or None, key=key, fix=fix)
-    angle = np.linspace(-reduced.angle[-1], reduced.angle[-1], len(muscles))
-    elastic, volume = (CubicSpline(reduced.angle, values) for values in (reduced.elastic, reduced.volume))
-    energy = elastic.antiderivative()
-    held, slope = volume(angle), volume(angle, 1)
-    falls = np.flatnonzero(slope <= 0)
-    if len(falls):
-        rule = "must increase smoothly: a cubic spline through it must not fall between its angles"
-        value = f"one that falls at {math.degrees(angle[falls[0]]):.3g} deg"
-        fix = "give more angles there, or correct a volume"
-        raise InputError(rule, file=robot.file or None, key=f"{key}.volume_m3", value=value, fix=fix)
-    known = np.linspace(-reach, reach, len(muscles))
-    first = COLUMNS.index("friction_left")
-    rest = [np.interp(angle, known, column) for column in muscles[:, first:].T]  # beyond them as at their ends
-    work = energy(angle) - energy(0.0)
-    return np.stack([work, elastic(angle), held, held[::-1], slope, -slope[::-1], *rest], axis=1)
+def _model(robot: Robot, g: int, material: str | None) -> JointModel:
+    """Reduce one joint to one section."""
+    group, actuator = joint_group(robot, g)
+    unit, hose = drive_unit(robot), muscle(robot, material)
+    highest = require(group.pressure_max, f"joints.{group.name}.pressure_max_pa", robot)
+    fill = group.line.fill_pressure if group.line is not None else 0.0
+    one = soft_joint(robot, g, material, friction=False).one_section(left=highest, right=0.0)
+    wall, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
+    values = {
+        **{"outer": unit.outer_diameter, "inner": unit.inner_diameter, "tan2": math.tan(unit.braid_angle) ** 2},
+        **{"hose_c1": wall.c1, "hose_c2": wall.c2, "matrix_c1": matrix.c1, "matrix_c2": matrix.c2},
+        **{"friction": unit.friction, "units": cast(int, group.drive_units)},
+        **dict(zip(("left", "right"), actuator.levers, strict=True)),
+        **dict(zip(("length", "area", "second", "sleeve"), one, strict=True)),
+    }
+    row = np.array([values.get(name, 0.0) for name in _core.joint_columns()])
+    # Kelvin-Voigt: relaxation time times stiffness, as at rest.
+    model = JointModel(group.name, row, fill, 0.0)
+    bar = {"elastic": matrix.modulus * one[2] / one[0], "axial": matrix.modulus * one[1] * one[0]}
+    whole = {
+        "elastic": model.stiffness,
+        "axial": -float(np.diff(model.at(0.0, [-SMALL, SMALL])["axial"])[0]) / (2 * SMALL),
+    }
+    slow, fast = (robot.materials[name].relaxation for name in (unit.matrix, unit.hose))
+    viscosity = {name: slow * bar[name] + fast * (whole[name] - bar[name]) for name in bar}
+    rest = float(model.balance([fill, fill])["strain"][0])
+    values |= {"rest": rest, "viscosity": viscosity["elastic"], "axial_viscosity": viscosity["axial"]}
+    row = np.array([values[name] for name in _core.joint_columns()])
+    row.flags.writeable = False  # cached and shared
+    stretch = 1 + rest
+    room = hose.closing_stretch(LUMEN_MIN) - stretch
+    return JointModel(group.name, row, fill, room * one[0] * math.sqrt(stretch) / max(actuator.levers))

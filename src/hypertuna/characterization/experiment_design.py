@@ -10,7 +10,7 @@ import numpy as np
 
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.hydraulics import SIDES
-from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney, muscle, soft_joint
+from hypertuna.actuation.soft_joint import drive_unit, joint_group, joint_models, mooney, muscle
 from hypertuna.characterization.fit import BenchFit
 from hypertuna.characterization.unknowns import with_unknowns
 from hypertuna.description.robot import Robot
@@ -134,7 +134,7 @@ def _of_joint(fit: BenchFit, joint: int, top: float) -> list[_Candidate]:
         return joint_group(robot, joint)[1].segment_length[0]
 
     def stiffness(robot: Robot) -> float:
-        return float(sum(soft_joint(robot, joint).stiffness()))
+        return joint_models(robot)[joint].stiffness
 
     def volume(robot: Robot) -> float:
         return float(bend(robot, joint, [top]).volume[0])

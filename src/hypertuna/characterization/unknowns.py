@@ -40,7 +40,6 @@ SHARED = {
     # published constants of one silicone differ by 2.0 (docs/bench.md)
     "hose_modulus": Kind(0.5, 2.0, counted="x described"),
     "matrix_modulus": Kind(0.5, 2.0, counted="x described"),
-    "sleeve": Kind(0.5, 2.0, ("sleeve_m",), "m"),
     "friction": Kind(0.01, 1.0, ("friction",), scaled=False),
 }
 KINDS = PER_JOINT | SHARED
@@ -118,7 +117,7 @@ def unknowns(
         mooney(robot, material)  # checks the constants in use
     free_asymmetry = joints if names else both_sides
     known = [_make(robot, kind, j) for kind in PER_JOINT for j in joints if kind != "asymmetry" or j in free_asymmetry]
-    known += [_make(robot, kind, None) for kind in SHARED if kind != "sleeve" or unit.sleeve > 0]
+    known += [_make(robot, kind, None) for kind in SHARED]
     if names is not None:
         chosen: list[Unknown] = []
         for name in split_names(names) if isinstance(names, str) else names:

@@ -137,10 +137,10 @@ def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
     channels = f"{counted(len(body.channels) // 2, 'pair')} of channels of {2 * 1e3 * body.radius:.4g} mm"
     yield f"{robot.name}: soft body of joint {body.name}", "bold"
     yield table(["x\n[mm]", "half height\n[mm]", "half width\n[mm]"], rows, left=())
-    yield f"{channels}, {1e3 * abs(body.channels[0].y):.4g} mm from the neutral layer"
+    yield f"{channels}, {1e3 * abs(body.channels[0].y):.4g} mm from the middle"
     yield f"matrix {1e9 * body.volume:.4g} mm^3, plates {1e3 * body.plate:.3g} mm thick"
     if body.strip:
-        yield f"strip {1e3 * body.strip:.3g} mm wide in the neutral layer"
+        yield f"strip {1e3 * body.strip:.3g} mm wide in the middle"
 
 
 @fe_app.command("bend")

@@ -10,7 +10,7 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import Circuits, circuits, pump_servo, servo_angle
-from hypertuna.actuation.soft_joint import joint_tables
+from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.body import JointGroup
@@ -82,16 +82,11 @@ def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array)
     The moments balance with the two sides equally far above and below the fill pressure; the lower pressure stops
     short of cavitation.
     """
-    side, table = circuit % 2, joint_tables(robot)[circuit // 2]
-    toward = 1.0 if side == 0 else -1.0
-    load = table.at(toward * bend)
-    own, other = toward * load["slope"][:, side], toward * load["slope"][:, 1 - side]
-    elastic, volume = toward * load["elastic"], load["volume"][:, side] - table.at([0.0])["volume"][:, side]
-    fill = _fill(robot, circuit // 2)
+    side, model = circuit % 2, joint_models(robot)[circuit // 2]
     low = SUCTION * float(hydraulics.column("cavitation")[circuit])
-    off = -(elastic + fill * (own + other)) / (own - other)
-    low_other = np.maximum(fill - off, low)
-    pressure = np.maximum(-(elastic + low_other * other) / own, low)
+    held = model.hold(bend if side == 0 else -bend, low)
+    volume = held["volume"][:, side] - model.at(0.0)["volume"][0, side]
+    pressure = held["pressure"][:, side]
     return volume, pressure
 
 
@@ -173,7 +168,8 @@ def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j
     held, flow = (pressure - fill) / bend, np.gradient(volume, bend)
     resistance = float(hydraulics.column("resistance")[2 * j])
     frequency = control.frequency_max
-    slope = joint_tables(robot)[j].at(bend)["slope"]
+    model = joint_models(robot)[j]
+    slope = model.at(bend, model.hold(bend)["strain"])["slope"]
     load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
     room = control.pressure_soft - fill
     return (

@@ -10,7 +10,7 @@ import numpy as np
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
 from hypertuna.actuation.hydraulics import DRIVES, Circuits, circuits
-from hypertuna.actuation.soft_joint import JointTable, joint_tables
+from hypertuna.actuation.soft_joint import SMALL, JointModel, drive_unit, joint_models
 from hypertuna.arrays import Array
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.sensors import fault_texts, sensor_columns
@@ -55,7 +55,7 @@ def controller_of(robot: Robot) -> dict[str, list[float]]:
 
 
 def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
-    oil, tables = circuits(robot, temperature), joint_tables(robot)
+    oil, models = circuits(robot, temperature), _viscous(robot)
     law, none = robot.model.water, [0.0] * len(robot.links.name)
     # In air: no density, no added mass, no drag that needs no density.
     dry = {"water.density": [0.0], **{f"water.{law}.{name}": none for name in LAWS[law].dry}}
@@ -63,9 +63,8 @@ def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
     still = [servo for servo in robot.servos if servo.drives != DRIVES]
     columns: dict[str, Any] = {
         "share": _shares(robot),
-        "joints": len(tables),
-        **{f"points[{j}]": table.points for j, table in enumerate(tables)},
-        **{f"joint.{name}": [getattr(t, name) for t in tables] for name in ("first", "step", "viscosity", "stop")},
+        "joints": len(models),
+        **{f"joint.{name}": [model[name] for model in models] for name in _core.joint_columns()},
         **{f"circuit.{name}": oil.column(name) for name in oil.columns},
         **{f"battery.{name}": value for name, value in battery_columns(robot).items()},
         "idle": sum(servo.count * (servo.idle_current or 0.0) * (servo.voltage or 0.0) for servo in still),
@@ -75,8 +74,17 @@ def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
     if robot.spatial is not None and robot.fins is not None:
         columns |= space_columns(robot)
     plant = _core.Plant(model, columns)
-    fastest, stiffest = _fastest(robot, plant, medium == "air", oil, tables)
+    fastest, stiffest = _fastest(robot, plant, medium == "air", oil, models)
     return Parts(plant, fastest, stiffest, sensor_columns(robot), oil.temperature)
+
+
+def _viscous(robot: Robot) -> tuple[JointModel, ...]:
+    """Return the joints, whose axes shorten against the viscosity of their silicones."""
+    models, matrix = joint_models(robot), drive_unit(robot).matrix
+    if min(model["axial_viscosity"] for model in models) <= 0:
+        key, fix = f"materials.{matrix}.relaxation_s", "give 0.005, an estimate for silicone"
+        raise InputError("must be positive in the twin", file=robot.file or None, key=key, value="0", fix=fix)
+    return models
 
 
 def _shares(robot: Robot) -> Array:
@@ -94,7 +102,7 @@ def _shares(robot: Robot) -> Array:
 
 
 def _fastest(
-    robot: Robot, plant: _core.Plant, clamped: bool, oil: Circuits, tables: Sequence[JointTable]
+    robot: Robot, plant: _core.Plant, clamped: bool, oil: Circuits, models: Sequence[JointModel]
 ) -> tuple[float, tuple[str, str]]:
     """Bound the plant's rates at the hard limit [1/s]: a circuit's own, its joint's swing on the oil, a hinge's.
 
@@ -102,7 +110,7 @@ def _fastest(
     """
     control = robot.controller
     pressure = 0.0 if control is None else control.pressure_hard
-    coordinates = len(tables) + (robot.hinge is not None)
+    coordinates = len(models) + (robot.hinge is not None)
     mobility = plant.accelerations(  # rad/s^2 per N m of every coordinate of the straight tail
         _core.World({"clamped": float(clamped)}),
         bend=np.zeros((coordinates, 2, coordinates)),
@@ -114,11 +122,16 @@ def _fastest(
     swelling = 1 / bulk + air * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure) ** 2
     gives = compliance + held * swelling  # m^3/Pa of the units' side
     rates = {}
-    for j, table in enumerate(tables):
+    for j, model in enumerate(models):
         sides = slice(2 * j, 2 * j + 2)
-        swing = math.sqrt(float((table.at([0.0])["slope"][0] ** 2 / gives[sides]).sum() * mobility[j]))
+        straight = model.at(0.0)
+        swing = math.sqrt(float((straight["slope"][0] ** 2 / gives[sides]).sum() * mobility[j]))
+        silicone = -float(np.diff(model.at(0.0, [-SMALL, SMALL])["axial"])[0]) / (2 * SMALL)
+        held_back = silicone + float((straight["gain"][0] ** 2 / gives[sides]).sum())
+        soft = f"materials.{drive_unit(robot).matrix}.relaxation_s", "a longer relaxation time, or more compliance"
+        rates[soft] = held_back / model["axial_viscosity"]
         own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in oil.values[sides])
-        line = (f"joints.{table.name}.line", "more air or compliance, a narrower or longer line, or heavier rotors")
+        line = (f"joints.{model.name}.line", "more air or compliance, a narrower or longer line, or heavier rotors")
         rates[line] = math.hypot(own, swing)
     if robot.hinge is not None:
         hinge, last = robot.hinge, float(mobility[-1])

@@ -1,18 +1,26 @@
-/// Soft joint: segments of silicone that muscles on both sides bend, each for itself (Eqs 1-3 and 18).
+/// Soft joint: sections of silicone that muscles on both sides bend and shorten, each for itself (Eqs 1-3 and 18).
 ///
-/// The neutral layer keeps its length. Where segment i bends by alpha_i the muscles of the side that it bends to have
-/// the stretch 1 - w alpha_i / S_i and those of the other side 1 + w alpha_i / S_i: their walls resist too, which the
-/// paper leaves out. Side 0 is left; its muscles bend the joint counter-clockwise, by a positive angle.
+/// Two strains describe a section of length S that bends by alpha: the stretch l of its axis, and the curvature
+/// alpha / S. A body that shortens gets wider by 1/sqrt(l), so that at the lever w a muscle has the stretch
+///     lambda = l -+ w q,  q = alpha / (S sqrt(l)),
+/// and matrix of uniaxial energy W per volume stores A W(l) + W''(l) I q^2 / 2 per length, to second order in q.
+/// Nothing holds the length: the axis shortens until its force vanishes. Side 0 is left; its muscles bend the joint
+/// counter-clockwise, by a positive angle.
 #pragma once
+
+#include <limits>
+#include <type_traits>
 
 #include "hypertuna/actuation/muscle.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
 template <class S>
-struct Segment {
-    S length;     // m, of the neutral layer
-    S stiffness;  // N m^2, E I of the matrix
+struct Section {
+    S length;  // m, of the axis at rest
+    S area;    // m^2 of matrix
+    S second;  // m^4, its second moment of area
+    S sleeve;  // m, thickness of the matrix around each hose: its share of the section
 };
 
 /// Equations that a joint bends by: the corrected ones, or the printed ones with what they still have wrong.
@@ -20,89 +28,325 @@ struct JointLaw {
     bool printed;
     Misprints misprints;  // for the printed ones only
     bool passive;         // whether the walls of the other side resist
+    bool shortens;        // whether the axis is free to shorten
 };
 
 template <class S>
 struct SoftJoint {
-    DriveUnit<S> unit;
-    S units;     // on each side
-    S lever[2];  // m, of each side
-    int segments;
-    const Segment<S>* segment;
+    DriveUnit<S> unit;  // its sleeve is that of the section
+    S units;            // on each side
+    S lever[2];         // m, of each side
+    int sections;
+    const Section<S>* section;
     JointLaw law;
 };
 
-/// Stretch of a side's muscles in a segment that bends by this angle.
+/// Stretches between which a muscle's energy is used; beyond them its force goes on along a stiff line.
 template <class S>
-S side_stretch(const SoftJoint<S>& joint, int i, int side, const S& angle) {
-    const S strain = joint.lever[side] * angle / joint.segment[i].length;
-    return side == 0 ? S(1) - strain : S(1) + strain;
+struct StretchLimits {
+    S low, high;
+    S stop;  // N, slope of the force beyond them
+};
+inline constexpr double shortest_stretch = 0.5;
+inline constexpr double lumen_min = 0.05;     // lumen of a stretched muscle over that at rest at which it locks
+inline constexpr double stop_factor = 20;     // stiffness beyond over that of the hose at rest
+template <std::floating_point S>
+StretchLimits<S> stretch_limits(const DriveUnit<S>& unit) {
+    const S section = S(pi / 4) * (unit.outer * unit.outer - unit.inner * unit.inner);
+    return {S(shortest_stretch), closing_stretch(unit, S(lumen_min)),
+            S(stop_factor) * S(6) * (unit.hose.c1 + unit.hose.c2) * section};
 }
 
-/// Moment, N m, with which the muscles of one side bend a segment toward their own side, without friction.
+/// A joint, or one of its sections, at a bend and a strain of its axis. Of each side: oil, and how it changes.
 template <class S>
-S side_moment(const SoftJoint<S>& joint, int i, int side, const S& pressure, const S& angle) {
-    const S stretch = side_stretch(joint, i, side, angle);
-    const S force = joint.law.printed ? printed_pull(joint.unit, pressure, stretch, joint.law.misprints)
-                                      : pull(joint.unit, pressure, stretch);
-    return joint.units * joint.lever[side] * force;
+struct JointLoad {
+    S energy;       // J
+    S elastic;      // N m, -dU/dangle
+    S axial;        // J, -dU/dstrain
+    S volume[2];    // m^3
+    S slope[2];     // m^3/rad, dV/dangle: the moment that a unit of pressure makes
+    S gain[2];      // m^3, dV/dstrain
+    S friction[2];  // N m per Pa of contact pressure
+    S carried[2];   // Pa that the walls carry, so that contact = pressure - carried
+};
+
+template <class S>
+JointLoad<S> section_load(const SoftJoint<S>& joint, const Section<S>& at, const StretchLimits<base_t<S>>& limits,
+                          const S& angle, const S& strain) {
+    DriveUnit<S> unit = joint.unit;
+    unit.sleeve = at.sleeve;
+    const S one(1), half(base_t<S>(0.5)), l = max(S(base_t<S>(0.3)), one + strain), L = at.length;
+    const S root = one / sqrt(l), q = angle * root / L, dq_angle = root / L, dq_strain = -half * q / l;
+    const Stretched<S> bar = stretched(unit.matrix, l);
+    const S bending = half * at.second * q * q;
+    JointLoad<S> out;
+    out.energy = L * (at.area * bar.energy + bending * bar.modulus);
+    out.elastic = -L * bar.modulus * at.second * q * dq_angle;
+    out.axial = -L * (at.area * bar.stress + bending * bar.change + bar.modulus * at.second * q * dq_strain);
+    for (int s = 0; s < 2; ++s) {
+        const S w = s == 0 ? -joint.lever[s] : joint.lever[s], whole = l + w * q;
+        const S stretch = min(max(S(limits.low), whole), S(limits.high)), beyond = whole - stretch;
+        const S length = joint.units * L, force = energy_slope(unit, stretch), open = lumen_slope(unit, stretch);
+        const S by_angle = w * dq_angle, by_strain = one + w * dq_strain;
+        const S pull = force + S(limits.stop) * beyond;
+        out.energy = out.energy + length * (energy(unit, stretch) + beyond * (force + half * S(limits.stop) * beyond));
+        out.elastic = out.elastic - length * pull * by_angle;
+        out.axial = out.axial - length * pull * by_strain;
+        out.volume[s] = length * (lumen(unit, stretch) + beyond * open);
+        out.slope[s] = length * open * by_angle;
+        out.gain[s] = length * open * by_strain;
+        out.friction[s] = joint.units * unit.friction * contact(unit, stretch) * abs(w) * root;
+        out.carried[s] = carried(unit, stretch);
+    }
+    return out;
 }
 
-/// Largest friction moment of one side in a segment, N m: C_f times the braid's contact pressure and area. The braid
-/// lets go where the walls carry more than the pressure.
+/// Moment and axial force times length of oil and silicone, N m and J, without friction.
 template <class S>
-S friction_limit(const SoftJoint<S>& joint, int i, int side, const S& pressure, const S& angle) {
-    const S stretch = side_stretch(joint, i, side, angle);
-    const S grip = max(S(0), pressure - carried(joint.unit, stretch));
-    return joint.units * joint.lever[side] * joint.unit.friction * contact(joint.unit, stretch) * grip;
+S joint_moment(const JointLoad<S>& load, const S* pressure) {
+    return load.elastic + pressure[0] * load.slope[0] + pressure[1] * load.slope[1];
+}
+template <class S>
+S joint_thrust(const JointLoad<S>& load, const S* pressure) {
+    return load.axial + pressure[0] * load.gain[0] + pressure[1] * load.gain[1];
+}
+/// Largest moment that friction can hold, N m. The braid lets go where the walls carry more than the pressure.
+template <class S>
+S joint_friction(const JointLoad<S>& load, const S* pressure) {
+    return load.friction[0] * max(S(0), pressure[0] - load.carried[0]) +
+           load.friction[1] * max(S(0), pressure[1] - load.carried[1]);
 }
 
-/// Largest angle of a segment toward either side, rad: the stretched side keeps this part of its lumen.
-template <class S>
-S segment_reach(const SoftJoint<S>& joint, int i, const S& left) {
-    const S lever = max(joint.lever[0], joint.lever[1]), reach = closing_stretch(joint.unit, left) - S(1);
-    return min(reach, S(base_t<S>(0.95))) * joint.segment[i].length / lever;
+/// Root of a falling function between two bounds: Newton's method, with bisection where it leaves them.
+/// `of` takes a Dual and returns one.
+template <std::floating_point S, class F>
+S falling_root(F of, S low, S high, S at) {
+    for (int k = 0; k < 80; ++k) {
+        Dual<S, 1> x(at);
+        x.d[0] = S(1);
+        const Dual<S, 1> y = of(x);
+        if (!(y.v != S(0))) return at;
+        (S(0) < y.v ? low : high) = at;
+        S next = at - y.v / y.d[0];
+        if (!(low < next && next < high)) next = S(0.5) * (low + high);
+        if (abs(next - at) <= S(1e-15) * (S(1) + abs(at))) return next;
+        at = next;
+    }
+    return at;
 }
 
-/// Moment that bends a segment, N m: of the muscles of both sides at their pressures and of the matrix, with part
-/// `hold` (-1 to 1) of what friction can hold.
-template <class S>
-S segment_moment(const SoftJoint<S>& joint, int i, const S* pressure, const S& angle, const S& hold) {
-    S moment = -joint.segment[i].stiffness * angle / joint.segment[i].length;
-    for (int side = 0; side < 2; ++side) {
-        if (!joint.law.passive && !(S(0) < pressure[side])) continue;
-        const S part = side_moment(joint, i, side, pressure[side], angle);
-        moment += side == 0 ? part : -part;
-        if (!joint.law.printed) moment += hold * friction_limit(joint, i, side, pressure[side], angle);
+/// A joint whose numbers are duals, to be differentiated.
+template <class D, std::floating_point S>
+SoftJoint<D> lifted(const SoftJoint<S>& j) {
+    const DriveUnit<S>& u = j.unit;
+    return {{D(u.outer), D(u.inner), D(u.tan2), D(u.sleeve), {D(u.hose.c1), D(u.hose.c2)},
+             {D(u.matrix.c1), D(u.matrix.c2)}, D(u.friction)},
+            D(j.units), {D(j.lever[0]), D(j.lever[1])}, 0, nullptr, j.law};
+}
+template <class D, std::floating_point S>
+Section<D> lifted(const Section<S>& at) {
+    return {D(at.length), D(at.area), D(at.second), D(at.sleeve)};
+}
+
+/// Strain of a section's axis at a bend, where its force vanishes; `pressures` of both sides from the load.
+template <std::floating_point S, class F>
+S free_strain(const SoftJoint<S>& joint, const Section<S>& at, S angle, S near, F pressures) {
+    using D = Dual<S, 1>;
+    const SoftJoint<D> dual = lifted<D>(joint);
+    const Section<D> section = lifted<D>(at);
+    const StretchLimits<S> limits = stretch_limits(joint.unit);
+    const auto thrust = [&](const D& strain) {
+        const JointLoad<D> load = section_load(dual, section, limits, D(angle), strain);
+        D pressure[2];
+        pressures(load, pressure);
+        return joint_thrust(load, pressure);
+    };
+    return falling_root<S>(thrust, S(-0.6), S(1), near);
+}
+template <std::floating_point S>
+S strain_under(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S angle, S near) {
+    if (!joint.law.shortens) return S(0);
+    return free_strain(joint, at, angle, near, [&](const auto&, Dual<S, 1>* out) {
+        for (int s = 0; s < 2; ++s) out[s] = Dual<S, 1>(pressure[s]);
+    });
+}
+
+/// Moment that bends a section whose axis is held at its length, N m: printed equations, or corrected ones step by
+/// step.
+template <std::floating_point S>
+S held_moment(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S angle) {
+    DriveUnit<S> unit = joint.unit;
+    unit.sleeve = at.sleeve;
+    S moment = -S(6) * (unit.matrix.c1 + unit.matrix.c2) * at.second * angle / at.length;
+    for (int s = 0; s < 2; ++s) {
+        if (!joint.law.passive && !(S(0) < pressure[s])) continue;
+        const S w = s == 0 ? joint.lever[s] : -joint.lever[s], stretch = S(1) - w * angle / at.length;
+        const S force = joint.law.printed ? printed_pull(unit, pressure[s], stretch, joint.law.misprints)
+                                          : pull(unit, pressure[s], stretch);
+        moment += joint.units * w * force;
     }
     return moment;
 }
 
-/// Angle where the moments of a segment balance, rad. Friction holds against bending to the left (hold -1), to the
-/// right (1), or not at all (0).
-///
-/// The moment falls as the angle grows, so there is one such angle: bisection, to the last digit. It ends where the
-/// lumen of a stretched muscle closes; by the printed equations, where 95 % of a muscle's length would be used up.
+/// Moment that bends a section, N m, its axis free, with part `hold` (-1 to 1) of what friction can hold. `strain` is
+/// near that of the axis, and becomes it.
 template <std::floating_point S>
-S balance(const SoftJoint<S>& joint, int i, const S* pressure, S hold) {
-    const S zero(0), used = S(base_t<S>(0.95)) * joint.segment[i].length, reach = segment_reach(joint, i, zero);
-    const bool free = joint.law.printed || !joint.law.passive;  // nothing locks: one side, and only toward it
-    S high = !free ? reach : pressure[1] < pressure[0] ? used / joint.lever[0] : zero;
-    S low = !free ? -reach : pressure[0] < pressure[1] ? -used / joint.lever[1] : zero;
-    for (int k = 0; k < 8 * int(sizeof(S)); ++k) {
-        const S middle = S(base_t<S>(0.5)) * (low + high);
-        const S moment = segment_moment(joint, i, pressure, middle, hold);
-        if (moment == zero) return middle;  // exactly straight at rest
-        (zero < moment ? low : high) = middle;
-    }
-    return S(base_t<S>(0.5)) * (low + high);
+S section_moment(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S angle, S hold, S& strain) {
+    if (joint.law.printed || !joint.law.passive) return held_moment(joint, at, pressure, angle);
+    strain = strain_under(joint, at, pressure, angle, strain);
+    const JointLoad<S> load = section_load(joint, at, stretch_limits(joint.unit), angle, strain);
+    return joint_moment(load, pressure) + hold * joint_friction(load, pressure);
 }
 
-/// Angle that a segment takes when the pressures come to these values from ones at which it stood at `before`: it stays
+/// Bend and strain of a section.
+template <class S>
+struct Bent {
+    S angle;   // rad
+    S strain;  // of the axis
+};
+
+/// Where the moments of a section balance. Friction holds against bending to the left (hold -1), to the right (1), or
+/// not at all (0).
+///
+/// The moment falls as the angle grows, so there is one such angle: bisection, to the last digit. By the printed
+/// equations the search ends where 95 % of a muscle's length would be used up.
+template <std::floating_point S>
+Bent<S> balance(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S hold) {
+    const S zero(0), used = S(0.95) * at.length;
+    const bool one_sided = joint.law.printed || !joint.law.passive;  // nothing locks: one side, and only toward it
+    S high = one_sided && !(pressure[1] < pressure[0]) ? zero : used / joint.lever[0], strain(0);
+    S low = one_sided && !(pressure[0] < pressure[1]) ? zero : -used / joint.lever[1];
+    for (int k = 0; k < 8 * int(sizeof(S)); ++k) {
+        const S middle = S(0.5) * (low + high), moment = section_moment(joint, at, pressure, middle, hold, strain);
+        if (moment == zero) return {middle, strain};  // exactly straight at rest
+        (zero < moment ? low : high) = middle;
+    }
+    return {S(0.5) * (low + high), strain};
+}
+
+/// Bend that a section takes when the pressures come to these values from ones at which it stood at `before`: it stays
 /// where friction holds it.
 template <std::floating_point S>
-S bend_from(const SoftJoint<S>& joint, int i, const S* pressure, S before) {
-    return min(max(before, balance(joint, i, pressure, S(-1))), balance(joint, i, pressure, S(1)));
+Bent<S> bend_from(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S before) {
+    const Bent<S> up = balance(joint, at, pressure, S(-1)), down = balance(joint, at, pressure, S(1));
+    if (before <= up.angle) return up;
+    if (down.angle <= before) return down;
+    return {before, strain_under(joint, at, pressure, before, up.strain)};
+}
+
+/// One section that stands for all: with its area and second moment it bends and shortens under these pressures as the
+/// sections do together. Both forces are linear in the two.
+template <std::floating_point S>
+Section<S> one_section(const SoftJoint<S>& joint, const S* pressure) {
+    Section<S> sum{0, 0, 1, 0};
+    Bent<S> whole{0, 0};
+    for (int i = 0; i < joint.sections; ++i) {
+        const Section<S>& at = joint.section[i];
+        const Bent<S> bent = balance(joint, at, pressure, S(0));
+        whole.angle += bent.angle, whole.strain += at.length * bent.strain;
+        sum.length += at.length, sum.sleeve += at.length * at.sleeve;
+    }
+    whole.strain /= sum.length, sum.sleeve /= sum.length;
+    const StretchLimits<S> limits = stretch_limits(joint.unit);
+    const auto forces = [&](S area, S second) {
+        const JointLoad<S> load =
+            section_load(joint, {sum.length, area, second, sum.sleeve}, limits, whole.angle, whole.strain);
+        return Bent<S>{joint_moment(load, pressure), joint_thrust(load, pressure)};  // along angle and strain
+    };
+    const Bent<S> none = forces(S(0), S(0)), bending = forces(S(0), S(1));
+    sum.second = -none.angle / (bending.angle - none.angle);
+    const Bent<S> bent = forces(S(0), sum.second), area = forces(S(1), sum.second);
+    sum.area = -bent.strain / (area.strain - bent.strain);
+    return sum;
+}
+
+/// A joint for dynamics: one section, with viscosity, and the strain of the axis at the pressure that it is filled to.
+template <class S>
+struct Joint {
+    SoftJoint<S> soft;  // without sections
+    Section<S> section;
+    StretchLimits<S> limits;
+    S rest;             // strain of the straight joint, filled
+    S viscosity;        // N m s/rad against the angle
+    S axial_viscosity;  // J s against the strain
+};
+
+/// The joint at a bend, and with its axis longer than filled and straight by a strain.
+template <class S>
+JointLoad<S> joint_load(const Joint<S>& joint, const S& angle, const S& strain) {
+    return section_load(joint.soft, joint.section, joint.limits, angle, joint.rest + strain);
+}
+
+/// Bend and strain, relative to the filled joint, that both pressures hold under a moment of the surroundings, N m:
+/// Newton's method from near; `pressures` of both sides from the load.
+template <std::floating_point S, class F>
+Bent<S> joint_balance(const Joint<S>& joint, Bent<S> near, F pressures) {
+    using D = Dual<S, 2>;
+    const SoftJoint<D> soft = lifted<D>(joint.soft);
+    const Section<D> section = lifted<D>(joint.section);
+    for (int k = 0; k < 60; ++k) {
+        D angle(near.angle), strain(near.strain + joint.rest), pressure[2];
+        angle.d[0] = strain.d[1] = S(1);
+        JointLoad<D> load = section_load(soft, section, joint.limits, angle, strain);
+        pressures(load, pressure);
+        const D moment = joint_moment(load, pressure), thrust = joint_thrust(load, pressure);
+        const S determinant = moment.d[0] * thrust.d[1] - moment.d[1] * thrust.d[0];
+        const S turn = (moment.d[1] * thrust.v - thrust.d[1] * moment.v) / determinant;
+        const S pull = (thrust.d[0] * moment.v - moment.d[0] * thrust.v) / determinant;
+        const S scale = S(1) / max(S(1), max(abs(turn) / S(0.1), abs(pull) / S(0.03)));
+        near.angle += scale * turn, near.strain += scale * pull;
+        if (abs(turn) < S(1e-12) && abs(pull) < S(1e-12)) break;
+    }
+    return near;
+}
+
+/// What holds a joint at a bend, the pressures of the two sides equally far above and below the one that it is filled
+/// to; the lower one stops at a limit. NaN for a strain where no pressures do.
+template <class S>
+struct Holding {
+    S strain;       // relative to the filled joint
+    S pressure[2];  // Pa
+    S volume[2];    // m^3
+};
+template <std::floating_point S>
+Holding<S> hold(const Joint<S>& joint, S angle, S fill, S lowest, S near) {
+    const auto pressures = [&](const auto& load, auto* out) {
+        using T = std::remove_cvref_t<decltype(load.elastic)>;
+        const T offset = -(load.elastic + fill * (load.slope[0] + load.slope[1])) / (load.slope[0] - load.slope[1]);
+        out[0] = fill + offset, out[1] = fill - offset;
+        for (int s : {0, 1})
+            if (out[s] < T(lowest)) {
+                out[s] = T(lowest);
+                out[1 - s] = -(load.elastic + out[s] * load.slope[s]) / load.slope[1 - s];
+            }
+    };
+    Holding<S> out{};
+    out.strain = free_strain(joint.soft, joint.section, angle, joint.rest + near, pressures) - joint.rest;
+    const JointLoad<S> load = joint_load(joint, angle, out.strain);
+    pressures(load, out.pressure);
+    for (int s : {0, 1}) {
+        out.volume[s] = load.volume[s];
+        if (!(lowest <= out.pressure[s] && out.pressure[s] < S(1e9))) out.strain = std::numeric_limits<S>::quiet_NaN();
+    }
+    return out;
+}
+
+/// A joint as a row of numbers, in this order: how it comes from Python.
+inline constexpr const char* joint_columns[] = {
+    "outer",  "inner",     "tan2",  "hose_c1", "hose_c2", "matrix_c1", "matrix_c2", "friction",        "units",
+    "left",   "right",     "length", "area",    "second",  "sleeve",    "rest",      "viscosity", "axial_viscosity",
+};
+inline constexpr int joint_column_count = sizeof(joint_columns) / sizeof(joint_columns[0]);
+
+template <std::floating_point S>
+Joint<S> read_joint(const S* row) {
+    Joint<S> out{};
+    out.soft = {{row[0], row[1], row[2], row[14], {row[3], row[4]}, {row[5], row[6]}, row[7]}, row[8], {row[9], row[10]},
+                0, nullptr, {false, {false, false}, true, true}};
+    out.section = {row[11], row[12], row[13], row[14]};
+    out.limits = stretch_limits(out.soft.unit);
+    out.rest = row[15], out.viscosity = row[16], out.axial_viscosity = row[17];
+    return out;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

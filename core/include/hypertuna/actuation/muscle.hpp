@@ -1,4 +1,4 @@
-/// Muscle: a McKibben drive unit, a silicone hose in a braid that does not stretch, inside a sleeve of matrix.
+/// Muscle: a McKibben drive unit, a silicone hose in a braid that does not stretch, and the matrix that swells with it.
 ///
 /// Everything follows from two functions of the stretch lambda = L / L0, both per length at rest: the energy of the
 /// walls and the volume of the lumen. A wall's points keep their volume, r^2 = (R^2 + B) / lambda, and the braid sets
@@ -24,11 +24,25 @@ struct Mooney {
     S c1, c2;  // Pa
 };
 
+/// A bar of it in uniaxial tension: energy per volume, nominal stress and two more derivatives by the stretch, Pa.
+template <class S>
+struct Stretched {
+    S energy, stress, modulus, change;
+};
+template <class S>
+Stretched<S> stretched(const Mooney<S>& solid, const S& l) {
+    const S one(1), two(2), i = one / l, i2 = i * i, i3 = i2 * i;
+    return {solid.c1 * (l * l + two * i - S(3)) + solid.c2 * (i2 + two * l - S(3)),
+            two * (solid.c1 * (l - i2) + solid.c2 * (one - i3)),
+            two * solid.c1 * (one + two * i3) + S(6) * solid.c2 * i2 * i2,
+            S(-12) * i2 * i2 * (solid.c1 + two * solid.c2 * i)};
+}
+
 template <class S>
 struct DriveUnit {
     S outer, inner;  // m, diameters of the hose at rest
     S tan2;          // squared tangent of the braid's angle from the axis, snug on the hose at rest
-    S sleeve;        // m, thickness of the matrix that swells with the braid
+    S sleeve;        // m, thickness of the matrix around it, which swells with the braid; its stretch is the joint's
     Mooney<S> hose, matrix;
     S friction;  // coefficient between braid and hose
 };
@@ -61,22 +75,24 @@ MuscleShape<S> muscle_shape(const DriveUnit<S>& unit, const S& stretch) {
 }
 
 /// A ring of silicone between the squared radii x1 and x2 at rest; the integrals over its thickness in closed form.
+/// First what its swelling adds to its stretch, then both.
 template <class S>
-Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& swelling) {
-    const S dx = x2 - x1, one(1), inverse = one / stretch, B = swelling;
+Wall<S> swelling_wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& B) {
+    const S dx = x2 - x1, inverse = S(1) / stretch, Pi = S(base_t<S>(pi));
     const S logarithm = log1p(B * dx / (x1 * (x2 + B)));  // ln (x2 (x1 + B)) / (x1 (x2 + B))
     const S both = solid.c1 * inverse + solid.c2 * stretch;
-    const S axial =
-        solid.c1 * (stretch * stretch + S(2) * inverse - S(3)) + solid.c2 * (inverse * inverse + S(2) * stretch - S(3));
-    const S axial_slope =
-        S(2) * (solid.c1 * (stretch - inverse * inverse) + solid.c2 * (one - inverse * inverse * inverse));
-    const S Pi = S(base_t<S>(pi));
-    return {Pi * (dx * axial + B * logarithm * both),
-            Pi * (dx * axial_slope + B * logarithm * (solid.c2 - solid.c1 * inverse * inverse)),
+    return {Pi * B * logarithm * both, Pi * B * logarithm * (solid.c2 - solid.c1 * inverse * inverse),
             Pi * both * (logarithm + B * dx / ((x1 + B) * (x2 + B)))};
 }
+template <class S>
+Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& swelling) {
+    const S section = S(base_t<S>(pi)) * (x2 - x1);
+    const Wall<S> swollen = swelling_wall(solid, x1, x2, stretch, swelling);
+    const Stretched<S> bar = stretched(solid, stretch);
+    return {section * bar.energy + swollen.energy, section * bar.stress + swollen.along, swollen.across};
+}
 
-/// The hose alone, and with its sleeve.
+/// The hose, and the swelling of the matrix around it.
 template <class S>
 Wall<S> hose_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
     const S quarter(base_t<S>(0.25));
@@ -85,7 +101,7 @@ Wall<S> hose_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling)
 template <class S>
 Wall<S> sleeve_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
     const S radius = S(base_t<S>(0.5)) * unit.outer, rim = radius + unit.sleeve;
-    return wall(unit.matrix, radius * radius, rim * rim, stretch, swelling);
+    return swelling_wall(unit.matrix, radius * radius, rim * rim, stretch, swelling);
 }
 
 /// Volume of the lumen per length at rest, m^2 (Eq. 6); 0 where the wall closes it.

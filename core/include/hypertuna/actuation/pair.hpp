@@ -5,15 +5,15 @@
 #pragma once
 
 #include "hypertuna/actuation/circuit.hpp"
-#include "hypertuna/actuation/joint_table.hpp"
+#include "hypertuna/actuation/joint.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
 template <class S>
 struct Pair {
     Circuit<S> circuit[2];  // left, right
-    JointTable<S> joint;
-    S rest[2];  // m^3 in the units of each side when the joint is straight
+    Joint<S> joint;
+    S rest[2];  // m^3 in the units of each side when the joint is straight and filled
 };
 
 template <class S>
@@ -30,36 +30,27 @@ struct PairState {
 };
 
 template <class S>
-Pair<S> make_pair(const Circuit<S>& left, const Circuit<S>& right, const JointTable<S>& joint) {
-    const JointLoad<S> straight = joint_load(joint, S(0));
+Pair<S> make_pair(const Circuit<S>& left, const Circuit<S>& right, const Joint<S>& joint) {
+    const JointLoad<S> straight = joint_load(joint, S(0), S(0));
     return {{left, right}, joint, {straight.volume[0], straight.volume[1]}};
 }
 
-/// Moment of silicone and oil on the joint at an angle, N m.
-template <class S>
-S pair_moment(const Pair<S>& pair, const PairState<S>& state, const S& angle) {
-    const JointLoad<S> load = joint_load(pair.joint, angle);
-    S pressure[2];
-    for (int s = 0; s < 2; ++s)
-        pressure[s] = unit_pressure(pair.circuit[s], state.side[s], load.volume[s] - pair.rest[s]).pressure;
-    return joint_moment(load, pressure);
+/// Bend and strain where moments and axial forces balance, from near ones.
+template <std::floating_point S>
+Bent<S> pair_balance(const Pair<S>& pair, const PairState<S>& state, const Bent<S>& near) {
+    return joint_balance(pair.joint, near, [&](const auto& load, Dual<S, 2>* pressure) {
+        for (int s = 0; s < 2; ++s) {
+            const Circuit<S>& circuit = pair.circuit[s];
+            const OilPressure<S> oil = unit_pressure(circuit, state.side[s], load.volume[s].v - pair.rest[s]);
+            const S gives =
+                circuit.compliance + oil_compliance(circuit, circuit.oil_unit + state.side[s].passed, oil.pressure);
+            const S slope = S(0) < oil.cavity ? S(0) : S(-1) / gives;  // dP/dvolume
+            pressure[s] = Dual<S, 2>::chain(oil.pressure, slope, load.volume[s]);
+        }
+    });
 }
 
-/// Angle where the moments balance, by the secant method from a nearby angle, to 1e-12 rad.
-template <class S>
-S pair_angle(const Pair<S>& pair, const PairState<S>& state, S near) {
-    S last = near + S(base_t<S>(1e-4)), before = pair_moment(pair, state, last), now = pair_moment(pair, state, near);
-    for (int k = 0; k < 20 && before != now; ++k) {
-        const S step = now * (last - near) / (now - before);
-        last = near, before = now;
-        near += step;
-        if (abs(step) < S(base_t<S>(1e-12))) break;
-        now = pair_moment(pair, state, near);
-    }
-    return near;
-}
-
-/// How the states change, and what is seen of them, with the joint at an angle.
+/// How the states change, and what is seen of them, with the joint at a bend.
 template <class S>
 struct PairRate {
     PairState<S> rate;
@@ -67,8 +58,8 @@ struct PairRate {
 };
 template <class S>
 PairRate<S> pair_rate(const Pair<S>& pair, const PairState<S>& state, const S* target, const S& supply,
-                      const S& angle) {
-    const JointLoad<S> load = joint_load(pair.joint, angle);
+                      const Bent<S>& bent) {
+    const JointLoad<S> load = joint_load(pair.joint, bent.angle, bent.strain);
     PairRate<S> out;
     for (int s = 0; s < 2; ++s) {
         const S space = load.volume[s] - pair.rest[s];

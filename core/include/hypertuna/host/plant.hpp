@@ -9,34 +9,19 @@ namespace hypertuna {
 /// A plant as its columns describe it. Immutable: runs share it.
 struct PlantData : BodyData {
     int joints;
-    std::vector<std::vector<JointPoint<double>>> points;  // of each joint's table
-    std::vector<JointTable<double>> joint;
+    std::vector<Joint<double>> joint;
     std::vector<Circuit<double>> circuit;  // 2 joints
-    std::vector<double> unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight joint
+    std::vector<double> unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
     Hinge<double> hinge;
     Battery<double> battery;
     double idle;  // W of what draws power beside the pumps' servos
 
     explicit PlantData(BodyData&& body) : BodyData(std::move(body)), joints(0), hinge{}, battery{}, idle(0) {}
     PlantData(PlantData&&) = default;
-    PlantData(const PlantData&) = delete;  // the tables point at the points
+    PlantData(const PlantData&) = delete;
 };
 
-/// Read a joint's table: `points[j]` (points, columns of JointPoint), `joint.NAME` (joints).
-inline void read_joint(ColumnReader& in, PlantData& plant, int j) {
-    constexpr std::size_t width = sizeof(JointPoint<double>) / sizeof(double);
-    const std::string name = "points[" + std::to_string(j) + "]";
-    const NamedColumn* const column = in.find(name);
-    const std::size_t count = column ? column->rows : 2;
-    if (count < 2) in.refuse(name + ": must have two points or more");
-    const std::vector<double> numbers = in.numbers(name, count, width);
-    const auto* const point = reinterpret_cast<const JointPoint<double>*>(numbers.data());
-    plant.points.emplace_back(point, point + count);
-    plant.joint.push_back({plant.points.back().data(), int(count), in.number("joint.first", j),
-                           in.number("joint.step", j), in.number("joint.viscosity", j), in.number("joint.stop", j)});
-}
-
-/// A plant from the columns of its body, `points[j]` and `joint.NAME` (joints), `circuit.NAME` (2 joints, left before
+/// A plant from the columns of its body, `joint.NAME` (joints), `circuit.NAME` (2 joints, left before
 /// right), `battery.NAME`, `idle`, and `hinge.stiffness` and `hinge.damping` where there is a coordinate more than
 /// joints.
 inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& columns) {
@@ -45,10 +30,11 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
     plant.joints = in.whole("joints", 1, max_joints);
     if (plant.coordinates != plant.joints && plant.coordinates != plant.joints + 1)
         in.refuse("share: must have one coordinate per joint, and perhaps one for a hinge");
-    for (int j = 0; j < plant.joints && in.fault().empty(); ++j) read_joint(in, plant, j);
+    for (int j = 0; j < plant.joints && in.fault().empty(); ++j)
+        plant.joint.push_back(read_joint<double>(in.row("joint", joint_columns, j).data()));
     for (int c = 0; c < 2 * plant.joints && in.fault().empty(); ++c) {
         plant.circuit.push_back(read_circuit<double>(in.row("circuit", circuit_columns, c).data()));
-        plant.unit_rest.push_back(joint_load(plant.joint[c / 2], 0.0).volume[c % 2]);
+        plant.unit_rest.push_back(joint_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
     }
     if (plant.coordinates > plant.joints) plant.hinge = {in.number("hinge.stiffness"), in.number("hinge.damping")};
     plant.battery = read_battery<double>(in.row("battery", battery_columns).data());

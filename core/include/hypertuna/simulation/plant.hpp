@@ -1,7 +1,8 @@
 /// Plant: all of the robot that obeys physics alone, from the servos' targets to the wake.
 ///
 /// Oil pressures push on the joints by how the bend changes the units' volume (virtual work), the joints bend the tail
-/// against the water, and the bend takes oil out of the circuits in turn. Coordinates of the tail: the bends of the
+/// against the water, and the bend takes oil out of the circuits in turn. Each soft joint shortens, too, without mass:
+/// what is left of its axial force works against its viscosity. The links keep their lengths (docs/twin.md). Coordinates of the tail: the bends of the
 /// joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive hinge may follow. The body is one in the plane
 /// (tail.hpp) or in space (body6.hpp).
 #pragma once
@@ -9,7 +10,7 @@
 #include <type_traits>
 
 #include "hypertuna/actuation/circuit.hpp"
-#include "hypertuna/actuation/joint_table.hpp"
+#include "hypertuna/actuation/joint.hpp"
 #include "hypertuna/simulation/tail.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
@@ -27,9 +28,9 @@ struct Plant {
 
     Body body;
     int joints;                  // coordinates that circuits bend; a hinge is one more
-    const JointTable<S>* joint;  // joints
-    const Circuit<S>* circuit;   // 2 joints
-    const S* unit_rest;          // 2 joints: m^3 of oil in the muscles of the straight joint
+    const Joint<S>* joint;      // joints
+    const Circuit<S>* circuit;  // 2 joints
+    const S* unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
     Hinge<S> hinge;
 };
 
@@ -38,6 +39,7 @@ struct PlantState {
     typename HeadOf<S, Space>::Twist xi;
     typename HeadOf<S, Space>::Pose pose;
     Bend<S, D> bend;
+    S strain[D];                   // of each joint's axis, relative to the filled joint; that of a hinge rests at zero
     CircuitState<S> circuit[2 * D];  // those of a hinge rest at zero
     S energy[2 * D];                 // J, electrical, that each servo has drawn
 
@@ -49,6 +51,7 @@ struct PlantState {
         for (int d = 0; d < D; ++d) {
             out.bend.angle[d] = a * b.bend.angle[d];
             out.bend.rate[d] = a * b.bend.rate[d];
+            out.strain[d] = a * b.strain[d];
         }
         for (int c = 0; c < 2 * D; ++c) {
             out.circuit[c] = a * b.circuit[c];
@@ -63,6 +66,7 @@ struct PlantState {
         for (int d = 0; d < D; ++d) {
             out.bend.angle[d] = a.bend.angle[d] + b.bend.angle[d];
             out.bend.rate[d] = a.bend.rate[d] + b.bend.rate[d];
+            out.strain[d] = a.strain[d] + b.strain[d];
         }
         for (int c = 0; c < 2 * D; ++c) {
             out.circuit[c] = a.circuit[c] + b.circuit[c];
@@ -106,8 +110,8 @@ HYPERTUNA_INLINE S sliding(const S& rate) {
 
 /// Moment on a bend: oil and silicone, viscosity, and friction of the units that pressure holds in their braids.
 template <class S>
-HYPERTUNA_INLINE S bend_moment(const JointTable<S>& table, const JointLoad<S>& load, const S* pressure, const S& rate) {
-    return joint_moment(load, pressure) - table.viscosity * rate - joint_friction(load, pressure) * sliding(rate);
+HYPERTUNA_INLINE S bend_moment(const Joint<S>& joint, const JointLoad<S>& load, const S* pressure, const S& rate) {
+    return joint_moment(load, pressure) - joint.viscosity * rate - joint_friction(load, pressure) * sliding(rate);
 }
 
 /// No output: the quantities that only an output needs are not computed.
@@ -124,7 +128,7 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
     PlantStateOf<Body> rate;
     S moment[D];
     for (int j = 0; j < plant.joints; ++j) {
-        const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j]);
+        const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j], at.strain[j]);
         S pressure[2];
         for (int side = 0; side < 2; ++side) {
             const int c = 2 * j + side;
@@ -136,12 +140,14 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
             if constexpr (looks) seen->circuit[c] = circuit.output;
         }
         moment[j] = bend_moment(plant.joint[j], load, pressure, at.bend.rate[j]);
+        rate.strain[j] = joint_thrust(load, pressure) / plant.joint[j].axial_viscosity;
     }
     for (int d = plant.joints; d < D; ++d) {
         for (int c = 2 * d; c < 2 * d + 2; ++c) {
             rate.circuit[c] = {S(0), S(0), S(0), S(0)};
             rate.energy[c] = S(0);
         }
+        rate.strain[d] = S(0);
         moment[d] = -(plant.hinge.stiffness * at.bend.angle[d] + plant.hinge.damping * at.bend.rate[d]);
     }
     const auto body = body_acceleration(plant.body, at.bend, at.xi, at.pose, moment);

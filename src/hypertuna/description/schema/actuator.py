@@ -2,19 +2,16 @@
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from hypertuna.description.schema.base import (
     Check,
-    Degrees,
     NotNegative,
     Part,
     Positive,
     PositiveDegrees,
-    Real,
     Text,
     entry,
     number,
@@ -23,8 +20,6 @@ from hypertuna.description.schema.base import (
 from hypertuna.ranges import Range
 
 NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where a braid encloses the largest volume
-MIN_ANGLES = 5  # of a reduced joint: a cubic spline takes four
-MIRRORED = 1e-9  # relative tolerance of symmetry between the two sides
 MaterialSet = Literal["datasheet", "fe", "tensile"]
 
 
@@ -34,7 +29,6 @@ class DriveUnit(Part, table="drive_unit"):
     outer_diameter: Positive = entry("outer diameter of the hose at rest", "m")
     inner_diameter: Positive = entry("inner diameter of the hose at rest", "m")
     braid_angle: PositiveDegrees = entry("angle of the braid from the axis, snug at rest", "deg")
-    sleeve: NotNegative = entry("thickness of the silicone matrix that expands with the braid", "m", default=0.0)
     friction: NotNegative = entry(
         "friction coefficient between braid and hose, on the section inside the braid", default=0.0
     )
@@ -46,7 +40,7 @@ class DriveUnit(Part, table="drive_unit"):
         default=1e6,
     )
     hose: Text = entry("material of the hose, a key of the table materials")
-    matrix: Text = entry("material of sleeve and matrix, a key of the table materials")
+    matrix: Text = entry("material of the matrix, a key of the table materials")
     material_set: MaterialSet = entry("set of elastic constants to use", default="datasheet")
 
     def _checks(self) -> Iterator[Check]:
@@ -59,8 +53,8 @@ class DriveUnit(Part, table="drive_unit"):
 class Actuator(Part, table="joints.actuator"):
     """The soft body of a joint in segments; in each, muscles bend an elliptical section of matrix."""
 
-    lever: Positive = entry("distance of the drive units from the neutral layer", "m")
-    segment_length: tuple[Positive, ...] = entry("length of each segment of the neutral layer", "m", min_length=1)
+    lever: Positive = entry("distance of the drive units from the middle", "m")
+    segment_length: tuple[Positive, ...] = entry("length of each segment", "m", min_length=1)
     semi_major: tuple[Positive, ...] = entry("half height of each segment's section", "m")
     semi_minor: tuple[Positive, ...] = entry("half width of each segment's section", "m")
     stiffness_factor: Positive = entry(
@@ -74,7 +68,7 @@ class Actuator(Part, table="joints.actuator"):
     )
     plate: Positive = entry("thickness of the stiff plates at both ends; for finite elements", "m", default=0.003)
     strip_width: NotNegative = entry(
-        "width of an inextensible strip in the neutral layer, such as a bend sensor; for finite elements, 0 for none",
+        "width of an inextensible strip in the middle, such as a bend sensor; for finite elements, 0 for none",
         "m",
         default=0.0,
     )
@@ -84,54 +78,19 @@ class Actuator(Part, table="joints.actuator"):
 
     @property
     def levers(self) -> tuple[float, float]:
-        """Distances of the left and the right drive units from the neutral layer [m]."""
+        """Distances of the left and the right drive units from the middle [m]."""
         return self.lever * (1 + self.asymmetry / 2), self.lever * (1 - self.asymmetry / 2)
+
+    @property
+    def length(self) -> float:
+        """Length of the soft body [m]."""
+        return math.fsum(self.segment_length)
 
     def _checks(self) -> Iterator[Check]:
         same_length(self, "joints.actuator", len(self.segment_length), "segment")
         narrowest = min(self.semi_minor)
         text = f"must be less than the smallest semi_minor_m = {narrowest:g}: the drive units run inside the body"
-        yield Check(self.lever < narrowest, "lever", text, "give it in m, measured from the neutral layer")
-
-
-class Reduced(Part, table="joints.reduced"):
-    """A soft joint as one angle, from finite elements or measurements, which the twin uses instead of the model.
-
-    Angles are symmetric about the straight joint; the right side's volume at an angle is the left side's at -angle.
-    """
-
-    angle: tuple[Degrees, ...] = entry("angles of the table, rising, at least 5", "deg")
-    elastic: tuple[Real, ...] = entry(
-        "moment that holds each angle without pressure, positive toward positive angles", "N m"
-    )
-    volume: tuple[Positive, ...] = entry("volume of oil in the drive units of the left side at each angle", "m^3")
-
-    def _checks(self) -> Iterator[Check]:
-        count = len(self.angle)
-        fix = "give more angles"
-        yield Check(count >= MIN_ANGLES, "angle", f"must be at least {MIN_ANGLES} long", fix, f"{count} long")
-        same_length(self, "joints.reduced", count, "angle")
-        degrees = tuple(map(math.degrees, self.angle))
-        yield from _rising("angle", degrees, "sort the angles and give each once")
-        yield from _rising("volume", self.volume, "count angles positive toward the left side")
-        reach, largest = degrees[-1], max(map(abs, self.elastic))
-        fix = "give each angle with both signs"
-        for i, (a, b) in enumerate(zip(degrees, reversed(degrees), strict=True)):
-            even = abs(a + b) <= MIRRORED * reach
-            yield Check(even, f"angle[{i}]", "must be symmetric about 0", fix, f"{a:g} against {b:g}")
-        for i, (angle, a, b) in enumerate(zip(degrees, self.elastic, reversed(self.elastic), strict=True)):
-            where, value = f"elastic[{i}]", f"{a:g} at {angle:g} deg"
-            odd, text = abs(a + b) <= MIRRORED * largest, "must be the opposite on the other side"
-            yield Check(odd, where, text, "make the table odd", f"{value}, {b:g} on the other side")
-            holding = a * angle > 0 or abs(angle) <= MIRRORED * reach
-            fix = "give the moment that holds the angle, not the one that straightens the joint"
-            yield Check(holding, where, "must have the sign of the angle", fix, value)
-
-
-def _rising(name: str, values: tuple[float, ...], fix: str) -> Iterator[Check]:
-    """Check that a list rises."""
-    for i, (a, b) in enumerate(pairwise(values), 1):
-        yield Check(a < b, f"{name}[{i}]", "must rise from one to the next", fix, f"{b:g} after {a:g}")
+        yield Check(self.lever < narrowest, "lever", text, "give it in m, measured from the middle of the section")
 
 
 class Material(Part):

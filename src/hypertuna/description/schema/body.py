@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Literal
 
-from hypertuna.description.schema.actuator import Actuator, DriveUnit, Reduced
+from hypertuna.description.schema.actuator import Actuator, DriveUnit
 from hypertuna.description.schema.base import (
     Amplitude,
     Check,
@@ -145,9 +145,6 @@ class JointGroup(Part):
     pressure_max: Positive | None = entry("pressure of the largest bend", "Pa", default=None)
     drive_units: Count | None = entry("number of pairs of artificial muscles", default=None)
     actuator: Actuator | None = entry("table of the soft body", default=None)
-    reduced: Reduced | None = entry(
-        "table of moment and volume over the angle, instead of the actuator's", default=None
-    )
     line: Line | None = entry("table of the oil line of each of its two circuits", default=None)
 
 
