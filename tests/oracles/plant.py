@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.interpolate import BSpline, make_interp_spline
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 
 Real = NDArray[np.float64]
 ATMOSPHERE = 101325.0
@@ -41,69 +41,125 @@ class Muscle:
         wall = np.pi / 4 * (self.outer**2 - self.inner**2)
         return np.pi / 4 * self.braid(stretch) ** 2 * stretch - wall
 
-    def energy(self, stretch: float) -> float:
-        """Energy of the wall per length at rest [J/m], integrated through it."""
-        R = (self.outer + self.inner + (self.outer - self.inner) * NODES) / 4
+    def energy(self, stretch: float, outside: float, matrix: float) -> float:
+        """Energy of the wall, and of what its swelling does to matrix C1 [Pa] up to a radius, per length [J/m]."""
+        wall = self.ring(self.c1, self.inner / 2, self.outer / 2, stretch)
+        alone = matrix * (stretch**2 + 2 / stretch - 3) * np.pi * (outside**2 - (self.outer / 2) ** 2)
+        return wall + self.ring(matrix, self.outer / 2, outside, stretch) - alone
+
+    def ring(self, c1: float, inner: float, outer: float, stretch: float) -> float:
+        """Energy of a ring that moves with the braid, per length at rest [J/m], integrated through it."""
+        R = (outer + inner + (outer - inner) * NODES) / 2
         r2 = (self.braid(stretch) / 2) ** 2 - ((self.outer / 2) ** 2 - R**2) / stretch
         hoop2 = r2 / R**2
-        density = self.c1 * (stretch**2 + hoop2 + 1 / (stretch**2 * hoop2) - 3) * 2 * np.pi * R
-        return float(WEIGHTS @ density) * (self.outer - self.inner) / 4
+        density = c1 * (stretch**2 + hoop2 + 1 / (stretch**2 * hoop2) - 3) * 2 * np.pi * R
+        return float(WEIGHTS @ density) * (outer - inner) / 2
+
+
+@dataclass(frozen=True)
+class Section:
+    """A piece of a joint: length [m], area [m^2] and second moment [m^4] of matrix, radius of it around a hose [m]."""
+
+    length: float
+    area: float
+    second: float
+    outside: float
 
 
 @dataclass(frozen=True)
 class Joint:
-    """Segments that bend as the pressure of one side alone bends them; ``units`` muscles a side at ``lever`` [m]."""
+    """Sections that bend and shorten; ``units`` muscles a side at ``lever`` [m] in neo-Hookean matrix C1 [Pa]."""
 
     muscle: Muscle
     units: int
     lever: float
-    length: Sequence[float]  # m
-    stiffness: Sequence[float]  # N m^2, E I
+    sections: Sequence[Section]
+    matrix: float
     relaxation: float  # s
-    pressure_max: float  # Pa, of one side alone, up to which the joint is looked at
+    fill: float  # Pa, of both sides of the straight joint
+    highest: float  # Pa, of one side, under which one section stands for all
 
-    def segment_energy(self, i: int, bend: float) -> float:
-        """Energy of a segment's matrix and walls [J]."""
-        strain = self.lever * bend / self.length[i]
-        walls = self.muscle.energy(1 - strain) + self.muscle.energy(1 + strain)
-        return 0.5 * self.stiffness[i] / self.length[i] * bend**2 + self.units * self.length[i] * walls
-
-    def segment_volume(self, i: int, bend: float) -> float:
-        """Oil in the muscles of the segment's left side [m^3]; the right side has that of the opposite bend."""
-        return self.units * self.length[i] * self.muscle.lumen(1 - self.lever * bend / self.length[i])
-
-    def segment_bend(self, i: int, pressure: float) -> float:
-        """Bend at which a segment's energy less the work of the left side's pressure is least [rad]."""
-        h = 1e-5
-
-        def slope(bend: float) -> float:
-            energy = self.segment_energy(i, bend + h) - self.segment_energy(i, bend - h)
-            return energy - pressure * (self.segment_volume(i, bend + h) - self.segment_volume(i, bend - h))
-
-        return float(brentq(slope, -1e-3, 0.6 * self.length[i] / self.lever * 0.4, xtol=1e-14))
+    def stretches(self, at: Section, bend: float, strain: float) -> Real:
+        """Stretches of the muscles of the left and the right side; what shortens gets wider."""
+        axis = 1 + strain
+        turn = self.lever * bend / at.length / np.sqrt(axis)
+        return np.array([axis - turn, axis + turn])
 
     @cached_property
-    def splines(self) -> tuple[BSpline, BSpline, BSpline]:
-        """Energy, and oil of the left and the right side beyond the straight joint's, over the whole bend."""
-        segments = range(len(self.length))
-        rows = []
-        for pressure in np.linspace(0, self.pressure_max**0.5, 60) ** 2:
-            bends = [self.segment_bend(i, pressure) if pressure > 0 else 0.0 for i in segments]
-            energy = sum(self.segment_energy(i, bend) for i, bend in zip(segments, bends, strict=True))
-            left, right = (
-                sum(self.segment_volume(i, side * bend) for i, bend in zip(segments, bends, strict=True))
-                for side in (1, -1)
+    def curves(self) -> dict[float, BSpline]:
+        """Energy and lumen of a muscle over its stretch, by the radius of the matrix around it."""
+        stretch = np.linspace(0.7, 1.2, 101)
+        return {
+            outside: make_interp_spline(
+                stretch,
+                [(self.muscle.energy(s, outside, self.matrix), self.muscle.lumen(s)) for s in stretch],
+                k=7,
             )
-            rows.append((sum(bends), energy, left, right))
-        mirrored = [(-bend, energy, right, left) for bend, energy, left, right in rows[:0:-1]]
-        table = np.array(mirrored + rows)
-        table[:, 1:] -= table[len(rows) - 1, 1:]
-        return tuple(make_interp_spline(table[:, 0], column, k=7) for column in table.T[1:])
+            for outside in (self.mean, *(at.outside for at in self.sections))
+        }
 
     @cached_property
-    def viscosity(self) -> float:
-        """Viscous moment per rate [N m s/rad]: the relaxation time of matrix and walls times the stiffness at rest."""
-        return self.relaxation * float(self.splines[0](0.0, 2))
+    def mean(self) -> float:
+        """Mean radius of the matrix around a hose [m]."""
+        return float(np.average([at.outside for at in self.sections], weights=[at.length for at in self.sections]))
+
+    def energy(self, at: Section, bend: float, strain: float) -> float:
+        """Energy of matrix and muscles [J]: a bar in tension, bent a little."""
+        axis, c1 = 1 + strain, self.matrix
+        bar = c1 * (axis**2 + 2 / axis - 3) * at.area
+        bent = c1 * (1 + 2 / axis**3) * at.second * (bend / at.length) ** 2 / axis
+        walls = self.curves[at.outside](self.stretches(at, bend, strain))[:, 0].sum()
+        return at.length * (bar + bent + self.units * walls)
+
+    def volume(self, at: Section, bend: float, strain: float) -> Real:
+        """Oil in the muscles of the left and the right side [m^3]."""
+        return self.units * at.length * self.curves[at.outside](self.stretches(at, bend, strain))[:, 1]
+
+    def forces(self, at: Section, bend: float, strain: float) -> tuple[Real, Real]:
+        """-dU (2,) by bend [N m] and strain [J], and dV (2, 2) by them of both sides, by differences."""
+        h, push, opens = 1e-5, [], []
+        for db, de in ((h, 0.0), (0.0, h)):
+            push.append(self.energy(at, bend - db, strain - de) - self.energy(at, bend + db, strain + de))
+            opens.append(self.volume(at, bend + db, strain + de) - self.volume(at, bend - db, strain - de))
+        return np.array(push) / (2 * h), np.array(opens) / (2 * h)
+
+    def balance(self, at: Section, pressure: Real) -> Real:
+        """Bend [rad] and strain at which nothing is left of both forces."""
+
+        def left(state: Real) -> Real:
+            push, opens = self.forces(at, *(0.1 * state))
+            return push + opens @ pressure
+
+        return 0.1 * fsolve(left, [0.0, -0.1], xtol=1e-8)
+
+    @cached_property
+    def whole(self) -> Section:
+        """The one section that bends and shortens under the highest pressure as all do together."""
+        pressure = np.array([self.highest, 0.0])
+        states = np.array([self.balance(at, pressure) for at in self.sections])
+        lengths = np.array([at.length for at in self.sections])
+        bend, strain = states[:, 0].sum(), lengths @ states[:, 1] / lengths.sum()
+
+        def left(scale: Real) -> Real:
+            at = Section(lengths.sum(), 1e-3 * scale[0], 1e-7 * scale[1], self.mean)
+            push, opens = self.forces(at, bend, strain)
+            return push + opens @ pressure
+
+        area, second = fsolve(left, [1.0, 1.0], xtol=1e-8)
+        return Section(lengths.sum(), 1e-3 * area, 1e-7 * second, self.mean)
+
+    @cached_property
+    def rest(self) -> float:
+        """Strain of the straight joint when it is filled."""
+        return float(self.balance(self.whole, np.array([self.fill] * 2))[1])
+
+    @cached_property
+    def viscosity(self) -> Real:
+        """Viscous moment and force per rate: the relaxation time times the stiffnesses at rest."""
+        h = 1e-4
+        bent, long = self.forces(self.whole, h, 0.0)[0][0], self.forces(self.whole, 0.0, h)[0][1]
+        short = self.forces(self.whole, 0.0, -h)[0][1]
+        return -self.relaxation * np.array([bent / h, (long - short) / (2 * h)])
 
 
 @dataclass(frozen=True)
@@ -227,27 +283,33 @@ def accelerations(robot: Robot, q: Real, v: Real, moment: Real) -> Real:
 
 
 def rates(robot: Robot, state: Real, targets: Real, supply: float) -> tuple[Real, Real]:
-    """How the state (q, v, then angle, rate, flow, passed of every circuit) changes; pump and unit pressures."""
+    """How the state (q, v, strains, then angle, rate, flow, passed of every circuit) changes; pump and unit pressures."""
     joints = len(robot.joints)
     n = 3 + joints
-    q, v, circuits = state[:n], state[n : 2 * n], state[2 * n :].reshape(-1, 4)
+    q, v, strain = np.split(state[: 2 * n + joints], [n, 2 * n])
+    circuits = state[2 * n + joints :].reshape(-1, 4)
     out, moment, seen = np.zeros_like(circuits), np.zeros(joints), np.zeros((circuits.shape[0], 2))
+    longer = np.zeros(joints)
     for j, joint in enumerate(robot.joints):
-        bend, (energy, *volume) = q[3 + j], joint.splines
-        moment[j] = -energy(bend, 1) - joint.viscosity * v[3 + j]
+        place = joint.whole, q[3 + j], joint.rest + strain[j]
+        push, opens = joint.forces(*place)
+        gained = joint.volume(*place) - joint.volume(joint.whole, 0.0, joint.rest)
+        units = np.zeros(2)
         for side in (0, 1):
             k = 2 * j + side
             circuit, (angle, rate, flow, passed) = robot.circuits[k], circuits[k]
             space = circuit.chamber - circuit.pushed(angle)
             pump = circuit.pressure(circuit.oil_pump - passed, space, 0.0)
-            room = circuit.unit_rest + volume[side](bend)
-            unit = circuit.pressure(circuit.oil_unit + passed, room, circuit.compliance)
-            moment[j] += unit * volume[side](bend, 1)
+            room = circuit.unit_rest + gained[side]
+            units[side] = circuit.pressure(circuit.oil_unit + passed, room, circuit.compliance)
             drop = circuit.resistance * flow + circuit.loss * flow * abs(flow)
             turn = circuit.servo(supply, pump * circuit.lever(angle), targets[k], angle, rate)
-            out[k] = rate, turn, (pump - unit - drop) / circuit.inertance, flow
-            seen[k] = pump, unit
-    return np.concatenate([v, accelerations(robot, q, v, moment), out.ravel()]), seen
+            out[k] = rate, turn, (pump - units[side] - drop) / circuit.inertance, flow
+            seen[k] = pump, units[side]
+        moment[j], longer[j] = push + opens @ units
+        moment[j] -= joint.viscosity[0] * v[3 + j]
+        longer[j] /= joint.viscosity[1]
+    return np.concatenate([v, accelerations(robot, q, v, moment), longer, out.ravel()]), seen
 
 
 def run(robot: Robot, state: Real, targets: Real, supply: Real, tick: float) -> tuple[Real, Real]:

@@ -28,23 +28,31 @@ def without_friction() -> Robot:
 
 
 def oracle_joint(robot: Robot, g: int) -> oracle.Joint:
-    """Make the oracle's joint from the description, by the data sheets' moduli: sigma(100 %) = 3.5 C1."""
-    assert robot.drive_unit is not None
-    unit, joint = robot.drive_unit, robot.joints[g]
+    """Make the oracle's joint from the description, by the moduli of the paper's finite elements: E = 6 C1."""
+    unit, group = robot.drive_unit, robot.joints[g]
+    assert unit is not None and group.actuator is not None and group.drive_units is not None and group.line is not None
+    assert unit.material_set == "fe" and group.pressure_max is not None
     hose, matrix = robot.materials[unit.hose], robot.materials[unit.matrix]
-    assert joint.actuator is not None
-    assert joint.drive_units is not None
-    muscle = oracle.Muscle(unit.outer_diameter, unit.inner_diameter, unit.braid_angle, hose.modulus_100 / 3.5)
-    sections = zip(joint.actuator.semi_major, joint.actuator.semi_minor, strict=True)
-    young = 6 * matrix.modulus_100 / 3.5
+    assert hose.modulus_fe is not None and matrix.modulus_fe is not None
+    count, radius, lever = group.drive_units, unit.outer_diameter / 2, group.actuator.lever
+    soft = sum(group.actuator.segment_length)
+    sections = []
+    for length, a, b in zip(
+        group.actuator.segment_length, group.actuator.semi_major, group.actuator.semi_minor, strict=True
+    ):
+        area = math.pi * (a * b - 2 * count * radius**2)
+        second = math.pi / 4 * (a * b**3 - 2 * count * radius**2 * (4 * lever**2 + radius**2))
+        active = length * (1 - 2 * unit.outer_diameter / soft)
+        sections.append(oracle.Section(active, area, second, math.sqrt(area / (2 * count * math.pi) + radius**2)))
     return oracle.Joint(
-        muscle=muscle,
-        units=joint.drive_units,
-        lever=joint.actuator.lever,
-        length=joint.actuator.segment_length,
-        stiffness=[young * math.pi * a * b**3 / 4 for a, b in sections],
+        muscle=oracle.Muscle(unit.outer_diameter, unit.inner_diameter, unit.braid_angle, hose.modulus_fe / 6),
+        units=count,
+        lever=lever,
+        sections=sections,
+        matrix=matrix.modulus_fe / 6,
         relaxation=matrix.relaxation,
-        pressure_max=400e3,
+        fill=group.line.fill_pressure,
+        highest=group.pressure_max,
     )
 
 
@@ -90,15 +98,15 @@ def test_plant_agrees_with_an_independent_one(medium: str) -> None:
     ours = _core.simulate(plant, targets, world, twist=at_start, tick=TICK, steps=40)
 
     plain = oracle_robot(robot, clamped=medium == "air")
-    start = np.concatenate([np.zeros(5), twist, np.zeros(2 + 16)])
+    start = np.concatenate([np.zeros(5), twist, np.zeros(2 + 2 + 16)])
     supply = ours["battery_voltage"] * 0 + SUPPLY
     states, pressures = oracle.run(plain, start, targets[:-1], supply[:-1], TICK)
 
     bends, theirs = ours["angle"], states[:, 3:5]
     assert np.ptp(theirs, axis=0).min() > math.radians(5), "the comparison moves the joints"
     assert np.ptp(pressures) > 200e3, "and the oil"
-    assert bends == pytest.approx(theirs, abs=2e-6)
-    assert ours["servo_angle"] == pytest.approx(states[:, 10::4], abs=2e-6)
+    assert bends == pytest.approx(theirs, abs=2e-5)
+    assert ours["servo_angle"] == pytest.approx(states[:, 12::4], abs=2e-6)
     assert ours["pump_pressure"] == pytest.approx(pressures[:, :, 0], abs=100)
     assert ours["unit_pressure"] == pytest.approx(pressures[:, :, 1], abs=100)
     assert ours["heading"] == pytest.approx(states[:, 2], abs=1e-6)

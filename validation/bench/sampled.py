@@ -15,6 +15,7 @@ from hypertuna.actuation.bending import bend
 from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.unknowns import with_unknowns
+from hypertuna.errors import InputError
 
 study = runpy.run_path(str(Path(__file__).with_name("study.py")))
 FISH, drawn = study["FISH"], study["drawn"]
@@ -36,7 +37,10 @@ def met(fit: BenchFit, rng: np.random.Generator) -> tuple[float, np.ndarray] | N
     for k, angle in zip(levers, fit.bench.angle, strict=True):
         one = fit.free[k]
         grid = np.geomspace(one.lower, one.upper, 9)
-        off = np.array([error(fit, values, k, lever, angle) for lever in grid])
+        try:
+            off = np.array([error(fit, values, k, lever, angle) for lever in grid])
+        except InputError:  # hoses that leave no room
+            return None
         crossings = np.flatnonzero(off[:-1] * off[1:] < 0)  # a longer lever pulls harder, and shortens its muscle more
         if not len(crossings):
             return None
