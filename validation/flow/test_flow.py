@@ -73,3 +73,10 @@ def test_a_lattice_has_the_lift_of_slender_wings_and_of_strips() -> None:
     assert slopes[0.25] == pytest.approx(np.pi / 2 * 0.25, rel=0.01)
     assert slopes[5.0] == pytest.approx(2 * np.pi * 5 / (2 + np.sqrt(29)), rel=0.1)
     assert slopes[5.0] < 2 * np.pi * 5 / (2 + np.sqrt(29))
+
+
+@pytest.mark.parametrize(("aspect", "law", "tolerance"), [(0.1, 0.0, 0.08), (1.0, 1.0, 0.1), (2.456, 2.456, 0.05)])
+def test_side_edges_have_the_suction_of_the_fin_s_law(aspect: float, law: float, tolerance: float) -> None:
+    """pi for a slender plate: its flow across is that of a flat plate, pulled by pi rho w^2 a at both edges."""
+    suction = 2 * FIN["side_suction"](aspect, 12) - FIN["side_suction"](aspect, 6)
+    assert suction == pytest.approx(np.pi / (1 + law / 2), rel=tolerance)
