@@ -76,8 +76,8 @@ def circulation(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def side_suction(aspect: float, across: int) -> float:
     """Return the suction of both side edges of a plate of chord 1.
 
-    With a = aspect / 2, jump^2 / (a^2 - y^2) is extrapolated to the edge, where it is 16 C^2 / (2 a). Lattices act as if
-    wider than their rings by a quarter of a panel at each end.
+    With a = aspect / 2, jump^2 / (a^2 - y^2) is extrapolated to the edge: 16 C^2 / (2 a). Lattices act
+    as if wider than their rings by a quarter of a panel at each end.
     """
     count = max(12, round(min(aspect, 2) * across))
     half = aspect / 2 * count / (count + 0.5)
