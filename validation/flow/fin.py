@@ -30,12 +30,15 @@ class Plate(NamedTuple):
     )
 
 
-def segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return the velocity (n, m, 3) of unit vortex segments (m, 3) at points (n, 3), by Biot and Savart."""
+def segment(points: np.ndarray, start: np.ndarray, end: np.ndarray, core: float = 0.0) -> np.ndarray:
+    """Return the velocity (n, m, 3) of unit vortex segments (m, 3) at points (n, 3), by Biot and Savart.
+
+    Within the radius of the core the velocity fades to zero.
+    """
     a, b = points[:, None] - start, points[:, None] - end
     cross, along = np.cross(a, b), end - start
-    square = np.einsum("...i,...i", cross, cross)
-    lengths = np.linalg.norm(a, axis=2)[..., None], np.linalg.norm(b, axis=2)[..., None]
+    square = np.einsum("...i,...i", cross, cross) + core**2 * np.einsum("mi,mi->m", along, along)
+    lengths = [np.maximum(np.linalg.norm(each, axis=2), 1e-12)[..., None] for each in (a, b)]
     part = np.einsum("mi,nmi->nm", along, a / lengths[0] - b / lengths[1])
     return cross * np.where(square > 1e-18, part / (4 * math.pi * np.maximum(square, 1e-18)), 0.0)[..., None]
 

@@ -19,6 +19,7 @@ import argparse
 import json
 import math
 import resource
+import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -148,6 +149,8 @@ def main() -> None:
     parser.add_argument("--cycles", type=int, default=7)
     asked = vars(parser.parse_args())
     new = row(asked.pop("section"), asked.pop("kc"), **asked)
+    if not math.isfinite(new["drag_normal"]):
+        sys.exit("the flow diverged: choose a smaller --step or a finer --mesh")
     key = ("section", "kc", "mesh", "step", "reynolds", "cycles")
     rows = json.loads(FILE.read_text()) if FILE.exists() else []
     rows = [each for each in rows if any(each[name] != new[name] for name in key)] + [new]
