@@ -18,7 +18,7 @@ ROWS = Path(__file__).parents[1] / "validation/flow/oscillating.json"  # its osc
 def plot_plates() -> Figure:
     """Plot C_n and C_m of plates and ellipses over the Keulegan-Carpenter number, beside fits to measured plates."""
     rows = [row for row in json.loads(ROWS.read_text()) if row["reynolds"] == 1000]
-    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
     kc = np.linspace(1.7, 8, 100)
     graham = {"drag_normal": 8 * kc ** (-1 / 3)}
     luhar = {"drag_normal": 10 * kc ** (-1 / 3), "added_mass_normal": 1 + 0.35 * kc ** (2 / 3)}
@@ -40,7 +40,7 @@ def plot_plates() -> Figure:
             at = [row["kc"] for row in chosen]
             axes.errorbar(at, values, bars, fmt=shape, color=COLORS[color], ms=4.5, lw=1, label=label)
         axes.set(xlabel="Keulegan-Carpenter number", ylabel=symbol, ylim=(0, None))
-    figure.axes[0].legend(**TIGHT)
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, **TIGHT)
     return figure
 
 
