@@ -12,12 +12,13 @@ from matplotlib.figure import Figure
 from hypertuna.figures import COLORS, SHAPES, TIGHT, WIDTH, styled
 
 ROWS = Path(__file__).parents[1] / "validation/flow/oscillating.json"  # its oscillating.py makes it
+STEPS = {"coarse": 1e-3, "medium": 7e-4, "fine": 5e-4}
 
 
 @styled
 def plot_plates() -> Figure:
     """Plot C_n and C_m of plates and ellipses over the Keulegan-Carpenter number, beside fits to measured plates."""
-    rows = [row for row in json.loads(ROWS.read_text()) if row["reynolds"] == 1000]
+    rows = [row for row in json.loads(ROWS.read_text()) if row["reynolds"] == 1000 and not row.get("half")]
     figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
     kc = np.linspace(1.7, 8, 100)
     graham = {"drag_normal": 8 * kc ** (-1 / 3)}
@@ -27,11 +28,10 @@ def plot_plates() -> Figure:
         axes.plot(kc, luhar[name], color=COLORS[2], label="measured plates, Luhar and Nepf")
         if name in graham:
             axes.plot(kc, graham[name], "--", color=COLORS[2], label="measured plates, Graham")
-        kinds = (("plate", "coarse"), ("plate", "medium"), ("0.61", "coarse"))
-        for (section, mesh), color, shape in zip(kinds, (1, 0, 3), SHAPES, strict=False):
-            chosen = [row for row in rows if row["section"] == section and row["mesh"] == mesh]
-            if mesh == "coarse":
-                chosen = [row for row in chosen if row["step"] == 1e-3]
+        kinds = (("plate", "coarse"), ("plate", "medium"), ("plate", "fine"), ("0.61", "coarse"))
+        for (section, mesh), color, shape in zip(kinds, (1, 0, 4, 3), SHAPES, strict=False):
+            alike = {"section": section, "mesh": mesh, "step": STEPS[mesh]}
+            chosen = [row for row in rows if all(row[key] == alike[key] for key in alike)]
             chosen.sort(key=lambda row: row["kc"])
             cycles = np.array([row[name.replace("normal", "by_cycle")] for row in chosen])
             values = np.array([row[name] for row in chosen])

@@ -19,7 +19,7 @@ def stored(name: str) -> Any:
 
 def usual(row: dict[str, Any]) -> bool:
     """Return whether a row of oscillating.json has the choices of the main table."""
-    return all(row[key] == value for key, value in USUAL.items())
+    return all(row[key] == value for key, value in USUAL.items()) and not row.get("half")
 
 
 def graham(kc: float) -> float:
@@ -67,15 +67,18 @@ def plates() -> str:
 
 def convergence() -> str:
     """Tabulate the runs with other meshes, steps and Reynolds numbers."""
-    head = ["section", "KC", "mesh", "unknowns", "step", "Reynolds number", "C_n", "of cycles", "C_m", "time [s]"]
+    head = ["section", "KC", "mesh", "unknowns", "step", "Reynolds number", "C_n", "of cycles", "C_m", "of cycles"]
+    head += ["time [s]"]
     several = {(row["section"], row["kc"]) for row in stored("oscillating") if not usual(row)}
     chosen = [row for row in stored("oscillating") if (row["section"], row["kc"]) in several]
-    chosen.sort(key=lambda row: (row["reynolds"], row["unknowns"], -row["step"]))
+    chosen.sort(key=lambda row: (row.get("half", False), row["reynolds"], row["unknowns"], -row["step"]))
     rows = []
     for row in chosen:
         numbers = [f"{row['unknowns']:,}", f"{row['step']:g}", f"{row['reynolds']:g}", f"{row['drag_normal']:.2f}"]
-        found = [spread(row["drag_by_cycle"]), f"{row['added_mass_normal']:.2f}", f"{row['cpu_s']}"]
-        rows.append([section(row["section"]), f"{row['kc']:g}", row["mesh"], *numbers, *found])
+        found = [spread(row["drag_by_cycle"]), f"{row['added_mass_normal']:.2f}", spread(row["added_mass_by_cycle"])]
+        found.append(f"{row['cpu_s']}")
+        mesh = row["mesh"] + (", half" if row.get("half") else "")
+        rows.append([section(row["section"]), f"{row['kc']:g}", mesh, *numbers, *found])
     return markdown(head, rows)
 
 

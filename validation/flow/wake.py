@@ -5,9 +5,9 @@
 Potential flow in three dimensions, panels and rings as in fin.py, in the plate's axes: x along the chord from the
 leading edge, y along the span, z across. Each step sheds a row of rings with the circulation of the last panels
 (Kutta's condition). Its rear line carries what the edge shed during the step: it is left where the edge was half a
-step ago and stays there or, if free, moves with the flow. While it is the newest one it lies a quarter of a step behind,
-from where it acts as the sheet that it stands for (its effect goes with one over the root of the distance). Force on the
-plate: Joukowski's on every bound segment, with the local velocity, and the rate of each ring's impulse,
+step ago and stays there or, if free, moves with the flow. While it is the newest one it lies a quarter of a step
+behind, where it acts as the sheet that it stands for (whose effect goes with one over the root of the distance). Force
+on the plate: Joukowski's on every bound segment, with the local velocity, and the rate of each ring's impulse,
 
     F = rho sum(Gamma V x l) - rho sum(dGamma/dt A n)
 
