@@ -85,7 +85,7 @@ inline constexpr float values[] = {
     0.0f,  // controller voltage_min[0]
     20.0f,  // controller voltage_max[0]
     8.0f,  // controller frequency_max[0]
-    1.0471976f,  // controller fin_max[0]
+    0.7853982f,  // controller fin_max[0]
     50.0f,  // controller timeout[0]
     0.0015f,  // controller pulse_center[0]
     0.000637f,  // controller pulse_per_rad[0]
@@ -148,12 +148,12 @@ inline constexpr float values[] = {
     1.5f,  // pilot depth_lookahead[0]
     0.5f,  // pilot pitch_max[0]
     0.20791169f,  // pilot climb_max[0]
-    3.0f,  // pilot climb_lead[0]
-    1.0f,  // pilot climb_gain[0]
+    2.0f,  // pilot climb_lead[0]
+    0.6f,  // pilot climb_gain[0]
     0.05f,  // pilot depth_integral[0]
     0.0f,  // pilot pitch_gain[0]
-    0.7f,  // pilot pitch_damping[0]
-    1.0471976f,  // pilot fin_angle_max[0]
+    0.4f,  // pilot pitch_damping[0]
+    0.7853982f,  // pilot fin_angle_max[0]
     0.12f,  // pilot surface_depth[0]
     3.0f,  // pilot fence_margin[0]
     12.0f,  // pilot error_max[0]
@@ -167,7 +167,7 @@ inline constexpr float values[] = {
     0.026176948f,  // pilot fin_tilt[0]
     0.20943952f,  // pilot fin_min[0]
     10.0f,  // pilot fin_after[0]
-    0.7853982f,  // pilot single_fin_max[0]
+    0.5235988f,  // pilot single_fin_max[0]
     25.0f,  // pilot response_time[0]
     0.3f,  // pilot response_depth[0]
     0.34906584f,  // pilot blind_fin[0]
@@ -247,7 +247,7 @@ inline constexpr ParameterInfo parameters[] = {
     {"pressure_soft", 125000.0f, 250000.0f, 250000.0f, false, 64},
     {"pressure_hard", 150000.0f, 300000.0f, 300000.0f, false, 65},
     {"frequency_max", 0.8f, 8.0f, 8.0f, false, 77},
-    {"fin_max", 0.0f, 1.0471976f, 1.0471976f, false, 78},
+    {"fin_max", 0.0f, 0.7853982f, 0.7853982f, false, 78},
     {"voltage_low", 12.8f, 15.360001f, 12.8f, false, 74},
     {"timeout_ticks", 10.0f, 50.0f, 50.0f, true, 79},
     {"pulse_center", 0.00135f, 0.00165f, 0.0015f, false, 80},
@@ -263,9 +263,9 @@ inline constexpr ParameterInfo parameters[] = {
     {"lookahead", 2.0f, 8.0f, 4.0f, false, 137},
     {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 138},
     {"depth_integral", 0.025f, 0.1f, 0.05f, false, 143},
-    {"climb_lead", 1.5f, 6.0f, 3.0f, false, 141},
-    {"climb_gain", 0.5f, 2.0f, 1.0f, false, 142},
-    {"pitch_damping", 0.35f, 1.4f, 0.7f, false, 145},
+    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 141},
+    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 142},
+    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 145},
     {"speed_min", 0.05f, 0.2f, 0.1f, false, 136},
     {"surface_depth", 0.06f, 0.24f, 0.12f, false, 147},
     {"fence_margin", 1.5f, 6.0f, 3.0f, false, 148},

@@ -91,16 +91,16 @@ def test_estimates_follow_from_their_arithmetic() -> None:
     strip, span = fish.water.strip, math.sqrt(5 * lateral[-1])
     chord = lateral[-1] / span
     assert strip.edge_height == pytest.approx(span, rel=0.002)
-    aspect = strip.edge_height**2 / lateral[-1]
-    assert strip.edge_lift == pytest.approx(4 / (2 + math.hypot(2, aspect)), abs=5e-4)
-    added = chord**2 * span * 5 / math.sqrt(26)
+    # Of a rectangular plate of aspect ratio 5, validation/flow/fin.py: lift slope 3.95, added mass 0.897 (DNV-RP-C205).
+    assert strip.edge_lift == pytest.approx(3.955 / (math.pi / 2 * 5), abs=5e-4)
+    added = 0.897 * chord**2 * span
     assert strip.added_mass_normal[-1] == pytest.approx(added / (lateral[-1] ** 2 / length[-1]), abs=5e-4)
     beating = [keulegan_carpenter(fish, gait, chord) for name, gait in fish.gaits.items() if "optimised" in name]
     assert (min(beating), max(beating)) == pytest.approx((7.34, 12.78), rel=0.005)
     graham = 8 * float(np.mean(beating)) ** (-1 / 3)
     assert strip.drag_beating[-1] == pytest.approx(graham - strip.drag_normal[-1], abs=0.05)
     head = math.pi * half_heights[0] ** 2 * ratios[0]
-    assert strip.blunt_area[0] / head == pytest.approx(0.41, abs=0.01)
+    assert strip.blunt_area[0] / head == pytest.approx(0.39, abs=0.01)
 
     # Lamb's k1 of a prolate spheroid, on the head alone.
     e = math.sqrt(1 - slenderness**2)

@@ -28,6 +28,7 @@ from hypertuna.simulation.twin import twin
 ROBOT = ht.load("hypertuna")
 TABLE = {table.name: table for table in joint_tables(ROBOT)}
 PRESSURE = np.linspace(0, 250e3, 6)
+LENGTH = 0.06  # m, at rest; in the points below the sum of the pressures shortens the joint
 OWN, OTHER = 2e-13, 1e-13  # m^3/Pa, that the points below have beside the analytic joint's volumes
 
 
@@ -45,7 +46,7 @@ def by_table(table: JointTable, own: float = OWN, other: float = OTHER, fails: f
             return {"fault": "no step lowers the energy"}
         angle = brentq(excess, -0.7, 0.7, xtol=1e-14)
         volume = table.at([angle])["volume"][0] + own * pressure + other * pressure[::-1]
-        return {"angle": angle, "volume": volume.tolist(), "fault": ""}
+        return {"angle": angle, "volume": volume.tolist(), "length": LENGTH * (1 - pressure.sum() / 5e6), "fault": ""}
 
     return solve
 
@@ -80,6 +81,10 @@ def test_the_analytic_joint_comes_back_from_its_points(name: str) -> None:
     assert found.pressure[:3].tolist() == [[0, 120e3], [50e3, 70e3], [100e3, 20e3]]
     assert not found.pressure[3:, 1].any()
     assert found.moment == pytest.approx(found.couple[:, None] * np.cos(found.angle))
+    # Each point has its length, in the record too; the fit leaves it alone.
+    length = np.tile(1e3 * LENGTH * (1 - found.pressure.sum(axis=1) / 5e6), (len(found.couple), 1))
+    np.testing.assert_allclose(found.record()["length_mm"], length)
+    np.testing.assert_allclose(1e3 * found.dataset()["length"], length)
 
 
 def test_moment_and_volume_over_angle_and_pressure() -> None:
@@ -133,6 +138,7 @@ def test_a_joint_without_points_that_were_found_says_so() -> None:
     assert found.status == "partial"
     assert found.status_text == "6 of 18 points have no equilibrium; the first: no step lowers the energy."
     assert np.isnan(found.angle[2]).all()
+    assert np.isnan(found.length[2]).all()
     assert found.potential.reach == abs(found.angle[:2]).max()
     short = reduce_joint(ROBOT, "II", pressure=PRESSURE[:3], solve=by_table(TABLE["II"]))
     assert short.status_text.endswith("deg, short of bend_max_deg = 31.2: use larger couples.")
@@ -318,6 +324,9 @@ def test_a_joint_of_finite_elements_drives_the_twin(tmp_path: Path, monkeypatch:
     told = CliRunner().invoke(fe_app, ["reduce", *arguments])
     assert told.exit_code == 0, told.output
     angle, volume = np.array(json.loads(told.stdout)["angle_deg"]), json.loads(told.stdout)["volume_left_ml"]
+    length = np.array(json.loads(told.stdout)["length_mm"])
+    assert length.shape == angle.shape
+    assert (np.diff(length[1, 1:]) < 0).all()  # 120 kPa and 0, then 250 kPa and 0: the body shortens
     assert angle[1, 0] == pytest.approx(0, abs=0.3)  # both sides have 60 kPa; the mesh is not symmetrical
     assert angle[0, 0] == pytest.approx(-angle[2, 0], abs=0.6)
     assert (np.diff(angle, axis=0) > 0).all()

@@ -173,17 +173,18 @@ def drag(chain: Chain, water: Water, space: Space, share: Real, q: Real, rate: R
 def fins(space: Space, twist: Real, angle: Real) -> Real:
     """Force and moment about the nose (6,) of both fins, in the head's axes, by angles instead of their sines."""
     f, total = space.fin, np.zeros(6)
-    aspect = f["span"] / f["chord"]
+    aspect = 2 * f["span"] / f["chord"]  # with the mirror image in the hull
     slope = 2 * np.pi * aspect / (2 + np.sqrt(4 + aspect**2))
     for side, deflection in zip((-1, 1), angle, strict=True):
         place = np.array([f["x"], side * f["y"], f["z"]])
         v = twist[:3] + np.cross(twist[3:], place)
         speed, climb = np.hypot(v[0], v[2]), np.arctan2(v[2], -v[0])  # of the way that the fin goes
         a = deflection - climb
-        stalled = np.sin(a) ** 8 / (np.sin(a) ** 8 + np.sin(f["stall"]) ** 8)
-        attached = slope * np.sin(2 * a) / 2
-        lift = (1 - stalled) * attached + stalled * 2 * np.sin(a) ** 2 * np.sign(np.sin(a)) * np.cos(a)
-        drag = f["drag_zero"] + (1 - stalled) * attached**2 / (np.pi * aspect) + stalled * 2 * abs(np.sin(a)) ** 3
+        stalled = 1 / (1 + (np.sin(f["stall"]) / max(abs(np.sin(a)), 1e-12)) ** 16)
+        vortices = slope * abs(np.sin(2 * a)) / 2 + np.pi / (1 + aspect / 2) * np.sin(a) ** 2
+        wake = 1.98 * abs(np.sin(a)) * (1 / (0.56 + 0.44 * abs(np.sin(a))) - 0.41 * (1 - np.exp(-17 / aspect)))
+        normal = np.sign(np.sin(a)) * ((1 - stalled) * vortices + stalled * wake)
+        lift, drag = normal * np.cos(a), f["drag_zero"] + normal * np.sin(a)
         pressure = space.sea["density"] / 2 * f["span"] * f["chord"] * speed**2
         ahead, up = np.array([-np.cos(climb), 0, np.sin(climb)]), np.array([np.sin(climb), 0, np.cos(climb)])
         force = pressure * (lift * up - drag * ahead)

@@ -1,6 +1,7 @@
 """Drag and added mass of sections that heave in still water: rows of validation/flow/oscillating.json.
 
 python validation/flow/oscillating.py SECTION KC [--mesh coarse|medium|fine] [--step DT] [--reynolds RE] [--cycles N]
+                                                     [--half]
 
 SECTION is "plate", or the ratio b/a of the axes of an ellipse that moves along its minor axis, such as 0.61. The
 two-dimensional Navier-Stokes equations by finite elements (NGSolve), in the frame of the body, which moves at
@@ -19,6 +20,7 @@ import argparse
 import json
 import math
 import resource
+import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -45,8 +47,8 @@ def speed(time: Any, kc: float) -> Any:
     return np.sin(2 * np.pi * time / kc)
 
 
-def water(section: str, mesh: str, kc: float) -> Any:
-    """Mesh the water around a section: fine at its edges, less so where its wake goes."""
+def water(section: str, mesh: str, kc: float, *, half: bool = False) -> Any:
+    """Mesh the water around a section, or above its axis: fine at its edges, less so where its wake goes."""
     import ngsolve as ng
     from netgen import occ
 
@@ -64,18 +66,23 @@ def water(section: str, mesh: str, kc: float) -> Any:
     far = occ.Circle((0, 0), RADIUS).Face()
     far.edges.name = "far"
     around, wake = far - wake, wake - body
+    if half:
+        above = occ.Rectangle(2 * RADIUS, RADIUS).Face().Move((-RADIUS, 0, 0))
+        above.edges.Min(occ.Y).name = "axis"
+        around, wake = around * above, wake * above
     wake.faces.maxh = near
     shape = occ.OCCGeometry(occ.Glue([around, wake]), dim=2)
     return ng.Mesh(shape.GenerateMesh(maxh=2.5, grading=0.3)).Curve(2)
 
 
-def flow(section: str, kc: float, *, mesh: str, step: float, reynolds: float, cycles: int) -> Flow:
+def flow(section: str, kc: float, *, mesh: str, step: float, reynolds: float, cycles: int, half: bool = False) -> Flow:
     """Let a section heave from rest."""
     import ngsolve as ng
 
-    domain, count = water(section, mesh, kc), math.ceil(cycles * kc / step)
+    domain, count = water(section, mesh, kc, half=half), math.ceil(cycles * kc / step)
     step = cycles * kc / count
-    space = ng.VectorH1(domain, order=2, dirichlet="body|far") * ng.H1(domain, order=1)
+    fixed = {"dirichletx": "body|far", "dirichlety": "body|far|axis"}
+    space = ng.VectorH1(domain, order=2, **fixed) * ng.H1(domain, order=1)
     (w, p), (v, q) = space.TnT()
     now, last, before, along = (ng.GridFunction(space) for _ in range(4))
     along.components[0].Set(ng.CF((1, 0)), definedon=domain.Boundaries("body"))
@@ -97,7 +104,7 @@ def flow(section: str, kc: float, *, mesh: str, step: float, reynolds: float, cy
         now.vec.data = speed(time, kc) * along.vec
         now.vec.data += solve * (known - stokes * now.vec)
         known.data -= stokes * now.vec
-        forces.append(ng.InnerProduct(known, along.vec))
+        forces.append((2 if half else 1) * ng.InnerProduct(known, along.vec))
         before.vec.data, last.vec.data, carried_last.data = last.vec, now.vec, carried
     return Flow(times, np.array(forces), space.ndof)
 
@@ -146,12 +153,15 @@ def main() -> None:
     parser.add_argument("--step", type=float, default=6e-4)
     parser.add_argument("--reynolds", type=float, default=1000.0)
     parser.add_argument("--cycles", type=int, default=7)
+    parser.add_argument("--half", action="store_true", help="only the water above the axis: the flow stays symmetric")
     asked = vars(parser.parse_args())
     new = row(asked.pop("section"), asked.pop("kc"), **asked)
-    key = ("section", "kc", "mesh", "step", "reynolds", "cycles")
+    if not math.isfinite(new["drag_normal"]):
+        sys.exit("the flow diverged: choose a smaller --step or a finer --mesh")
+    key = ("section", "kc", "mesh", "step", "reynolds", "cycles", "half")
     rows = json.loads(FILE.read_text()) if FILE.exists() else []
-    rows = [each for each in rows if any(each[name] != new[name] for name in key)] + [new]
-    rows.sort(key=lambda each: [str(each["section"]), *(str(each[name]) for name in key[2:]), each["kc"]])
+    rows = [each for each in rows if any(each.get(name, False) != new[name] for name in key)] + [new]
+    rows.sort(key=lambda each: [str(each["section"]), *(str(each.get(name, False)) for name in key[2:]), each["kc"]])
     FILE.write_text("[\n" + ",\n".join(json.dumps(each) for each in rows) + "\n]\n")
     print(json.dumps(new, indent=2))
 

@@ -47,9 +47,9 @@ VARIANTS: dict[str, Mapping[str, float]] = {
     "half of the suction": {"edge_suction": 0.5},
     "all of the suction": {"edge_suction": 1.0},
     "plate of 57 by 89 mm, all of the suction": {
-        "added_mass_normal": 0.542,
+        "added_mass_normal": 0.697,
         "edge_height_m": 0.0574,
-        "edge_lift": 0.977,
+        "edge_lift": 0.973,
         "edge_suction": 1.0,
         "drag_beating": 8 * 5.3 ** (-1 / 3) - 1.17,
     },

@@ -64,27 +64,86 @@ static void drag_of_what_rises() {
     CHECK(rise_drag(0.0, 0.0).force == 0);
 }
 
-/// Across the flow a plate has 2 of drag and no lift; at a small angle the slope's lift; it glides as it is pitched.
+static double degrees(double angle) { return angle * pi / 180; }
+
+/// A fin of chord 0.1 m that is half of a plate of some aspect ratio, without friction.
+static Fin<double> half_plate(double aspect, double stall) {
+    return make_fin(Vector<double>{0, 0, 0}, 0.05 * aspect, 0.1, degrees(stall), 0.0, 5.0, 8.0);
+}
+
+/// Lift and drag coefficient of a fin pitched by an angle in degrees that goes ahead.
+static FinForce<double> coefficients(const Fin<double>& fin, double angle) {
+    const FinForce<double> f = fin_force(fin, 1000.0, -1.0, 0.0, degrees(angle));
+    return {f.x / (500 * fin.area), f.z / (500 * fin.area)};
+}
+
+/// Half of a square plate. Across the flow 1.17 of drag (Hoerner) and no lift; along itself nothing; at a small angle
+/// the slope's lift, below the stall Polhamus' with K_v = pi / 1.5, without suction along the plate.
 static void fins_by_hand() {
-    const Fin<double> fin = make_fin(Vector<double>{0, 0, 0}, 0.1, 0.1, 0.26, 0.0, 5.0, 8.0);
-    const double pressure = 0.5 * 1000 * 0.01;
-    const FinForce<double> broad = fin_force(fin, 1000.0, -1.0, 0.0, pi / 2);
-    CHECK_NEAR(broad.x, 2 * pressure, 1e-3 * pressure);
-    CHECK_NEAR(broad.z, 0, 1e-9);
-    const double slope = 2 * pi / (2 + std::sqrt(5.0)), a = 0.02;
-    const FinForce<double> slight = fin_force(fin, 1000.0, -1.0, 0.0, a);
-    CHECK_NEAR(slight.z, pressure * slope * a, 1e-3 * pressure * slope * a);  // leading edge up: lift up
-    CHECK_NEAR(slight.x, pressure * slope * a * slope * a / pi, 1e-3 * pressure * slope * a * a);
-    CHECK(fin_force(fin, 1000.0, -1.0, 0.0, -pi / 4).z < -0.5 * pressure);
-    // Sinking level: drag alone, up. Along its own pitched plane: nothing.
-    CHECK_NEAR(fin_force(fin, 1000.0, 0.0, -1.0, 0.0).z, 2 * pressure, 1e-3 * pressure);
+    const Fin<double> fin = half_plate(1, 36);
+    CHECK_NEAR(coefficients(fin, 90).x, 1.98 * (1 - 0.41), 1e-3);
+    CHECK_NEAR(coefficients(fin, 90).z, 0, 1e-12);
+    const double slope = 2 * pi / (2 + std::sqrt(5.0));
+    CHECK_NEAR(coefficients(fin, 0.05).z / degrees(0.05), slope, 2e-3);
+    const double s = std::sin(degrees(20)), c = std::cos(degrees(20));
+    CHECK_NEAR(coefficients(fin, 20).z, slope * s * c * c + pi / 1.5 * c * s * s, 2e-4);
+    for (double angle = -180; angle <= 180; angle += 7) {
+        const FinForce<double> f = coefficients(fin, angle);
+        CHECK_NEAR(f.z * std::sin(degrees(angle)) - f.x * std::cos(degrees(angle)), 0, 1e-12);
+    }
     const FinForce<double> along = fin_force(fin, 1000.0, -std::cos(0.3), std::sin(0.3), 0.3);
     CHECK_NEAR(along.x, 0, 1e-12);
     CHECK_NEAR(along.z, 0, 1e-12);
+    const FinForce<double> level = fin_force(fin, 1000.0, 0.0, -1.0, 0.0);  // sinking: drag alone, up
+    CHECK_NEAR(level.z / (500 * fin.area), 1.98 * (1 - 0.41), 1e-3);
     CHECK(fin_force(fin, 1000.0, 0.0, 0.0, 0.3).z == 0);
     // First order with 5 Hz, until the rate limit.
     CHECK_NEAR(fin_rate(fin, 0.0, 0.1), 0.1 * 2 * pi * 5, 1e-12);
     CHECK_NEAR(fin_rate(fin, 0.0, -1.0), -8, 1e-12);
+}
+
+/// Mirror images, continuity and drag at any angle: leading edge up or down, from ahead or behind; water at rest never
+/// gets work out of a fin, nor does a fin at rest give any to the water.
+static void fins_at_any_angle() {
+    for (const double stall : {19.0, 36.0}) {
+        const Fin<double> fin = half_plate(2.5, stall);
+        FinForce<double> before = coefficients(fin, -180);
+        for (double angle = -180; angle <= 180; angle += 0.1) {
+            const FinForce<double> f = coefficients(fin, angle), down = coefficients(fin, -angle);
+            CHECK_NEAR(down.x, f.x, 1e-12);
+            CHECK_NEAR(down.z, -f.z, 1e-12);
+            CHECK(f.x >= -1e-15);
+            CHECK(std::fabs(f.x - before.x) < 0.02 && std::fabs(f.z - before.z) < 0.02);
+            const FinForce<double> back = fin_force(fin, 1000.0, 1.0, 0.0, degrees(angle));
+            CHECK_NEAR(back.x / (500 * fin.area), -f.x, 1e-12);
+            CHECK_NEAR(back.z / (500 * fin.area), -f.z, 1e-12);
+            before = f;
+        }
+    }
+}
+
+/// Lift of plates of aspect ratio 1 to 1.3 that stall at 36 deg rises to 30 deg. Plates of aspect ratio 1 and 2 in a
+/// tunnel (Pelletier and Mueller 2000, read off their diagrams to 0.05): below their stall lift within 0.065 and drag
+/// within 0.06; for aspect ratio 2 the highest lift of 0.75 and 0.67 at 25 deg within 10 %.
+static void fins_as_measured() {
+    for (const double aspect : {1.0, 1.15, 1.3})
+        for (double angle = 0; angle < 30; angle += 0.5)
+            CHECK(coefficients(half_plate(aspect, 36), angle).z < coefficients(half_plate(aspect, 36), angle + 0.5).z);
+    const double square[][3] = {{6, 0.15, 0.03}, {10, 0.25, 0.06}, {15, 0.50, 0.15}, {20, 0.70, 0.28}};
+    const double broad[][3] = {{6, 0.30, 0.035}, {10, 0.50, 0.08}, {15, 0.70, 0.18}};
+    const double friction = 0.015;
+    for (const auto& [angle, lift, drag] : square) {
+        CHECK_NEAR(coefficients(half_plate(1, 36), angle).z, lift, 0.065);
+        CHECK_NEAR(coefficients(half_plate(1, 36), angle).x + friction, drag, 0.06);
+    }
+    for (const auto& [angle, lift, drag] : broad) {
+        CHECK_NEAR(coefficients(half_plate(2, 19), angle).z, lift, 0.065);
+        CHECK_NEAR(coefficients(half_plate(2, 19), angle).x + friction, drag, 0.06);
+    }
+    double highest = 0;
+    for (double angle = 0; angle < 30; angle += 0.5) highest = max(highest, coefficients(half_plate(2, 19), angle).z);
+    CHECK_NEAR(highest, 0.75, 0.075);
+    CHECK_NEAR(coefficients(half_plate(2, 19), 25).z, 0.67, 0.067);
 }
 
 /// Buoyancy goes with the share under water and moves to the end that is; out of the water there is none.
@@ -329,6 +388,8 @@ static void balance_by_hand() {
 int main() {
     drag_of_what_rises();
     fins_by_hand();
+    fins_at_any_angle();
+    fins_as_measured();
     surface_by_hand();
     bottom_by_hand();
     balance_by_hand();

@@ -56,6 +56,7 @@ class ReducedJoint:
     angle: Array  # (m, n) NaN for points without equilibrium [rad]
     moment: Array  # (m, n) the same [N m]
     volume: Array  # (m, n, 2) oil in the drive units of each side [m^3]
+    length: Array  # (m, n) of the bent axis [m]; a result, no part of the fit
     # Its compliance c is the volume of a side per own pressure, its cross d per pressure of the other side. At a
     # constant sum of both, c - d is the line's ``compliance_m3_pa``; the twin has no counterpart of d.
     potential: Potential
@@ -99,6 +100,7 @@ class ReducedJoint:
             "angle": (grid, self.angle, "rad", "angle of the tip"),
             "moment": (grid, self.moment, "N m", "moment from outside"),
             "volume": ((*grid, "side"), self.volume, "m3", "oil in the drive units of a side"),
+            "length": (grid, self.length, "m", "length of the bent axis"),
             "other": ("pressure", self.pressure[:, 1], "Pa", "gauge pressure, right side"),
             "elastic": ("table", self.potential.elastic(table), "N m", "moment at no pressure"),
             "held": ("table", held, "m3", "oil in the left side"),
@@ -126,6 +128,7 @@ class ReducedJoint:
                 "moment_n_m": self.moment,
                 "volume_left_ml": 1e6 * self.volume[..., 0],
                 "volume_right_ml": 1e6 * self.volume[..., 1],
+                "length_mm": 1e3 * self.length,
                 "table": fitted,
                 "over_angle": {"moment_n_m": moment, "volume_left_ml": 1e6 * volume[..., 0]},
                 "terms": {"elastic": len(fit.elastic_terms), "volume": len(fit.volume_terms)},
@@ -252,10 +255,11 @@ def _reduced(
 ) -> ReducedJoint:
     """Arrange the points and fit the table."""
     shape = len(couple), len(pressure)
-    none = {"angle": math.nan, "volume": [math.nan, math.nan]}
+    none = {"angle": math.nan, "volume": [math.nan, math.nan], "length": math.nan}
     sound = [none if point["fault"] else point for point in points]
     angle = np.array([point["angle"] for point in sound]).reshape(shape)
     volume = np.array([point["volume"] for point in sound]).reshape(*shape, 2)
+    length = np.array([point["length"] for point in sound]).reshape(shape)
     moment = couple[:, None] * np.cos(angle)
     c, p = np.nonzero(np.isfinite(angle))
     groups = c if len(couple) > 2 else p  # fits without one group still need moments that turn the joint
@@ -277,6 +281,7 @@ def _reduced(
         angle=angle,
         moment=moment,
         volume=volume,
+        length=length,
         potential=best,
         residual=residual(best, samples),
         residual_new=residual_new,
@@ -288,7 +293,7 @@ def _reduced(
 
 Pair = tuple[float, float]
 # Solves a joint under a couple [N m] at the end of a path of pairs of pressures [Pa]: angle [rad], volume [m^3] of
-# each side, fault (a sentence, empty without one).
+# each side, length of the bent axis [m], fault (a sentence, empty without one).
 Joint = Callable[[float, Sequence[Pair]], Mapping[str, Any]]
 
 
@@ -314,6 +319,7 @@ def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None 
                 return {"fault": result.text}
         place = couple, tuple(path)
         measured = measure(model)
-        return {"angle": measured.angle, "volume": list(measured.volume), "fault": measured.fault}
+        told = {"angle": measured.angle, "volume": list(measured.volume), "length": measured.length}
+        return told | {"fault": measured.fault}
 
     return solve
