@@ -10,7 +10,7 @@ import pytest
 import hypertuna as ht
 from hypertuna.description.robot import parse
 from hypertuna.paper import seeds
-from hypertuna.paper.chapters.seeds import MODELS, findings
+from hypertuna.paper.chapters.seeds import findings
 from hypertuna.paper.computed import SPEEDS, TWIN
 from hypertuna.paper.ledger import Entry, judge, published
 from hypertuna.paper.seeds import SEEDS, Stored, all_seeds, compute_seeds, read_seeds, taken_hash
@@ -20,19 +20,19 @@ PAPER = published()
 
 
 @pytest.fixture(scope="module")
-def studies() -> dict[tuple[str, str], Stored]:
+def studies() -> dict[str, Stored]:
     return all_seeds()
 
 
 @pytest.fixture(scope="module")
-def entries(studies: dict[tuple[str, str], Stored]) -> dict[tuple[str, str], Entry]:
+def entries(studies: dict[str, Stored]) -> dict[tuple[str, str], Entry]:
     return {(found.id, found.model): judge(PAPER, found) for found in findings(studies)}
 
 
-def test_what_is_stored_belongs_to_the_shipped_robots(studies: dict[tuple[str, str], Stored]) -> None:
-    for (study, name), stored in studies.items():
+def test_what_is_stored_belongs_to_the_shipped_robots(studies: dict[str, Stored]) -> None:
+    for study, stored in studies.items():
         assert stored.record is not None, f"python -m hypertuna.paper.seeds {study}: {stored.reason}"
-        assert stored.record["robot"] == name
+        assert stored.record["robot"] == "hypertuna"
         assert stored.record["seeds"] == list(range(32))
         for key in ("command", "hypertuna_version", "isa", "robot_hash"):
             assert stored.record[key]
@@ -40,26 +40,25 @@ def test_what_is_stored_belongs_to_the_shipped_robots(studies: dict[tuple[str, s
 
 
 @pytest.mark.parametrize("run", [postures, dives])
-def test_a_seed_computed_anew_is_the_stored_one(run: object, studies: dict[tuple[str, str], Stored]) -> None:
+def test_a_seed_computed_anew_is_the_stored_one(run: object, studies: dict[str, Stored]) -> None:
     # The hash of the robot knows nothing of a change of the program: a seed of the quick studies does.
     (study,) = [name for name, one in STUDIES.items() if one.run is run]
     numbers = STUDIES[study].run(ht.load("hypertuna"), 3)
-    for name, values in studies[study, "hypertuna"].numbers.items():
+    for name, values in studies[study].numbers.items():
         assert numbers[name] == pytest.approx(values[3], rel=0.01, abs=0.05), name
 
 
 def test_numbers_follow_from_the_stored_ones(
-    entries: dict[tuple[str, str], Entry], studies: dict[tuple[str, str], Stored]
+    entries: dict[tuple[str, str], Entry], studies: dict[str, Stored]
 ) -> None:
-    for model, name in MODELS.items():
-        numbers = studies["swims", name].numbers
-        for gait in SPEEDS:
-            assert entries[f"speed/{gait}", model].computed == np.sort(numbers[f"{gait} speed"])[15]
-        cost = numbers["unoptimised-0.4 power"] / (3.3 * numbers["unoptimised-0.4 speed"])  # Eq. 38 with the mass
-        after = numbers["optimised-0.4 power"] / (3.3 * numbers["optimised-0.4 speed"])
-        change = entries["cost-of-transport/change-0.4", model]
-        assert change.computed == pytest.approx(np.sort(100 * (after / cost - 1))[15])
-        assert entries["pressure/lowest", model].computed < 0  # type: ignore[operator]  # a stored number
+    numbers = studies["swims"].numbers
+    for gait in SPEEDS:
+        assert entries[f"speed/{gait}", TWIN].computed == np.sort(numbers[f"{gait} speed"])[15]
+    cost = numbers["unoptimised-0.4 power"] / (3.3 * numbers["unoptimised-0.4 speed"])  # Eq. 38 with the mass
+    after = numbers["optimised-0.4 power"] / (3.3 * numbers["optimised-0.4 speed"])
+    change = entries["cost-of-transport/change-0.4", TWIN]
+    assert change.computed == pytest.approx(np.sort(100 * (after / cost - 1))[15])
+    assert entries["pressure/lowest", TWIN].computed < 0  # type: ignore[operator]  # a stored number
 
 
 def test_settling_is_judged_as_a_bound_by_the_sensor(entries: dict[tuple[str, str], Entry]) -> None:
@@ -72,13 +71,13 @@ def test_settling_is_judged_as_a_bound_by_the_sensor(entries: dict[tuple[str, st
 
 
 def test_what_is_stale_says_so_and_counts_for_nothing(
-    studies: dict[tuple[str, str], Stored], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    studies: dict[str, Stored], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(seeds, "shipped", lambda _: tmp_path)
     fish = ht.load("hypertuna")
     assert "no seeds of hypertuna are stored" in read_seeds("dives", fish).reason
     path = tmp_path / "dives-hypertuna.json"
-    record = dict(studies["dives", "hypertuna"].record or {})
+    record = dict(studies["dives"].record or {})
     path.write_text(json.dumps(record))
     assert read_seeds("dives", fish).record == record
     path.write_text(json.dumps(record | {"taken_hash": "of another robot"}))
@@ -89,7 +88,7 @@ def test_what_is_stale_says_so_and_counts_for_nothing(
     assert (entry.computed, entry.verdict, entry.note) == (None, "not-computed", stale.reason)
 
 
-def test_every_study_that_is_missing_leaves_its_numbers_to_come(studies: dict[tuple[str, str], Stored]) -> None:
+def test_every_study_that_is_missing_leaves_its_numbers_to_come(studies: dict[str, Stored]) -> None:
     missing = {key: replace(stored, record=None, reason="none") for key, stored in studies.items()}
     assert {judge(PAPER, found).verdict for found in findings(missing)} == {"not-computed"}
 

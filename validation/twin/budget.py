@@ -40,7 +40,7 @@ OTHERS = (
 DRAWN = tuple(factor for factor in FACTORS if factor.name != GEOMETRY) + OTHERS
 MASS = (1.0, 3.3 / 2.687)  # of the links: Table II, or all of Table I
 FIN = (0.3, 30.0)  # N m/rad, of the caudal fin's root: softer than any that swims well, as good as rigid
-SECONDS = 20.0  # as the ledger's runs
+SECONDS = 12.0  # of which the last beats count
 LEVEL = (5.0, 95.0)  # percent: the interval
 PUBLISHED = np.array([published_value(f"speed/{name}") for name in SPEEDS])  # m/s
 

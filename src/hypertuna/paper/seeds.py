@@ -84,14 +84,13 @@ def compute_seeds(study: str, robot: Robot) -> Stored:
     return Stored(study, robot, record)
 
 
-def all_seeds(*, full: bool = False, step: Callable[[], None] | None = None) -> dict[tuple[str, str], Stored]:
-    """Return all studies by name and robot; in full compute them again."""
+def all_seeds(*, full: bool = False, step: Callable[[], None] | None = None) -> dict[str, Stored]:
+    """Return all studies by name; in full compute them again."""
     found = {}
     for study, plan in STUDIES.items():
-        for name in plan.robots:
-            found[study, name] = (compute_seeds if full else read_seeds)(study, plan.load(name))
-            if full and step is not None:
-                step()
+        found[study] = (compute_seeds if full else read_seeds)(study, plan.robot())
+        if full and step is not None:
+            step()
     return found
 
 
@@ -111,9 +110,8 @@ def _path(study: str, robot: Robot) -> Any:
 def main() -> None:
     """Compute the studies of the command line, or all."""
     for study in sys.argv[1:] or STUDIES:
-        for name in STUDIES[study].robots:
-            stored = compute_seeds(study, STUDIES[study].load(name))
-            print(f"stored: {_path(study, stored.robot)}")
+        stored = compute_seeds(study, STUDIES[study].robot())
+        print(f"stored: {_path(study, stored.robot)}")
 
 
 if __name__ == "__main__":

@@ -117,23 +117,22 @@ class Study:
     """A study, and the robots that it is stored of."""
 
     run: Callable[[Robot, int], dict[str, float]]
-    robots: Sequence[str]
     water: WaterLaw | None = None  # law, where not the robot's own
 
-    def load(self, name: str) -> Robot:
-        """Return a robot of the study with its water law."""
-        return load(name) if self.water is None else load(name).using(water=self.water)
+    def robot(self) -> Robot:
+        """Return the paper's robot with the study's water law."""
+        return load(ROBOT) if self.water is None else load(ROBOT).using(water=self.water)
 
 
-ROBOTS = ("hypertuna", "hypertuna-fe")
+ROBOT = "hypertuna"
 STUDIES = {
-    "swims": Study(swims, ROBOTS),
-    "postures": Study(postures, ROBOTS),
-    "phases": Study(phases, ROBOTS[:1]),
-    "turns": Study(turns, ROBOTS[:1]),
-    "lakes": Study(lakes, ROBOTS[:1]),
-    "dives": Study(dives, ROBOTS),
-    "strips": Study(eight, ROBOTS[:1], "strip"),
+    "swims": Study(swims),
+    "postures": Study(postures),
+    "phases": Study(phases),
+    "turns": Study(turns),
+    "lakes": Study(lakes),
+    "dives": Study(dives),
+    "strips": Study(eight, "strip"),
 }
 
 

@@ -15,7 +15,7 @@ from hypertuna.mission.record import MissionRecord
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.ledger import Finding, published, published_value
 from hypertuna.paper.seeds import read_seeds, taken_hash
-from hypertuna.paper.studies import LAKE_GAITS, ROBOTS
+from hypertuna.paper.studies import LAKE_GAITS, ROBOT
 from hypertuna.reports.html import WIDTH, Section
 
 LAKE = "mission lake"  # the model in the ledger
@@ -131,7 +131,7 @@ def sections(lake: Lake) -> list[Section]:
     distance, energy = findings(lake)
     record = lake.record
     figures = {} if record is None else {"lake": plot_mission(_stored_record(record), width=WIDTH)}
-    straight = read_seeds("lakes", load(ROBOTS[0]))
+    straight = read_seeds("lakes", load(ROBOT))
     swum = {
         f"{name} {what}": float(np.median(straight.numbers[f"{name} {what}"]))
         for name in LAKE_GAITS

@@ -1,4 +1,4 @@
-"""The twin over seeds of its sensors' noise, of the paper's robot and of the one that finite elements bend."""
+"""The twin over seeds of its sensors' noise."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
@@ -11,12 +11,10 @@ from hypertuna.paper.chapters.tank import FREQUENCY, PHASE, best_phase
 from hypertuna.paper.computed import COSTS, LEVELS, SPEEDS, TANK, TWIN
 from hypertuna.paper.ledger import Class, Entry, Finding, judge, published, published_value
 from hypertuna.paper.seeds import SEEDS, Stored, all_seeds
-from hypertuna.paper.studies import HERTZ, LAKE, LAKE_GAITS, PHASES, ROBOTS, STUDIES, phase_name, tank_name
+from hypertuna.paper.studies import HERTZ, LAKE, LAKE_GAITS, PHASES, STUDIES, phase_name, tank_name
 from hypertuna.reports.html import Section, Table
 
-Studies = Mapping[tuple[str, str], Stored]  # by name and robot
-BY_ELEMENTS = "twin of hypertuna-fe"
-MODELS = dict(zip((TWIN, BY_ELEMENTS), ROBOTS, strict=True))  # robot of each model
+Studies = Mapping[str, Stored]  # by name
 BEND = "by the true bend"  # instead of the sensor's reading
 AT_SEA = "at sea"
 FASTEST = "unoptimised-max"
@@ -34,15 +32,14 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Studies:
 
 def findings(studies: Studies) -> Iterator[Finding]:
     """Yield what the twin says of the paper's numbers."""
-    for model, robot in MODELS.items():
-        yield from _speeds(model, studies["swims", robot])
-        yield from _costs(model, studies["swims", robot])
-        yield from _powers(model, studies["swims", robot])
-        yield from _settling(model, studies["postures", robot])
-        yield _dive(model, studies["dives", robot])
-    yield from _lake(f"{TWIN}, {AT_SEA}", studies["lakes", ROBOTS[0]])
-    yield from _phases(studies["phases", ROBOTS[0]])
-    yield from _turning(studies["turns", ROBOTS[0]])
+    yield from _speeds(TWIN, studies["swims"])
+    yield from _costs(TWIN, studies["swims"])
+    yield from _powers(TWIN, studies["swims"])
+    yield from _settling(TWIN, studies["postures"])
+    yield _dive(TWIN, studies["dives"])
+    yield from _lake(f"{TWIN}, {AT_SEA}", studies["lakes"])
+    yield from _phases(studies["phases"])
+    yield from _turning(studies["turns"])
 
 
 def _speeds(model: str, stored: Stored) -> Iterator[Finding]:
@@ -189,19 +186,11 @@ def _reached(stored: Stored, name: str) -> str:
 
 
 def sections(studies: Studies) -> list[Section]:
-    """Show the seeds, and the two robots beside one another."""
+    """Show the seeds."""
     entries = [judge(published(), found) for found in findings(studies)]
-    speeds = {
-        model: [one for one in entries if one.model == model and one.id.startswith("speed/") and one.unit == "m/s"]
-        for model in MODELS
-    }
-    rms = {
-        model: float(np.sqrt(np.mean([(one.relative_error or 0.0) ** 2 for one in found])))
-        for model, found in speeds.items()
-    }
-    return compose(
-        "seeds", {"seeds": seed_table(entries)}, rms=rms, count=len(SEEDS), models=MODELS, twin=TWIN, fe=BY_ELEMENTS
-    )
+    speeds = [one for one in entries if one.model == TWIN and one.id.startswith("speed/") and one.unit == "m/s"]
+    rms = float(np.sqrt(np.mean([(one.relative_error or 0.0) ** 2 for one in speeds])))
+    return compose("seeds", {"seeds": seed_table(entries)}, rms=rms, count=len(SEEDS))
 
 
 def seed_table(entries: Sequence[Entry]) -> Table:
