@@ -96,9 +96,10 @@ def _profile(
     scale = math.sqrt(samples / len(part.kind)) / factor
 
     def residual(point: Array) -> Array:
-        return scale * weighted(part, predict(part, from_scale(part.free, point), gradient_steps=None), levels)[0]
+        there = predict(part, from_scale(part.free, point), gradient_steps=None, levels=levels)
+        return scale * weighted(part, there, levels)[0]
 
-    prediction = predict(part, from_scale(part.free, x), gradient_steps=part.steps)
+    prediction = predict(part, from_scale(part.free, x), gradient_steps=part.steps, levels=levels)
     return residual, scale * weighted(part, prediction, levels)[1] * unit
 
 

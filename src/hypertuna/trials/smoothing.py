@@ -54,7 +54,7 @@ def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
 
     if noise is not None:
         NOT_NEGATIVE.check(noise, "noise", "give the standard deviation of the measured angles in radians")
-    sigma = _noise(series) if noise is None else np.full(series.angle.shape[1], float(noise))
+    sigma = white_noise(series.angle, series.time) if noise is None else np.full(series.angle.shape[1], float(noise))
     time, count = series.time, len(series.time)
     splines = []
     for angle, sd in zip(series.angle.T, sigma, strict=True):
@@ -66,16 +66,19 @@ def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
     return SmoothSeries(series, sigma, tuple(splines))
 
 
-def _noise(series: JointSeries) -> Array:
-    """Estimate the noise (groups,) [rad] from the samples and the quintics through their neighbors."""
+def white_noise(values: Array, time: Array | None = None) -> Array:
+    """Estimate the noise (columns,) of samples (times, columns) from the quintics through their neighbors."""
     reach = NEIGHBORS.max()
-    middle = np.arange(reach, len(series.time) - reach)
+    time = np.arange(len(values), dtype=float) if time is None else time
+    if len(values) <= 2 * reach:
+        return np.zeros(values.shape[1])
+    middle = np.arange(reach, len(time) - reach)
     near = middle[:, np.newaxis] + NEIGHBORS
-    arm = series.time[near] - series.time[middle, np.newaxis]
+    arm = time[near] - time[middle, np.newaxis]
     # Lagrange's weights at the sample: prod_m arm_m / (arm_m - arm_j)
     weights = np.empty_like(arm)
     for j in range(len(NEIGHBORS)):
         others = np.delete(arm, j, axis=1)
         weights[:, j] = np.prod(others / (others - arm[:, j : j + 1]), axis=1)
-    residual = series.angle[middle] - np.einsum("kj,kjg->kg", weights, series.angle[near])
+    residual = values[middle] - np.einsum("kj,kjg->kg", weights, values[near])
     return np.asarray(np.sqrt(np.mean(residual**2 / (1 + (weights**2).sum(axis=1, keepdims=True)), axis=0)))
