@@ -15,11 +15,10 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.model import parameter_names
 from hypertuna.trials.replay import replay_jacobian, seen_from_start
-from hypertuna.trials.smoothing import SmoothSeries, white_noise
+from hypertuna.trials.smoothing import SmoothSeries, strongest_frequency, white_noise
 from hypertuna.trials.tracks import JointSeries, Track
 
 GRID = 512  # instants at which joint angles are looked at for their frequency
-PADDING = 8  # of the spectrum
 MIN_FRAMES = 10  # of a run that begins in motion
 SAME_TIME = 1e-9  # s
 ROUNDS, GUESS_ROUNDS = 3, 6  # of Gauss and Newton, from a good guess and from a rough one
@@ -135,13 +134,7 @@ def beat_of(curve: SmoothSeries) -> tuple[float, Array]:
     """Return the strongest frequency [Hz] of joint angles and half the range (groups,) of each [rad]."""
     time = np.linspace(curve.series.time[0], curve.series.time[-1], GRID)
     angle = curve(time)[:, :, 0]
-    wave = (angle - angle.mean(axis=0)) * np.hanning(GRID)[:, np.newaxis]
-    power = (np.abs(np.fft.rfft(wave, PADDING * GRID, axis=0)) ** 2).sum(axis=1)
-    k = int(np.argmax(power[1:-1])) + 1
-    left, middle, right = power[k - 1 : k + 2]
-    bend = left - 2 * middle + right
-    peak = k + (0.5 * (left - right) / bend if bend < 0 else 0.0)
-    return float(peak / (PADDING * GRID * (time[1] - time[0]))), np.ptp(angle, axis=0) / 2
+    return strongest_frequency(time, angle), np.ptp(angle, axis=0) / 2
 
 
 def begins_in_motion(curve: SmoothSeries, tracks: Sequence[Track]) -> bool:
