@@ -11,7 +11,7 @@ from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import identify
 from hypertuna.identification.prediction import predict
 from hypertuna.swimming.model import parameter_names, twist_from_rest
-from hypertuna.trials.comparison import compare_recording, replay_recording, how_begun
+from hypertuna.trials.comparison import compare_recording, how_begun, replay_recording
 from hypertuna.trials.manifest import Recording, parse_manifest
 from hypertuna.trials.replay import head_center, joint_grid, replay, replay_jacobian
 from hypertuna.trials.smoothing import smooth
