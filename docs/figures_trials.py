@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from figures_common import rows
@@ -64,12 +66,47 @@ def markers_predicted() -> str:
     return rows(["coefficients", "rmse of x [mm]", "y [mm]", "yaw [deg]"], body)
 
 
+def strangers(kind: str) -> list[dict[str, Any]]:
+    """Return the stored runs of validation/identify/strangers.py of a kind."""
+    document = json.loads((ROOT / "validation/identify/strangers.json").read_text())
+    return [run for run in document["runs"] if run["kind"] == kind]
+
+
+def held_out() -> str:
+    """Tabulate errors of swims that the fit has not seen, two for each robot."""
+    body = []
+    for run in strangers("held out"):
+        own = [
+            run[name][key] for name in ("described", "fitted") for key in ("travel_percent", "settled_speed_percent")
+        ]
+        path = 100 * max(run["fitted"]["path_rmse_lengths"])
+        errors = [", ".join(f"{error:+.1f}" for error in pair) for pair in own]
+        body.append([run["robot"], run["swims"], run["begin"], errors[0], errors[2], errors[3], f"{path:.1f}"])
+    heads = ["robot", "swims", "begin", "distance, handbook [%]", "distance, fitted [%]", "settled speed, fitted [%]"]
+    return rows([*heads, "path [% of length]"], body, left=3)
+
+
+def coverage() -> str:
+    """Tabulate errors and 90 % intervals of coefficients over repeats with other noise."""
+    runs = strangers("coverage")
+    error, half = (np.array([run[key] for run in runs]) for key in ("error", "half_width"))
+    body = []
+    for k, name in enumerate(("drag along", "drag across", "added mass")):
+        held = f"{(np.abs(error[:, k]) <= half[:, k]).sum()} of {len(runs)}"
+        body.append(
+            [name, *(f"{100 * x:.1f}" for x in (error[:, k].mean(), error[:, k].std(), half[:, k].mean())), held]
+        )
+    return rows(["factor on", "mean error [%]", "scatter [%]", "half-width [%]", "interval holds the truth"], body)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "steady columns": steady_columns,
     "steady example": lambda: quoted("tank/tank.csv", "text", 5),
     "manifest example": lambda: quoted("tank/tank.toml", "toml"),
     "manifest keys": manifest_keys,
     "markers predicted": markers_predicted,
+    "strangers held out": held_out,
+    "strangers coverage": coverage,
 }
 
 

@@ -15,7 +15,7 @@ from hypertuna.identification.coefficients import Free, free, sample_robots
 from hypertuna.identification.experiment import Experiment, experiment
 from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.prediction import Prediction, predict, weighted
-from hypertuna.identification.residuals import criteria, errors, lack_of_fit, squares
+from hypertuna.identification.residuals import autocorrelation_time, criteria, errors, lack_of_fit, squares
 from hypertuna.identification.uncertainty import _units, uncertainty
 from hypertuna.trials.trials import Trials
 from synthetic import NINE, grid, steady, swims
@@ -273,3 +273,17 @@ def test_no_sentence_names_one_coefficient_as_several() -> None:
             assert told.sentence[0] != " "
             if "distinguished" in told.sentence or "combination" in told.sentence:
                 assert "] and water" in told.sentence
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])
+def test_autocorrelation_time_of_noise_that_persists(rho: float) -> None:
+    """Of a first-order process it is (1 + rho) / (1 - rho): frames count as that many times fewer."""
+    rng = np.random.default_rng(1)
+    series = []
+    for _ in range(6):
+        noise, x = rng.standard_normal(2000), np.zeros(2000)
+        for k in range(1, 2000):
+            x[k] = rho * x[k - 1] + noise[k]
+        series.append(x)
+    assert autocorrelation_time(series) == pytest.approx((1 + rho) / (1 - rho), rel=0.25)
+    assert autocorrelation_time([np.ones(50)]) > 25  # an error that stays: one measurement

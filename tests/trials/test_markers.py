@@ -12,8 +12,9 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna.cli.main import app
+from hypertuna.identification.identify import identify
 from hypertuna.trials.chain import chain_of, check_rank, fit_chain
-from hypertuna.trials.marker_import import read_marker_run
+from hypertuna.trials.marker_import import read_marker_run, write_marker_runs
 from hypertuna.trials.marker_places import equal_spacing, read_places
 from hypertuna.trials.markers import read_markers
 from hypertuna.trials.trials import read_trials
@@ -248,3 +249,17 @@ def test_example_is_what_its_script_makes(tmp_path, monkeypatch):
         assert made == pytest.approx(kept, abs=0.11, nan_ok=True)
         run = read_marker_run(eel, eels / f"{name}.csv", scale=0.001, y_down=True)
         assert np.argwhere(run.fit.rejected).tolist() == [[30, 2], [30, 7]]
+
+
+def test_markers_give_the_coefficients_back_within_their_intervals(tmp_path):
+    """The eel of the example has 1.3 times the drags described: 95 % intervals hold that, to a third at most."""
+    eel = ht.load("rexeel")
+    trials = []
+    for name in ("slow", "middle", "fast"):
+        run = read_marker_run(eel, Path(__file__).parents[2] / f"examples/eel/{name}.csv", scale=0.001, y_down=True)
+        write_marker_runs([run], eel, tmp_path / f"{name}.toml", "test")
+        trials.append(read_trials(tmp_path / f"{name}.toml", eel))
+    fit = identify(eel, trials[0] + trials[1] + trials[2], validate=0, starts=1)
+    for truth, low, high in zip((1.3, 1.3, 1.0), fit.uncertainty.low, fit.uncertainty.high, strict=True):
+        assert low < truth < high
+        assert high - low < 0.7 * truth

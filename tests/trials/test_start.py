@@ -11,7 +11,7 @@ from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import identify
 from hypertuna.identification.prediction import predict
 from hypertuna.swimming.model import parameter_names, twist_from_rest
-from hypertuna.trials.comparison import compare_recording, replay_recording, start_twist
+from hypertuna.trials.comparison import compare_recording, how_begun, replay_recording
 from hypertuna.trials.manifest import Recording, parse_manifest
 from hypertuna.trials.replay import head_center, joint_grid, replay, replay_jacobian
 from hypertuna.trials.smoothing import smooth
@@ -88,7 +88,7 @@ def test_twist_comes_back_from_the_first_beat(noise):
     eel = ht.load("rexeel")
     recording = cruise(eel, noise=noise)
     curve = smooth(recording.joints, noise=0.0)
-    twist, begin = start_twist(eel, recording, curve)
+    twist, _, begin = how_begun(eel, recording, curve)
     assert begin == "in motion, velocity estimated from the first beat"
     error = np.abs(twist - start_of(eel, recording.joints))
     assert (error < [2e-3 + 4 * noise, 4e-3 + 8 * noise, 0.02 + 12 * noise]).all()
@@ -114,9 +114,10 @@ def test_runs_in_motion_are_told_from_runs_at_rest():
         assert begins_in_motion(smooth(joints, noise=0.0), [Track("a", time, poses)]) == in_motion
 
 
-def test_derivatives_of_a_prediction_include_those_of_its_twist():
+def test_derivatives_of_a_prediction_include_those_of_how_it_begins():
+    """Of runs without noise: what the derivatives leave out is a product with the residuals."""
     eel = ht.load("rexeel")
-    trials = Trials((), (cruise(eel, noise=1e-3), cruise(eel, name="given", velocity=Velocity(0.15, 0.0, -0.3))))
+    trials = Trials((), (cruise(eel), cruise(eel, name="given", velocity=Velocity(0.15, 0.0, -0.3))))
     frees = free(eel, ["water.drag_normal", "water.drag_tangential", "water.added_mass_normal[0-4]", "links.mass[2]"])
     data, x = experiment(eel, trials, frees), np.array([f.start for f in frees])
     by = predict(data, x).jacobian
@@ -124,7 +125,7 @@ def test_derivatives_of_a_prediction_include_those_of_its_twist():
         h = 1e-5 * abs(x[k]) * np.eye(len(x))[k]
         ends = [predict(data, from_scale(frees, x + d), gradient_steps=None).computed for d in (h, -h)]
         difference = (ends[0] - ends[1]) / (2 * h[k])
-        assert by[:, k] == pytest.approx(difference, abs=2e-5 * np.abs(difference).max()), frees[k].name
+        assert by[:, k] == pytest.approx(difference, abs=1e-4 * np.abs(difference).max()), frees[k].name
 
 
 def test_coefficients_come_back_from_runs_in_motion():
@@ -134,6 +135,29 @@ def test_coefficients_come_back_from_runs_in_motion():
     start = {"water.drag_normal": 3.0, "water.drag_tangential": 0.02}
     fit = identify(eel, Trials((), runs), names, validate=0, starts=1, start=start)
     assert fit.values == pytest.approx([1.98, 0.07694], rel=0.02)
+
+
+@pytest.mark.parametrize("moving", [True, False])
+def test_added_mass_comes_back_from_frames_with_noise(moving):
+    """White noise of 1 mm and 10 mrad, on the first frame too: without its error the added mass came out 70 % off.
+
+    Coefficients within 10 %; the fit begins with half the added mass.
+    """
+    eel = ht.load("rexeel")
+    runs = []
+    for k, frequency in enumerate((0.5, 0.8, 1.1)):
+        twist = CRUISE if moving else None
+        run = cruise(eel, name=f"{k}", frequency=frequency, twist=twist, moving=False)
+        rng = np.random.default_rng(k)
+        noise = np.array([1e-3, 1e-3, 1e-2]) * rng.standard_normal(run.tracks[0].pose.shape)
+        tracks = [Track("a", run.tracks[0].time, run.tracks[0].pose + noise)]
+        joints = run.joints
+        if moving:
+            joints, tracks = begin_together(joints, tracks, 0.0, 1 / frequency)
+        runs.append(Recording(f"{k}", joints, 0.0, tuple(tracks), moving=moving, align=True))
+    names, start = ["water.added_mass_normal=common", "water.drag_normal"], {"water.added_mass_normal": 0.5}
+    fit = identify(eel, Trials((), tuple(runs)), names, validate=0, starts=1, start=start)
+    assert fit.values == pytest.approx([1.0, 1.98], rel=0.1)
 
 
 def manifest(tmp_path, **more):

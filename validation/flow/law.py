@@ -29,9 +29,11 @@ HERE = Path(__file__).parent
 FISH = ht.load("hypertuna")
 TRUTH = np.array([published_value(f"speed/{name}") for name in SPEEDS])
 HEAD = math.pi / 4 * 0.1201 * 0.0833  # m^2, section of the head: height and width in the robot's file
-# Form drag of the head on its section. Streamlined: form is in the friction, as Hoerner's factor. Square end: Hoerner's
-# base drag 0.029/sqrt(C_f S/A) = 0.10 for the head's friction, C_f S/A = 0.084. Blunt cylinder, length over diameter
-# 2 to 7: 0.85 to 0.99. The formula, and 0.2 for one with a round nose, are quoted from memory of Hoerner (1965).
+# Form drag of the head on its section, for HEADS. Streamlined: form is in the friction, as Hoerner's factor. Square
+# end: Hoerner's base drag 0.029/sqrt(C_f S/A) = 0.10 for the head's friction, C_f S/A = 0.084. Blunt cylinder, length
+# over diameter 2 to 7: 0.85 to 0.99 (Aeronautical Engineer's Data Book). The base drag and the 0.2 of a cylinder with a
+# round nose are quoted from memory of Hoerner (1965).
+BEATING = 10 * 9.5 ** (-1 / 3) - 1.17  # of the fin, where the robot's file has 8 KC^(-1/3), less steady flow's
 HEADS = {"streamlined": 0.0, "square end": 0.10, "cylinder, round nose": 0.20, "cylinder, blunt": 0.87}
 
 
@@ -98,6 +100,7 @@ def variants(travels: np.ndarray) -> dict[str, Mapping[str, Any]]:
             "drag_normal": column(law.drag_normal, tail, drag),
             "added_mass_normal": column(law.added_mass_normal, tail, mass),
         },
+        "C_n of the fin after Luhar and Nepf": {"drag_beating": column(law.drag_beating, slice(-1, None), BEATING)},
         "edge_lift 0.42, small motions of the lattice": {"edge_lift": 0.42},
         "edge_lift 0.89, whole motion of the lattice": {"edge_lift": 0.89},
     }

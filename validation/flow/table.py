@@ -71,7 +71,7 @@ def convergence() -> str:
     head += ["time [s]"]
     several = {(row["section"], row["kc"]) for row in stored("oscillating") if not usual(row)}
     chosen = [row for row in stored("oscillating") if (row["section"], row["kc"]) in several]
-    chosen.sort(key=lambda row: (row.get("half", False), row["reynolds"], row["unknowns"], -row["step"]))
+    chosen.sort(key=lambda row: (row["kc"], row.get("half", False), row["reynolds"], row["unknowns"], -row["step"]))
     rows = []
     for row in chosen:
         numbers = [f"{row['unknowns']:,}", f"{row['step']:g}", f"{row['reynolds']:g}", f"{row['drag_normal']:.2f}"]

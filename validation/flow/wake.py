@@ -231,7 +231,7 @@ BEATS = (
     Beat(1.0, 0.05, 0.05, math.pi / 2),
 )
 ASPECT, CHORD = 5.0, 0.032  # of the fin; m
-LIFT, MASS = 0.541, 0.981  # of the fin in robots/hypertuna.toml: edge_lift; added mass over rho pi/4 c^2 b
+MASS = 0.897  # of the fin over rho pi/4 c^2 b: added_mass_normal in robots/hypertuna.toml
 COARSE, FINE = (4, 8, 40), (6, 12, 60)  # panels along chord and span, steps a beat
 
 
@@ -262,21 +262,22 @@ def fin(swim: Any, name: str, scale: float, size: tuple[int, int, int], *, free:
     across, strips, steps = size
     found = flow(motion, 3 * period, 3 * steps, aspect=ASPECT, across=across, strips=strips, free=free)
     last, unit = last_beat(found, period), swim.robot.water.density * swim.speed**2 * CHORD**2 * ASPECT
+    lift = swim.robot.water.strip.edge_lift
 
     def thrust(force: np.ndarray) -> float:
         return float(-unit * turned(force, found.angle)[last, 0].mean())
 
     speed = found.speed[last]
-    columns = np.stack([edge_terms(found, ASPECT, LIFT, 0, fade=False)[last, 1] / LIFT, reaction(found)[last]], axis=1)
+    columns = np.stack([edge_terms(found, ASPECT, lift, 0, fade=False)[last, 1] / lift, reaction(found)[last]], axis=1)
     force = found.force[last, 1]
     fit, *_ = np.linalg.lstsq(columns, force, rcond=None)
     rest = force - columns @ fit
-    law = edge_terms(found, ASPECT, LIFT, 0)[last, 1] + MASS * columns[:, 1]
+    law = edge_terms(found, ASPECT, lift, 0)[last, 1] + MASS * columns[:, 1]
     numbers = {
         "reduced": math.pi / period,
         "incidence_deg": math.degrees(np.arctan2(np.abs(speed[:, 1] + speed[:, 2]), -speed[:, 0]).max()),
-        "thrust_law": thrust(edge_terms(found, ASPECT, LIFT, 0)),
-        "thrust_law_suction": thrust(edge_terms(found, ASPECT, LIFT, 1)),
+        "thrust_law": thrust(edge_terms(found, ASPECT, lift, 0)),
+        "thrust_law_suction": thrust(edge_terms(found, ASPECT, lift, 1)),
         "thrust_normal": thrust(found.force * [0, 1]),
         "thrust": thrust(found.force),
         "normal_rms_law": unit * math.sqrt(np.mean(law**2)),
@@ -310,8 +311,8 @@ def main() -> None:
     for name, scale, size, free in cases:
         record["fin"].append(fin(swims[name], name, scale, size, free=free))
         print(json.dumps(record["fin"][-1]), flush=True)
-    if given.o:
-        given.o.write_text(json.dumps(record, indent=1) + "\n")
+        if given.o:
+            given.o.write_text(json.dumps(record, indent=1) + "\n")
 
 
 if __name__ == "__main__":

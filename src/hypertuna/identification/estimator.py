@@ -152,11 +152,13 @@ def estimate(
     quantile: float,
     prior: float = 0.0,
     profile: tuple[Callable[[Array], Array], Array] | None = None,
+    more: Array | None = None,
 ) -> Estimate:
     """Compute covariance, directions and 95 % intervals of a fit x (n,) from the Jacobian (elements, n), by x / unit.
 
     prior: inverse variance of each coefficient that is known without the residuals, in its unit. profile: residuals
-    as a function of x, and their Jacobian by x / unit, to widen intervals by the profile likelihood.
+    as a function of x, and their Jacobian by x / unit, to widen intervals by the profile likelihood. more: mean square
+    (n, n) of errors of x from other sources.
     """
     few = len(jacobian) < len(x)  # then directions that no residual determines follow, with singular values of 0
     _, singular, vectors = np.linalg.svd(jacobian, full_matrices=few)
@@ -172,6 +174,9 @@ def estimate(
 
         direction_sd = profile_sd(ProfileProblem(at, profile_jacobian, *ends, vectors, direction_sd, quantile))
     covariance = np.outer(unit, unit) * (vectors.T * direction_sd**2 @ vectors)
+    if more is not None:
+        covariance = covariance + more
+        direction_sd = np.sqrt(direction_sd**2 + np.einsum("di,ij,dj->d", vectors / unit, more, vectors / unit))
     sd = np.sqrt(np.diag(covariance))
     low, high = (np.clip(x + side * quantile * sd, lower, upper) for side in (-1, 1))
     return Estimate(singular, vectors, direction_sd, covariance, sd, low, high)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import joint_grid, seen_from_start
 from hypertuna.trials.smoothing import smooth
-from hypertuna.trials.start import FirstBeat, beat_of, first_beat
+from hypertuna.trials.start import Unknown, beat_of, begin_of
 from hypertuna.trials.trials import Trials
 
 Flags = NDArray[np.bool_]
@@ -41,8 +41,9 @@ class Replayed:
     frames: Array  # (frames,) s, of all runs
     turn: Array  # (frames,) rad, from the axes of the replay to those of the run
     runs: int
-    twist: Array | None = None  # (3,) at the start, of a run that begins in motion with a given velocity
-    beat: FirstBeat | None = None  # of a run that begins in motion, whose twist it shows
+    twist: Array | None = None  # (3,) at the start, of a run that begins in motion: given, or a guess
+    error: Array = field(default_factory=lambda: np.zeros((1, 3)))  # (runs, 3), of the first poses: a guess
+    unknown: Unknown | None = None  # of how the runs begin
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,12 @@ class Experiment:
     def unknown_kinds(self) -> tuple[str, ...]:
         """Kinds of samples whose noise has to be estimated."""
         return tuple(name for k, name in enumerate(KINDS) if (~self.known & (self.kind == k)).any())
+
+    def frame_noise(self, name: str, levels: Mapping[str, float]) -> Array:
+        """Return the standard deviation (3,) of frames of a recording [m, m, rad], its root mean square over runs."""
+        own = np.isin(self.run, [k for k, run in enumerate(self.trials.runs) if run.rpartition("/")[0] == name])
+        sd = self.noise({kind: levels.get(kind, first) for kind, first in FIRST_LEVEL.items()})
+        return np.array([np.sqrt(np.mean(sd[own & (self.kind == kind)] ** 2)) for kind in (2, 3, 4)])
 
     def noise(self, levels: Mapping[str, float]) -> Array:
         """Return the standard deviation (samples,) [SI]; levels: of the kinds whose noise is unknown."""
@@ -131,7 +138,7 @@ def _replayed(robot: Robot, recording: Recording, frees: Sequence[Free]) -> tupl
         raise InputError("cannot be free where the runs begin in motion", key=frees[k].name, fix=fix)
     if k is not None:
         begin, end = -math.inf, end + min(0.0, frees[k].lower - recording.time_offset)
-    times, turns, poses, sizes = [], [], [], []
+    times, turns, poses, replay_axes, sizes = [], [], [], [], []
     for name, track in zip(recording.runs, recording.tracks, strict=True):
         inside = (track.time >= begin) & (track.time <= end)
         if not inside.any():
@@ -143,11 +150,13 @@ def _replayed(robot: Robot, recording: Recording, frees: Sequence[Free]) -> tupl
         times.append(track.time[inside])
         turns.append(np.full(inside.sum(), heading - math.pi))
         poses.append(seen_from_start(track.pose, heading)[inside])
+        replay_axes.append(seen_from_start(track.pose, math.pi)[inside])
         sizes.append(int(inside.sum()))
     frames = np.concatenate(times), np.concatenate(turns)
-    twist = None if recording.velocity is None else recording.velocity.twist(robot)
-    unknown = recording.moving and twist is None
-    beat = first_beat(robot, joints, step, recording.tracks, 1 / beat_of(curve)[0]) if unknown else None
-    own = (joints, step, time, recording.time_offset, *frames, len(sizes), twist, beat)
+    begin_at, inexact = recording.begin(robot)
+    period = 1 / beat_of(curve)[0]
+    twist, error = begin_of(robot, joints, step, recording.tracks, begin_at, inexact, until=period)
+    unknown = Unknown.of(replay_axes, begin_at, inexact)
+    own = (joints, step, time, recording.time_offset, *frames, len(sizes), twist, error, unknown)
     replayed = Replayed(recording.name, *own)
     return replayed, np.concatenate(poses), sizes

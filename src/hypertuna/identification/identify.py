@@ -273,12 +273,12 @@ def _result(
     lower, upper = np.array([[f.lower, f.upper] for f in frees]).T
     near = SNAP * (upper - lower)  # the search stays inside
     values = np.where(values - lower < near, lower, np.where(upper - values < near, upper, values))
-    prediction = predict(data, values, gradient_steps=data.steps)
+    prediction = predict(data, values, gradient_steps=data.steps, levels=levels)
     intervals = uncertainty(data, values, prediction, levels, part)
     validation = None
     if held_out.runs:
         unseen = experiment(robot, held_out, frees, steps=data.steps, threads=data.threads)
-        validation = errors(unseen, predict(unseen, values, gradient_steps=None))
+        validation = errors(unseen, predict(unseen, values, gradient_steps=None, levels=levels))
     named = [run.file for t in trials for run in t.steady] + [part.file for t in trials for part in t.recordings]
     files = ", ".join(dict.fromkeys(Path(file).name or "memory" for file in named))
     text = f"identified by hypertuna {version()} from {len(data.trials.runs)} runs of {files}"

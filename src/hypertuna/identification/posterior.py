@@ -79,7 +79,7 @@ def posterior(
     scale = fit.uncertainty.residual_scale
 
     def squares_at(values: Array) -> Array:
-        return squares(data, predict(data, values, gradient_steps=None), fit.noise) / scale**2
+        return squares(data, predict(data, values, gradient_steps=None, levels=fit.noise), fit.noise) / scale**2
 
     def log_density(x: Array) -> float:
         if not ((x >= lower) & (x <= upper)).all():

@@ -1,6 +1,6 @@
 """Prediction of all runs of the trials by the model, with exact derivatives by the free coefficients."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from hypertuna.swimming.beat import DEFAULT_STEPS, directional_derivatives, sett
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.replay import replay_jacobian
-from hypertuna.trials.start import head_of
+from hypertuna.trials.start import between, head_of, meet
 
 Flags = NDArray[np.bool_]
 
@@ -34,12 +34,17 @@ class Prediction:
 
 
 def predict(
-    data: Experiment, values: Sequence[float] | Array, *, gradient_steps: int | None = DEFAULT_STEPS
+    data: Experiment,
+    values: Sequence[float] | Array,
+    *,
+    gradient_steps: int | None = DEFAULT_STEPS,
+    levels: Mapping[str, float] | None = None,
 ) -> Prediction:
     """Compute every run of the trials for values (n,) of the free coefficients [SI].
 
     A run without a settled beat is far off, with zero Jacobian, so that a search turns back. gradient_steps:
-    Runge-Kutta steps per beat of the derivatives of steady runs; None leaves all Jacobians zero.
+    Runge-Kutta steps per beat of the derivatives of steady runs; None leaves all Jacobians zero. levels: noise of
+    frames, by kind, for runs of which it is not known how they begin.
     """
     model = core_model(data.robot, columns(data.robot, data.free, values))
     along = None if gradient_steps is None else parameter_jacobian(data.robot, data.free, values)
@@ -62,7 +67,7 @@ def predict(
         jacobians[0][wrong] = 0.0
     first = len(steady)
     for recording in data.recordings:
-        poses, jacobian, sound = _tracked(data, recording, values, model, along)
+        poses, jacobian, sound = _tracked(data, recording, values, model, along, levels or {})
         computed.append(poses)
         jacobians.append(jacobian)
         failed[first : first + recording.runs] = not sound
@@ -107,46 +112,47 @@ def _steady(
 
 
 def _tracked(
-    data: Experiment, recording: Replayed, values: Sequence[float] | Array, model: Any, along: Array | None
+    data: Experiment,
+    recording: Replayed,
+    values: Sequence[float] | Array,
+    model: Any,
+    along: Array | None,
+    levels: Mapping[str, float],
 ) -> tuple[Array, Array, bool]:
     """Return poses at the frames of all runs, axis by axis, their Jacobian, and whether the replay is finite."""
     frames, n = len(recording.frames), len(data.free)
+    gradient = along is not None
     along = np.zeros((len(parameter_names(data.robot)), 0)) if along is None else along
-    pose, by = _swum(data, recording, along, model)
-    if not along.size:
-        by, along = np.zeros((*pose.shape, n)), np.zeros((len(along), n))
-    if not (np.isfinite(pose).all() and np.isfinite(by).all()):
-        far = FAILED * np.array([data.robot.body.length, data.robot.body.length, 1.0])
-        return np.repeat(far, frames), np.zeros((3 * frames, n)), False
-    # the center of the head, seen from its start
     half = columns(data.robot, data.free, values).get("links.length", data.robot.links.length)[0] / 2
     by_half = along[parameter_names(data.robot).index("links.length[0]")] / 2
-    center, jacobian = head_of(half, pose, by, by_half)
     # at the frames, between two steps of the replay; before its start the robot rests
     k = position(data.free, "time_offset", recording.name)
     shift = 0.0 if k is None else float(values[k]) - recording.offset
     clock = (recording.frames - shift - recording.time[0]) / recording.step
-    early = clock < 0
-    left = np.clip(np.floor(clock).astype(int), 0, len(pose) - 2)
-    part = np.clip(clock - left, 0.0, 1.0)[:, np.newaxis]
-    at = center[left] * (1 - part) + center[left + 1] * part
-    jacobian_at = jacobian[left] * (1 - part[..., np.newaxis]) + jacobian[left + 1] * part[..., np.newaxis]
-    if k is not None:
-        rate = (center[left + 1] - center[left]) / recording.step
-        jacobian_at[:, :, k] = np.where(early[:, np.newaxis], 0.0, -rate)
+
+    def swum(twist: Array | None) -> tuple[Array, Array, Array]:
+        pose, _, by = replay_jacobian(data.robot, recording.joints, recording.step, along, model=model, twist=twist)
+        first = 0 if twist is None else 3
+        by_own = by_half if twist is None else np.append(np.zeros(3), by_half)
+        center, by = head_of(half, pose, by, by_own)
+        at, by = between(center, by, clock)
+        if k is not None and gradient:
+            left = np.clip(np.floor(clock).astype(int), 0, len(center) - 2)
+            rate = (center[left + 1] - center[left]) / recording.step
+            by[:, :, first + k] = np.where((clock < 0)[:, np.newaxis], 0.0, -rate)
+        return at, by[..., :first], by[..., first:]
+
+    if recording.unknown is None:
+        at, _, by = swum(recording.twist)
+    else:
+        noise = data.frame_noise(recording.name, levels)
+        at, by = meet(recording.unknown, swum, recording.twist, recording.error, noise)[2:]
+    by = by if gradient else np.zeros((frames, 3, n))
+    if not (np.isfinite(at).all() and np.isfinite(by).all()):
+        far = FAILED * np.array([data.robot.body.length, data.robot.body.length, 1.0])
+        return np.repeat(far, frames), np.zeros((3 * frames, n)), False
     turn = recording.turn
     rotation = np.stack([np.cos(turn), -np.sin(turn), np.sin(turn), np.cos(turn)], -1).reshape(-1, 2, 2)
     at[:, :2] = np.einsum("fij,fj->fi", rotation, at[:, :2])
-    jacobian_at[:, :2] = np.einsum("fij,fjn->fin", rotation, jacobian_at[:, :2])
-    return at.T.ravel(), np.moveaxis(jacobian_at, 1, 0).reshape(3 * frames, n), True
-
-
-def _swum(data: Experiment, recording: Replayed, along: Array, model: Any) -> tuple[Array, Array]:
-    """Return the track (steps + 1, 3) of a recording from its start and derivatives (steps + 1, 3, directions)."""
-    motion = data.robot, recording.joints, recording.step, along
-    if recording.beat is None:
-        pose, _, by = replay_jacobian(*motion, model=model, twist=recording.twist)
-        return pose, by if recording.twist is None else by[..., 3:]
-    twist, derivative = recording.beat.correct(*motion, model)
-    pose, _, by = replay_jacobian(*motion, model=model, twist=twist)
-    return pose, by[..., 3:] + by[..., :3] @ derivative
+    by[:, :2] = np.einsum("fij,fjn->fin", rotation, by[:, :2])
+    return at.T.ravel(), np.moveaxis(by, 1, 0).reshape(3 * frames, n), True

@@ -1,6 +1,7 @@
 """Residuals of a fit: errors of runs, squared residuals of samples, lack of fit, information criteria."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,6 +55,43 @@ def lack_of_fit(data: Experiment, z: Array) -> float:
                 distances.append(runs * float(z[own].mean()) - (runs - 1))
         first += runs
     return max(float(np.mean(distances)), 0.0) if distances else 0.0
+
+
+def stretches(data: Experiment, prediction: Prediction, levels: dict[str, float], factor: float) -> tuple[Array, float]:
+    """Return what standard deviations (samples,) are multiplied by for intervals, and the degrees of freedom.
+
+    It is `factor`, but for tracks whose noise was estimated from their residuals. Their frames count as independent
+    as the autocorrelation of the residuals shows: of N frames as N / tau, tau = 1 + 2 sum of correlations. Then the
+    variance is that of the residuals times tau / N.
+    """
+    count, n = data.count.astype(float), len(data.free)
+    residual = weighted(data, prediction, levels)[0] * np.sqrt(count)[data.sample]
+    own = ~data.known & (count > 1)
+    tau, square = count.copy(), np.ones(len(count))
+    for kind in np.unique(data.kind[own]):
+        samples = np.flatnonzero(own & (data.kind == kind))
+        series = [residual[data.sample == k] for k in samples.tolist()]
+        tau[samples] = np.minimum(autocorrelation_time(series), count[samples])
+        square[samples] = sum(float(r @ r) for r in series) / count[samples].sum()
+    independent = np.where(own, count / tau, 1.0)
+    freedom = float(max(independent.sum() - n, 1.0))
+    spread = square * tau / count * (independent.sum() / freedom)
+    return np.where(own, np.sqrt(spread), factor), freedom
+
+
+def autocorrelation_time(series: Sequence[Array]) -> float:
+    """Return tau = 1 + 2 sum of the correlations of residuals from frame to frame, the same of several series.
+
+    The sum ends where two neighboring correlations together are no longer positive (Geyer 1992).
+    """
+    size = max(len(r) for r in series)
+    power = sum(np.abs(np.fft.rfft(r, 2 * size)) ** 2 for r in series)
+    correlation = np.fft.irfft(power)[:size]
+    if correlation[0] <= 0:
+        return float(size)
+    pairs = correlation[: size // 2 * 2].reshape(-1, 2).sum(axis=1) / correlation[0]
+    end = int(np.argmax(pairs <= 0)) if (pairs <= 0).any() else len(pairs)
+    return max(2 * float(pairs[:end].sum()) - 1, 1.0)
 
 
 def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float]) -> dict[str, Any]:

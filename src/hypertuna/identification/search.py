@@ -94,7 +94,8 @@ def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, ro
     path: list[list[float]] = []
 
     def at(x: Array, gradient_steps: int | None) -> tuple[Array, Array]:
-        return weighted(data, predict(data, from_scale(data.free, x), gradient_steps=gradient_steps), levels)
+        prediction = predict(data, from_scale(data.free, x), gradient_steps=gradient_steps, levels=levels)
+        return weighted(data, prediction, levels)
 
     def jacobian(x: Array) -> Array:  # called once in an iteration
         # half the steps per beat are accurate enough for long steps
@@ -121,7 +122,7 @@ def _levels(data: Experiment, x: Array, levels: dict[str, float]) -> dict[str, f
     """Estimate the unknown noise of each kind from the residuals at x (n,), with n - p degrees of freedom."""
     if not levels:
         return levels
-    prediction = predict(data, from_scale(data.free, x), gradient_steps=None)
+    prediction = predict(data, from_scale(data.free, x), gradient_steps=None, levels=levels)
     z = squares(data, prediction, levels)
     share = 1 - len(data.free) / len(z)
     if share <= 0:

@@ -8,12 +8,13 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.identification import estimator
+from hypertuna.identification.angles import angle_errors
 from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, bounds_of, from_scale, to_scale
 from hypertuna.identification.estimator import Direction
 from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.loss import interval_factor, residual_scale
 from hypertuna.identification.prediction import Prediction, predict, weighted
-from hypertuna.identification.residuals import lack_of_fit, squares
+from hypertuna.identification.residuals import lack_of_fit, squares, stretches
 from hypertuna.identification.sentences import WEIGHTY, direction_sentence, helpful_measurements
 
 MIN_UNIT = 0.1  # of the allowed range: the smallest unit of a coefficient
@@ -35,7 +36,7 @@ class Uncertainty:
     directions: tuple[Direction, ...]  # from the best to the least determined
     factor: float  # on the standard deviations, for residuals beyond the stated noise and for a robust loss
     residual_scale: float  # of the residuals over the stated noise, 1 at least
-    freedom: int  # degrees of freedom of Student's t
+    freedom: float  # degrees of freedom of Student's t
 
 
 def uncertainty(
@@ -49,15 +50,17 @@ def uncertainty(
     n, x, (lower, upper) = len(frees), to_scale(frees, values), bounds_of(frees)
     unit = _units(frees, values, upper - lower)
     z = squares(data, prediction, levels)
-    freedom = max(len(z) - n, 1)
-    scale = max(1.0, residual_scale(z, loss, share=freedom / len(z)))
-    factor = max(interval_factor(z, loss, scale, data.count, freedom), math.sqrt(lack_of_fit(data, z)))
-    jacobian = weighted(data, prediction, levels)[1] * unit / factor
+    left = max(len(z) - n, 1)
+    scale = max(1.0, residual_scale(z, loss, share=left / len(z)))
+    factor = max(interval_factor(z, loss, scale, data.count, left), math.sqrt(lack_of_fit(data, z)))
+    stretch, freedom = stretches(data, prediction, levels, factor)
+    jacobian = weighted(data, prediction, levels)[1] * unit / stretch[data.sample][:, np.newaxis]
     quantile = estimator.t_quantile(freedom)
     profile = None if part is None else _profile(part, x, unit, levels, samples=len(data.kind), factor=factor)
     # rows of zeros where there are fewer elements than coefficients: stored fits have the directions of this matrix
     padded = np.concatenate([jacobian, np.zeros((max(n - len(jacobian), 0), n))])
-    result = estimator.estimate(padded, x, lower, upper, unit=unit, quantile=quantile, profile=profile)
+    more = angle_errors(data, values, prediction, levels)
+    result = estimator.estimate(padded, x, lower, upper, unit=unit, quantile=quantile, profile=profile, more=more)
     determined = tuple((2 * quantile * result.sd < unit).tolist())
     silent, vectors = result.unidentifiable, result.vectors
     directions = [
@@ -75,7 +78,7 @@ def uncertainty(
         high=from_scale(frees, result.high),
         covariance=result.covariance,
         correlation=result.covariance / np.outer(result.sd, result.sd),
-        bounded_covariance=np.asarray(np.outer(root, root) * (basis.T / singular**2 @ basis)),
+        bounded_covariance=np.asarray(np.outer(root, root) * (basis.T / singular**2 @ basis)) + more,
         unit=unit,
         determined=determined,
         bound=estimator.on_bound(x, lower, upper),
@@ -93,13 +96,15 @@ def _profile(
     part: Experiment, x: Array, unit: Array, levels: dict[str, float], *, samples: int, factor: float
 ) -> tuple[Callable[[Array], Array], Array]:
     """Return residuals of part of the runs as a function of x, scaled to all `samples`, and their Jacobian in units."""
-    scale = math.sqrt(samples / len(part.kind)) / factor
+    prediction = predict(part, from_scale(part.free, x), gradient_steps=part.steps, levels=levels)
+    stretch = stretches(part, prediction, levels, factor)[0][part.sample]
+    scale = math.sqrt(samples / len(part.kind)) / stretch
 
     def residual(point: Array) -> Array:
-        return scale * weighted(part, predict(part, from_scale(part.free, point), gradient_steps=None), levels)[0]
+        there = predict(part, from_scale(part.free, point), gradient_steps=None, levels=levels)
+        return scale * weighted(part, there, levels)[0]
 
-    prediction = predict(part, from_scale(part.free, x), gradient_steps=part.steps)
-    return residual, scale * weighted(part, prediction, levels)[1] * unit
+    return residual, scale[:, np.newaxis] * weighted(part, prediction, levels)[1] * unit
 
 
 def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:

@@ -10,11 +10,10 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import Pose, at_times, head_center, joint_grid, replay, rmse, seen_from_start, together
 from hypertuna.trials.smoothing import SmoothSeries, smooth
-from hypertuna.trials.start import beat_of, first_beat
+from hypertuna.trials.start import beat_of, begin_of, with_first_poses
 from hypertuna.trials.tracks import Track
 
 if TYPE_CHECKING:
@@ -41,30 +40,24 @@ def replay_recording(robot: Robot, recording: Recording, *, step: float | None =
         As of `replay`, on the clock and in the axes of the tracks, from the start of the first one. Attribute ``begin``
         says whether the twist at the start is that of rest, given, or estimated from the first beat.
     """
-    start = Pose.from_head_center(robot, *recording.tracks[0].pose[0])
     curve = smooth(recording.joints, noise=recording.noise)
-    twist, begin = start_twist(robot, recording, curve)
+    twist, tracks, begin = how_begun(robot, recording, curve)
+    start = Pose.from_head_center(robot, *tracks[0].pose[0])
     options: dict[str, Any] = {"step": step, "time_offset": recording.time_offset}
-    result = replay(robot, curve, start=start, twist=twist, **options)
+    result = replay(robot, curve, start=start, twist=None if twist is None else tuple(twist.tolist()), **options)
     return result.assign_attrs(recording=recording.name, joint_noise_deg=np.degrees(curve.noise), begin=begin)
 
 
-def start_twist(
-    robot: Robot, recording: Recording, curve: SmoothSeries
-) -> tuple[tuple[float, float, float] | None, str]:
-    """Return the twist at the start of a recording, None at rest, and where it comes from."""
-    if not recording.moving:
-        return None, "at rest"
-    if recording.velocity is not None:
-        twist, begin = recording.velocity.twist(robot), "in motion, velocity given"
-    else:
-        joints, step = joint_grid(robot, curve)
-        beat = first_beat(robot, joints, step, recording.tracks, 1 / beat_of(curve)[0])
-        none = np.zeros((len(parameter_names(robot)), 0))
-        twist = beat.correct(robot, joints, step, none, core_model(robot))[0]
+def how_begun(robot: Robot, recording: Recording, curve: SmoothSeries) -> tuple[Array | None, list[Track], str]:
+    """Return twist (3,) at the start, None at rest; tracks whose first poses the first beat shows; a sentence."""
+    given, inexact = recording.begin(robot)
+    joints, step = joint_grid(robot, curve)
+    parts = robot, joints, step, recording.tracks, given, inexact
+    twist, error = begin_of(*parts, until=1 / beat_of(curve)[0])
+    begin = "in motion, velocity given" if recording.velocity is not None else "at rest"
+    if recording.moving and recording.velocity is None:
         begin = "in motion, velocity estimated from the first beat"
-    u, v, r = (float(part) for part in twist)
-    return (u, v, r), begin
+    return twist, with_first_poses(recording.tracks, error), begin
 
 
 def with_fitted_clock(robot: Robot, recording: Recording) -> Recording:
@@ -93,11 +86,12 @@ def compare_recording(robot: Robot, recording: Recording, result: xr.Dataset) ->
         ``best_offset_ratio`` are the same with the best time offset. Attributes: ``time_offset_s`` as given, and
         ``best_time_offset_s``.
     """
-    errors = rmse(robot, result, recording.tracks)
-    shift = best_time_offset(robot, result, recording.tracks)
+    tracks = how_begun(robot, recording, smooth(recording.joints, noise=recording.noise))[1]
+    errors = rmse(robot, result, tracks)
+    shift = best_time_offset(robot, result, tracks)
     time = result["time"]
     shifted = result.assign_coords(time=("time", time.to_numpy() + shift, time.attrs))
-    best = rmse(robot, shifted, recording.tracks)
+    best = rmse(robot, shifted, tracks)
     unit = np.where(errors.repeatability > 0, errors.repeatability, np.nan)
     compared = errors.assign(ratio=errors.rmse / unit, best_offset_rmse=best.rmse, best_offset_ratio=best.rmse / unit)
     offset = recording.time_offset

@@ -122,6 +122,11 @@ class RecordingTable(Part):
         "whether the robot begins at rest in the water or in motion (default: at rest if joints and head are still)",
         default=None,
     )
+    align: Literal["first", "all"] | None = entry(
+        "frames that a run is compared from: the first one, whose pose is exact, or all, each as inexact as the first "
+        "(default: first at rest, else all)",
+        default=None,
+    )
     velocity: VelocityTable | None = entry(
         "table of the velocity at the first sample (default: 0 at rest, else estimated from the first beat)",
         default=None,
@@ -158,6 +163,13 @@ class Recording:
     velocity: Velocity | None = None  # at the first sample; None: 0 at rest, else from the first beat
     lag: tuple[float, ...] | None = None  # of the measured joint angles behind their targets [s], if both are known
     ended: tuple[str, ...] = ()  # runs that a wall of the tank ended
+    align: bool = False  # whether first poses are as inexact as all frames, as they are in runs in motion
+
+    def begin(self, robot: Robot) -> tuple[Array | None, bool]:
+        """Return the twist (3,) at the start, None at rest and NaN if unknown; and whether first poses are inexact."""
+        twist = None if self.velocity is None else self.velocity.twist(robot)
+        twist = np.full(3, np.nan) if self.moving and twist is None else twist
+        return twist, self.start is None and (self.moving or self.align)
 
     @property
     def runs(self) -> tuple[str, ...]:
@@ -247,7 +259,7 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
         first = table.start.x, table.start.y, yaw
         tracks = [_from_start(track, np.array(first)) for track in tracks]
         start = Pose.from_head_center(robot, *first)
-    own = (table.time_offset, window, start, table.repeats, file, moving, velocity, lag, ended)
+    own = (table.time_offset, window, start, table.repeats, file, moving, velocity, lag, ended, table.align == "all")
     return Recording(table.name, joints, table.joints.noise, tuple(tracks), *own)
 
 

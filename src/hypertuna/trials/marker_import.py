@@ -194,6 +194,7 @@ def _recording(name: str, groups: Sequence[str], joints: str, poses: str) -> Map
             "length_unit": "m",
             "angle_unit": "deg",
         },
+        "align": "all",
     }
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -12,11 +13,40 @@ from hypertuna.arrays import Array
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.tracks import JointSeries
 
-if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
-
 DEGREE = 5  # of the splines: accelerations are three times differentiable
 NEIGHBORS = np.array([-3, -2, -1, 1, 2, 3])  # samples in the noise estimate of a sample
+HARMONICS = 6  # at most, of a periodic motion
+MIN_BEATS = 2.0  # of a periodic motion
+SAMPLES_PER_INTERVAL = 4  # at least, between knots
+GROWTH = 1.15  # from one number of intervals between knots to the next
+GRID, PADDING, NEAR = 512, 8, 0.1  # instants and padding of a spectrum, and how far its peak may be off
+EXACT = 1e-9  # rad: smaller residuals are no noise
+
+
+class Curve(Protocol):
+    """A function of time with derivatives."""
+
+    def derivative(self, order: int, /) -> Callable[[Array], Array]:
+        """Return a derivative; order 0 is the function."""
+
+
+@dataclass(frozen=True)
+class Harmonics:
+    """A periodic motion: mean, then cosines and sines of the beat and its multiples."""
+
+    frequency: float  # Hz
+    cosine: Array  # (harmonics + 1,) [rad], the first one the mean
+    sine: Array  # (harmonics + 1,) [rad], the first one 0
+
+    def derivative(self, order: int) -> Callable[[Array], Array]:
+        """Return a derivative of the angle: every order turns the phase by a quarter and multiplies by omega."""
+        omega = 2 * math.pi * self.frequency * np.arange(len(self.cosine))
+
+        def at(time: Array) -> Array:
+            phase = np.outer(time, omega) + order * math.pi / 2
+            return np.asarray((np.cos(phase) * self.cosine + np.sin(phase) * self.sine) @ omega**order)
+
+        return at
 
 
 @dataclass(frozen=True)
@@ -25,57 +55,134 @@ class SmoothSeries:
 
     series: JointSeries  # as measured
     noise: Array  # (groups,) [rad], standard deviation of the noise
-    splines: tuple[BSpline, ...]  # angle of each joint group [rad] over time [s]
+    curves: tuple[Curve, ...]  # angle of each joint group [rad] over time [s]
 
     def __call__(self, time: Array) -> Array:
         """Evaluate the joint groups: `time` (times,) [s]; returns (times, groups, 3) [rad], [rad/s], [rad/s^2]."""
-        derivatives = [[spline.derivative(order)(time) for order in range(3)] for spline in self.splines]
+        derivatives = [[curve.derivative(order)(time) for order in range(3)] for curve in self.curves]
         return np.moveaxis(np.array(derivatives), -1, 0)
 
 
 def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
-    """Smooth a joint series by quintic splines (FITPACK), as smooth as its noise allows.
+    """Smooth a joint series by the motion that explains its samples with the fewest numbers.
 
-    Each spline has the fewest knots with which the sum of squared residuals is K sigma^2 + sqrt(2 K) sigma^2 or less:
-    the upper end of the range of K residuals of noise sigma.
+    Candidates are periodic motions of 1 to 6 harmonics and quintic splines of evenly spaced knots, the same for all
+    joint groups. The Bayesian information criterion chooses: the sum over the groups of K ln(residual variance) of K
+    samples, plus ln K for each number.
 
     Parameters
     ----------
     series : JointSeries
     noise : float, optional
-        Standard deviation sigma of the measured angles [rad]; 0 interpolates. Default: estimated for each joint group
-        from the residuals of polynomials through three samples on either side of a sample.
+        Standard deviation sigma of the measured angles [rad]; 0 interpolates by quintic splines. Default: estimated for
+        each joint group from the residuals of polynomials through three samples on either side of a sample.
 
     Returns
     -------
     SmoothSeries
     """
-    from scipy.interpolate import BSpline, splrep  # imported here: slow to import
+    from scipy.interpolate import make_interp_spline  # imported here: slow to import
 
     if noise is not None:
         NOT_NEGATIVE.check(noise, "noise", "give the standard deviation of the measured angles in radians")
-    sigma = _noise(series) if noise is None else np.full(series.angle.shape[1], float(noise))
-    time, count = series.time, len(series.time)
-    splines = []
-    for angle, sd in zip(series.angle.T, sigma, strict=True):
-        limit = (count + math.sqrt(2 * count)) * sd**2
-        spline, _, failure, _ = splrep(time, angle, k=DEGREE, s=limit, full_output=1)
-        if failure > 0:  # the noise is too small for FITPACK: interpolate
-            spline = splrep(time, angle, k=DEGREE, s=0)
-        splines.append(BSpline(*spline))
-    return SmoothSeries(series, sigma, tuple(splines))
+    sigma = white_noise(series.angle, series.time) if noise is None else np.full(series.angle.shape[1], float(noise))
+    if noise == 0:
+        exact = [make_interp_spline(series.time, angle, k=DEGREE) for angle in series.angle.T]
+        return SmoothSeries(series, sigma, tuple(exact))
+    best, curves = math.inf, None
+    for score, candidate in (*_periodic(series), *_splines(series)):
+        if score < best:
+            best, curves = score, candidate
+    return SmoothSeries(series, sigma, curves or smooth(series, noise=0.0).curves)
 
 
-def _noise(series: JointSeries) -> Array:
-    """Estimate the noise (groups,) [rad] from the samples and the quintics through their neighbors."""
+Scored = tuple[float, tuple[Curve, ...]]
+
+
+def _score(residual: Array, numbers: int) -> float:
+    """Return the Bayesian information criterion of residuals (times, groups) that a number of parameters leave."""
+    count = len(residual)
+    variance = np.maximum(np.mean(residual**2, axis=0), EXACT**2)
+    return float(count * np.log(variance).sum() + numbers * math.log(count))
+
+
+def _periodic(series: JointSeries) -> Iterator[Scored]:
+    """Yield periodic motions of a series of two beats or more with their scores."""
+    from scipy.optimize import minimize_scalar  # imported here: slow to import
+
+    time, angle, count = series.time, series.angle, len(series.time)
+    span, groups = float(np.ptp(time)), angle.shape[1]
+
+    def fitted(frequency: float, harmonics: int) -> tuple[Array, Array]:
+        phase = np.outer(time, 2 * math.pi * frequency * np.arange(1, harmonics + 1))
+        basis = np.column_stack([np.ones(count), np.cos(phase), np.sin(phase)])
+        numbers = np.linalg.lstsq(basis, angle, rcond=None)[0]
+        return numbers, basis @ numbers - angle
+
+    def misfit(frequency: float) -> float:
+        return float((fitted(frequency, 2)[1] ** 2).sum())
+
+    peak = strongest_frequency(time, angle)
+    if span * peak < MIN_BEATS:
+        return
+    grid = np.linspace((1 - NEAR) * peak, (1 + NEAR) * peak, 41)
+    k = int(np.argmin([misfit(frequency) for frequency in grid]))
+    ends = (grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)])
+    frequency = float(minimize_scalar(misfit, bounds=ends, method="bounded", options={"xatol": 1e-9 * peak}).x)
+    for harmonics in range(1, HARMONICS + 1):
+        if 2 * harmonics * frequency > (count - 1) / span:
+            return  # beyond half the rate of the samples
+        numbers, residual = fitted(frequency, harmonics)
+        cosine = numbers[: harmonics + 1]
+        sine = np.concatenate([np.zeros((1, groups)), numbers[harmonics + 1 :]])
+        curves = tuple(Harmonics(frequency, cosine[:, g], sine[:, g]) for g in range(groups))
+        yield _score(residual, numbers.size + 1), curves
+
+
+def _splines(series: JointSeries) -> Iterator[Scored]:
+    """Yield quintic splines of ever more evenly spaced knots with their scores."""
+    from scipy.interpolate import BSpline, make_lsq_spline
+
+    time, angle = series.time, series.angle
+    intervals, most = 1, len(time) // SAMPLES_PER_INTERVAL - DEGREE
+    while intervals <= most:
+        inner = np.linspace(time[0], time[-1], intervals + 1)[1:-1]
+        knots = np.concatenate([np.full(DEGREE + 1, time[0]), inner, np.full(DEGREE + 1, time[-1])])
+        intervals = max(intervals + 1, round(GROWTH * intervals))
+        try:
+            spline = make_lsq_spline(time, angle, knots, k=DEGREE)
+        except (ValueError, np.linalg.LinAlgError):  # a gap holds no samples between knots
+            continue
+        curves = tuple(BSpline(knots, column, DEGREE) for column in spline.c.T)
+        yield _score(spline(time) - angle, spline.c.size), curves
+
+
+def strongest_frequency(time: Array, angle: Array) -> float:
+    """Return the strongest frequency [Hz] of angles (times, groups): the peak of the power of all."""
+    even = np.linspace(time[0], time[-1], max(GRID, len(time)))
+    wave = np.column_stack([np.interp(even, time, column) for column in angle.T])
+    wave = (wave - wave.mean(axis=0)) * np.hanning(len(even))[:, np.newaxis]
+    power = (np.abs(np.fft.rfft(wave, PADDING * len(even), axis=0)) ** 2).sum(axis=1)
+    k = int(np.argmax(power[1:-1])) + 1
+    left, middle, right = power[k - 1 : k + 2]
+    bend = left - 2 * middle + right
+    peak = k + (0.5 * (left - right) / bend if bend < 0 else 0.0)
+    return float(peak / (PADDING * len(even) * (even[1] - even[0])))
+
+
+def white_noise(values: Array, time: Array | None = None) -> Array:
+    """Estimate the noise (columns,) of samples (times, columns) from the quintics through their neighbors."""
     reach = NEIGHBORS.max()
-    middle = np.arange(reach, len(series.time) - reach)
+    time = np.arange(len(values), dtype=float) if time is None else time
+    if len(values) <= 2 * reach:
+        return np.zeros(values.shape[1])
+    middle = np.arange(reach, len(time) - reach)
     near = middle[:, np.newaxis] + NEIGHBORS
-    arm = series.time[near] - series.time[middle, np.newaxis]
+    arm = time[near] - time[middle, np.newaxis]
     # Lagrange's weights at the sample: prod_m arm_m / (arm_m - arm_j)
     weights = np.empty_like(arm)
     for j in range(len(NEIGHBORS)):
         others = np.delete(arm, j, axis=1)
         weights[:, j] = np.prod(others / (others - arm[:, j : j + 1]), axis=1)
-    residual = series.angle[middle] - np.einsum("kj,kjg->kg", weights, series.angle[near])
+    residual = values[middle] - np.einsum("kj,kjg->kg", weights, values[near])
     return np.asarray(np.sqrt(np.mean(residual**2 / (1 + (weights**2).sum(axis=1, keepdims=True)), axis=0)))

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.model import parameter_names
 from hypertuna.trials.replay import replay_jacobian, seen_from_start
-from hypertuna.trials.smoothing import SmoothSeries
+from hypertuna.trials.smoothing import SmoothSeries, strongest_frequency, white_noise
 from hypertuna.trials.tracks import JointSeries, Track
 
 GRID = 512  # instants at which joint angles are looked at for their frequency
-PADDING = 8  # of the spectrum
 MIN_FRAMES = 10  # of a run that begins in motion
 SAME_TIME = 1e-9  # s
-STEPS = 5  # of Gauss and Newton, for the described robot
+ROUNDS, GUESS_ROUNDS = 3, 6  # of Gauss and Newton, from a good guess and from a rough one
+MIN_SD = 1e-6  # m and rad, of a first pose
+GUESS_FRAMES = 8  # of a rough guess of the twist
 STILL = 0.5  # of what joints and head do later: those that do less begin at rest
 
 
@@ -39,40 +41,100 @@ class Velocity:
 
 
 @dataclass(frozen=True)
-class FirstBeat:
-    """The first beat of a run in motion: what turns its tracked poses into the twist at its begin.
+class Unknown:
+    """What frames tell about how runs begin: the twist of all of them, and the error of the first pose of each.
 
-    The described robot's twist is that of least squared differences. With other coefficients it is one Gauss-Newton
-    step from there, twist + gain @ (tracked - computed), whose derivatives by the coefficients are exact.
+    Poses are relative to the first frame of their run, whose error turns and moves the whole run.
     """
 
-    twist: Array  # (3,) [m/s, m/s, rad/s] with the coefficients of the described robot
-    gain: Array  # (3, 3 frames), of the poses frame by frame
-    time: Array  # (frames,) [s] after the first sample
+    run: NDArray[np.intp]  # (frames,), from 0
     pose: Array  # (frames, 3), tracked, in the axes of a replay from the origin
+    sd: Array  # (runs, 3) of the first poses [m, m, rad]
+    twist: bool  # whether the twist is unknown
+    poses: bool  # whether the first poses are
 
-    def correct(
-        self, robot: Robot, joints: Array, step: float, along: Array, model: _core.Model
-    ) -> tuple[Array, Array]:
-        """Return the twist (3,) with the coefficients of a model, and its derivatives (3, directions)."""
-        center, by = _first_poses(robot, joints, step, along, model, self)
-        if not (np.isfinite(center).all() and np.isfinite(by).all()):
-            return self.twist, np.zeros((3, along.shape[1]))
-        derivative = -self.gain @ by[..., 3:].reshape(self.gain.shape[1], along.shape[1])
-        return self.twist + self.gain @ (self.pose - center).ravel(), derivative
+    @classmethod
+    def of(cls, pose: Sequence[Array], twist: Array | None, poses: bool) -> Self | None:
+        """Return what is unknown, or None: poses (frames, 3) of each run; twist and poses as for `begin_of`."""
+        run = np.repeat(np.arange(len(pose)), [len(part) for part in pose])
+        free = twist is not None and bool(np.isnan(twist).any())
+        sd = np.array([np.maximum(white_noise(part), MIN_SD) for part in pose])
+        return cls(run, np.concatenate(pose), sd, free, poses) if free or poses else None
+
+    def moved(self, computed: Array, by: Array, error: Array) -> tuple[Array, Array]:
+        """Return poses (frames, 3) and derivatives (frames, 3, n) of runs with errors (runs, 3) of the first pose."""
+        x, y, turn = error[self.run].T
+        c, s, zero = np.cos(turn), np.sin(turn), np.zeros(len(turn))
+        rotation = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1], axis=1).reshape(-1, 3, 3)
+        move = np.column_stack([x, y, turn])
+        return np.einsum("fij,fj->fi", rotation, computed) + move, rotation @ by
+
+    def jacobian(self, moved: Array, by_twist: Array, error: Array) -> Array:
+        """Return derivatives (frames, 3, unknowns) by the twist, where it is unknown, and by the first poses."""
+        by = np.zeros((len(moved), 3, error.size if self.poses else 0))
+        if self.poses:
+            at, own, arm = np.arange(len(moved)), 3 * self.run, moved - error[self.run]
+            for axis in range(3):
+                by[at, axis, own + axis] = 1.0
+            by[at, 0, own + 2], by[at, 1, own + 2] = -arm[:, 1], arm[:, 0]
+        return np.concatenate([by_twist, by], axis=2) if self.twist else by
+
+    def gain(self, by: Array, error: Array, noise: Array) -> tuple[Array, Array]:
+        """Return the matrix (unknowns, 3 frames) from errors of poses to changes of the unknowns, and a change.
+
+        Least squares with frames of a `noise` (3,) [m, m, rad], and first poses of their own; the change is that by
+        which the errors so far are less likely than none.
+        """
+        size = np.tile(1 / noise, len(by))
+        count = by.shape[2]
+        prior = np.eye(count)[count - error.size :] / self.sd.reshape(-1, 1) if self.poses else np.zeros((0, count))
+        inverse = np.linalg.pinv(np.concatenate([size[:, np.newaxis] * by.reshape(len(size), -1), prior]))
+        back = inverse[:, len(size) :] @ (error / self.sd).ravel() if self.poses else np.zeros(count)
+        return np.asarray(inverse[:, : len(size)] * size), -back
+
+
+Swum = Callable[[Array | None], tuple[Array, Array, Array]]  # twist to poses at frames, derivatives by twist and others
+
+
+def meet(
+    unknown: Unknown, swum: Swum, twist: Array | None, error: Array, noise: Array | None, rounds: int = ROUNDS
+) -> tuple[Array | None, Array, Array, Array]:
+    """Return twist, errors (runs, 3) of first poses, poses (frames, 3) and derivatives with which a replay fits best.
+
+    Gauss and Newton from a guess; derivatives follow the unknowns, but for the product of residuals and curvature
+    (Kaufman 1975). noise: of frames (3,) [m, m, rad]; None for what is left of each round, and that of the first poses.
+    """
+    guess = twist, error
+    for left in reversed(range(rounds)):
+        computed, by_twist, by = swum(twist)
+        if not all(np.isfinite(part).all() for part in (computed, by_twist, by)) and twist is not guess[0]:
+            (twist, error), left = guess, 0  # too far: the guess is better
+            computed, by_twist, by = swum(twist)
+        first = by_twist.shape[2]
+        moved, both = unknown.moved(computed, np.concatenate([by_twist, by], axis=2), error)
+        by_twist, by = both[..., :first], both[..., first:]
+        if not (np.isfinite(moved).all() and np.isfinite(both).all()):
+            break
+        rest = unknown.pose - moved
+        own = np.sqrt(np.mean(rest**2, axis=0)) if noise is None else noise
+        matrix = unknown.jacobian(moved, by_twist, error)
+        gain, back = unknown.gain(matrix, error, np.maximum(own, unknown.sd.min(axis=0)))
+        if left == 0:
+            by = by - matrix @ (gain @ by.reshape(gain.shape[1], -1))
+            break
+        step = gain @ rest.ravel() + back
+        if unknown.twist and twist is not None:
+            twist, step = twist + step[:3], step[3:]
+        if unknown.poses:
+            error = error + step.reshape(error.shape)
+    return twist, error, moved, by
 
 
 def beat_of(curve: SmoothSeries) -> tuple[float, Array]:
     """Return the strongest frequency [Hz] of joint angles and half the range (groups,) of each [rad]."""
     time = np.linspace(curve.series.time[0], curve.series.time[-1], GRID)
     angle = curve(time)[:, :, 0]
-    wave = (angle - angle.mean(axis=0)) * np.hanning(GRID)[:, np.newaxis]
-    power = (np.abs(np.fft.rfft(wave, PADDING * GRID, axis=0)) ** 2).sum(axis=1)
-    k = int(np.argmax(power[1:-1])) + 1
-    left, middle, right = power[k - 1 : k + 2]
-    bend = left - 2 * middle + right
-    peak = k + (0.5 * (left - right) / bend if bend < 0 else 0.0)
-    return float(peak / (PADDING * GRID * (time[1] - time[0]))), np.ptp(angle, axis=0) / 2
+    return strongest_frequency(time, angle), np.ptp(angle, axis=0) / 2
 
 
 def begins_in_motion(curve: SmoothSeries, tracks: Sequence[Track]) -> bool:
@@ -111,45 +173,66 @@ def begin_together(
     return joints, moved
 
 
-def first_beat(robot: Robot, joints: Array, step: float, tracks: Sequence[Track], period: float) -> FirstBeat:
-    """Return the first beat of runs in motion: joints (2 steps + 1, links, 3), tracks that begin with them."""
-    half = robot.links.length[0] / 2
-    end = min(period, 0.5 * step * (len(joints) // 2))
-    times, poses, twists = [], [], []
-    for track in tracks:
-        time, pose = track.time - track.time[0], seen_from_start(track.pose, math.pi)
-        own = (time > 0) & (time <= end)
-        times.append(time[own])
-        poses.append(pose[own])
-        rate = _first_pose(Track(track.run, time, pose), 0.0, period)[1]
-        twists.append([rate[0], rate[1] - half * rate[2], rate[2]])
-    frames = np.concatenate(times), np.concatenate(poses)
-    size = 1 / np.array([robot.body.length, robot.body.length, 1.0])  # a body length beside a radian
-    none = np.zeros((len(parameter_names(robot)), 0))
-    beat = FirstBeat(np.mean(twists, axis=0), np.zeros((3, 3 * len(frames[0]))), *frames)
-    for _ in range(STEPS):
-        center, by = _first_poses(robot, joints, step, none, None, beat)
-        matrix = (by * size[:, np.newaxis]).reshape(-1, 3)
-        if len(matrix) < 3 or not np.isfinite(matrix).all():
-            break
-        gain = np.asarray(np.linalg.pinv(matrix), dtype=float) * np.tile(size, len(matrix) // 3)
-        beat = replace(beat, twist=beat.twist + gain @ (beat.pose - center).ravel(), gain=gain)
-    return beat
+def begin_of(
+    robot: Robot,
+    joints: Array,
+    step: float,
+    tracks: Sequence[Track],
+    twist: Array | None,
+    inexact: bool,
+    *,
+    until: float = math.inf,
+) -> tuple[Array | None, Array]:
+    """Return the twist (3,) and the errors (runs, 3) of the first poses, from frames `until` a time [s].
+
+    joints (2 steps + 1, links, 3) begin with the tracks. twist: None at rest, NaN where it is unknown. inexact:
+    whether the first poses have errors.
+    """
+    error, half = np.zeros((len(tracks), 3)), robot.links.length[0] / 2
+    time = [track.time - track.time[0] for track in tracks]
+    pose = [seen_from_start(track.pose, math.pi) for track in tracks]
+    own = [t <= min(until, 0.5 * step * (len(joints) - 1)) for t in time]
+    clock = np.concatenate([t[k] for t, k in zip(time, own, strict=True)])
+    unknown = Unknown.of([p[k] for p, k in zip(pose, own, strict=True)], twist, inexact)
+    if unknown is None:
+        return twist, error
+    if unknown.twist:
+        twist = np.mean([_first_twist(*parts, half) for parts in zip(time, pose, strict=True)], axis=0)
+    steps = min(math.ceil(float(clock.max(initial=0.0)) / step) + 1, len(joints) // 2)
+    motion, none = joints[: 2 * steps + 1], np.zeros((len(parameter_names(robot)), 0))
+
+    def swum(twist: Array | None) -> tuple[Array, Array, Array]:
+        pose, _, by = replay_jacobian(robot, motion, step, none, twist=twist)
+        at, by = between(*head_of(half, pose, by), clock / step)
+        return at, by, by[..., :0]
+
+    return meet(unknown, swum, twist, error, None, GUESS_ROUNDS)[:2]
 
 
-def _first_poses(
-    robot: Robot, joints: Array, step: float, along: Array, model: _core.Model | None, beat: FirstBeat
-) -> tuple[Array, Array]:
-    """Return head centers (frames, 3) at the frames of a first beat and derivatives (frames, 3, 3 + directions)."""
-    steps = min(math.ceil(float(beat.time.max(initial=0.0)) / step) + 1, len(joints) // 2)
-    motion = joints[: 2 * steps + 1]
-    pose, _, by = replay_jacobian(robot, motion, step, along, model=model, twist=beat.twist)
-    center, by = head_of(robot.links.length[0] / 2, pose, by)
-    clock = beat.time / step
-    left = np.clip(np.floor(clock).astype(int), 0, steps - 1)
+def with_first_poses(tracks: Sequence[Track], error: Array) -> list[Track]:
+    """Return tracks whose first poses have errors (runs, 3), seen from them, taken out."""
+    moved = []
+    for track, (x, y, turn) in zip(tracks, error, strict=True):
+        direction = track.pose[0, 2] - math.pi
+        c, s = math.cos(direction), math.sin(direction)
+        first = track.pose[0] + np.array([c * x - s * y, s * x + c * y, turn])
+        moved.append(replace(track, pose=np.concatenate([first[np.newaxis], track.pose[1:]])))
+    return moved
+
+
+def between(center: Array, by: Array, clock: Array) -> tuple[Array, Array]:
+    """Interpolate poses (steps + 1, 3) and derivatives at times (frames,) in steps; at rest before the first one."""
+    left = np.clip(np.floor(clock).astype(int), 0, len(center) - 2)
     part = np.clip(clock - left, 0.0, 1.0)[:, np.newaxis]
     at = center[left] * (1 - part) + center[left + 1] * part
     return at, by[left] * (1 - part[..., np.newaxis]) + by[left + 1] * part[..., np.newaxis]
+
+
+def _first_twist(time: Array, pose: Array, half: float) -> Array:
+    """Return a guess of the twist (3,) of the nose from a parabola through the first frames (frames, 3)."""
+    count = max(GUESS_FRAMES, len(time) // 16)
+    rate = np.polynomial.polynomial.polyfit(time[:count], pose[:count], 2)[1]
+    return np.array([rate[0], rate[1] - half * rate[2], rate[2]])
 
 
 def head_of(half: float, pose: Array, by: Array, by_half: Array | None = None) -> tuple[Array, Array]:
