@@ -47,8 +47,9 @@ def test_a_stiffer_plant_gets_the_steps_that_it_needs() -> None:
     for group in document["joints"]:
         group["line"]["compliance_m3_pa"] = 0.0
     stiff, gait = parse(document), ht.Gait.from_degrees(frequency=3, amplitude=(8, 12), phase=(0, 20))
-    run, fine = (twin(stiff, gait, duration=2, step=step) for step in (None, 1 / 12000))
-    coarse = twin(stiff, gait, duration=2, step=1 / 3000)  # the step of the shipped robot
+    run = twin(stiff, gait, duration=0.5)
+    fine = twin(stiff, gait, duration=0.5, step=run.step / 1.5)
+    coarse = twin(stiff, gait, duration=0.5, step=1 / 3000)  # the step of the shipped robot
     assert run.step < coarse.step == small_run().step
     assert run.pressure_peak == pytest.approx(fine.pressure_peak, rel=5e-3)
     assert run.amplitude == pytest.approx(fine.amplitude, rel=1e-3)
@@ -79,15 +80,15 @@ def other_lines(**values: float) -> ht.Robot:
 
 
 def test_posture_control_reaches_what_the_pumps_alone_miss() -> None:
-    """Hoses that give ten times as much as the controller believes cost half a degree and more, until it learns."""
-    soft = other_lines(compliance_m3_pa=2e-11)
+    """Hoses that give five times as much as the controller believes cost degrees, until it learns."""
+    soft = other_lines(compliance_m3_pa=1e-11)
     closed, alone = (
         twin(soft, SMALL, duration=12, start="swimming", controller_robot=ROBOT, closed_loop=c) for c in (True, False)
     )
     assert abs(closed.change) < 0.02
     assert closed.status == "completed"
     error, missed = (abs(np.degrees(run.swing) - (6, 9)).max() for run in (closed, alone))
-    assert error < 0.5 < missed
+    assert 10 * error < 2 < missed
 
 
 def test_joint_two_lags_by_the_phase_of_the_gait() -> None:
@@ -201,7 +202,8 @@ def test_a_step_too_long_ends_in_a_sentence_and_not_in_nan() -> None:
 
 
 def test_a_short_run_says_that_it_is_too_short_to_tell() -> None:
-    first, *conditions = twin(changed("controller", voltage_low_v=20.0), SMALL, duration=0.4).sentences
+    little = ht.Gait.from_degrees(frequency=2, amplitude=(2, 3), phase=(0, 30))
+    first, *conditions = twin(changed("controller", voltage_low_v=20.0), little, duration=0.4).sentences
     assert first == "The run is too short to tell whether it is settled."
     assert conditions == ["The battery voltage is low: 100 % of the ticks."]
 

@@ -124,7 +124,7 @@ def _fastest(
     rates = {}
     for j, model in enumerate(models):
         sides = slice(2 * j, 2 * j + 2)
-        straight = model.at(0.0)
+        straight = model.at(0.0, -model["rest"])  # unfilled, where a muscle's volume changes fastest
         swing = math.sqrt(float((straight["slope"][0] ** 2 / gives[sides]).sum() * mobility[j]))
         silicone = -float(np.diff(model.at(0.0, [-SMALL, SMALL])["axial"])[0]) / (2 * SMALL)
         held_back = silicone + float((straight["gain"][0] ** 2 / gives[sides]).sum())
