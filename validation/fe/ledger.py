@@ -2,7 +2,7 @@
 
     python validation/fe/ledger.py                 # compute, and write data/fe; one core, minutes for each joint
     python validation/fe/ledger.py --check         # compute, and compare with data/fe
-    python validation/fe/ledger.py --map           # maps over pressures and couples instead: half an hour for each joint
+    python validation/fe/ledger.py --map           # maps over pressures and couples instead; half an hour each
 
 Work that was interrupted goes on in build/fe: remove that after a change of the code. Needs the extra `fe`.
 """

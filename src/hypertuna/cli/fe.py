@@ -101,9 +101,9 @@ COMPARISON_COLUMNS = {
     "shortening_analytic_percent": ("model\n[%]", "z.1f"),
 }
 COMPARISON_LEGEND = (
-    "Bend, and oil taken in since rest, of the side under pressure, and shortening of the axis: by finite elements (FE), "
-    "without friction; by the fast model, with the friction of the description, loading; and the difference of the model "
-    "from FE."
+    "Bend, and oil taken in since rest, of the side under pressure, and shortening of the axis: by finite elements "
+    "(FE), without friction; by the fast model, with the friction of the description, loading; and the difference of "
+    "the model from FE."
 )
 
 
@@ -389,7 +389,7 @@ def _map_lines(found: JointMap) -> Iterator[Any]:
         if not np.isfinite(found.elements.angle[c, p]):
             rows.append([*row, "", "not found", *[""] * 7])
             continue
-        row.append(f"{found.elements.moment[c, p]:z+.3f}")
+        row.append(f"{found.elements.moment[c, p]:+z.3f}")
         for states in (found.elements, found.model):
             oil = (f"{1e6 * volume:.3f}" for volume in states.volume[c, p])
             row += [f"{np.degrees(states.angle[c, p]):z.2f}", *oil, f"{1e3 * states.length[c, p]:.2f}"]
