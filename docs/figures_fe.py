@@ -3,41 +3,69 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from figures_common import rows
 
+from hypertuna.actuation.soft_joint import joint_models
+from hypertuna.fe.joint_map import fast_states
 from hypertuna.fe.mesh import MESHES
-from hypertuna.paper.chapters.finite_elements import FE, ROBOTS, difference_table, read_elements
+from hypertuna.paper.chapters.finite_elements import difference_table, read_elements
 
 ROOT = Path(__file__).resolve().parents[1]
 ELEMENTS = read_elements()
 RATIO = MESHES["medium"].around / MESHES["fine"].around  # of the elements' sizes
-SHIPPED = next(model for model in ELEMENTS.solved if model != FE)
 
 
-def bend_table(model: str) -> str:
-    """Tabulate bends by finite elements and by the analytic model."""
-    table = difference_table(ELEMENTS, model)
+def bend_table() -> str:
+    """Tabulate bends by finite elements and by the fast model."""
+    table = difference_table(ELEMENTS)
     assert table is not None, "run: python validation/fe/ledger.py"
     return rows(table.columns, [[str(cell) for cell in row] for row in table.rows], left=0)
+
+
+def state_table() -> str:
+    """Tabulate volumes and length of stored states, and the moment of the fast model at the elements' angle."""
+    body = []
+    for joint, one in ELEMENTS.solved.items():
+        pressure, there = one.points
+        model = next(model for model in joint_models(one.robot) if model.name == joint)
+        ours = fast_states(one.robot, model, pressure, there)
+        for k, (left, right) in enumerate(pressure / 1e3):
+            cells = [joint, f"{left:.0f}", f"{right:.0f}", f"{1e3 * there.moment[0, k]:z.0f}"]
+            for name, scale, digits in (("angle", 180 / math.pi, 2), ("volume", 1e6, 2), ("length", 1e3, 1)):
+                pairs = zip(*(np.atleast_1d(getattr(states, name)[0, k]) for states in (there, ours)), strict=True)
+                cells += [f"{scale * a:z.{digits}f}, {scale * b:z.{digits}f}" for a, b in pairs]
+            body.append([*cells, f"{1e3 * (ours.moment[0, k] - there.moment[0, k]):+z.1f}"])
+    head = ["joint", "left [kPa]", "right [kPa]", "moment [mN m]", "bend [deg]", "oil left [ml]", "oil right [ml]"]
+    return rows([*head, "length [mm]", "moment off [mN m]"], body, left=1)
+
+
+def apart_table() -> str:
+    """Tabulate the largest differences of the fast model over all stored states."""
+    body = []
+    for joint, one in ELEMENTS.solved.items():
+        curves = (one.difference, one.oil_difference)
+        values = [*(np.abs(curve).max() for curve in curves), *one.over_points.values()]
+        body.append([joint, f"{len(one.points[0])}", *(f"{100 * value:.1f} %" for value in values)])
+    return rows(["joint", "states", "bend", "oil", "moment", "volume"], body, left=1)
 
 
 def run_table() -> str:
     """Tabulate what the stored runs took."""
     body = []
-    for model, joints in ELEMENTS.solved.items():
-        for one in joints.values():
-            record = one.record
-            assert record is not None
-            sizes = (f"{record['elements']:,}", f"{record['unknowns']:,}")
-            cost = (f"{record['seconds']:.0f}", f"{record['memory_gb']:.2f}")
-            line = (f"{one.r_squared:.3f}", *sizes, *cost)
-            body.append([f"`{ROBOTS[model]}`", one.joint, f"{one.column('bend_deg')[-1]:.2f}", *line])
-    head = ["robot", "joint", "at 250 kPa [deg]", "R², 100–250 kPa", "tetrahedra", "unknowns", "time [s]"]
-    return rows([*head, "memory [GB]"], body, left=2)
+    for one in ELEMENTS.solved.values():
+        record = one.record
+        assert record is not None
+        sizes = (f"{record['elements']:,}", f"{record['unknowns']:,}")
+        cost = (f"{record['seconds']:.0f}", f"{record['memory_gb']:.2f}")
+        body.append([one.joint, f"{one.column('bend_deg')[-1]:.2f}", f"{one.r_squared:.3f}", *sizes, *cost])
+    head = ["joint", "at 250 kPa [deg]", "R², 100–250 kPa", "tetrahedra", "unknowns", "time [s]"]
+    return rows([*head, "memory [GB]"], body, left=1)
 
 
 def case_table() -> str:
@@ -121,16 +149,10 @@ def _family() -> dict[str, Any]:
     return found
 
 
-def reduced_table(name: str, left: int) -> str:
-    """Tabulate what validation/fe/reduced.py stored of reduced joints and the twin on them."""
-    stored = json.loads((ROOT / "validation" / "fe" / f"reduced-{ROBOTS[FE]}.json").read_text())
-    head, *body = stored[name]
-    return rows(head, body, left=left)
-
-
 TABLES: dict[str, Callable[[], str]] = {
-    "fe bends": lambda: bend_table(FE),
-    "fe bends, shipped": lambda: bend_table(SHIPPED),
+    "fe bends": bend_table,
+    "fe states": state_table,
+    "fe apart": apart_table,
     "fe runs": run_table,
     "fe cases": case_table,
     "fe convergence": convergence_table,
@@ -138,9 +160,5 @@ TABLES: dict[str, Callable[[], str]] = {
     "fe family": family_table,
     "fe sensitivity": sensitivity_table,
     "fe poisson": poisson_table,
-    "fe lengths": lambda: reduced_table("lengths", 0),
-    "fe fits": lambda: reduced_table("fits", 1),
-    "fe tables": lambda: reduced_table("tables", 2),
-    "fe twin": lambda: reduced_table("runs", 2),
 }
 PICTURES: dict[str, Any] = {}

@@ -70,9 +70,9 @@ def record(folder: Path) -> dict[str, Any]:
 
 
 def test_help_is_in_the_order_of_the_work_and_tells_what_is_taken(run: Run) -> None:
-    commands = ["geometry", "bend", "compare", "reduce"]
+    commands = ["geometry", "bend", "compare", "map"]
     assert re.findall(rf"^\W*({'|'.join(commands)}) ", run("fe", "--help")[1], flags=re.MULTILINE) == commands
-    for command, mesh in (("bend", "medium"), ("compare", "medium"), ("reduce", "coarse")):
+    for command, mesh in (("bend", "medium"), ("compare", "medium"), ("map", "coarse")):
         text = " ".join(run("fe", command, "--help")[1].split())
         assert f"coarse, medium, fine. [default: {mesh}]" in text
         assert "(default: the robot's)" in text
@@ -86,12 +86,11 @@ def test_geometry_is_told_without_the_extra(run: Run, tuna: ht.Robot, monkeypatc
     told = json.loads(output)
     assert code == 0
     assert (told["joint"], told["robot_hash"], told["file"]) == ("II", tuna.hash, None)
-    assert told["station_mm"] == pytest.approx([0, 20, 40])
-    assert np.interp(10, told["station_mm"], told["semi_major_mm"]) == pytest.approx(26.75)  # middle of the segment
-    assert [(channel["side"], round(channel["y_mm"], 9)) for channel in told["channels"]] == 3 * [(0, 6.86)] + 3 * [
-        (1, -6.86)
-    ]
-    assert "3 pairs of channels of 8 mm" in run("fe", "geometry", "--robot", "hypertuna", "--joint", "II")[1]
+    assert told["station_mm"] == pytest.approx([0, 20, 40, 60])
+    assert np.interp(30, told["station_mm"], told["semi_major_mm"]) == pytest.approx(26.75)  # middle of the segment
+    places = [(channel["side"], round(channel["y_mm"], 9)) for channel in told["channels"]]
+    assert places == 3 * [(0, 6.6)] + 3 * [(1, -6.6)]
+    assert "3 pairs of channels of 5 mm" in run("fe", "geometry", "--robot", "hypertuna", "--joint", "II")[1]
 
 
 @pytest.mark.fe

@@ -26,7 +26,7 @@ PAPER = {
     "I": MeshSize(0.27, largest=1.75, grading=0.32, order=2, pieces=29.0),
     "II": MeshSize(0.325, largest=2.6, grading=0.55, order=2, pieces=19.0),
 }
-ROBOT = "hypertuna-fe"
+ROBOT = "hypertuna"
 ROOT = Path(__file__).resolve().parents[2]
 WORK = ROOT / "build" / "fe" / "convergence"
 PRESSURE = (50e3, 100e3, 150e3, 200e3, 250e3)

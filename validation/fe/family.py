@@ -23,7 +23,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.fe.model import FeOptions
 from hypertuna.fe.section import section_bend
 
-FISH = ht.load("hypertuna-fe")
+FISH = ht.load("hypertuna")
 PRESSURE = np.array([100e3, 150e3, 200e3, 250e3])
 UNITS = (  # other drive units: diameters [mm], braid [deg]
     (5.0, 3.6, 34),

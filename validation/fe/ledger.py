@@ -1,8 +1,8 @@
-"""Store what the ledger tells of finite elements: bends of both joints in two descriptions, and pictures of one.
+"""Store what the ledger tells of finite elements: bends of both joints, pictures, and with --map maps.
 
     python validation/fe/ledger.py                 # compute, and write data/fe; one core, minutes for each joint
-    python validation/fe/ledger.py hypertuna-fe    # of one description
     python validation/fe/ledger.py --check         # compute, and compare with data/fe
+    python validation/fe/ledger.py --map           # maps over pressures and couples instead; half an hour each
 
 Work that was interrupted goes on in build/fe: remove that after a change of the code. Needs the extra `fe`.
 """
@@ -23,7 +23,7 @@ import numpy as np
 from hypertuna.description.robot import load
 from hypertuna.fe.pictures import write_filmstrip
 from hypertuna.io.files import write_atomically
-from hypertuna.paper.chapters.finite_elements import FE, ROBOTS, command, joint_hash
+from hypertuna.paper.chapters.finite_elements import ROBOT, command, joint_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 STORE = ROOT / "data" / "fe"
@@ -31,12 +31,9 @@ WORK = ROOT / "build" / "fe"
 CLOSE = 1e-3  # of the largest bend: what another machine or version may differ by
 
 
-def computed(robot: str, joint: str, folder: Path, *, pictures: bool) -> dict[str, Any]:
-    """Run the command; return what it printed, with what it took and what it is of."""
-    line, extra = command(robot, joint), [] if pictures else ["--no-pictures"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "hypertuna", *line, "-o", str(folder), *extra], stdout=subprocess.PIPE, text=True
-    )
+def computed(line: list[str], joint: str, *extra: str) -> dict[str, Any]:
+    """Run a command; return what it printed, with what it took and what it is of."""
+    process = subprocess.Popen([sys.executable, "-m", "hypertuna", *line, *extra], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     said = process.stdout.read()
     _, status, usage = os.wait4(process.pid, 0)
@@ -44,7 +41,7 @@ def computed(robot: str, joint: str, folder: Path, *, pictures: bool) -> dict[st
         sys.exit(f"{' '.join(line)} failed")
     record: dict[str, Any] = json.loads(said)
     facts = {"command": f"hypertuna {' '.join(line)}", "memory_gb": usage.ru_maxrss * 1024 / 1e9}
-    return record | facts | {"joint_hash": joint_hash(load(robot), joint)}
+    return record | facts | {"joint_hash": joint_hash(load(ROBOT), joint)}
 
 
 def rounded(value: Any) -> Any:
@@ -66,30 +63,37 @@ def main() -> None:
     """Compute; store or compare."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="compare with what is stored")
-    parser.add_argument("robots", nargs="*", default=list(ROBOTS.values()), help="descriptions, all by default")
+    parser.add_argument("--map", action="store_true", help="maps instead of bends")
     given = parser.parse_args()
-    check = given.check
     WORK.mkdir(parents=True, exist_ok=True)
-    work = Path(tempfile.mkdtemp(dir=WORK)) if check else WORK
+    joints = [group.name for group in load(ROBOT).joints]
+    if given.map:
+        for joint in joints:
+            line = ["fe", "map", "--robot", ROBOT, "--joint", joint, "--json"]
+            record = computed(line, joint, "--checkpoint", str(WORK / f"{joint}-map.journal"))
+            stored(STORE / f"{ROBOT}-{joint}-map.json", record)
+        return
+    work = Path(tempfile.mkdtemp(dir=WORK)) if given.check else WORK
     worst = 0.0
-    for robot in given.robots:
-        for group in load(robot).joints:
-            path = STORE / f"{robot}-{group.name}.json"
-            folder = work / path.stem
-            record = computed(robot, group.name, folder, pictures=robot == ROBOTS[FE] and not check)
-            print(
-                f"{robot} {group.name}: {record['steps'][-1]['bend_deg']:.2f} deg, {record['seconds']:.0f} s",
-                flush=True,
-            )
-            if check:
-                worst = max(worst, apart(record, path))
-                continue
-            write_atomically(path, (json.dumps(rounded(record), indent=1) + "\n").encode())
-            if robot == ROBOTS[FE]:
-                write_filmstrip(folder, STORE / f"{group.name}.png")
-    if check:
+    for joint in joints:
+        path = STORE / f"{ROBOT}-{joint}.json"
+        folder = work / path.stem
+        extra = ["--no-pictures"] if given.check else []
+        record = computed(command(joint), joint, "-o", str(folder), *extra)
+        print(f"{joint}: {record['steps'][-1]['bend_deg']:.2f} deg, {record['seconds']:.0f} s", flush=True)
+        if given.check:
+            worst = max(worst, apart(record, path))
+            continue
+        stored(path, record)
+        write_filmstrip(folder, STORE / f"{joint}.png")
+    if given.check:
         print(f"bends differ by {100 * worst:.3f} % at most")
         sys.exit(worst > CLOSE)
+
+
+def stored(path: Path, record: dict[str, Any]) -> None:
+    """Write a record."""
+    write_atomically(path, (json.dumps(rounded(record), indent=1) + "\n").encode())
 
 
 if __name__ == "__main__":

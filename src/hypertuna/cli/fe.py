@@ -25,10 +25,10 @@ from hypertuna.fe.energies import LAWS
 from hypertuna.fe.extra import need_fe, need_screenless
 from hypertuna.fe.fields import write_vtu
 from hypertuna.fe.geometry import DRAWINGS, JointBody, joint_body, write_geometry
+from hypertuna.fe.joint_map import JointMap, joint_map
 from hypertuna.fe.measure import Measured
 from hypertuna.fe.mesh import MESHES
 from hypertuna.fe.model import FeModel, FeOptions
-from hypertuna.fe.reduction import ReducedJoint, reduce_joint, write_reduced
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 
 fe_app = opt.group("The soft joints by finite elements; needs the extra fe.")
@@ -36,7 +36,7 @@ fe_app = opt.group("The soft joints by finite elements; needs the extra fe.")
 BEND_PRESSURES: Any = "0:250:6"  # kPa, as typed
 COMPARISON_PRESSURES: Any = "50:250:5"
 MAX_PRESSURES = 200  # of one call: each takes seconds at least
-SMOOTH = 50  # pressures of the analytic curve
+SMOOTH = 50  # pressures of the fast model's curve
 COMPARISON = "compare.json"  # file of the record in the folder of a comparison
 
 
@@ -97,12 +97,13 @@ COMPARISON_COLUMNS = {
     "oil_fe_ml": ("oil FE\n[ml]", "z.3f"),
     "oil_analytic_ml": ("model\n[ml]", "z.3f"),
     "oil_difference_percent": ("differs\n[%]", "+z.1f"),
-    "shortening_percent": ("shorter\n[%]", "z.1f"),
+    "shortening_percent": ("shorter FE\n[%]", "z.1f"),
+    "shortening_analytic_percent": ("model\n[%]", "z.1f"),
 }
 COMPARISON_LEGEND = (
-    "Bend, and oil taken in since rest, of the side under pressure: by finite elements (FE), without friction; by the "
-    "analytic model, with the friction of the description, loading; and the difference of the model from FE. In FE the "
-    "axis shortens; in the model it keeps its length."
+    "Bend, and oil taken in since rest, of the side under pressure, and shortening of the axis: by finite elements "
+    "(FE), without friction; by the fast model, with the friction of the description, loading; and the difference of "
+    "the model from FE."
 )
 
 
@@ -221,9 +222,9 @@ def _write(bent: FeBend, folder: Path, *, pictures: bool) -> None:
 
 
 def _plotted(bent: FeBend) -> tuple[Any, ...]:
-    """Return what the plot shows: a bend beside that of the analytic model as described, with friction, loading."""
+    """Return what the plot shows: a bend beside that of the fast model, both without friction."""
     path = np.linspace(0, max(float(bent.pressure[-1]), 1.0), SMOOTH)
-    other = bend(bent.robot, bent.joint, path, side=bent.side, material=bent.material)
+    other = bend(bent.robot, bent.joint, path, side=bent.side, material=bent.material, friction=False)
     title = f"{bent.robot.name}, joint {bent.joint}, {bent.side} side, material set {bent.material}"
     analytic = (other.pressure, other.angle, other.volume)
     return bent.pressure, bent.angle, bent.oil, analytic, described_bend(bent.robot, bent.joint), title
@@ -266,7 +267,7 @@ def compare_command(
         bool,
         typer.Option(
             "--reasons",
-            help="Turn the analytic model into finite elements step by step, and print the bend after each step.",
+            help="Turn the fast model into finite elements step by step, and print the bend after each step.",
         ),
     ] = False,
     side: opt.Side = "left",
@@ -276,7 +277,7 @@ def compare_command(
     ] = None,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Compare the analytic model of a soft joint with finite elements, on the same geometry.
+    """Compare the fast model of a soft joint with finite elements, on the same geometry.
 
     The exit code is 0 if all pressures were reached, 1 if one was not (those before it are printed), 2 for bad input.
     """
@@ -314,9 +315,9 @@ def _comparison_lines(compared: FeComparison, record: Mapping[str, Any]) -> Iter
     yield COMPARISON_LEGEND, "dim"
     squares = (bent.r_squared(), compared.analytic.r_squared())
     if np.isfinite(squares).all():
-        yield f"line over 100 to 250 kPa: R^2 = {squares[0]:.4f} (FE), {squares[1]:.4f} (analytic)"
+        yield f"line over 100 to 250 kPa: R^2 = {squares[0]:.4f} (FE), {squares[1]:.4f} (fast model)"
     if compared.reasons:
-        yield f"From the analytic model to finite elements, {bent.pressure[-1] / 1e3:g} kPa:"
+        yield f"From the fast model to finite elements, {bent.pressure[-1] / 1e3:g} kPa:"
         angles = [reason["bend_deg"] for reason in record["reasons"]]
         changes = ["" if math.isnan(change) else f"{change:+.2f}" for change in np.diff([math.nan, *angles])]
         bends = ["not found" if math.isnan(angle) else f"{angle:.2f}" for angle in angles]
@@ -325,9 +326,9 @@ def _comparison_lines(compared: FeComparison, record: Mapping[str, Any]) -> Iter
     yield _outcome(bent)
 
 
-@fe_app.command("reduce")
+@fe_app.command("map")
 @opt.grouped
-def reduce_command(
+def map_command(
     robot: opt.RobotName,
     joint: opt.Joint,
     elements: CoarseElements,
@@ -348,18 +349,17 @@ def reduce_command(
         ),
     ] = None,
     checkpoint: opt.Checkpoint = None,
-    output: opt.RobotOutput = None,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Reduce a joint of finite elements to a table of moment and volume for the twin.
+    """Map bend, oil and length of a joint over pressures and moments, by finite elements and by the fast model.
 
     Pressures are those of the left side; angles are positive to the left. Every couple takes about as long as
     `fe bend`, so the mesh is coarse unless asked otherwise: half an hour per joint. The exit code is 1 if some points
-    were not reached (the table is fitted to the others), 2 for bad input.
+    were not reached, 2 for bad input.
     """
     fish = load(robot)
     with progress_bar("points", slow=True) as progress:
-        reduced = reduce_joint(
+        found = joint_map(
             fish,
             joint_index(joint, fish),
             pressure=_rising(pressure),
@@ -369,32 +369,36 @@ def reduce_command(
             checkpoint=checkpoint,
             progress=progress,
         )
-    if output is not None:
-        write_reduced(robot, reduced, output)
     emit(
-        reduced,
-        record=lambda reduced: reduced.record() | {"command": command_line(), "output": output},
-        lines=_reduced_lines,
-        written=(output,),
+        found,
+        record=lambda found: found.record() | {"command": command_line()},
+        lines=_map_lines,
         as_json=as_json,
-        failed=reduced.status != "converged",
+        failed=found.status != "converged",
     )
 
 
-def _reduced_lines(reduced: ReducedJoint) -> Iterator[Any]:
-    """Lay out angles and volumes of the points, and the residuals of the table."""
-    fit = reduced.potential
-    heads = ["left\n[kPa]", "right\n[kPa]", *(f"{couple:+.3g} N m\n[deg]  [ml]" for couple in reduced.couple)]
+def _map_lines(found: JointMap) -> Iterator[Any]:
+    """Lay out the points, a row for each: elements and fast model side by side."""
+    heads = ["left\n[kPa]", "right\n[kPa]", "moment\n[N m]"]
+    heads += [f"{name}\n[{unit}]" for name, unit in (("bend FE", "deg"), ("oil left", "ml"), ("right", "ml"))]
+    heads += ["length\n[mm]", "model\n[deg]", "left\n[ml]", "right\n[ml]", "length\n[mm]"]
     rows = []
-    for p, (left, right) in enumerate(reduced.pressure / 1e3):
-        points = zip(np.degrees(reduced.angle[:, p]), 1e6 * reduced.volume[:, p, 0], strict=True)
-        cells = [f"{angle:.2f}  {volume:.3f}" if np.isfinite(angle) else "not found" for angle, volume in points]
-        rows.append([f"{left:.4g}", f"{right:.4g}", *cells])
-    yield f"{reduced.robot.name}: joint {reduced.joint}, mesh {reduced.options.mesh}", "bold"
-    yield table(heads, rows, left=())
-    rms = f"{1e3 * reduced.residual.moment:.3g} mN m and {1e6 * reduced.residual.volume:.2g} ml"
-    new = f"{1e3 * reduced.residual_new.moment:.3g} and {1e6 * reduced.residual_new.volume:.2g}"
-    yield f"table to {np.degrees(fit.reach):.1f} deg either way; residuals {rms} rms ({new} of couples not fitted)"
-    text = f"angle held, a side takes {fit.compliance:.2g} m^3/Pa for its own pressure, {fit.cross:.2g} for that of the"
-    yield f"{text} other side: {fit.compliance - fit.cross:.2g} at a constant sum"
-    yield reduced.status_text, "green" if reduced.status == "converged" else "bold yellow"
+    for c, p in np.ndindex(found.elements.angle.shape):
+        row = [f"{pressure / 1e3:.4g}" for pressure in found.pressure[p]]
+        if not np.isfinite(found.elements.angle[c, p]):
+            rows.append([*row, "", "not found", *[""] * 7])
+            continue
+        row.append(f"{found.elements.moment[c, p]:+z.3f}")
+        for states in (found.elements, found.model):
+            oil = (f"{1e6 * volume:.3f}" for volume in states.volume[c, p])
+            row += [f"{np.degrees(states.angle[c, p]):z.2f}", *oil, f"{1e3 * states.length[c, p]:.2f}"]
+        rows.append(row)
+    yield f"{found.robot.name}: joint {found.joint}, mesh {found.options.mesh}", "bold"
+    yield table(heads, rows, left=(), collapse_padding=True)
+    moment, volume = 100 * found.moment_difference, 100 * found.volume_difference
+    yield (
+        f"moments of the fast model differ by at most {moment:.1f} % of the {found.straight:.3g} N m of the straight "
+        f"joint, volumes by {volume:.1f} % of their range"
+    )
+    yield found.status_text, "green" if found.status == "converged" else "bold yellow"

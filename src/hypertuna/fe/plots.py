@@ -12,7 +12,7 @@ KILO, MILLILITER = 1e3, 1e-6
 NARROW = 6.0  # inch, below which the legend has one column
 ELEMENTS: dict[str, Any] = POINTS | {"color": COLORS[1], "label": "finite elements", "marker": "o", "zorder": 3}
 ANALYTIC: dict[str, Any] = {"color": FAINT, "lw": 1.2, "ls": (0, (5, 2))}
-ANALYTIC["label"] = "analytic model (friction, rising pressure)"
+ANALYTIC["label"] = "fast model (no friction)"
 
 
 @styled

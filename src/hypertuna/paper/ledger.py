@@ -78,6 +78,7 @@ RULES = (
     Rule("lake/*", "*", WIDEST, False, f"published as approximate; {LARGE}"),
     Rule("bending/*", "*", WIDEST, False, f"finite elements of this geometry meet both, the fast model nearly; {LARGE}"),
     Rule("fe/bending-*", "*", 0.03, False, "the geometry was made to meet both, by a few runs"),
+    Rule("fe-vs-analytic/*", "*", 0.0, False, "a bound that was fixed before the comparison", "at most"),
     Rule("control/settling-*", "*", 0.0, False, "an upper bound is kept or not", "at most"),
     Rule("pressure/*", "*", 0.0, False, "a lower bound is kept or not", "at least"),
     Rule("power/*", "*", WIDEST, False, f"what the servos and converters lose is estimated; {LARGE}"),

@@ -14,7 +14,7 @@ from hypertuna.paper.reproduce import Ledger, ledger_record, ledger_sections
 from hypertuna.reports.html import WIDTH, Fact, Picture, Section, page
 
 NAMES = dict(zip(VERDICTS, VERDICTS, strict=True)) | {"not-computed": "to come"}
-TITLES = {"fe": "Finite elements", "fe-vs-analytic": "Finite elements and the analytic model"}
+TITLES = {"fe": "Finite elements", "fe-vs-analytic": "The fast model beside finite elements"}
 CLOSED = ("coefficient", "optimum")  # chapters of the ledger that are closed at first: they repeat tables
 
 
