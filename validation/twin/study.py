@@ -17,7 +17,7 @@ import numpy as np
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import circuits, servo_angle
-from hypertuna.actuation.soft_joint import joint_tables
+from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.description.robot import parse
 from hypertuna.simulation.plant import parts_of
 from hypertuna.simulation.run import TwinRun
@@ -121,12 +121,12 @@ def speeds() -> Iterator[str]:
 
 def driven(robot: ht.Robot, frequency: float, amplitude: Any, medium: str) -> tuple[Any, Any]:
     """Amplitude [deg] and largest pump pressure [kPa] of both joints, servos driven by the inverse volumes."""
-    parts, tables, oil = parts_of(robot, medium, None), joint_tables(robot), circuits(robot)
+    parts, models, oil = parts_of(robot, medium, None), joint_models(robot), circuits(robot)
     t = np.arange(400) * 0.01
     target = np.zeros((len(t), 4))
     for j in range(2):
         bend = np.radians(amplitude[j]) * np.sin(2 * np.pi * frequency * t) * np.minimum(1, t * frequency)
-        gained = tables[j].at(bend)["volume"] - tables[j].at([0.0])["volume"][0]
+        gained = models[j].hold(bend)["volume"] - models[j].at(0.0)["volume"][0]
         for side in range(2):
             target[:, 2 * j + side] = servo_angle(oil, gained[:, side], 2 * j + side)
     world = _core.World({"clamped": medium == "air"})

@@ -63,7 +63,7 @@ class JointModel:
         return _core.hold_joint(self.row, angle=bend, fill=self.fill, lowest=lowest)
 
     def balance(self, pressure: ArrayLike, moment: ArrayLike = 0.0) -> dict[str, Array]:
-        """Return angle (n,) [rad], strain (n,) and volume (n, 2) [m^3] under pressures (n, 2) [Pa] and moments [N m]."""
+        """Return angle (n,) [rad], strain (n,), volume (n, 2) [m^3] under pressures (n, 2) [Pa] and moments [N m]."""
         both = np.atleast_2d(np.asarray(pressure, dtype=np.float64))
         outer = np.broadcast_to(np.asarray(moment, dtype=np.float64), len(both))
         return _core.balance_joint(self.row, pressure=both, moment=outer.copy())

@@ -76,7 +76,7 @@ RULES = (
     Rule("optimum/*", "*", WIDEST, False, f"many gaits have nearly the same speed and cost; {LARGE}"),
     Rule("turning/radius-bl", "*", WIDEST, False, f"measured in snapshots of one turn; {LARGE}"),
     Rule("lake/*", "*", WIDEST, False, f"published as approximate; {LARGE}"),
-    Rule("bending/*", "*", WIDEST, False, f"finite elements of this geometry meet both, the fast model nearly; {LARGE}"),
+    Rule("bending/*", "*", WIDEST, False, f"made to meet both in finite elements, friction left out; {LARGE}"),
     Rule("fe/bending-*", "*", 0.03, False, "the geometry was made to meet both, by a few runs"),
     Rule("fe-vs-analytic/*", "*", 0.0, False, "a bound that was fixed before the comparison", "at most"),
     Rule("control/settling-*", "*", 0.0, False, "an upper bound is kept or not", "at most"),

@@ -96,8 +96,8 @@ def all_seeds(*, full: bool = False, step: Callable[[], None] | None = None) -> 
 
 def taken_hash(robot: Robot) -> str:
     """Return the SHA-256 of what the twin takes of a robot: all that affects results but water laws not chosen."""
-    texts = {"description", "sources", "firmware"}
-    content = robot.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
+    others = {"description", "sources", "guidance", "firmware"}  # no study has a pilot
+    content = robot.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=others)
     content["water"] = {key: content["water"][key] for key in ("density_kg_m3", robot.model.water)}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
