@@ -48,9 +48,7 @@ def test_a_seed_computed_anew_is_the_stored_one(run: object, studies: dict[str, 
         assert numbers[name] == pytest.approx(values[3], rel=0.01, abs=0.05), name
 
 
-def test_numbers_follow_from_the_stored_ones(
-    entries: dict[tuple[str, str], Entry], studies: dict[str, Stored]
-) -> None:
+def test_numbers_follow_from_the_stored_ones(entries: dict[tuple[str, str], Entry], studies: dict[str, Stored]) -> None:
     numbers = studies["swims"].numbers
     for gait in SPEEDS:
         assert entries[f"speed/{gait}", TWIN].computed == np.sort(numbers[f"{gait} speed"])[15]
