@@ -50,11 +50,11 @@ def test_the_terminal_says_what_is_known_and_what_stays_free(run: Run) -> None:
 def test_bounds_are_what_is_known_before(run: Run) -> None:
     wide, narrow = (
         json.loads(run(*PAPER, *FEW, "--json", *more)[1])["unknowns"][-1]
-        for more in ((), ("--bounds", "outer_diameter=7.9:8.1"))
+        for more in ((), ("--bounds", "outer_diameter=4.9:5.1"))
     )
-    assert narrow["low"] >= 7.9
-    assert narrow["high"] <= 8.1
-    assert wide["high"] > 10
+    assert narrow["low"] >= 4.9
+    assert narrow["high"] <= 5.1
+    assert wide["high"] > 6
     assert narrow["determined"] is False  # by its bounds, not by the bench
 
 
@@ -79,7 +79,7 @@ def test_it_draws_and_writes_a_robot(run: Run, tmp_path: Path) -> None:
         (("--free", "leaver"), "free leaver must be an unknown of this bench and robot"),
         (("--bounds", "lever"), "--bounds must be NAME=LOW:HIGH, but is lever"),
         (("--bounds", "lever=a:b"), "--bounds lever must be a number, but is 'a': give it in mm"),
-        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must include the described value, 12.38 mm, but is 1 to 2 mm"),
+        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must include the described value, 10 mm, but is 1 to 2 mm"),
         (("--loss", "l2"), "loss must be a known loss"),
         (("--starts", "some"), "--starts must be a whole number"),
         (("-o", "robot.csv"), "--output must end in .toml"),

@@ -55,14 +55,14 @@ def test_all_material_sets_and_their_spread(run: Run, tuna: ht.Robot, tmp_path: 
     largest = [bend(tuna, "I", [250e3], material=name).angle[0] for name in MATERIAL_SETS]
     assert [part["angle_deg"][-1] for part in told["materials"].values()] == pytest.approx(np.degrees(largest))
     assert list(told["spread_deg"].values()) == pytest.approx([min(np.degrees(largest)), max(np.degrees(largest))])
-    assert told["angle_deg"] == told["materials"]["datasheet"]["angle_deg"]  # the robot's own set stands first
+    assert told["angle_deg"] == told["materials"]["fe"]["angle_deg"]  # the robot's own set stands first
     whole = xr.load_dataset(tmp_path / "all.nc")
     assert dict(whole.sizes) == {"material": 3, "pressure": 26}
     np.testing.assert_allclose(whole.angle[:, -1], largest)
     assert whole.angle.attrs["units"] == "rad"
     assert whole.attrs["command"].startswith("hypertuna bend")
     text = run(*BEND, "--material", "all", "--unload")[1]
-    assert "spread of the materials at 250 kPa: 18.2 to 25.6 deg" in text
+    assert "spread of the materials at 250 kPa: 13.3 to 18.4 deg" in text
 
 
 def test_files_have_what_was_printed(run: Run, tuna: ht.Robot, tmp_path: Path) -> None:
@@ -79,14 +79,14 @@ def test_files_have_what_was_printed(run: Run, tuna: ht.Robot, tmp_path: Path) -
     smooth = bend(tuna, "I", np.linspace(0, 250e3, 26), friction=False)
     np.testing.assert_allclose(found.angle, smooth.angle)
     np.testing.assert_allclose(found.unload_angle, smooth.angle, atol=1e-14)
-    assert (found.attrs["friction"], found.attrs["material"]) == ("false", "datasheet")
+    assert (found.attrs["friction"], found.attrs["material"]) == ("false", "fe")
 
 
 def test_the_printed_equations_come_with_the_size_of_their_errors(run: Run) -> None:
     told = json.loads(run(*BEND, "--law", "as_printed", "--json")[1])
     assert told["law"] == "as_printed"
     assert told["angle_deg"][-1] == told["misprints"][0]["angle_deg"] > 30
-    assert told["misprints"][-1]["angle_deg"] == pytest.approx(18.2, rel=0.01)
+    assert told["misprints"][-1]["angle_deg"] == pytest.approx(17.19, abs=0.01)
     assert "Eqs 10-11: true stress" in run(*BEND, "--law", "as_printed")[1]
 
 
@@ -94,7 +94,7 @@ def test_the_figure_shows_both_branches_and_all_materials(run: Run, tuna: ht.Rob
     picture = tmp_path / "bend.svg"
     assert run(*BEND, "--unload", "--plot", str(picture))[0] == 0
     text = picture.read_text()
-    lines = ("datasheet, loading", "datasheet, unloading", "fe set", "tensile set")
+    lines = ("fe, loading", "fe, unloading", "datasheet set", "tensile set")
     for words in (*lines, "gauge pressure [kPa]", "bend [deg]"):
         assert f"<!-- {words} -->" in text
     sets = {name: bend(tuna, "II", [1e5, 2e5, 2.5e5], material=name) for name in MATERIAL_SETS}

@@ -100,13 +100,13 @@ def test_what_is_stored_belongs_to_the_shipped_robot() -> None:
 
 
 def test_the_fast_model_is_near_what_is_stored() -> None:
-    """Bend, oil and moment within 10 %; the volume is not: the other side takes more oil than by elements."""
+    """Bend, oil and moment are within 10 %; the volume is not: without pressure the braid of elements goes slack."""
     computed = {found.id: found.computed for found in findings(read_elements())}
     near = {name: computed[f"fe-vs-analytic/{name}"] for name in ("bend", "oil", "moment", "volume")}
     assert near["bend"] < 5
     assert near["oil"] < 10
     assert near["moment"] < 10
-    assert 10 < near["volume"] < 20
+    assert 10 < near["volume"] < 30
 
 
 def test_pictures_of_both_joints_are_stored_and_small() -> None:

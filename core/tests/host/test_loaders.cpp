@@ -54,7 +54,7 @@ static void a_plant_without_its_columns_is_refused() {
     const Model model{0, 0, 2, 1, 1.0, {-1, 0}, {0, 1}, std::vector<double>(32)};
     const double share[2] = {0, 1}, joints = 1;
     const Loaded<PlantData> plant = load_plant(model, {{"share", share, 2, 1}, {"joints", &joints, 1, 1}});
-    CHECK(!plant.object && plant.fault == "columns: lacks points[0]");
+    CHECK(!plant.object && plant.fault == "columns: lacks joint.outer");
 }
 
 int main() {

@@ -153,22 +153,23 @@ static void mirror() {
     CHECK_NEAR(a.plant.circuit[0].passed, b.plant.circuit[1].passed, 1e-15);
 }
 
-/// Fourth order while no limit and no friction acts. The step is the only thing that changes.
+/// Fourth order or better while no servo is at its limit of torque, which is a kink, and the joints do not rub: a tenth
+/// of the beat of the other tests. Twenty steps are the twin's own.
 template <class Law>
 static void converges() {
     Robot<Law> robot;
     for (Joint<double>& joint : robot.joint) joint.soft.unit.friction = 0;
     double angle[3];
-    const int steps[3] = {8, 16, 160};
+    const int steps[3] = {20, 40, 320};
     for (int k = 0; k < 3; ++k) {
         robot.twin.steps = steps[k];
         robot.twin.step = 0.01 / steps[k];
-        angle[k] = robot.run(20, 0.5).plant.bend.angle[1];
+        angle[k] = robot.run(5, 0.1).plant.bend.angle[1];
     }
     const double coarse = std::fabs(angle[0] - angle[2]), fine = std::fabs(angle[1] - angle[2]);
-    std::printf("%g %g %g\n", coarse, fine, angle[2]);
-    CHECK(coarse < 1e-4 * std::fabs(angle[2]));
-    CHECK(coarse > 8 * fine);
+    CHECK(std::fabs(angle[2]) > 1e-3);
+    CHECK(coarse < 1e-5 * std::fabs(angle[2]));
+    CHECK(coarse > 12 * fine);
 }
 
 /// A copied state goes on to the same bits.

@@ -16,7 +16,9 @@ struct PlantData : BodyData {
     Battery<double> battery;
     double idle;  // W of what draws power beside the pumps' servos
 
-    explicit PlantData(BodyData&& body) : BodyData(std::move(body)), joints(0), hinge{}, battery{}, idle(0) {}
+    /// Not inlined: GCC 12 would take what an empty optional does not hold for read.
+    HYPERTUNA_NOINLINE explicit PlantData(BodyData&& body)
+        : BodyData(std::move(body)), joints(0), hinge{}, battery{}, idle(0) {}
     PlantData(PlantData&&) = default;
     PlantData(const PlantData&) = delete;
 };
