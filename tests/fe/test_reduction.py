@@ -299,7 +299,7 @@ def small() -> ht.Robot:
     return parse(document, file="small.toml")
 
 
-SMALL = MeshSize(0.8, largest=6.0, pieces=3.0)  # seconds instead of minutes
+SMALL = MeshSize(0.8, largest=6.0, order=3, pieces=3.0)  # seconds instead of minutes
 COARSE = FeOptions(mesh=SMALL)
 
 

@@ -36,7 +36,7 @@ def record(robot: ht.Robot, joint: str) -> dict[str, Any]:
     angle = TENTH * np.degrees(ht.bend(robot, joint, 1e3 * PRESSURE).angle)
     steps = [{"pressure_kpa": float(p), "bend_deg": float(a)} for p, a in zip(PRESSURE, angle, strict=True)]
     facts = {"status": "converged", "status_text": "All 6 pressures were reached.", "mesh": "medium"}
-    facts |= {"material": robot.drive_unit.material_set, "law": "mooney_rivlin", "poisson": 0.475, "mixed": True}
+    facts |= {"material": robot.drive_unit.material_set, "law": "mooney_rivlin", "poisson": 0.475}
     facts |= {"elements": 1234, "unknowns": 5678, "seconds": 99.0, "joint_hash": joint_hash(robot, joint)}
     return facts | {"steps": steps}
 

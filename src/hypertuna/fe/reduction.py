@@ -152,9 +152,9 @@ class ReducedJoint:
     @property
     def source(self) -> str:
         """Source of the table, a sentence for the description."""
-        options, form = self.options, "mixed form" if self.options.mixed else "displacements alone"
+        options = self.options
         return (
-            f"joint {self.joint}: finite elements, mesh {options.mesh}, {form}, material set {self.material}, law "
+            f"joint {self.joint}: finite elements, mesh {options.mesh}, material set {self.material}, law "
             f"{options.law}, nu = {options.poisson:g}, {np.isfinite(self.angle).sum()} points up to "
             f"{self.pressure.max() / 1e3:g} kPa; residuals of {1e3 * self.residual.moment:.2g} mN m and "
             f"{1e6 * self.residual.volume:.2g} ml rms"
