@@ -13,12 +13,10 @@ from figures_common import rows
 
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.fe.joint_map import fast_states
-from hypertuna.fe.mesh import MESHES
 from hypertuna.paper.chapters.finite_elements import difference_table, read_elements
 
 ROOT = Path(__file__).resolve().parents[1]
 ELEMENTS = read_elements()
-RATIO = MESHES["medium"].around / MESHES["fine"].around  # of the elements' sizes
 
 
 def bend_table() -> str:
@@ -82,29 +80,30 @@ def case_table() -> str:
 
 
 def convergence_table() -> str:
-    """Tabulate the bend over the mesh, as validation/fe/convergence.py stored it."""
+    """Tabulate the bend over mesh and order, as validation/fe/convergence.py stored it."""
     body = []
     for row in _convergence():
         reached = dict(zip(row["pressure_kpa"], row["bend_deg"], strict=True))
         bends = [f"{reached[pressure]:.2f}" if pressure in reached else "" for pressure in (50, 100, 250)]
-        sizes = (f"{row['elements']:,}", f"{row['unknowns']:,}")
-        per_step = row["seconds"] / sum(row["iterations"])
-        cost = (f"{row['seconds']:.0f}", f"{sum(row['iterations'])}", f"{per_step:.1f}", f"{row['memory_gb']:.2f}")
-        body.append([row["joint"], row["mesh"], *sizes, *bends, *cost])
-    head = ["joint", "mesh", "tetrahedra", "unknowns", "50 kPa [deg]", "100 kPa [deg]", "250 kPa [deg]", "time [s]"]
-    return rows([*head, "Newton steps", "s per step", "memory [GB]"], body, left=2)
+        sizes = (f"{row['order']}", f"{row['poisson']:g}", f"{row['elements']:,}", f"{row['unknowns']:,}")
+        steps, cost = sum(row["iterations"]), row["seconds"]
+        body.append([row["joint"], row["mesh"], *sizes, *bends, f"{cost:.0f}", f"{steps}", f"{cost / steps:.1f}"])
+    head = ["joint", "mesh", "order", "ν", "tetrahedra", "unknowns", "50 kPa [deg]", "100 kPa [deg]", "250 kPa [deg]"]
+    return rows([*head, "time [s]", "Newton steps", "s per step"], body, left=2)
 
 
-def limit_table() -> str:
-    """Tabulate the bend at the largest pressure where elements are ever smaller, and how far `medium` is from it."""
+def volume_table() -> str:
+    """Tabulate the volume ratio J away from the ends, as validation/fe/convergence.py stored it."""
     body = []
-    for joint in sorted({row["joint"] for row in _convergence() if row["mesh"] == "fine"}):
-        bends = {row["mesh"]: row["bend_deg"][-1] for row in _convergence() if row["joint"] == joint}
-        limits = [bends["fine"] + (bends["fine"] - bends["medium"]) / (RATIO**order - 1) for order in (1, 2)]
-        off = [f"{100 * (bends['medium'] / limit - 1):+.1f}" for limit in limits]
-        body.append([joint, f"{bends['fine']:.2f}", *(f"{limit:.2f}" for limit in limits), *off])
-    head = ["joint", "fine [deg]", "limit, first order [deg]", "second order [deg]"]
-    return rows([*head, "medium off, first order [%]", "second order [%]"], body)
+    for row in _convergence():
+        for pressure, seen in zip(row["pressure_kpa"], row.get("volume_ratio", ()), strict=False):
+            thousandths = f"{seen['low']:.3f} to {seen['high']:.3f}"
+            ends = f"{seen['min']:.3f} to {seen['max']:.3f}"
+            sizes = (f"{row['order']}", f"{row['poisson']:g}", f"{pressure:g}")
+            part, place = f"{seen['not_kept_percent']:.3f}", f"{seen['at_hose']:.2f}"
+            body.append([row["joint"], row["mesh"], *sizes, part, thousandths, ends, place])
+    head = ["joint", "mesh", "order", "ν", "pressure [kPa]", "volume beyond 2 % [%]", "99.8 % of the volume"]
+    return rows([*head, "all", "largest at [radii]"], body, left=2)
 
 
 def _convergence() -> list[dict[str, Any]]:
@@ -156,7 +155,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "fe runs": run_table,
     "fe cases": case_table,
     "fe convergence": convergence_table,
-    "fe limit": limit_table,
+    "fe volume": volume_table,
     "fe family": family_table,
     "fe sensitivity": sensitivity_table,
     "fe poisson": poisson_table,

@@ -76,7 +76,7 @@ def test_help_is_in_the_order_of_the_work_and_tells_what_is_taken(run: Run) -> N
         text = " ".join(run("fe", command, "--help")[1].split())
         assert f"coarse, medium, fine. [default: {mesh}]" in text
         assert "(default: the robot's)" in text
-        for option in ("--material", "--law", "--poisson", "--mixed"):
+        for option in ("--material", "--law", "--poisson", "--mesh"):
             assert option in text
 
 
@@ -128,7 +128,7 @@ def test_a_run_prints_what_its_files_hold(whole: Path) -> None:
     assert steps[1]["oil_taken_ml"] > steps[0]["oil_taken_ml"] > 0.01
     assert steps[1]["stress_max_kpa"] > steps[1]["stress_99_kpa"] > steps[0]["stress_99_kpa"] > 0
     text = (whole / "bend.csv").read_text()
-    assert "\n# mixed: false\n" in text or "\n# mixed: true\n" in text
+    assert "\n# poisson: 0.475\n" in text
     assert not {"# r_squared", "None", "False", "True"} & set(re.split(r"[,:\n ]", text))
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     assert [float(line.split(",")[1]) for line in lines[1:]] == bends

@@ -19,7 +19,7 @@ from hypertuna.fe.mesh import MeshSize, joint_mesh
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
 
 ROBOT = ht.load("hypertuna")
-SMALL = MeshSize(0.8, largest=6.0, pieces=3.0)  # seconds instead of minutes
+SMALL = MeshSize(0.8, largest=6.0, order=3, pieces=3.0)  # seconds instead of minutes
 COARSE = FeOptions(mesh=SMALL)
 P = 60e3  # Pa, enough to bend
 
@@ -96,7 +96,7 @@ def test_the_mesh_is_the_drawing(joint: str, pieces: float) -> None:
     import ngsolve as ngs
 
     body = joint_body(ROBOT, joint)
-    mesh, _kept = joint_mesh(body, MeshSize(0.8, pieces=pieces))
+    mesh, _kept = joint_mesh(body, MeshSize(0.8, order=3, pieces=pieces))
     one = ngs.CF(1.0)
     assert 2 * ngs.Integrate(one * ngs.dx("matrix"), mesh) == pytest.approx(body.volume, rel=1e-3)
     assert ngs.Integrate(one * ngs.ds("symmetry"), mesh) == pytest.approx(body.symmetry_area, rel=1e-3)
@@ -114,7 +114,7 @@ def test_a_face_that_is_not_recognized_is_told(monkeypatch: pytest.MonkeyPatch) 
     body, name = joint_body(small(), "II"), fe_geometry._face_name
     monkeypatch.setattr(fe_geometry, "_face_name", lambda *face: name(*face).replace("cap_", "tie_"))
     with pytest.raises(InputError, match="must have the drawing's area of the channels' ends"):
-        joint_mesh(body, MeshSize(0.8))
+        joint_mesh(body, MeshSize(0.8, order=3))
 
 
 @pytest.mark.fe
@@ -196,7 +196,7 @@ def test_a_long_body_bends_under_a_couple_as_a_beam() -> None:
     """Soft hoses without a braid to speak of: M = E I angle / L, with the second moment of the holed section."""
     unit = {"outer_diameter_m": 0.004, "inner_diameter_m": 0.0039, "braid_stiffness_n_per_m": 1e-3}
     robot = small(segment_length_m=[0.12], lever_m=0.0045, unit=unit)
-    model = fe_model(robot, "II", FeOptions(mesh=MeshSize(0.8, pieces=20.0)))
+    model = fe_model(robot, "II", FeOptions(mesh=MeshSize(0.8, order=3, pieces=20.0)))
     T = 1e-3
     assert equilibrium(model, pressure=(0.0, 0.0), couple=T).converged
     hole = math.pi * 0.002**2
@@ -229,16 +229,6 @@ def test_work_is_taken_up_where_it_ended(tmp_path: Path) -> None:
     (tmp_path / JOURNAL).write_bytes(b"".join(lines[:3]))
     with pytest.raises(InputError, match=r"state-001\.bin must hold"):
         fe_bend(small(), "II", pressure, options=COARSE, folder=tmp_path)
-
-
-@pytest.mark.fe
-def test_the_mixed_form_is_taken_up_too(tmp_path: Path) -> None:
-    """Displacements are kept; the pressures of the matrix follow from them."""
-    options = FeOptions(mesh=SMALL, mixed=True)
-    fe_bend(small(), "II", [5e3], options=options, folder=tmp_path)
-    again = fe_bend(small(), "II", [5e3, 6e3], options=options, folder=tmp_path)
-    assert again.status == "converged", again.status_text
-    assert 1.1 < again.angle[1] / again.angle[0] < 1.3  # a fifth more pressure
 
 
 @pytest.mark.fe

@@ -51,7 +51,7 @@ def record(robot: ht.Robot, joint: str) -> dict[str, Any]:
     }
     steps = [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)]
     facts = {"status": "converged", "status_text": "All 6 pressures were reached.", "mesh": "medium"}
-    facts |= {"material": robot.drive_unit.material_set, "law": "mooney_rivlin", "poisson": 0.475, "mixed": True}
+    facts |= {"material": robot.drive_unit.material_set, "law": "mooney_rivlin", "poisson": 0.475}
     facts |= {"elements": 1234, "unknowns": 5678, "seconds": 99.0, "joint_hash": joint_hash(robot, joint)}
     return facts | {"steps": steps}
 

@@ -6,7 +6,6 @@ from typing import Any
 
 from hypertuna.fe.energies import Solid, nominal_stress, solid_energy
 from hypertuna.fe.extra import need_fe
-from hypertuna.fe.mixed import mixed_energy, mixed_space, settling
 from hypertuna.fe.newton import Equilibrium, Problem, lead
 
 __all__ = ["STRAINS", "cantilever", "closed_form", "cube_stress", "timoshenko"]
@@ -66,9 +65,7 @@ def closed_form(solid: Solid, strain: str, amount: float) -> float:
     }[strain]
 
 
-def cantilever(
-    solid: Solid, *, order: int, mixed: bool = False, size: float = 1.0
-) -> tuple[float, float, int, Equilibrium]:
+def cantilever(solid: Solid, *, order: int, size: float = 1.0) -> tuple[float, float, int, Equilibrium]:
     """Clamp a beam of square section at one end and push the other across; compare with `timoshenko`.
 
     Returns sag [m], theory [m].
@@ -78,22 +75,16 @@ def cantilever(
 
     length = SLENDER * SIDE
     mesh = _box((length, SIDE, SIDE / 2), size * SIDE)
-    space, settle = ngs.VectorH1(mesh, order=order, dirichlet="x0", dirichletz="z0"), None
-    if mixed:
-        space = mixed_space(space, mesh.Materials(".*"))
-        settle = settling(space, solid, mesh.Materials(".*"))
-    u, p = space.TrialFunction() if mixed else (space.TrialFunction(), None)
+    space = ngs.VectorH1(mesh, order=order, dirichlet="x0", dirichletz="z0")
+    u = space.TrialFunction()
     F, force = ngs.Id(3) + ngs.Grad(u), ngs.Parameter(0.0)
-    energy = ngs.BilinearForm(space, symmetric=True, condense=mixed)
-    energy += ngs.Variation(solid_energy(solid, F, volumetric=not mixed).Compile() * ngs.dx)
-    if mixed:
-        energy += ngs.Variation(mixed_energy(solid, F, p).Compile() * ngs.dx)
+    energy = ngs.BilinearForm(space, symmetric=True)
+    energy += ngs.Variation(solid_energy(solid, F).Compile() * ngs.dx)
     energy += ngs.Variation((-force / SIDE**2 * u[1]).Compile() * ngs.ds("x1"))
     push = SAG * length / timoshenko(solid, 1.0)
     state = ngs.GridFunction(space)
-    found = lead(Problem(energy, state, (force,), solid.shear, settle), (push,))
-    moved = state.components[0] if mixed else state
-    return float(ngs.Integrate(moved[1] * ngs.ds("x1"), mesh)) / (SIDE**2 / 2), SAG * length, int(mesh.ne), found
+    found = lead(Problem(energy, state, (force,), solid.shear), (push,))
+    return float(ngs.Integrate(state[1] * ngs.ds("x1"), mesh)) / (SIDE**2 / 2), SAG * length, int(mesh.ne), found
 
 
 def timoshenko(solid: Solid, force: float) -> float:

@@ -17,9 +17,9 @@ from hypertuna.fe.extra import need_fe
 from hypertuna.fe.model import surface_strain
 from hypertuna.fe.newton import Equilibrium, Problem, lead
 
-__all__ = ["CARRIER", "Tube", "ideal_pull", "ideal_stretch", "load", "pull", "sleeve_pull", "tube"]
+__all__ = ["CARRIER", "Tube", "gradients", "ideal_pull", "ideal_stretch", "load", "pull", "sleeve_pull", "tube"]
 
-ORDER = 3  # of displacements and curved elements, as in the joint's model
+ORDER = 3  # of displacements and curved elements: enough for a tube, which stretches evenly
 LENGTH = 2.0  # of the tube over its outer radius: the state is even, so a short one does
 QUARTERS = 4
 
@@ -60,7 +60,7 @@ def tube(wall: Wall, sleeve: Solid = CARRIER, *, thickness: float, held: bool = 
         space = space * ngs.NumberSpace(mesh)
     w, strain = (space.TrialFunction(), ngs.CF(0.0)) if held else space.TrialFunction()
     pressure, apart = ngs.Parameter(0.0), ngs.Parameter(0.0)
-    whole, F = _gradients(w, strain)
+    whole, F = gradients(w, strain)
     energy = ngs.BilinearForm(space, symmetric=True)
     work = apart * strain * length / (QUARTERS * ngs.Integrate(ngs.CF(1.0), mesh))
     energy += ngs.Variation((solid_energy(sleeve, F) - work).Compile() * ngs.dx)
@@ -94,7 +94,7 @@ def sleeve_pull(tube: Tube) -> float:
     """Part of a tube's pull that is the sleeve's: what a carrier adds that theory does not know. Returns [N]."""
     import ngsolve as ngs
 
-    _, F = _gradients(tube.displacement, ngs.CF(tube.stretch - 1))
+    _, F = gradients(tube.displacement, ngs.CF(tube.stretch - 1))
     axial = nominal_stress(tube.sleeve, F)[0]
     return QUARTERS * float(ngs.Integrate(axial, tube.problem.state.space.mesh)) / tube.length
 
@@ -117,7 +117,7 @@ def ideal_stretch(angle: float, part: float = 0.0) -> float:
     return math.sqrt((1 + part * (3 * math.cos(angle) ** 2 - 1)) / 3) / math.cos(angle)
 
 
-def _gradients(w: Any, strain: Any) -> tuple[Any, Any]:
+def gradients(w: Any, strain: Any) -> tuple[Any, Any]:
     """Gradient of the whole displacement along a wall, and the deformation gradient of the sleeve."""
     import ngsolve as ngs
 

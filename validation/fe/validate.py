@@ -1,4 +1,4 @@
-"""Compare the finite elements with theory: McKibben tubes, a clamped beam, cubes, the mixed form.
+"""Compare the finite elements with theory: McKibben tubes, hoses of solid elements, a clamped beam, cubes, a joint.
 
     python validation/fe/validate.py [--robot NAME] [--json]
 

@@ -52,9 +52,6 @@ class Elements(FeOptions):
         FeOptions.poisson
     )
     mesh: Annotated[Any, opt.text("--mesh", f"{', '.join(MESHES)}.")] = FeOptions.mesh
-    mixed: Annotated[bool, typer.Option("--mixed/--no-mixed", help="Make the pressure of the matrix an unknown.")] = (
-        FeOptions.mixed
-    )
 
 
 @dataclass(frozen=True)
@@ -236,7 +233,7 @@ def _bend_lines(bent: FeBend) -> Iterator[Any]:
     joint = f"{bent.robot.name}: joint {bent.joint}, {bent.side} side"
     size = f"{record['mesh']} mesh, {bent.elements} elements, {bent.unknowns} unknowns, {record['seconds']:.0f} s"
     yield f"{joint}, material set {bent.material}, {options.law}", "bold"
-    yield f"{size}, Poisson's ratio {options.poisson:g}{', mixed' if options.mixed else ''}", "dim"
+    yield f"{size}, Poisson's ratio {options.poisson:g}", "dim"
     yield _step_table(BEND_COLUMNS, record["steps"])
     yield BEND_LEGEND, "dim"
     if np.isfinite(squared := bent.r_squared()):

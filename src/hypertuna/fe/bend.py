@@ -259,7 +259,7 @@ def _restore(model: FeModel, place: Path | None, k: int, loads: tuple[float, flo
     except OSError as error:
         raise InputError("must be readable", file=str(path), value=f"not ({error.strerror})", fix=fix) from None
     stored = np.frombuffer(content[: len(content) // 8 * 8])
-    count = len(model.displacement.vec)  # in the mixed form without the pressures, which follow from them
+    count = len(model.displacement.vec)
     if len(content) != 8 * count or not np.isfinite(stored).all():
         rule = f"must hold {count} finite numbers of 8 bytes"
         raise InputError(rule, file=str(path), value=f"{len(content)} bytes", fix=fix)

@@ -40,7 +40,7 @@ class Solid:
         return self.shear * 2 * (1 + self.poisson) / (3 * (1 - 2 * self.poisson))
 
 
-def solid_energy(solid: Solid, F: Expression, *, volumetric: bool = True) -> Expression:
+def solid_energy(solid: Solid, F: Expression) -> Expression:
     """Return the energy of a solid per volume at rest [J/m^3].
 
     Linear: Saint Venant and Kirchhoff, Hooke's law between Green's strain and the second Piola-Kirchhoff stress, since
@@ -53,14 +53,13 @@ def solid_energy(solid: Solid, F: Expression, *, volumetric: bool = True) -> Exp
     if solid.law == "linear":
         E = 0.5 * (C - Id(3))
         deviator = E - Trace(E) / 3 * Id(3)
-        shape = mu * InnerProduct(deviator, deviator)
-        return shape + kappa / 2 * Trace(E) ** 2 if volumetric else shape
+        return mu * InnerProduct(deviator, deviator) + kappa / 2 * Trace(E) ** 2
     J = Det(F)
     c1, c2 = (solid.constants.c1, solid.constants.c2) if solid.law == "mooney_rivlin" else (mu / 2, 0.0)
     shape = c1 * (J ** (-2 / 3) * Trace(C) - 3)
     if c2:
         shape = shape + c2 * (J ** (-4 / 3) * 0.5 * (Trace(C) ** 2 - InnerProduct(C, C)) - 3)
-    return shape + kappa / 2 * (J - 1) ** 2 if volumetric else shape
+    return shape + kappa / 2 * (J - 1) ** 2
 
 
 def nominal_stress(solid: Solid, F: Expression) -> Expression:

@@ -26,15 +26,15 @@ class MeshSize:
     around: float = 1.0  # size of triangles on the channels' walls over the channels' radius
     largest: float = 4.0  # size of elements far from the channels, over the same
     grading: float = 0.9  # Netgen's growth of sizes
-    order: int = 3  # polynomial order of the displacements and of curved elements
-    pieces: float = 9.0  # number of elements along the joint: slender hoses vary little along their axes
+    order: int = 4  # polynomial order of the displacements and of curved elements
+    pieces: float = 6.0  # number of elements along the joint: slender hoses vary little along their axes
 
     def squeeze(self, body: JointBody) -> float:
         """Return the length of elements along a joint over that across it."""
         return max(1.0, body.length / (self.pieces * self.around * body.radius))
 
 
-MESHES = {"coarse": MeshSize(pieces=6.0), "medium": MeshSize(), "fine": MeshSize(0.6, pieces=14.0)}
+MESHES = {"coarse": MeshSize(1.3, 5.0, pieces=4.0), "medium": MeshSize(), "fine": MeshSize(0.8, pieces=9.0)}
 
 
 def mesh_size(mesh: str | MeshSize) -> MeshSize:

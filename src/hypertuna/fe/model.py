@@ -5,8 +5,8 @@ oil's pressure and of a couple on the tip plate:
 
     Pi(u) = int W(F) dX + int_wall (hose + braid) dA + ... - sum_sides P V(u) - T g(u).
 
-Displacements are of the third order: two families of inextensible fibers constrain a curved wall, which elements of the
-second order follow only on much finer meshes (docs/fe.md).
+Displacements are of the fourth order: two families of inextensible fibers constrain a curved wall, which elements of a
+lower order follow only on much finer meshes, and the volume at every point, which lower orders resist (docs/fe.md).
 """
 
 from dataclasses import asdict, dataclass
@@ -20,7 +20,6 @@ from hypertuna.fe.energies import Solid, Wall, braid_energy, cavity, hose_energy
 from hypertuna.fe.extra import need_fe
 from hypertuna.fe.geometry import FACES, JointBody, joint_body
 from hypertuna.fe.mesh import MeshSize, joint_mesh, mesh_size
-from hypertuna.fe.mixed import mixed_energy, mixed_space, settling
 from hypertuna.fe.newton import Equilibrium, Problem, lead
 
 PLATE = 1e3  # shear modulus of the plates over that of the matrix
@@ -35,7 +34,6 @@ class FeOptions:
     law: str = "mooney_rivlin"  # of the matrix, one of `energies.LAWS`
     poisson: float = 0.475  # Poisson's ratio of the matrix
     mesh: str | MeshSize = "medium"  # one of `mesh.MESHES`, or sizes
-    mixed: bool = True  # pressure of the matrix as an unknown; without it the same mesh bends less (docs/fe.md)
 
     @property
     def size(self) -> MeshSize:
@@ -77,7 +75,7 @@ class FeModel:
     @property
     def displacement(self) -> Any:
         """Displacement of the state [m], an ngsolve.GridFunction."""
-        return self.problem.state.components[0] if self.options.mixed else self.problem.state
+        return self.problem.state
 
     @property
     def unknowns(self) -> int:
@@ -94,14 +92,10 @@ def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -
     import ngsolve as ngs
 
     mesh, deformation = joint_mesh(body, size)
-    space, settle = ngs.VectorH1(mesh, order=size.order, dirichlet="fixed", dirichletz="symmetry"), None
-    if options.mixed:
-        soft = mesh.Materials("matrix")
-        space = mixed_space(space, soft)
-        settle = settling(space, matrix, soft)
+    space = ngs.VectorH1(mesh, order=size.order, dirichlet="fixed", dirichletz="symmetry")
     loads = (ngs.Parameter(0.0), ngs.Parameter(0.0), ngs.Parameter(0.0))
-    energy = _energy(space, body, matrix, wall, loads, mixed=options.mixed)
-    problem = Problem(energy, ngs.GridFunction(space), loads, matrix.shear, settle)
+    energy = _energy(space, body, matrix, wall, loads)
+    problem = Problem(energy, ngs.GridFunction(space), loads, matrix.shear)
     return FeModel(robot, body, options, matrix, wall, mesh, deformation, problem)
 
 
@@ -129,16 +123,14 @@ def surface_strain(gradient: Any) -> SurfaceStrain:
     return SurfaceStrain(InnerProduct(a, a), InnerProduct(h, h), InnerProduct(a, h))
 
 
-def _energy(space: Any, body: JointBody, matrix: Solid, wall: Wall, loads: tuple[Any, Any, Any], *, mixed: bool) -> Any:
-    """Return the total energy of the upper half [J] as a form of displacement and, if mixed, pressure."""
+def _energy(space: Any, body: JointBody, matrix: Solid, wall: Wall, loads: tuple[Any, Any, Any]) -> Any:
+    """Return the total energy of the upper half [J] as a form of the displacement."""
     import ngsolve as ngs
 
-    u, p = space.TrialFunction() if mixed else (space.TrialFunction(), None)
+    u = space.TrialFunction()
     F, place = ngs.Id(3) + ngs.Grad(u), ngs.CF((ngs.x, ngs.y, ngs.z)) + u
-    energy = ngs.BilinearForm(space, symmetric=True, condense=mixed)
-    energy += ngs.Variation(solid_energy(matrix, F, volumetric=not mixed).Compile() * ngs.dx("matrix"))
-    if mixed:
-        energy += ngs.Variation(mixed_energy(matrix, F, p).Compile() * ngs.dx("matrix"))
+    energy = ngs.BilinearForm(space, symmetric=True)
+    energy += ngs.Variation(solid_energy(matrix, F).Compile() * ngs.dx("matrix"))
     stiff = Solid("neo_hookean", Mooney(PLATE * matrix.shear / 2, 0.0), 0.3)
     energy += ngs.Variation(solid_energy(stiff, F).Compile() * ngs.dx("plate"))
     gradient = ngs.Grad(u).Trace()

@@ -1,7 +1,7 @@
 """Equilibrium by finite elements: Newton's method on the energy, with line search and load steps."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,12 +22,11 @@ class Problem:
     state: Any  # ngsolve.GridFunction, changes with the loads
     loads: tuple[Any, ...]  # ngsolve.Parameter
     shear: float  # shear modulus of the soft parts [Pa], for scale
-    settle: Callable[[Any], None] | None = None  # sets the condensed unknowns in a vector of the state
 
     @property
     def free(self) -> Any:
         """Unknowns of Newton's step."""
-        return self.state.space.FreeDofs(self.settle is not None)
+        return self.state.space.FreeDofs()
 
 
 @dataclass(frozen=True)
@@ -103,9 +102,7 @@ def _newton(problem: Problem) -> tuple[int, str]:
 
 
 def _value(problem: Problem, vector: Any) -> float:
-    """Return the energy of a state [J] after setting its condensed unknowns."""
-    if problem.settle is not None:
-        problem.settle(vector)
+    """Return the energy of a state [J]."""
     return float(problem.energy.Energy(vector))
 
 
@@ -134,8 +131,8 @@ def _squares(problem: Problem) -> Any:
     import ngsolve as ngs
 
     space = problem.state.space
-    squares = ngs.BilinearForm(space, symmetric=True, condense=problem.settle is not None)
+    squares = ngs.BilinearForm(space, symmetric=True)
     trials, tests = (part if isinstance(part, (tuple, list)) else (part,) for part in space.TnT())
-    for trial, test in zip(trials, tests, strict=True):  # all, so that condensed unknowns are not singular
+    for trial, test in zip(trials, tests, strict=True):
         squares += ngs.InnerProduct(trial, test) * ngs.dx
     return squares.Assemble().mat
