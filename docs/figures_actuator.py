@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
-from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,23 +13,15 @@ from figures_common import rows
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from hypertuna import _core
-from hypertuna.actuation.bending import LAWS, bend, misprints
+from hypertuna.actuation.bending import bend, misprints
 from hypertuna.actuation.plots import plot_bend
-from hypertuna.actuation.soft_joint import (
-    MATERIAL_SETS,
-    JointTable,
-    joint_group,
-    joint_tables,
-    mooney,
-    muscle,
-    soft_joint,
-)
+from hypertuna.actuation.soft_joint import MATERIAL_SETS, joint_group, joint_models, joint_sections, mooney, soft_joint
 from hypertuna.description.robot import Robot, load, parse
 
 FISH = load("hypertuna")
 JOINTS = tuple(group.name for group in FISH.joints)
 TOP = 250e3  # Pa
+ELEMENTS = Path(__file__).parents[1] / "data" / "fe"
 PRESSURE = np.linspace(0, TOP, 26)
 
 
@@ -60,7 +53,7 @@ def correction_table() -> str:
 
 def hysteresis_table() -> str:
     """Tabulate both branches, and what is between them."""
-    fine = np.linspace(0, TOP, 1001)
+    fine = np.linspace(0, TOP, 251)
     body = []
     for joint in JOINTS:
         loop = bend(FISH, joint, fine, unload=True)
@@ -94,16 +87,16 @@ def material_table() -> str:
 
 FAMILY: tuple[dict[str, Any], ...] = (
     {},
-    {"braid_angle_deg": 37.0},
-    {"braid_angle_deg": 36.0, "friction": 0.0},
-    {"inner_diameter_m": 6e-3},
-    {"outer_diameter_m": 9e-3, "inner_diameter_m": 6.3e-3, "braid_angle_deg": 39.0},
-    {"outer_diameter_m": 7.5e-3, "inner_diameter_m": 5.5e-3, "braid_angle_deg": 37.0},
+    {"friction": 0.0},
+    {"braid_angle_deg": 33.0},
+    {"braid_angle_deg": 30.0},
+    {"outer_diameter_m": 6e-3, "inner_diameter_m": 4.4e-3, "braid_angle_deg": 33.0},
+    {"outer_diameter_m": 8e-3, "inner_diameter_m": 5.6e-3, "braid_angle_deg": 33.0},
 )
 
 
-def fitted(unit: dict[str, Any], joint: int) -> Robot:
-    """Choose the lever with which a joint with another muscle bends as far as published; the longer one of two."""
+def fitted(unit: dict[str, Any], joint: int) -> tuple[Robot, bool]:
+    """Choose the lever with which a joint bends as far as published, the shorter one of two; else the best one."""
     group, actuator = joint_group(FISH, joint)
     assert group.bend_max is not None
     wanted = math.degrees(group.bend_max)
@@ -111,38 +104,34 @@ def fitted(unit: dict[str, Any], joint: int) -> Robot:
     def excess(lever: float) -> float:
         return degrees(varied(unit, joint, {"lever_m": lever}), joint) - wanted
 
-    levers = actuator.lever * np.linspace(1.6, 0.7, 19)
-    signs = [excess(lever) > 0 for lever in levers]
-    k = signs.index(True)
-    return varied(unit, joint, {"lever_m": float(brentq(excess, levers[k - 1], levers[k], xtol=1e-9))})
+    levers = actuator.lever * np.linspace(0.5, 1.7, 13)
+    found = [excess(lever) for lever in levers]
+    if max(found) < 0:
+        return varied(unit, joint, {"lever_m": float(levers[np.argmax(found)])}), False
+    k = next(k for k, value in enumerate(found) if value > 0)
+    return varied(unit, joint, {"lever_m": float(brentq(excess, levers[k - 1], levers[k], xtol=1e-7))}), True
 
 
 def family_table() -> str:
-    """Tabulate other muscles that bend both joints as far as published."""
+    """Tabulate muscles with the levers that bend both joints as far as published, or else as far as they can."""
     body = []
     for unit in FAMILY:
-        robots = [fitted(unit, joint) for joint in range(len(JOINTS))]
-        shape = robots[0].drive_unit
+        chosen = [fitted(unit, joint) for joint in range(len(JOINTS))]
+        shape = chosen[0][0].drive_unit
         assert shape is not None
         hose = f"{1e3 * shape.outer_diameter:g} × {1e3 * shape.inner_diameter:g}"
-        levers, half, gain = [], [], []
-        for joint, robot in enumerate(robots):
-            levers.append(f"{1e3 * joint_group(robot, joint)[1].lever:.1f}")
-            half.append(f"{degrees(robot, joint, 1e5):.1f}")
-            gain.append(f"{1e6 * joint_tables(robot)[joint].at([0.0])['slope'][0, 0]:.2f}")
-        blocked = muscle(robots[0]).at(np.ones(1), pressure=TOP)["pull"][0]
-        cells = (f"{math.degrees(shape.braid_angle):g}", f"{shape.friction:g}", ", ".join(levers), ", ".join(half))
-        body.append([hose, *cells, f"{blocked:.1f}", ", ".join(gain)])
-    head = [
-        "hose [mm]",
-        "braid [deg]",
-        "friction",
-        "levers [mm]",
-        "at 100 kPa [deg]",
-        "blocked force [N]",
-        "dV/dα [mL/rad]",
-    ]
-    return rows(head, body)
+        levers, half, whole, shorter = [], [], [], []
+        for joint, (robot, meets) in enumerate(chosen):
+            found = bend(robot, joint, [1e5, TOP])
+            actuator = joint_group(robot, joint)[1]
+            levers.append(f"{1e3 * actuator.lever:.1f}")
+            half.append(f"{math.degrees(found.angle[0]):.1f}")
+            whole.append(f"{math.degrees(found.angle[1]):.1f}" + ("" if meets else " at most"))
+            shorter.append(f"{1e3 * found.shortening[1] * actuator.length:.1f}")
+        cells = (f"{math.degrees(shape.braid_angle):g}", f"{shape.friction:g}")
+        body.append([hose, *cells, *(", ".join(cell) for cell in (levers, half, whole, shorter))])
+    head = ["hose [mm]", "braid [deg]", "friction", "levers [mm]"]
+    return rows([*head, "at 100 kPa [deg]", "at 250 kPa [deg]", "shorter by [mm]"], body)
 
 
 SENSITIVE: tuple[tuple[str, tuple[str | int, ...]], ...] = (
@@ -151,8 +140,8 @@ SENSITIVE: tuple[tuple[str, tuple[str | int, ...]], ...] = (
     ("outer diameter", ("drive_unit", "outer_diameter_m")),
     ("inner diameter", ("drive_unit", "inner_diameter_m")),
     ("friction", ("drive_unit", "friction")),
-    ("modulus of the hose", ("materials", "DR10", "modulus_100_pa")),
-    ("modulus of the matrix", ("materials", "EC50", "modulus_100_pa")),
+    ("modulus of the hose", ("materials", "DR10", "modulus_fe_pa")),
+    ("modulus of the matrix", ("materials", "EC50", "modulus_fe_pa")),
 )
 
 
@@ -175,69 +164,40 @@ def sensitivity_table() -> str:
     return rows(["1 % more", *(f"{joint} [%]" for joint in JOINTS)], body)
 
 
-def balance(load: Callable[[float], tuple[float, Any]], pressures: tuple[float, float], reach: float) -> float:
-    """Find the angle where the moment of a table vanishes, in degrees."""
-
-    def moment(angle: float) -> float:
-        elastic, slope = load(angle)
-        return float(elastic + slope @ pressures)
-
-    return math.degrees(brentq(moment, -reach, reach, xtol=1e-14))
-
-
-def of_table(table: JointTable) -> Callable[[float], tuple[float, Any]]:
-    """Look up elastic moment and volume slopes of a table."""
-
-    def load_at(angle: float) -> tuple[float, Any]:
-        found = table.at([angle])
-        return float(found["elastic"][0]), found["slope"][0]
-
-    return load_at
-
-
-@cache
-def fixed_shares(joint: str) -> Callable[[float], tuple[float, Any]]:
-    """Make the joint whose segments share the angle by the matrix' compliance S / (E I) alone, whatever the load."""
-    group, actuator = joint_group(FISH, joint)
-    inertia = np.pi / 4 * np.array(actuator.semi_major) * np.array(actuator.semi_minor) ** 3
-    assert FISH.drive_unit is not None
-    stiffness = mooney(FISH, FISH.drive_unit.matrix).modulus * inertia
-    lengths = np.array(actuator.segment_length)
-    shares = lengths / stiffness / (lengths / stiffness).sum()
-    loads = []
-    for length, bending in zip(lengths, stiffness, strict=True):
-        sides = (actuator.lever, actuator.lever)
-        options = {"units": group.drive_units, "lever": sides, "length": [length], "stiffness": [bending]}
-        one = _core.SoftJoint(muscle(FISH), **options)
-        reach = one.reach(0, left=0.02, highest=2e7)
-        loads.append(of_table(JointTable("", -reach, reach / 128, one.table(reach=reach, points=257), 0.0, 1e3)))
-
-    def load_at(angle: float) -> tuple[float, Any]:
-        parts = [segment(share * angle) for segment, share in zip(loads, shares, strict=True)]
-        elastic = sum(share * part[0] for share, part in zip(shares, parts, strict=True))
-        return float(elastic), sum(share * part[1] for share, part in zip(shares, parts, strict=True))
-
-    return load_at
-
-
-def share_table() -> str:
-    """Tabulate how far one angle per joint is from a bend of each segment for itself, without friction."""
+def section_table() -> str:
+    """Tabulate how far the twin's one section is from a bend of each section for itself, without friction."""
     body = []
-    for joint, table in zip(JOINTS, joint_tables(FISH), strict=True):
-        model = soft_joint(FISH, joint, friction=False)
-        for left, right in ((1e5, 0.0), (TOP, 0.0), (TOP, 60e3), (TOP, 1e5)):
-            exact = math.degrees(float(model.bend(np.array([[left, right]])).sum()))
-            ours = balance(of_table(table), (left, right), table.angle[-1])
-            fixed = balance(fixed_shares(joint), (left, right), table.angle[-1])
-            cells = (
-                f"{left / 1e3:g}",
-                f"{right / 1e3:g}",
-                f"{exact:.2f}",
-                f"{round(ours - exact, 3) + 0.0:+.3f}",
-                f"{fixed - exact:+.2f}",
-            )
+    for joint, model in zip(JOINTS, joint_models(FISH), strict=True):
+        sections, length = soft_joint(FISH, joint, friction=False), joint_group(FISH, joint)[1].length
+        for left, right in ((5e4, 0.0), (1e5, 0.0), (TOP, 0.0), (TOP, 60e3), (TOP, 1e5)):
+            bent = np.asarray(sections.bend(np.array([[left, right]])))[0]
+            found = model.balance([left, right])
+            soft = joint_sections(FISH, joint)[:, 0]
+            ours = math.degrees(float(found["angle"][0]))
+            exact = math.degrees(float(bent[:, 0].sum()))
+            shorter = -1e3 * float(bent[:, 1] @ soft), -1e3 * float(found["strain"][0] + model["rest"]) * soft.sum()
+            cells = (f"{left / 1e3:g}", f"{right / 1e3:g}", f"{exact:.2f}", f"{ours:.2f}")
+            body.append([joint, *cells, *(f"{value:.2f}" for value in shorter)])
+            assert max(shorter) < 1e3 * length
+    head = ["joint", "left [kPa]", "right [kPa]", "sections [deg]", "one section [deg]"]
+    return rows([*head, "sections, shorter [mm]", "one section, shorter [mm]"], body)
+
+
+def element_table() -> str:
+    """Tabulate bend and oil beside the stored finite elements of the same joints, without friction."""
+    body = []
+    for joint in JOINTS:
+        run = json.loads((ELEMENTS / f"hypertuna-{joint}.json").read_text())
+        for step in run["steps"][1:]:
+            found = bend(FISH, joint, [1e3 * step["pressure_kpa"]], friction=False)
+            ours = math.degrees(found.angle[0]), 1e6 * found.volume[0]
+            cells = [f"{step['pressure_kpa']:g}"]
+            for value, theirs in zip(ours, (step["bend_deg"], step["oil_taken_ml"]), strict=True):
+                cells += [f"{theirs:.2f}", f"{value:.2f}", f"{100 * (value / theirs - 1):+.1f} %"]
             body.append([joint, *cells])
-    head = ["joint", "left [kPa]", "right [kPa]", "segments [deg]", "table [deg]", "shares by S/(E I) [deg]"]
+    head = ["joint", "pressure [kPa]"]
+    for text in ("bend [deg]", "oil [mL]"):
+        head += [f"elements: {text}", f"sections: {text}", "difference"]
     return rows(head, body)
 
 
@@ -260,29 +220,10 @@ def segment_table() -> str:
     return rows(["segments", *(f"{joint} [deg]" for joint in JOINTS)], body)
 
 
-def earlier_table() -> str:
-    """Tabulate an estimate made without the walls of the other side, with and without them."""
-    unit = {"outer_diameter_m": 6.24e-3, "inner_diameter_m": 4.06e-3, "braid_angle_deg": 38.0, "friction": 0.0}
-    actuators = (
-        {"lever_m": 0.0184, "segment_length_m": [0.02] * 3},
-        {"lever_m": 0.009, "segment_length_m": [0.0155] * 2},
-    )
-    body = []
-    for joint, actuator in enumerate(actuators):
-        model = soft_joint(varied(unit, joint, actuator), joint)
-        cells = []
-        for passive in (False, True):
-            law = LAWS["corrected"] | {"passive": passive}
-            angle = model.with_law(**law).bend(np.array([[TOP, 0.0]])).sum()
-            cells.append(f"{math.degrees(float(angle)):.1f}")
-        body.append([JOINTS[joint], *cells])
-    return rows(["joint", "without the other side's walls [deg]", "with them [deg]"], body)
-
-
 def draw_bend() -> Figure:
     """Draw joint I's loop."""
-    sets = {name: bend(FISH, "I", PRESSURE, material=name, unload=True) for name in MATERIAL_SETS}
-    return plot_bend(sets["datasheet"], sets)
+    sets = {str(name): bend(FISH, "I", PRESSURE, material=name, unload=True) for name in MATERIAL_SETS}
+    return plot_bend(sets["fe"], sets)
 
 
 TABLES: dict[str, Callable[[], str]] = {
@@ -291,8 +232,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "materials": material_table,
     "family": family_table,
     "sensitivity": sensitivity_table,
-    "shares": share_table,
+    "one section": section_table,
+    "elements": element_table,
     "segments": segment_table,
-    "earlier estimate": earlier_table,
 }
 PICTURES: dict[str, Callable[[], Figure]] = {"docs/bend.svg": draw_bend}
