@@ -81,8 +81,17 @@ def held_out() -> str:
         ]
         path = 100 * max(run["fitted"]["path_rmse_lengths"])
         errors = [", ".join(f"{error:+.1f}" for error in pair) for pair in own]
-        body.append([run["robot"], run["swims"], run["begin"], errors[0], errors[2], errors[3], f"{path:.1f}"])
-    heads = ["robot", "swims", "begin", "distance, handbook [%]", "distance, fitted [%]", "settled speed, fitted [%]"]
+        shed = f"{run['tail_shedding']:g}"
+        body.append([run["robot"], run["swims"], run["begin"], shed, errors[0], errors[2], errors[3], f"{path:.1f}"])
+    heads = [
+        "robot",
+        "swims",
+        "begin",
+        "`tail_shedding`",
+        "distance, handbook [%]",
+        "distance, fitted [%]",
+        "settled speed, fitted [%]",
+    ]
     return rows([*heads, "path [% of length]"], body, left=3)
 
 

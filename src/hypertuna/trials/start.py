@@ -102,7 +102,7 @@ def meet(
     """Return twist, errors (runs, 3) of first poses, poses (frames, 3) and derivatives with which a replay fits best.
 
     Gauss and Newton from a guess; derivatives follow the unknowns, but for the product of residuals and curvature
-    (Kaufman 1975). noise: of frames (3,) [m, m, rad]; None for what is left of each round, and that of the first poses.
+    (Kaufman 1975). noise: of frames (3,) [m, m, rad]; None for what each round leaves.
     """
     guess = twist, error
     for left in reversed(range(rounds)):
@@ -116,7 +116,10 @@ def meet(
         if not (np.isfinite(moved).all() and np.isfinite(both).all()):
             break
         rest = unknown.pose - moved
-        own = np.sqrt(np.mean(rest**2, axis=0)) if noise is None else noise
+        white, square = unknown.sd.min(axis=0) ** 2, np.mean(rest**2, axis=0)
+        # what is left beyond white noise is the model's error, the same in all frames of a run
+        excess = len(rest) / len(unknown.sd) * max(float(np.mean(square / white)) - 1, 0.0)
+        own = np.sqrt(white * (1 + excess)) if noise is None else noise
         matrix = unknown.jacobian(moved, by_twist, error)
         gain, back = unknown.gain(matrix, error, np.maximum(own, unknown.sd.min(axis=0)))
         if left == 0:
