@@ -22,13 +22,8 @@ from program import Run
 
 PRESSURE = np.array([25e3, 50e3])
 # As coarse as the check of the mesh' areas lets it be.
-<<<<<<< HEAD
-QUICK = FeOptions(mesh=MeshSize(1.1, largest=5.0, pieces=4.8))
-COMMAND = ["fe", "compare", "--robot", "hypertuna", "--joint", "II"]
-=======
 QUICK = FeOptions(mesh=MeshSize(1.1, largest=5.0, order=3, pieces=4.8))
-COMMAND = ["fe", "compare", "--robot", "hypertuna-fe", "--joint", "II"]
->>>>>>> hub/main
+COMMAND = ["fe", "compare", "--robot", "hypertuna", "--joint", "II"]
 
 
 @pytest.fixture(scope="module")

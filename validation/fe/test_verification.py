@@ -175,7 +175,7 @@ def test_a_beam_whose_force_is_not_reached_is_a_failed_case(monkeypatch: pytest.
 )
 def test_the_volume_is_kept_away_from_the_ends(poisson: float, not_kept: float, low: float, high: float) -> None:
     """J within 2 % of 1 farther than a hose's diameter from the plates; the largest differences are at the hoses."""
-    model = fe_model(ht.load("hypertuna-fe"), "II", FeOptions(mesh="coarse", poisson=poisson))
+    model = fe_model(ht.load("hypertuna"), "II", FeOptions(mesh="coarse", poisson=poisson))
     assert equilibrium(model, pressure=(50e3, 0.0)).converged
     found = volume_kept(model)
     assert found["not_kept_percent"] < not_kept
