@@ -11,27 +11,12 @@ from typing import Any
 import numpy as np
 from figures_common import rows
 
-<<<<<<< HEAD
-<<<<<<< HEAD
-=======
->>>>>>> 17757301009108bf2ade17dec385ccc12a57d9bd
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.fe.joint_map import fast_states
 from hypertuna.paper.chapters.finite_elements import difference_table, read_elements
 
 ROOT = Path(__file__).resolve().parents[1]
 ELEMENTS = read_elements()
-<<<<<<< HEAD
-RATIO = MESHES["medium"].around / MESHES["fine"].around  # of the elements' sizes
-=======
-from hypertuna.paper.chapters.finite_elements import FE, ROBOTS, difference_table, read_elements
-
-ROOT = Path(__file__).resolve().parents[1]
-ELEMENTS = read_elements()
-SHIPPED = next(model for model in ELEMENTS.solved if model != FE)
->>>>>>> hub/main
-=======
->>>>>>> 17757301009108bf2ade17dec385ccc12a57d9bd
 
 
 def bend_table() -> str:
