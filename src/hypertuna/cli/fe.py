@@ -394,8 +394,6 @@ def _map_lines(found: JointMap) -> Iterator[Any]:
     yield f"{found.robot.name}: joint {found.joint}, mesh {found.options.mesh}", "bold"
     yield table(heads, rows, left=(), collapse_padding=True)
     moment, volume = 100 * found.moment_difference, 100 * found.volume_difference
-    yield (
-        f"moments of the fast model differ by at most {moment:.1f} % of the {found.straight:.3g} N m of the straight "
-        f"joint, volumes by {volume:.1f} % of their range"
-    )
+    text = f"moments of the fast model differ by at most {moment:.1f} % of the {found.straight:.3g} N m of the straight"
+    yield f"{text} joint, volumes by {volume:.1f} % of their range"
     yield found.status_text, "green" if found.status == "converged" else "bold yellow"
