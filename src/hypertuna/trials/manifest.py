@@ -166,7 +166,19 @@ class Recording:
     align: bool = False  # whether first poses are as inexact as all frames, as they are in runs in motion
 
     def begin(self, robot: Robot) -> tuple[Array | None, bool]:
-        """Return the twist (3,) at the start, None at rest and NaN if unknown; and whether first poses are inexact."""
+        """Return how the runs begin.
+
+        Parameters
+        ----------
+        robot : Robot
+
+        Returns
+        -------
+        twist : ndarray, shape (3,), or None
+            u, v [m/s] and r [rad/s] of the head at the start; None at rest, NaN where it is unknown.
+        inexact : bool
+            Whether the first poses are as inexact as all frames.
+        """
         twist = None if self.velocity is None else self.velocity.twist(robot)
         twist = np.full(3, np.nan) if self.moving and twist is None else twist
         return twist, self.start is None and (self.moving or self.align)
