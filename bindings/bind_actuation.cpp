@@ -329,7 +329,8 @@ static void bind_hydraulics(nb::module_& m) {
         "Volume that a cylinder pushes out when its servo turns from zero to an angle, and its derivative by the angle "
         "[m^3, m^3/rad].");
     m.def(
-        "run_pair", &run_pair, nb::arg("circuits"), nb::arg("joint"), nb::kw_only(), nb::arg("target"), nb::arg("supply"), nb::arg("interval"), nb::arg("steps"),
+        "run_pair", &run_pair, nb::arg("circuits"), nb::arg("joint"), nb::kw_only(), nb::arg("target"),
+        nb::arg("supply"), nb::arg("interval"), nb::arg("steps"),
         "Run the two circuits of a joint in air from rest: servo targets are held for an interval each, in Runge-Kutta "
         "steps, and the joint, without mass, bends to where silicone and oil balance. What is seen at every interval, "
         "with one column per side.");

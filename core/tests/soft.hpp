@@ -10,7 +10,11 @@ inline const Section<double> soft_sections[2] = {{0.03, 2e-3, 6e-7, 4e-3}, {0.03
 
 inline SoftJoint<double> soft(double c1, double friction, double left = 0.012, double right = 0.012) {
     const double t = std::tan(37 * pi / 180);
-    return {{8e-3, 5.6e-3, t * t, 0, {c1, 0}, {24e3, 0}, friction}, 5, {left, right}, 2, soft_sections,
+    return {{8e-3, 5.6e-3, t * t, 0, {c1, 0}, {24e3, 0}, friction},
+            5,
+            {left, right},
+            2,
+            soft_sections,
             {false, {}, true, true}};
 }
 

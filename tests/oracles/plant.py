@@ -283,7 +283,7 @@ def accelerations(robot: Robot, q: Real, v: Real, moment: Real) -> Real:
 
 
 def rates(robot: Robot, state: Real, targets: Real, supply: float) -> tuple[Real, Real]:
-    """How the state (q, v, strains, then angle, rate, flow, passed of every circuit) changes; pump and unit pressures."""
+    """How the state (q, v, strains; angle, rate, flow, passed of every circuit) changes; pump and unit pressures."""
     joints = len(robot.joints)
     n = 3 + joints
     q, v, strain = np.split(state[: 2 * n + joints], [n, 2 * n])

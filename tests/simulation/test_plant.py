@@ -30,10 +30,15 @@ def without_friction() -> Robot:
 def oracle_joint(robot: Robot, g: int) -> oracle.Joint:
     """Make the oracle's joint from the description, by the moduli of the paper's finite elements: E = 6 C1."""
     unit, group = robot.drive_unit, robot.joints[g]
-    assert unit is not None and group.actuator is not None and group.drive_units is not None and group.line is not None
-    assert unit.material_set == "fe" and group.pressure_max is not None
+    assert unit is not None
+    assert group.actuator is not None
+    assert group.drive_units is not None
+    assert group.line is not None
+    assert group.pressure_max is not None
+    assert unit.material_set == "fe"
     hose, matrix = robot.materials[unit.hose], robot.materials[unit.matrix]
-    assert hose.modulus_fe is not None and matrix.modulus_fe is not None
+    assert hose.modulus_fe is not None
+    assert matrix.modulus_fe is not None
     count, radius, lever = group.drive_units, unit.outer_diameter / 2, group.actuator.lever
     soft = sum(group.actuator.segment_length)
     sections = []

@@ -46,8 +46,9 @@ static void virtual_work() {
     for (double angle : {-2.5, -0.4, 0.0, 0.2, 1.9})
         for (double strain : {-0.45, -0.1, 0.0, 0.2}) {
             const auto at = [&](double a, double e) { return section_load(j, soft_sections[0], limits, a, e); };
-            const JointLoad<double> now = at(angle, strain), left = at(angle - h, strain), right = at(angle + h, strain),
-                                    shorter = at(angle, strain - h), longer = at(angle, strain + h);
+            const JointLoad<double> now = at(angle, strain), left = at(angle - h, strain),
+                                    right = at(angle + h, strain), shorter = at(angle, strain - h),
+                                    longer = at(angle, strain + h);
             const double scale = 1e-6 * (1 + std::fabs(now.elastic) + std::fabs(now.axial));
             CHECK_NEAR((right.energy - left.energy) / (2 * h), -now.elastic, scale);
             CHECK_NEAR((longer.energy - shorter.energy) / (2 * h), -now.axial, scale);
@@ -158,8 +159,8 @@ static void holds_and_balances() {
 static void from_a_row() {
     const Joint<double> j = soft_joint(6e4, 0.1);
     const DriveUnit<double>& u = j.soft.unit;
-    const double row[] = {u.outer, u.inner, u.tan2, u.hose.c1, 0, u.matrix.c1, 0, u.friction, 5, 0.012, 0.012, 0.03, 2e-3,
-                          6e-7, 4e-3, j.rest, 0.01, 0.2};
+    const double row[] = {u.outer, u.inner, u.tan2, u.hose.c1, 0,    u.matrix.c1, 0,      u.friction, 5,
+                          0.012,   0.012,   0.03,   2e-3,      6e-7, 4e-3,        j.rest, 0.01,       0.2};
     static_assert(std::size(row) == joint_column_count);
     const JointLoad<double> a = joint_load(j, 0.1, 0.01), b = joint_load(read_joint(row), 0.1, 0.01);
     CHECK(a.elastic == b.elastic && a.axial == b.axial && a.volume[1] == b.volume[1] && a.friction[0] == b.friction[0]);

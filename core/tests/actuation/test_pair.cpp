@@ -73,7 +73,8 @@ static void oil_is_conserved() {
             pressure[s] = unit_pressure(p.circuit[s], y.side[s], load.volume[s] - p.rest[s]).pressure;
             const double pushed = displaced(p.circuit[s].pump, y.side[s].angle);
             CHECK(std::fabs(pushed) > 1e-7);
-            CHECK_NEAR(load.volume[s] - p.rest[s], pushed - compliance * (pressure[s] - fill), 5e-3 * std::fabs(pushed));
+            CHECK_NEAR(load.volume[s] - p.rest[s], pushed - compliance * (pressure[s] - fill),
+                       5e-3 * std::fabs(pushed));
         }
         CHECK(pressure[0] > fill && pressure[1] < fill);
         CHECK_NEAR(joint_moment(load, pressure), 0, 1e-9);

@@ -1,7 +1,7 @@
 """Studies of the twin that depend on the noise of its sensors: what one seed gives, by name of the number."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np

@@ -48,8 +48,8 @@ struct StretchLimits {
     S stop;  // N, slope of the force beyond them
 };
 inline constexpr double shortest_stretch = 0.5;
-inline constexpr double lumen_min = 0.05;     // lumen of a stretched muscle over that at rest at which it locks
-inline constexpr double stop_factor = 20;     // stiffness beyond over that of the hose at rest
+inline constexpr double lumen_min = 0.05;  // lumen of a stretched muscle over that at rest at which it locks
+inline constexpr double stop_factor = 20;  // stiffness beyond over that of the hose at rest
 template <std::floating_point S>
 StretchLimits<S> stretch_limits(const DriveUnit<S>& unit) {
     const S section = S(pi / 4) * (unit.outer * unit.outer - unit.inner * unit.inner);
@@ -139,13 +139,52 @@ S falling_root(F of, S low, S high, S at) {
 template <class D, std::floating_point S>
 SoftJoint<D> lifted(const SoftJoint<S>& j) {
     const DriveUnit<S>& u = j.unit;
-    return {{D(u.outer), D(u.inner), D(u.tan2), D(u.sleeve), {D(u.hose.c1), D(u.hose.c2)},
-             {D(u.matrix.c1), D(u.matrix.c2)}, D(u.friction)},
-            D(j.units), {D(j.lever[0]), D(j.lever[1])}, 0, nullptr, j.law};
+    return {{D(u.outer),
+             D(u.inner),
+             D(u.tan2),
+             D(u.sleeve),
+             {D(u.hose.c1), D(u.hose.c2)},
+             {D(u.matrix.c1), D(u.matrix.c2)},
+             D(u.friction)},
+            D(j.units),
+            {D(j.lever[0]), D(j.lever[1])},
+            0,
+            nullptr,
+            j.law};
 }
 template <class D, std::floating_point S>
 Section<D> lifted(const Section<S>& at) {
     return {D(at.length), D(at.area), D(at.second), D(at.sleeve)};
+}
+
+/// Bend and strain of a section.
+template <class S>
+struct Bent {
+    S angle;   // rad
+    S strain;  // of the axis
+};
+
+/// Bend and strain where moment and axial force of a section vanish: Newton's method from near, in bounded steps.
+/// `forces` takes the load as duals and returns both. NaN where it does not converge.
+template <std::floating_point S, class F>
+Bent<S> newton_balance(const SoftJoint<S>& joint, const Section<S>& at, Bent<S> near, F forces) {
+    using D = Dual<S, 2>;
+    const SoftJoint<D> soft = lifted<D>(joint);
+    const Section<D> section = lifted<D>(at);
+    const StretchLimits<S> limits = stretch_limits(joint.unit);
+    for (int k = 0; k < 60; ++k) {
+        D angle(near.angle), strain(near.strain);
+        angle.d[0] = strain.d[1] = S(1);
+        const Bent<D> left = forces(section_load(soft, section, limits, angle, strain));
+        const D &moment = left.angle, &thrust = left.strain;
+        const S determinant = moment.d[0] * thrust.d[1] - moment.d[1] * thrust.d[0];
+        const S turn = (moment.d[1] * thrust.v - thrust.d[1] * moment.v) / determinant;
+        const S pull = (thrust.d[0] * moment.v - moment.d[0] * thrust.v) / determinant;
+        const S scale = S(1) / max(S(1), max(abs(turn) / S(0.1), abs(pull) / S(0.03)));
+        near.angle += scale * turn, near.strain += scale * pull;
+        if (abs(turn) < S(1e-13) * (S(1) + abs(near.angle)) && abs(pull) < S(1e-13)) return near;
+    }
+    return {std::numeric_limits<S>::quiet_NaN(), S(0)};
 }
 
 /// Strain of a section's axis at a bend, where its force vanishes; `pressures` of both sides from the load.
@@ -198,20 +237,21 @@ S section_moment(const SoftJoint<S>& joint, const Section<S>& at, const S* press
     return joint_moment(load, pressure) + hold * joint_friction(load, pressure);
 }
 
-/// Bend and strain of a section.
-template <class S>
-struct Bent {
-    S angle;   // rad
-    S strain;  // of the axis
-};
-
 /// Where the moments of a section balance. Friction holds against bending to the left (hold -1), to the right (1), or
 /// not at all (0).
 ///
-/// The moment falls as the angle grows, so there is one such angle: bisection, to the last digit. By the printed
-/// equations the search ends where 95 % of a muscle's length would be used up.
+/// Newton's method; where it fails, and by the equations that hold the axis, bisection: the moment falls as the angle
+/// grows. By the printed equations the search ends where 95 % of a muscle's length would be used up.
 template <std::floating_point S>
 Bent<S> balance(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S hold) {
+    if (joint.law.shortens) {
+        const Bent<S> found = newton_balance(joint, at, Bent<S>{S(0), S(0)}, [&](const auto& load) {
+            using D = std::remove_cvref_t<decltype(load.elastic)>;
+            const D both[2] = {D(pressure[0]), D(pressure[1])};
+            return Bent<D>{joint_moment(load, both) + hold * joint_friction(load, both), joint_thrust(load, both)};
+        });
+        if (found.angle == found.angle) return found;
+    }
     const S zero(0), used = S(0.95) * at.length;
     const bool one_sided = joint.law.printed || !joint.law.passive;  // nothing locks: one side, and only toward it
     S high = one_sided && !(pressure[1] < pressure[0]) ? zero : used / joint.lever[0], strain(0);
@@ -281,23 +321,14 @@ JointLoad<S> joint_load(const Joint<S>& joint, const S& angle, const S& strain) 
 /// Newton's method from near; `pressures` of both sides from the load.
 template <std::floating_point S, class F>
 Bent<S> joint_balance(const Joint<S>& joint, Bent<S> near, F pressures) {
-    using D = Dual<S, 2>;
-    const SoftJoint<D> soft = lifted<D>(joint.soft);
-    const Section<D> section = lifted<D>(joint.section);
-    for (int k = 0; k < 60; ++k) {
-        D angle(near.angle), strain(near.strain + joint.rest), pressure[2];
-        angle.d[0] = strain.d[1] = S(1);
-        JointLoad<D> load = section_load(soft, section, joint.limits, angle, strain);
+    near.strain += joint.rest;
+    Bent<S> bent = newton_balance(joint.soft, joint.section, near, [&](JointLoad<Dual<S, 2>> load) {
+        Dual<S, 2> pressure[2];
         pressures(load, pressure);
-        const D moment = joint_moment(load, pressure), thrust = joint_thrust(load, pressure);
-        const S determinant = moment.d[0] * thrust.d[1] - moment.d[1] * thrust.d[0];
-        const S turn = (moment.d[1] * thrust.v - thrust.d[1] * moment.v) / determinant;
-        const S pull = (thrust.d[0] * moment.v - moment.d[0] * thrust.v) / determinant;
-        const S scale = S(1) / max(S(1), max(abs(turn) / S(0.1), abs(pull) / S(0.03)));
-        near.angle += scale * turn, near.strain += scale * pull;
-        if (abs(turn) < S(1e-12) && abs(pull) < S(1e-12)) break;
-    }
-    return near;
+        return Bent<Dual<S, 2>>{joint_moment(load, pressure), joint_thrust(load, pressure)};
+    });
+    bent.strain -= joint.rest;
+    return bent;
 }
 
 /// What holds a joint at a bend, the pressures of the two sides equally far above and below the one that it is filled
@@ -333,16 +364,20 @@ Holding<S> hold(const Joint<S>& joint, S angle, S fill, S lowest, S near) {
 
 /// A joint as a row of numbers, in this order: how it comes from Python.
 inline constexpr const char* joint_columns[] = {
-    "outer",  "inner",     "tan2",  "hose_c1", "hose_c2", "matrix_c1", "matrix_c2", "friction",        "units",
-    "left",   "right",     "length", "area",    "second",  "sleeve",    "rest",      "viscosity", "axial_viscosity",
+    "outer", "inner", "tan2",   "hose_c1", "hose_c2", "matrix_c1", "matrix_c2", "friction",  "units",
+    "left",  "right", "length", "area",    "second",  "sleeve",    "rest",      "viscosity", "axial_viscosity",
 };
 inline constexpr int joint_column_count = sizeof(joint_columns) / sizeof(joint_columns[0]);
 
 template <std::floating_point S>
 Joint<S> read_joint(const S* row) {
     Joint<S> out{};
-    out.soft = {{row[0], row[1], row[2], row[14], {row[3], row[4]}, {row[5], row[6]}, row[7]}, row[8], {row[9], row[10]},
-                0, nullptr, {false, {false, false}, true, true}};
+    out.soft = {{row[0], row[1], row[2], row[14], {row[3], row[4]}, {row[5], row[6]}, row[7]},
+                row[8],
+                {row[9], row[10]},
+                0,
+                nullptr,
+                {false, {false, false}, true, true}};
     out.section = {row[11], row[12], row[13], row[14]};
     out.limits = stretch_limits(out.soft.unit);
     out.rest = row[15], out.viscosity = row[16], out.axial_viscosity = row[17];

@@ -2,9 +2,9 @@
 ///
 /// Oil pressures push on the joints by how the bend changes the units' volume (virtual work), the joints bend the tail
 /// against the water, and the bend takes oil out of the circuits in turn. Each soft joint shortens, too, without mass:
-/// what is left of its axial force works against its viscosity. The links keep their lengths (docs/twin.md). Coordinates of the tail: the bends of the
-/// joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive hinge may follow. The body is one in the plane
-/// (tail.hpp) or in space (body6.hpp).
+/// what is left of its axial force works against its viscosity. The links keep their lengths (docs/twin.md).
+/// Coordinates of the tail: the bends of the joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive
+/// hinge may follow. The body is one in the plane (tail.hpp) or in space (body6.hpp).
 #pragma once
 
 #include <type_traits>
@@ -27,7 +27,7 @@ struct Plant {
     using S = typename Body::Scalar;
 
     Body body;
-    int joints;                  // coordinates that circuits bend; a hinge is one more
+    int joints;                 // coordinates that circuits bend; a hinge is one more
     const Joint<S>* joint;      // joints
     const Circuit<S>* circuit;  // 2 joints
     const S* unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
@@ -39,7 +39,7 @@ struct PlantState {
     typename HeadOf<S, Space>::Twist xi;
     typename HeadOf<S, Space>::Pose pose;
     Bend<S, D> bend;
-    S strain[D];                   // of each joint's axis, relative to the filled joint; that of a hinge rests at zero
+    S strain[D];  // of each joint's axis, relative to the filled joint; that of a hinge rests at zero
     CircuitState<S> circuit[2 * D];  // those of a hinge rest at zero
     S energy[2 * D];                 // J, electrical, that each servo has drawn
 
