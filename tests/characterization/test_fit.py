@@ -215,27 +215,21 @@ def test_progress_is_reported_from_the_first_slopes_on(tuna: ht.Robot, tmp_path:
 def test_what_is_determined_comes_back_exactly(tuna: ht.Robot, tmp_path: Path) -> None:
     frees = unknowns(tuna, (0,), names="lever,stiffness_factor,friction")
     truth = np.array([one.described * f for one, f in zip(frees, (1.1, 0.8, 1.4), strict=True)])
-    bench = loops(with_unknowns(tuna, frees, truth), tmp_path, sd="0.001")
+    bench = loops(with_unknowns(tuna, frees, truth), tmp_path, sd="0.01")
     fit = fit_bench(tuna, bench, [one.name for one in frees], starts=1)
     assert fit.converged
-    assert fit.values == pytest.approx(truth, rel=1e-3)
+    assert fit.values == pytest.approx(truth, rel=2e-3)
     assert ((fit.low <= truth) & (truth <= fit.high)).all()
     assert [one.determined for one in fit.directions] == [True, True, True]
     assert len(fit.combinations) == 3
     assert not fit.warnings
 
 
-def test_only_products_of_what_acts_together_are_known(tuna: ht.Robot, tmp_path: Path) -> None:
-    """E I of the matrix: its modulus and the stiffness factor cannot be told apart, by any bend."""
+def test_the_matrix_stiffness_against_bending_is_told_from_its_modulus(tuna: ht.Robot, tmp_path: Path) -> None:
+    """E I holds both, but E A, by which the joint shortens, the modulus alone."""
     fit = fit_bench(tuna, loops(tuna, tmp_path, sd="0.05"), "stiffness_factor,matrix_modulus,friction", starts=1)
-    assert fit.directions[-1].singular_value < 1e-6
-    product = next(one for one in fit.combinations if "matrix_modulus" in one.exponents)
-    assert product.exponents == {"stiffness_factor[I]": 1.0, "matrix_modulus": 1.0}
-    assert product.text == "matrix_modulus stiffness_factor[I]" or product.text == "stiffness_factor[I] matrix_modulus"
-    assert product.low < 1 < product.high
-    assert product.high / product.low < 1.05
-    stiffness = [one.name for one in fit.free].index("stiffness_factor[I]")
-    assert fit.high[stiffness] / fit.low[stiffness] > 2  # though neither is
+    assert [one.determined for one in fit.directions] == [True, True, True]
+    assert fit.directions[-1].singular_value < 0.1 * fit.directions[0].singular_value
 
 
 def test_one_measured_bend_fixes_one_combination(tuna: ht.Robot, tmp_path: Path) -> None:
