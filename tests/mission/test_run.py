@@ -100,13 +100,15 @@ def test_a_lost_sensor_is_told_and_survived(robot: ht.Robot, fault: str) -> None
     assert run.depth.max() < 1.5
 
 
-@pytest.mark.parametrize("fault", ["fin-port:stuck@5", "fin-starboard:down@5", "fins:down@5"])
-def test_a_lost_fin_loses_no_robot(robot: ht.Robot, fault: str) -> None:
-    """It stays within the depth that it may have, whichever fin stands however."""
+@pytest.mark.parametrize(
+    ("fault", "deepest"), [("fin-port:stuck@5", 4.5), ("fin-starboard:down@5", 4.5), ("fins:down@5", 6.0)]
+)
+def test_a_lost_fin_loses_no_robot(robot: ht.Robot, fault: str, deepest: float) -> None:
+    """One fin alone keeps it within its 4 m; with both down it glides beyond before it stops (docs/pilot.md)."""
     mission = Mission(**{**OUT.__dict__, "depth_max": 4.0})
-    flight = flown(robot, mission, seed=1, faults=[fault], duration=60)
+    flight = flown(robot, mission, seed=1, faults=[fault], duration=120)
     assert flight.status != "diverged"
-    assert flight.record.depth.max() < 4.5
+    assert flight.record.depth.max() < deepest
 
 
 def test_home_before_the_last_waypoint_is_not_done(robot: ht.Robot) -> None:
