@@ -522,3 +522,12 @@ def test_a_muscle_that_cannot_be_is_told(tuna: ht.Robot, key: str) -> None:
     document["drive_unit"] |= {key: value}
     with pytest.raises(InputError, match=sentence):
         muscle(parse(document))
+
+
+def test_what_holds_a_beat_varies_smoothly(tuna: ht.Robot) -> None:
+    """No root of the axial force is mistaken for another one, whatever the rounding."""
+    bend = np.sin(2 * np.pi * 6 * np.linspace(0, 2 / 3, 668))
+    for model, group in zip(joint_models(tuna), tuna.joints, strict=True):
+        held = model.hold(group.amplitude_max * bend)
+        assert np.abs(np.diff(held["strain"])).max() < 2e-3
+        assert np.abs(held["pressure"]).max() < 300e3

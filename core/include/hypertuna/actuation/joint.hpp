@@ -128,8 +128,8 @@ S falling_root(F of, S low, S high, S at) {
         if (!(y.v != S(0))) return at;
         (S(0) < y.v ? low : high) = at;
         S next = at - y.v / y.d[0];
-        if (!(low < next && next < high)) next = S(0.5) * (low + high);
         if (abs(next - at) <= S(1e-15) * (S(1) + abs(at))) return next;
+        if (!(low < next && next < high)) next = S(0.5) * (low + high);
         at = next;
     }
     return at;
