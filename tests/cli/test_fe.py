@@ -245,7 +245,7 @@ def test_the_figure_shows_what_it_is_given() -> None:
     oil, other = [0.0, 4e-7, 1e-6], ([0.0, 2.5e5], [0.0, 0.3], [0.0, 9e-7])
     both = plot_fe_bend(pressure, angle, oil, analytic=other, published=(2.5e5, 0.31), title="joint II")
     labels = [text.get_text() for text in both.legends[0].get_texts()]
-    assert labels == ["analytic model (friction, rising pressure)", "finite elements", "published"]
+    assert labels == ["fast model (no friction)", "finite elements", "published"]
     np.testing.assert_allclose(both.axes[1].lines[-1].get_xydata()[-1], [1, 250])
 
 

@@ -68,11 +68,11 @@ def test_one_case_is_told_in_full(run: Run) -> None:
 
 
 def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
-    """Poiseuille's law ends at a Reynolds number of 2300; oil of 100 C passes it in joint I's line at 6 Hz."""
-    case, table = (run(*PUMP, "--frequency", "6", "--temperature", at)[1] for at in ("100", "20:100:2"))
+    """Poiseuille's law ends at a Reynolds number of 2300; oil of 100 C passes it in a line of 2 mm of joint I at 6 Hz."""
+    case, table = (run(*PUMP, "--frequency", "6", "--bore", "2", "--temperature", at)[1] for at in ("100", "20:100:2"))
     assert case.count("turbulent: the pressure drop is underestimated") == 1
     assert "t turbulent: the pressure drop is underestimated" in table
-    told = json.loads(run(*PUMP, "--frequency", "6", "--temperature", "20:100:2", "--json")[1])["sizes"]
+    told = json.loads(run(*PUMP, "--frequency", "6", "--bore", "2", "--temperature", "20:100:2", "--json")[1])["sizes"]
     assert [row["turbulent"] for row in told] == [row["reynolds"] > 2300 for row in told] == [False, False, True, False]
 
 

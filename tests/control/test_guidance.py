@@ -34,7 +34,7 @@ def test_the_table_has_the_speeds_of_the_description(robot: ht.Robot) -> None:
     table = gait_table(robot)
     assert robot.guidance is not None
     assert table.speed == robot.guidance.speed
-    assert [gait.frequency for gait in table.gaits] == [2.0, 3.0, 4.75]
+    assert [gait.frequency for gait in table.gaits] == [2.0, 3.0]
 
 
 def test_gaits_from_elsewhere_swim_as_fast_as_they_do(robot: ht.Robot) -> None:
@@ -76,20 +76,20 @@ def test_curvature_is_that_of_a_swim(robot: ht.Robot) -> None:
 
 
 def test_the_battery_that_the_pilot_counts_on(robot: ht.Robot) -> None:
-    """Four cells from 3.0 to 4.2 V, 95 % usable: empty at 12.24 V; 20 W through 90 % and 0.14 ohm drop 0.2 V."""
+    """Four cells from 3.0 to 4.2 V, 95 % usable: empty at 12.24 V; 12 W through 90 % and 0.14 ohm drop 0.13 V."""
     columns = pilot_columns(robot)
     assert columns["battery_empty"][0] == pytest.approx(4 * (3.0 + 0.05 * 1.2))
     assert columns["battery_span"][0] == pytest.approx(0.95 * 4.8)
-    assert columns["battery_drop"][0] == pytest.approx(0.14 * 20 / (0.9 * 14.4))
-    assert 7000 < columns["endurance"][0] < 8500  # 47.9 Wh x 0.9 / 20 W = 7760 s
+    assert columns["battery_drop"][0] == pytest.approx(0.14 * 12 / (0.9 * 14.4))
+    assert 12000 < columns["endurance"][0] < 13500  # 47.9 Wh x 0.9 / 12 W = 12,930 s
 
 
 @pytest.mark.parametrize(
     ("change", "said"),
     [
         ({"gaits": ["unoptimised-0.3", "nobody"], "speed_m_s": [0.2, 0.3]}, "must be a known gait"),
-        ({"speed_m_s": [0.3]}, "must be 3 long"),
-        ({"speed_m_s": [0.4, 0.3, 0.5]}, "must rise"),
+        ({"speed_m_s": [0.3]}, "must be 2 long"),
+        ({"speed_m_s": [0.4, 0.3]}, "must rise"),
         ({"bias_max_deg": [8.0]}, "must be 2 long"),
         ({"error_near_m": 13.0}, "at most error_max_m"),
         ({"lookahead_m": 0.0}, "greater than 0"),
