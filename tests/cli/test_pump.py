@@ -68,7 +68,7 @@ def test_one_case_is_told_in_full(run: Run) -> None:
 
 
 def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
-    """Poiseuille's law ends at a Reynolds number of 2300; oil of 100 C passes it in a line of 2 mm of joint I at 6 Hz."""
+    """Poiseuille's law ends at a Reynolds number of 2300; oil of 100 C passes it in joint I's line of 2 mm at 6 Hz."""
     case, table = (run(*PUMP, "--frequency", "6", "--bore", "2", "--temperature", at)[1] for at in ("100", "20:100:2"))
     assert case.count("turbulent: the pressure drop is underestimated") == 1
     assert "t turbulent: the pressure drop is underestimated" in table
