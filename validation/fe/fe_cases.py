@@ -113,10 +113,11 @@ def sleeve_cases(robot: Robot) -> Iterator[Case]:
     sleeve = Solid("mooney_rivlin", mooney(robot, drive_unit(robot).matrix), POISSON[1])
     group = f"Tube, hose in matrix, {math.degrees(wall.braid_angle):g} deg"
     unit, free = _unit(wall, sleeve, SLEEVE), tube(wall, sleeve, thickness=SLEEVE)
+    bar = sleeve.constants, math.pi * ((wall.outer + SLEEVE) ** 2 - wall.outer**2)
     blocked = ideal_pull(PRESSURE, wall.outer, wall.braid_angle)
     for part, name in ((0.5, HALF), (0.0, FREE)):
         text = _text(load(free, PRESSURE, part * blocked))
-        yield Case(group, name, 1 - free.stretch, 1 - _stretch(unit, part * blocked), "1", 0.01, text=text)
+        yield Case(group, name, 1 - free.stretch, 1 - _stretch(unit, part * blocked, bar), "1", 0.01, text=text)
 
 
 def hose_cases(robot: Robot) -> Iterator[Case]:
@@ -124,12 +125,12 @@ def hose_cases(robot: Robot) -> Iterator[Case]:
     wall = _wall(robot, drive_unit(robot).braid_angle)
     sleeve = Solid("mooney_rivlin", mooney(robot, drive_unit(robot).matrix), POISSON[1])
     blocked = ideal_pull(PRESSURE, wall.outer, wall.braid_angle)
-    unit = _unit(wall, sleeve, SLEEVE)
+    unit, bar = _unit(wall, sleeve, SLEEVE), (sleeve.constants, math.pi * ((wall.outer + SLEEVE) ** 2 - wall.outer**2))
     solid = resolved_hose(wall, sleeve, thickness=SLEEVE, poisson=INCOMPRESSIBLE)
     thin = tube(wall, sleeve, thickness=SLEEVE)
     for part, name in ((0.5, HALF), (0.0, FREE)):
         text = _text(load(solid, PRESSURE, part * blocked))
-        short, core = 1 - solid.stretch, 1 - _stretch(unit, part * blocked)
+        short, core = 1 - solid.stretch, 1 - _stretch(unit, part * blocked, bar)
         yield Case("Hose of solid elements", f"{name}, core", short, core, "1", 0.01, text=text)
         text += _text(load(thin, PRESSURE, part * blocked))
         yield Case("Hose of solid elements", f"{name}, wall", short, 1 - thin.stretch, "1", 0.01, text=text)
@@ -207,12 +208,16 @@ def _unit(wall: Wall, sleeve: Solid, thickness: float) -> _core.DriveUnit:
     )
 
 
-def _stretch(unit: _core.DriveUnit, force: float) -> float:
-    """Stretch at which a muscle pulls with a force [N]."""
+def _stretch(unit: _core.DriveUnit, force: float, bar: tuple[Mooney, float] | None = None) -> float:
+    """Stretch at which a muscle pulls with a force [N]; `bar`: constants and area of a sleeve that stretches too."""
     from scipy.optimize import brentq  # here, because it takes longer to import than most commands take
 
     def excess(stretch: float) -> float:
-        return float(unit.at(np.array([stretch]), pressure=PRESSURE)["pull"][0]) - force
+        pull = float(unit.at(np.array([stretch]), pressure=PRESSURE)["pull"][0])
+        if bar is not None:
+            solid, area = bar
+            pull += 2 * area * (solid.c1 * (stretch - stretch**-2) + solid.c2 * (1 - stretch**-3))
+        return pull - force
 
     return float(brentq(excess, 0.5, unit.closing_stretch(LUMEN_MIN), xtol=1e-12))
 

@@ -52,7 +52,7 @@ def test_hose_and_sleeve_are_those_of_the_core() -> None:
     alone = list(muscle_cases(ROBOT, math.radians(35), hose=False))
     sleeve = list(sleeve_cases(ROBOT))
     assert max(abs(case.difference) for case in (*hose, *sleeve)) < 1e-3
-    assert hose[-1].computed < alone[-1].computed - 0.02  # the hose resists
+    assert hose[-1].computed < alone[-1].computed - 0.01  # the hose resists
 
 
 @pytest.mark.fe
