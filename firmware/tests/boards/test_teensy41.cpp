@@ -76,7 +76,7 @@ static void it_drives_servos() {
         CHECK(board.servo[0].pin == robot::wiring.servo[0]);
         least = std::min(least, board.servo[0].pulse), most = std::max(most, board.servo[0].pulse);
     }
-    CHECK(800 <= least && least < 1450 && 1550 < most && most <= 2200);
+    CHECK(800 <= least && least < 1490 && 1510 < most && most <= 2200);
     arm(app.vehicle, false), float_on(300);
     for (Servo& one : board.servo) CHECK(!one.attached());
 }

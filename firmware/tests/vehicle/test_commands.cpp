@@ -98,7 +98,7 @@ static void joystick_within_tighter_limits() {
     CHECK(arm(v, true) == Refusal::none);
     CHECK(set_manual(v, 1, 1, 1) == Refusal::none);
     CHECK(within(v.model.pilot.controller, v.requested) && v.requested.amplitude[0] > 0.05f &&
-          v.requested.fin[0] > 0.5f);
+          v.requested.fin[0] > 0.3f);
     CHECK(set_manual(v, 0, 0, 0) == Refusal::none && v.requested.amplitude[0] == 0 && v.requested.amplitude[1] == 0);
     CHECK(set_manual(v, 0, 1, 0) == Refusal::none && v.requested.amplitude[0] == 0 && abs(v.requested.bias[0]) > 0.05f);
 }
