@@ -167,11 +167,11 @@ struct Bent {
 /// Bend and strain where moment and axial force of a section vanish: Newton's method from near, in bounded steps.
 /// `forces` takes the load as duals and returns both. NaN where it does not converge.
 template <std::floating_point S, class F>
-Bent<S> newton_balance(const SoftJoint<S>& joint, const Section<S>& at, Bent<S> near, F forces) {
+Bent<S> newton_balance(const SoftJoint<S>& joint, const Section<S>& at, const StretchLimits<S>& limits, Bent<S> near,
+                       F forces) {
     using D = Dual<S, 2>;
     const SoftJoint<D> soft = lifted<D>(joint);
     const Section<D> section = lifted<D>(at);
-    const StretchLimits<S> limits = stretch_limits(joint.unit);
     for (int k = 0; k < 60; ++k) {
         D angle(near.angle), strain(near.strain);
         angle.d[0] = strain.d[1] = S(1);
@@ -245,11 +245,12 @@ S section_moment(const SoftJoint<S>& joint, const Section<S>& at, const S* press
 template <std::floating_point S>
 Bent<S> balance(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S hold) {
     if (joint.law.shortens) {
-        const Bent<S> found = newton_balance(joint, at, Bent<S>{S(0), S(0)}, [&](const auto& load) {
-            using D = std::remove_cvref_t<decltype(load.elastic)>;
-            const D both[2] = {D(pressure[0]), D(pressure[1])};
-            return Bent<D>{joint_moment(load, both) + hold * joint_friction(load, both), joint_thrust(load, both)};
-        });
+        const Bent<S> found =
+            newton_balance(joint, at, stretch_limits(joint.unit), Bent<S>{S(0), S(0)}, [&](const auto& load) {
+                using D = std::remove_cvref_t<decltype(load.elastic)>;
+                const D both[2] = {D(pressure[0]), D(pressure[1])};
+                return Bent<D>{joint_moment(load, both) + hold * joint_friction(load, both), joint_thrust(load, both)};
+            });
         if (found.angle == found.angle) return found;
     }
     const S zero(0), used = S(0.95) * at.length;
@@ -322,7 +323,7 @@ JointLoad<S> joint_load(const Joint<S>& joint, const S& angle, const S& strain) 
 template <std::floating_point S, class F>
 Bent<S> joint_balance(const Joint<S>& joint, Bent<S> near, F pressures) {
     near.strain += joint.rest;
-    Bent<S> bent = newton_balance(joint.soft, joint.section, near, [&](JointLoad<Dual<S, 2>> load) {
+    Bent<S> bent = newton_balance(joint.soft, joint.section, joint.limits, near, [&](JointLoad<Dual<S, 2>> load) {
         Dual<S, 2> pressure[2];
         pressures(load, pressure);
         return Bent<Dual<S, 2>>{joint_moment(load, pressure), joint_thrust(load, pressure)};
