@@ -11,7 +11,7 @@ from hypertuna.identification.experiment import Experiment, Replayed
 from hypertuna.identification.prediction import Prediction, predict, weighted
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import joint_grid
-from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.smoothing import SmoothSeries, smooth
 
 DRAWS = 24  # of all joint angles
 SEED = 0  # of the draws: the same fit has the same intervals
@@ -24,8 +24,8 @@ def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels
     change to meet the same tracks follows from the linearized fit, with the bounds as a weak prior.
     """
     n = len(data.free)
-    noise = [smooth(recording.joints, noise=recording.noise).noise for recording in data.trials.recordings]
-    if not data.recordings or not any(sigma.any() for sigma in noise):
+    curves = [smooth(recording.joints, noise=recording.noise) for recording in data.trials.recordings]
+    if not data.recordings or not any(curve.noise.any() for curve in curves):
         return np.zeros((n, n))
     lower, upper = bounds_of(data.free)
     root = (upper - lower) / np.sqrt(12)
@@ -35,7 +35,7 @@ def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels
     changes = []
     for _ in range(DRAWS):
         drawn = [
-            _drawn(data, *parts, rng) for parts in zip(data.recordings, data.trials.recordings, noise, strict=True)
+            _drawn(data, *parts, rng) for parts in zip(data.recordings, data.trials.recordings, curves, strict=True)
         ]
         moved = predict(replace(data, recordings=tuple(drawn)), values, gradient_steps=None, levels=levels)
         change = weighted(data, moved, levels)[0] - residual
@@ -46,10 +46,9 @@ def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels
 
 
 def _drawn(
-    data: Experiment, replayed: Replayed, recording: Recording, noise: Sequence[float] | Array, rng: np.random.Generator
+    data: Experiment, replayed: Replayed, recording: Recording, curve: SmoothSeries, rng: np.random.Generator
 ) -> Replayed:
-    """Return a recording with the noise of its joint angles (groups,) drawn anew."""
-    curve = smooth(recording.joints, noise=recording.noise)
+    """Return a recording with the noise of its joint angles drawn anew."""
     angle = curve(recording.joints.time)[:, :, 0]
-    series = replace(recording.joints, angle=angle + np.asarray(noise) * rng.standard_normal(angle.shape))
+    series = replace(recording.joints, angle=angle + curve.noise * rng.standard_normal(angle.shape))
     return replace(replayed, joints=joint_grid(data.robot, smooth(series, noise=recording.noise))[0])

@@ -21,7 +21,8 @@ from hypertuna.trials.tracks import JointSeries, Track
 GRID = 512  # instants at which joint angles are looked at for their frequency
 MIN_FRAMES = 10  # of a run that begins in motion
 SAME_TIME = 1e-9  # s
-ROUNDS, GUESS_ROUNDS = 3, 6  # of Gauss and Newton, from a good guess and from a rough one
+MAX_ROUNDS, MAX_HALVINGS = 20, 8  # of Gauss and Newton, and of a step that makes the error larger
+SAME_ERROR = 1e-11  # relative decrease of the error that a step promises and that ends the rounds
 MIN_SD = 1e-6  # m and rad, of a first pose
 GUESS_FRAMES = 8  # of a rough guess of the twist
 STILL = 0.5  # of what joints and head do later: those that do less begin at rest
@@ -38,6 +39,10 @@ class Velocity:
     def twist(self, robot: Robot) -> Array:
         """Return the twist (3,) of the nose: u toward the tail, v to starboard [m/s], r [rad/s]."""
         return np.array([-self.forward, -self.left - self.turn * robot.links.length[0] / 2, self.turn])
+
+
+Begin = tuple[Array | None, Array]  # twist (3,) and errors (runs, 3) of first poses
+Swum = Callable[[Array | None], tuple[Array, Array, Array]]  # twist to poses at frames, derivatives by twist and others
 
 
 @dataclass(frozen=True)
@@ -79,6 +84,33 @@ class Unknown:
             by[at, 0, own + 2], by[at, 1, own + 2] = -arm[:, 1], arm[:, 0]
         return np.concatenate([by_twist, by], axis=2) if self.twist else by
 
+    def seen(self, swum: Swum, twist: Array | None, error: Array) -> tuple[Array, Array, Array]:
+        """Return poses (frames, 3) of a replay, and derivatives by the twist and by others."""
+        computed, by_twist, by = swum(twist)
+        moved, both = self.moved(computed, np.concatenate([by_twist, by], axis=2), error)
+        return moved, both[..., : by_twist.shape[2]], both[..., by_twist.shape[2] :]
+
+    def noise(self, rest: Array, given: Array | None) -> Array:
+        """Return the noise (3,) of frames: given, or what residuals (frames, 3) show; white noise at least."""
+        least = self.sd.min(axis=0)
+        if given is not None:
+            return np.asarray(np.maximum(given, least))
+        # what is left beyond white noise is the model's error, the same in all frames of a run
+        excess = max(float(np.mean(np.mean(rest**2, axis=0) / least**2)) - 1, 0.0)
+        return np.asarray(least * np.sqrt(1 + len(rest) / len(self.sd) * excess))
+
+    def stepped(self, begin: Begin, step: Array) -> Begin:
+        """Return twist and errors of first poses after a step (unknowns,)."""
+        twist, error = begin
+        if self.twist and twist is not None:
+            twist, step = twist + step[:3], step[3:]
+        return twist, error + step.reshape(error.shape) if self.poses else error
+
+    def cost(self, rest: Array, error: Array, noise: Array) -> float:
+        """Return the sum of squares of residuals (frames, 3) and first poses, each over its standard deviation."""
+        own = float(((error / self.sd) ** 2).sum()) if self.poses else 0.0
+        return float(((rest / noise) ** 2).sum()) + own
+
     def gain(self, by: Array, error: Array, noise: Array) -> tuple[Array, Array]:
         """Return the matrix (unknowns, 3 frames) from errors of poses to changes of the unknowns, and a change.
 
@@ -93,44 +125,46 @@ class Unknown:
         return np.asarray(inverse[:, : len(size)] * size), -back
 
 
-Swum = Callable[[Array | None], tuple[Array, Array, Array]]  # twist to poses at frames, derivatives by twist and others
-
-
 def meet(
-    unknown: Unknown, swum: Swum, twist: Array | None, error: Array, noise: Array | None, rounds: int = ROUNDS
+    unknown: Unknown, swum: Swum, twist: Array | None, error: Array, noise: Array | None
 ) -> tuple[Array | None, Array, Array, Array]:
     """Return twist, errors (runs, 3) of first poses, poses (frames, 3) and derivatives with which a replay fits best.
 
-    Gauss and Newton from a guess; derivatives follow the unknowns, but for the product of residuals and curvature
-    (Kaufman 1975). noise: of frames (3,) [m, m, rad]; None for what each round leaves.
+    Gauss and Newton from a guess, with shorter steps where a whole one makes the error larger, until it is the
+    smallest: then derivatives follow the unknowns, but for the product of residuals and curvature (Kaufman 1975).
+    noise: of frames (3,) [m, m, rad]; None for what each round leaves.
     """
-    guess = twist, error
-    for left in reversed(range(rounds)):
-        computed, by_twist, by = swum(twist)
-        if not all(np.isfinite(part).all() for part in (computed, by_twist, by)) and twist is not guess[0]:
-            (twist, error), left = guess, 0  # too far: the guess is better
-            computed, by_twist, by = swum(twist)
-        first = by_twist.shape[2]
-        moved, both = unknown.moved(computed, np.concatenate([by_twist, by], axis=2), error)
-        by_twist, by = both[..., :first], both[..., first:]
-        if not (np.isfinite(moved).all() and np.isfinite(both).all()):
+    begin, seen = (twist, error), unknown.seen(swum, twist, error)
+    for left in reversed(range(MAX_ROUNDS)):
+        moved, by_twist, by = seen
+        if not all(np.isfinite(part).all() for part in seen):
             break
         rest = unknown.pose - moved
-        white, square = unknown.sd.min(axis=0) ** 2, np.mean(rest**2, axis=0)
-        # what is left beyond white noise is the model's error, the same in all frames of a run
-        excess = len(rest) / len(unknown.sd) * max(float(np.mean(square / white)) - 1, 0.0)
-        own = np.sqrt(white * (1 + excess)) if noise is None else noise
-        matrix = unknown.jacobian(moved, by_twist, error)
-        gain, back = unknown.gain(matrix, error, np.maximum(own, unknown.sd.min(axis=0)))
-        if left == 0:
-            by = by - matrix @ (gain @ by.reshape(gain.shape[1], -1))
-            break
+        own = unknown.noise(rest, noise)
+        matrix = unknown.jacobian(moved, by_twist, begin[1])
+        gain, back = unknown.gain(matrix, begin[1], own)
         step = gain @ rest.ravel() + back
-        if unknown.twist and twist is not None:
-            twist, step = twist + step[:3], step[3:]
-        if unknown.poses:
-            error = error + step.reshape(error.shape)
-    return twist, error, moved, by
+        nearer = _nearer(unknown, swum, begin, rest, matrix, step, own) if left else None
+        if nearer is None:
+            return *begin, moved, by - matrix @ (gain @ by.reshape(gain.shape[1], -1))
+        begin, seen = nearer
+    return *begin, moved, by
+
+
+def _nearer(
+    unknown: Unknown, swum: Swum, begin: Begin, rest: Array, matrix: Array, step: Array, noise: Array
+) -> tuple[Begin, tuple[Array, Array, Array]] | None:
+    """Return a begin with a smaller error, and what is seen from it: a step, or a part of it; None at the smallest."""
+    cost = unknown.cost(rest, begin[1], noise)
+    promised = unknown.cost(rest - matrix @ step, unknown.stepped(begin, step)[1], noise)
+    if cost - promised <= SAME_ERROR * cost:
+        return None
+    for k in range(MAX_HALVINGS):
+        there = unknown.stepped(begin, step / 2**k)
+        seen = unknown.seen(swum, *there)
+        if unknown.cost(unknown.pose - seen[0], there[1], noise) < cost:
+            return there, seen
+    return None
 
 
 def beat_of(curve: SmoothSeries) -> tuple[float, Array]:
@@ -209,7 +243,7 @@ def begin_of(
         at, by = between(*head_of(half, pose, by), clock / step)
         return at, by, by[..., :0]
 
-    return meet(unknown, swum, twist, error, None, GUESS_ROUNDS)[:2]
+    return meet(unknown, swum, twist, error, None)[:2]
 
 
 def with_first_poses(tracks: Sequence[Track], error: Array) -> list[Track]:
