@@ -1,6 +1,5 @@
 """Errors of measured joint angles in the fitted coefficients: angles drawn anew, smoothed and replayed."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
