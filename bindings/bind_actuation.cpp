@@ -102,14 +102,19 @@ static Joint<double> joint_of(const Input<1>& row) {
     return read_joint(row.data());
 }
 
-static NamedArrays joint_loads(const Input<1>& row, const Input<1>& angle, const Input<1>& strain) {
+static NamedArrays joint_loads(const Input<1>& row, const Input<1>& angle, const Input<1>& strain,
+                               const Input<2>& pressure) {
     check_extent("strain", strain.shape(0), angle.shape(0));
+    check_extent("pressure", pressure.shape(0), angle.shape(0));
+    check_extent("pressure", pressure.shape(1), 2);
     const Joint<double> joint = joint_of(row);
     const std::size_t n = angle.shape(0);
     Output energy_out = zeros({n}), elastic = zeros({n}), axial = zeros({n}), volume = zeros({n, 2}),
            slope = zeros({n, 2}), gain = zeros({n, 2}), friction = zeros({n, 2}), carried_out = zeros({n, 2});
     for (std::size_t k = 0; k < n; ++k) {
-        const JointLoad<double> load = joint_load(joint, angle.data()[k], strain.data()[k]);
+        const double* both = pressure.data() + 2 * k;
+        const JointLoad<double> load =
+            joint_load(joint, angle.data()[k], strain.data()[k], given_pressures(both[0], both[1]));
         energy_out.data()[k] = load.energy;
         elastic.data()[k] = load.elastic;
         axial.data()[k] = load.axial;
@@ -136,10 +141,11 @@ static NamedArrays held_joint(const Input<1>& row, const Input<1>& angle, double
     const Joint<double> joint = joint_of(row);
     const std::size_t n = angle.shape(0);
     Output strain = zeros({n}), pressure = zeros({n, 2}), volume = zeros({n, 2});
-    double near = 0;
+    Holding<double> near{};
     for (std::size_t k = 0; k < n; ++k) {
         const Holding<double> at = hold(joint, angle.data()[k], fill, lowest, near);
-        strain.data()[k] = near = at.strain;
+        if (at.strain == at.strain) near = at;
+        strain.data()[k] = at.strain;
         std::copy(at.pressure, at.pressure + 2, pressure.data() + 2 * k);
         std::copy(at.volume, at.volume + 2, volume.data() + 2 * k);
     }
@@ -159,11 +165,9 @@ static NamedArrays balanced_joint(const Input<1>& row, const Input<2>& pressure,
     Output angle = zeros({n}), strain = zeros({n}), volume = zeros({n, 2});
     Bent<double> bent{0, 0};
     for (std::size_t k = 0; k < n; ++k) {
-        bent = joint_balance(joint, bent, [&](auto& load, Dual<double, 2>* out) {
-            for (int s = 0; s < 2; ++s) out[s] = Dual<double, 2>(pressure.data()[2 * k + s]);
-            load.elastic = load.elastic + moment.data()[k];
-        });
-        const JointLoad<double> load = joint_load(joint, bent.angle, bent.strain);
+        const auto oil = given_pressures(pressure.data()[2 * k], pressure.data()[2 * k + 1]);
+        bent = joint_balance(joint, bent, oil, moment.data()[k]);
+        const JointLoad<double> load = joint_load(joint, bent.angle, bent.strain, oil);
         angle.data()[k] = bent.angle;
         strain.data()[k] = bent.strain;
         std::copy(load.volume, load.volume + 2, volume.data() + 2 * k);
@@ -314,7 +318,9 @@ static void bind_joints(nb::module_& m) {
              "these pressures.");
     m.def("joint_columns", &joint_names, "Numbers that describe a joint of one section, in the order of a row.");
     m.def("joint_load", &joint_loads, nb::arg("joint"), nb::kw_only(), nb::arg("angle"), nb::arg("strain"),
-          "Energy, moment, axial force, volumes and friction at every bend and strain relative to the filled joint.");
+          nb::arg("pressure"),
+          "Energy, moment, axial force, volumes and friction at every bend, strain relative to the filled joint, and "
+          "pair of pressures.");
     m.def("hold_joint", &held_joint, nb::arg("joint"), nb::kw_only(), nb::arg("angle"), nb::arg("fill"),
           nb::arg("lowest"), "Strain, pressures around the filling one, and volumes that hold every angle.");
     m.def("balance_joint", &balanced_joint, nb::arg("joint"), nb::kw_only(), nb::arg("pressure"), nb::arg("moment"),

@@ -7,18 +7,21 @@ made of Jacobians, and those of complex steps. Nothing is shared with the core b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-from scipy.interpolate import BSpline, make_interp_spline
+from scipy.interpolate import BSpline, RectBivariateSpline, make_interp_spline
 from scipy.optimize import brentq, fsolve
 
 Real = NDArray[np.float64]
 ATMOSPHERE = 101325.0
+Lumen = tuple[float | None, float | None]  # of the muscles of the left and right side [m^2]; None: as the braid has it
+TAUT: Lumen = (None, None)
+Pressure = Callable[[int, float], float]  # of a side [Pa] at its volume [m^3]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 
 
@@ -41,16 +44,16 @@ class Muscle:
         wall = np.pi / 4 * (self.outer**2 - self.inner**2)
         return np.pi / 4 * self.braid(stretch) ** 2 * stretch - wall
 
-    def energy(self, stretch: float, outside: float, matrix: float) -> float:
+    def energy(self, stretch: float, lumen: float, outside: float, matrix: float) -> float:
         """Energy of the wall, and of what its swelling does to matrix C1 [Pa] up to a radius, per length [J/m]."""
-        wall = self.ring(self.c1, self.inner / 2, self.outer / 2, stretch)
+        wall = self.ring(self.c1, self.inner / 2, self.outer / 2, stretch, lumen)
         alone = matrix * (stretch**2 + 2 / stretch - 3) * np.pi * (outside**2 - (self.outer / 2) ** 2)
-        return wall + self.ring(matrix, self.outer / 2, outside, stretch) - alone
+        return wall + self.ring(matrix, self.outer / 2, outside, stretch, lumen) - alone
 
-    def ring(self, c1: float, inner: float, outer: float, stretch: float) -> float:
-        """Energy of a ring that moves with the braid, per length at rest [J/m], integrated through it."""
+    def ring(self, c1: float, inner: float, outer: float, stretch: float, lumen: float) -> float:
+        """Energy of a ring around the lumen, per length at rest [J/m], integrated through it."""
         R = (outer + inner + (outer - inner) * NODES) / 2
-        r2 = (self.braid(stretch) / 2) ** 2 - ((self.outer / 2) ** 2 - R**2) / stretch
+        r2 = (lumen / np.pi + R**2 - (self.inner / 2) ** 2) / stretch
         hoop2 = r2 / R**2
         density = c1 * (stretch**2 + hoop2 + 1 / (stretch**2 * hoop2) - 3) * 2 * np.pi * R
         return float(WEIGHTS @ density) * (outer - inner) / 2
@@ -86,14 +89,23 @@ class Joint:
         return np.array([axis - turn, axis + turn])
 
     @cached_property
-    def curves(self) -> dict[float, BSpline]:
-        """Energy and lumen of a muscle over its stretch, by the radius of the matrix around it."""
-        stretch = np.linspace(0.7, 1.2, 101)
+    def curves(self) -> dict[float, tuple[BSpline, RectBivariateSpline]]:
+        """By the radius of the matrix around a muscle: energy and lumen of the taut one over its stretch; its energy
+        over stretch and lumen."""
+        stretch, m = np.linspace(0.7, 1.2, 101), self.muscle
+        lumen = np.linspace(0.2, 3.0, 141) * np.pi / 4 * m.inner**2
         return {
-            outside: make_interp_spline(
-                stretch,
-                [(self.muscle.energy(s, outside, self.matrix), self.muscle.lumen(s)) for s in stretch],
-                k=7,
+            outside: (
+                make_interp_spline(
+                    stretch, [(m.energy(s, m.lumen(s), outside, self.matrix), m.lumen(s)) for s in stretch], k=7
+                ),
+                RectBivariateSpline(
+                    stretch,
+                    lumen,
+                    [[m.energy(s, now, outside, self.matrix) for now in lumen] for s in stretch],
+                    kx=5,
+                    ky=5,
+                ),
             )
             for outside in (self.mean, *(at.outside for at in self.sections))
         }
@@ -103,34 +115,53 @@ class Joint:
         """Mean radius of the matrix around a hose [m]."""
         return float(np.average([at.outside for at in self.sections], weights=[at.length for at in self.sections]))
 
-    def energy(self, at: Section, bend: float, strain: float) -> float:
-        """Energy of matrix and muscles [J]: a bar in tension, bent a little."""
+    def energy(self, at: Section, bend: float, strain: float, lumen: Lumen = TAUT) -> float:
+        """Energy of matrix and muscles [J]: a bar in tension, bent a little; muscles as taut or with a lumen."""
         axis, c1 = 1 + strain, self.matrix
         bar = c1 * (axis**2 + 2 / axis - 3) * at.area
         bent = c1 * (1 + 2 / axis**3) * at.second * (bend / at.length) ** 2 / axis
-        walls = self.curves[at.outside](self.stretches(at, bend, strain))[:, 0].sum()
-        return at.length * (bar + bent + self.units * walls)
+        taut, loose = self.curves[at.outside]
+        walls = [
+            taut(stretch)[0] if now is None else loose.ev(stretch, now)
+            for stretch, now in zip(self.stretches(at, bend, strain), lumen, strict=True)
+        ]
+        return at.length * (bar + bent + self.units * float(sum(walls)))
 
     def volume(self, at: Section, bend: float, strain: float) -> Real:
-        """Oil in the muscles of the left and the right side [m^3]."""
-        return self.units * at.length * self.curves[at.outside](self.stretches(at, bend, strain))[:, 1]
+        """Oil in the taut muscles of the left and the right side [m^3]."""
+        return self.units * at.length * self.curves[at.outside][0](self.stretches(at, bend, strain))[:, 1]
 
-    def forces(self, at: Section, bend: float, strain: float) -> tuple[Real, Real]:
+    def lumen(self, at: Section, bend: float, strain: float, pressure: Pressure) -> Lumen:
+        """Lumens [m^2] of slack muscles: where the energy rises by it as fast as the oil presses; None where taut."""
+        loose, whole = self.curves[at.outside][1], self.units * at.length
+        found: list[float | None] = []
+        for side, stretch in enumerate(self.stretches(at, bend, strain)):
+
+            def excess(lumen: float, side: int = side, stretch: float = stretch) -> float:
+                return float(loose.ev(stretch, lumen, dy=1)) - pressure(side, whole * lumen)
+
+            braid = self.muscle.lumen(stretch)
+            least = 0.2 * np.pi / 4 * self.muscle.inner**2
+            found.append(brentq(excess, least, braid, xtol=1e-20, rtol=1e-14) if excess(braid) > 0 else None)
+        return found[0], found[1]
+
+    def forces(self, at: Section, bend: float, strain: float, lumen: Lumen = TAUT) -> tuple[Real, Real]:
         """-dU (2,) by bend [N m] and strain [J], and dV (2, 2) by them of both sides, by differences."""
         h, push, opens = 1e-5, [], []
+        taut = np.array([now is None for now in lumen])
         for db, de in ((h, 0.0), (0.0, h)):
-            push.append(self.energy(at, bend - db, strain - de) - self.energy(at, bend + db, strain + de))
-            opens.append(self.volume(at, bend + db, strain + de) - self.volume(at, bend - db, strain - de))
+            push.append(self.energy(at, bend - db, strain - de, lumen) - self.energy(at, bend + db, strain + de, lumen))
+            opens.append(taut * (self.volume(at, bend + db, strain + de) - self.volume(at, bend - db, strain - de)))
         return np.array(push) / (2 * h), np.array(opens) / (2 * h)
+
+    def left(self, at: Section, bend: float, strain: float, pressure: Real) -> Real:
+        """What is left of both forces under given pressures."""
+        push, opens = self.forces(at, bend, strain, self.lumen(at, bend, strain, lambda side, _: pressure[side]))
+        return push + opens @ pressure
 
     def balance(self, at: Section, pressure: Real) -> Real:
         """Bend [rad] and strain at which nothing is left of both forces."""
-
-        def left(state: Real) -> Real:
-            push, opens = self.forces(at, *(0.1 * state))
-            return push + opens @ pressure
-
-        return 0.1 * fsolve(left, [0.0, -0.1], xtol=1e-8)
+        return 0.1 * fsolve(lambda state: self.left(at, *(0.1 * state), pressure), [0.0, -0.1], xtol=1e-8)
 
     @cached_property
     def whole(self) -> Section:
@@ -141,9 +172,9 @@ class Joint:
         bend, strain = states[:, 0].sum(), lengths @ states[:, 1] / lengths.sum()
 
         def left(scale: Real) -> Real:
-            at = Section(lengths.sum(), 1e-3 * scale[0], 1e-7 * scale[1], self.mean)
-            push, opens = self.forces(at, bend, strain)
-            return push + opens @ pressure
+            return self.left(
+                Section(lengths.sum(), 1e-3 * scale[0], 1e-7 * scale[1], self.mean), bend, strain, pressure
+            )
 
         area, second = fsolve(left, [1.0, 1.0], xtol=1e-8)
         return Section(lengths.sum(), 1e-3 * area, 1e-7 * second, self.mean)
@@ -292,16 +323,22 @@ def rates(robot: Robot, state: Real, targets: Real, supply: float) -> tuple[Real
     longer = np.zeros(joints)
     for j, joint in enumerate(robot.joints):
         place = joint.whole, q[3 + j], joint.rest + strain[j]
-        push, opens = joint.forces(*place)
-        gained = joint.volume(*place) - joint.volume(joint.whole, 0.0, joint.rest)
-        units = np.zeros(2)
+        filled, units = joint.volume(joint.whole, 0.0, joint.rest), np.zeros(2)
+
+        def oil(side: int, volume: float, j: int = j, filled: Real = filled) -> float:
+            circuit, passed = robot.circuits[2 * j + side], circuits[2 * j + side, 3]
+            room = circuit.unit_rest + volume - filled[side]
+            return circuit.pressure(circuit.oil_unit + passed, room, circuit.compliance)
+
+        lumen, volume = joint.lumen(*place, oil), joint.volume(*place)
+        push, opens = joint.forces(*place, lumen)
         for side in (0, 1):
             k = 2 * j + side
             circuit, (angle, rate, flow, passed) = robot.circuits[k], circuits[k]
             space = circuit.chamber - circuit.pushed(angle)
             pump = circuit.pressure(circuit.oil_pump - passed, space, 0.0)
-            room = circuit.unit_rest + gained[side]
-            units[side] = circuit.pressure(circuit.oil_unit + passed, room, circuit.compliance)
+            slack = lumen[side]
+            units[side] = oil(side, volume[side] if slack is None else joint.units * joint.whole.length * slack)
             drop = circuit.resistance * flow + circuit.loss * flow * abs(flow)
             turn = circuit.servo(supply, pump * circuit.lever(angle), targets[k], angle, rate)
             out[k] = rate, turn, (pump - units[side] - drop) / circuit.inertance, flow

@@ -110,7 +110,7 @@ def test_plant_agrees_with_an_independent_one(medium: str) -> None:
     bends, theirs = ours["angle"], states[:, 3:5]
     assert np.ptp(theirs, axis=0).min() > math.radians(5), "the comparison moves the joints"
     assert np.ptp(pressures) > 200e3, "and the oil"
-    assert bends == pytest.approx(theirs, abs=2e-5)
+    assert bends == pytest.approx(theirs, abs=5e-5)  # braids that go slack are kinks to both integrators
     assert ours["servo_angle"] == pytest.approx(states[:, 12::4], abs=2e-6)
     assert ours["pump_pressure"] == pytest.approx(pressures[:, :, 0], abs=100)
     assert ours["unit_pressure"] == pytest.approx(pressures[:, :, 1], abs=100)

@@ -67,18 +67,18 @@ static void oil_is_conserved() {
         const Pair<double> p = pair(1e-6, compliance);
         const PairState<double> y = settled(p, 0.1);
         const Bent<double> bent = bend(p, y);
-        const JointLoad<double> load = joint_load(p.joint, bent.angle, bent.strain);
-        double pressure[2];
+        const JointLoad<double> load = joint_load(p.joint, bent.angle, bent.strain, oil_of(p, y));
         for (int s : {0, 1}) {
-            pressure[s] = unit_pressure(p.circuit[s], y.side[s], load.volume[s] - p.rest[s]).pressure;
+            CHECK_NEAR(unit_pressure(p.circuit[s], y.side[s], load.volume[s] - p.rest[s]).pressure, load.pressure[s],
+                       1e-3);
             const double pushed = displaced(p.circuit[s].pump, y.side[s].angle);
             CHECK(std::fabs(pushed) > 1e-7);
-            CHECK_NEAR(load.volume[s] - p.rest[s], pushed - compliance * (pressure[s] - fill),
+            CHECK_NEAR(load.volume[s] - p.rest[s], pushed - compliance * (load.pressure[s] - fill),
                        5e-3 * std::fabs(pushed));
         }
-        CHECK(pressure[0] > fill && pressure[1] < fill);
-        CHECK_NEAR(joint_moment(load, pressure), 0, 1e-9);
-        CHECK_NEAR(joint_thrust(load, pressure), 0, 1e-9);
+        CHECK(load.pressure[0] > fill && load.pressure[1] < fill);
+        CHECK_NEAR(joint_moment(load), 0, 1e-9);
+        CHECK_NEAR(joint_thrust(load), 0, 1e-9);
     }
 }
 

@@ -164,8 +164,7 @@ void send_pulses(const Vehicle& vehicle, B& board) {
     float pulse[max_servos] = {};
     bool moving = vehicle.now.armed;
     for (int k = 0; k < servos; ++k) {
-        const float rest = k < 2 * controller.joints ? servo_angle(controller.map[k], 0.0f) : 0.0f;
-        moving = moving || 1e-3f < abs(vehicle.now.output.target[k] - rest);
+        moving = moving || 1e-3f < abs(vehicle.now.output.target[k]);
     }
     for (int k = 0; k < servos && moving; ++k)
         pulse[k] = clamp(vehicle.now.output.pulse[k] + vehicle.model.calibration.trim[k], controller.pulse_min,

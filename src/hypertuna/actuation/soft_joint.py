@@ -45,19 +45,21 @@ class JointModel:
         """Moment per bend of the straight joint without pressure [N m/rad]."""
         return -float(np.diff(self.at([-SMALL, SMALL], -self["rest"])["elastic"])[0]) / (2 * SMALL)
 
-    def at(self, angle: ArrayLike, strain: ArrayLike = 0.0) -> dict[str, Array]:
-        """Evaluate at angles (n,) [rad] and strains.
+    def at(self, angle: ArrayLike, strain: ArrayLike = 0.0, pressure: ArrayLike = math.inf) -> dict[str, Array]:
+        """Evaluate at angles (n,) [rad], strains and pressures (n, 2) [Pa], by default so high that braids are taut.
 
         energy [J], elastic [N m] (-dU/dangle), axial [J] (-dU/dstrain), and with a column per side volume [m^3], slope
         [m^3/rad], gain [m^3] (dV/dstrain), friction [N m/Pa] and carried [Pa].
         """
         bend, long = np.broadcast_arrays(np.atleast_1d(np.asarray(angle, dtype=np.float64)), strain)
-        return _core.joint_load(self.row, angle=bend.copy(), strain=long.astype(np.float64))
+        both = np.broadcast_to(np.asarray(pressure, dtype=np.float64), (len(bend), 2))
+        return _core.joint_load(self.row, angle=bend.copy(), strain=long.astype(np.float64), pressure=both.copy())
 
     def hold(self, angle: ArrayLike, lowest: float = -math.inf) -> dict[str, Array]:
         """Return strain (n,), pressure (n, 2) [Pa] and volume (n, 2) [m^3] that hold angles (n,) [rad].
 
-        The sides stand equally far above and below the filling pressure, the lower one at least at `lowest` [Pa].
+        The sides stand equally far above and below the filling pressure, the lower one high enough that its braid is
+        taut, and at least at `lowest` [Pa].
         """
         bend = np.atleast_1d(np.asarray(angle, dtype=np.float64))
         return _core.hold_joint(self.row, angle=bend, fill=self.fill, lowest=lowest)

@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import Circuits, circuits, pump_servo, servo_angle
@@ -19,19 +20,25 @@ from hypertuna.errors import InputError
 from hypertuna.swimming.model import core_model
 
 SETTLED = 4.7439  # rate times time at which a critically damped filter has made 95 % of a step: (1 + x) e^-x = 0.05
-MAP_DEGREE = 5
-SUCTION = 0.2  # fraction of the cavitation pressure down to which a pump draws its units to hold a bend at rest
+SUCTION = 0.2  # fraction of the cavitation pressure down to which a pump draws taut units to hold a bend at rest
+FREE = 1e-6  # largest difference of the two sides' mean pressure from the fill, over it, where no limit acts
 REACH = 1.2  # largest bend that control may command over the joint's largest bend, to make up for losses
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
 
 
 @dataclass(frozen=True)
 class PumpMap:
-    """Servo angle of a circuit for a bend toward its side: a polynomial and its residuals."""
+    """Servo angle of a circuit for a bend toward its side: three parabolas that join, and their residuals."""
 
-    coefficients: Array  # (6,): of 1, u, u^2, ... for the bend u [rad] toward the side, giving the servo angle [rad]
+    low: float  # rad, ends of the middle one
+    high: float
+    terms: Array  # (6,): by the bend and its square, in the middle, below and above it [rad per rad and rad^2]
     residual_angle: float  # rad, largest over the range
     residual_volume: float  # m^3 of displaced oil, largest over the range
+
+    def angle(self, bend: ArrayLike) -> Array:
+        """Return servo angles [rad] at bends (n,) [rad]."""
+        return _bend_powers(np.asarray(bend, dtype=np.float64), self.low, self.high) @ self.terms
 
 
 def controller_columns(robot: Robot, temperature: float | None = None) -> dict[str, list[float]]:
@@ -43,9 +50,12 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     hydraulics = circuits(robot, temperature)
     joints = [_joint(robot, control, hydraulics, j) for j in range(len(robot.joints))]
     sides = [_supervisor(control, hydraulics, c) for c in range(len(hydraulics.names))]
+    maps = [pump_map(robot, hydraulics, c) for c in range(len(sides))]
     return _constants(robot, control) | {
         "fill": [_fill(robot, c // 2) for c in range(len(sides))],
-        "map": [float(a) for c in range(len(sides)) for a in pump_map(robot, hydraulics, c).coefficients],
+        "map": [float(a) for one in maps for a in one.terms],
+        "map_low": [one.low for one in maps],
+        "map_high": [one.high for one in maps],
         **{name: [row[name] for row in rows] for rows in (joints, sides) for name in rows[0]},
     }
 
@@ -55,7 +65,7 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
     group = robot.joints[circuit // 2]
     reach = _reach(group)
     bend = np.linspace(-reach, reach, 201)
-    volume, pressure = _side_at_rest(robot, hydraulics, circuit, bend)
+    volume, pressure, free = _side_at_rest(robot, hydraulics, circuit, bend)
     at = hydraulics.row(circuit)
     air = at["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure)
     swollen = (at["oil_pump"] + at["oil_unit"]) * (1 - pressure / at["bulk_modulus"] + air)
@@ -67,27 +77,36 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
         value = f"{math.degrees(robot.pump.neutral):g}" if robot.pump else None
         raise InputError(rule, file=robot.file, key="pump.neutral_deg", value=value, fix=fix)
     slope = _core.displaced(hydraulics.values[circuit], angle)[:, 1]
-    fit = np.polynomial.Polynomial.fit(bend, angle, MAP_DEGREE, w=slope).convert()
-    error = fit(bend) - angle
-    return PumpMap(np.asarray(fit.coef, dtype=np.float64), float(abs(error).max()), float(abs(error * slope).max()))
+    low, high = float(bend[free][0]), float(bend[free][-1])
+    powers = _bend_powers(bend, low, high)
+    terms = np.linalg.lstsq(powers * slope[:, None], (angle - float(np.interp(0, bend, angle))) * slope)[0]
+    error = powers @ terms - angle
+    return PumpMap(low, high, terms, float(abs(error).max()), float(abs(error * slope).max()))
+
+
+def _bend_powers(bend: Array, low: float, high: float) -> Array:
+    """Return the six functions (n, 6) of the bend that a pump map adds up, as core controller_model.hpp has them."""
+    parts = (np.clip(bend, low, high), np.minimum(bend - low, 0), np.maximum(bend - high, 0))
+    return np.stack([part**power for part in parts for power in (1, 2)], axis=1)
 
 
 def _reach(group: JointGroup) -> float:
     return REACH * require(group.bend_max, f"joints.{group.name}.bend_max_deg")
 
 
-def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array) -> tuple[Array, Array]:
+def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array) -> tuple[Array, Array, Array]:
     """Compute volume gained [m^3] and pressure [Pa] of a side that holds a bend toward itself.
 
-    The moments balance with the two sides equally far above and below the fill pressure; the lower pressure stops
-    short of cavitation.
+    The moments balance with the two sides equally far above and below the fill pressure, where the third array is
+    true; elsewhere the lower pressure has stopped where the braid would go slack, or short of cavitation.
     """
     side, model = circuit % 2, joint_models(robot)[circuit // 2]
     low = SUCTION * float(hydraulics.column("cavitation")[circuit])
     held = model.hold(bend if side == 0 else -bend, low)
     volume = held["volume"][:, side] - model.at(0.0)["volume"][0, side]
-    pressure = held["pressure"][:, side]
-    return volume, pressure
+    pressure = held["pressure"]
+    free = abs(pressure.mean(axis=1) - model.fill) < FREE * model.fill
+    return volume, pressure[:, side], free
 
 
 def _fill(robot: Robot, joint: int) -> float:
@@ -164,12 +183,13 @@ def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j
     """
     amplitude, fill = float(robot.joints[j].bend_max or 0.0), _fill(robot, j)
     bend = np.linspace(0.1, 1.0, 10) * amplitude
-    volume, pressure = _side_at_rest(robot, hydraulics, 2 * j, bend)
+    volume, pressure, _ = _side_at_rest(robot, hydraulics, 2 * j, bend)
     held, flow = (pressure - fill) / bend, np.gradient(volume, bend)
     resistance = float(hydraulics.column("resistance")[2 * j])
     frequency = control.frequency_max
     model = joint_models(robot)[j]
-    slope = model.at(bend, model.hold(bend)["strain"])["slope"]
+    at_rest = model.hold(bend)
+    slope = model.at(bend, at_rest["strain"], at_rest["pressure"])["slope"]
     load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
     room = control.pressure_soft - fill
     return (

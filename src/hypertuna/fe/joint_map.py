@@ -196,10 +196,10 @@ def holding_moment(model: JointModel, angle: float, pressure: ArrayLike) -> floa
     both = np.asarray(pressure, dtype=np.float64)
 
     def pulled(strain: float) -> float:
-        at = model.at(angle, strain)
+        at = model.at(angle, strain, both)
         return float(at["axial"][0] + at["gain"][0] @ both)
 
-    at = model.at(angle, brentq(pulled, -STRAIN, STRAIN, xtol=1e-12))
+    at = model.at(angle, brentq(pulled, -STRAIN, STRAIN, xtol=1e-12), both)
     return -float(at["elastic"][0] + at["slope"][0] @ both)
 
 

@@ -5,6 +5,7 @@
 /// atmosphere. Air travels with the oil as bubbles of constant share; it is isothermal and never dissolves.
 #pragma once
 
+#include "hypertuna/actuation/muscle.hpp"
 #include "hypertuna/actuation/pump.hpp"
 #include "hypertuna/actuation/servo.hpp"
 
@@ -106,6 +107,16 @@ template <class S>
 HYPERTUNA_INLINE OilPressure<S> unit_pressure(const Circuit<S>& circuit, const CircuitState<S>& state,
                                               const S& unit_space) {
     return oil_pressure(circuit, circuit.oil_unit + state.passed, circuit.unit_rest + unit_space, circuit.compliance);
+}
+
+/// Pressure of the units at their volume, `rest` that of the straight, filled joint, for joint.hpp; T is S or a dual.
+template <class S, class T>
+OilAt<T> unit_oil(const Circuit<S>& circuit, const CircuitState<S>& state, const S& rest, const T& volume) {
+    const S at = value(volume);
+    const OilPressure<S> oil = unit_pressure(circuit, state, at - rest);
+    const S gives = circuit.compliance + oil_compliance(circuit, circuit.oil_unit + state.passed, oil.pressure);
+    const S slope = S(0) < oil.cavity ? S(0) : S(-1) / gives;
+    return {oil.pressure + slope * (volume - at), T(slope)};
 }
 
 /// How the state changes, and what is seen of it.

@@ -4,7 +4,8 @@
 /// alpha / S. A body that shortens gets wider by 1/sqrt(l), so that at the lever w a muscle has the stretch
 ///     lambda = l -+ w q,  q = alpha / (S sqrt(l)),
 /// and matrix of uniaxial energy W per volume stores A W(l) + W''(l) I q^2 / 2 per length, to second order in q.
-/// Nothing holds the length: the axis shortens until its force vanishes. Side 0 is left; its muscles bend the joint
+/// Nothing holds the length: the axis shortens until its force vanishes; a muscle whose braid goes slack by it or by
+/// suction is a hose in the matrix alone. Side 0 is left; its muscles bend the joint
 /// counter-clockwise, by a positive angle.
 #pragma once
 
@@ -57,26 +58,38 @@ StretchLimits<S> stretch_limits(const DriveUnit<S>& unit) {
             S(stop_factor) * S(6) * (unit.hose.c1 + unit.hose.c2) * section};
 }
 
-/// A joint, or one of its sections, at a bend and a strain of its axis. Of each side: oil, and how it changes.
+/// A joint, or one of its sections, at a bend and a strain of its axis. Of each side: oil, and how it changes. A slack
+/// muscle keeps its oil while it bends, and its walls carry the pressure.
 template <class S>
 struct JointLoad {
     S energy;       // J
     S elastic;      // N m, -dU/dangle
     S axial;        // J, -dU/dstrain
     S volume[2];    // m^3
+    S pressure[2];  // Pa
     S slope[2];     // m^3/rad, dV/dangle: the moment that a unit of pressure makes
     S gain[2];      // m^3, dV/dstrain
     S friction[2];  // N m per Pa of contact pressure
     S carried[2];   // Pa that the walls carry, so that contact = pressure - carried
 };
 
+/// Pressures of both sides that do not depend on the volumes.
 template <class S>
+auto given_pressures(const S& left, const S& right) {
+    return [left, right](int side, const auto& volume) {
+        using T = std::remove_cvref_t<decltype(volume)>;
+        return OilAt<T>{T(side == 0 ? left : right), T(0)};
+    };
+}
+
+/// `oil` tells the pressure of a side (0 or 1) at its volume, and its slope.
+template <class S, class Oil>
 JointLoad<S> section_load(const SoftJoint<S>& joint, const Section<S>& at, const StretchLimits<base_t<S>>& limits,
-                          const S& angle, const S& strain) {
+                          const S& angle, const S& strain, const Oil& oil) {
     DriveUnit<S> unit = joint.unit;
     unit.sleeve = at.sleeve;
-    const S one(1), half(base_t<S>(0.5)), l = max(S(base_t<S>(0.3)), one + strain), L = at.length;
-    const S root = one / sqrt(l), q = angle * root / L, dq_angle = root / L, dq_strain = -half * q / l;
+    const S one(1), half(base_t<S>(0.5)), Pi = S(base_t<S>(pi)), l = max(S(base_t<S>(0.3)), one + strain);
+    const S L = at.length, root = one / sqrt(l), q = angle * root / L, dq_angle = root / L, dq_strain = -half * q / l;
     const Stretched<S> bar = stretched(unit.matrix, l);
     const S bending = half * at.second * q * q;
     JointLoad<S> out;
@@ -86,35 +99,48 @@ JointLoad<S> section_load(const SoftJoint<S>& joint, const Section<S>& at, const
     for (int s = 0; s < 2; ++s) {
         const S w = s == 0 ? -joint.lever[s] : joint.lever[s], whole = l + w * q;
         const S stretch = min(max(S(limits.low), whole), S(limits.high)), beyond = whole - stretch;
-        const S length = joint.units * L, force = energy_slope(unit, stretch), open = lumen_slope(unit, stretch);
-        const S by_angle = w * dq_angle, by_strain = one + w * dq_strain;
+        const S length = joint.units * L, by_angle = w * dq_angle, by_strain = one + w * dq_strain;
+        const MuscleShape<S> braid = muscle_shape(unit, stretch);
+        Wall<S> wall = walls(unit, stretch, braid.swelling);
+        S open = Pi * braid.slope, lumen = swollen_lumen(unit, braid.swelling) + beyond * open;
+        S force = wall.along + wall.across * braid.slope;
+        out.carried[s] = wall.across / Pi;
+        out.pressure[s] = oil(s, length * lumen).pressure;
+        if (out.pressure[s] < out.carried[s]) {  // the braid is slack
+            const S swelling = slack_swelling(unit, stretch, braid.swelling, [&](const S& now) {
+                const OilAt<S> side = oil(s, length * now);
+                return OilAt<S>{side.pressure, side.slope * length};
+            });
+            wall = walls(unit, stretch, swelling);
+            open = S(0), lumen = swollen_lumen(unit, swelling), force = wall.along;
+            out.pressure[s] = out.carried[s] = wall.across / Pi;
+        }
         const S pull = force + S(limits.stop) * beyond;
-        out.energy = out.energy + length * (energy(unit, stretch) + beyond * (force + half * S(limits.stop) * beyond));
+        out.energy = out.energy + length * (wall.energy + beyond * (force + half * S(limits.stop) * beyond));
         out.elastic = out.elastic - length * pull * by_angle;
         out.axial = out.axial - length * pull * by_strain;
-        out.volume[s] = length * (lumen(unit, stretch) + beyond * open);
+        out.volume[s] = length * lumen;
         out.slope[s] = length * open * by_angle;
         out.gain[s] = length * open * by_strain;
         out.friction[s] = joint.units * unit.friction * contact(unit, stretch) * abs(w) * root;
-        out.carried[s] = carried(unit, stretch);
     }
     return out;
 }
 
 /// Moment and axial force times length of oil and silicone, N m and J, without friction.
 template <class S>
-S joint_moment(const JointLoad<S>& load, const S* pressure) {
-    return load.elastic + pressure[0] * load.slope[0] + pressure[1] * load.slope[1];
+S joint_moment(const JointLoad<S>& load) {
+    return load.elastic + load.pressure[0] * load.slope[0] + load.pressure[1] * load.slope[1];
 }
 template <class S>
-S joint_thrust(const JointLoad<S>& load, const S* pressure) {
-    return load.axial + pressure[0] * load.gain[0] + pressure[1] * load.gain[1];
+S joint_thrust(const JointLoad<S>& load) {
+    return load.axial + load.pressure[0] * load.gain[0] + load.pressure[1] * load.gain[1];
 }
-/// Largest moment that friction can hold, N m. The braid lets go where the walls carry more than the pressure.
+/// Largest moment that friction can hold, N m. A slack braid does not rub.
 template <class S>
-S joint_friction(const JointLoad<S>& load, const S* pressure) {
-    return load.friction[0] * max(S(0), pressure[0] - load.carried[0]) +
-           load.friction[1] * max(S(0), pressure[1] - load.carried[1]);
+S joint_friction(const JointLoad<S>& load) {
+    return load.friction[0] * max(S(0), load.pressure[0] - load.carried[0]) +
+           load.friction[1] * max(S(0), load.pressure[1] - load.carried[1]);
 }
 
 /// Root of a falling function between two bounds: Newton's method, with bisection where it leaves them.
@@ -164,50 +190,57 @@ struct Bent {
     S strain;  // of the axis
 };
 
-/// Bend and strain where moment and axial force of a section vanish: Newton's method from near, in bounded steps.
-/// `forces` takes the load as duals and returns both. NaN where it does not converge.
+/// Root of two functions of two numbers: Newton's method from near, in steps of at most `most`. `of` takes and returns
+/// duals. Returns whether it converged.
 template <std::floating_point S, class F>
+bool newton_pair(F of, const S (&most)[2], S (&at)[2]) {
+    using D = Dual<S, 2>;
+    for (int k = 0; k < 60; ++k) {
+        D x(at[0]), y(at[1]);
+        x.d[0] = y.d[1] = S(1);
+        const auto [f, g] = of(x, y);
+        const S determinant = f.d[0] * g.d[1] - f.d[1] * g.d[0];
+        const S step[2] = {(f.d[1] * g.v - g.d[1] * f.v) / determinant, (g.d[0] * f.v - f.d[0] * g.v) / determinant};
+        const S scale = S(1) / max(S(1), max(abs(step[0]) / most[0], abs(step[1]) / most[1]));
+        bool still = true;
+        for (int i = 0; i < 2; ++i) {
+            at[i] += scale * step[i];
+            still = still && abs(step[i]) < S(1e-13) * (most[i] + abs(at[i]));
+        }
+        if (still) return true;
+    }
+    return false;
+}
+
+/// Bend and strain where moment and axial force of a section vanish. `forces` takes the load as duals and returns both.
+/// NaN where Newton's method from near does not converge.
+template <std::floating_point S, class Oil, class F>
 Bent<S> newton_balance(const SoftJoint<S>& joint, const Section<S>& at, const StretchLimits<S>& limits, Bent<S> near,
-                       F forces) {
+                       const Oil& oil, F forces) {
     using D = Dual<S, 2>;
     const SoftJoint<D> soft = lifted<D>(joint);
     const Section<D> section = lifted<D>(at);
-    for (int k = 0; k < 60; ++k) {
-        D angle(near.angle), strain(near.strain);
-        angle.d[0] = strain.d[1] = S(1);
-        const Bent<D> left = forces(section_load(soft, section, limits, angle, strain));
-        const D &moment = left.angle, &thrust = left.strain;
-        const S determinant = moment.d[0] * thrust.d[1] - moment.d[1] * thrust.d[0];
-        const S turn = (moment.d[1] * thrust.v - thrust.d[1] * moment.v) / determinant;
-        const S pull = (thrust.d[0] * moment.v - moment.d[0] * thrust.v) / determinant;
-        const S scale = S(1) / max(S(1), max(abs(turn) / S(0.1), abs(pull) / S(0.03)));
-        near.angle += scale * turn, near.strain += scale * pull;
-        if (abs(turn) < S(1e-13) * (S(1) + abs(near.angle)) && abs(pull) < S(1e-13)) return near;
-    }
+    S bent[2] = {near.angle, near.strain};
+    const auto left = [&](const D& angle, const D& strain) {
+        return forces(section_load(soft, section, limits, angle, strain, oil));
+    };
+    if (newton_pair<S>(left, {S(0.1), S(0.03)}, bent)) return {bent[0], bent[1]};
     return {std::numeric_limits<S>::quiet_NaN(), S(0)};
 }
 
-/// Strain of a section's axis at a bend, where its force vanishes; `pressures` of both sides from the load.
-template <std::floating_point S, class F>
-S free_strain(const SoftJoint<S>& joint, const Section<S>& at, S angle, S near, F pressures) {
+/// Strain of a section's axis at a bend, where its force vanishes.
+template <std::floating_point S>
+S strain_under(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S angle, S near) {
+    if (!joint.law.shortens) return S(0);
     using D = Dual<S, 1>;
     const SoftJoint<D> dual = lifted<D>(joint);
     const Section<D> section = lifted<D>(at);
     const StretchLimits<S> limits = stretch_limits(joint.unit);
+    const auto oil = given_pressures(pressure[0], pressure[1]);
     const auto thrust = [&](const D& strain) {
-        const JointLoad<D> load = section_load(dual, section, limits, D(angle), strain);
-        D pressure[2];
-        pressures(load, pressure);
-        return joint_thrust(load, pressure);
+        return joint_thrust(section_load(dual, section, limits, D(angle), strain, oil));
     };
     return falling_root<S>(thrust, S(-0.6), S(1), near);
-}
-template <std::floating_point S>
-S strain_under(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S angle, S near) {
-    if (!joint.law.shortens) return S(0);
-    return free_strain(joint, at, angle, near, [&](const auto&, Dual<S, 1>* out) {
-        for (int s = 0; s < 2; ++s) out[s] = Dual<S, 1>(pressure[s]);
-    });
 }
 
 /// Moment that bends a section whose axis is held at its length, N m: printed equations, or corrected ones step by
@@ -233,8 +266,9 @@ template <std::floating_point S>
 S section_moment(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S angle, S hold, S& strain) {
     if (joint.law.printed || !joint.law.passive) return held_moment(joint, at, pressure, angle);
     strain = strain_under(joint, at, pressure, angle, strain);
-    const JointLoad<S> load = section_load(joint, at, stretch_limits(joint.unit), angle, strain);
-    return joint_moment(load, pressure) + hold * joint_friction(load, pressure);
+    const JointLoad<S> load =
+        section_load(joint, at, stretch_limits(joint.unit), angle, strain, given_pressures(pressure[0], pressure[1]));
+    return joint_moment(load) + hold * joint_friction(load);
 }
 
 /// Where the moments of a section balance. Friction holds against bending to the left (hold -1), to the right (1), or
@@ -246,11 +280,10 @@ template <std::floating_point S>
 Bent<S> balance(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S hold) {
     if (joint.law.shortens) {
         const Bent<S> found =
-            newton_balance(joint, at, stretch_limits(joint.unit), Bent<S>{S(0), S(0)}, [&](const auto& load) {
-                using D = std::remove_cvref_t<decltype(load.elastic)>;
-                const D both[2] = {D(pressure[0]), D(pressure[1])};
-                return Bent<D>{joint_moment(load, both) + hold * joint_friction(load, both), joint_thrust(load, both)};
-            });
+            newton_balance(joint, at, stretch_limits(joint.unit), Bent<S>{S(0), S(0)},
+                           given_pressures(pressure[0], pressure[1]), [&](const auto& load) {
+                               return Bent{joint_moment(load) + hold * joint_friction(load), joint_thrust(load)};
+                           });
         if (found.angle == found.angle) return found;
     }
     const S zero(0), used = S(0.95) * at.length;
@@ -290,9 +323,9 @@ Section<S> one_section(const SoftJoint<S>& joint, const S* pressure) {
     whole.strain /= sum.length, sum.sleeve /= sum.length;
     const StretchLimits<S> limits = stretch_limits(joint.unit);
     const auto forces = [&](S area, S second) {
-        const JointLoad<S> load =
-            section_load(joint, {sum.length, area, second, sum.sleeve}, limits, whole.angle, whole.strain);
-        return Bent<S>{joint_moment(load, pressure), joint_thrust(load, pressure)};  // along angle and strain
+        const JointLoad<S> load = section_load(joint, {sum.length, area, second, sum.sleeve}, limits, whole.angle,
+                                               whole.strain, given_pressures(pressure[0], pressure[1]));
+        return Bent<S>{joint_moment(load), joint_thrust(load)};  // along angle and strain
     };
     const Bent<S> none = forces(S(0), S(0)), bending = forces(S(0), S(1));
     sum.second = -none.angle / (bending.angle - none.angle);
@@ -306,61 +339,76 @@ template <class S>
 struct Joint {
     SoftJoint<S> soft;  // without sections
     Section<S> section;
-    StretchLimits<S> limits;
+    StretchLimits<base_t<S>> limits;
     S rest;             // strain of the straight joint, filled
     S viscosity;        // N m s/rad against the angle
     S axial_viscosity;  // J s against the strain
 };
 
-/// The joint at a bend, and with its axis longer than filled and straight by a strain.
+/// The joint at a bend, and with its axis longer than filled and straight by a strain; `oil` as in section_load.
+template <class S, class Oil>
+JointLoad<S> joint_load(const Joint<S>& joint, const S& angle, const S& strain, const Oil& oil) {
+    return section_load(joint.soft, joint.section, joint.limits, angle, joint.rest + strain, oil);
+}
+/// With taut braids, as under a high pressure.
 template <class S>
-JointLoad<S> joint_load(const Joint<S>& joint, const S& angle, const S& strain) {
-    return section_load(joint.soft, joint.section, joint.limits, angle, joint.rest + strain);
+JointLoad<S> taut_load(const Joint<S>& joint, const S& angle, const S& strain) {
+    const S infinite = std::numeric_limits<base_t<S>>::infinity();
+    return joint_load(joint, angle, strain, given_pressures(infinite, infinite));
 }
 
-/// Bend and strain, relative to the filled joint, that both pressures hold under a moment of the surroundings, N m:
-/// Newton's method from near; `pressures` of both sides from the load.
-template <std::floating_point S, class F>
-Bent<S> joint_balance(const Joint<S>& joint, Bent<S> near, F pressures) {
+template <class D, std::floating_point S>
+Joint<D> lifted(const Joint<S>& j) {
+    return {lifted<D>(j.soft), lifted<D>(j.section), j.limits, D(j.rest), D(j.viscosity), D(j.axial_viscosity)};
+}
+
+/// Bend and strain, relative to the filled joint, that the oil holds under a moment of the surroundings, N m: Newton's
+/// method from near.
+template <std::floating_point S, class Oil>
+Bent<S> joint_balance(const Joint<S>& joint, Bent<S> near, const Oil& oil, S moment = S(0)) {
     near.strain += joint.rest;
-    Bent<S> bent = newton_balance(joint.soft, joint.section, joint.limits, near, [&](JointLoad<Dual<S, 2>> load) {
-        Dual<S, 2> pressure[2];
-        pressures(load, pressure);
-        return Bent<Dual<S, 2>>{joint_moment(load, pressure), joint_thrust(load, pressure)};
+    Bent<S> bent = newton_balance(joint.soft, joint.section, joint.limits, near, oil, [&](const auto& load) {
+        return Bent{joint_moment(load) + moment, joint_thrust(load)};
     });
     bent.strain -= joint.rest;
     return bent;
 }
 
 /// What holds a joint at a bend, the pressures of the two sides equally far above and below the one that it is filled
-/// to; the lower one stops at a limit. NaN for a strain where no pressures do.
+/// to, but none so low that a braid goes slack or a limit is passed.
 template <class S>
 struct Holding {
     S strain;       // relative to the filled joint
+    S offset;       // Pa, of the pressures from the fill
     S pressure[2];  // Pa
     S volume[2];    // m^3
 };
-template <std::floating_point S>
-Holding<S> hold(const Joint<S>& joint, S angle, S fill, S lowest, S near) {
-    const auto pressures = [&](const auto& load, auto* out) {
-        using T = std::remove_cvref_t<decltype(load.elastic)>;
-        const T offset = -(load.elastic + fill * (load.slope[0] + load.slope[1])) / (load.slope[0] - load.slope[1]);
-        out[0] = fill + offset, out[1] = fill - offset;
-        for (int s : {0, 1})
-            if (out[s] < T(lowest)) {
-                out[s] = T(lowest);
-                out[1 - s] = -(load.elastic + out[s] * load.slope[s]) / load.slope[1 - s];
-            }
-    };
-    Holding<S> out{};
-    out.strain = free_strain(joint.soft, joint.section, angle, joint.rest + near, pressures) - joint.rest;
-    const JointLoad<S> load = joint_load(joint, angle, out.strain);
-    pressures(load, out.pressure);
-    for (int s : {0, 1}) {
-        out.volume[s] = load.volume[s];
-        if (!(lowest <= out.pressure[s] && out.pressure[s] < S(1e9))) out.strain = std::numeric_limits<S>::quiet_NaN();
+template <class S>
+JointLoad<S> held_load(const Joint<S>& joint, const S& angle, const S& strain, const S& offset, base_t<S> fill,
+                       base_t<S> lowest) {
+    JointLoad<S> load = taut_load(joint, angle, strain);
+    for (int s = 0; s < 2; ++s) {
+        const S wanted = S(fill) + (s == 0 ? offset : -offset);
+        load.pressure[s] = max(wanted, max(load.carried[s], S(lowest)));
     }
-    return out;
+    return load;
+}
+/// Newton's method from near; a strain of NaN where it finds no pressures.
+template <std::floating_point S>
+Holding<S> hold(const Joint<S>& joint, S angle, S fill, S lowest, const Holding<S>& near) {
+    using D = Dual<S, 2>;
+    const Joint<D> dual = lifted<D>(joint);
+    const auto left = [&](const D& offset, const D& strain) {
+        const JointLoad<D> load = held_load(dual, D(angle), strain, offset, fill, lowest);
+        return Bent<D>{joint_moment(load), joint_thrust(load)};
+    };
+    S found[2] = {near.offset, near.strain};
+    const bool converged = newton_pair<S>(left, {S(5e4), S(0.03)}, found);
+    const JointLoad<S> load = held_load(joint, angle, found[1], found[0], fill, lowest);
+    return {converged ? found[1] : std::numeric_limits<S>::quiet_NaN(),
+            found[0],
+            {load.pressure[0], load.pressure[1]},
+            {load.volume[0], load.volume[1]}};
 }
 
 /// A joint as a row of numbers, in this order: how it comes from Python.

@@ -3,6 +3,8 @@
 /// Everything follows from two functions of the stretch lambda = L / L0, both per length at rest: the energy of the
 /// walls and the volume of the lumen. A wall's points keep their volume, r^2 = (R^2 + B) / lambda, and the braid sets
 /// B. The pull is dU/dlambda - P dV/dlambda (virtual work); the radial balance of Cauchy stresses gives the same.
+/// The braid can only pull: where the walls need more than the pressure to be as wide, it is slack, and B is where the
+/// walls carry the pressure by themselves.
 #pragma once
 
 #include "hypertuna/math/dual.hpp"
@@ -53,6 +55,7 @@ struct Wall {
     S energy;  // J/m
     S along;   // N, dU/dlambda at fixed B
     S across;  // Pa, dU/dB at fixed lambda: pi times the pressure that the wall carries
+    S rigid;   // Pa/m^2, its slope by B
 };
 
 /// What a muscle's shape makes of its stretch.
@@ -80,16 +83,16 @@ template <class S>
 Wall<S> swelling_wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& B) {
     const S dx = x2 - x1, inverse = S(1) / stretch, Pi = S(base_t<S>(pi));
     const S logarithm = log1p(B * dx / (x1 * (x2 + B)));  // ln (x2 (x1 + B)) / (x1 (x2 + B))
-    const S both = solid.c1 * inverse + solid.c2 * stretch;
-    return {Pi * B * logarithm * both, Pi * B * logarithm * (solid.c2 - solid.c1 * inverse * inverse),
-            Pi * both * (logarithm + B * dx / ((x1 + B) * (x2 + B)))};
+    const S both = Pi * (solid.c1 * inverse + solid.c2 * stretch), squares = (x1 + B) * (x2 + B);
+    return {both * B * logarithm, Pi * B * logarithm * (solid.c2 - solid.c1 * inverse * inverse),
+            both * (logarithm + B * dx / squares), both * dx * (S(2) * x1 * x2 + B * (x1 + x2)) / (squares * squares)};
 }
 template <class S>
 Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& swelling) {
     const S section = S(base_t<S>(pi)) * (x2 - x1);
     const Wall<S> swollen = swelling_wall(solid, x1, x2, stretch, swelling);
     const Stretched<S> bar = stretched(solid, stretch);
-    return {section * bar.energy + swollen.energy, section * bar.stress + swollen.along, swollen.across};
+    return {section * bar.energy + swollen.energy, section * bar.stress + swollen.along, swollen.across, swollen.rigid};
 }
 
 /// The hose, and the swelling of the matrix around it.
@@ -104,11 +107,23 @@ Wall<S> sleeve_wall(const DriveUnit<S>& unit, const S& stretch, const S& swellin
     return swelling_wall(unit.matrix, radius * radius, rim * rim, stretch, swelling);
 }
 
-/// Volume of the lumen per length at rest, m^2 (Eq. 6); 0 where the wall closes it.
+/// Hose and swelling of the matrix around it.
+template <class S>
+Wall<S> walls(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
+    const Wall<S> hose = hose_wall(unit, stretch, swelling), sleeve = sleeve_wall(unit, stretch, swelling);
+    return {hose.energy + sleeve.energy, hose.along + sleeve.along, hose.across + sleeve.across,
+            hose.rigid + sleeve.rigid};
+}
+
+/// Volume of the lumen per length at rest, m^2, at a swelling; 0 where the wall closes it.
+template <class S>
+S swollen_lumen(const DriveUnit<S>& unit, const S& swelling) {
+    return S(base_t<S>(pi)) * (S(base_t<S>(0.25)) * unit.inner * unit.inner + swelling);
+}
+/// As the braid has it (Eq. 6).
 template <class S>
 S lumen(const DriveUnit<S>& unit, const S& stretch) {
-    const S quarter(base_t<S>(0.25));
-    return S(base_t<S>(pi)) * (quarter * unit.inner * unit.inner + muscle_shape(unit, stretch).swelling);
+    return swollen_lumen(unit, muscle_shape(unit, stretch).swelling);
 }
 template <class S>
 S lumen_slope(const DriveUnit<S>& unit, const S& stretch) {
@@ -118,15 +133,14 @@ S lumen_slope(const DriveUnit<S>& unit, const S& stretch) {
 /// Elastic energy of hose and sleeve per length at rest, J/m.
 template <class S>
 S energy(const DriveUnit<S>& unit, const S& stretch) {
-    const S B = muscle_shape(unit, stretch).swelling;
-    return hose_wall(unit, stretch, B).energy + sleeve_wall(unit, stretch, B).energy;
+    return walls(unit, stretch, muscle_shape(unit, stretch).swelling).energy;
 }
 /// What the walls pull by themselves, dU/dlambda, N.
 template <class S>
 S energy_slope(const DriveUnit<S>& unit, const S& stretch) {
     const MuscleShape<S> shape = muscle_shape(unit, stretch);
-    const Wall<S> hose = hose_wall(unit, stretch, shape.swelling), sleeve = sleeve_wall(unit, stretch, shape.swelling);
-    return hose.along + sleeve.along + (hose.across + sleeve.across) * shape.slope;
+    const Wall<S> both = walls(unit, stretch, shape.swelling);
+    return both.along + both.across * shape.slope;
 }
 
 /// Pull of the muscle, N: contraction positive, without friction. Linear in the pressure.
@@ -138,9 +152,7 @@ S pull(const DriveUnit<S>& unit, const S& pressure, const S& stretch) {
 /// Pressure that hose and sleeve carry, Pa; the braid bears the rest of the lumen's.
 template <class S>
 S carried(const DriveUnit<S>& unit, const S& stretch) {
-    const S B = muscle_shape(unit, stretch).swelling;
-    const Wall<S> hose = hose_wall(unit, stretch, B), sleeve = sleeve_wall(unit, stretch, B);
-    return (hose.across + sleeve.across) / S(base_t<S>(pi));
+    return walls(unit, stretch, muscle_shape(unit, stretch).swelling).across / S(base_t<S>(pi));
 }
 /// Area that friction acts on, m^2: the section inside the braid. The paper gives none, and its C_f P_b is no force.
 template <class S>
@@ -162,6 +174,31 @@ S closing_stretch(const DriveUnit<S>& unit, const S& left) {
         high = select(open, high, middle);
     }
     return low;
+}
+
+/// Pressure on a muscle's walls, and how it falls as the muscles of its side grow.
+template <class S>
+struct OilAt {
+    S pressure;  // Pa
+    S slope;     // Pa/m^3, not positive
+};
+
+inline constexpr double narrowest = 0.99;  // part of the lumen that a slack hose may lose within a step of the search
+
+/// Swelling of a slack muscle, m^2, from that of its braid: the walls carry what the oil's pressure is at that volume.
+/// Newton's method; the difference rises with the swelling, without bound toward a closed lumen. `oil` takes the
+/// lumen.
+template <class S, class Oil>
+S slack_swelling(const DriveUnit<S>& unit, const S& stretch, S swelling, const Oil& oil) {
+    const S Pi = S(base_t<S>(pi)), closed = S(base_t<S>(0.25)) * unit.inner * unit.inner;
+    for (int k = 0; k < 30; ++k) {
+        const Wall<S> wall = walls(unit, stretch, swelling);
+        const OilAt<S> at = oil(swollen_lumen(unit, swelling));
+        const S step = (wall.across - Pi * at.pressure) / (wall.rigid - Pi * Pi * at.slope);
+        swelling = max(swelling - step, swelling - S(base_t<S>(narrowest)) * (closed + swelling));
+        if (abs(step) <= S(base_t<S>(1e-8)) * closed) break;  // the last step has left a square of it
+    }
+    return swelling;
 }
 
 /// Which of the paper's misprints the printed equations keep.

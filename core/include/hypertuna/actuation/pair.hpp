@@ -31,23 +31,22 @@ struct PairState {
 
 template <class S>
 Pair<S> make_pair(const Circuit<S>& left, const Circuit<S>& right, const Joint<S>& joint) {
-    const JointLoad<S> straight = joint_load(joint, S(0), S(0));
+    const JointLoad<S> straight = taut_load(joint, S(0), S(0));
     return {{left, right}, joint, {straight.volume[0], straight.volume[1]}};
+}
+
+/// Pressures of both sides by the oil that their circuits have, at volumes of the units.
+template <class S>
+auto oil_of(const Pair<S>& pair, const PairState<S>& state) {
+    return [&pair, &state](int side, const auto& volume) {
+        return unit_oil(pair.circuit[side], state.side[side], pair.rest[side], volume);
+    };
 }
 
 /// Bend and strain where moments and axial forces balance, from near ones.
 template <std::floating_point S>
 Bent<S> pair_balance(const Pair<S>& pair, const PairState<S>& state, const Bent<S>& near) {
-    return joint_balance(pair.joint, near, [&](const auto& load, Dual<S, 2>* pressure) {
-        for (int s = 0; s < 2; ++s) {
-            const Circuit<S>& circuit = pair.circuit[s];
-            const OilPressure<S> oil = unit_pressure(circuit, state.side[s], load.volume[s].v - pair.rest[s]);
-            const S gives =
-                circuit.compliance + oil_compliance(circuit, circuit.oil_unit + state.side[s].passed, oil.pressure);
-            const S slope = S(0) < oil.cavity ? S(0) : S(-1) / gives;  // dP/dvolume
-            pressure[s] = Dual<S, 2>::chain(oil.pressure, slope, load.volume[s]);
-        }
-    });
+    return joint_balance(pair.joint, near, oil_of(pair, state));
 }
 
 /// How the states change, and what is seen of them, with the joint at a bend.
@@ -59,7 +58,7 @@ struct PairRate {
 template <class S>
 PairRate<S> pair_rate(const Pair<S>& pair, const PairState<S>& state, const S* target, const S& supply,
                       const Bent<S>& bent) {
-    const JointLoad<S> load = joint_load(pair.joint, bent.angle, bent.strain);
+    const JointLoad<S> load = joint_load(pair.joint, bent.angle, bent.strain, oil_of(pair, state));
     PairRate<S> out;
     for (int s = 0; s < 2; ++s) {
         const S space = load.volume[s] - pair.rest[s];

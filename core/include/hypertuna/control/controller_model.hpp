@@ -6,17 +6,20 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Servo angle for a bend toward the side of a circuit: a polynomial, lowest power first.
+/// Servo angle for a bend toward the side of a circuit: three parabolas that join, the middle one through zero. Where
+/// one side's pressure has come to its lowest, the other rises faster.
 inline constexpr int map_terms = 6;
 template <class T>
 struct PumpMap {
-    T term[map_terms];
+    T low, high;        // rad: ends of the middle one
+    T term[map_terms];  // by the bend and its square: of the middle one, below it, above it
 };
 template <class T>
 T servo_angle(const PumpMap<T>& map, T bend) {
-    T angle = map.term[map_terms - 1];
-    for (int k = map_terms - 2; k >= 0; --k) angle = angle * bend + map.term[k];
-    return angle;
+    const T middle = clamp(bend, map.low, map.high), below = min(bend - map.low, T(0)),
+            above = max(bend - map.high, T(0));
+    return (map.term[0] + map.term[1] * middle) * middle + (map.term[2] + map.term[3] * below) * below +
+           (map.term[4] + map.term[5] * above) * above;
 }
 
 /// What the controller knows of one joint.
@@ -141,6 +144,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         visit("safe_square", j, joint.safe_square);
     }
     for (int c = 0; c < 2 * m.joints; ++c) {
+        visit("map_low", c, m.map[c].low), visit("map_high", c, m.map[c].high);
         for (int k = 0; k < map_terms; ++k) visit("map", map_terms * c + k, m.map[c].term[k]);
         visit("servo_speed", c, m.circuit[c].speed), visit("servo_stall", c, m.circuit[c].stall);
         visit("fill", c, m.circuit[c].fill), visit("compliance", c, m.circuit[c].compliance);

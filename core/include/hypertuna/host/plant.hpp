@@ -36,7 +36,7 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
         plant.joint.push_back(read_joint<double>(in.row("joint", joint_columns, j).data()));
     for (int c = 0; c < 2 * plant.joints && in.fault().empty(); ++c) {
         plant.circuit.push_back(read_circuit<double>(in.row("circuit", circuit_columns, c).data()));
-        plant.unit_rest.push_back(joint_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
+        plant.unit_rest.push_back(taut_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
     }
     if (plant.coordinates > plant.joints) plant.hinge = {in.number("hinge.stiffness"), in.number("hinge.damping")};
     plant.battery = read_battery<double>(in.row("battery", battery_columns).data());

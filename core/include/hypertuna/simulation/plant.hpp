@@ -110,8 +110,8 @@ HYPERTUNA_INLINE S sliding(const S& rate) {
 
 /// Moment on a bend: oil and silicone, viscosity, and friction of the units that pressure holds in their braids.
 template <class S>
-HYPERTUNA_INLINE S bend_moment(const Joint<S>& joint, const JointLoad<S>& load, const S* pressure, const S& rate) {
-    return joint_moment(load, pressure) - joint.viscosity * rate - joint_friction(load, pressure) * sliding(rate);
+HYPERTUNA_INLINE S bend_moment(const Joint<S>& joint, const JointLoad<S>& load, const S& rate) {
+    return joint_moment(load) - joint.viscosity * rate - joint_friction(load) * sliding(rate);
 }
 
 /// No output: the quantities that only an output needs are not computed.
@@ -128,19 +128,21 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
     PlantStateOf<Body> rate;
     S moment[D];
     for (int j = 0; j < plant.joints; ++j) {
-        const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j], at.strain[j]);
-        S pressure[2];
+        const auto oil = [&](int side, const S& volume) {
+            const int c = 2 * j + side;
+            return unit_oil(plant.circuit[c], at.circuit[c], plant.unit_rest[c], volume);
+        };
+        const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j], at.strain[j], oil);
         for (int side = 0; side < 2; ++side) {
             const int c = 2 * j + side;
             const CircuitRate<S> circuit = circuit_rate(plant.circuit[c], at.circuit[c], targets.angle[c],
                                                         targets.supply, load.volume[side] - plant.unit_rest[c]);
             rate.circuit[c] = circuit.rate;
             rate.energy[c] = circuit.output.power.total;
-            pressure[side] = circuit.output.unit.pressure;
             if constexpr (looks) seen->circuit[c] = circuit.output;
         }
-        moment[j] = bend_moment(plant.joint[j], load, pressure, at.bend.rate[j]);
-        rate.strain[j] = joint_thrust(load, pressure) / plant.joint[j].axial_viscosity;
+        moment[j] = bend_moment(plant.joint[j], load, at.bend.rate[j]);
+        rate.strain[j] = joint_thrust(load) / plant.joint[j].axial_viscosity;
     }
     for (int d = plant.joints; d < D; ++d) {
         for (int c = 2 * d; c < 2 * d + 2; ++c) {
