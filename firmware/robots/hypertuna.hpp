@@ -21,52 +21,60 @@ inline constexpr float values[] = {
     0.31764993f,  // controller amplitude[0]
     1.5708f,  // controller bend_range[0]
     0.31933653f,  // controller bend_step[0]
-    1.6351205f,  // controller safe_static[0]
-    0.18984681f,  // controller safe_rate[0]
-    3.9039242f,  // controller safe_square[0]
+    3.3901567f,  // controller safe_static[0]
+    0.2782882f,  // controller safe_rate[0]
+    4.4173307f,  // controller safe_square[0]
     0.65345126f,  // controller reach[1]
     0.54454273f,  // controller amplitude[1]
     1.5708f,  // controller bend_range[1]
     0.54743403f,  // controller bend_step[1]
-    0.8502428f,  // controller safe_static[1]
-    0.0797828f,  // controller safe_rate[1]
-    2.813651f,  // controller safe_square[1]
-    0.004470766f,  // controller map[0]
-    0.39530984f,  // controller map[1]
-    -1.1130748f,  // controller map[2]
-    0.6324707f,  // controller map[3]
-    7.647607f,  // controller map[4]
-    -3.9538403f,  // controller map[5]
+    2.0624087f,  // controller safe_static[1]
+    0.18228951f,  // controller safe_rate[1]
+    3.0374575f,  // controller safe_square[1]
+    -0.19821355f,  // controller map_low[0]
+    0.19821355f,  // controller map_high[0]
+    0.40777695f,  // controller map[0]
+    -0.5611377f,  // controller map[1]
+    -0.30046824f,  // controller map[2]
+    0.28427202f,  // controller map[3]
+    0.9725682f,  // controller map[4]
+    0.4109508f,  // controller map[5]
     7.5f,  // controller servo_speed[0]
     804864.94f,  // controller servo_stall[0]
     60000.0f,  // controller fill[0]
     2.5105754e-07f,  // controller compliance[0]
-    0.004470766f,  // controller map[6]
-    0.39530984f,  // controller map[7]
-    -1.1130748f,  // controller map[8]
-    0.6324707f,  // controller map[9]
-    7.647607f,  // controller map[10]
-    -3.9538403f,  // controller map[11]
+    -0.19821355f,  // controller map_low[1]
+    0.19821355f,  // controller map_high[1]
+    0.40777695f,  // controller map[6]
+    -0.5611377f,  // controller map[7]
+    -0.30046824f,  // controller map[8]
+    0.28427202f,  // controller map[9]
+    0.9725682f,  // controller map[10]
+    0.4109508f,  // controller map[11]
     7.5f,  // controller servo_speed[1]
     804864.94f,  // controller servo_stall[1]
     60000.0f,  // controller fill[1]
     2.5105754e-07f,  // controller compliance[1]
-    0.0015810316f,  // controller map[12]
-    0.13472763f,  // controller map[13]
-    -0.21416925f,  // controller map[14]
-    0.10777769f,  // controller map[15]
-    0.27522048f,  // controller map[16]
-    -0.14795505f,  // controller map[17]
+    -0.37900174f,  // controller map_low[2]
+    0.37900174f,  // controller map_high[2]
+    0.14362517f,  // controller map[12]
+    -0.14768995f,  // controller map[13]
+    -0.05550814f,  // controller map[14]
+    0.056010593f,  // controller map[15]
+    0.27189153f,  // controller map[16]
+    0.31619674f,  // controller map[17]
     7.5f,  // controller servo_speed[2]
     804864.94f,  // controller servo_stall[2]
     60000.0f,  // controller fill[2]
     1.3290689e-07f,  // controller compliance[2]
-    0.0015810316f,  // controller map[18]
-    0.13472763f,  // controller map[19]
-    -0.21416925f,  // controller map[20]
-    0.10777769f,  // controller map[21]
-    0.27522048f,  // controller map[22]
-    -0.14795505f,  // controller map[23]
+    -0.37900174f,  // controller map_low[3]
+    0.37900174f,  // controller map_high[3]
+    0.14362517f,  // controller map[18]
+    -0.14768995f,  // controller map[19]
+    -0.05550814f,  // controller map[20]
+    0.056010593f,  // controller map[21]
+    0.27189153f,  // controller map[22]
+    0.31619674f,  // controller map[23]
     7.5f,  // controller servo_speed[3]
     804864.94f,  // controller servo_stall[3]
     60000.0f,  // controller fill[3]
@@ -116,13 +124,13 @@ inline constexpr float values[] = {
     1.5f,  // pilot fix_offset[0]
     0.24f,  // pilot fix_depth[0]
     0.1f,  // pilot period[0]
-    0.295f,  // pilot speed[0]
+    0.298f,  // pilot speed[0]
     2.0f,  // pilot frequency[0]
     0.27925268f,  // pilot swing[0]
     0.0f,  // pilot lag[0]
     0.43633232f,  // pilot swing[1]
     0.0f,  // pilot lag[1]
-    0.437f,  // pilot speed[1]
+    0.347f,  // pilot speed[1]
     3.0f,  // pilot frequency[1]
     0.27925268f,  // pilot swing[2]
     0.0f,  // pilot lag[2]
@@ -168,8 +176,8 @@ inline constexpr float values[] = {
     0.25f,  // pilot slow[0]
     12.24f,  // pilot battery_empty[0]
     4.56f,  // pilot battery_span[0]
-    0.12962963f,  // pilot battery_drop[0]
-    12917.858f,  // pilot endurance[0]
+    0.108024694f,  // pilot battery_drop[0]
+    15525.11f,  // pilot endurance[0]
     30.0f,  // pilot overhead[0]
     32768.0f,  // calibration bend_zero[0]
     32768.0f,  // calibration bend_zero[1]
@@ -238,82 +246,82 @@ inline constexpr ParameterInfo parameters[] = {
     {"learning", 0.0f, 1.0f, 0.7f, false, 5},
     {"amplitude_0", 0.0f, 0.31764993f, 0.31764993f, false, 11},
     {"amplitude_1", 0.0f, 0.54454273f, 0.54454273f, false, 18},
-    {"pressure_soft", 125000.0f, 250000.0f, 250000.0f, false, 64},
-    {"pressure_hard", 150000.0f, 300000.0f, 300000.0f, false, 65},
-    {"frequency_max", 0.8f, 8.0f, 8.0f, false, 77},
-    {"fin_max", 0.0f, 0.7853982f, 0.7853982f, false, 78},
-    {"voltage_low", 12.8f, 15.360001f, 12.8f, false, 74},
-    {"timeout_ticks", 10.0f, 50.0f, 50.0f, true, 79},
-    {"pulse_center", 0.00135f, 0.00165f, 0.0015f, false, 80},
-    {"pulse_per_rad", 0.00050960004f, 0.00079625f, 0.000637f, false, 81},
-    {"pulse_min", 0.0008f, 0.0011999999f, 0.0008f, false, 82},
-    {"pulse_max", 0.00165f, 0.0022f, 0.0022f, false, 83},
-    {"slew", 0.015000001f, 0.15f, 0.15f, false, 84},
-    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 126},
-    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 129},
-    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 128},
-    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 127},
-    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 125},
-    {"lookahead", 2.0f, 8.0f, 4.0f, false, 131},
-    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 132},
-    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 137},
-    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 135},
-    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 136},
-    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 139},
-    {"speed_min", 0.05f, 0.2f, 0.1f, false, 130},
-    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 141},
-    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 142},
-    {"error_max", 6.0f, 24.0f, 12.0f, false, 143},
-    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 147},
-    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 164},
-    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 165},
-    {"bend_scale_0", 2.9960633e-05f, 0.00011984253f, 5.9921265e-05f, false, 166},
-    {"bend_scale_1", 2.9960633e-05f, 0.00011984253f, 5.9921265e-05f, false, 167},
-    {"pressure_zero_0", -65536.0f, 65536.0f, 15291.733f, false, 168},
-    {"pressure_zero_1", -65536.0f, 65536.0f, 15291.733f, false, 169},
-    {"pressure_zero_2", -65536.0f, 65536.0f, 15291.733f, false, 170},
-    {"pressure_zero_3", -65536.0f, 65536.0f, 15291.733f, false, 171},
-    {"pressure_scale_0", 5.722046f, 22.888184f, 11.444092f, false, 172},
-    {"pressure_scale_1", 5.722046f, 22.888184f, 11.444092f, false, 173},
-    {"pressure_scale_2", 5.722046f, 22.888184f, 11.444092f, false, 174},
-    {"pressure_scale_3", 5.722046f, 22.888184f, 11.444092f, false, 175},
-    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 176},
-    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 177},
-    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 178},
-    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 179},
-    {"current_scale_0", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 180},
-    {"current_scale_1", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 181},
-    {"current_scale_2", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 182},
-    {"current_scale_3", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 183},
-    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 196},
-    {"voltage_scale", 0.00019073486f, 0.00076293945f, 0.00038146973f, false, 197},
-    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 198},
-    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 200},
-    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 201},
-    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 202},
-    {"field_scale_0", 3.0517578e-05f, 0.00012207031f, 6.1035156e-05f, false, 203},
-    {"field_scale_1", 3.0517578e-05f, 0.00012207031f, 6.1035156e-05f, false, 204},
-    {"field_scale_2", 3.0517578e-05f, 0.00012207031f, 6.1035156e-05f, false, 205},
-    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 206},
-    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 207},
-    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 208},
-    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 209},
-    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 210},
-    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 211},
-    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 212},
-    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 213},
-    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 214},
-    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 215},
-    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 217},
-    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 220},
-    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 221},
-    {"link_share", 0.05f, 1.0f, 0.75f, false, 222},
-    {"system_id", 1.0f, 250.0f, 1.0f, true, 223},
-    {"sign", 0.0f, 1.0f, 0.0f, true, 224},
+    {"pressure_soft", 125000.0f, 250000.0f, 250000.0f, false, 72},
+    {"pressure_hard", 150000.0f, 300000.0f, 300000.0f, false, 73},
+    {"frequency_max", 0.8f, 8.0f, 8.0f, false, 85},
+    {"fin_max", 0.0f, 0.7853982f, 0.7853982f, false, 86},
+    {"voltage_low", 12.8f, 15.360001f, 12.8f, false, 82},
+    {"timeout_ticks", 10.0f, 50.0f, 50.0f, true, 87},
+    {"pulse_center", 0.00135f, 0.00165f, 0.0015f, false, 88},
+    {"pulse_per_rad", 0.00050960004f, 0.00079625f, 0.000637f, false, 89},
+    {"pulse_min", 0.0008f, 0.0011999999f, 0.0008f, false, 90},
+    {"pulse_max", 0.00165f, 0.0022f, 0.0022f, false, 91},
+    {"slew", 0.015000001f, 0.15f, 0.15f, false, 92},
+    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 134},
+    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 137},
+    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 136},
+    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 135},
+    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 133},
+    {"lookahead", 2.0f, 8.0f, 4.0f, false, 139},
+    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 140},
+    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 145},
+    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 143},
+    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 144},
+    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 147},
+    {"speed_min", 0.05f, 0.2f, 0.1f, false, 138},
+    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 149},
+    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 150},
+    {"error_max", 6.0f, 24.0f, 12.0f, false, 151},
+    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 155},
+    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 172},
+    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 173},
+    {"bend_scale_0", 2.9960633e-05f, 0.00011984253f, 5.9921265e-05f, false, 174},
+    {"bend_scale_1", 2.9960633e-05f, 0.00011984253f, 5.9921265e-05f, false, 175},
+    {"pressure_zero_0", -65536.0f, 65536.0f, 15291.733f, false, 176},
+    {"pressure_zero_1", -65536.0f, 65536.0f, 15291.733f, false, 177},
+    {"pressure_zero_2", -65536.0f, 65536.0f, 15291.733f, false, 178},
+    {"pressure_zero_3", -65536.0f, 65536.0f, 15291.733f, false, 179},
+    {"pressure_scale_0", 5.722046f, 22.888184f, 11.444092f, false, 180},
+    {"pressure_scale_1", 5.722046f, 22.888184f, 11.444092f, false, 181},
+    {"pressure_scale_2", 5.722046f, 22.888184f, 11.444092f, false, 182},
+    {"pressure_scale_3", 5.722046f, 22.888184f, 11.444092f, false, 183},
+    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 184},
+    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 185},
+    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 186},
+    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 187},
+    {"current_scale_0", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 188},
+    {"current_scale_1", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 189},
+    {"current_scale_2", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 190},
+    {"current_scale_3", 9.536743e-05f, 0.00038146973f, 0.00019073486f, false, 191},
+    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 204},
+    {"voltage_scale", 0.00019073486f, 0.00076293945f, 0.00038146973f, false, 205},
+    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 206},
+    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 208},
+    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 209},
+    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 210},
+    {"field_scale_0", 3.0517578e-05f, 0.00012207031f, 6.1035156e-05f, false, 211},
+    {"field_scale_1", 3.0517578e-05f, 0.00012207031f, 6.1035156e-05f, false, 212},
+    {"field_scale_2", 3.0517578e-05f, 0.00012207031f, 6.1035156e-05f, false, 213},
+    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 214},
+    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 215},
+    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 216},
+    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 217},
+    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 218},
+    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 219},
+    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 220},
+    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 221},
+    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 222},
+    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 223},
+    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 225},
+    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 228},
+    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 229},
+    {"link_share", 0.05f, 1.0f, 0.75f, false, 230},
+    {"system_id", 1.0f, 250.0f, 1.0f, true, 231},
+    {"sign", 0.0f, 1.0f, 0.0f, true, 232},
 };
 
 inline constexpr Description description = {
-    "hypertuna", 2, 2, values, 225, parameters, 75, 0x88fd5442};
+    "hypertuna", 2, 2, values, 233, parameters, 75, 0x1382d673};
 
 inline constexpr struct {
     int servo[6];
