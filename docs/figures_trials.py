@@ -98,10 +98,10 @@ def held_out() -> str:
 def coverage() -> str:
     """Tabulate errors and 90 % intervals of coefficients over repeats with other noise."""
     runs = strangers("coverage")
-    error, half = (np.array([run[key] for run in runs]) for key in ("error", "half_width"))
+    error, half, holds = (np.array([run[key] for run in runs]) for key in ("error", "half_width", "held"))
     body = []
     for k, name in enumerate(("drag along", "drag across", "added mass")):
-        held = f"{(np.abs(error[:, k]) <= half[:, k]).sum()} of {len(runs)}"
+        held = f"{holds[:, k].sum()} of {len(runs)}"
         body.append(
             [name, *(f"{100 * x:.1f}" for x in (error[:, k].mean(), error[:, k].std(), half[:, k].mean())), held]
         )

@@ -42,7 +42,7 @@ def test_phases(run: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 def test_own_robot(run: Any) -> None:
     names = run("own_robot.py")
     assert names["faster"].settled
-    assert names["faster"].speed > 1.05 * names["swim"].speed
+    assert names["faster"].speed > 1.02 * names["swim"].speed
     # What is printed for one degree more is the derivative; a central difference of half a degree agrees with it.
     start, half = names["swim"].gait, math.radians(0.5)
     speeds = [

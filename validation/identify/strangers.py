@@ -23,6 +23,7 @@ from scipy.special import stdtrit
 
 import hypertuna as ht
 from hypertuna.description.robot import parse
+from hypertuna.identification.coefficients import from_scale, to_scale
 from hypertuna.identification.identify import identify
 from hypertuna.io.files import version
 from hypertuna.swimming.beat import settle
@@ -166,7 +167,7 @@ def seen(robot: ht.Robot, truth: ht.Robot, shape: str, begin: str, runs: Sequenc
     return trials
 
 
-def held_out(shape: str, law: str, begin: str, shedding: float = 0.0) -> dict[str, Any]:
+def held_out(shape: str, law: str, begin: str, shedding: float = 1.0) -> dict[str, Any]:
     """Fit three runs, predict two: errors [%] of travel of the replay, and of the speed of the settled gait."""
     robot = described(shape, handbook(len(SHAPES[shape][0]), tail_shedding=shedding))
     truth = truth_of(shape, law)
@@ -206,8 +207,11 @@ def covered(shape: str, begin: str, seed: int) -> dict[str, Any]:
     fit = identify(robot, first + others[0] + others[1], validate=0, starts=1, threads=1)
     known = np.array([4.0, 0.7, 1.4])  # factors on drag along and across, and on added mass
     half = stdtrit(fit.uncertainty.freedom, 0.95) * np.sqrt(np.diag(fit.uncertainty.covariance))
-    row = {"kind": "coverage", "robot": shape, "begin": begin, "seed": seed}
-    return row | {"error": (fit.values / known - 1).tolist(), "half_width": (half / known).tolist()}
+    middle = to_scale(fit.free, fit.values)
+    low, high = (from_scale(fit.free, middle + side * half) for side in (-1, 1))
+    row = {"kind": "coverage", "robot": shape, "begin": begin, "seed": seed, "error": (fit.values / known - 1).tolist()}
+    held = ((low <= known) & (known <= high)).tolist()
+    return row | {"half_width": ((high - low) / (2 * known)).tolist(), "held": held}
 
 
 def main() -> None:
@@ -220,7 +224,7 @@ def main() -> None:
     shed, elongated = list(LAWS)[1:]
     jobs: list[Any] = [(held_out, (shape, shed, "motion")) for shape in SHAPES]
     jobs += [(held_out, (shape, elongated, "motion")) for shape in (eel, fish)]
-    jobs += [(held_out, (fish, law, "motion", 1.0)) for law in (shed, elongated)]
+    jobs += [(held_out, (fish, law, "motion", 0.0)) for law in (shed, elongated)]
     jobs += [(held_out, (eel, shed, "rest"))]
     jobs += [(covered, (eel, "motion", seed)) for seed in COVERED]
     known = [run["job"] for run in done]

@@ -53,6 +53,11 @@ def _bound(text: str, key: str) -> parsing.Bound:
     return parsing.Bound(name, low / factor, high / factor)
 
 
+def _prior(text: str, key: str) -> parsing.Setting:
+    """Read NAME=FACTOR."""
+    return parsing.setting(text, key, "a factor such as 2")
+
+
 def _start(text: str, key: str) -> parsing.Setting:
     """Read NAME=VALUE; return SI units."""
     unit, factor = _unit(text)
@@ -86,6 +91,16 @@ class SearchOptions:
             ("--start",), "Initial value of a coefficient in the first search; repeatable.", "NAME=VALUE", _start
         ),
     ] = None
+    prior: Annotated[
+        list[Any] | None,
+        opt.option(
+            ("--prior",),
+            "Factor by which the robot's value of a coefficient may be off, known without the trials; repeatable. "
+            "(default: without --free those of data/published/bounds.toml, else none)",
+            "NAME=FACTOR",
+            _prior,
+        ),
+    ] = None
     threads: opt.Threads = None
     checkpoint: opt.Checkpoint = None
 
@@ -93,7 +108,8 @@ class SearchOptions:
         """Return the arguments of `identify`."""
         bounds = {name: (low, high) for name, low, high in self.bounds or []}
         log = [name for names in self.log or [] for name in split_names(names)]
-        return vars(self) | {"bounds": bounds, "log": log, "start": dict(self.start or [])}
+        prior = None if self.prior is None else dict(self.prior)
+        return vars(self) | {"bounds": bounds, "log": log, "start": dict(self.start or []), "prior": prior}
 
 
 @opt.grouped

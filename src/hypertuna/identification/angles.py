@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.identification.coefficients import bounds_of
+from hypertuna.identification.coefficients import bounds_of, prior_rows
 from hypertuna.identification.experiment import Experiment, Replayed
 from hypertuna.identification.prediction import Prediction, predict, weighted
 from hypertuna.trials.manifest import Recording
@@ -29,7 +29,8 @@ def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels
     lower, upper = bounds_of(data.free)
     root = (upper - lower) / np.sqrt(12)
     residual, jacobian = weighted(data, prediction, levels)
-    solve = np.linalg.pinv(np.concatenate([jacobian * root, np.eye(n)]))[:, : len(residual)]
+    known = prior_rows(data.free, np.zeros(n))[1]
+    solve = np.linalg.pinv(np.concatenate([jacobian * root, known * root, np.eye(n)]))[:, : len(residual)]
     rng = np.random.default_rng(SEED)
     changes = []
     for _ in range(DRAWS):

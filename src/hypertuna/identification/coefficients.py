@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Literal, cast, get_origin
 
@@ -14,11 +14,12 @@ from hypertuna.description.validation import field_at, nested_model, unit_of
 from hypertuna.errors import InputError
 from hypertuna.identification.names import COMMON, NUISANCES, Names, Place, default_bounds
 from hypertuna.identification.truncated_normal import truncated_normal
-from hypertuna.ranges import NOT_NEGATIVE
+from hypertuna.ranges import NOT_NEGATIVE, Range
 from hypertuna.swimming.model import parameter_names
 
 ABSOLUTE_UNITS = {"time_offset": 0.1, "joints.phase_offset": 0.1}  # s and rad: coefficients without a relative error
 MAX_BOUND = 1e12  # SI
+ABOVE_ONE = Range(above=1)
 LOG_DECADES = 4  # below the upper bound: a default lower bound of 0 in log scale
 
 
@@ -34,6 +35,7 @@ class Free:
     upper: float
     start: float  # of the first search [SI]
     scale: Literal["natural", "log"] = "natural"  # of the search, and of the normal error
+    prior: tuple[float, float] | None = None  # value known without the trials [SI], and the factor that it may be off
 
     @property
     def column(self) -> str:
@@ -78,6 +80,7 @@ def free(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     log: Sequence[str] = (),
     start: Mapping[str, float] | None = None,
+    prior: Mapping[str, float] | None = None,
     recordings: Mapping[str, float] | None = None,
 ) -> tuple[Free, ...]:
     """Return free coefficients.
@@ -89,8 +92,9 @@ def free(
 
     bounds: lower and upper by name [SI], a name covering all free coefficients in it; others are those of
     data/published/bounds.toml. log: names in log scale, where a default lower bound of 0 is 1e-4 of the upper one.
-    start: by name [SI]; others start from the robot's value (the mean of tied ones). recordings: first time offset [s]
-    by recording, each of which has a `time_offset` of its own.
+    start: by name [SI]; others start from the robot's value (the mean of tied ones). prior: by name, the factor by
+    which the robot's value may be off (one standard deviation of the logarithm), which sets log scale.
+    recordings: first time offset [s] by recording, each of which has a `time_offset` of its own.
     """
     offsets = recordings or {}
     known = Names(robot, tuple(offsets))
@@ -109,7 +113,10 @@ def free(
 
     ends, logs = by_place(bounds or {}, "bounds"), by_place(dict.fromkeys(log), "log")
     begin = {Place("time_offset", name): offset for name, offset in offsets.items()} | by_place(start or {}, "start")
-    return tuple(_make(robot, place, ends.get(place), begin.get(place), place in logs) for place in places)
+    widths = by_place(prior or {}, "prior")
+    logs |= {place: None for place in widths if place.column not in NUISANCES}
+    frees = [_make(robot, place, ends.get(place), begin.get(place), place in logs) for place in places]
+    return tuple(_with_prior(robot, f, place, widths.get(place)) for f, place in zip(frees, places, strict=True))
 
 
 def position(frees: Sequence[Free], column: str, index: str = "") -> int | None:
@@ -130,6 +137,13 @@ def from_scale(frees: Sequence[Free], scaled: Sequence[float] | Array) -> Array:
 def bounds_of(frees: Sequence[Free]) -> tuple[Array, Array]:
     """Return lower and upper bounds (n,), each in the scale of its coefficient."""
     return to_scale(frees, [f.lower for f in frees]), to_scale(frees, [f.upper for f in frees])
+
+
+def prior_rows(frees: Sequence[Free], x: Array) -> tuple[Array, Array]:
+    """Return residuals (k,) of the k coefficients with a prior at x (n,), scaled, and their Jacobian (k, n)."""
+    known = [k for k, f in enumerate(frees) if f.prior is not None]
+    mean, sd = np.log([f.prior for f in frees if f.prior is not None]).reshape(-1, 2).T
+    return (x[known] - mean) / sd, np.eye(len(frees))[known] / sd[:, np.newaxis]
 
 
 def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> dict[str, list[float]]:
@@ -226,6 +240,21 @@ def _make(robot: Robot, place: Place, bounds: tuple[float, float] | None, start:
         key, fix = f"{'start' if start is not None else 'bounds'} {name}", "give other bounds, or another start"
         raise InputError(f"must start within its bounds, {ends}", key=key, value=f"{begin:g}", fix=fix)
     return Free(name, float(lower), float(upper), begin, "log" if log else "natural")
+
+
+def _with_prior(robot: Robot, coefficient: Free, place: Place, width: float | None) -> Free:
+    """Return a coefficient with a prior about the robot's value, which may be off by a factor."""
+    if width is None:
+        return coefficient
+    key = f"prior {coefficient.name}"
+    ABOVE_ONE.check(width, key, "give a factor such as 2")
+    if place.column in NUISANCES:
+        raise InputError("belongs to the trials and has no value to be near", key=key, fix="leave it out")
+    present = column_of(robot, place.column)
+    mean = 1.0 if place.common else float(np.mean([present[i] for i in place.members]))
+    if mean <= 0:
+        raise InputError("must have a value above 0 for a prior", key=key, value=f"{mean:g}", fix="leave it out")
+    return replace(coefficient, prior=(mean, width))
 
 
 def _factor_bounds(robot: Robot, place: Place) -> dict[str, float]:

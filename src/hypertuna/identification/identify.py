@@ -18,12 +18,12 @@ from hypertuna.errors import InputError, shown
 from hypertuna.identification.coefficients import Free, column_key, column_of, free, from_scale, with_values
 from hypertuna.identification.experiment import Experiment, experiment
 from hypertuna.identification.loss import LOSSES
-from hypertuna.identification.names import NUISANCES, default_names, free_of, split_names
+from hypertuna.identification.names import NUISANCES, default_names, default_priors, free_of, split_names
 from hypertuna.identification.prediction import predict
 from hypertuna.identification.residuals import LABELS, Errors, criteria, errors
 from hypertuna.identification.search import CONVERGED, start_points, subset
 from hypertuna.identification.search import fit as search
-from hypertuna.identification.sentences import repeated_motions, warnings_of
+from hypertuna.identification.sentences import held_by_priors, repeated_motions, warnings_of
 from hypertuna.identification.trends import trend_warnings
 from hypertuna.identification.uncertainty import Uncertainty, uncertainty
 from hypertuna.io.checkpoint import Journal
@@ -89,7 +89,8 @@ class Fit:
             sd = sure.sd[k] * (value if one.scale == "log" else 1.0)
             sizes = {"value": value, "sd": sd, "low": sure.low[k], "high": sure.high[k]}
             facts = {"unit": unit, "scale": one.scale, "lower": one.lower * factor, "upper": one.upper * factor}
-            judged = {"bound": sure.bound[k], "determined": sure.determined[k]}
+            known = one.prior and {"value": one.prior[0] * factor, "factor": one.prior[1]}
+            judged = {"prior": known, "bound": sure.bound[k], "determined": sure.determined[k]}
             rows.append({"name": one.name} | {key: size * factor for key, size in sizes.items()} | facts | judged)
         return rows
 
@@ -120,6 +121,7 @@ def identify(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     log: Sequence[str] = (),
     start: Mapping[str, float] | None = None,
+    prior: Mapping[str, float] | None = None,
     steps: int = DEFAULT_STEPS,
     threads: int | None = None,
     checkpoint: str | Path | None = None,
@@ -146,6 +148,9 @@ def identify(
         within the bounds. The best one counts.
     bounds, log, start : optional
         As for `hypertuna.identification.coefficients.free` [SI].
+    prior : mapping of str to float, optional
+        Factors by which the robot's values may be off [1], known without the trials: one standard deviation of the
+        logarithm. Default: without `free` those of data/published/bounds.toml, else none.
     steps : int
         Runge-Kutta steps per beat.
     threads : int, optional
@@ -166,11 +171,13 @@ def identify(
     STARTS.check(starts, "starts", "leave it out")
     check_steps(steps)
     trials = _trials(robot, trials)
+    if prior is None and free is None:
+        prior = default_priors(robot)
     frees = _frees(
         robot,
         trials,
         default_names(robot) if free is None else _names(free),
-        {"bounds": bounds, "log": log, "start": start},
+        {"bounds": bounds, "log": log, "start": start, "prior": prior},
     )
     training, held_out = split(trials, validate, seed)
     settings: dict[str, Any] = {"loss": loss, "steps": steps, "threads": threads or len(os.sched_getaffinity(0))}
@@ -181,6 +188,7 @@ def identify(
         "bounds": [[f.lower, f.upper] for f in frees],
         "scale": [f.scale for f in frees],
         "start": [f.start for f in frees],
+        "prior": [f.prior for f in frees],
         "validate": validate,
         "seed": seed,
         "loss": loss,
@@ -213,7 +221,9 @@ def compare(
             raise InputError(f"must name a coefficient of the {law} law", key="free", fix=fix)
         checkpoint = options.get("checkpoint")
         file = Path(checkpoint).with_stem(f"{Path(checkpoint).stem}-{law}") if checkpoint else None
-        fits[law] = identify(own, trials, names, **(options | {"checkpoint": file}))
+        prior = options.get("prior") or {} if free is not None else default_priors(own) | (options.get("prior") or {})
+        prior = {name: prior[name] for name in free_of(own, list(prior))}
+        fits[law] = identify(own, trials, names, **(options | {"checkpoint": file, "prior": prior}))
     has_own = {law: any(f.column.startswith(f"water.{law}.") for f in fit.free) for law, fit in fits.items()}
     if not any(has_own.values()):
         return fits
@@ -284,6 +294,7 @@ def _result(
     text = f"identified by hypertuna {version()} from {len(data.trials.runs)} runs of {files}"
     covariance = intervals.bounded_covariance
     warnings = warnings_of(data, values, intervals.bound, intervals.directions, intervals.residual_scale, prediction)
+    warnings += held_by_priors(frees, intervals.sd)
     return Fit(
         robot=with_fit(
             robot, frees, values, covariance=covariance, trials=files, seed=seed, text=text, reach=reach_of(data.trials)

@@ -77,6 +77,14 @@ def default_names(robot: Robot) -> tuple[str, ...]:
     return tuple(names)
 
 
+def default_priors(robot: Robot) -> dict[str, float]:
+    """Return the factors by which the robot's values of the default coefficients may be off."""
+    names = default_names(robot)
+    last = [name.removesuffix(COMMON).rpartition(".")[2] for name in names]
+    table = default_bounds()["prior"]
+    return {name: table[key]["factor"] for name, key in zip(names, last, strict=True) if key in table}
+
+
 def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
     """Return the names that the robot's water law has, of a list that serves several laws."""
     other = LAWS.keys() - {robot.model.water}

@@ -14,7 +14,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, parse
 from hypertuna.errors import InputError
-from hypertuna.identification.coefficients import Free, bounds_of, from_scale, to_scale
+from hypertuna.identification.coefficients import Free, bounds_of, from_scale, prior_rows, to_scale
 from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.loss import curvature, loss_terms
@@ -66,8 +66,9 @@ def posterior(
 ) -> Posterior:
     """Sample the posterior of a fit with `steps` of affine-invariant walkers (Goodman and Weare 2010, emcee).
 
-    The prior is uniform between the bounds, each coefficient in its scale; the likelihood is that of the fit. The
-    result does not depend on the number of threads. progress: called with the finished steps and their total.
+    The prior is uniform between the bounds, each coefficient in its scale, times that of the fit; the likelihood is
+    that of the fit. The result does not depend on the number of threads. progress: called with the
+    finished steps and their total.
     """
     import emcee  # imported here: slow to import
 
@@ -84,7 +85,8 @@ def posterior(
     def log_density(x: Array) -> float:
         if not ((x >= lower) & (x <= upper)).all():
             return -math.inf
-        return -0.5 * weight * float(loss_terms(fit.loss, squares_at(from_scale(fit.free, x)))[0].sum())
+        known = float((prior_rows(fit.free, x)[0] ** 2).sum())
+        return -0.5 * (weight * float(loss_terms(fit.loss, squares_at(from_scale(fit.free, x)))[0].sum()) + known)
 
     # as wide about the fit as its covariance, which includes the robust loss and residuals beyond the stated noise
     weight = (scale / fit.uncertainty.factor) ** 2 / curvature(squares_at(fit.values), fit.loss, data.count)

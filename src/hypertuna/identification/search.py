@@ -8,7 +8,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.identification import estimator
-from hypertuna.identification.coefficients import Free, bounds_of, from_scale, to_scale
+from hypertuna.identification.coefficients import Free, bounds_of, from_scale, prior_rows, to_scale
 from hypertuna.identification.experiment import FIRST_LEVEL, KINDS, Experiment
 from hypertuna.identification.loss import residual_scale
 from hypertuna.identification.names import default_bounds
@@ -46,8 +46,11 @@ def start_points(frees: Sequence[Free], count: int, seed: int) -> list[Array]:
     """Return starts (n,), scaled: the robot's values, those of Table III, then Sobol points within the bounds."""
     lower, upper = bounds_of(frees)
     table = default_bounds()["coefficient"]
-    published = [min(max(table.get(f.column, {}).get("start", f.start), f.lower), f.upper) for f in frees]
-    first = [to_scale(frees, [f.start for f in frees]), to_scale(frees, published)]
+    given = [f.start if f.common else table.get(f.column, {}).get("start", f.start) for f in frees]
+    published = [min(max(start, f.lower), f.upper) for start, f in zip(given, frees, strict=True)]
+    first = [to_scale(frees, [f.start for f in frees])]
+    if published != [f.start for f in frees]:
+        first.append(to_scale(frees, published))
     return [np.clip(point, lower, upper) for point in estimator.start_points(first, lower, upper, count, seed)]
 
 
@@ -95,7 +98,9 @@ def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, ro
 
     def at(x: Array, gradient_steps: int | None) -> tuple[Array, Array]:
         prediction = predict(data, from_scale(data.free, x), gradient_steps=gradient_steps, levels=levels)
-        return weighted(data, prediction, levels)
+        both = zip(weighted(data, prediction, levels), prior_rows(data.free, x), strict=True)
+        residual, jacobian = (np.concatenate(parts) for parts in both)
+        return residual, jacobian
 
     def jacobian(x: Array) -> Array:  # called once in an iteration
         # half the steps per beat are accurate enough for long steps

@@ -21,6 +21,7 @@ SLIGHT = 0.05  # the same of an unidentifiable direction
 RELATIVE_NOISE = 0.02  # of a measurement that could be added
 SAME = 1e-6  # of the largest: tied values that differ by less are equal
 LARGE_SCALE = 1.5  # residuals over the stated noise, above which a warning is due
+HELD = 0.7  # of a prior's standard deviation: the runs tell less than the prior
 NAMED = 5  # runs named in a warning
 MEASURED = {"speed": "speed", "cost_of_transport": "cost of transport", "x": "tracks", "y": "tracks", "yaw": "tracks"}
 
@@ -118,6 +119,17 @@ def warnings_of(
     if not all(d.determined for d in directions):
         warnings.append("The runs leave some coefficients unidentifiable: see the directions that are not determined.")
     return warnings
+
+
+def held_by_priors(frees: Sequence[Free], sd: Array) -> list[str]:
+    """Write warnings on coefficients whose standard deviations (n,), scaled, are nearly those of their priors."""
+    held = [f for f, own in zip(frees, sd.tolist(), strict=True) if f.prior and own > HELD * math.log(f.prior[1])]
+    return [
+        f"{f.name} is held by its prior, the robot's value within a factor of {f.prior[1]:g}: "
+        "the runs say less about it."
+        for f in held
+        if f.prior
+    ]
 
 
 def repeated_motions(training: Trials, validation: Trials) -> list[str]:

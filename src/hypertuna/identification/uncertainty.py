@@ -9,7 +9,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.identification import estimator
 from hypertuna.identification.angles import angle_errors
-from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, bounds_of, from_scale, to_scale
+from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, bounds_of, from_scale, prior_rows, to_scale
 from hypertuna.identification.estimator import Direction
 from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.loss import interval_factor, residual_scale
@@ -54,7 +54,8 @@ def uncertainty(
     scale = max(1.0, residual_scale(z, loss, share=left / len(z)))
     factor = max(interval_factor(z, loss, scale, data.count, left), math.sqrt(lack_of_fit(data, z)))
     stretch, freedom = stretches(data, prediction, levels, factor)
-    jacobian = weighted(data, prediction, levels)[1] * unit / stretch[data.sample][:, np.newaxis]
+    own = weighted(data, prediction, levels)[1] / stretch[data.sample][:, np.newaxis]
+    jacobian = np.concatenate([own, prior_rows(frees, x)[1]]) * unit
     quantile = estimator.t_quantile(freedom)
     profile = None if part is None else _profile(part, x, unit, levels, samples=len(data.kind), factor=factor)
     # rows of zeros where there are fewer elements than coefficients: stored fits have the directions of this matrix
@@ -102,9 +103,10 @@ def _profile(
 
     def residual(point: Array) -> Array:
         there = predict(part, from_scale(part.free, point), gradient_steps=None, levels=levels)
-        return scale * weighted(part, there, levels)[0]
+        return np.append(scale * weighted(part, there, levels)[0], prior_rows(part.free, point)[0])
 
-    return residual, scale[:, np.newaxis] * weighted(part, prediction, levels)[1] * unit
+    jacobian = scale[:, np.newaxis] * weighted(part, prediction, levels)[1]
+    return residual, np.concatenate([jacobian, prior_rows(part.free, x)[1]]) * unit
 
 
 def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:

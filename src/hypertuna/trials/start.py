@@ -22,7 +22,7 @@ GRID = 512  # instants at which joint angles are looked at for their frequency
 MIN_FRAMES = 10  # of a run that begins in motion
 SAME_TIME = 1e-9  # s
 MAX_ROUNDS, MAX_HALVINGS = 20, 8  # of Gauss and Newton, and of a step that makes the error larger
-SAME_ERROR = 1e-11  # relative decrease of the error that a step promises and that ends the rounds
+SAME_ERROR = 1e-9  # relative decrease of the error that a step promises and that ends the rounds
 MIN_SD = 1e-6  # m and rad, of a first pose
 GUESS_FRAMES = 8  # of a rough guess of the twist
 STILL = 0.5  # of what joints and head do later: those that do less begin at rest
@@ -125,6 +125,7 @@ class Unknown:
         return np.asarray(inverse[:, : len(size)] * size), -back
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a step may go too far: its error is no number, and not smaller
 def meet(
     unknown: Unknown, swum: Swum, twist: Array | None, error: Array, noise: Array | None
 ) -> tuple[Array | None, Array, Array, Array]:

@@ -58,7 +58,7 @@ class Strip(Part):
     )
     cross_flow: Flag = entry("form of the normal drag: v_n |v| if true, v_n |v_n| if false", default=False)
     tail_shedding: Fraction = entry(
-        "fraction of Lighthill's reactive force that acts at the trailing edge", default=0.0
+        "fraction of Lighthill's reactive force that acts at the trailing edge (default: 1)", default=1.0
     )
     drag_beating: tuple[NotNegative, ...] = entry(
         "what the coefficient across the link gains in a flow that beating makes, on h (default: 0)",
