@@ -9,6 +9,7 @@ speeds with coefficients of the flow solver and the lattice, and with drag of th
 import argparse
 import json
 import math
+import runpy
 import shlex
 import sys
 from collections.abc import Mapping
@@ -63,9 +64,8 @@ def travel(robot: ht.Robot, gait: str) -> np.ndarray:
 
 
 def computed() -> tuple[np.ndarray, np.ndarray]:
-    """Return KC (n,) and C_n and C_m (n, 2) of the ellipses in oscillating.json."""
-    rows = [row for row in json.loads((HERE / "oscillating.json").read_text()) if row["section"] == "0.61"]
-    rows.sort(key=lambda row: row["kc"])
+    """Return KC (n,) and C_n and C_m (n, 2) of the ellipse 0.61 by table.py's finest meshes."""
+    rows = [row for row in runpy.run_path(str(HERE / "table.py"))["finest"]() if row["section"] == "0.61"]
     return np.array([row["kc"] for row in rows]), np.array(
         [(row["drag_normal"], row["added_mass_normal"]) for row in rows]
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).parent
-USUAL = {"mesh": "coarse", "step": 1e-3, "reynolds": 1000.0}
+MESHES = ("coarse", "medium", "fine")
 
 
 def stored(name: str) -> Any:
@@ -17,9 +17,15 @@ def stored(name: str) -> Any:
     return json.loads((HERE / f"{name}.json").read_text())
 
 
-def usual(row: dict[str, Any]) -> bool:
-    """Return whether a row of oscillating.json has the choices of the main table."""
-    return all(row[key] == value for key, value in USUAL.items()) and not row.get("half")
+def refined(row: dict[str, Any]) -> tuple[float, ...]:
+    """Return a key by which rows go from coarse to fine within each KC, the usual choice of half the water last."""
+    return row["kc"], MESHES.index(row["mesh"]), row["half"], -row["edge"], row["step"]
+
+
+def finest() -> list[dict[str, Any]]:
+    """Return the rows of oscillating.json on the finest mesh of each section and KC, plates first."""
+    best = {(row["section"], row["kc"]): row for row in sorted(stored("oscillating"), key=refined)}
+    return sorted(best.values(), key=lambda row: (row["section"] != "plate", row["section"], row["kc"]))
 
 
 def graham(kc: float) -> float:
@@ -49,37 +55,47 @@ def spread(values: Sequence[float]) -> str:
 
 
 def plates() -> str:
-    """Tabulate plates and ellipses beside fits to measurements."""
-    head = ["section", "KC", "C_n", "of cycles", "Graham", "Luhar and Nepf", "C_m", "of cycles", "Luhar and Nepf"]
+    """Tabulate plates beside fits to measurements."""
+    head = ["KC", "mesh", "C_n", "of cycles", "Graham", "Luhar and Nepf", "their middle", "C_m", "of cycles"]
     rows = []
-    chosen = sorted(filter(usual, stored("oscillating")), key=lambda row: (row["section"] != "plate", row["kc"]))
-    for row in chosen:
-        kc, (drag, mass) = row["kc"], (row["drag_normal"], row["added_mass_normal"])
-        beside = [""] * 3
+    for row in finest():
         if row["section"] == "plate":
-            fits = [(drag, graham(kc)), (drag, luhar(kc)[0]), (mass, luhar(kc)[1])]
+            kc, (drag, mass) = row["kc"], (row["drag_normal"], row["added_mass_normal"])
+            drags = [graham(kc), luhar(kc)[0], (graham(kc) + luhar(kc)[0]) / 2]
+            fits = [(drag, fit) for fit in drags] + [(mass, luhar(kc)[1])]
             beside = [f"{fit:.2f} ({100 * (own / fit - 1):+.0f} %)" for own, fit in fits]
-        cycles = [spread(row[key]) for key in ("drag_by_cycle", "added_mass_by_cycle")]
-        numbers = [f"{drag:.2f}", cycles[0], *beside[:2], f"{mass:.2f}", cycles[1], beside[2]]
-        rows.append([section(row["section"]), f"{kc:g}", *numbers])
+            cycles = [spread(row[key]) for key in ("drag_by_cycle", "added_mass_by_cycle")]
+            numbers = [f"{drag:.2f}", cycles[0], *beside[:3], f"{mass:.2f}", cycles[1], beside[3]]
+            rows.append([f"{kc:g}", row["mesh"], *numbers])
+    return markdown([*head, "Luhar and Nepf"], rows)
+
+
+def ellipses() -> str:
+    """Tabulate ellipses beside the robot's file, whose C_n falls linearly from a flat plate's to a circle's."""
+    rows = []
+    for row in finest():
+        if row["section"] != "plate":
+            drag, mass, steady = row["drag_normal"], row["added_mass_normal"], 1.98 - 0.78 * float(row["section"])
+            cycles = [spread(row[key]) for key in ("drag_by_cycle", "added_mass_by_cycle")]
+            file = f"{steady:.2f} ({100 * (steady / drag - 1):+.0f} %)"
+            numbers = [f"{row['kc']:g}", row["mesh"], f"{drag:.2f}", cycles[0], file, f"{mass:.2f}", cycles[1], "1.00"]
+            rows.append([row["section"], *numbers])
+    head = ["b/a", "KC", "mesh", "C_n", "of cycles", "robot's file", "C_m", "of cycles", "robot's file"]
     return markdown(head, rows)
 
 
 def convergence() -> str:
-    """Tabulate the runs with other meshes, steps and Reynolds numbers."""
-    head = ["section", "KC", "mesh", "unknowns", "step", "Reynolds number", "C_n", "of cycles", "C_m", "of cycles"]
-    head += ["time [s]"]
-    several = {(row["section"], row["kc"]) for row in stored("oscillating") if not usual(row)}
-    chosen = [row for row in stored("oscillating") if (row["section"], row["kc"]) in several]
-    chosen.sort(key=lambda row: (row["kc"], row.get("half", False), row["reynolds"], row["unknowns"], -row["step"]))
+    """Tabulate all runs by mesh, elements at the edges and step; without "half", the whole water."""
+    head = ["section", "KC", "mesh", "at the edges", "step", "unknowns", "C_n", "of cycles", "C_m", "of cycles"]
     rows = []
-    for row in chosen:
-        numbers = [f"{row['unknowns']:,}", f"{row['step']:g}", f"{row['reynolds']:g}", f"{row['drag_normal']:.2f}"]
+    for row in sorted(
+        stored("oscillating"), key=lambda row: (row["section"] != "plate", row["section"], *refined(row))
+    ):
+        mesh = row["mesh"] + (", half" if row["half"] else "")
+        numbers = [f"{row['edge']:g}", f"{row['step']:.2g}", f"{row['unknowns']:,}", f"{row['drag_normal']:.2f}"]
         found = [spread(row["drag_by_cycle"]), f"{row['added_mass_normal']:.2f}", spread(row["added_mass_by_cycle"])]
-        found.append(f"{row['cpu_s']}")
-        mesh = row["mesh"] + (", half" if row.get("half") else "")
-        rows.append([section(row["section"]), f"{row['kc']:g}", mesh, *numbers, *found])
-    return markdown(head, rows)
+        rows.append([section(row["section"]), f"{row['kc']:g}", mesh, *numbers, *found, f"{row['cpu_s']}"])
+    return markdown([*head, "time [s]"], rows)
 
 
 def infinite_span() -> str:
@@ -131,7 +147,7 @@ def speeds() -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    each.__name__: each for each in (plates, convergence, infinite_span, fin, travel, speeds)
+    each.__name__: each for each in (plates, ellipses, convergence, infinite_span, fin, travel, speeds)
 }
 
 

@@ -44,6 +44,7 @@ VARIANTS: dict[str, Mapping[str, float]] = {
     "steady C_n": {"drag_beating": 0.0},
     "C_n at the KC of the slowest gaits, 12.8": {"drag_beating": 8 * 12.8 ** (-1 / 3) - 1.17},
     "C_n at the KC of the fastest gaits, 7.3": {"drag_beating": 8 * 7.3 ** (-1 / 3) - 1.17},
+    "C_n after Luhar and Nepf, 10 KC^(-1/3)": {"drag_beating": 10 * 9.5 ** (-1 / 3) - 1.17},
     "half of the suction": {"edge_suction": 0.5},
     "all of the suction": {"edge_suction": 1.0},
     "plate of 57 by 89 mm, all of the suction": {
