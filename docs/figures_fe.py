@@ -92,6 +92,23 @@ def convergence_table() -> str:
     return rows([*head, "time [s]", "Newton steps", "s per step"], body, left=2)
 
 
+def nested_table() -> str:
+    """Tabulate the bend over nested spaces, as validation/fe/nested.py stored it, with order, limit and index."""
+    body = []
+    for one in ELEMENTS.solved.values():
+        for series in one.nested:
+            found, levels = series["convergence_bend_deg"], series["levels"]
+            told = ["", "", ""]
+            if found is not None:
+                told = [f"{found['order']:.1f}", f"{found['limit']:.2f}", f"{found['index_percent']:.2g}"]
+            for k, level in enumerate(levels):
+                sizes = (f"{level['order']}", f"{level['elements']:,}", f"{level['unknowns']:,}")
+                seen = (f"{level['bend_deg']:.2f}", f"{level['energy_mj']:.2f}", f"{level['seconds']:.0f}")
+                body.append([one.joint, *sizes, *seen, *(told if k == len(levels) - 1 else ["", "", ""])])
+    head = ["joint", "order", "tetrahedra", "unknowns", "bend [deg]", "energy [mJ]", "time [s]"]
+    return rows([*head, "observed order", "limit [deg]", "index [%]"], body, left=1)
+
+
 def volume_table() -> str:
     """Tabulate the volume ratio J away from the ends, as validation/fe/convergence.py stored it."""
     body = []
@@ -155,6 +172,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "fe runs": run_table,
     "fe cases": case_table,
     "fe convergence": convergence_table,
+    "fe nested": nested_table,
     "fe volume": volume_table,
     "fe family": family_table,
     "fe sensitivity": sensitivity_table,

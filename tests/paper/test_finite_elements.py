@@ -156,6 +156,24 @@ def test_a_map_adds_its_states(store: Path) -> None:
     assert read_elements().solved["II"].maps == ()
 
 
+def test_a_series_of_nested_spaces_is_told_with_its_joint_only(store: Path) -> None:
+    levels = [{"bisections": k, "bend_deg": bend} for k, bend in enumerate((25.0, 25.5, 25.75))]
+    found = {"order": 1.0, "limit": 26.0, "index_percent": 1.2136}
+    series = {"levels": levels, "pressure_kpa": 150.0, "convergence_bend_deg": found}
+    series["joint_hash"] = joint_hash(ht.load(ROBOT), "II")
+    (store / "nested.json").write_text(json.dumps({"II h": series}))
+    entries = told(read_elements())
+    text = (
+        "bisected meshes at 150 kPa bend by 25.00, 25.50, 25.75 deg: a limit of 26.00 deg with the observed order 1.0"
+    )
+    assert f"{text}, grid convergence index 1.2 %" in entries["fe/bending-II", FE].note
+    assert "bisected" not in entries["fe/bending-I", FE].note
+    (store / "nested.json").write_text(json.dumps({"II h": series | {"convergence_bend_deg": None}}))
+    assert "25.75 deg, which tell no limit" in told(read_elements())["fe/bending-II", FE].note
+    (store / "nested.json").write_text(json.dumps({"II h": series | {"joint_hash": "of another one"}}))
+    assert "bisected" not in told(read_elements())["fe/bending-II", FE].note
+
+
 def test_another_joint_s_result_does_not_count(store: Path) -> None:
     changed(store / "hypertuna-II.json", joint_hash="of another one")
     entries = told(read_elements())

@@ -26,8 +26,15 @@ class MeshSize:
     around: float = 1.0  # size of triangles on the channels' walls over the channels' radius
     largest: float = 4.0  # size of elements far from the channels, over the same
     grading: float = 0.9  # Netgen's growth of sizes
-    order: int = 4  # polynomial order of the displacements and of curved elements
+    order: int = 4  # polynomial order of the displacements
     pieces: float = 6.0  # number of elements along the joint: slender hoses vary little along their axes
+    # Polynomial order of curved elements, None for that of the displacements. Not above it: such elements cannot rotate.
+    curve: int | None = None
+
+    @property
+    def curvature(self) -> int:
+        """Polynomial order of curved elements."""
+        return self.order if self.curve is None else self.curve
 
     def squeeze(self, body: JointBody) -> float:
         """Return the length of elements along a joint over that across it."""
@@ -84,7 +91,7 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
         "outer": _to_rim(body, size.squeeze(body))
     }
     planes = {"dirichletx": "fixed|tip|tie|cap_.*", "dirichlety": "strip", "dirichletz": "symmetry"}
-    space = ngs.VectorH1(mesh, order=size.order, dirichlet="|".join(curved), **planes)
+    space = ngs.VectorH1(mesh, order=size.curvature, dirichlet="|".join(curved), **planes)
     motion = ngs.GridFunction(space)
     motion.Set(mesh.BoundaryCF(curved), definedon=mesh.Boundaries("|".join(curved)), dual=True)
     u, v = space.TnT()
@@ -95,7 +102,7 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
     pull = motion.vec.CreateVector()
     pull.data = stiffness.mat * motion.vec
     motion.vec.data -= stiffness.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky") * pull
-    deformation = ngs.GridFunction(ngs.VectorH1(mesh, order=size.order))
+    deformation = ngs.GridFunction(ngs.VectorH1(mesh, order=size.curvature))
     scale = (size.squeeze(body) / MM, 1 / MM, 1 / MM)
     place = (ngs.x, ngs.y, ngs.z)
     deformation.Set(ngs.CF(tuple(s * (p + motion[k]) - p for k, (s, p) in enumerate(zip(scale, place, strict=True)))))
@@ -136,7 +143,7 @@ def _inverted(mesh: Any, size: MeshSize) -> int:
     """Count the elements whose Jacobian is not positive everywhere."""
     import ngsolve as ngs
 
-    points = mesh.MapToAllElements(ngs.IntegrationRule(ngs.TET, 2 * size.order), ngs.VOL)
+    points = mesh.MapToAllElements(ngs.IntegrationRule(ngs.TET, 2 * size.curvature), ngs.VOL)
     jacobian = np.asarray(ngs.Det(ngs.specialcf.JacobianMatrix(3))(points)).reshape(mesh.ne, -1)
     return int((jacobian.min(axis=1) <= 0).sum())
 

@@ -86,13 +86,18 @@ class FeModel:
 def fe_model(robot: Robot, joint: str | int, options: FeOptions | None = None) -> FeModel:
     """Return the model of a joint at rest."""
     options = options or FeOptions()
-    matrix, wall = soft_parts(robot, options)
-    body, size = joint_body(robot, joint), options.size
+    soft_parts(robot, options)  # bad options are refused before a mesh is made
+    body = joint_body(robot, joint)
     need_fe()
+    return model_on(robot, body, options, *joint_mesh(body, options.size))
+
+
+def model_on(robot: Robot, body: JointBody, options: FeOptions, mesh: Any, deformation: Any) -> FeModel:
+    """Return the model of a body at rest on a mesh with its deformation, as `joint_mesh` returns them."""
     import ngsolve as ngs
 
-    mesh, deformation = joint_mesh(body, size)
-    space = ngs.VectorH1(mesh, order=size.order, dirichlet="fixed", dirichletz="symmetry")
+    matrix, wall = soft_parts(robot, options)
+    space = ngs.VectorH1(mesh, order=options.size.order, dirichlet="fixed", dirichletz="symmetry")
     loads = (ngs.Parameter(0.0), ngs.Parameter(0.0), ngs.Parameter(0.0))
     energy = _energy(space, body, matrix, wall, loads)
     problem = Problem(energy, ngs.GridFunction(space), loads, matrix.shear)

@@ -42,6 +42,7 @@ COMPARED = {  # numbers of the fast model beside the elements', by id
     "volume": "the volume of either side under the elements' moment, over the range of the volumes",
 }
 AGAIN = "validation/fe/ledger.py computes it again"
+NESTED = "nested.json"  # stored series of nested spaces of displacements
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ class Solved:
     record: Mapping[str, Any] | None  # from ``hypertuna fe bend --json``; None where there is no valid one
     reason: str = ""  # why there is none, or why it was not computed again; without a full stop
     maps: tuple[Mapping[str, Any], ...] = ()  # from ``hypertuna fe map --json``
+    nested: tuple[Mapping[str, Any], ...] = ()  # series of nested spaces, from validation/fe/nested.py
 
     def column(self, key: str) -> Array:
         """Return a number of the record for every pressure, shape (n,)."""
@@ -150,7 +152,11 @@ def read_elements() -> Elements:
     """Read the stored results; one that was computed for another description is left out, with the reason."""
     folder, robot = shipped("data/fe"), load(ROBOT)
     names = [group.name for group in robot.joints]
-    solved = {joint: _checked(robot, joint, *_stored(folder, joint)) for joint in names}
+    nested = json.loads((folder / NESTED).read_text("utf-8")) if (folder / NESTED).is_file() else {}
+    solved = {}
+    for joint in names:
+        series = tuple(one for one in nested.values() if one["joint_hash"] == joint_hash(robot, joint))
+        solved[joint] = replace(_checked(robot, joint, *_stored(folder, joint)), nested=series)
     pictures = {joint: folder / f"{joint}.png" for joint in names}
     return Elements(solved, {joint: path.read_bytes() for joint, path in pictures.items() if path.is_file()})
 
@@ -199,7 +205,7 @@ def _solved(stored: Solved) -> Solved:
         reasons = filter(None, (stored.reason, f"not computed again: {error}".rstrip(".")))
         return replace(stored, reason="; ".join(reasons))
     record = result.record() | {"joint_hash": joint_hash(stored.robot, stored.joint)}
-    return _checked(stored.robot, stored.joint, record, *stored.maps)
+    return replace(_checked(stored.robot, stored.joint, record, *stored.maps), nested=stored.nested)
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Elements:
@@ -253,6 +259,7 @@ def sections(elements: Elements) -> list[Section]:
         angles=_angles(elements),
         shapes=shapes,
         curves=solved,
+        nested={joint: "; ".join(map(nested_text, one.nested)) for joint, one in solved.items() if one.nested},
         command=lambda joint: " ".join(command(joint)[:-1]),
     )
 
@@ -284,7 +291,20 @@ def _note(one: Solved) -> str:
     chosen = "the geometry, which is not published, was chosen so that both come out"
     made = f"{record['mesh']} mesh of {record['elements']:,} tetrahedra, {record['seconds']:.0f} s, stored"
     straight = f"a line through 100 to 250 kPa has R² = {one.r_squared:.3f}"
-    return "; ".join(filter(None, (f"{chosen}. {straight[0].upper()}{straight[1:]}", made, one.reason)))
+    fine = "; ".join(map(nested_text, one.nested))
+    return "; ".join(filter(None, (f"{chosen}. {straight[0].upper()}{straight[1:]}", made, fine, one.reason)))
+
+
+def nested_text(series: Mapping[str, Any]) -> str:
+    """Describe how the bend converges over nested spaces: its values, observed order, limit and index."""
+    levels, found = series["levels"], series["convergence_bend_deg"]
+    kind = "bisected meshes" if levels[-1]["bisections"] else "rising orders"
+    bends = ", ".join(f"{level['bend_deg']:.2f}" for level in levels)
+    text = f"{kind} at {series['pressure_kpa']:g} kPa bend by {bends} deg"
+    if found is None:
+        return f"{text}, which tell no limit"
+    limit = f"a limit of {found['limit']:.2f} deg with the observed order {found['order']:.1f}"
+    return f"{text}: {limit}, grid convergence index {found['index_percent']:.2g} %"
 
 
 def _curve(joint: str, one: Solved) -> Figure:
