@@ -16,7 +16,7 @@ SMALL = MeshSize(0.8, largest=6.0, order=3, pieces=3.0)
 
 
 def test_a_power_law_gives_its_order_and_its_limit() -> None:
-    """Halved element sizes: errors of 0.16, 0.04 and 0.01 have order 2, limit 1, and an index of 1.25 times the last."""
+    """Halved element sizes: errors of 0.16, 0.04, 0.01 have order 2 and limit 1; the index is 1.25 times the last."""
     found = convergence([1000, 8000, 64000], [0.84, 0.96, 0.99])
     assert found is not None
     assert found["order"] == pytest.approx(2)

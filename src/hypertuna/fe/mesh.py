@@ -28,7 +28,7 @@ class MeshSize:
     grading: float = 0.9  # Netgen's growth of sizes
     order: int = 4  # polynomial order of the displacements
     pieces: float = 6.0  # number of elements along the joint: slender hoses vary little along their axes
-    # Polynomial order of curved elements, None for that of the displacements. Not above it: such elements cannot rotate.
+    # Polynomial order of curved elements, None for that of the displacements; above it elements could not rotate.
     curve: int | None = None
 
     @property
