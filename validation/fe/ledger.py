@@ -31,7 +31,7 @@ WORK = ROOT / "build" / "fe"
 CLOSE = 1e-3  # of the largest bend: what another machine or version may differ by
 SHARED = "--pressure 60,80,100,120,180 --moment 0"  # oil that both sides share at the robot's fill pressure, 60 kPa
 MAPS = {  # options of `hypertuna fe map` for the maps of each joint: shared oil, and couples to half the blocked moment
-    "I": [SHARED, "--pressure 120 --moment -0.24,0.24"],
+    "I": ["--pressure 120 --moment -0.24,0.24", SHARED],
     "II": [
         SHARED,
         "--pressure 120,250 --moment -0.076,0.076",
@@ -74,9 +74,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="compare with what is stored")
     parser.add_argument("--map", action="store_true", help="maps instead of bends")
+    parser.add_argument("--joint", help="of one joint only")
     given = parser.parse_args()
     WORK.mkdir(parents=True, exist_ok=True)
-    joints = [group.name for group in load(ROBOT).joints]
+    joints = [group.name for group in load(ROBOT).joints if given.joint in (None, group.name)]
     if given.map:
         for joint, (number, options) in [(name, one) for name in joints for one in enumerate(MAPS[name])]:
             name = f"{ROBOT}-{joint}-map-{number}"

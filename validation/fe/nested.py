@@ -5,7 +5,8 @@ python validation/fe/nested.py JOINT LEVELS [--pressure KPA]     one series, in 
 LEVELS is a list of ORDER:BISECTIONS, for example 4:0,4:1,4:2 or 4:0,5:0,6:0. The first level is the mesh `coarse`, with
 elements curved to the fourth order. Finer levels have the same curved body: the straight tetrahedra are bisected, then
 curved by the same polynomials; higher orders of displacements leave the curve as it is. So each space of displacements
-holds the one before it, and each level starts from the state of the one before it. One core: half an hour a series.
+holds the one before it, and each level starts from the state of the one before it. One core: half an hour a series. States
+are kept in build/fe, where interrupted work goes on: remove them after a change of the code.
 """
 
 from __future__ import annotations
@@ -18,15 +19,17 @@ import time
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from ledger import STORE as FOLDER
-from ledger import rounded, stored
+from ledger import WORK, rounded, stored
 
 import hypertuna as ht
 from hypertuna.description.provenance import provenance
 from hypertuna.fe.bend import ngsolve_version
 from hypertuna.fe.measure import measure
 from hypertuna.fe.mesh import MESHES
-from hypertuna.fe.model import FeModel, FeOptions, equilibrium, fe_model, model_on
+from hypertuna.fe.model import FeModel, FeOptions, fe_model, model_on
+from hypertuna.fe.newton import CLOSE, lead
 from hypertuna.paper.chapters.finite_elements import ROBOT, joint_hash
 
 STORE = FOLDER / "nested.json"
@@ -90,16 +93,39 @@ def take_over(model: FeModel, last: FeModel) -> None:
         load.Set(value.Get())
 
 
+def solve(model: FeModel, pressure: float, *, warm: bool) -> tuple[int, str]:
+    """Bring a model to a pressure [Pa]; return the number of Newton steps, and the failure, empty without one.
+
+    A level that starts from a coarser one gains little energy: its steps end by the whole energy instead.
+    """
+    problem = model.problem
+    if warm:
+        least = CLOSE * abs(float(problem.energy.Energy(problem.state.vec)))
+        found = [lead(problem, (pressure, 0.0, 0.0), least=least)]
+    else:
+        found = [lead(problem, (load, 0.0, 0.0)) for load in (FIRST, pressure)]
+    return sum(one.iterations for one in found), "" if found[-1].converged else found[-1].text
+
+
 def series(joint: str, levels: list[tuple[int, int]], pressure: float) -> list[dict[str, Any]]:
-    """Bend a joint on all levels at a pressure [Pa]."""
+    """Bend a joint on all levels at a pressure [Pa]; states in build/fe, if any, are where levels start."""
     base = fe_model(ht.load(ROBOT), joint, FeOptions(mesh=MESHES[MESH]))
     model, rows = base, []
     for k, (order, bisections) in enumerate(levels):
-        start = time.process_time()
+        start, spent, steps = time.process_time(), 0.0, 0
         if k:
             last, model = model, finer(base, order, bisections)
             take_over(model, last)
-        found = [equilibrium(model, pressure=(load, 0.0)) for load in ([] if k else [FIRST]) + [pressure]]
+        path = WORK / f"nested-{joint}-{order}-{bisections}-{pressure / 1e3:g}.npz"
+        if path.exists():
+            stored_state = np.load(path)
+            np.asarray(model.displacement.vec)[:] = stored_state["state"]
+            model.problem.loads[0].Set(pressure)
+            spent, steps = float(stored_state["seconds"]), int(stored_state["iterations"])
+        iterations, text = solve(model, pressure, warm=k > 0 or path.exists())
+        seconds, iterations = spent + time.process_time() - start, steps + iterations
+        WORK.mkdir(parents=True, exist_ok=True)
+        np.savez(path, state=np.asarray(model.displacement.vec), seconds=seconds, iterations=iterations)
         measured = measure(model)
         row = {
             "order": order,
@@ -109,10 +135,10 @@ def series(joint: str, levels: list[tuple[int, int]], pressure: float) -> list[d
             "bend_deg": math.degrees(measured.angle),
             "oil_left_ml": 1e6 * measured.volume[0],
             "energy_mj": 2e3 * float(model.problem.energy.Energy(model.displacement.vec)),
-            "iterations": sum(one.iterations for one in found),
-            "seconds": time.process_time() - start,
+            "iterations": iterations,
+            "seconds": seconds,
             "memory_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9,
-            "fault": measured.fault if found[-1].converged else found[-1].text,
+            "fault": text or measured.fault,
         }
         print(json.dumps(row), flush=True)
         if row["fault"]:

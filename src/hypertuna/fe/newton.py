@@ -38,10 +38,11 @@ class Equilibrium:
     text: str  # sentence without its period
 
 
-def lead(problem: Problem, loads: Sequence[float]) -> Equilibrium:
+def lead(problem: Problem, loads: Sequence[float], *, least: float = MIN_WORK) -> Equilibrium:
     """Bring a problem from its present state to other loads, in one step if Newton's method converges, else in smaller.
 
-    Without convergence the state is the last equilibrium on the way.
+    Without convergence the state is the last equilibrium on the way. `least` is a gain of energy [J] that counts as
+    none even where the loads hardly change, as on a finer space that starts from the state of a coarser one.
     """
     start, end = [load.Get() for load in problem.loads], [float(load) for load in loads]
     last = problem.state.vec.CreateVector()
@@ -50,7 +51,7 @@ def lead(problem: Problem, loads: Sequence[float]) -> Equilibrium:
     while reached < 1:
         part = min(1.0, reached + step)
         _set(problem, start, end, part)
-        steps, fault = _newton(problem)
+        steps, fault = _newton(problem, least)
         iterations += steps
         if not fault:
             reached, step = part, 2 * step
@@ -71,7 +72,7 @@ def _set(problem: Problem, start: Sequence[float], end: Sequence[float], part: f
         load.Set(first + part * (last - first))
 
 
-def _newton(problem: Problem) -> tuple[int, str]:
+def _newton(problem: Problem, least: float) -> tuple[int, str]:
     """Minimize the energy under the present loads; return the number of steps and the failure, empty without one."""
     u, energy = problem.state.vec, problem.energy
     gradient, step, trial = (u.CreateVector() for _ in range(3))
@@ -83,7 +84,7 @@ def _newton(problem: Problem) -> tuple[int, str]:
         if not math.isfinite(gain):
             return k, "the tangent is singular"
         # A regularized step gains little anywhere: the free step decides whether this is an equilibrium.
-        if max(gain, abs(free)) <= CLOSE * abs(now - first) + MIN_WORK:
+        if max(gain, abs(free)) <= CLOSE * abs(now - first) + least:
             trial.data = u - step
             if math.isfinite(_value(problem, trial)):
                 u.data = trial
