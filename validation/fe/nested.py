@@ -5,8 +5,8 @@ python validation/fe/nested.py JOINT LEVELS [--pressure KPA]     one series, in 
 LEVELS is a list of ORDER:BISECTIONS, for example 4:0,4:1,4:2 or 4:0,5:0,6:0. The first level is the mesh `coarse`, with
 elements curved to the fourth order. Finer levels have the same curved body: the straight tetrahedra are bisected, then
 curved by the same polynomials; higher orders of displacements leave the curve as it is. So each space of displacements
-holds the one before it, and each level starts from the state of the one before it. One core: half an hour a series. States
-are kept in build/fe, where interrupted work goes on: remove them after a change of the code.
+holds the one before it, and each level starts from the state of the one before it. One core: half an hour a series.
+Work that was interrupted goes on from the states in build/fe: remove them after a change of the code.
 """
 
 from __future__ import annotations
