@@ -29,15 +29,9 @@ ROOT = Path(__file__).resolve().parents[2]
 STORE = ROOT / "data" / "fe"
 WORK = ROOT / "build" / "fe"
 CLOSE = 1e-3  # of the largest bend: what another machine or version may differ by
-SHARED = "--pressure 60,80,100,120,180 --moment 0"  # oil that both sides share at the robot's fill pressure, 60 kPa
-MAPS = {  # options of `hypertuna fe map` for the maps of each joint: shared oil, and couples to half the blocked moment
-    "I": ["--pressure 120 --moment -0.24,0.24", SHARED],
-    "II": [
-        SHARED,
-        "--pressure 120,250 --moment -0.076,0.076",
-        "--pressure 120 --moment 0 --fill 90",
-        "--pressure 180 --moment 0 --fill 120",
-    ],
+MAPS = {  # options of `hypertuna fe map`, for the maps of each joint
+    "I": ["--pressure 120 --moment -0.24,0.24"],
+    "II": ["--pressure 60,80,100,120,180 --moment 0", "--pressure 120,250 --moment -0.076,0.076"],
 }
 
 
