@@ -95,9 +95,9 @@ def held_out() -> str:
     return rows([*heads, "path [% of length]"], body, left=3)
 
 
-def coverage() -> str:
+def coverage(kind: str) -> str:
     """Tabulate errors and 90 % intervals of coefficients over repeats with other noise."""
-    runs = strangers("coverage")
+    runs = strangers(kind)
     error, half, holds = (np.array([run[key] for run in runs]) for key in ("error", "half_width", "held"))
     body = []
     for k, name in enumerate(("drag along", "drag across", "added mass")):
@@ -108,6 +108,22 @@ def coverage() -> str:
     return rows(["factor on", "mean error [%]", "scatter [%]", "half-width [%]", "interval holds the truth"], body)
 
 
+def defaults() -> str:
+    """Tabulate errors of the robot eel's swims that a fit has not seen, by what is free, over their repeatability."""
+    runs = json.loads((ROOT / "validation/identify/defaults.json").read_text())["runs"]
+    splits = ("10 to 30 deg", "30 to 10 deg", "early to all")
+    by = {(run["joints"], run["free"], run["tail_shedding"]): run for run in runs}
+    shown = [(joints, name) for joints, name, shedding in by if shedding == 1 and joints == "measured"]
+    shown += [("targets", name) for _, name in shown if name == "the same, with priors"]
+    body = []
+    for joints, name in shown:
+        label = "the same, targets of the joints" if joints == "targets" else name
+        errors = [by[joints, name, shedding][split]["over_repeatability"] for shedding in (0, 1) for split in splits]
+        body.append([label, *(f"{error:.2f}" for error in errors)])
+    heads = [f"{split}, shedding {shedding}" for shedding in (0, 1) for split in splits]
+    return rows(["free", *heads], body)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "steady columns": steady_columns,
     "steady example": lambda: quoted("tank/tank.csv", "text", 5),
@@ -115,7 +131,9 @@ TABLES: dict[str, Callable[[], str]] = {
     "manifest keys": manifest_keys,
     "markers predicted": markers_predicted,
     "strangers held out": held_out,
-    "strangers coverage": coverage,
+    "strangers coverage": lambda: coverage("coverage"),
+    "strangers without priors": lambda: coverage("without priors"),
+    "defaults": defaults,
 }
 
 

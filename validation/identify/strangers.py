@@ -36,6 +36,7 @@ NOISE, RATE, BEATS = 0.0015, 60.0, 4  # m of a coordinate, frames per second, be
 TRAINED, HELD = (0, 2, 3), (1, 4)  # runs of each robot
 WAVE, TAPER = 0.8, (0.6, 1.2)  # waves on the body; amplitude of the first and the last joint over the mean one
 COVERED = range(1000, 1020)  # seeds of the coverage; others were used during development
+WITHOUT = range(1000, 1006)  # seeds of fits without priors
 
 # lengths, heights, widths of the links [m]; runs: frequency [Hz] and amplitude [deg]
 SHAPES: dict[str, tuple[Any, Any, Any, list[tuple[float, float]]]] = {
@@ -200,16 +201,18 @@ def _center(robot: ht.Robot, result: Any, until: float) -> Any:
     return np.array([np.interp(until, time, axis) - axis[0] for axis in (x, y)])
 
 
-def covered(shape: str, begin: str, seed: int) -> dict[str, Any]:
+def covered(shape: str, begin: str, seed: int, priors: bool = True) -> dict[str, Any]:
     """Fit three runs of the same law: relative errors, and their half-widths of 90 % intervals."""
     robot, truth = described(shape, handbook(len(SHAPES[shape][0]))), truth_of(shape, "same law")
     first, *others = seen(robot, truth, shape, begin, TRAINED, seed)
-    fit = identify(robot, first + others[0] + others[1], validate=0, starts=1, threads=1)
+    trials, own = first + others[0] + others[1], None if priors else {}
+    fit = identify(robot, trials, validate=0, starts=1, threads=1, prior=own)
     known = np.array([4.0, 0.7, 1.4])  # factors on drag along and across, and on added mass
     half = stdtrit(fit.uncertainty.freedom, 0.95) * np.sqrt(np.diag(fit.uncertainty.covariance))
     middle = to_scale(fit.free, fit.values)
     low, high = (from_scale(fit.free, middle + side * half) for side in (-1, 1))
-    row = {"kind": "coverage", "robot": shape, "begin": begin, "seed": seed, "error": (fit.values / known - 1).tolist()}
+    kind = "coverage" if priors else "without priors"
+    row = {"kind": kind, "robot": shape, "begin": begin, "seed": seed, "error": (fit.values / known - 1).tolist()}
     held = ((low <= known) & (known <= high)).tolist()
     return row | {"half_width": ((high - low) / (2 * known)).tolist(), "held": held}
 
@@ -227,6 +230,7 @@ def main() -> None:
     jobs += [(held_out, (fish, law, "motion", 0.0)) for law in (shed, elongated)]
     jobs += [(held_out, (eel, shed, "rest"))]
     jobs += [(covered, (eel, "motion", seed)) for seed in COVERED]
+    jobs += [(covered, (eel, "motion", seed, False)) for seed in WITHOUT]
     known = [run["job"] for run in done]
     for work, arguments in jobs:
         if list(arguments) in known:

@@ -107,7 +107,8 @@ class MarkerRun:
         if self.markers.ignored:
             sentences.append(f"{self.name}: columns without a use: {', '.join(self.markers.ignored)}.")
         if lost := len(self.markers.time) - sum(map(len, self.stretches)):
-            sentences.append(f"{self.name}: {lost} frames are left out, in which the markers leave an angle open.")
+            frames = "1 frame is" if lost == 1 else f"{lost} frames are"
+            sentences.append(f"{self.name}: {frames} left out, in which the markers leave an angle open.")
         return sentences
 
     def _offsets(self) -> Array:
