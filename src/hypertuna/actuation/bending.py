@@ -43,7 +43,7 @@ STEPS: tuple[tuple[str, dict[str, bool], dict[str, bool]], ...] = (
     ),
     ("stress as it varies through the wall", HELD | {"passive": False}, {"plain": True, "friction": False}),
     ("walls of the other side resist", HELD, {"plain": True, "friction": False}),
-    ("the body shortens", FREE, {"plain": True, "friction": False}),
+    ("the body shortens, and braids go slack", FREE, {"plain": True, "friction": False}),
     ("matrix around the hoses swells, their ends do not", FREE, {"plain": False, "friction": False}),
     ("Eq. 4: friction, on the way up", FREE, {"plain": False, "friction": True}),
 )

@@ -171,7 +171,7 @@ struct Governor {
 
 inline constexpr double governor_aim = 0.8;     // of the soft limit: between readings hammer adds a fifth and more
 inline constexpr double governor_min = 0.6;     // an amplitude falls to this part from beat to beat at most,
-inline constexpr double governor_max = 1.4;     // and grows to this one
+inline constexpr double governor_max = 2.0;     // and grows to this one
 inline constexpr double governor_floor = 0.02;  // rad: an amplitude is never governed below
 
 /// End of a beat of this amplitude. Pressure above the fill grows with the amplitude in proportion, in water up to its
