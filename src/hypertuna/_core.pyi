@@ -206,9 +206,10 @@ def joint_load(
     *,
     angle: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     strain: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    pressure: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
 ) -> dict[str, NDArray[numpy.float64]]:
     """
-    Energy, moment, axial force, volumes and friction at every bend and strain relative to the filled joint.
+    Energy, moment, axial force, volumes and friction at every bend, strain relative to the filled joint, and pair of pressures.
     """
 
 def hold_joint(

@@ -79,7 +79,8 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
     slope = _core.displaced(hydraulics.values[circuit], angle)[:, 1]
     low, high = float(bend[free][0]), float(bend[free][-1])
     powers = _bend_powers(bend, low, high)
-    terms = np.linalg.lstsq(powers * slope[:, None], (angle - float(np.interp(0, bend, angle))) * slope)[0]
+    offset = angle - float(np.interp(0, bend, angle))
+    terms = np.asarray(np.linalg.lstsq(powers * slope[:, None], offset * slope)[0], dtype=np.float64)
     error = powers @ terms - angle
     return PumpMap(low, high, terms, float(abs(error).max()), float(abs(error * slope).max()))
 

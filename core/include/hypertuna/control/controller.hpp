@@ -48,12 +48,12 @@ void correct_posture(const Controller<T>& model, ControllerState<T>& state, int 
         posture.seen = refit(posture.seen, posture.error, ticks);
         const BeatShape<T> seen = shape(posture.seen), sent{posture.sent.amplitude / ticks, posture.sent.bias / ticks};
         const bool judged = rules.amplitude_min < sent.amplitude;
-        const bool dull = judged && seen.amplitude < rules.moving * sent.amplitude;
+        const bool dull = judged && swing(posture.seen) < rules.moving * sent.amplitude;
         posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
         if (!dull && state.armed && !blind(state, j)) {
             const T reach = model.joint[j].reach;
             const bool held = T(posture.limited) > rules.limited * ticks;
-            const T factor = clamp(sent.amplitude / seen.amplitude, T(1 / factor_max), T(factor_max));
+            const T factor = clamp(sent.amplitude / max(seen.amplitude, T(1e-3)), T(1 / factor_max), T(factor_max));
             if (judged) posture.more = learn(posture.more, factor - T(1), rules.learning, held);
             posture.aside = clamp(learn(posture.aside, sent.bias - seen.bias, rules.learning, held), -reach, reach);
         }

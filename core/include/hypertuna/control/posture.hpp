@@ -89,6 +89,13 @@ BeatShape<T> shape(const Harmonics<T>& fit) {
     return {amplitude + fit.third.x * top.x + fit.third.y * top.y, fit.mean};
 }
 
+/// How far a beat moves at all, whatever the phases: a joint that bends at three times the frequency alone moves, too.
+template <class T>
+T swing(const Harmonics<T>& fit) {
+    return sqrt(fit.first.x * fit.first.x + fit.first.y * fit.first.y) +
+           sqrt(fit.third.x * fit.third.x + fit.third.y * fit.third.y);
+}
+
 /// Go a part of the way to what the beat says; where a limit acted (`held`), not further away from zero.
 template <class T>
 T learn(T now, T target, T learning, bool held) {
