@@ -83,16 +83,29 @@ def test_peaks_are_fitted_in_noise(frequency: float) -> None:
         assert (peak_bends(time, noisy, frequency)[1] - exact).mean() > 0.8 * noise
 
 
-@pytest.mark.parametrize("frequency", [5.0, 6.0])
+@pytest.mark.parametrize("frequency", [4.0, 5.0])
 def test_joint_ii_settles_whatever_the_noise(tuna: ht.Robot, frequency: float) -> None:
-    # A controller that took peaks from single readings met 4 s with none of these seeds by the sensor, and with two
-    # (5 Hz) and none (6 Hz) by the true bend; over 32 seeds this one meets it with 97 to 100 %.
+    # A controller that took peaks from single readings met 4 s at 5 Hz with none of these seeds by the sensor, and with
+    # two by the true bend; over 32 seeds this one meets it with all by the sensor.
     runs = [
         hold(tuna, frequency, [0.0, math.radians(20)], duration=8.0, medium="air", seed=seed)[0]
         for seed in (2, 3, 4, 6)
     ]
     for times in ([one.settling for one in runs], [one.measured_settling for one in runs]):
         assert sum(time is not None and time <= 4 for time in times) >= 3
+
+
+def test_joint_ii_jumps_past_20_deg_at_6_hz(tuna: ht.Robot) -> None:
+    """Why no posture of 20 deg settles at 6 Hz: its slack braids make a jump, with steady beats on either side only."""
+    bends, pressures = [], []
+    for asked in (14.0, 14.5):
+        beat = ht.Gait.from_degrees(frequency=6.0, amplitude=(0.0, asked), phase=(0.0, 0.0))
+        run = ht.twin(tuna, beat, duration=8.0, medium="air", closed_loop=False)
+        bends.append(np.degrees(np.ptp(run.data["angle"][-100:, 1]) / 2))
+        pressures.append(run.data["pump_pressure_high"][-100:, 2:].max())
+    assert bends[0] < 18.5
+    assert bends[1] > 20.0
+    assert pressures[1] > 1.5 * pressures[0]
 
 
 def held(errors: list[float]) -> Held:
