@@ -62,7 +62,7 @@ def test_all_material_sets_and_their_spread(run: Run, tuna: ht.Robot, tmp_path: 
     assert whole.angle.attrs["units"] == "rad"
     assert whole.attrs["command"].startswith("hypertuna bend")
     text = run(*BEND, "--material", "all", "--unload")[1]
-    assert "spread of the materials at 250 kPa: 13.3 to 18.4 deg" in text
+    assert "spread of the materials at 250 kPa: 12.4 to 16.8 deg" in text
 
 
 def test_files_have_what_was_printed(run: Run, tuna: ht.Robot, tmp_path: Path) -> None:
@@ -86,7 +86,7 @@ def test_the_printed_equations_come_with_the_size_of_their_errors(run: Run) -> N
     told = json.loads(run(*BEND, "--law", "as_printed", "--json")[1])
     assert told["law"] == "as_printed"
     assert told["angle_deg"][-1] == told["misprints"][0]["angle_deg"] > 30
-    assert told["misprints"][-1]["angle_deg"] == pytest.approx(17.19, abs=0.01)
+    assert told["misprints"][-1]["angle_deg"] == pytest.approx(15.92, abs=0.01)
     assert "Eqs 10-11: true stress" in run(*BEND, "--law", "as_printed")[1]
 
 
