@@ -12,6 +12,7 @@ from hypertuna.arrays import Array
 from hypertuna.characterization.data import Bench
 from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
 from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
 from hypertuna.identification.loss import LOSSES
 from hypertuna.ranges import Whole, check_name
 
@@ -65,7 +66,10 @@ class BenchProblem:
         levels: noise [rad and m^3] of the kinds whose noise is unknown. joint: compute its rows only, others are NaN.
         """
         robot = with_unknowns(self.robot, self.free, self.values(z), checked=False)
-        angle, volume = computed(robot, self.bench, joint)
+        try:
+            angle, volume = computed(robot, self.bench, joint)
+        except InputError:  # no such joint can be built, such as one without room for its hoses
+            angle, volume = np.full((2, len(self.bench.angle)), np.nan)
         level = np.array([levels.get(name, np.nan) for name in KINDS])
         difference = np.concatenate([angle, volume[self.with_volume]]) - self.measured
         scaled = difference / np.where(np.isnan(self.sd), level[self.kind], self.sd)
