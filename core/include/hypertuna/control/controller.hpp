@@ -85,7 +85,7 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     if (posture.dull > 1) status.set(Condition::bend_fault, j);
     if (state.bend[j].faulty || posture.dull > 1) status.set(Condition::open_loop, j);
     state.more[j] = follow(model.smoothing, state.more[j], posture.more);
-    state.aside[j] = follow(model.smoothing, state.aside[j], posture.aside);
+    state.aside[j] = follow(model.smoothing, state.aside[j], state.armed ? posture.aside : T(0));
 }
 
 /// Slew and clamp: the last that happens to every servo's angle. One that is no number leaves the last good one.
