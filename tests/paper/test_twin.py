@@ -43,11 +43,13 @@ def test_bends_are_calibrated(bends: Bends) -> None:
     assert {found.class_ for found in bend_findings(bends)} == {"calibrated"}
 
 
-def test_bends_meet_the_paper_and_the_printed_equations_do_not(bends: Bends) -> None:
+def test_friction_takes_bend_and_the_printed_equations_have_far_too_much(bends: Bends) -> None:
+    """The geometry meets the paper by finite elements without friction; with it the bend is up to a fifth less."""
     judged = {(found.id, found.model): judge(PAPER, found) for found in bend_findings(bends)}
     for name in ("I", "II"):
-        assert judged[f"bending/{name}", ACTUATOR].verdict == "agrees"
-        assert judged[f"bending/{name}", PRINTED].verdict == "deviates"
+        ours, printed = judged[f"bending/{name}", ACTUATOR], judged[f"bending/{name}", PRINTED]
+        assert ours.verdict == printed.verdict == "deviates"
+        assert -0.2 < ours.relative_error < 0 < 1.5 < printed.relative_error
 
 
 def test_steps_lead_from_the_printed_bend_to_the_corrected_one(bends: Bends) -> None:
