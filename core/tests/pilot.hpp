@@ -15,7 +15,7 @@ Controller<T> test_controller() {
     m.posture = {T(0.7), T(0.25), T(0.1), T(0.05), T(0.05)};
     for (int j = 0; j < 2; ++j) m.joint[j] = {T(0.5), T(0.4), T(1.57), T(0.5), T(2.5), T(1.0), T(1.2)};
     for (int c = 0; c < 4; ++c) {
-        m.map[c] = {{T(0), T(1), T(-0.3), T(0.2), T(0), T(0)}};
+        m.map[c] = {T(-0.5), T(0.5), {T(1), T(-0.3), T(1), T(0), T(0.7), T(0)}};
         SupervisorModel<T>& s = m.circuit[c];
         s.speed = T(7.5), s.stall = T(1.2e6), s.fill = T(6e4), s.compliance = T(3e-7);
     }

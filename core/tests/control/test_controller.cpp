@@ -26,6 +26,15 @@ static ControllerStep<T> run(int ticks, const Spoil& spoil) {
     return now;
 }
 
+/// Three parabolas that join, the middle one through zero: by hand.
+static void the_pump_map() {
+    const PumpMap<double> map{-0.5, 0.5, {2, 1, 3, -1, 4, 0}};
+    CHECK(servo_angle(map, 0.0) == 0);
+    CHECK_NEAR(servo_angle(map, 0.5), 1.25, 1e-15);  // 2 * 0.5 + 0.5^2
+    CHECK_NEAR(servo_angle(map, 0.6), 1.25 + 4 * 0.1, 1e-15);
+    CHECK_NEAR(servo_angle(map, -0.6), -0.75 - 3 * 0.1 - 0.01, 1e-15);
+}
+
 static void a_healthy_tail_beats_without_complaint() {
     std::uint32_t flags = 0;
     const Controller<double> model = test_controller<double>();
@@ -184,6 +193,7 @@ static void arbitrary_bits(int ticks) {
 
 int main() {
     const int before = allocations;
+    the_pump_map();
     a_healthy_tail_beats_without_complaint();
     faults_are_told_and_survived();
     the_last_good_correction_is_kept();
