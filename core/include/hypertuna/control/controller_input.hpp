@@ -31,8 +31,11 @@ void take_command(const Controller<T>& model, ControllerState<T>& state, const C
             take(target.bias[j], command.bias[j], -model.joint[j].amplitude, model.joint[j].amplitude, status);
         }
         for (int k = 0; k < 2; ++k) take(target.fin[k], command.fin[k], -model.fin_max, model.fin_max, status);
-        for (int j = 0; j < model.joints; ++j)
+        for (int j = 0; j < model.joints; ++j) {
+            // A tail that starts from rest swings past its steady beats: it begins as at a frequency not seen before.
+            if (state.amplitude[j].value < T(governor_floor)) state.governor[j].frequency = T(0);
             expect(state.governor[j], target.frequency, safe_amplitude(model.joint[j], target.frequency));
+        }
         // Arming again, not staying armed, gives a stopped circuit back.
         if (command.armed && !state.armed)
             for (int c = 0; c < 2 * model.joints; ++c) state.circuit[c].stopped = false;
