@@ -167,7 +167,7 @@ def bend(
     >>> import hypertuna as ht
     >>> curve = ht.bend(ht.load("hypertuna"), "I", [100e3, 250e3])
     >>> np.degrees(curve.angle).round(1).tolist()
-    [10.9, 17.2]
+    [10.1, 15.9]
     """
     rising = check_pressure(pressure)
     active = check_side(side)
