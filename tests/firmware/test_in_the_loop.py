@@ -139,11 +139,11 @@ def test_no_arithmetic_in_double_precision(qemu: Path) -> None:
 
 
 def test_missing_programs_are_told(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    code, _, told = run("fil", "--board", "pc", "--firmware", str(tmp_path))
+    code, _, told = run("hil", "--board", "pc", "--firmware", str(tmp_path))
     assert code == 2
     assert "make firmware ROBOT=hypertuna" in told
     monkeypatch.setattr(shutil, "which", lambda program: None)
-    code, _, told = run("fil", "--board", "qemu")
+    code, _, told = run("hil", "--board", "qemu")
     assert code == 2
     assert "make system-deps" in told
 
@@ -164,13 +164,13 @@ def test_missing_programs_are_told(run: Run, tmp_path: Path, monkeypatch: pytest
     ],
 )
 def test_bad_input(run: Run, options: tuple[str, ...], words: str) -> None:
-    code, _, told = run("fil", *options)
+    code, _, told = run("hil", *options)
     assert code == 2
     assert words in told
 
 
 def test_json(run: Run, pc: Path) -> None:
-    code, told, _ = run("fil", "--ticks", "500", "--json")
+    code, told, _ = run("hil", "--ticks", "500", "--json")
     assert code == 0
     found = json.loads(told)
     assert found["ticks"] == 500
@@ -190,7 +190,7 @@ def test_firmware_of_another_description_is_told(run: Run, pc: Path, tmp_path: P
     changed.write_text(
         robot_path(ht.load("hypertuna").file).read_text().replace("learning = 0.7\n", "learning = 0.6\n")
     )
-    code, _, told = run("fil", "--robot", str(changed), "--ticks", "10")
+    code, _, told = run("hil", "--robot", str(changed), "--ticks", "10")
     assert code == 2
     assert "has other numbers than" in told
     assert f"hypertuna firmware params --robot {changed} -o firmware/robots/hypertuna.hpp" in told
@@ -270,7 +270,7 @@ def test_numbers_of_the_radio() -> None:
 
 
 def test_a_modelled_radio_needs_a_ground_station(run: Run) -> None:
-    code, _, told = run("fil", "--air", "loss=0.1")
+    code, _, told = run("hil", "--air", "loss=0.1")
     assert code == 2
     assert "--air needs a ground station: give its port by --radio" in told
 
@@ -278,7 +278,7 @@ def test_a_modelled_radio_needs_a_ground_station(run: Run) -> None:
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_closed_terminal_ends_it_as_ctrl_c_does(pc: Path, tmp_path: Path, number: signal.Signals) -> None:
     """Its firmware ends with it, and no folder of pipes is left behind."""
-    command = [sys.executable, "-m", "hypertuna", "fil", "--board", "pc", "--scenario", "afloat", "--ticks", "100000"]
+    command = [sys.executable, "-m", "hypertuna", "hil", "--board", "pc", "--scenario", "afloat", "--ticks", "100000"]
     place = {"TMPDIR": str(tmp_path)}
     # As a terminal starts it: under nohup, SIGHUP stays ignored.
     default = functools.partial(signal.signal, number, signal.SIG_DFL)

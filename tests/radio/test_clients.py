@@ -41,7 +41,7 @@ def in_the_loop(board: str, port: int) -> Iterator[None]:
     except InputError as error:
         pytest.skip(str(error))
     options = ["--scenario", "afloat", "--radio", str(port), "--real-time", "--ticks", "30000"]
-    command = [sys.executable, "-m", "hypertuna", "fil", "--board", board, *options]
+    command = [sys.executable, "-m", "hypertuna", "hil", "--board", board, *options]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         end = time.monotonic() + 60

@@ -40,8 +40,8 @@ COMMANDS = {
     ),
     "pareto": ("pareto:pareto_command", "Find the Pareto front of gaits: NSGA-II, polished by exact gradients."),
     "bend": ("bend:bend_command", "Bend a soft joint in air: angle over pressure, up and down."),
-    "fil": (
-        "fil:fil_command",
+    "hil": (
+        "hil:hil_command",
         "Run the firmware in the loop: the twin at sea and the firmware on a board, in lock-step.",
     ),
     "actuator": (
@@ -61,6 +61,9 @@ COMMANDS = {
     "trials": ("trials:trials_app", "Tank trials: check them, import published ones."),
     "version": ("version:version_command", "Print the version and the instruction set in use."),
 }
+
+# Former names of commands, understood for one release.
+RENAMED = {"fil": "hil"}
 
 
 class _Help:
@@ -145,11 +148,21 @@ def main() -> None:
     """Run the program: bad input is one sentence on the error output, and exit code 2."""
     gc.set_threshold(50_000)  # most of what the start makes stays: searched for garbage less often
     _end_on_signals()
+    _take_former_name()
     code = _run()
     if code == INTERRUPTED:
         print("interrupted", file=sys.stderr)
     _drop_unwritable_output()
     sys.exit(code)
+
+
+def _take_former_name() -> None:
+    """Put the present name of a command in place of its former one, with a note on the error output."""
+    new = RENAMED.get(sys.argv[1]) if len(sys.argv) > 1 else None
+    if new is not None:
+        note = f"note: `hypertuna {sys.argv[1]}` is now `hypertuna {new}`; the next release drops the old name."
+        print(note, file=sys.stderr)
+        sys.argv[1:2] = new.split()
 
 
 def _run() -> Any:

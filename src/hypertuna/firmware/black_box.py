@@ -90,7 +90,7 @@ def read_black_box(path: str | Path, report: Callable[[int, int], None] | None =
         elif boots:
             boots[-1].take(piece, tick=kind == _core.RECORD_TICK)
     if not boots:
-        fix = "give a .bin file from the robot's card, or of `hypertuna fil --black-box`"
+        fix = "give a .bin file from the robot's card, or of `hypertuna hil --black-box`"
         raise InputError("must be a black box: it has no header", file=file, value="something else", fix=fix)
     boxes = [boot.box() for boot in boots if boot.ticks]
     if not boxes:

@@ -1,4 +1,4 @@
-"""The command `hypertuna fil`."""
+"""The command `hypertuna hil`."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any
@@ -19,7 +19,7 @@ from hypertuna.firmware.scenario import find_scenario
 ROBOT = "hypertuna"  # that flies scenarios without a robot of their own
 
 
-def fil_command(
+def hil_command(
     board: Annotated[str, opt.word("--board", tuple(BOARDS), "pc, or qemu for an emulated Cortex-M7.")] = "pc",
     scenario: Annotated[
         str,
