@@ -60,7 +60,7 @@ $(VENV)/.installed-%: $(VENV)/.tools | $(VENV)/.installed
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
 demo: $(VENV)/.wheel ## the published gaits, computed beside published: demo/index.html
-	@$(BIN)/hypertuna reproduce -o demo
+	@$(BIN)/hypertuna paper -o demo
 
 test: test-cpp test-python ## C++ and Python tests
 

@@ -291,7 +291,7 @@ def test_help_names_every_command() -> None:
         env=os.environ | {"COLUMNS": "200"},
         check=True,
     )
-    assert all(name in done.stdout for name in ("swim", "sweep", "replay", "reproduce", "robot", "version"))
+    assert all(name in done.stdout for name in ("swim", "sweep", "replay", "paper", "robot", "version"))
 
 
 def test_help_shows_all_that_it_says() -> None:

@@ -1,4 +1,4 @@
-"""Write golden.json from a ledger: hypertuna reproduce --json | python tests/paper/golden.py."""
+"""Write golden.json from a ledger: hypertuna paper --json | python tests/paper/golden.py."""
 
 import json
 import sys

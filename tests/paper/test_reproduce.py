@@ -40,7 +40,7 @@ def sections(ledger: Ledger) -> list[Section]:
 def folder(ledger: Ledger, sections: list[Section], tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hypertuna.paper.page.ledger_sections", lambda _: sections)  # drawn once
-        return write_ledger(ledger, tmp_path_factory.mktemp("reproduce") / "demo").parent
+        return write_ledger(ledger, tmp_path_factory.mktemp("paper") / "demo").parent
 
 
 def test_numbers_and_verdicts_are_those_of_the_golden_file(ledger: Ledger) -> None:
@@ -423,16 +423,16 @@ def test_the_command(
         asked.append(full)
         return ledger
 
-    monkeypatch.setattr("hypertuna.cli.reproduce.reproduce", computed)
+    monkeypatch.setattr("hypertuna.cli.paper.reproduce", computed)
     monkeypatch.setattr("hypertuna.paper.page.ledger_sections", lambda _: [])
     monkeypatch.setenv("COLUMNS", "120")
-    monkeypatch.setattr(sys, "argv", ["hypertuna", "reproduce", "--json"])
+    monkeypatch.setattr(sys, "argv", ["hypertuna", "paper", "--json"])
     with pytest.raises(SystemExit) as done:
         main()
     told = json.loads(capsys.readouterr().out)
     assert not done.value.code
     assert told["entries"] == json.loads(json.dumps(ledger_record(ledger)))["entries"]
-    monkeypatch.setattr(sys, "argv", ["hypertuna", "reproduce", "--full", "-o", str(tmp_path / "demo")])
+    monkeypatch.setattr(sys, "argv", ["hypertuna", "paper", "--full", "-o", str(tmp_path / "demo")])
     with pytest.raises(SystemExit):
         main()
     output = capsys.readouterr().out

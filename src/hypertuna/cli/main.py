@@ -33,7 +33,7 @@ COMMANDS = {
     "drive": ("drive:drive_command", "Drive a robot by keyboard or gamepad, with a live view."),
     "posture-test": ("posture:posture_command", "Test the posture control from rest to a set peak bend."),
     "identify": ("identify:identify_command", "Fit coefficients of a robot to measured runs, with their uncertainty."),
-    "reproduce": ("reproduce:reproduce_command", "Compute the paper's numbers beside the published ones."),
+    "paper": ("paper:paper_command", "Compute the paper's numbers beside the published ones."),
     "optimize": (
         "optimize:optimize_app",
         "Find the best gait for an objective: speed, or an expected speed at low cost.",
@@ -63,7 +63,7 @@ COMMANDS = {
 }
 
 # Former names of commands, understood for one release.
-RENAMED = {"fil": "hil"}
+RENAMED = {"fil": "hil", "reproduce": "paper"}
 
 
 class _Help:

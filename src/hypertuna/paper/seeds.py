@@ -27,7 +27,7 @@ from hypertuna.paper.studies import STUDIES
 
 SEEDS = tuple(range(32))
 DIGITS = 6  # stored
-AGAIN = "`hypertuna reproduce --full` computes it again"
+AGAIN = "`hypertuna paper --full` computes it again"
 Numbers: TypeAlias = Mapping[str, Array]  # by name, a value for each seed (seeds,)
 
 

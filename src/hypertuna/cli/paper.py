@@ -1,4 +1,4 @@
-"""The command `hypertuna reproduce`."""
+"""The command `hypertuna paper`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ STYLES = (
 )
 
 
-def reproduce_command(
+def paper_command(
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="Write index.html, ledger.json and the plots to this folder.")
     ] = None,
