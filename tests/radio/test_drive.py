@@ -138,7 +138,7 @@ def test_calibration_is_a_straight_line(tmp_path: Path) -> None:
     assert bend.parameters == {"bend_zero_1": pytest.approx(100), "bend_scale_1": pytest.approx(math.radians(0.1))}
     assert bend.rms == pytest.approx(0, abs=1e-12)
     assert servo.parameters == {"servo_trim_2": pytest.approx(12e-6)}
-    done = subprocess.run([*PROGRAM, "link", "calibrate", "--csv", file, "--json"], capture_output=True, text=True)
+    done = subprocess.run([*PROGRAM, "radio", "calibrate", "--csv", file, "--json"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["sensors"][0]["parameters"]["bend_zero_1"] == pytest.approx(100)
 
@@ -165,28 +165,28 @@ def test_parameters_and_logs_by_the_command(tmp_path: Path) -> None:
     log = tmp_path / "run.mcap"
     with running(port):
         place = ["--connect", f"udp:{port}", "--json"]
-        done = subprocess.run([*PROGRAM, "link", "params", *place, "--set", "link_rate=115200"], capture_output=True)
+        done = subprocess.run([*PROGRAM, "radio", "params", *place, "--set", "link_rate=115200"], capture_output=True)
         assert json.loads(done.stdout)["parameters"] == {"link_rate": 115200}
-        done = subprocess.run([*PROGRAM, "link", "params", *place, "-o", tmp_path / "all.csv"], capture_output=True)
+        done = subprocess.run([*PROGRAM, "radio", "params", *place, "-o", tmp_path / "all.csv"], capture_output=True)
         assert done.returncode == 0, done.stderr
         table = firmware_table(ht.load("hypertuna"))
         assert len((tmp_path / "all.csv").read_text().splitlines()) == 1 + len(table.parameters)
         done = subprocess.run(
-            [*PROGRAM, "link", "params", *place, "--set", "link_rate=1"], capture_output=True, text=True
+            [*PROGRAM, "radio", "params", *place, "--set", "link_rate=1"], capture_output=True, text=True
         )
         assert done.returncode == 2
         assert done.stderr == "error: link_rate must be accepted by the robot, but is 1: a value is out of range.\n"
-        done = subprocess.run([*PROGRAM, "link", "log", *place, "-o", log, "--duration=-3"], capture_output=True)
+        done = subprocess.run([*PROGRAM, "radio", "log", *place, "-o", log, "--duration=-3"], capture_output=True)
         assert (done.returncode, done.stderr) == (
             2,
             b"error: --duration must be greater than 0, but is -3: give it in s.\n",
         )
-        done = subprocess.run([*PROGRAM, "link", "log", *place, "-o", log, "--duration", "3"], capture_output=True)
+        done = subprocess.run([*PROGRAM, "radio", "log", *place, "-o", log, "--duration", "3"], capture_output=True)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["messages"] > 0
     assert log.stat().st_size > 1000
     done = subprocess.run(
-        [*PROGRAM, "link", "params", "--connect", f"udp:{free_port()}"], capture_output=True, text=True
+        [*PROGRAM, "radio", "params", "--connect", f"udp:{free_port()}"], capture_output=True, text=True
     )
     assert (done.returncode, done.stderr[:51]) == (2, "error: --connect must receive a message within 10 s")
 
@@ -196,8 +196,8 @@ def test_a_servo_and_a_sensor_live() -> None:
     port = free_port()
     with running(port):
         place = ["--connect", f"udp:{port}", "--json"]
-        call = [*PROGRAM, "link", "calibrate", *place, "--sensor"]
-        subprocess.run([*PROGRAM, "link", "params", *place, "--set", "link_rate=115200"], check=True)
+        call = [*PROGRAM, "radio", "calibrate", *place, "--sensor"]
+        subprocess.run([*PROGRAM, "radio", "params", *place, "--set", "link_rate=115200"], check=True)
         done = subprocess.run([*call, "servo_2", "--at=2"], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         (one,) = json.loads(done.stdout)["sensors"]
@@ -207,7 +207,7 @@ def test_a_servo_and_a_sensor_live() -> None:
         assert json.loads(done.stdout)["sensors"][0]["parameters"] == {"servo_trim_2": pytest.approx(0, abs=1e-9)}
         done = subprocess.run([*call, "bend_0", "--at=0,9"], capture_output=True, text=True, input="\n\n")
         assert (done.returncode, "bend_scale_0 must be accepted by the robot" in done.stderr) == (2, True), done.stderr
-        found = subprocess.run([*PROGRAM, "link", "params", *place], capture_output=True)
+        found = subprocess.run([*PROGRAM, "radio", "params", *place], capture_output=True)
         assert json.loads(found.stdout)["parameters"]["bend_zero_0"] == 32768  # that was new, and is as before
 
 
@@ -221,7 +221,7 @@ def test_what_a_live_calibration_needs_is_told_before_it_connects(run: Run) -> N
         (("--sensor", "bend_0", "--at=0,1"), "--connect must name the connection to the robot"),
         ((), "--csv must be given, or --sensor"),
     ):
-        code, _, errors = run("link", "calibrate", *options)
+        code, _, errors = run("radio", "calibrate", *options)
         assert (code, told in errors) == (2, True), errors
 
 
@@ -230,7 +230,7 @@ def test_a_drive_from_a_terminal(tmp_path: Path) -> None:
     port, log = free_port(), tmp_path / "drive.mcap"
     with running(port):
         master, slave = pty.openpty()
-        command = [*PROGRAM, "drive", "--connect", f"udp:{port}", "--log", log, "--json"]
+        command = [*PROGRAM, "radio", "drive", "--connect", f"udp:{port}", "--log", log, "--json"]
         process = subprocess.Popen(command, stdin=slave, stdout=subprocess.PIPE, stderr=slave, cwd=tmp_path)
         os.close(slave)
         screen = b""

@@ -1,4 +1,4 @@
-"""The command `hypertuna drive`."""
+"""The command `hypertuna radio drive`."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from rich.console import Console
 from rich.live import Live
 
 from hypertuna.cli.emit import emit
-from hypertuna.cli.link import Connect, Key
 from hypertuna.cli.options import AsJson, file, text
+from hypertuna.cli.radio import Connect, Key
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.radio.client import Client, connect

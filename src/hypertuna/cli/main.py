@@ -18,8 +18,8 @@ from hypertuna.errors import InputError
 INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
 UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser inside typer: unknown options and the like
 
-# Each command: the function or the group of commands in hypertuna.cli, and its line in --help.
-COMMANDS = {
+# Each command: its function or group in hypertuna.cli, or the table of its commands; and its line in --help.
+COMMANDS: dict[str, tuple[Any, str]] = {
     "swim": ("swim:swim_command", "Swim one gait: its settled beat, or from rest."),
     "sweep": ("sweep:sweep_command", "Swim every combination of frequencies, amplitudes, phases and biases."),
     "replay": ("replay:replay_command", "Swim measured joint angles, and compare the head's track with tracked poses."),
@@ -30,7 +30,6 @@ COMMANDS = {
     ),
     "dive": ("dive:dive_command", "Dive with the pectoral fins down for half of the time, then rise with them up."),
     "mission": ("mission:mission_command", "Fly a mission on the twin at sea, under its pilot."),
-    "drive": ("drive:drive_command", "Drive a robot by keyboard or gamepad, with a live view."),
     "posture-test": ("posture:posture_command", "Test the posture control from rest to a set peak bend."),
     "identify": ("identify:identify_command", "Fit coefficients of a robot to measured runs, with their uncertainty."),
     "paper": ("paper:paper_command", "Compute the paper's numbers beside the published ones."),
@@ -56,14 +55,26 @@ COMMANDS = {
     ),
     "range": ("range:range_command", "Compute range and endurance on one battery charge."),
     "log": ("log:log_app", "Logs of missions and black boxes: summary, plot, table, track; needs the extra log."),
-    "link": ("link:link_app", "A robot over the radio; needs the extra radio, and log for logs."),
+    "radio": (
+        {
+            "params": ("radio:params_command", "Read the parameters of a robot, or set some."),
+            "log": ("radio:log_command", "Record all that a robot and its tank's camera send."),
+            "mission": ("radio:mission_command", "Send a mission to a robot."),
+            "calibrate": (
+                "radio:calibrate_command",
+                "Calibrate bend, pressure and current sensors and servos' zeros, from a CSV file or live, step by step.",
+            ),
+            "drive": ("drive:drive_command", "Drive a robot by keyboard or gamepad, with a live view of its messages."),
+        },
+        "A robot over the radio; needs the extra radio, and log for logs.",
+    ),
     "robot": ("robot:robot_app", "Robot descriptions: print the format, check a file, show a robot."),
     "trials": ("trials:trials_app", "Tank trials: check them, import published ones."),
     "version": ("version:version_command", "Print the version and the instruction set in use."),
 }
 
 # Former names of commands, understood for one release.
-RENAMED = {"fil": "hil", "reproduce": "paper"}
+RENAMED = {"fil": "hil", "reproduce": "paper", "link": "radio", "drive": "radio drive"}
 
 
 class _Help:
@@ -82,10 +93,16 @@ class Command(_Help, TyperCommand):
 
 
 class _Commands(Mapping[str, Any]):
-    """The commands by name, each imported when it is asked for."""
+    """The commands of a table by name, each imported when it is asked for."""
+
+    def __init__(self, table: Mapping[str, tuple[Any, str]]) -> None:
+        self.table = table
 
     def __getitem__(self, name: str) -> Any:
-        target = pkgutil.resolve_name(f"hypertuna.cli.{COMMANDS[name][0]}")
+        place, line = self.table[name]
+        if isinstance(place, Mapping):
+            return Group(name=name, help=line, table=place, no_args_is_help=True, rich_markup_mode=None)
+        target = pkgutil.resolve_name(f"hypertuna.cli.{place}")
         if not isinstance(target, typer.Typer):
             function, target = target, typer.Typer(add_completion=False, rich_markup_mode=None)
             target.command(name, cls=Command)(function)
@@ -94,31 +111,31 @@ class _Commands(Mapping[str, Any]):
         return command
 
     def __iter__(self) -> Iterator[str]:
-        return iter(COMMANDS)
+        return iter(self.table)
 
     def __len__(self) -> int:
-        return len(COMMANDS)
+        return len(self.table)
 
 
-class Program(_Help, TyperGroup):
-    """The group of all commands: lists them without importing them."""
+class Group(_Help, TyperGroup):
+    """A group of the commands of a table: lists them without importing them."""
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, *, table: Mapping[str, tuple[Any, str]] = COMMANDS, **options: Any) -> None:
         super().__init__(**options)
-        self.commands: Any = _Commands()
+        self.commands: Any = _Commands(table)
 
     def list_commands(self, _: Any) -> list[str]:
         """List the names of the commands."""
-        return list(COMMANDS)
+        return list(self.commands)
 
     def format_commands(self, _: Any, formatter: Any) -> None:
         """Write the commands into the help."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
+            formatter.write_dl([(name, line) for name, (_, line) in self.commands.table.items()])
 
 
 app = typer.Typer(
-    cls=Program,
+    cls=Group,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

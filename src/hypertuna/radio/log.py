@@ -80,7 +80,7 @@ def read_radio_log(path: str | Path) -> RadioLog:
     """Read a log of the radio; of a truncated file, all complete chunks."""
     messages = read_messages(path)
     if messages.metadata is None or LINK not in messages.metadata:
-        fix = "give one that `hypertuna link log` or `hypertuna drive` wrote"
+        fix = "give one that `hypertuna radio log` or `hypertuna radio drive` wrote"
         raise InputError("must be a log of the radio: it lacks the metadata", file=str(path), fix=fix)
     head = json.loads(messages.metadata[LINK])
     topics = {topic.removeprefix(TOPIC): topic for topic in messages.times if topic.startswith(TOPIC)}

@@ -8,7 +8,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.radio.client import PATIENCE, Client, of_kind
 
 NAME_LENGTH_MAX = 16  # characters in MAVLink
-SEE = "see them by `hypertuna link params`"
+SEE = "see them by `hypertuna radio params`"
 
 
 def read_parameters(robot: Client, progress: Callable[[int, int], None] | None = None) -> dict[str, float]:

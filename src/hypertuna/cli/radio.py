@@ -1,4 +1,4 @@
-"""The commands `hypertuna link ...`: a robot's parameters, logs, calibration and missions over the radio."""
+"""The commands `hypertuna radio ...`: a robot's parameters, logs, calibration and missions over the radio."""
 
 import math
 import os
@@ -26,8 +26,6 @@ from hypertuna.radio.log import RadioLogWriter, check_new
 from hypertuna.radio.parameters import read_parameter, read_parameters, set_parameter
 from hypertuna.ranges import POSITIVE
 
-link_app = opt.group("A robot over the radio; needs the extra radio, and log for logs.")
-
 SAMPLING = 2.0  # s of readings that one reference is taken over
 Known = dict[str, float]  # parameters on board before a calibration
 STEPS = {"bend": math.pi / 18000, "pressure": 100.0, "current": 0.01}  # SI per count in HYDRAULICS
@@ -49,7 +47,6 @@ Key = Annotated[
 ]
 
 
-@link_app.command("params")
 def params_command(
     place: Connect,
     settings: Annotated[
@@ -78,7 +75,6 @@ def params_command(
     )
 
 
-@link_app.command("log")
 def log_command(
     place: Connect,
     output: Annotated[str, opt.file("-o", "--output", help="Write the log to this .mcap file.", suffixes=(".mcap",))],
@@ -115,7 +111,6 @@ def log_command(
         raise lost
 
 
-@link_app.command("mission")
 def mission_command(
     place: Connect,
     mission: Annotated[
@@ -137,7 +132,6 @@ def mission_command(
     )
 
 
-@link_app.command("calibrate")
 def calibrate_command(
     csv: Annotated[
         str | None, opt.text("--csv", "CSV file with the columns sensor, counts and reference.", "FILE")
