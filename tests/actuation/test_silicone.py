@@ -135,7 +135,7 @@ def test_the_command_tells_what_the_function_finds(
     path = written(tmp_path / "a.csv", 30e3, 8e3, ragged=True)
     said = []
     for arguments in (("--json",), ("--up-to", "200"), ("--up-to", "none")):
-        monkeypatch.setattr(sys, "argv", ["hypertuna", "actuator", "silicone", str(path), *arguments])
+        monkeypatch.setattr(sys, "argv", ["hypertuna", "joint", "silicone", str(path), *arguments])
         with pytest.raises(SystemExit) as exit_:
             main()
         said.append((exit_.value.code or 0, *capsys.readouterr()))

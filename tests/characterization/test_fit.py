@@ -343,7 +343,7 @@ def test_a_fitted_robot_keeps_its_file_and_tells_where_values_are_from(example: 
     assert "# Table III" in text  # a comment beside what did not change
     source = example.robot.source("drive_unit.outer_diameter_m")
     assert source is not None
-    assert source.startswith("fitted by hypertuna actuator fit to ")
+    assert source.startswith("fitted by hypertuna joint fit to ")
     assert "free by itself, the bench determines combinations only" in source
     assert f"Before: {tuna.source('drive_unit')}" in source
     assert example.robot.unsourced() == tuna.unsourced()

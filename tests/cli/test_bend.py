@@ -1,4 +1,4 @@
-"""The command `hypertuna bend`: what it prints, writes and draws, and what it says of bad input."""
+"""The command `hypertuna joint bend`: what it prints, writes and draws, and what it says of bad input."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hypertuna.actuation.plots import plot_bend
 from hypertuna.actuation.soft_joint import MATERIAL_SETS
 from program import Run
 
-BEND = ("bend", "--robot", "hypertuna", "--joint", "I")
+BEND = ("joint", "bend", "--robot", "hypertuna", "--joint", "I")
 
 
 def test_json_tells_what_the_function_finds(run: Run, tuna: ht.Robot) -> None:
@@ -60,7 +60,7 @@ def test_all_material_sets_and_their_spread(run: Run, tuna: ht.Robot, tmp_path: 
     assert dict(whole.sizes) == {"material": 3, "pressure": 26}
     np.testing.assert_allclose(whole.angle[:, -1], largest)
     assert whole.angle.attrs["units"] == "rad"
-    assert whole.attrs["command"].startswith("hypertuna bend")
+    assert whole.attrs["command"].startswith("hypertuna joint bend")
     text = run(*BEND, "--material", "all", "--unload")[1]
     assert "spread of the materials at 250 kPa: 12.4 to 16.8 deg" in text
 
@@ -105,7 +105,7 @@ def test_the_figure_shows_both_branches_and_all_materials(run: Run, tuna: ht.Rob
 
 BAD = {
     "joint": ((*BEND[:-1], "III"), "joint must be a joint of hypertuna, but is 'III': did you mean II?"),
-    "robot": (("bend", "--robot", "rexeel", "--joint", "1"), "robots/rexeel.toml: drive_unit is missing"),
+    "robot": (("joint", "bend", "--robot", "rexeel", "--joint", "1"), "robots/rexeel.toml: drive_unit is missing"),
     "negative": ((*BEND, "--pressure", "-50:250:4"), "pressure must not be negative, but is -50 kPa"),
     "falling": ((*BEND, "--pressure", "250:0:4"), "pressure must increase, but is 250 kPa, then"),
     "word": ((*BEND, "--pressure", "high"), "--pressure must be a number, but is 'high': give it in kPa"),
@@ -129,6 +129,6 @@ def test_bad_input_is_one_sentence(run: Run, arguments: tuple[str, ...], sentenc
 
 
 def test_without_the_way_back_there_is_no_loop(run: Run) -> None:
-    told = json.loads(run("bend", "--robot", "hypertuna", "--joint", "I", "--json")[1])
+    told = json.loads(run("joint", "bend", "--robot", "hypertuna", "--joint", "I", "--json")[1])
     assert told["loop_area_kpa_deg"] is None
     assert told["friction_loss_j"] is None

@@ -1,4 +1,4 @@
-"""How often do the intervals of `hypertuna actuator fit` hold the truth? Benches of drawn actuators, with drawn noise.
+"""How often do the intervals of `hypertuna joint fit` hold the truth? Benches of drawn actuators, with drawn noise.
 
 `python study.py [COUNT] [SD_DEG]` prints how many unknowns and combinations lie in their 95 % intervals.
 """

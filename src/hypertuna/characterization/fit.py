@@ -284,7 +284,7 @@ def _with_sources(fit: BenchFit) -> Robot:
     given = {re.sub(r"\[\d+\]", "", key) for key in unset.unsourced()}
     for key, parts in texts.items():
         before = fit.described.source(key) if key in given else None
-        text = f"fitted by hypertuna actuator fit to {files}; times what was described: {', '.join(parts)}"
+        text = f"fitted by hypertuna joint fit to {files}; times what was described: {', '.join(parts)}"
         sources[key] = f"{text}. Before: {before}" if before else text
     return parse(document, file=fit.described.file)
 

@@ -1,4 +1,4 @@
-"""The command `hypertuna bend`."""
+"""The command `hypertuna joint bend`."""
 
 import contextlib
 import math

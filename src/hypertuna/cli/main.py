@@ -38,14 +38,17 @@ COMMANDS: dict[str, tuple[Any, str]] = {
         "Find the best gait for an objective: speed, or an expected speed at low cost.",
     ),
     "pareto": ("pareto:pareto_command", "Find the Pareto front of gaits: NSGA-II, polished by exact gradients."),
-    "bend": ("bend:bend_command", "Bend a soft joint in air: angle over pressure, up and down."),
     "hil": (
         "hil:hil_command",
         "Run the firmware in the loop: the twin at sea and the firmware on a board, in lock-step.",
     ),
-    "actuator": (
-        "actuator:actuator_app",
-        "Characterize an actuator: silicone from a tensile test, unknowns from a bench.",
+    "joint": (
+        {
+            "bend": ("bend:bend_command", "Bend a soft joint in air: angle over pressure, up and down."),
+            "fit": ("joint:fit_command", "Identify the unknowns of an actuator from bench pressures and bends."),
+            "silicone": ("joint:silicone_command", "Fit the elastic constants of a silicone to a tensile test."),
+        },
+        "A soft joint: its bend in air, its actuator from a test bench, its silicone from a tensile test.",
     ),
     "fe": ("fe:fe_app", "The soft joints by finite elements; needs the extra fe."),
     "firmware": ("firmware:firmware_app", "Firmware: parameters from a robot's description, list of faults."),
@@ -62,7 +65,7 @@ COMMANDS: dict[str, tuple[Any, str]] = {
             "mission": ("radio:mission_command", "Send a mission to a robot."),
             "calibrate": (
                 "radio:calibrate_command",
-                "Calibrate bend, pressure and current sensors and servos' zeros, from a CSV file or live, step by step.",
+                "Calibrate bend, pressure and current sensors and servos' zeros, from a CSV file or live.",
             ),
             "drive": ("drive:drive_command", "Drive a robot by keyboard or gamepad, with a live view of its messages."),
         },
@@ -74,7 +77,14 @@ COMMANDS: dict[str, tuple[Any, str]] = {
 }
 
 # Former names of commands, understood for one release.
-RENAMED = {"fil": "hil", "reproduce": "paper", "link": "radio", "drive": "radio drive"}
+RENAMED = {
+    "fil": "hil",
+    "reproduce": "paper",
+    "link": "radio",
+    "drive": "radio drive",
+    "bend": "joint bend",
+    "actuator": "joint",
+}
 
 
 class _Help:

@@ -84,7 +84,7 @@ def log_command(
     key: Key = None,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Record all that a robot and its tank's camera send, for Foxglove, `identify` and `actuator fit`."""
+    """Record all that a robot and its tank's camera send, for Foxglove, `identify` and `joint fit`."""
     check_new(output)
     limit = math.inf if duration is None else duration
     with connect(place, key=key) as robot, RadioLogWriter(output, "") as log:
@@ -151,7 +151,7 @@ def calibrate_command(
     key: Key = None,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Calibrate bend, pressure and current sensors and servos' zeros, from a CSV file or live, step by step."""
+    """Calibrate bend, pressure and current sensors and servos' zeros, from a CSV file or live."""
     if (csv is None) == (sensor is None):
         raise InputError("must be given, or --sensor, and not both", key="--csv", fix="give one of them")
     if sensor is not None and place is None:

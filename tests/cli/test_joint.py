@@ -1,4 +1,4 @@
-"""The command `hypertuna actuator fit`: what it prints, draws and writes, and what it says of bad input."""
+"""The command `hypertuna joint fit`: what it prints, draws and writes, and what it says of bad input."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypertuna.characterization.fit import fit_bench
 from program import Run
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "bench"
-PAPER = ("actuator", "fit", str(EXAMPLE / "paper.csv"), "--robot", "hypertuna", "--starts", "1")
+PAPER = ("joint", "fit", str(EXAMPLE / "paper.csv"), "--robot", "hypertuna", "--starts", "1")
 FEW = ("--free", "lever,stiffness_factor,outer_diameter")
 
 
@@ -67,9 +67,9 @@ def test_it_draws_and_writes_a_robot(run: Run, tmp_path: Path) -> None:
     for word in ("joint I", "joint II", "spectrum", "95 % intervals", "gauge pressure [kPa]"):
         assert f"<!-- {word} -->" in text
     fitted = ht.load(robot)
-    assert (fitted.source("joints.actuator.lever_m") or "").startswith("fitted by hypertuna actuator fit to ")
+    assert (fitted.source("joints.actuator.lever_m") or "").startswith("fitted by hypertuna joint fit to ")
     assert robot.read_text().startswith("# HyperTuna:")
-    again = run("actuator", "fit", str(EXAMPLE / "paper.csv"), "--robot", str(robot), "--starts", "1", *FEW, "--json")
+    again = run("joint", "fit", str(EXAMPLE / "paper.csv"), "--robot", str(robot), "--starts", "1", *FEW, "--json")
     assert json.loads(again[1])["robot_hash"] == fitted.hash
 
 
@@ -96,13 +96,13 @@ def test_bad_options_are_told(run: Run, more: tuple[str, ...], sentence: str) ->
 def test_a_bad_bench_writes_nothing(run: Run, tmp_path: Path) -> None:
     bad, robot = tmp_path / "bad.csv", tmp_path / "fit.toml"
     bad.write_text("joint,side,pressure_kpa,angle_deg\nI,left,100,5\nI,left,nan,6\n")
-    code, _, errors = run("actuator", "fit", str(bad), "--robot", "hypertuna", "-o", str(robot))
+    code, _, errors = run("joint", "fit", str(bad), "--robot", "hypertuna", "-o", str(robot))
     assert code == 2
     assert f"{bad}: line 3, pressure_kpa must be a finite number, but is 'nan'" in errors
     assert not robot.exists()
-    code, _, errors = run("actuator", "fit", str(tmp_path / "none.csv"), "--robot", "hypertuna")
+    code, _, errors = run("joint", "fit", str(tmp_path / "none.csv"), "--robot", "hypertuna")
     assert (code, "must be a file, but is missing" in errors) == (2, True)
     fine = tmp_path / "fine.csv"
     fine.write_text("joint,side,pressure_kpa,angle_deg\n1,left,100,5\n")
-    code, _, errors = run("actuator", "fit", str(fine), "--robot", "rexeel")
+    code, _, errors = run("joint", "fit", str(fine), "--robot", "rexeel")
     assert (code, "drive_unit is missing: add the table [drive_unit]" in errors) == (2, True)

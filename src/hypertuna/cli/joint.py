@@ -1,4 +1,4 @@
-"""The commands `hypertuna actuator ...`: characterize an actuator by tests on the bench."""
+"""The commands `hypertuna joint fit` and `hypertuna joint silicone`: characterize an actuator by tests on the bench."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -19,13 +19,10 @@ from hypertuna.description.robot import load
 from hypertuna.description.writer import write_robot
 from hypertuna.io.files import version
 
-actuator_app = opt.group("Characterize an actuator: silicone from a tensile test, unknowns from a bench.")
-
 SMALL = 0.5  # an interval of a logarithm that still reads well as a percentage
 MEASUREMENTS, NARROWED = 8, 3  # rows of the table of measurements, and unknowns named in each
 
 
-@actuator_app.command("silicone")
 def silicone_command(
     file: Annotated[
         str,
@@ -37,7 +34,7 @@ def silicone_command(
     up_to: Annotated[float, opt.number("--up-to", "percent", "Maximum strain to fit, in percent.")] = 100 * UP_TO,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Fit the elastic constants of a silicone, C1 and C2 of Mooney and Rivlin, to a tensile test."""
+    """Fit the elastic constants of a silicone to a tensile test: C1 and C2 of Mooney and Rivlin."""
     test = read_tensile(file)
     emit(
         fit_silicone(test, up_to=up_to / 100),
@@ -89,7 +86,6 @@ def _bound(text: str, key: str) -> parsing.Bound:
     return parsing.Bound(name, low / factor, high / factor)
 
 
-@actuator_app.command("fit")
 def fit_command(
     files: Annotated[
         list[str],
@@ -111,7 +107,9 @@ def fit_command(
     output: opt.RobotOutput = None,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Identify the unknowns of an actuator from bench pressures and bends, and report those that remain undetermined.
+    """Identify the unknowns of an actuator from bench pressures and bends.
+
+    The unknowns that remain undetermined are reported.
 
     Exit code 1 means that the search did not converge.
     """
