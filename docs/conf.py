@@ -1,13 +1,25 @@
-"""Sphinx settings: pages in Markdown, the Python interface from its docstrings."""
+"""Sphinx settings: pages in Markdown, the Python interface from its docstrings, no file from the network."""
 
 from importlib.metadata import version as installed_version
+
+from docutils.nodes import Text, document
+from sphinx.addnodes import pending_xref
+from sphinx.application import Sphinx
 
 project = "hypertuna"
 author = "the hypertuna authors"
 project_copyright = author
 release = version = installed_version("hypertuna")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_design",
+    "sphinx-mathjax-offline",
+]
 exclude_patterns = ["_build"]
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
@@ -19,3 +31,19 @@ napoleon_google_docstring = False
 
 html_theme = "furo"
 html_title = f"hypertuna {release}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+
+
+def plain_words(_: Sphinx, tree: document) -> None:
+    """Take links from the words of a type in a docstring, as "shape" in "array, shape (n,)": only classes are linked."""
+    for link in tree.findall(pending_xref):
+        target = str(link.get("reftarget", "")).rpartition(".")[2]
+        if link.get("refdomain") == "py" and link.get("reftype") in ("class", "obj") and target[:1].islower():
+            link.replace_self(Text(link.astext()))
+
+
+def setup(app: Sphinx) -> None:
+    """Connect what this site adds."""
+    app.connect("doctree-read", plain_words)

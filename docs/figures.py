@@ -62,7 +62,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
 from figures_common import FISH, PAPER, rows, told  # noqa: E402  # beside this file
 
-PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+PAGES = (ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts))
 
 MODELS = ("ideal joints", "joint bandwidth", "ideal joints, areas as printed", "joint bandwidth, areas as printed")
 
@@ -375,6 +375,10 @@ for part in ("frames", "hydraulics", "trials", "actuator", "bench", "fe", "model
     TABLES |= made["TABLES"]
     PICTURES |= made["PICTURES"]
 
+made = runpy.run_path(str(ROOT / "docs/figures_swim.py"))
+TABLES |= made["TABLES"]
+FILES: dict[str, Callable[[], str]] = made["FILES"]  # animated pictures, which are written as text
+
 # --- pages
 
 
@@ -423,5 +427,7 @@ if __name__ == "__main__":
     (ROOT / "docs/description.md").write_text(reference())
     for path in PAGES:
         path.write_text(filled(path.read_text()))
+    for name, text in FILES.items():
+        (ROOT / name).write_text(text())
     for name, picture in PICTURES.items():
         save(picture(), ROOT / name)

@@ -6,13 +6,19 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import hypertuna as ht
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)]
 HEAVIEST = 300_000  # bytes of a picture
+
+
+def named(page: Path) -> str:
+    """Return the name of a page in the output of the tests."""
+    return str(page.relative_to(ROOT))
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +37,7 @@ def steady(text: str) -> str:
     return re.sub(r"\b\d(\.\d+)?e-(0[7-9]|1\d)\b", "0", text)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=named)
 def test_tables_and_outputs_are_the_program_s(page: Path, figures: dict[str, Any]) -> None:
     text = page.read_text()
     assert steady(text) == steady(figures["filled"](text)), f"run: python docs/figures.py and look at {page.name}"
@@ -51,7 +57,18 @@ def test_pictures_are_the_program_s(figures: dict[str, Any], tmp_path: Path) -> 
         ElementTree.parse(committed)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_animated_pictures_are_the_program_s(figures: dict[str, Any]) -> None:
+    number = r"-?\d+\.\d+"
+    for name, text in figures["FILES"].items():
+        fresh, committed = text(), (ROOT / name).read_text()
+        assert re.sub(number, "", fresh) == re.sub(number, "", committed), f"run: python docs/figures.py: {name}"
+        points = [np.array(re.findall(number, one), float) for one in (fresh, committed)]
+        np.testing.assert_allclose(*points, atol=0.5)  # of a body that is 1000 long
+        assert len(committed) < HEAVIEST
+        ElementTree.fromstring(committed)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=named)
 def test_links_lead_somewhere(page: Path) -> None:
     text = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
     for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
@@ -77,3 +94,11 @@ def test_names_of_the_symbol_table_exist(row: list[str]) -> None:
     known = {"robot": robot, "gait": gait, "swim": swim, "trajectory": swim.trajectory, "g": 0}
     for name in re.findall(r"`((?:robot|gait|swim|trajectory)\.[^`]+)`", row[4]):
         eval(name, known)
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs/howto").glob("*.md")), ids=named)
+def test_sentences_of_a_how_to_are_short(page: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"^(#.*|\|.*|<!--.*|!\[.*)$", "", text, flags=re.MULTILINE)
+    sentences = [one.split() for one in re.split(r"[.:;?!]\s|\n\n", re.sub(r"\]\([^)]*\)", "]", text))]
+    assert [" ".join(words) for words in sentences if len(words) > 30] == []
