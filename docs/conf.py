@@ -37,7 +37,7 @@ html_copy_source = False
 
 
 def plain_words(_: Sphinx, tree: document) -> None:
-    """Take links from the words of a type in a docstring, as "shape" in "array, shape (n,)": only classes are linked."""
+    """Take links from the words of a type in a docstring, as "shape" in "array, shape (n,)"; classes keep theirs."""
     for link in tree.findall(pending_xref):
         target = str(link.get("reftarget", "")).rpartition(".")[2]
         if link.get("refdomain") == "py" and link.get("reftype") in ("class", "obj") and target[:1].islower():
