@@ -46,6 +46,10 @@ class InputError(ValueError):
         return sentence if sentence.endswith("?") else f"{sentence}."
 
 
+class DamageWarning(UserWarning):
+    """A damaged part of a file, which the work goes on without."""
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return the fix for an unknown name: the nearest known name, or all of them."""
     names = list(known)

@@ -2,6 +2,8 @@
 
 import json
 import math
+import resource
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.description.provenance import journal_header
-from hypertuna.errors import InputError
+from hypertuna.errors import DamageWarning, InputError
 from hypertuna.io.checkpoint import Journal, read_header
 
 HEADER = {"kind": "test", "version": "1", "options": {"seed": 1, "bounds": [0.0, 0.1]}}
@@ -88,14 +90,85 @@ def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
         assert path.read_bytes() == content
 
 
-def test_a_broken_line_in_the_middle_is_named(tmp_path: Path) -> None:
+def test_damage_is_told_and_computed_again(tmp_path: Path) -> None:
+    """Each changed byte of a record is found: a sentence with file and line, and the same result and file again."""
     path = tmp_path / "run.jsonl"
     with Journal(path, HEADER) as journal:
-        summed(journal, 2)
-    lines = path.read_bytes().splitlines(keepends=True)
-    path.write_bytes(lines[0] + b"{half\n" + lines[2])
-    with pytest.raises(InputError, match=r"run.jsonl:2 must be a line of a journal"):
-        Journal(path, HEADER)
+        through, _ = summed(journal, 3)
+    whole = path.read_bytes()
+    lines = whole.splitlines(keepends=True)
+    for place in range(len(lines[0]), len(whole) - 1, 3):
+        line = whole[:place].count(b"\n") + 1
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+        with pytest.warns(DamageWarning, match=rf"run.jsonl:{line} is damaged: this line") as told:
+            journal = Journal(path, HEADER)
+        assert len(told) == 1
+        assert journal.known == line - 2
+        assert summed(journal, 3)[0] == through
+        journal.close()
+        assert path.read_bytes() == whole
+
+
+def test_lines_that_are_missing_or_exchanged_are_damage(tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    with Journal(path, HEADER) as journal:
+        for number in range(3):  # the same question: only the answers differ
+            journal.answer("q", lambda number=number: number)  # type: ignore[misc]
+    head, *records = path.read_bytes().splitlines(keepends=True)
+    for order, kept in (((1, 2), 0), ((1, 0, 2), 0), ((0, 2), 1), ((0, 0, 1, 2), 1), ((0, 1, 1), 2)):
+        path.write_bytes(head + b"".join(records[k] for k in order))
+        with pytest.warns(DamageWarning, match=f"run.jsonl:{kept + 2} is damaged"), Journal(path, HEADER) as journal:
+            assert [record["told"] for record in journal.records] == list(range(kept))
+
+
+def test_damaged_measurements_are_refused_and_kept(tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    with Journal(path, HEADER, measured=True) as journal:
+        summed(journal, 3)
+    content = path.read_bytes().replace(b'"told"', b'"tolb"', 2)
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"run.jsonl:2 is damaged: remove this line and all after it"):
+        Journal(path, HEADER, measured=True)
+    assert path.read_bytes() == content
+
+
+def test_a_damaged_header_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    Journal(path, HEADER).close()
+    whole = path.read_bytes()
+    for content, word in (
+        (whole.replace(b'"seed": 1', b'"seed": 2'), "run.jsonl:1 is damaged"),
+        (json.dumps({"journal": "hypertuna journal", **HEADER}).encode() + b"\n", "must be a journal with checksums"),
+    ):
+        path.write_bytes(content)
+        for opened in (lambda: Journal(path, HEADER), lambda: read_header(path)):
+            with pytest.raises(InputError, match=word):
+                opened()
+
+
+def test_a_full_disk_is_named_and_leaves_whole_lines(tmp_path: Path) -> None:
+    """A limit on the size of files stands for the disk: the last record is missing as a whole, and work resumes."""
+    path, new = tmp_path / "run.jsonl", tmp_path / "new.jsonl"
+    with Journal(path, HEADER) as journal:
+        through, _ = summed(journal, 3)
+    whole = path.read_bytes()
+    second = len(b"".join(whole.splitlines(keepends=True)[:2]))
+    path.unlink()
+    handler, limits = signal.signal(signal.SIGXFSZ, signal.SIG_IGN), resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (second + 20, limits[1]))
+        with Journal(path, HEADER) as journal, pytest.raises(InputError, match=r"run.jsonl must be a writable file"):
+            summed(journal, 3)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20, limits[1]))
+        with pytest.raises(InputError, match=r"new.jsonl must be a writable file, but is not \(File too large\)"):
+            Journal(new, HEADER)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert not new.exists()
+    assert path.read_bytes() == whole[:second]
+    with Journal(path, HEADER) as journal:
+        assert summed(journal, 3) == (through, 2)
 
 
 def test_another_course_is_no_answer(tmp_path: Path) -> None:

@@ -1,33 +1,40 @@
 """Journal: an append-only record of questions and answers, from which long work resumes after any interruption.
 
 Work that resumes is deterministic: it asks the same questions in the same order, and the journal answers those that it
-knows. So the result after a kill is the same by construction; no other state is kept.
+knows. So the result after a kill is the same by construction; no other state is kept. Each line ends in a checksum of
+itself and all lines before it: a changed, missing or exchanged line is found when the journal is opened.
 """
 
+import contextlib
 import fcntl
 import io
 import json
 import os
+import re
+import warnings
+import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from hypertuna.errors import InputError, shown
+from hypertuna.errors import DamageWarning, InputError, shown
 from hypertuna.io.files import read_bytes, unwritable
 
 MARK = "hypertuna journal"
 ANOTHER = "give another file, or remove this one to start over"
+SUM = re.compile(rb', "crc32": "([0-9a-f]{8})"}\n')  # end of a line
 
 
 def read_header(path: str | Path) -> dict[str, Any]:
     """Return the header of a journal."""
-    return _header(Path(path), read_bytes(path).splitlines(keepends=True))
+    return _header(str(path), read_bytes(path).splitlines(keepends=True))[0]
 
 
 class Journal:
     """A file of JSON lines: the header, then one record per question with its answer.
 
-    Each record is on the disk before work continues. A torn last line is dropped. One process at a time may hold a
+    Each record is on the disk before work continues. A torn last line is dropped; a damaged line is dropped with all
+    after it and a warning, or an error if the answers are `measured`, not computed. One process at a time may hold a
     journal. Without a path nothing is kept.
 
     Examples
@@ -37,9 +44,10 @@ class Journal:
     [3.0]
     """
 
-    def __init__(self, path: str | Path | None, header: Mapping[str, Any]) -> None:
+    def __init__(self, path: str | Path | None, header: Mapping[str, Any], *, measured: bool = False) -> None:
         self.records: list[dict[str, Any]] = []
         self._next = 0  # first record whose question this run has not asked
+        self._sum = 0  # checksum of all lines
         self._file: io.FileIO | None = None
         self._path = Path() if path is None else Path(path)
         if path is None:
@@ -55,7 +63,7 @@ class Journal:
         except OSError as error:
             raise unwritable(path, error) from None
         try:
-            self.records = self._resume(self._file, header)
+            self.records = self._resume(self._file, header, measured)
         except BaseException:
             self.close()
             raise
@@ -92,7 +100,7 @@ class Journal:
         """Append a record to the file and return it, arrays as lists."""
         line = _line(record)
         if self._file is not None:
-            _write(self._file, line)
+            self._write(self._file, line)
         self.records.append(json.loads(line))
         return self.records[-1]
 
@@ -101,25 +109,58 @@ class Journal:
         if self._file is not None:
             self._file.close()
 
-    def _resume(self, file: io.FileIO, header: Mapping[str, Any]) -> list[dict[str, Any]]:
-        """Check the header and read the records; drop the torn end of the file."""
-        content, first = file.readall(), _line({"journal": MARK} | dict(header))
+    def _resume(self, file: io.FileIO, header: Mapping[str, Any], measured: bool) -> list[dict[str, Any]]:
+        """Check the header and read the records; drop the torn or damaged end of the file."""
+        content, head = file.readall(), _line({"journal": MARK} | dict(header))
+        first = _summed(head, 0)[0]
         if content != first and first.startswith(content):  # empty, or a torn header
             file.seek(0)
-            _write(file, first)
+            self._write(file, head)
             content = first
-        whole = content[: content.rfind(b"\n") + 1]
-        lines = whole.splitlines(keepends=True)
-        old, new = _flat(_header(self._path, lines)), _flat(json.loads(_line(header)))
+        lines = content[: content.rfind(b"\n") + 1].splitlines(keepends=True)
+        there, self._sum = _header(str(self._path), lines)
+        old, new = _flat(there), _flat(json.loads(_line(header)))
         for key in {**old, **new}:
             if old.get(key) != new.get(key):
                 rule = f"was started with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
                 raise InputError(rule, file=str(self._path), fix=ANOTHER)
-        records = [_record(line, self._place(k)) for k, line in enumerate(lines[1:])]
-        if len(whole) < len(content):
-            file.truncate(len(whole))
+        records: list[dict[str, Any]] = []
+        for line in lines[1:]:
+            record, checksum = _checked(line, self._sum)
+            if record is None:
+                self._tell_damage(len(records), len(lines) - 2 - len(records), measured)
+                break
+            records.append(record)
+            self._sum = checksum
+        whole = sum(map(len, lines[: 1 + len(records)]))
+        if whole < len(content):
+            file.truncate(whole)
         file.seek(0, os.SEEK_END)
         return records
+
+    def _tell_damage(self, record: int, after: int, measured: bool) -> None:
+        """Warn of a damaged line, or refuse it where the answers cannot be computed again."""
+        if measured:
+            rule, fix = "is damaged", "remove this line and all after it, and enter their measurements again"
+            raise InputError(rule, file=self._place(record), fix=fix)
+        lines = "this line is" if not after else f"this line and the {after} after it are"
+        warnings.warn(f"{self._place(record)} is damaged: {lines} computed again.", DamageWarning, stacklevel=2)
+
+    def _write(self, file: io.FileIO, line: bytes) -> None:
+        """Write a line with its checksum to the disk, whole or not at all; an empty file is removed."""
+        content, checksum = _summed(line, self._sum)
+        begin, rest = file.tell(), memoryview(content)
+        try:
+            while rest:
+                rest = rest[file.write(rest) :]
+            os.fsync(file.fileno())
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                file.truncate(begin)
+                if not begin:
+                    self._path.unlink()
+            raise unwritable(self._path, error) from None
+        self._sum = checksum
 
     def _place(self, record: int) -> str:
         """File and line, from 1, of a record."""
@@ -127,40 +168,42 @@ class Journal:
 
 
 def _line(value: Mapping[str, Any]) -> bytes:
-    """Return a record as a line of JSON; NaN and Infinity are kept, so that all numbers survive."""
-    return json.dumps(value, default=lambda array: array.tolist(), ensure_ascii=False).encode() + b"\n"
+    """Return a record as JSON; NaN and Infinity are kept, so that all numbers survive."""
+    return json.dumps(value, default=lambda array: array.tolist(), ensure_ascii=False).encode()
 
 
-def _write(file: io.FileIO, line: bytes) -> None:
-    """Write a whole line to the disk."""
-    rest = memoryview(line)
-    while rest:
-        rest = rest[file.write(rest) :]
-    os.fsync(file.fileno())
+def _summed(line: bytes, before: int) -> tuple[bytes, int]:
+    """Return a line with its checksum, and the checksum, given that of the lines before."""
+    checksum = zlib.crc32(line, before)
+    return line[:-1] + b', "crc32": "%08x"}\n' % checksum, checksum
 
 
-def _parsed(line: bytes) -> dict[str, Any] | None:
-    """Parse a line; None if it is no JSON object."""
+def _checked(line: bytes, before: int) -> tuple[dict[str, Any] | None, int]:
+    """Return the record of a line, None if its checksum is wrong, and the checksum."""
+    end = SUM.search(line)
+    body = line[: end.start()] + b"}" if end is not None and end.end() == len(line) else b""
+    checksum = zlib.crc32(body, before)
+    if end is None or not body or int(end[1], 16) != checksum:
+        return None, before
+    record: dict[str, Any] = json.loads(body)
+    return record, checksum
+
+
+def _header(file: str, lines: list[bytes]) -> tuple[dict[str, Any], int]:
+    """Return the header of the first line, and its checksum."""
     try:
-        record = json.loads(line)
-    except ValueError:
-        return None
-    return record if isinstance(record, dict) else None
-
-
-def _record(line: bytes, place: str) -> dict[str, Any]:
-    """Return the record of a line."""
-    if (record := _parsed(line)) is None:
-        raise InputError("must be a line of a journal", file=place, value=shown(line[:40].decode(errors="replace")))
-    return record
-
-
-def _header(path: Path, lines: list[bytes]) -> dict[str, Any]:
-    """Return the header of the first line."""
-    header = _parsed(lines[0]) if lines else None
-    if header is None or header.pop("journal", None) != MARK or not isinstance(header.get("options", {}), dict):
-        raise InputError("must be a journal of hypertuna", file=str(path), fix="give another file")
-    return header
+        header = json.loads(lines[0]) if lines else None
+    except (ValueError, RecursionError):
+        header = None
+    if not isinstance(header, dict) or header.get("journal") != MARK:
+        raise InputError("must be a journal of hypertuna", file=file, fix="give another file")
+    if "crc32" not in header:
+        raise InputError("must be a journal with checksums, which earlier versions lack", file=file, fix=ANOTHER)
+    checked, checksum = _checked(lines[0], 0)
+    if checked is None:
+        raise InputError("is damaged", file=f"{file}:1", fix=ANOTHER)
+    del checked["journal"]
+    return checked, checksum
 
 
 def _flat(header: Mapping[str, Any]) -> dict[str, Any]:

@@ -39,7 +39,7 @@ class TankSearch:
         self._batch = self.optimizer.ask()
         header = journal_header("experiment", self.problem.robot, options)
         del header["isa"]  # nothing is computed that depends on it
-        self._journal = Journal(path, header)
+        self._journal = Journal(path, header, measured=True)
         try:
             for k, record in enumerate(self._journal.records):
                 self._replay(record, f"{path}:{k + 2}")
