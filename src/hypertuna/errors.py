@@ -1,7 +1,11 @@
 """Bad input: one error, one sentence, with the file, the key, the rule, the value and the fix."""
 
 import difflib
+import unicodedata
 from collections.abc import Iterable
+
+CONTROL = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of characters that move the cursor, turn or end the line
+LONGEST = 300  # characters of a name in an error
 
 
 class InputError(ValueError):
@@ -39,10 +43,10 @@ class InputError(ValueError):
         self.file, self.key, self.rule, self.value, self.fix = file, key, rule, value, fix
 
     def __str__(self) -> str:
-        subject = ": ".join(name for name in (self.file, self.key) if name)
-        value = f", but is {self.value}" if self.value else ""
+        subject = ": ".join(_short(name) for name in (self.file, self.key) if name)
+        value = f", but is {_short(self.value)}" if self.value else ""
         fix = f": {self.fix}" if self.fix else ""
-        sentence = f"{subject} {self.rule}{value}{fix}".lstrip()
+        sentence = escaped(f"{subject} {self.rule}{value}{fix}".lstrip(), "\n")
         return sentence if sentence.endswith("?") else f"{sentence}."
 
 
@@ -52,11 +56,29 @@ class DamageWarning(UserWarning):
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return the fix for an unknown name: the nearest known name, or all of them."""
-    names = list(known)
-    near = difflib.get_close_matches(word, names, n=1)
+    names = [_short(name) for name in known]
+    near = difflib.get_close_matches(word[:LONGEST], names, n=1)
     if near:
         return f"did you mean {near[0]}?"
     return f"use one of {', '.join(names[:12])}{', ...' * (len(names) > 12)}" if names else "remove it"
+
+
+def escaped(text: str, keep: str = "") -> str:
+    """Return text with control characters, but those to keep, as in JSON: a terminal would obey them."""
+    if text.isprintable():
+        return text
+    return "".join(c if c in keep or unicodedata.category(c) not in CONTROL else _code(c) for c in text)
+
+
+def _code(character: str) -> str:
+    """Return a character as its code units, as in JSON."""
+    digits = character.encode("utf-16-be", "surrogatepass").hex()
+    return "".join(f"\\u{digits[k : k + 4]}" for k in range(0, len(digits), 4))
+
+
+def _short(text: str) -> str:
+    """Return a name or a value on one line, without its middle where it is longer than of use."""
+    return escaped(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]}...{text[-LONGEST // 2 :]}")
 
 
 def shown(value: object) -> str:

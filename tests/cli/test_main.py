@@ -193,10 +193,10 @@ def test_bad_input_is_one_sentence(
     ("raised", "code", "told"),
     [
         (KeyboardInterrupt(), 130, "interrupted\n"),
-        (OSError(errno.ENOSPC, "No space left on device"), 2, "error: No space left on device.\n"),
+        (OSError(errno.ENOSPC, "No space left on device"), 2, "error: standard output: No space left on device.\n"),
         (OSError(errno.EACCES, "Permission denied", "fish.nc"), 2, "error: fish.nc: Permission denied.\n"),
         (MemoryError(), 2, "error: there is not enough memory: ask for fewer gaits, steps or seconds.\n"),
-        (BrokenPipeError(), 1, ""),
+        (BrokenPipeError(), 0, ""),
     ],
     ids=lambda value: type(value).__name__ if isinstance(value, BaseException) else "",
 )
@@ -217,7 +217,7 @@ def test_a_full_disk_behind_the_output_is_one_sentence() -> None:
         done = subprocess.run(
             [sys.executable, "-m", "hypertuna", "version"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
-    assert (done.returncode, done.stderr) == (2, "error: No space left on device.\n")
+    assert (done.returncode, done.stderr) == (2, "error: standard output: No space left on device.\n")
 
 
 def test_an_unknown_instruction_set_is_one_sentence() -> None:

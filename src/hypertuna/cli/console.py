@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import typer
 
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, escaped
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -41,13 +41,19 @@ def plain(value: Any) -> Any:
 
 
 def json_text(value: Any) -> str:
-    """Write a value as strict JSON."""
-    return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
+    """Write a value as strict JSON, control characters escaped."""
+    return escaped(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False), "\n")
 
 
 def print_json(value: Any) -> None:
-    """Print a value as strict JSON."""
-    typer.echo(json_text(value))
+    """Print a value as strict JSON, in characters that the output can write."""
+    text, encoding = json_text(value), getattr(sys.stdout, "encoding", None) or "utf-8"
+    typer.echo(text if encoding.lower().startswith("utf") else _ascii_json(text))
+
+
+def _ascii_json(text: str) -> str:
+    """Return JSON in ASCII."""
+    return json.dumps(json.loads(text), indent=2, allow_nan=False)
 
 
 def print_lines(lines: Iterable[Any]) -> None:
@@ -88,10 +94,11 @@ def table(
 
 
 def _text(part: Any) -> Any:
-    """Take text, or (text, style), as it stands, without markup."""
+    """Take text, or (text, style), as it stands, without markup; control characters are escaped."""
     from rich.text import Text
 
-    return Text(part) if isinstance(part, str) else Text(*part) if isinstance(part, tuple) else part
+    text, *style = (part,) if isinstance(part, str) else part if isinstance(part, tuple) else ("",)
+    return Text(escaped(text, "\n"), *style) if isinstance(part, str | tuple) else part
 
 
 def summary_table(summary: Mapping[str, Quantity], *, digits: int = 4) -> Table:

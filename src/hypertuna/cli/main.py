@@ -1,11 +1,9 @@
 """The program `hypertuna`: its commands, imported when called, and its exit codes."""
 
-import contextlib
+import errno
 import gc
 import pkgutil
-import signal
 import sys
-import threading
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
@@ -13,9 +11,16 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
-from hypertuna.errors import InputError
+from hypertuna.cli.streams import (
+    INTERRUPTED,
+    drop_unwritable_output,
+    end_on_signals,
+    open_streams,
+    tell,
+    was_interrupted,
+)
+from hypertuna.errors import InputError, escaped
 
-INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
 UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser inside typer: unknown options and the like
 
 # Each command: its function or group in hypertuna.cli, or the table of its commands; and its line in --help.
@@ -174,12 +179,14 @@ def program(
 def main() -> None:
     """Run the program: bad input is one sentence on the error output, and exit code 2."""
     gc.set_threshold(50_000)  # most of what the start makes stays: searched for garbage less often
-    _end_on_signals()
+    open_streams()
+    end_on_signals()
     _take_former_name()
     code = _run()
-    if code == INTERRUPTED:
-        print("interrupted", file=sys.stderr)
-    _drop_unwritable_output()
+    if was_interrupted() or code == INTERRUPTED:
+        code = INTERRUPTED
+        tell("interrupted\n")
+    drop_unwritable_output()
     sys.exit(code)
 
 
@@ -203,32 +210,28 @@ def _run() -> Any:
     except UsageError as error:
         sentence = error.format_message()  # empty if the help was printed
         sentence = sentence and f"{sentence} See `{_command(error.ctx)} --help`."
-    except ValueError as error:
-        if not str(error).startswith("HYPERTUNA_ISA"):
+    except BaseException as error:
+        if was_interrupted() or isinstance(error, KeyboardInterrupt | typer.Abort):
+            return INTERRUPTED
+        if isinstance(error, BrokenPipeError) or isinstance(error.__context__, BrokenPipeError):
+            return 0  # the reader of the output has seen enough; the parser and rich make a SystemExit of it
+        sentence = _sentence(error)
+        if not sentence:
             raise
-        sentence = f"{error}."
-    except (KeyboardInterrupt, typer.Abort):
-        return INTERRUPTED
-    except BrokenPipeError:  # the reader of the output has stopped
-        return 1
-    except OSError as error:
-        place = f"{error.filename}: " if error.filename else ""
-        sentence = f"{place}{error.strerror or error}."
-    except MemoryError:
-        sentence = "there is not enough memory: ask for fewer gaits, steps or seconds."
     if sentence:
-        print(f"error: {sentence}", file=sys.stderr)
+        tell(escaped(f"error: {sentence}\n", "\n"))
     return 2
 
 
-def _end_on_signals() -> None:
-    """Let SIGTERM and a closed terminal end the program as Ctrl-C does, unless nohup holds the signal back."""
-    if threading.current_thread() is not threading.main_thread():
-        return
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, signal.default_int_handler)
+def _sentence(error: BaseException) -> str:
+    """Describe what stopped the program; empty for a fault of its own."""
+    if isinstance(error, OSError):
+        file = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
+        return f"{file}: {error.strerror or error}.".removeprefix(": ")
+    if isinstance(error, MemoryError):
+        return "there is not enough memory: ask for fewer gaits, steps or seconds."
+    isa = isinstance(error, ValueError) and str(error).startswith("HYPERTUNA_ISA")
+    return f"{error}." if isa else ""
 
 
 def _command(context: Any) -> str:
@@ -237,12 +240,3 @@ def _command(context: Any) -> str:
     while context is not None and context.parent is not None:
         names, context = [context.info_name, *names], context.parent
     return " ".join(["hypertuna", *names])
-
-
-def _drop_unwritable_output() -> None:
-    """Close an output that cannot be written, so that Python does not complain at exit."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        with contextlib.suppress(OSError):
-            sys.stdout.close()

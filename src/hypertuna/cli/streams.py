@@ -1,0 +1,100 @@
+"""Standard streams and signals of the program: closed or narrow streams, readers that stop, warnings, interrupts."""
+
+import codecs
+import contextlib
+import os
+import signal
+import sys
+import threading
+import unicodedata
+import warnings
+from types import FrameType
+from typing import TextIO
+
+from hypertuna.errors import DamageWarning
+
+INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
+PLAIN = {"−": "-", "–": "-", "—": "-", "…": "...", "×": "x", "·": " ", "°": "deg", "±": "+-", "≈": "~", "’": "'"}
+AGAIN = 0.02  # s
+state = {"interrupted": False}
+
+
+def open_streams() -> None:
+    """Open what is closed on nothing, and let a stream of few characters write the others plainly."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  # open until the end
+    codecs.register_error("hypertuna-plain", _plainly)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure") and stream.errors in ("strict", "surrogateescape", "backslashreplace"):
+            stream.reconfigure(errors="hypertuna-plain")
+    warnings.showwarning = _show_warning
+
+
+def _plainly(error: UnicodeError) -> tuple[str, int]:
+    """Return what stands for characters that a stream cannot write: without accents, else a question mark."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    text = error.object[error.start : error.end]
+    plain = (PLAIN.get(c) or unicodedata.normalize("NFKD", c).encode("ascii", "ignore").decode() or "?" for c in text)
+    return "".join(plain), error.end
+
+
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Print a warning on a file as one sentence, others as Python does."""
+    told = f"warning: {message}\n"
+    if not issubclass(category, DamageWarning):
+        told = warnings.formatwarning(message, category, filename, lineno, line)
+    tell(told, file)
+
+
+def tell(text: str, file: TextIO | None = None) -> None:
+    """Write to the error output, if somebody reads it."""
+    with contextlib.suppress(OSError, ValueError):
+        (file or sys.stderr).write(text)
+
+
+def end_on_signals() -> None:
+    """Let SIGTERM and a closed terminal end the program as Ctrl-C does, unless nohup holds the signal back."""
+    state["interrupted"] = False
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+            signal.signal(number, _interrupt)
+
+
+def _interrupt(_: int, frame: FrameType | None) -> None:
+    """Remember the interrupt, whatever becomes of its exception in a library, and raise it: after imports."""
+    state["interrupted"] = True
+    while frame is not None and frame.f_code.co_filename != "<frozen importlib._bootstrap>":
+        frame = frame.f_back
+    if frame is None or not hasattr(signal, "setitimer"):
+        raise KeyboardInterrupt
+    signal.signal(signal.SIGALRM, _interrupt)  # an import that is cut leaves half a module, or swallows the exception
+    signal.setitimer(signal.ITIMER_REAL, AGAIN)
+
+
+def was_interrupted() -> bool:
+    """Whether there was an interrupt; one that waits for the end of an import is taken as received."""
+    if state["interrupted"] and hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, 0)
+    return state["interrupted"]
+
+
+def drop_unwritable_output() -> None:
+    """Close an output that cannot be written, so that Python does not complain at exit."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            with contextlib.suppress(OSError):
+                stream.close()
