@@ -13,9 +13,10 @@ from PIL import Image
 
 import hypertuna as ht
 from hypertuna.figures import save, sequence
-from hypertuna.swimming.animation import FRAMES, animate_swim, outlines, slowed, swimming_svg
+from hypertuna.swimming.animation import animate_swim
 from hypertuna.swimming.gait import named_gait
-from hypertuna.swimming.plots import last_beat, plot_ledger, plot_sweep, plot_swim, unroll
+from hypertuna.swimming.outline import FRAMES, last_beat, outlines, slowed, swimming_svg
+from hypertuna.swimming.plots import plot_ledger, plot_sweep, plot_swim, unroll
 from hypertuna.swimming.plots_turn import plot_turning
 
 

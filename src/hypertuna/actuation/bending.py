@@ -19,6 +19,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.actuator import NEUTRAL_BRAID
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import dataset
 from hypertuna.ranges import check_choice, check_name
@@ -50,7 +51,13 @@ STEPS: tuple[tuple[str, dict[str, bool], dict[str, bool]], ...] = (
 
 
 @dataclass(frozen=True)
-class Bend:
+class Bend(
+    Plotted,
+    Tabular,
+    card="hypertuna.actuation.cards:bend_card",
+    figure="hypertuna.actuation.plots:plot_bend",
+    data=lambda bend: bend.dataset(),
+):
     """Bend of a joint under the pressure of one side."""
 
     robot: Robot

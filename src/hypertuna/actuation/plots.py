@@ -14,9 +14,11 @@ from hypertuna.io.quantity import columns
 
 DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))
 
+NO_SETS: Mapping[str, Bend] = {}
+
 
 @styled
-def plot_bend(bend: Bend, sets: Mapping[str, Bend], *, width: float = WIDTH) -> Figure:
+def plot_bend(bend: Bend, sets: Mapping[str, Bend] = NO_SETS, *, width: float = WIDTH) -> Figure:
     """Plot a joint's angle over the pressure, with the band of the material sets and the described largest bend."""
     figure = Figure(figsize=(width, 0.4 * width + 1.4), layout="constrained")
     axes = figure.subplots()

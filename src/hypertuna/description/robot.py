@@ -32,6 +32,7 @@ from hypertuna.description.schema.firmware import Firmware
 from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.description.schema.water import LAWS, Choice, Water
 from hypertuna.description.validation import Place, field_at, fix_for, translate, unit_of, written
+from hypertuna.display import Plotted
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
@@ -62,7 +63,9 @@ class Entry(NamedTuple):
         return all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in items)
 
 
-class Robot(Part):
+class Robot(
+    Part, Plotted, card="hypertuna.description.card:robot_card", figure="hypertuna.swimming.drawing:plot_robot"
+):
     """A robot, described by one TOML file and read by `load`.
 
     All quantities are in SI units and radians. A robot is frozen: `using` returns another.

@@ -14,6 +14,7 @@ from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.water import LAWS
 from hypertuna.description.validation import written
+from hypertuna.display import Plotted, Tabular, columns_of
 from hypertuna.errors import InputError, shown
 from hypertuna.identification.coefficients import Free, column_key, column_of, free, from_scale, with_values
 from hypertuna.identification.experiment import Experiment, experiment
@@ -40,7 +41,13 @@ SNAP = 1e-6  # of the allowed range: a value closer than this to a bound is set 
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(
+    Plotted,
+    Tabular,
+    card="hypertuna.identification.cards:fit_card",
+    figure="hypertuna.identification.plots:plot_intervals",
+    data=lambda fit: columns_of(fit.parameters),
+):
     """A fit of free coefficients to trials."""
 
     robot: Robot  # with the fitted values, and a table [fit]

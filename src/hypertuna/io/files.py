@@ -76,6 +76,12 @@ def variable_columns(data: xr.Dataset, names: Mapping[str, str] | Iterable[str])
     return columns
 
 
+def data_columns(data: xr.Dataset) -> dict[str, Any]:
+    """Return all coordinates and variables of a dataset as columns, as `variable_columns` does."""
+    places = (name for name in data.coords if data[name].dtype.kind not in "UO" and "same_as" not in data[name].attrs)
+    return variable_columns(data, [str(name) for name in (*places, *data.data_vars)])
+
+
 def _unit_and_values(variable: xr.DataArray) -> tuple[str, Any]:
     """Return the end of a column's name and the values in that unit; coordinates in degrees are rounded."""
     import numpy as np

@@ -2,5 +2,6 @@
 
 In reading order: `schema` and `file` (the TOML file), `geodesy` (latitude and longitude), `run` (part by part on the
 twin at sea), `flight` (one seed with journal and log, or many), `record` (the time series), `log_fields`, `log` and
-`read_log` (MCAP), `gpx` (tracks for maps), `plots`, `upload` (to a robot by radio).
+`read_log` (MCAP), `gpx` (tracks for maps), `plots`, `cards` (what notebooks show), `upload` (to a
+robot by radio).
 """

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from hypertuna.control.mission import Mission, Waypoint, cross, fence_distance, sides
 from hypertuna.description.reference import markdown
 from hypertuna.description.validation import translate
+from hypertuna.display import Displayed
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import pose_from
 from hypertuna.io.files import shipped
@@ -27,7 +28,7 @@ TURN = 2 * math.pi
 
 
 @dataclass(frozen=True)
-class MissionFile:
+class MissionFile(Displayed, card="hypertuna.mission.cards:mission_card"):
     """A mission file, read and checked."""
 
     name: str

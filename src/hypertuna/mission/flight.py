@@ -12,6 +12,7 @@ import numpy as np
 from hypertuna.control.mission import fence_distance
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
+from hypertuna.display import Plotted
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.quantity import Quantity
@@ -36,7 +37,7 @@ MAX_SEEDS = 10_000
 
 
 @dataclass(frozen=True)
-class Flight:
+class Flight(Plotted, card="hypertuna.mission.cards:flight_card", figure="hypertuna.mission.plots:plot_flight"):
     """A flown mission."""
 
     file: MissionFile

@@ -8,6 +8,7 @@ from matplotlib.patches import Circle, Polygon
 
 from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, EDGE, FAINT, GRID, INK, TIGHT, WIDTH, styled
+from hypertuna.mission.flight import Flight
 from hypertuna.mission.record import MissionRecord
 
 NARROW = 6.0  # inches: below it there are fewer columns in the legends
@@ -15,6 +16,11 @@ TRUE, BELIEVED, POWER = COLORS[1], COLORS[0], COLORS[2]
 DASHES = (0, (4, 2))
 BANDS = {"surface": "#DDEBF3", "hold": "#EFE7D6", "home": "#E4EEDD", "done": "#ECECEC"}  # light: lines stay readable
 HOUR = 3600.0
+
+
+def plot_flight(flight: Flight, *, width: float = WIDTH) -> Figure:
+    """Plot the record of a flight: `width` [inch]."""
+    return plot_mission(flight.record, width=width)
 
 
 @styled

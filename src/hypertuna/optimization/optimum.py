@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
+from hypertuna.display import Plotted
 from hypertuna.optimization.constraints import Limit
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import UNUSABLE, Evaluation, Objective, objective
@@ -38,7 +39,11 @@ class Margin:
 
 
 @dataclass(frozen=True)
-class Optimum:
+class Optimum(
+    Plotted,
+    card="hypertuna.optimization.cards:optimum_card",
+    figure="hypertuna.optimization.plots:plot_convergence",
+):
     """The best gait of a search."""
 
     robot: Robot

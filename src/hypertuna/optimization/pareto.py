@@ -14,6 +14,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
 from hypertuna.io.checkpoint import Journal
 from hypertuna.optimization.constraints import Limit, gait_limits
@@ -38,7 +39,13 @@ BEYOND = 0.1  # of its range: distance of the reference point beyond the worst o
 
 
 @dataclass(frozen=True)
-class Front:
+class Front(
+    Plotted,
+    Tabular,
+    card="hypertuna.optimization.cards:front_card",
+    figure="hypertuna.optimization.plots:plot_pareto",
+    data=lambda front: front.points,
+):
     """Nondominated gaits: none is better than another in every objective."""
 
     robot: Robot

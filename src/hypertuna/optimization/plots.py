@@ -74,9 +74,10 @@ def _shared_labels(points: Array, distance: float) -> list[tuple[tuple[float, fl
 
 
 @styled
-def plot_convergence(runs: Sequence[Optimum]) -> Figure:
-    """Plot the best value so far against the gaits swum, as Fig. 13(a) of the paper."""
-    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
+def plot_convergence(runs: Optimum | Sequence[Optimum], *, width: float = WIDTH) -> Figure:
+    """Plot the best value so far against the gaits swum, as Fig. 13(a) of the paper: `width` [inch]."""
+    runs = [runs] if isinstance(runs, Optimum) else runs
+    figure = Figure(figsize=(width, 2.9), layout="constrained")
     axes = figure.subplots()
     target = runs[0].objective
     name, factor = target.terms[0]

@@ -35,7 +35,7 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
 
 def ledger_html(ledger: Ledger, sections: list[Section]) -> str:
     """Return the ledger as an HTML page that needs no other file."""
-    from hypertuna.swimming.animation import slowed, swimming_svg
+    from hypertuna.swimming.outline import slowed, swimming_svg
 
     best = ledger.trials[OURS].gaits["unoptimised-max"]
     chapters = _chapters(ledger)

@@ -91,7 +91,7 @@ def _sections(result: Result) -> list[Section]:
     from hypertuna.optimization.plots import plot_pareto
     from hypertuna.reports.fit import fit_sections
     from hypertuna.simulation.plots import plot_posture, plot_twin
-    from hypertuna.swimming.animation import slowed
+    from hypertuna.swimming.outline import slowed
 
     shown: dict[str, Shown] = {}
     facts: dict[str, Any] = {}
@@ -126,7 +126,7 @@ def _renamed(section: Section, k: int) -> Section:
 
 def _swim(swim: Swim) -> dict[str, Shown]:
     """Return the numbers of a swim and, unless it diverged, its figures."""
-    from hypertuna.swimming.animation import swimming_svg
+    from hypertuna.swimming.outline import swimming_svg
     from hypertuna.swimming.plots import plot_swim
 
     rows = [

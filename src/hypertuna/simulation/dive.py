@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from hypertuna.description.robot import Robot
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import DEGREES, Column
 from hypertuna.ranges import FINITE, POSITIVE
@@ -45,7 +46,13 @@ class Leg:
 
 
 @dataclass(frozen=True)
-class Dive:
+class Dive(
+    Plotted,
+    Tabular,
+    card="hypertuna.simulation.cards:dive_card",
+    figure="hypertuna.simulation.plots:plot_dive",
+    data=lambda dive: dive.run.dataset(),
+):
     """A dive and its run."""
 
     run: SeaRun

@@ -16,6 +16,7 @@ from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, require
+from hypertuna.display import Plotted, Tabular
 from hypertuna.io.files import dataset
 from hypertuna.io.quantity import Quantity
 from hypertuna.swimming.gait import Gait
@@ -125,7 +126,14 @@ class Run:
 
 
 @dataclass(frozen=True)
-class TwinRun(Run):
+class TwinRun(
+    Run,
+    Plotted,
+    Tabular,
+    card="hypertuna.simulation.cards:twin_card",
+    figure="hypertuna.simulation.plots:plot_twin",
+    data=lambda run: run.dataset(),
+):
     """A run of the twin in the plane; means and amplitudes are over its last whole beats."""
 
     medium: str  # "water" or "air"

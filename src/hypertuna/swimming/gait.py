@@ -9,6 +9,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
+from hypertuna.display import Displayed
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
@@ -99,7 +100,7 @@ def lags(gait: Gait) -> list[float]:
 
 
 @dataclass(frozen=True)
-class Gaits:
+class Gaits(Displayed, card="hypertuna.swimming.cards:gaits_card"):
     """Many gaits: a list, or a grid."""
 
     frequency: Array  # (gaits,) [Hz]

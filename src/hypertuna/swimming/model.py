@@ -10,7 +10,7 @@ from hypertuna import _core
 from hypertuna.description.robot import Robot, cached
 from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.swimming.gait import KINDS
+from hypertuna.swimming.gait import KINDS, Gait
 
 
 def core_model(robot: Robot, columns: Mapping[str, Sequence[float]] | None = None) -> _core.Model:
@@ -34,6 +34,18 @@ def parameter_names(robot: Robot) -> tuple[str, ...]:
         return places[column] + bracket + index
 
     return tuple(full(name) for name in core_model(robot).parameter_names())
+
+
+def parameter_values(robot: Robot, gait: Gait) -> NDArray[np.float64]:
+    """Return the value of every parameter of `parameter_names` (parameters,) [SI]."""
+    columns = {name: values for name, (_, values) in _columns(robot).items()}
+    columns |= {"frequency": [gait.frequency], **{kind: getattr(gait, kind) for kind in KINDS}}
+
+    def value(name: str) -> float:
+        column, _, index = name.rstrip("]").partition("[")
+        return columns[column][int(index or 0)]
+
+    return np.array([value(name) for name in core_model(robot).parameter_names()])
 
 
 def twist_from_rest(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.float64]:

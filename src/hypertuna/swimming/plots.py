@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, sequence, styled
+from hypertuna.swimming.outline import last_beat, midlines
 from hypertuna.swimming.swim import Swim
 from hypertuna.swimming.trajectory import Points, body_of, nose_points
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MIDLINES = 12  # in one beat
 BEATS = 4  # of a straight path
 MAX_BEATS = 80  # of a turn
 
@@ -125,26 +125,6 @@ def plot_ledger(
     handles, texts = axes.get_legend_handles_labels()
     figure.legend(handles[::-1], texts[::-1], loc="outside upper left", ncols=3, **TIGHT)
     return figure
-
-
-def last_beat(swim: Swim) -> xr.Dataset:
-    """Return the last whole beat of a swim."""
-    motion = swim.trajectory
-    if swim.status == "diverged" or not np.isfinite(motion.x + motion.y + motion.heading).all():
-        raise InputError("has nothing finite to draw", key="plot", fix="the gait diverged; try more steps per beat")
-    beats = 1 if swim.duration is None else swim.beats
-    return motion.isel(time=slice((beats - 1) * swim.steps, beats * swim.steps + 1))
-
-
-def midlines(swim: Swim, count: int = MIDLINES) -> Points:
-    """Return midlines over the last beat, (count, links + 1) [m], in a frame that follows the mean motion."""
-    motion = last_beat(swim)
-    nose, heading = nose_points(motion), motion.heading.values
-    part = np.linspace(0, 1, len(nose))
-    drift, turned = nose[0] + part * (nose[-1] - nose[0]), part * (heading[-1] - heading[0])
-    spin = np.exp(-1j * (turned + np.mean(heading - turned)))
-    lines: Points = (body_of(swim.robot, motion) - drift[:, np.newaxis]) * spin[:, np.newaxis]
-    return np.take(lines, np.linspace(0, len(lines) - 1, count, endpoint=False).astype(int), axis=0)
 
 
 def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:

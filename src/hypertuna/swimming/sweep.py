@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
+from hypertuna.display import Displayed, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
 from hypertuna.ranges import POSITIVE_WHOLE, check_choice
@@ -25,7 +26,7 @@ from hypertuna.swimming.beat import (
     settle_from_rest,
 )
 from hypertuna.swimming.gait import KINDS, Gait, Gaits, check_gait
-from hypertuna.swimming.model import parameter_names
+from hypertuna.swimming.model import parameter_names, parameter_values
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -150,8 +151,17 @@ def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str,
     return dataset(variables, coordinates, provenance(robot) | how)
 
 
+DERIVATIVES = ("speed", "cost_of_transport", "power", "power_positive", "strouhal", "torque_peak", "rate_peak")
+ANGLES = ("gait.amplitude", "gait.phase", "gait.bias", "joints.phase_offset")  # parameters in radians
+
+
 @dataclass(frozen=True)
-class Gradient:
+class Gradient(
+    Displayed,
+    Tabular,
+    card="hypertuna.swimming.cards:gradient_card",
+    data=lambda gradient: gradient._columns(),
+):
     """Exact derivatives of a settled gait's results."""
 
     names: tuple[str, ...]  # of the parameters, as attributes: gait.amplitude[1], links.mass[3], water.lumped.drag[7]
@@ -162,6 +172,36 @@ class Gradient:
     strouhal: Array
     torque_peak: Array
     rate_peak: Array
+    values: Array  # (parameters,) of the parameters [SI]
+    results: Mapping[str, float]  # at the gait, by the names of the derivatives [SI]
+    robot: Robot
+    gait: Gait
+
+    def influence(self, quantity: str = "speed") -> Array:
+        """Return how much each parameter changes a result.
+
+        Parameters
+        ----------
+        quantity : str
+            Name of a result: "speed", "cost_of_transport", ...
+
+        Returns
+        -------
+        ndarray, shape (parameters,)
+            Change of the result for 1 % more of the parameter, of an angle for 1 degree more [%].
+        """
+        check_choice(quantity, DERIVATIVES, "quantity")
+        angle = [name.partition("[")[0] in ANGLES for name in self.names]
+        known = np.where(np.isfinite(self.values), self.values, 0.0)  # an ideal joint has an infinite bandwidth
+        change: Array = getattr(self, quantity) * np.where(angle, np.radians(1), 0.01 * known)
+        return 100 * change / self.results[quantity]
+
+    def _columns(self) -> dict[str, Any]:
+        """Return the columns of a table, the largest influence on the speed first."""
+        influence = {f"{name}_percent": self.influence(name) for name in DERIVATIVES}
+        columns = {"parameter": np.array(self.names), "value_si": self.values} | influence
+        order = np.argsort(-np.abs(influence["speed_percent"]), kind="stable")
+        return {name: values[order] for name, values in columns.items()}
 
 
 def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradient:
@@ -196,4 +236,11 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
         raise InputError(rule, key="gait", value=value, fix="give it less bias")
     names = parameter_names(robot)
     derivatives = directional_derivatives(robot, gaits, result, np.eye(len(names)), steps=steps)
-    return Gradient(names, **{field.name: derivatives[field.name][0] for field in fields(Gradient)[1:]})
+    return Gradient(
+        names,
+        **{name: derivatives[name][0] for name in DERIVATIVES},
+        values=parameter_values(robot, gait),
+        results={name: float(result[name][0]) for name in DERIVATIVES},
+        robot=robot,
+        gait=gait,
+    )

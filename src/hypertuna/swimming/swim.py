@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
 from hypertuna.swimming.beat import (
@@ -57,7 +58,13 @@ SUMMARY: dict[str, tuple[str, str, str | None]] = {
 
 
 @dataclass(frozen=True)
-class Swim:
+class Swim(
+    Plotted,
+    Tabular,
+    card="hypertuna.swimming.cards:swim_card",
+    figure="hypertuna.swimming.plots:plot_swim",
+    data=lambda swim: swim.trajectory,
+):
     """How a robot swims a gait. Means are over one beat: the settled one, or the last one from rest."""
 
     robot: Robot

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
 from hypertuna.swimming.gait import Gait, Gaits
@@ -49,7 +50,13 @@ class Tightest:
 
 
 @dataclass(frozen=True)
-class Turning:
+class Turning(
+    Plotted,
+    Tabular,
+    card="hypertuna.swimming.cards:turning_card",
+    figure="hypertuna.swimming.plots_turn:plot_turn",
+    data=lambda turning: turning.sweep,
+):
     """Turns of many gaits."""
 
     robot: Robot

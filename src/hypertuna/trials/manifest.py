@@ -24,6 +24,7 @@ from hypertuna.description.schema.base import (
     unique,
 )
 from hypertuna.description.validation import translate
+from hypertuna.display import Displayed
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import read_toml
 from hypertuna.trials.replay import Pose
@@ -147,7 +148,7 @@ class Manifest(Part):
 
 
 @dataclass(frozen=True)
-class Recording:
+class Recording(Displayed, card="hypertuna.trials.cards:recording_card"):
     """Swims with one joint motion, and the tracks of their runs."""
 
     name: str  # without /

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from hypertuna.arrays import Array
+from hypertuna.display import Displayed
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.tracks import JointSeries
 
@@ -50,7 +51,7 @@ class Harmonics:
 
 
 @dataclass(frozen=True)
-class SmoothSeries:
+class SmoothSeries(Displayed, card="hypertuna.trials.cards:smooth_card"):
     """A joint series as functions of time with rates and accelerations."""
 
     series: JointSeries  # as measured

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hypertuna.arrays import Array
+from hypertuna.display import Displayed
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import parse_float, read_table
 from hypertuna.ranges import check_name
@@ -20,7 +21,7 @@ MAX_LAG, LAGS = 0.1, 401  # of the length of a series, to either side, and shift
 
 
 @dataclass(frozen=True)
-class JointSeries:
+class JointSeries(Displayed, card="hypertuna.trials.cards:series_card"):
     """Measured angles of the joint groups over time.
 
     At least 12 samples, all finite, time increasing, without gaps longer than 5 median intervals; else InputError.
@@ -65,7 +66,7 @@ class JointSeries:
 
 
 @dataclass(frozen=True)
-class Track:
+class Track(Displayed, card="hypertuna.trials.cards:track_card"):
     """A tracked run: poses of the center of the head link."""
 
     run: str  # its name

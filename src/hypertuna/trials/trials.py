@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna.description.robot import Robot
+from hypertuna.display import Displayed
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.trials.importers import import_folder
 from hypertuna.trials.manifest import Recording, parse_manifest, read_manifest
@@ -20,7 +21,7 @@ from hypertuna.trials.steady import SteadyRun, read_steady
 
 
 @dataclass(frozen=True)
-class Trials:
+class Trials(Displayed, card="hypertuna.trials.cards:trials_card"):
     """Measured runs of a robot; names of runs, and of recordings, are unique."""
 
     steady: tuple[SteadyRun, ...] = ()

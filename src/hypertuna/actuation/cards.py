@@ -1,0 +1,27 @@
+"""What notebooks and shells show of the bend of a joint."""
+
+import numpy as np
+
+from hypertuna.actuation.bending import Bend
+from hypertuna.display import Card, curve_svg, number
+
+
+def bend_card(bend: Bend) -> Card:
+    """Show the largest bend, how linear it is, and the curve of the angle over the pressure."""
+    angle, pressure = np.degrees(bend.angle), bend.pressure / 1e3
+    facts = [
+        ("bend", f"{number(float(angle[-1]), 'deg')} at {number(float(pressure[-1]), 'kPa')}"),
+        ("linearity R²", number(bend.r_squared() if len(angle) > 1 else np.nan)),
+        ("loss to friction", number(bend.loss if bend.unload_angle is not None else np.nan, "J")),
+        ("shortening", number(100 * float(bend.shortening.max()), "%")),
+        ("max braid angle", number(float(np.degrees(bend.braid_angle)), "deg")),
+        ("material set", bend.material),
+    ]
+
+    def picture() -> str:
+        ways = bend.branches.values()
+        x, y = (np.concatenate(part) for part in zip(*ways, strict=True))
+        return curve_svg(x / 1e3, np.degrees(y), "bend [deg] over pressure [kPa]")
+
+    title = f"Joint {bend.joint} of {bend.robot.name}, pressure on the {bend.side} side"
+    return Card(title, facts, bend.status_text, picture=picture)

@@ -1,0 +1,71 @@
+"""What notebooks and shells show of a robot: its side view, and a table of its links."""
+
+from __future__ import annotations
+
+import math
+from itertools import accumulate
+
+from hypertuna.description.robot import Robot
+from hypertuna.display import Card, number, safe
+
+WIDE = 1000  # units of the drawing in a body length
+
+
+def robot_card(robot: Robot) -> Card:
+    """Show the robot from the side, six numbers, and its links."""
+    groups = {link: group.name for group in robot.joints for link in group.links}
+    links = robot.links
+    facts = [
+        ("length", number(robot.body.length, "m")),
+        ("mass", number(robot.body.mass, "kg")),
+        ("links", f"{len(links.name)}"),
+        ("joint groups", ", ".join(group.name for group in robot.joints)),
+        ("model", f"{robot.model.water} water, {robot.model.joints} joints"),
+        ("gaits", f"{len(robot.gaits)}"),
+    ]
+    rows = [
+        (
+            name,
+            number(1e3 * length),
+            number(1e3 * area / length),
+            number(mass),
+            f"{groups[k]}" if k in groups else "rigid" if k else "–",
+        )
+        for k, (name, length, area, mass) in enumerate(
+            zip(links.name, links.length, links.lateral_area, links.mass, strict=True)
+        )
+    ]
+    columns = ("link", "length [mm]", "mean height [mm]", "mass [kg]", "joint at its front")
+    gaits = f" Gaits: {', '.join(robot.gaits)}." if robot.gaits else ""
+    text = f"{robot.description.rstrip('.')}.{gaits}"
+    return Card(f"Robot {robot.name}", facts, text, columns, rows, lambda: side_svg(robot))
+
+
+def side_svg(robot: Robot) -> str:
+    """Draw the links from the side at their mean height: joints as dots, centers of mass as crosses, a scale bar."""
+    links, scale = robot.links, WIDE / robot.body.length
+    fronts = [scale * x for x in (0.0, *accumulate(links.length))]
+    heights = [scale * area / length for area, length in zip(links.lateral_area, links.length, strict=True)]
+    half = max(heights) / 2
+    parts = []
+    for k, (x, length, high) in enumerate(zip(fronts, links.length, heights, strict=False)):
+        long = scale * length
+        parts.append(
+            f'<rect class="link" x="{x + 2:.1f}" y="{-high / 2:.1f}" width="{long - 4:.1f}" height="{high:.1f}" '
+            f'rx="{min(16, 0.3 * long, 0.3 * high):.1f}"><title>{safe(links.name[k])}</title></rect>'
+        )
+        mass = x + scale * links.com[k]
+        parts.append(f'<path class="mark" d="M{mass - 6:.1f} 0h12M{mass:.1f} -6v12"/>')
+    for group in robot.joints:
+        places = [fronts[link] for link in group.links]
+        parts += [f'<circle class="joint" cx="{x:.1f}" cy="0" r="8"/>' for x in places]
+        middle = sum(places) / len(places)
+        parts.append(f'<text x="{middle:.1f}" y="{-half - 8:.1f}" text-anchor="middle">{safe(group.name)}</text>')
+    power = 10 ** math.floor(math.log10(robot.body.length / 6))
+    bar = max(step * power for step in (1, 2, 5) if step * power <= robot.body.length / 6)
+    below = half + 26
+    parts.append(f'<path class="mark" stroke-width="3" d="M0 {below:.1f}h{scale * bar:.1f}"/>')
+    parts.append(f'<text x="{scale * bar + 10:.1f}" y="{below + 7:.1f}">{1e3 * bar:g} mm</text>')
+    view = f"-10 {-half - 34:.0f} {WIDE + 20} {2 * half + 76:.0f}"
+    about = f'viewBox="{view}" font-size="22" role="img" aria-label="{safe(robot.name)} from the side"'
+    return f"<svg {about}>{''.join(parts)}</svg>"

@@ -1,0 +1,253 @@
+"""What shells and notebooks show of a result: a card of a title, numbers, a sentence, a table and a picture."""
+
+from __future__ import annotations
+
+import html
+import io
+import math
+import pkgutil
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from hypertuna.io.files import data_columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+LINES, COLUMNS = 5, 100  # of a text
+OPEN = 8  # rows of a table that are not folded
+SCREEN = 144  # dots per inch of a figure in a notebook
+
+# The colors are those of the notebook: text and lines in its color, the body in one that both themes show well.
+STYLE = """
+.ht-card{max-width:52rem;font-size:.92rem;line-height:1.45;margin:.3rem 0;color:inherit}
+.ht-card .ht-title{font-weight:600;font-size:1.02rem;margin:0 0 .3rem}
+.ht-card svg{display:block;width:100%;max-height:17rem;margin:.3rem 0;overflow:hidden}
+.ht-card svg text{fill:currentColor;font-family:inherit}
+.ht-card .water{fill:currentColor;opacity:.22}
+.ht-card .body,.ht-card .joint{fill:#2f86c5}
+.ht-card .link{fill:currentColor;fill-opacity:.1;stroke:currentColor;stroke-opacity:.55}
+.ht-card .mark{stroke:currentColor;stroke-opacity:.8;fill:none}
+.ht-facts{display:flex;flex-wrap:wrap;gap:.35rem 1.7rem;margin:.5rem 0}
+.ht-facts span{display:block;font-size:.82em;opacity:.72}
+.ht-facts b{font-weight:600;font-size:1.08em;white-space:nowrap}
+.ht-card p{margin:.4rem 0;opacity:.85}
+.ht-card .ht-wide{overflow-x:auto}
+.ht-card table.ht-table{border-collapse:collapse;margin:.4rem 0;font-size:.9em;color:inherit;border:none}
+.ht-card .ht-table th,.ht-card .ht-table td{padding:.14rem .9rem .14rem 0;text-align:right;border:none;
+background:none;white-space:nowrap;color:inherit}
+.ht-card .ht-table th{font-weight:500;opacity:.72;border-bottom:1px solid;border-color:inherit}
+.ht-card .ht-table :is(th,td).ht-left{text-align:left}
+.ht-card summary{cursor:pointer;opacity:.8}
+"""
+
+
+@dataclass(frozen=True)
+class Card:
+    """What is shown of a result, in words and numbers as they are printed."""
+
+    title: str
+    facts: Sequence[tuple[str, str]] = ()  # label, and value with its unit
+    text: str = ""  # sentences
+    columns: Sequence[str] = ()  # of a table
+    rows: Sequence[Sequence[str]] = ()
+    picture: Callable[[], str] | None = None  # makes an <svg> element; pages alone call it
+
+
+class Displayed:
+    """A result that shells show in five lines, and notebooks as a card.
+
+    A class names the function that makes its card, ``"package.module:function"``: imported when it is shown.
+    """
+
+    _card: ClassVar[str]
+
+    def __init_subclass__(cls, card: str = "", **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if card:
+            cls._card = card
+            cls.__repr__ = Displayed.__repr__  # type: ignore[method-assign]  # else a dataclass writes its own
+
+    def __repr__(self) -> str:
+        return card_text(pkgutil.resolve_name(self._card)(self))
+
+    def _repr_html_(self) -> str:
+        """Return the card as HTML, for notebooks."""
+        return card_html(pkgutil.resolve_name(self._card)(self))
+
+
+class Plotted(Displayed):
+    """A result with a figure: the class names the function that plots it, ``"package.module:function"``."""
+
+    _figure: ClassVar[str]
+
+    def __init_subclass__(cls, figure: str = "", **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if figure:
+            cls._figure = figure
+
+    def plot(self, **options: Any) -> Figure:
+        """Plot the result.
+
+        Parameters
+        ----------
+        **options
+            Of the figure: ``width`` [inch].
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Shown by notebooks; ``figure.savefig("name.svg")`` writes it.
+        """
+        figure: Figure = pkgutil.resolve_name(self._figure)(self, **options)
+        return in_notebooks(figure)
+
+
+class Tabular:
+    """A result that is a table: the class says which dataset, or which columns by name."""
+
+    _data: ClassVar[Callable[[Any], Any]]
+
+    def __init_subclass__(cls, data: Callable[[Any], Any] | None = None, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if data is not None:
+            cls._data = staticmethod(data)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the result as a table of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns have their unit in their name: ``speed_m_s``, ``phase_II_deg``. Angles are in degrees.
+        """
+        return to_dataframe(type(self)._data(self))
+
+
+def to_dataframe(data: Any) -> pd.DataFrame:
+    """Return a sweep, or another labeled dataset, as a table of pandas.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        As of `sweep`, `replay` or ``Swim.trajectory``; or a result that is a table itself.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each gait or instant. Columns have their unit in their name: ``speed_m_s``, ``phase_II_deg``; angles
+        are in degrees. ``attrs`` has what made the data.
+    """
+    import pandas as pd  # slow to import
+
+    if isinstance(data, Tabular):
+        return data.to_dataframe()
+    if isinstance(data, Mapping) and not hasattr(data, "data_vars"):
+        return pd.DataFrame(dict(data))
+    table = pd.DataFrame(data_columns(data))
+    table.attrs = dict(data.attrs)
+    return table
+
+
+def columns_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
+    """Return the columns of rows, those of the first by name."""
+    return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
+
+
+def in_notebooks(figure: Figure) -> Figure:
+    """Make a notebook show a figure that pyplot does not know."""
+
+    def png() -> bytes:
+        content = io.BytesIO()
+        figure.savefig(content, format="png", dpi=SCREEN)
+        return content.getvalue()
+
+    figure._repr_png_ = png  # type: ignore[attr-defined]  # notebooks look for it by name
+    return figure
+
+
+def number(value: float, unit: str = "", digits: int = 3) -> str:
+    """Write a number to three digits, with its unit; a dash for NaN."""
+    if value is None or math.isnan(value):
+        return "–"
+    size = abs(value)
+    if size == 0 or not 1e-4 <= size < 1e6:
+        text = f"{value:.{digits}g}"
+    else:
+        text = f"{value:.{max(0, digits - 1 - math.floor(math.log10(size)))}f}"
+    return f"{text} {unit}".rstrip()
+
+
+def card_text(card: Card) -> str:
+    """Write a card in five lines at most."""
+    facts = textwrap.wrap("; ".join(f"{label} {value}".strip() for label, value in card.facts), COLUMNS)
+    lines = [card.title, *(facts if len(facts) <= LINES - 2 else [*facts[: LINES - 3], "..."])]
+    if card.text:
+        lines.append(card.text)
+    rows = [", ".join(filter(None, row)) for row in card.rows]
+    room = LINES - len(lines)
+    if len(rows) > room:
+        rows = [*rows[: room - 1], f"... and {len(rows) - room + 1} more"] if room > 1 else []
+    return "\n".join(textwrap.shorten(line, COLUMNS, placeholder=" ...") for line in [*lines, *rows])
+
+
+def card_html(card: Card) -> str:
+    """Write a card as HTML without script."""
+    facts = "".join(f"<div><span>{safe(label)}</span><b>{safe(value)}</b></div>" for label, value in card.facts)
+    parts = [f"<style>{STYLE}</style>", f'<div class="ht-title">{safe(card.title)}</div>']
+    parts += [] if card.picture is None else [card.picture()]
+    parts += [f'<div class="ht-facts">{facts}</div>'] if facts else []
+    parts += [f"<p>{safe(card.text)}</p>"] if card.text else []
+    parts += [_table(card.columns, card.rows[:OPEN])] if card.rows else []
+    if len(card.rows) > OPEN:
+        rest = _table(card.columns, card.rows[OPEN:])
+        parts.append(f"<details><summary>{len(card.rows) - OPEN} more rows</summary>{rest}</details>")
+    return f'<div class="ht-card">{"".join(parts)}</div>'
+
+
+def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Write a table; columns of text are set left."""
+    left = [k == 0 or not all(_numeric(row[k]) for row in rows) for k in range(len(columns))]
+    kinds = ['class="ht-left"' if side else "" for side in left]
+    head = "".join(f"<th {kind}>{safe(name)}</th>" for kind, name in zip(kinds, columns, strict=True))
+    body = "".join(
+        f"<tr>{''.join(f'<td {kind}>{safe(cell)}</td>' for kind, cell in zip(kinds, row, strict=True))}</tr>"
+        for row in rows
+    )
+    table = f'<table class="ht-table"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+    return f'<div class="ht-wide">{table}</div>'
+
+
+def _numeric(cell: str) -> bool:
+    """Whether a cell is empty, or a number with its unit or without."""
+    return re.fullmatch(r"–?|[-+]?[\d.]+(e[-+]?\d+)?( \S+)?", cell) is not None
+
+
+def safe(text: str) -> str:
+    """Escape text for HTML; a unit stays beside its number."""
+    return html.escape(str(text)).replace("(kg m)", "(kg\N{NO-BREAK SPACE}m)")
+
+
+def curve_svg(x: Iterable[float], y: Iterable[float], label: str, *, equal: bool = False, dots: bool = False) -> str:
+    """Draw a curve, or dots, between the extremes of its values as an SVG element; `equal` keeps the scale of a map."""
+    points = [(a, b) for a, b in zip(x, y, strict=True) if math.isfinite(a) and math.isfinite(b)]
+    if len(points) < 2:
+        return ""
+    points = points[:: max(1, len(points) // 600)]
+    lows, highs = [min(part) for part in zip(*points, strict=True)], [max(part) for part in zip(*points, strict=True)]
+    wide, high = (max(end - start, 1e-12) for start, end in zip(lows, highs, strict=True))
+    scales = (min(630 / wide, 150 / high),) * 2 if equal else (630 / wide, 150 / high)
+    places = [(80 + scales[0] * (a - lows[0]), 170 - scales[1] * (b - lows[1])) for a, b in points]
+    line = " ".join(f"{a:.1f},{b:.1f}" for a, b in places)
+    spots = "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" class="joint"/>' for a, b in places) if dots else ""
+    drawn = spots or f'<polyline points="{line}" fill="none" stroke="#2f86c5" stroke-width="2"/>'
+    ends = [(74, 172, "end", lows[1]), (74, 26, "end", highs[1]), (80, 192, "start", lows[0])]
+    ends.append((min(710, 80 + scales[0] * wide), 192, "end", highs[0]))
+    texts = "".join(f'<text x="{a:.0f}" y="{b}" text-anchor="{side}">{number(v)}</text>' for a, b, side, v in ends)
+    title = f'<text x="80" y="12">{safe(label)}</text>'
+    about = f'viewBox="0 0 760 200" font-size="13" role="img" aria-label="{safe(label)}"'
+    return f"<svg {about}>{drawn}{texts}{title}</svg>"

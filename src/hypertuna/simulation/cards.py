@@ -1,0 +1,63 @@
+"""What notebooks and shells show of runs of the twin and of dives."""
+
+import numpy as np
+
+from hypertuna.display import Card, curve_svg, number
+from hypertuna.simulation.dive import Dive
+from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.sea_run import SeaRun
+from hypertuna.swimming.cards import gait_text
+
+
+def twin_card(run: TwinRun) -> Card:
+    """Show speed, power and pressures of the last beats, and the swings of the joints."""
+    if run.status == "diverged":
+        return Card(f"Twin of {run.robot.name}: {gait_text(run.gait)}", (), run.divergence)
+    swims = run.medium == "water"
+    facts = [("speed", f"{number(run.speed, 'm/s')} ({number(run.speed_bl, 'BL/s', 2)})")] if swims else []
+    facts += [("electrical power", number(run.power, "W"))]
+    facts += [("cost of transport", number(run.cost_of_transport, "J/(kg m)"))] if swims else []
+    facts += [("largest pressure", number(float(run.pressure_max.max()) / 1e3, "kPa"))]
+    facts += [("change per beat", number(100 * run.change, "%", 2)), ("duration", number(run.duration, "s"))]
+    swings = zip(run.joints, np.degrees(run.gait.amplitude), np.degrees(run.swing), strict=True)
+    rows = [(joint, f"{target:.3g}", f"{reached:.3g}") for joint, target, reached in swings]
+    name, label = ("speed", "speed [m/s] over time [s]") if swims else ("power", "electrical power [W] over time [s]")
+    return Card(
+        f"Twin of {run.robot.name} in {run.medium}: {gait_text(run.gait)}",
+        facts,
+        " ".join(run.sentences),
+        ("joint", "amplitude set [deg]", "reached [deg]"),
+        rows,
+        lambda: curve_svg(run.time, run.data[name], label),
+    )
+
+
+def sea_card(run: SeaRun) -> Card:
+    """Show where a run at sea went."""
+    title = f"Twin of {run.robot.name} at sea: {gait_text(run.gait)}"
+    if run.status == "diverged":
+        return Card(title, (), run.divergence)
+    way = float(np.hypot(*(run.position[-1, :2] - run.position[0, :2])))
+    facts = [
+        ("duration", number(run.duration, "s")),
+        ("from the start", number(way, "m")),
+        ("depth at the end", number(float(run.depth[-1]), "m")),
+        ("mean speed ahead", number(float(run.speed.mean()), "m/s")),
+        ("mean electrical power", number(float(run.data["power"].mean()), "W")),
+        ("heading at the end", number(float(np.degrees(run.heading[-1])), "deg")),
+    ]
+    return Card(title, facts, picture=lambda: curve_svg(run.time, -run.depth, "height [m] over time [s]"))
+
+
+def dive_card(dive: Dive) -> Card:
+    """Show both legs of a dive."""
+    columns = ("fins [deg]", "depth rate [cm/s]", "pitch [deg]", "speed [m/s]")
+    rows = [
+        (f"{np.degrees(leg.fins):+.3g}", f"{100 * leg.rate:+.3g}", f"{np.degrees(leg.pitch):+.3g}", number(leg.speed))
+        for leg in dive.legs
+    ]
+    run = dive.run
+    title = f"Dive of {run.robot.name}: {gait_text(run.gait)}"
+    facts = [("duration", number(run.duration, "s")), ("rate up over rate down", number(dive.symmetry))]
+    picture = None if run.status == "diverged" else lambda: curve_svg(run.time, -run.depth, "height [m] over time [s]")
+    return Card(title, facts, " ".join(dive.sentences), columns, rows, picture)

@@ -1,0 +1,107 @@
+"""What notebooks and shells show of gaits, swims, turns and gradients."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hypertuna.display import Card, number
+from hypertuna.swimming.beat import STATUSES
+from hypertuna.swimming.gait import Gait, Gaits
+from hypertuna.swimming.outline import swimming_svg
+from hypertuna.swimming.sweep import Gradient
+from hypertuna.swimming.swim import STRAIGHT, Swim
+from hypertuna.swimming.turn import Turning
+
+INFLUENCES = ("speed", "cost_of_transport")  # that a card of a gradient shows
+
+
+def gait_text(gait: Gait) -> str:
+    """Write a gait: ``6 Hz, amplitude 16, 25 deg, phase 0, 40 deg``."""
+    parts = [f"{gait.frequency:.4g} Hz"]
+    for kind in ("amplitude", "phase", "bias"):
+        angles = np.degrees(getattr(gait, kind)).round(6)
+        if kind != "bias" or angles.any():
+            parts.append(f"{kind} {', '.join(f'{angle + 0.0:.3g}' for angle in angles)} deg")
+    return ", ".join(parts)
+
+
+def swim_facts(swim: Swim) -> list[tuple[str, str]]:
+    """Return the six numbers of a swim."""
+    facts = [
+        ("speed", f"{number(swim.speed, 'm/s')} ({number(swim.speed_bl, 'BL/s', 2)})"),
+        ("mechanical power", number(swim.power, "W")),
+        ("cost of transport", number(swim.cost_of_transport, "J/(kg m)")),
+        ("Strouhal number", number(swim.strouhal)),
+        ("tail excursion", number(1e3 * swim.excursion, "mm")),
+        ("stride length", number(swim.stride_length, "BL per beat")),
+    ]
+    if swim.turn_radius < STRAIGHT * swim.robot.body.length:
+        facts[-1] = ("turning radius", number(swim.turn_radius, "m"))
+    return facts
+
+
+def swim_card(swim: Swim) -> Card:
+    """Show the swimming fish and six numbers."""
+    title = f"{swim.robot.name} swims at {gait_text(swim.gait)}"
+    start = "" if swim.duration is None else f", {swim.duration:g} s from rest"
+    return Card(title + start, swim_facts(swim), swim.status_text, picture=picture_of(swim))
+
+
+def picture_of(swim: Swim) -> Callable[[], str] | None:
+    """Return what draws a swim; None if it diverged."""
+    return None if swim.status == "diverged" else lambda: swimming_svg(swim)
+
+
+def gaits_card(gaits: Gaits) -> Card:
+    """Show the size and the ranges of gaits."""
+    grid = len(gaits.shape) == 4
+    parts = zip(("frequencies", "amplitudes", "phases", "biases"), gaits.shape, strict=False)
+    sizes = " x ".join(f"{count} {name}" for name, count in parts if count > 1)
+    facts = [("frequency", f"{_span(gaits.frequency)} Hz")]
+    for kind in ("amplitude", "phase", "bias"):
+        columns = np.degrees(getattr(gaits, kind)).round(6).T
+        if kind != "bias" or columns.any():
+            facts.append((kind, f"{', '.join(_span(column) for column in columns)} deg"))
+    return Card(f"{len(gaits)} gaits{f': {sizes}' if grid else ''}", facts)
+
+
+def gradient_card(gradient: Gradient) -> Card:
+    """Show how much each parameter changes speed and cost of transport, the largest influence first."""
+    influence = {name: gradient.influence(name) for name in INFLUENCES}
+    order = np.argsort(-np.abs(influence["speed"]))
+    rows = [
+        (gradient.names[k], *(f"{influence[name][k]:+.2g} %" for name in INFLUENCES))
+        for k in order
+        if any(influence[name][k] for name in INFLUENCES)
+    ]
+    columns = ("parameter", *(name.replace("_", " ") for name in INFLUENCES))
+    title = f"Influence on {gait_text(gradient.gait)} of {gradient.robot.name}"
+    return Card(
+        title, (), "Change of the result for 1 % more of the parameter, of an angle for 1 deg more.", columns, rows
+    )
+
+
+def turning_card(turning: Turning) -> Card:
+    """Show the tightest turns of a grid."""
+    settled = int((turning.sweep.status == STATUSES.index("settled")).sum())
+    facts = [("gaits", f"{len(turning.gaits)}"), ("settled", f"{settled}")]
+    text = "None of the settled gaits turns."
+    if turning.tightest is not None:
+        text = f"Tightest turn: {gait_text(turning.tightest.gait)}."
+        facts += [
+            ("tightest turn", number(turning.tightest.radius, "m")),
+            ("in body lengths", number(turning.tightest.radius / turning.robot.body.length, "BL")),
+            ("its speed", number(turning.tightest.speed, "m/s")),
+        ]
+    if turning.forward is not None:
+        facts.append(("tightest head first", number(turning.forward.radius, "m")))
+    return Card(f"Turns of {turning.robot.name}", facts, text)
+
+
+def _span(values: ArrayLike) -> str:
+    """Write the range of values."""
+    low, high = float(np.min(values)), float(np.max(values))
+    return f"{low + 0.0:.4g}" if low == high else f"{low + 0.0:.4g} to {high + 0.0:.4g}"

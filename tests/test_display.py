@@ -1,0 +1,212 @@
+"""What shells and notebooks show: five lines of text, a card without script that names no color of its theme."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import hypertuna as ht
+from hypertuna.display import Card, card_html, card_text, number
+
+TANK = Path(__file__).parents[1] / "examples" / "tank"
+FEW: dict[str, Any] = {"iterations": 2, "particles": 2}
+
+
+@pytest.fixture(scope="module")
+def made() -> dict[str, Any]:
+    """Results of every kind."""
+    fish = ht.load("hypertuna")
+    gait = ht.named_gait(fish, "optimised-0.3")
+    grid = ht.Gaits.grid(frequency=[2.0], amplitude=[(0.2, 0.3)], phase=[(0.0, 0.7)], bias=[(0, 0), (0.2, 0.2)])
+    trials = ht.read_trials(TANK / "tank.toml", fish)
+    recording = trials.recordings[0]
+    mission = ht.read_mission("box")
+    return {
+        "robot": fish,
+        "gaits": grid,
+        "swim": ht.swim(fish, gait),
+        "from rest": ht.swim(fish, gait, from_rest=4.0),
+        "gradient": ht.gradient(fish, gait),
+        "turning": ht.turn(fish, grid),
+        "bend": ht.bend(fish, "I", np.linspace(0, 250e3, 5), unload=True),
+        "optimum": ht.optimize(fish, maximize="speed", method="gradient", **FEW),
+        "no optimum": ht.optimize(
+            fish, maximize="speed", method="gradient", limits=ht.gait_limits(fish, speed=9.0), **FEW
+        ),
+        "front": ht.pareto(fish, population=4, generations=1, polish=False),
+        "fit": ht.identify(fish, TANK / "tank.csv", starts=1),
+        "twin": ht.twin(fish, gait, duration=1.0),
+        "dive": ht.dive(fish, gait, duration=4.0),
+        "mission": mission,
+        "flight": ht.fly(mission, fish, duration=5.0),
+        "trials": trials,
+        "recording": recording,
+        "joints": recording.joints,
+        "smooth": ht.smooth(recording.joints),
+        "track": recording.tracks[0],
+    }
+
+
+KINDS = [
+    "robot",
+    "gaits",
+    "swim",
+    "from rest",
+    "gradient",
+    "turning",
+    "bend",
+    "optimum",
+    "no optimum",
+    "front",
+    "fit",
+    "twin",
+    "dive",
+    "mission",
+    "flight",
+    "trials",
+    "recording",
+    "joints",
+    "smooth",
+    "track",
+]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_result_is_five_lines_of_text(made: dict[str, Any], kind: str) -> None:
+    lines = repr(made[kind]).splitlines()
+    assert 1 <= len(lines) <= 5
+    assert max(map(len, lines)) <= 100
+    assert "array(" not in repr(made[kind])
+
+
+class Tags(HTMLParser):
+    """Collect the tags of a page, and check that each is closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.seen: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.open.append(tag)
+        self.seen.add(tag)
+        assert not [name for name, _ in attrs if name.startswith("on")]
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.seen.add(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_result_is_a_card_without_script(made: dict[str, Any], kind: str) -> None:
+    page = made[kind]._repr_html_()
+    tags = Tags()
+    tags.feed(page)
+    assert not tags.open
+    assert "script" not in tags.seen
+    assert len(page) < 80_000
+    assert "nan" not in re.sub(r"<[^>]+>", "", page).lower().split()
+    for svg in re.findall(r"<svg.*?</svg>", page, re.DOTALL):
+        ElementTree.fromstring(svg)
+    for color in re.findall(r"#[0-9a-f]{3,6}\b", page):  # readable on white and on black: contrast 3 at least
+        red, green, blue = (int(color[k : k + 2], 16) / 255 for k in (1, 3, 5))
+        linear = [c / 12.92 if c <= 0.03928 else ((c + 0.055) / 1.055) ** 2.4 for c in (red, green, blue)]
+        light = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+        assert min(1.05 / (light + 0.05), (light + 0.05) / 0.05) > 3
+
+
+def test_a_swim_swims_with_six_numbers(made: dict[str, Any]) -> None:
+    page, swim = made["swim"]._repr_html_(), made["swim"]
+    assert "<animate " in page
+    assert "animateTransform" in page
+    assert page.count("<b>") == 6
+    assert f"{swim.speed:.3f} m/s" in page
+
+
+def test_a_gradient_names_the_largest_influence_first(made: dict[str, Any]) -> None:
+    gradient, swim = made["gradient"], made["swim"]
+    table = gradient.to_dataframe()
+    sizes = table.speed_percent.abs()
+    assert (sizes.diff().dropna() <= 0).all()
+    # 1 % more density, and 1 deg more amplitude, by two swims each
+    from dataclasses import replace
+
+    first = gradient.gait.amplitude
+    ends = [
+        ht.swim(swim.robot, replace(swim.gait, amplitude=(first[0] + side * np.radians(0.5), first[1]))).speed
+        for side in (-1, 1)
+    ]
+    expected = 100 * (ends[1] - ends[0]) / swim.speed
+    assert table.set_index("parameter").speed_percent["gait.amplitude[0]"] == pytest.approx(expected, rel=1e-3)
+    frequency = [ht.swim(swim.robot, replace(swim.gait, frequency=2.13 * (1 + side * 5e-3))).speed for side in (-1, 1)]
+    expected = 100 * (frequency[1] - frequency[0]) / swim.speed
+    assert table.set_index("parameter").speed_percent["gait.frequency"] == pytest.approx(expected, rel=1e-3)
+    with pytest.raises(ht.InputError, match="quantity must be speed or"):
+        gradient.influence("sped")
+
+
+PLOTS = ("robot", "swim", "turning", "bend", "optimum", "front", "fit", "twin", "dive", "flight")
+
+
+@pytest.mark.parametrize("kind", PLOTS)
+def test_a_result_plots_itself(made: dict[str, Any], kind: str) -> None:
+    figure = made[kind].plot(width=5.0)
+    assert figure.get_size_inches()[0] == 5
+    assert figure._repr_png_().startswith(b"\x89PNG")  # what a notebook shows
+
+
+TABLES = ("swim", "gradient", "turning", "bend", "front", "fit", "twin", "dive")
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_a_result_is_a_table(made: dict[str, Any], kind: str) -> None:
+    table = made[kind].to_dataframe()
+    assert isinstance(table, pd.DataFrame)
+    assert len(table)
+    assert not table.columns.has_duplicates
+    assert isinstance(table.index, pd.RangeIndex)
+
+
+def test_text_is_escaped_and_cut() -> None:
+    card = Card("<b>", [("a", "1"), ("cost", "1 J/(kg m)")] * 40, "word " * 99, ("x",), [("<i>",)] * 20)
+    assert "<i>" not in card_html(card)
+    assert "&lt;b&gt;" in card_html(card)
+    assert len(card_text(card).splitlines()) == 5
+    assert card_html(card).count("<tr>") == 22
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.1234, "0.123"), (1234.5, "1234"), (-0.0, "-0"), (float("nan"), "–"), (1e-9, "1e-09"), (99.96, "100.0")],
+)
+def test_numbers_are_written_to_three_digits(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+def shown_without_matplotlib() -> str:
+    return (
+        "import sys, hypertuna as ht; fish = ht.load('hypertuna');"
+        "swim = ht.swim(fish, ht.named_gait(fish, 'turning')); fish._repr_html_(); swim._repr_html_();"
+        "assert 'matplotlib' not in sys.modules, 'matplotlib'"
+    )
+
+
+def test_a_card_needs_no_matplotlib() -> None:
+    subprocess.run([sys.executable, "-c", shown_without_matplotlib()], check=True)
+
+
+def test_a_diverged_swim_is_shown_without_its_picture(made: dict[str, Any]) -> None:
+    from dataclasses import replace
+
+    show: Callable[[], str] = replace(made["swim"], status="diverged")._repr_html_
+    assert "<svg" not in show()
