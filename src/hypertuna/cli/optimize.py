@@ -8,6 +8,7 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
+from hypertuna.cli.command import App
 from hypertuna.cli.console import command_line, progress_bar, summary_table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.experiment import ask_command, tell_command
@@ -24,7 +25,7 @@ from hypertuna.optimization.problem import STATISTICS
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait
 
-optimize_app = typer.Typer(invoke_without_command=True, add_completion=False, rich_markup_mode=None)
+optimize_app = App(invoke_without_command=True)
 optimize_app.command("ask")(ask_command)
 optimize_app.command("tell")(tell_command)
 

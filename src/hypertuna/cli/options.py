@@ -12,6 +12,7 @@ import typer
 
 from hypertuna import _core
 from hypertuna.cli import parsing
+from hypertuna.cli.command import App
 from hypertuna.cli.parsing import Bound
 from hypertuna.errors import InputError
 from hypertuna.ranges import Range, check_choice
@@ -41,7 +42,7 @@ def _as_typed(value: str) -> str:
 
 def group(help: str) -> typer.Typer:
     """Make a group of commands."""
-    return typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None, help=help)
+    return App(no_args_is_help=True, help=help)
 
 
 def _kind(metavar: str, read: Callable[..., Any]) -> Callable[..., Any]:

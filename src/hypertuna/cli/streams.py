@@ -15,6 +15,7 @@ from hypertuna.errors import DamageWarning
 
 INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
 PLAIN = {"−": "-", "–": "-", "—": "-", "…": "...", "×": "x", "·": " ", "°": "deg", "±": "+-", "≈": "~", "’": "'"}
+PLAIN |= {"÷": "/", "µ": "u", "η": "eta", "π": "pi", "→": "->", "≤": "<=", "≥": ">=", "✓": "ok", "✗": "no", "≠": "!="}
 AGAIN = 0.02  # s
 state = {"interrupted": False}
 

@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from typer.core import TyperGroup
 
 from hypertuna.cli import options as opt
+from hypertuna.cli.command import App, Group
 from hypertuna.cli.console import counted, print_written, progress_bar, table
 from hypertuna.cli.emit import draw, emit, refused
 from hypertuna.description.provenance import provenance
@@ -46,20 +46,18 @@ def check(
     emit(summary, record=lambda facts: {"valid": True} | provenance(fish) | facts, lines=_lines, as_json=as_json)
 
 
-class _Import(TyperGroup):
+class _Import(Group):
     """The group `import`: what is not the name of a format is the folder of the format `folder`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        if args and args[0] not in {*self.commands, "--help"}:
+        if args and args[0] not in {*self.commands, "-h", "--help"}:
             args = ["folder", *args]
         return super().parse_args(ctx, args)
 
 
-import_app = typer.Typer(
+import_app = App(
     cls=_Import,
     no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
     help="Make manifests of other files: tracked markers, or folders of published runs.",
 )
 trials_app.add_typer(import_app, name="import")

@@ -1,0 +1,224 @@
+"""How a command reads its arguments: all that is missing at once, wrong options in one sentence, help in panels."""
+
+from __future__ import annotations
+
+import difflib
+import pkgutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
+
+from hypertuna.errors import InputError, did_you_mean
+
+UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser inside typer: unknown options and the like
+Table = Mapping[str, tuple[Any, str]]  # command -> its function or group in hypertuna.cli, or a table; its line in help
+
+# The panels of options in a command's help: titles, and names of parameters.
+PANELS = {
+    "Robot": ("robot", "changes", "joints", "areas", "water"),
+    "Gait": ("gait", "frequency", "amplitude", "phase", "bias"),
+    "Output": ("plot", "output", "report", "gpx", "log", "black_box", "checkpoint", "no_pictures", "as_json", "help"),
+}
+
+
+class _Front:
+    """What commands and groups share: the parser's errors as one sentence with the fix in it."""
+
+    def parse_args(self, context: Any, args: list[str]) -> list[str]:
+        """Read the arguments."""
+        given = list(args)
+        try:
+            rest: list[str] = super().parse_args(context, args)  # type: ignore[misc]  # of typer's command, mixed in below
+        except UsageError as error:
+            if type(error).__name__ == "NoArgsIsHelpError":
+                typer.echo(context.get_help(), err=True)
+                raise typer.Exit(2) from None
+            raise _explained(error, self, context, given) from None
+        return rest
+
+    def get_help_option(self, context: Any) -> Any:
+        """Return the option --help; its default is False, not None: typer need not import pydantic to read it."""
+        option = super().get_help_option(context)  # type: ignore[misc]
+        if option is not None:
+            option.default = False
+            option.help = "Show this help and exit."
+        return option
+
+
+class Command(_Front, TyperCommand):
+    """A command."""
+
+    allow_extra_args = True  # checked in parse_args
+
+    def parse_args(self, context: Any, args: list[str]) -> list[str]:
+        """Read the arguments; refuse words that no option takes."""
+        rest = super().parse_args(context, args)
+        if rest and not context.resilient_parsing:
+            raise _stray(rest[0], _name(context))
+        return rest
+
+    def format_options(self, context: Any, formatter: Any) -> None:
+        """Write the options into the help, in panels."""
+        home = {name: title for title, names in PANELS.items() for name in names}
+        panels: dict[str, list[Any]] = {"Arguments": [], "Robot": [], "Gait": [], "Options": [], "Output": []}
+        for param in self.get_params(context):
+            if (record := param.get_help_record(context)) is not None:
+                title = "Arguments" if param.param_type_name == "argument" else home.get(param.name or "", "Options")
+                panels[title].append(record)
+        for title, rows in panels.items():
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
+
+class Group(_Front, TyperGroup):
+    """A group of commands."""
+
+    def resolve_command(self, context: Any, args: list[str]) -> Any:
+        """Find the command that is asked for."""
+        if args[0] not in self.commands and not context.resilient_parsing:
+            name = _name(context)
+            fix = did_you_mean(args[0], self.commands)
+            fix = fix if fix.endswith("?") else f"`{name} --help` lists the commands"
+            raise InputError(f"is not a command of `{name}`", key=args[0], fix=fix)
+        return super().resolve_command(context, args)
+
+    def format_commands(self, context: Any, formatter: Any) -> None:
+        """Write the commands into the help, with the first paragraph of each."""
+        lines = {name: (self.get_command(context, name).help or "") for name in self.list_commands(context)}  # type: ignore[union-attr]
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, " ".join(line.split("\n\n")[0].split())) for name, line in lines.items()])
+
+
+class TableGroup(Group):
+    """A group of the commands of a table: lists them, maybe in panels, without importing them."""
+
+    def __init__(self, *, panels: Mapping[str, Table], **options: Any) -> None:
+        super().__init__(**options)
+        self.panels = panels
+        self.commands: Any = _Commands({name: row for table in panels.values() for name, row in table.items()})
+
+    def list_commands(self, _: Any) -> list[str]:
+        """List the names of the commands."""
+        return list(self.commands)
+
+    def format_commands(self, _: Any, formatter: Any) -> None:
+        """Write the commands into the help, in panels."""
+        width = max(map(len, self.commands))
+        for title, table in self.panels.items():
+            with formatter.section(title):
+                formatter.write_dl([(f"{name:{width}}", line) for name, (_, line) in table.items()])
+
+
+class _Commands(Mapping[str, Any]):
+    """The commands of a table by name, each imported when it is asked for."""
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+
+    def __getitem__(self, name: str) -> Any:
+        place, line = self.table[name]
+        if isinstance(place, Mapping):
+            return TableGroup(
+                name=name, help=line, panels={"Commands": place}, no_args_is_help=True, rich_markup_mode=None
+            )
+        target = pkgutil.resolve_name(f"hypertuna.cli.{place}")
+        if not isinstance(target, typer.Typer):
+            function, target = target, typer.Typer(add_completion=False, rich_markup_mode=None)
+            target.command(name, cls=Command)(function)
+        command: Any = get_command(target)
+        command.name = name
+        return command
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.table)
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+
+class App(typer.Typer):
+    """A group of commands whose functions are at hand."""
+
+    def __init__(self, **options: Any) -> None:
+        options = {"cls": Group} | options
+        super().__init__(add_completion=False, rich_markup_mode=None, **options)
+
+    def command(  # type: ignore[override]  # with fewer options
+        self, name: str | None = None, **options: Any
+    ) -> Callable[[Callable[..., None]], Callable[..., None]]:
+        """Add a command."""
+        return super().command(name, **({"cls": Command} | options))
+
+
+def _name(context: Any) -> str:
+    """Return the command that a parser's context belongs to, as typed."""
+    names: list[str] = []
+    while context is not None and context.parent is not None:
+        names, context = [context.info_name, *names], context.parent
+    return " ".join(["hypertuna", *names])
+
+
+def _explained(error: Any, command: Any, context: Any, args: list[str]) -> InputError:
+    """Return an error of the parser with its fix."""
+    kind, name = type(error).__name__, _name(context)
+    if kind == "MissingParameter":
+        lacking = _and([_asked_for(param) for param in _missing(command, context, args)])
+        return InputError(f"needs {lacking}", key=f"`{name}`")
+    if kind == "NoSuchOption":
+        known = [option for param in command.get_params(context) for option in param.opts if option.startswith("--")]
+        near = difflib.get_close_matches(error.option_name, known, n=1, cutoff=0.5)
+        longer = [option for option in known if option.startswith(error.option_name)]
+        fix = f"did you mean {(longer or near)[0]}?" if longer or near else f"`{name} --help` lists the options"
+        if context.parent is None:
+            fix = f"write options behind a command, such as `hypertuna swim {error.option_name} ...`"
+        return InputError(f"is not an option of `{name}`", key=error.option_name, fix=fix)
+    if kind == "BadOptionUsage":
+        param = next((param for param in command.get_params(context) if error.option_name in param.opts), None)
+        takes = f"write {error.option_name} {param.metavar or 'VALUE'}" if param is not None else ""
+        flag = param is not None and getattr(param, "is_flag", False)
+        rule, fix = ("takes no value", f"write {error.option_name} alone") if flag else ("needs a value", takes)
+        return InputError(rule, key=error.option_name, fix=fix)
+    return InputError(error.format_message().rstrip("."), fix=f"see `{name} --help`")
+
+
+def _missing(command: Any, context: Any, args: list[str]) -> Iterator[Any]:
+    """Yield all parameters that are missing."""
+    given, rest, _ = command.make_parser(context).parse_args(args=args)
+    for param in command.get_params(context):
+        try:
+            _, rest = param.handle_parse_result(context, given, rest)
+        except UsageError as error:
+            if type(error).__name__ == "MissingParameter":
+                yield param
+        except InputError:  # of a value that is wrong as well
+            continue
+
+
+def _asked_for(param: Any) -> str:
+    """Write a parameter with what it takes."""
+    first = (param.help or "").removesuffix(".").split(". ")[0]
+    shape = (param.metavar or param.name or "value").upper()
+    name = f"{max(param.opts, key=len)} {param.metavar or shape}" if param.param_type_name == "option" else shape
+    text = f"{first[:1].lower()}{first[1:]}" if first[1:2].islower() else first
+    return f"{name} ({text})" if text else name
+
+
+def _stray(word: str, name: str) -> InputError:
+    """Return the error for a word that no option takes."""
+    from hypertuna.description.robot import robots
+
+    if word.endswith(".toml") or word in robots():
+        return InputError("stands alone", key=word, fix=f"a robot is an option: `{name} --robot {word}`")
+    if all(part.removeprefix("-").replace(".", "", 1).isdigit() for part in word.split(",")):
+        fix = "write the values of one option with commas and without spaces, such as --amplitude 16,25"
+        return InputError("stands alone", key=word, fix=fix)
+    return InputError(f"is more than `{name}` takes", key=word, fix=f"leave it out, or see `{name} --help`")
+
+
+def _and(parts: Sequence[str]) -> str:
+    """Join parts of a sentence."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
