@@ -2,8 +2,6 @@
 
 import json
 import math
-import resource
-import signal
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +9,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from disk import full_disk
 from hypertuna.description.provenance import journal_header
 from hypertuna.errors import DamageWarning, InputError
 from hypertuna.io.checkpoint import Journal, read_header
@@ -154,17 +153,14 @@ def test_a_full_disk_is_named_and_leaves_whole_lines(tmp_path: Path) -> None:
     whole = path.read_bytes()
     second = len(b"".join(whole.splitlines(keepends=True)[:2]))
     path.unlink()
-    handler, limits = signal.signal(signal.SIGXFSZ, signal.SIG_IGN), resource.getrlimit(resource.RLIMIT_FSIZE)
-    try:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (second + 20, limits[1]))
-        with Journal(path, HEADER) as journal, pytest.raises(InputError, match=r"run.jsonl must be a writable file"):
-            summed(journal, 3)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20, limits[1]))
-        with pytest.raises(InputError, match=r"new.jsonl must be a writable file, but is not \(File too large\)"):
-            Journal(new, HEADER)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, handler)
+    with (
+        full_disk(second + 20),
+        Journal(path, HEADER) as journal,
+        pytest.raises(InputError, match=r"run.jsonl must be a writable file"),
+    ):
+        summed(journal, 3)
+    with full_disk(20), pytest.raises(InputError, match=r"new.jsonl must be a writable file, but is not \(File too"):
+        Journal(new, HEADER)
     assert not new.exists()
     assert path.read_bytes() == whole[:second]
     with Journal(path, HEADER) as journal:

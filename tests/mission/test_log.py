@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from collections import Counter
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from disk import full_disk
 from hypertuna.frames import angles_of, rotation_of
 from hypertuna.mission.read_log import Log, protobuf_fields, read_header, read_log
 from hypertuna.mission.record import COLUMNS, MissionRecord, joined
@@ -174,6 +176,66 @@ def test_transforms_are_forward_left_up(file: Path, record: MissionRecord) -> No
 
 
 # --- cut and damaged files
+
+
+def test_a_full_disk_is_named_and_what_was_written_is_read(record: MissionRecord, tmp_path: Path) -> None:
+    path, new = tmp_path / "run.mcap", tmp_path / "new.mcap"
+    writer = LogWriter(path)
+    with full_disk(200_000), pytest.raises(ht.InputError, match=r"run.mcap must be a writable file, but is not \(File"):
+        write_parts(writer, record)
+    writer.close({"status": "interrupted"})
+    log = read_log(path)
+    same(log.record, record)
+    assert not log.complete
+    with full_disk(0), pytest.raises(ht.InputError, match="new.mcap must be a writable file"), LogWriter(new) as writer:
+        writer.write(record)
+    assert not new.exists()
+
+
+def write_parts(writer: LogWriter, record: MissionRecord) -> None:
+    for k in range(0, len(record.time), 500):
+        writer.write(record.part(slice(k, k + 500)))
+
+
+def test_bytes_behind_the_end_are_told(file: Path, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    path.write_bytes(file.read_bytes() + b"more")
+    log = read_log(path)
+    assert (log.complete, len(log.record.time)) == (False, 6000)
+    assert log.sentence.startswith("The log is damaged (4 bytes behind its end)")
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+@pytest.mark.parametrize("stated", [1 << 28, 1000])
+def test_a_bomb_is_not_unpacked(compression: str, stated: int, tmp_path: Path) -> None:
+    """A chunk that unpacks to a quarter of a gigabyte, or says so: at once, without the memory, as a sentence."""
+    import lz4.frame
+    import zstandard
+    from mcap.data_stream import RecordBuilder
+    from mcap.records import Chunk
+
+    size = 1 << 28
+    pack = {"zstd": zstandard.ZstdCompressor(), "lz4": lz4.frame}[compression]
+    data = pack.compress(bytes(size // 16))  # type: ignore[attr-defined]
+    start = file_start(tmp_path)
+    builder = RecordBuilder()
+    for _ in range(16):
+        Chunk(compression, data, 0, 0, 1, stated // 16).write(builder)
+    path = tmp_path / "bomb.mcap"
+    path.write_bytes(start + builder.end())
+    tracemalloc.start()
+    log = read_log(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert not log.complete
+    assert "unpacks to much more than a log" in log.sentence if stated > 1000 else "ValueError" in log.sentence
+    assert peak < 40e6
+
+
+def file_start(folder: Path) -> bytes:
+    """A short log without its end."""
+    content = write_log(voyage(30, 10), folder / "start.mcap").read_bytes()
+    return content[: content.rindex(b"\x0f" + (4).to_bytes(8, "little"))]  # its record DataEnd
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ Chunks are checked by their checksums, also those of a file that was cut short. 
 
 import io
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any, Self
@@ -19,6 +19,8 @@ NANO = 1_000_000_000
 METADATA, ENDING = "hypertuna", "hypertuna-end"
 LINK = "link"  # metadata key of a radio log
 MAGIC = b"\x89MCAP0\r\n"
+# A file is unpacked to at most this, against bombs: logs of missions shrink to a third.
+MAX_CHUNK, MAX_UNPACKED, MAX_RATIO = 4 << 20, 4 << 20, 30  # bytes; bytes for each byte of the file
 
 
 def need_log() -> None:
@@ -28,8 +30,36 @@ def need_log() -> None:
             raise InputError("is needed by logs and is not installed", key=name, fix=INSTALL)
 
 
+class _Memory(io.RawIOBase):
+    """What a writer has written since the last call of `taken`; positions count from the start of the file."""
+
+    def __init__(self) -> None:
+        self._before, self._content = 0, io.BytesIO()
+
+    def write(self, content: Any) -> int:
+        """Keep bytes."""
+        return self._content.write(content)
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        """Go to a position."""
+        return self._before + self._content.seek(offset - self._before * (whence == io.SEEK_SET), whence)
+
+    def tell(self) -> int:
+        """Return the position."""
+        return self._before + self._content.tell()
+
+    def taken(self) -> bytes:
+        """Return the bytes and forget them."""
+        content, self._content = self._content.getvalue(), io.BytesIO()
+        self._before += len(content)
+        return content
+
+
 class McapWriter:
-    """A log that is being written: a context that closes it."""
+    """A log that is being written: a context that closes it.
+
+    The library writes to memory, for it cannot handle a full disk; `flush` writes to the file, and raises InputError.
+    """
 
     def __init__(self, target: Path | IO[bytes], *, overwrite: bool = True) -> None:
         need_log()
@@ -38,12 +68,14 @@ class McapWriter:
 
         self._context = foxglove.Context()
         options = MCAPWriteOptions(chunk_size=CHUNK, compression=MCAPCompression.Zstd, profile="hypertuna")
+        self._target: Any = target
         try:
-            self._file = foxglove.open_mcap(
-                target, allow_overwrite=overwrite, context=self._context, writer_options=options
-            )
+            if isinstance(target, Path):
+                self._target = io.FileIO(target, "w" if overwrite else "x")
         except OSError as error:
             raise unwritable(target, error) from None
+        self._memory = _Memory()
+        self._file = foxglove.open_mcap(self._memory, context=self._context, writer_options=options)
         self.channels: dict[str, Any] = {}  # by topic
 
     def __enter__(self) -> Self:
@@ -65,10 +97,29 @@ class McapWriter:
     def flush(self) -> None:
         """Write all messages to the disk in whole chunks."""
         self._file.flush()
+        self._write()
 
     def close(self) -> None:
-        """Finish the file with its index."""
+        """Finish the file with its index; an empty one is removed."""
         self._file.close()
+        try:
+            self._write()
+        finally:
+            if isinstance(self._target, io.FileIO):
+                self._target.close()
+
+    def _write(self) -> None:
+        """Write to the file what the library has written; nothing more after a failure."""
+        rest = memoryview(self._memory.taken())
+        try:
+            while rest and not self._target.closed:
+                rest = rest[self._target.write(rest) :]
+        except OSError as error:
+            empty = not self._target.tell()
+            self._target.close()
+            if empty:
+                Path(self._target.name).unlink(missing_ok=True)
+            raise unwritable(self._target.name, error) from None
 
 
 @dataclass
@@ -110,6 +161,7 @@ def _chunks(content: bytes, messages: Messages) -> Iterator[list[Any]]:
     from mcap.stream_reader import StreamReader, breakup_chunk
 
     stream, size = io.BytesIO(content), len(content)
+    room = MAX_UNPACKED + MAX_RATIO * size
     try:
         for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size).records:
             if isinstance(record, Metadata) and record.name == METADATA:
@@ -117,6 +169,32 @@ def _chunks(content: bytes, messages: Messages) -> Iterator[list[Any]]:
             elif isinstance(record, Metadata) and record.name == ENDING and messages.metadata is not None:
                 messages.metadata |= {key: value for key, value in record.metadata.items() if key != "record"}
             elif isinstance(record, Chunk):
-                yield breakup_chunk(record, validate_crc=True)
+                room -= record.uncompressed_size
+                if record.uncompressed_size > MAX_CHUNK or room < 0:
+                    messages.fault = "damaged (it unpacks to much more than a log)"
+                    return
+                unpacked = replace(record, compression="", data=_unpacked(record))
+                yield breakup_chunk(unpacked, validate_crc=True)
+        if behind := len(stream.read()):
+            messages.fault = f"damaged ({behind} bytes behind its end)"
     except Exception as error:  # a damaged file may raise anything in the reader
         messages.fault = f"damaged ({type(error).__name__})" if stream.read(1) else "cut short"
+
+
+def _unpacked(chunk: Any) -> bytes:
+    """Return the content of a chunk, never more than the size that it states."""
+    size: int = chunk.uncompressed_size
+    if chunk.compression == "zstd":
+        import zstandard
+
+        with zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK).stream_reader(chunk.data) as reader:
+            data: bytes = reader.read(size + 1)
+    elif chunk.compression == "lz4":
+        import lz4.frame
+
+        data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1)
+    else:
+        data = chunk.data
+    if len(data) != size:
+        raise ValueError("the size of a chunk is wrong")
+    return data
