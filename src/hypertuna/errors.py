@@ -1,8 +1,10 @@
-"""Bad input: one error, one sentence, with the file, the key, the rule, the value and the fix."""
+"""Bad input: an error is a sentence with file, key, rule, value and fix; a file may have several."""
+
+from __future__ import annotations
 
 import difflib
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 CONTROL = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of characters that move the cursor, turn or end the line
 LONGEST = 300  # characters of a name in an error
@@ -52,6 +54,33 @@ class InputError(ValueError):
 
 class DamageWarning(UserWarning):
     """A damaged part of a file, which the work goes on without."""
+
+
+class InputErrors(InputError):
+    """Several errors of one file, and what to paste into it; key, rule, value and fix are those of the first."""
+
+    def __init__(self, errors: Sequence[InputError], paste: str = "") -> None:
+        first = errors[0]
+        super().__init__(first.rule, file=first.file, key=first.key, value=first.value, fix=first.fix)
+        self.errors, self.paste = tuple(errors), paste
+
+    def __reduce__(self) -> tuple[type[InputErrors], tuple[tuple[InputError, ...], str]]:
+        return InputErrors, (self.errors, self.paste)
+
+    def __str__(self) -> str:
+        sentences = [_without_file(error) for error in self.errors]
+        if len(sentences) == 1:
+            text = str(self.errors[0])
+        else:
+            text = f"{self.file or 'the file'} has {len(sentences)} mistakes:\n" + "\n".join(
+                f"  {number}. {sentence}" for number, sentence in enumerate(sentences, 1)
+            )
+        return f"{text}\nTo paste, with example values to replace:\n\n{self.paste}" if self.paste else text
+
+
+def _without_file(error: InputError) -> str:
+    """Return the sentence of an error without the file."""
+    return str(InputError(error.rule, key=error.key, value=error.value, fix=error.fix))
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -94,7 +94,7 @@ BAD = [
     (
         "mass_kg = [0.5, 0.3, 0.1]",
         "mass_kg = [0.5, 0.3]",
-        "links.mass_kg must be 3 long, one value per link in links.name, but is 2 long: give 3 values.",
+        "links.mass_kg must be 3 long, one value per link in links.length_m, but is 2 long: give 3 values.",
     ),
     (
         "drag_normal = [2.0, 2.0, 2.0]",
@@ -120,7 +120,7 @@ BAD = [
     (
         "com_m = [0.15, 0.1",
         "com_m = [0.15, 0.3",
-        "links.com_m[1] must lie inside the link, at most 0.2, but is 0.3: "
+        "links.com_m[1] must lie inside the link, at most its length_m = 0.2, but is 0.3: "
         "measure the center of mass from the link's front end in m.",
     ),
     (
@@ -148,7 +148,11 @@ BAD = [
         "body = 3",
         "body must be a table, but is 3: give the table of the whole robot's dimensions and mass.",
     ),
-    ("density_kg_m3 = 1000.0", "", "water.density_kg_m3 is missing: give the density of the water in kg/m^3."),
+    (
+        "density_kg_m3 = 1000.0",
+        "density_kg_m3 = 0",
+        "water.density_kg_m3 must be greater than 0, but is 0: give the density of the water in kg/m^3.",
+    ),
     (
         "links = [2]",
         "links = [3]",
@@ -205,8 +209,7 @@ BAD = [
     (
         "[gaits.wave]",
         '[gaits."0.5 Hz"]\nbias_deg = ["left", 0.0]',
-        "gaits.\"0.5 Hz\".bias_deg[0] must be a number, but is 'left': "
-        "give the mean angle of each joint group (default: 0) in deg.",
+        "gaits.\"0.5 Hz\".bias_deg[0] must be a number, but is 'left': give the mean angle of each joint group in deg.",
     ),
     (
         "links = [2]",
@@ -261,8 +264,12 @@ def test_bad_input_gives_one_sentence(old: str, new: str, sentence: str, tmp_pat
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("lever_m = 0.0100", "lever_m = 10.0", "joints.actuator.lever_m must be less than the smallest semi_minor_m"),
-        ("\nbore_m = 0.004", "\nbore_m = 4.0", "joints.line.bore_m must be less than length_m = 0.08"),
+        (
+            "lever_m = 0.0100",
+            "lever_m = 10.0",
+            "joints[0].actuator.lever_m must be less than the smallest semi_minor_m",
+        ),
+        ("\nbore_m = 0.004", "\nbore_m = 4.0", "joints[0].line.bore_m must be less than length_m = 0.08"),
         ("\nbore_m = 0.004", "\nbore_m = 0.06", "joints[0].line.bore_m must be less than 0.04488, the width of the"),
         ("\nbore_m = 0.020", "\nbore_m = 20.0", "pump.bore_m must be less than body.length_m = 0.52"),
         ("outer_diameter_m = 0.005", "outer_diameter_m = 5.0", "drive_unit.outer_diameter_m must be less than 0.04488"),

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import typer
 
 from hypertuna.cli.console import command_line, print_json, print_lines, print_written
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, InputErrors
 
 R = TypeVar("R")
 
@@ -83,8 +83,10 @@ def refused(as_json: bool) -> Iterator[None]:
         yield
     except InputError as error:
         if as_json:
-            parts = {key: getattr(error, key) for key in ("file", "key", "rule", "value", "fix")}
-            print_json({"valid": False, "error": str(error)} | parts)
+            errors = error.errors if isinstance(error, InputErrors) else (error,)
+            names = ("file", "key", "rule", "value", "fix")
+            each = [{name: getattr(one, name) for name in names} for one in errors]
+            print_json({"valid": False, "error": str(error)} | each[0] | {"errors": each})
         raise
 
 

@@ -1,21 +1,68 @@
-"""The commands `hypertuna robot schema | check | show`."""
+"""The commands `hypertuna robot new | check | show | schema`."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import counted, print_json, table
+from hypertuna.cli import parsing
+from hypertuna.cli.console import counted, print_json, print_lines, table
 from hypertuna.cli.emit import emit, refused
 from hypertuna.description.reference import json_schema
 from hypertuna.description.robot import Entry, Robot, load
+from hypertuna.errors import InputError
 
-robot_app = opt.group("Robot descriptions: print the format, check a file, show a robot.")
+robot_app = opt.group("Robot descriptions: begin one, check a file, show a robot, print the format.")
+
+MASS = "Mass of the robot in kg. (default: that of a slender fish of its length)"
+JOINTS = "Names of the joint groups, head to tail, separated by commas. (default: one for each link behind the head)"
+ACTUATIONS = ("none", "servo", "hydraulic")
 
 RobotFile = Annotated[
     str, typer.Argument(help="Name of a robot that comes with hypertuna, or path of a TOML file.", show_default=False)
 ]
+
+
+@robot_app.command()
+def new(
+    file: Annotated[
+        str, typer.Argument(metavar="FILE.toml", help="File to write; its name is the robot's.", show_default=False)
+    ],
+    links: Annotated[
+        int, opt.whole_number("--links", "Number of rigid links: the head and one behind each joint.")
+    ] = 3,
+    length: Annotated[float, opt.number("--length", "m", "Length from nose to tail tip in m.")] = 0.3,
+    mass: Annotated[float | None, opt.number("--mass", "kg", MASS)] = None,
+    joints: Annotated[str | None, opt.text("--joints", JOINTS, "NAMES")] = None,
+    actuation: Annotated[str, opt.word("--actuation", ACTUATIONS, "What drives the joints.")] = "none",
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that exists.")] = False,
+) -> None:
+    """Write a robot file to start from: a slender fish whose every value is an estimate, and that swims at once."""
+    from hypertuna.actuation.new import first_robot
+    from hypertuna.io.files import write_atomically
+
+    path = Path(parsing.output_file(file, (".toml",), "FILE"))
+    if path.exists() and not force:
+        raise InputError("exists already", file=file, fix="give another name, or replace it with --force")
+    names = [] if joints is None else [name.strip() for name in joints.split(",")]
+    text = first_robot(path.stem, links=links, length=length, mass=mass, joints=names, actuation=actuation)
+    write_atomically(path, text.encode())
+    print_lines(_next_lines(load(path)))
+
+
+def _next_lines(robot: Robot) -> Iterator[Any]:
+    """Say what was written, and what to type next."""
+    parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group")
+    yield f"written: {robot.file}; {', '.join(counted(number, noun) for number, noun in parts)}, all estimates"
+    (gait, *_) = robot.gaits
+    yield "next:"
+    yield f"  hypertuna swim --robot {robot.file} --gait {gait}"
+    if robot.pump is not None:
+        yield f"  hypertuna twin --robot {robot.file} --gait {gait}"
+    yield f"  hypertuna robot check {robot.file}"
+    yield "Replace the estimates by what you measure, and check the file again."
 
 
 @robot_app.command()

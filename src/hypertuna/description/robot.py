@@ -12,8 +12,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self, TypeVar
 
-from pydantic import PrivateAttr, ValidationError
+from pydantic import PrivateAttr, ValidationError, ValidationInfo, field_validator
 
+from hypertuna.description.mistakes import translate
 from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
 from hypertuna.description.schema.base import Check, Part, Text, entry, same_length, unique
 from hypertuna.description.schema.body import (
@@ -31,7 +32,7 @@ from hypertuna.description.schema.control import Controller, Guidance, Sensor
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.description.schema.water import LAWS, Choice, Water
-from hypertuna.description.validation import Place, field_at, fix_for, translate, unit_of, written
+from hypertuna.description.validation import Place, field_at, fix_for, unit_of, written
 from hypertuna.display import Plotted
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
@@ -73,11 +74,15 @@ class Robot(
 
     format: Literal[1] = entry("version of this format, 1")
     name: Text = entry("name of the robot")
-    description: Text = entry("sentence that describes the robot")
-    body: Body = entry("table of the whole robot's dimensions and mass")
+    description: Text = entry(
+        "sentence that describes the robot (default: its name)", default_factory=lambda robot: robot["name"]
+    )
     links: Links = entry("table of the links, nose to tail")
+    body: Body = entry(
+        "table of the whole robot's dimensions and mass", default_factory=lambda robot: Body().of(robot["links"])
+    )
     joints: tuple[JointGroup, ...] = entry("list of joint groups, head to tail")
-    model: Choice = entry("table of the model to use")
+    model: Choice = entry("table of the model to use", default_factory=Choice)
     water: Water = entry("table of the water's density and coefficients")
     gaits: dict[str, NamedGait] = entry("named gaits", default_factory=dict)
     gait_bounds: GaitBounds | None = entry("table of the bounds of gaits", default=None)
@@ -98,6 +103,12 @@ class Robot(
     sources: dict[str, Text] = entry("source of each value, by key or the start of a key", default_factory=dict)
 
     _file: str = PrivateAttr(default="")
+
+    @field_validator("body")
+    @classmethod
+    def _sum_links(cls, body: Body, info: ValidationInfo) -> Body:
+        """Fill in the body's length and mass; without valid links there is another error."""
+        return body.of(info.data["links"]) if "links" in info.data else body
 
     @property
     def file(self) -> str:
@@ -218,18 +229,18 @@ class Robot(
             yield Check(known, f"joints[{g}].bandwidth_hz", "is missing for model.joints = 'bandwidth'", fix)
         for name in LAWS:
             if (part := getattr(self.water, name)) is not None:
-                same_length(part, f"water.{name}", len(links.name), "link")
+                yield from same_length(part, f"water.{name}", len(links.name), "link")
         if self.spatial is not None:
-            same_length(self.spatial, "spatial", len(links.name), "link")
+            yield from same_length(self.spatial, "spatial", len(links.name), "link")
             yield from self.spatial.centers(links.length)
         if self.fins is not None:
             yield self.fins.on_head(links.length[0])
         for name, gait in self.gaits.items():
-            same_length(gait, f"gaits.{name}", groups, "joint group")
+            yield from same_length(gait, f"gaits.{name}", groups, "joint group")
         if self.gait_bounds is not None:
-            same_length(self.gait_bounds, "gait_bounds", groups, "joint group", but=("frequency",))
+            yield from same_length(self.gait_bounds, "gait_bounds", groups, "joint group", but=("frequency",))
         if self.guidance is not None:
-            self.guidance.check_robot(self.gaits, groups)
+            yield from self.guidance.check_robot(self.gaits, groups)
         if self.firmware is not None:
             yield from self.firmware.sizes(groups)
         yield from sizes(self.body.length, self.joints, self.drive_unit, self.pump)
@@ -237,11 +248,11 @@ class Robot(
 
     def _joint_checks(self) -> Iterator[Check]:
         """Check that groups share the existing joints, each joint once, with shares that add up to one."""
-        unique(tuple(group.name for group in self.joints), "joints[{}].name")
+        yield from unique(tuple(group.name for group in self.joints), "joints[{}].name")
         last = len(self.links.name) - 1
         owner: dict[int, int] = {}
         for g, group in enumerate(self.joints):
-            same_length(group, f"joints[{g}]", len(group.links), "link of the group")
+            yield from same_length(group, f"joints[{g}]", len(group.links), "link of the group")
             for k, link in enumerate(group.links):
                 key = f"joints[{g}].links[{k}]"
                 fix = "joint i sits at the front end of link i, and link 0 is the head"
@@ -333,7 +344,9 @@ def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
     try:
         robot = Robot.model_validate(document)
     except ValidationError as error:
-        raise translate(error, document, Robot, file or None) from None
+        from hypertuna.description.new import example  # only errors need it
+
+        raise translate(error, document, Robot, file or None, example) from None
     robot._file = file
     return robot
 

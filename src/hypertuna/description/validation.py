@@ -1,14 +1,11 @@
-"""Schema errors as one sentence: key as written in the file, rule, value and fix."""
+"""Places in a document and the words for them: key as written in the file, rule, fix."""
 
 import re
 import types
-from collections.abc import Mapping
 from typing import Any, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
-
-from hypertuna.errors import InputError, did_you_mean, shown
 
 Place = tuple[int | str, ...]  # place of a value in a document: keys and indices, outermost first
 _NOUNS = {
@@ -49,7 +46,7 @@ def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseMode
         field = next((known for known in model.model_fields.values() if known.alias == part), None)
         if field is None:
             return None, None
-        model, named = nested_model(field.annotation), _is_table(field.annotation)
+        model, named = nested_model(field.annotation), is_table(field.annotation)
     return model, field
 
 
@@ -60,7 +57,7 @@ def fix_for(model: type[BaseModel], key: str) -> str | None:
         if field_at(model, (*known, part))[1] is not None:
             known.append(part)
     table, field = field_at(model, tuple(known))
-    return _fix(field) if table is None or field is None else f"add the table [{'.'.join(known)}]"
+    return fix_of(field) if table is None or field is None else f"add the table [{'.'.join(known)}]"
 
 
 def unit_of(field: FieldInfo | None) -> str:
@@ -69,43 +66,13 @@ def unit_of(field: FieldInfo | None) -> str:
     return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
 
-def translate(
-    error: ValidationError, document: Mapping[str, Any], model: type[BaseModel], file: str | None
-) -> InputError:
-    """Return pydantic's first error in a document as an InputError; unknown keys come before missing ones.
-
-    The fix comes from descriptions and units of the model's fields.
-    """
-    errors = error.errors(include_url=False)
-    first = next((one for one in errors if one["type"] == "extra_forbidden"), errors[0])
-    cause = first.get("ctx", {}).get("error")
-    if isinstance(cause, InputError):
-        return InputError(cause.rule, file=file, key=cause.key, value=cause.value, fix=cause.fix)
-    place = first["loc"]
-    key = written(place)
-    if first["type"] == "extra_forbidden":
-        owner, _ = field_at(model, place[:-1])
-        if present := getattr(owner, "renamed", {}).get(place[-1]):
-            return InputError("was renamed", file=file, key=key, fix=f"write {present}")
-        known = [info.alias or name for name, info in owner.model_fields.items()] if owner else []
-        return InputError("is not a known key", file=file, key=key, fix=did_you_mean(str(place[-1]), known))
-    _, field = field_at(model, place)
-    fix = _fix(field)
-    if first["type"] == "missing":
-        return InputError("is missing", file=file, key=key, fix=fix)
-    value: Any = document
-    for part in place:
-        value = value[part]
-    return InputError(_rule(first["msg"]), file=file, key=key, value=shown(value), fix=fix)
-
-
 def written(place: Place) -> str:
     """Return a place in the document as text: ``joints[0].links[2]``."""
     names = (part if isinstance(part, int) or re.fullmatch(r"[\w-]+", part) else f'"{part}"' for part in place)
     return "".join(f"[{name}]" if isinstance(name, int) else f".{name}" for name in names).removeprefix(".")
 
 
-def _rule(message: str) -> str:
+def rule_of(message: str) -> str:
     """Return pydantic's message in the words of a TOML file."""
     if "should have at least 1 " in message:
         return "must not be empty"
@@ -121,16 +88,16 @@ def _rule(message: str) -> str:
     return message
 
 
-def _fix(field: FieldInfo | None) -> str | None:
+def fix_of(field: FieldInfo | None) -> str | None:
     """Return what to write instead, from description and unit of the field."""
     if field is None or field.description is None:
         return None
-    unit = unit_of(field)
-    return f"give the {field.description}" + (f" in {unit}" if unit else "")
+    unit, meaning = unit_of(field), re.sub(r" \(default: .*\)$", "", field.description)
+    return f"give the {meaning}" + (f" in {unit}" if unit else "")
 
 
-def _is_table(annotation: Any) -> bool:
+def is_table(annotation: Any) -> bool:
     """Whether an annotation is a dict, or a dict or None."""
     if get_origin(annotation) in (Union, types.UnionType):
-        return any(_is_table(part) for part in get_args(annotation))
+        return any(is_table(part) for part in get_args(annotation))
     return get_origin(annotation) is dict

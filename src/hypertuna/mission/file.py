@@ -13,8 +13,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from hypertuna.control.mission import Mission, Waypoint, cross, fence_distance, sides
+from hypertuna.description.mistakes import translate
 from hypertuna.description.reference import markdown
-from hypertuna.description.validation import translate
 from hypertuna.display import Displayed
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import pose_from

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, ValidationError
 
 from hypertuna.arrays import Array
+from hypertuna.description.mistakes import translate
 from hypertuna.description.reference import markdown
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.base import (
@@ -23,7 +24,6 @@ from hypertuna.description.schema.base import (
     entry,
     unique,
 )
-from hypertuna.description.validation import translate
 from hypertuna.display import Displayed
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import read_toml
@@ -226,7 +226,9 @@ def _check(manifest: Manifest, robot: Robot) -> None:
         raise InputError(f"must be the robot's name, {robot.name}", key="robot", value=shown(manifest.robot), fix=fix)
     if not manifest.steady and not manifest.recordings:
         raise InputError("or recordings must be given", key="steady", fix="name the files of measurements")
-    unique(tuple(table.name for table in manifest.recordings), "recordings[{}].name")
+    for check in unique(tuple(table.name for table in manifest.recordings), "recordings[{}].name"):
+        if not check.holds:
+            raise InputError(check.text, key=check.where, value=check.value, fix=check.fix)
     groups = [group.name for group in robot.joints]
     for i, table in enumerate(manifest.recordings):
         if table.begin == "rest" and table.velocity is not None:

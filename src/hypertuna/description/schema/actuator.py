@@ -87,7 +87,7 @@ class Actuator(Part, table="joints.actuator"):
         return math.fsum(self.segment_length)
 
     def _checks(self) -> Iterator[Check]:
-        same_length(self, "joints.actuator", len(self.segment_length), "segment")
+        yield from same_length(self, "joints.actuator", len(self.segment_length), "segment")
         narrowest = min(self.semi_minor)
         text = f"must be less than the smallest semi_minor_m = {narrowest:g}: the drive units run inside the body"
         yield Check(self.lever < narrowest, "lever", text, "give it in m, measured from the middle of the section")

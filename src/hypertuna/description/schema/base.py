@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, model_validator
 
-from hypertuna.errors import InputError, shown
+from hypertuna.errors import InputError, InputErrors, shown
 from hypertuna.ranges import FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Range
 
 ZERO_CELSIUS = 273.15  # K
@@ -107,15 +107,24 @@ class Part(BaseModel):
                 setattr(cls, name, value.field(name))
 
     def _checks(self) -> Iterable[Check]:
-        """List the checks of the table; the first that fails is the error."""
+        """List the checks of the table; of each key, the first that fails is an error."""
         return ()
 
     @model_validator(mode="after")
     def _make_checks(self) -> Self:
-        for holds, where, text, fix, value in self._checks():
-            if not holds:
-                key, present = self._entry(where)
-                raise InputError(text, key=key, value=value or present, fix=fix)
+        errors: dict[str, InputError] = {}  # the first of each key
+        try:
+            for holds, where, text, fix, value in self._checks():
+                if not holds:
+                    key, present = self._entry(where)
+                    errors.setdefault(key, InputError(text, key=key, value=value or present, fix=fix))
+        except InputError as error:
+            errors.setdefault(error.key or "", error)
+        except (ArithmeticError, LookupError, ValueError):  # of a check that needs those before it to hold
+            if not errors:
+                raise
+        if errors:
+            raise InputErrors([*errors.values()])
         return self
 
     def _entry(self, where: str) -> tuple[str, str]:
@@ -136,28 +145,24 @@ class Part(BaseModel):
         return Check(holds, low, f"must be {'at most' if equal else 'less than'} {limit}", fix)
 
 
-def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> None:
-    """Check that every list of a table, except those named in `but`, has one value per link or joint group."""
+def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> Iterator[Check]:
+    """Check that every list that a table gives, except those named in `but`, has one value per link or joint group."""
     for name, info in type(part).model_fields.items():
         column = getattr(part, name)
-        if isinstance(column, tuple) and len(column) != count and name not in but:
-            raise InputError(
-                f"must be {count} long, one value per {per}",
-                key=f"{key}.{info.alias or name}",
-                value=f"{len(column)} long",
-                fix=f"give {count} value{'s' * (count != 1)}",
-            )
+        if isinstance(column, tuple) and name not in but and name in part.model_fields_set:
+            text, fix = f"must be {count} long, one value per {per}", f"give {count} value{'s' * (count != 1)}"
+            yield Check(len(column) == count, f"{key}.{info.alias or name}", text, fix, f"{len(column)} long")
 
 
 def inside(places: tuple[float, ...], lengths: tuple[float, ...], where: str, fix: str) -> Iterator[Check]:
     """Check that a place on each link is within its length [m]."""
     for i, (place, length) in enumerate(zip(places, lengths, strict=True)):
-        text = f"must lie inside the link, at most {length:g}"
+        text = f"must lie inside the link, at most its length_m = {length:g}"
         yield Check(place <= length, f"{where}[{i}]", text, fix, f"{place:g}")
 
 
-def unique(names: tuple[str, ...], key: str) -> None:
+def unique(names: tuple[str, ...], key: str) -> Iterator[Check]:
     """Check that all names differ; `key` has a placeholder for the index."""
     for i, name in enumerate(names):
-        if name in names[:i]:
-            raise InputError("must be unique", key=key.format(i), value=repr(name), fix="give each its own name")
+        fix = "give each its own name"
+        yield Check(name not in names[:i], key.format(i), "must be unique", fix, repr(name))

@@ -1,5 +1,7 @@
 """The tables of body, links, fins, joints and gaits in a robot description."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from typing import Literal
@@ -25,22 +27,45 @@ from hypertuna.description.schema.base import (
 )
 from hypertuna.description.schema.hydraulics import Line, Pump
 
+AROUND = 2.55  # perimeter over height of an ellipse 0.6 times as wide as high
+
 
 class Body(Part):
     """The robot as a whole."""
 
-    length: Positive = entry("length from nose to tail tip, the sum of the links", "m")
-    mass: Positive = entry("mass of the whole robot, which cost of transport is divided by", "kg")
+    length: Positive = entry(
+        "length from nose to tail tip (default: the sum of the links)", "m", default_factory=lambda: 0.0
+    )
+    mass: Positive = entry(
+        "mass of the whole robot, which cost of transport is divided by (default: the sum of the links)",
+        "kg",
+        default_factory=lambda: 0.0,
+    )
     width: Positive | None = entry("largest width, fins included", "m", default=None)
     height: Positive | None = entry("largest height, fins included", "m", default=None)
+
+    def of(self, links: Links) -> Body:
+        """Return the body with what is not given as the sum of the links."""
+        sums = {"length": math.fsum(links.length), "mass": math.fsum(links.mass)}
+        sums = {name: total for name, total in sums.items() if name not in self.model_fields_set}
+        body = self.model_copy(update=sums)
+        body.__pydantic_fields_set__ -= sums.keys()
+        return body
 
 
 class Links(Part, table="links"):
     """The rigid links, nose to tail, one column per quantity; link 0 is the head."""
 
-    name: tuple[Text, ...] = entry("name of each link", min_length=1)
-    length: tuple[Positive, ...] = entry("length of each link", "m")
-    com: tuple[NotNegative, ...] = entry("distance of each center of mass from the link's front end", "m")
+    length: tuple[Positive, ...] = entry("length of each link", "m", min_length=1)
+    name: tuple[Text, ...] = entry(
+        "name of each link (default: L0, L1, ...)",
+        default_factory=lambda links: tuple(f"L{i}" for i in range(len(links["length"]))),
+    )
+    com: tuple[NotNegative, ...] = entry(
+        "distance of each center of mass from the link's front end (default: the middle of the link)",
+        "m",
+        default_factory=lambda links: tuple(length / 2 for length in links["length"]),
+    )
     mass: tuple[Positive, ...] = entry("mass of each link", "kg")
     inertia: tuple[Positive, ...] = entry(
         "moment of inertia of each link about its center of mass (default: a slender rod's m l^2/12)",
@@ -50,11 +75,16 @@ class Links(Part, table="links"):
         ),
     )
     lateral_area: tuple[Positive, ...] = entry("area of each link seen from the side", "m^2")
-    wetted_area: tuple[Positive, ...] = entry("reference area of each link's friction", "m^2")
+    wetted_area: tuple[Positive, ...] = entry(
+        f"reference area of each link's friction (default: {AROUND:g} times the lateral area, an ellipse 0.6 times as "
+        "wide as high)",
+        "m^2",
+        default_factory=lambda links: tuple(AROUND * area for area in links["lateral_area"]),
+    )
 
     def _checks(self) -> Iterator[Check]:
-        same_length(self, "links", len(self.name), "link in links.name")
-        unique(self.name, "links.name[{}]")
+        yield from same_length(self, "links", len(self.length), "link in links.length_m")
+        yield from unique(self.name, "links.name[{}]")
         fix = "correct the link's mass and length"
         for i, inertia in enumerate(self.inertia):  # the default is not checked by its type
             value = f"{inertia:g}, from m l^2/12"

@@ -18,7 +18,7 @@ from hypertuna.description.schema.base import (
     entry,
     same_length,
 )
-from hypertuna.ranges import check_name
+from hypertuna.errors import did_you_mean
 
 
 class Controller(Part, table="controller"):
@@ -178,8 +178,9 @@ class Guidance(Part, table="guidance"):
         yield self.ordered("error_near", "error_max", equal=True)
         yield self.ordered("error_max", "error_lost", equal=True)
 
-    def check_robot(self, gaits: Collection[str], groups: int) -> None:
+    def check_robot(self, gaits: Collection[str], groups: int) -> Iterator[Check]:
         """Check that the pilot's gaits exist and that each joint group has its largest bias."""
         for k, name in enumerate(self.gaits):
-            check_name(name, gaits, f"guidance.gaits[{k}]", "gait")
-        same_length(self, "guidance", groups, "joint group", but=("gaits", "speed"))
+            fix = "" if name in gaits else did_you_mean(name, gaits)
+            yield Check(name in gaits, f"guidance.gaits[{k}]", "must be a known gait", fix, repr(name))
+        yield from same_length(self, "guidance", groups, "joint group", but=("gaits", "speed"))

@@ -13,7 +13,7 @@ Areas = Literal["consistent", "as-printed"]
 class Choice(Part):
     """Model to use unless the caller chooses another."""
 
-    water: WaterLaw = entry("law of the water forces")
+    water: WaterLaw = entry("law of the water forces (default: strip)", default="strip")
     joints: Literal["ideal", "bandwidth"] = entry(
         "model of the joints, without or with the lag of their bandwidth", default="ideal"
     )
@@ -31,25 +31,32 @@ class Lumped(Part):
     drag: tuple[NotNegative, ...] = entry("drag coefficient c_d across the link")
 
 
-def _zeros(strip: Mapping[str, Any]) -> tuple[float, ...]:
+def _zeros(law: Mapping[str, Any]) -> tuple[float, ...]:
     """Return one zero per link."""
-    return (0.0,) * len(strip["drag_normal"])
+    return (0.0,) * len(law["drag_normal"])
+
+
+def _ones(law: Mapping[str, Any]) -> tuple[float, ...]:
+    """Return a one per link."""
+    return (1.0,) * len(law["drag_normal"])
 
 
 class Strip(Part):
     """Strip law: force per length, integrated along each link, one value per link; h = lateral area / length."""
 
-    added_mass_normal: tuple[NotNegative, ...] = entry(
-        "added mass per length across the link, in units of rho pi/4 h^2"
-    )
-    added_mass_tangential: tuple[NotNegative, ...] = entry(
-        "added mass per length along the link, in units of rho pi/4 h^2"
-    )
-    added_inertia: tuple[NotNegative, ...] = entry(
-        "added moment of inertia, in units of strip theory's mu l^3/12, mu the normal added mass"
-    )
     drag_normal: tuple[NotNegative, ...] = entry("drag coefficient C_n across the link, on h")
     drag_tangential: tuple[NotNegative, ...] = entry("friction coefficient C_t along the link, on wetted area / length")
+    added_mass_normal: tuple[NotNegative, ...] = entry(
+        "added mass per length across the link, in units of rho pi/4 h^2 (default: 1, potential flow)",
+        default_factory=_ones,
+    )
+    added_mass_tangential: tuple[NotNegative, ...] = entry(
+        "added mass per length along the link, in units of rho pi/4 h^2 (default: 0)", default_factory=_zeros
+    )
+    added_inertia: tuple[NotNegative, ...] = entry(
+        "added moment of inertia, in units of strip theory's mu l^3/12, mu the normal added mass (default: 1)",
+        default_factory=_ones,
+    )
     linear_normal: tuple[NotNegative, ...] = entry(
         "linear drag per length across the link (default: 0)", "Pa s", default_factory=_zeros
     )
@@ -79,21 +86,22 @@ class Strip(Part):
 class Elongated(Part):
     """Lighthill's elongated-body theory with resistive drag, one value per link; h = lateral area / length."""
 
+    drag_normal: tuple[NotNegative, ...] = entry("drag coefficient C_n across the link, on h")
+    drag_tangential: tuple[NotNegative, ...] = entry("friction coefficient C_t along the link, on wetted area / length")
     added_mass_normal: tuple[NotNegative, ...] = entry(
-        "added mass per length across the link, in units of rho pi/4 h^2"
+        "added mass per length across the link, in units of rho pi/4 h^2 (default: 1, potential flow)",
+        default_factory=_ones,
     )
     added_mass_edge: NotNegative = entry(
         "added mass per length at the trailing edge, in units of rho pi/4 h^2 of the last link: (edge's depth / h)^2",
         default=1.0,
     )
-    drag_normal: tuple[NotNegative, ...] = entry("drag coefficient C_n across the link, on h")
-    drag_tangential: tuple[NotNegative, ...] = entry("friction coefficient C_t along the link, on wetted area / length")
 
 
 class Water(Part):
     """The water and the coefficients of its laws."""
 
-    density: Positive = entry("density of the water", "kg/m^3")
+    density: Positive = entry("density of the water (default: 1000, fresh water)", "kg/m^3", default=1000.0)
     lumped: Lumped | None = entry("coefficients of the lumped law", default=None)
     strip: Strip | None = entry("coefficients of the strip law", default=None)
     elongated: Elongated | None = entry("coefficients of the elongated-body law", default=None)

@@ -1,0 +1,83 @@
+"""A document as TOML text, each key with its meaning from the schema as a comment."""
+
+import json
+import re
+import textwrap
+from collections.abc import Mapping
+from typing import Any
+
+from hypertuna.description.validation import Place, field_at, is_table, written
+
+WIDTH = 120  # columns up to which a comment stands beside its value
+
+# How to measure the values of a table, above its header.
+HINTS = {
+    "links": "Measure each link: a ruler for lengths, a scale for masses, the point of balance for com_m, a side view\n"
+    "on squared paper for lateral_area_m2.",
+    "joints": "Joint i sits at the front end of link i; a joint group has one drive and one or more joints.",
+    "water.strip": "One value per link. Fit drag_tangential and blunt_area_m2 to your trials: `hypertuna identify`.",
+    "gaits.cruise": "One value per joint group, head to tail.",
+    "sources": 'Where each value is from, by the start of its key; a source that begins with "estimate" marks an '
+    "estimate.",
+}
+
+
+def commented(document: Mapping[str, Any], model: type[Any], *, hints: Mapping[str, str] = HINTS) -> str:
+    """Return a document of a model's keys as TOML."""
+    return "\n".join(_table(document, model, (), hints)).strip() + "\n"
+
+
+def _table(table: Mapping[str, Any], model: type[Any], place: Place, hints: Mapping[str, str]) -> list[str]:
+    """Lay out a table: its values, then the tables in it."""
+    lines = [_line(key, value, model, (*place, key)) for key, value in table.items() if not _has_tables(value)]
+    for key, value in table.items():
+        if not _has_tables(value):
+            continue
+        inner = (*place, key)
+        name = written(tuple(part for part in inner if isinstance(part, str)))
+        hint = [f"# {line}" for line in hints.get(name, "").splitlines()]
+        many = isinstance(value, list)
+        for i, part in enumerate(value if many else [value]):
+            head = [f"[[{name}]]" if many else f"[{name}]"]
+            only_tables = all(_has_tables(below) for below in part.values())
+            if many or not only_tables:
+                lines += ["", *(hint if i == 0 else ()), *head]
+            lines += _table(part, model, (*inner, i) if many else inner, hints)
+    return lines
+
+
+def _line(key: str, value: Any, model: type[Any], place: Place) -> str:
+    """Write a key with its value, and its meaning except below the first of several tables."""
+    name = key if re.fullmatch(r"[\w-]+", key) else json.dumps(key, ensure_ascii=False)
+    text = f"{name} = {literal(value)}"
+    if len(text) > WIDTH and isinstance(value, str):
+        text = f'{name} = """{_wrapped(value)}"""'
+    _, field = field_at(model, place)
+    if field is None or not field.description or any(part for part in place if isinstance(part, int)):
+        return text
+    if is_table(field.annotation):  # an entry of a table of names
+        return text
+    beside = f"{text}  # {field.description}"
+    return beside if len(beside) <= WIDTH else f"# {field.description}\n{text}"
+
+
+def _has_tables(value: Any) -> bool:
+    """Whether a value is a table or a list of tables."""
+    return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
+
+
+def _wrapped(text: str) -> str:
+    """Break a text in lines, as TOML joins them."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return "\\\n" + " \\\n".join(textwrap.wrap(escaped, WIDTH - 4))
+
+
+def literal(value: Any) -> str:
+    """Write a value in TOML."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(literal, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.12g}" if re.search(r"[.e]", f"{value:.12g}") else f"{value:.1f}"
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,205 @@
+"""All mistakes of a document in one answer: each is mended by an example, so that the checks behind it run, too."""
+
+import copy
+import difflib
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from hypertuna.description.commented import commented
+from hypertuna.description.validation import Place, field_at, fix_of, rule_of, written
+from hypertuna.errors import InputError, InputErrors, did_you_mean, shown
+
+ROUNDS = 12  # of mending: tables in tables, each with mistakes that hide those behind it
+Example = Callable[[Mapping[str, Any]], Mapping[str, Any]]  # a valid document much like a given one
+Model = type[BaseModel]
+
+
+def translate(
+    error: ValidationError, document: Mapping[str, Any], model: Model, file: str | None, example: Example | None = None
+) -> InputError:
+    """Return all mistakes of a document as one error, with the missing keys to paste.
+
+    The rules come from the model's descriptions and units; `example` makes a valid document of about its size. Without
+    one, only the mistakes that are seen at once are returned.
+    """
+    found: dict[str, InputError] = {}
+    missing: list[Place] = []
+    replaced: list[str] = []  # keys whose values are those of the example
+    mended = copy.deepcopy(dict(document))
+    valid = example(document) if example is not None else {}
+    for _ in range(ROUNDS if example is not None else 1):
+        errors = _in_order(error)
+        mistakes = [(one, _mistakes(one, mended, model, file)) for one in errors]
+        for one, told in mistakes:
+            new = [mistake for mistake in told if not _follows(mistake, replaced)]
+            for mistake in new:
+                found.setdefault(mistake.key or "", mistake)
+            missing += [one["loc"]] * (one["type"] == "missing" and bool(new))
+        if sum(_mend(one, told, mended, model, valid, replaced) for one, told in mistakes) < len(mistakes):
+            break
+        try:
+            model.model_validate(mended)
+            break
+        except ValidationError as next_error:
+            error = next_error
+    paste = _paste(missing, model, valid)
+    return InputErrors([*found.values()], paste) if len(found) > 1 or paste else next(iter(found.values()))
+
+
+def _in_order(error: ValidationError) -> list[Any]:
+    """Return pydantic's errors: unknown keys first, for they explain missing ones; none of defaults of bad values."""
+    errors = [one for one in error.errors(include_url=False) if one["type"] != "default_factory_not_called"]
+    bad = {one["loc"][:n] for one in errors for n in range(len(one["loc"]))}
+    errors = [one for one in errors if one["type"] != "too_short" or one["loc"] not in bad]  # bad items are not counted
+    return sorted(errors, key=lambda one: one["type"] != "extra_forbidden")
+
+
+def _mistakes(one: Any, document: Any, model: Model, file: str | None) -> list[InputError]:
+    """Return what one of pydantic's errors says."""
+    place, cause = one["loc"], one.get("ctx", {}).get("error")
+    if isinstance(cause, InputError):
+        errors = cause.errors if isinstance(cause, InputErrors) else (cause,)
+        owner, _ = field_at(model, place)
+        table = getattr(owner, "table", "") if place else ""
+        return [
+            InputError(e.rule, file=file, key=_placed(e.key or "", table, place), value=e.value, fix=e.fix)
+            for e in errors
+        ]
+    key = written(place)
+    owner, field = field_at(model, place)
+    if one["type"] == "extra_forbidden":
+        owner, _ = field_at(model, place[:-1])
+        if present := getattr(owner, "renamed", {}).get(place[-1]):
+            return [InputError("was renamed", file=file, key=key, fix=f"write {present}")]
+        fix = did_you_mean(str(place[-1]), _keys(owner))
+        return [InputError("is not a known key", file=file, key=key, fix=fix)]
+    if one["type"] == "missing":
+        written_so = _meant(_at(document, place[:-1]), field_at(model, place[:-1])[0]).values()
+        return [] if place[-1] in written_so else [InputError("is missing", file=file, key=key, fix=fix_of(field))]
+    return [InputError(rule_of(one["msg"]), file=file, key=key, value=shown(_at(document, place)), fix=fix_of(field))]
+
+
+def _placed(key: str, table: str, place: Place) -> str:
+    """Return a key with the place of its table: joints.line.bore_m as joints[0].line.bore_m."""
+    return f"{written(place)}{key.removeprefix(table)}" if table and key.startswith(table) else key
+
+
+def _follows(mistake: InputError, replaced: list[str]) -> bool:
+    """Whether a mistake may come from an example that has replaced its value, or one that its rule names."""
+    key = mistake.key or ""
+    return any(
+        key.startswith(other) or other.startswith(key) or re.split(r"[.\[]", other)[-1] in mistake.rule
+        for other in replaced
+    )
+
+
+def _mend(one: Any, told: list[InputError], document: Any, model: Model, valid: Any, replaced: list[str]) -> bool:
+    """Mend a document where pydantic has found an error, and note what an example replaces; whether it can be."""
+    place = one["loc"]
+    owner = _at(document, place[:-1])
+    if isinstance(one.get("ctx", {}).get("error"), InputError):
+        if not place:
+            return False
+        keys = [_place(error.key or "") for error in told]
+        if any(written(key) in replaced for key in keys):
+            keys = [place]  # their table as a whole
+        return sum(_replace(key, document, valid, replaced) for key in keys) == len(keys)
+    if one["type"] == "extra_forbidden":
+        if isinstance(owner, dict) and place[-1] in owner:
+            meant = _meant(owner, field_at(model, place[:-1])[0]).get(place[-1])
+            value = owner.pop(place[-1])
+            if meant is not None:
+                owner[meant] = value
+        return True
+    if one["type"] == "missing" and isinstance(owner, dict) and place[-1] in owner:
+        return True  # was misspelled
+    return _replace(place, document, valid, replaced)
+
+
+def _replace(place: Place, document: Any, valid: Any, replaced: list[str]) -> bool:
+    """Replace a value by that of an example; a list of numbers as a whole."""
+    while isinstance(place[-1], int) and not isinstance(_at(valid, place), Mapping):
+        place = place[:-1]
+    replaced.append(written(place))
+    return _put(document, place, _at(valid, place))
+
+
+def _place(key: str) -> Place:
+    """Return the place of a key: ``joints[0].links[2]``."""
+    parts = re.findall(r'"([^"]*)"|\[(\d+)\]|([^.\[\]"]+)', key)
+    return tuple(int(index) if index else quoted or plain for quoted, index, plain in parts)
+
+
+def _put(document: Any, place: Place, value: Any) -> bool:
+    """Put a value, or nothing for None, into a document."""
+    owner = _at(document, place[:-1])
+    if isinstance(owner, dict):
+        owner.pop(place[-1], None)
+        if value is not None:
+            owner[place[-1]] = copy.deepcopy(value)
+        return True
+    if isinstance(owner, list) and isinstance(place[-1], int) and value is not None:
+        owner[place[-1]] = copy.deepcopy(value)
+        return True
+    return False
+
+
+def _at(value: Any, place: Place) -> Any:
+    """Return the value at a place, None if there is none; of a list that is too short, the last."""
+    for part in place:
+        if isinstance(value, Mapping):
+            value = value.get(part)
+        elif isinstance(value, list) and isinstance(part, int) and value:
+            value = value[min(part, len(value) - 1)]
+        else:
+            return None
+    return value
+
+
+def _keys(owner: Model | None) -> list[str]:
+    """Return the keys of a table."""
+    return [info.alias or name for name, info in owner.model_fields.items()] if owner else []
+
+
+def _meant(table: Any, owner: Model | None) -> dict[str, str]:
+    """Return which absent key each unknown key of a table is likely to mean."""
+    if not isinstance(table, Mapping):
+        return {}
+    known = _keys(owner)
+    renamed = getattr(owner, "renamed", {})
+    near = {key: difflib.get_close_matches(key, known, n=1) for key in table if key not in known}
+    near |= {key: [renamed[key]] for key in near if key in renamed}
+    return {key: match[0] for key, match in near.items() if match and match[0] not in table}
+
+
+def _paste(missing: list[Place], model: Model, valid: Mapping[str, Any]) -> str:
+    """Return the missing keys as TOML, with the values of an example."""
+    parts: dict[str, dict[str, Any]] = {}
+    for place in missing:
+        value = _at(valid, place)
+        if value is None:
+            continue
+        names = [part for part in place[:-1] if isinstance(part, str)]
+        index = next((part for part in reversed(place) if isinstance(part, int)), None)
+        head = "" if index is None else f"# into [[{place[0]}]] number {index + 1}\n"
+        nested: Any = {place[-1]: value}
+        for name in reversed(names):
+            nested = {name: nested}
+        _merge(parts.setdefault(head, {}), nested)
+    texts = []
+    for head, document in sorted(parts.items()):
+        text = commented(document, model, hints={})
+        texts.append(head + (re.sub(r"^\[joints\]\n", "", text) if head else text))
+    return "\n".join(texts)
+
+
+def _merge(whole: dict[str, Any], part: Mapping[str, Any]) -> None:
+    """Merge a document into another."""
+    for key, value in part.items():
+        if isinstance(value, Mapping) and isinstance(whole.get(key), dict):
+            _merge(whole[key], value)
+        else:
+            whole[key] = value

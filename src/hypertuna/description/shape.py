@@ -1,0 +1,153 @@
+"""Estimate a robot's numbers from the shape of a slender fish: sections, links, water; each has its rule in a sentence.
+
+The body is a NACA four-digit profile in side view, of elliptical sections, and ends in a trapezoidal caudal fin as high
+as the body. Its height follows from the mass, for it floats neutrally.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hypertuna.arrays import Array
+
+DENSITY = 1000.0  # kg/m^3, fresh water
+VISCOSITY = 1.0e-6  # m^2/s, kinematic, of water at 20 C
+ASPECT = 0.6  # width over height of a section
+FIN_START = 0.85  # of the length
+FIN_THICKNESS = 0.007  # of the length
+ELLIPSE, PLATE = 1.98 - 0.78 * ASPECT, 1.2  # drag coefficients across the flow, of sections and fin (Hoerner)
+BEATING = 2.6  # what the fin's coefficient gains in a beat: Graham's 8 KC^(-1/3) at KC = 9.5, less the plate's
+BLUNT = 0.39  # drag coefficient of the largest section along the body, identified on HyperTuna
+# Added mass of a rectangular plate of an aspect ratio across the flow, over rho pi/4 chord^2 span (DNV-RP-C205, 2010).
+PLATE_ASPECT, PLATE_MASS = (
+    (0.0, 1.0, 1.59, 2.0, 2.5, 3.17, 4.0, 5.0),
+    (0.0, 0.579, 0.704, 0.757, 0.801, 0.84, 0.872, 0.897),
+)
+LINKS = ("com_m", "mass_kg", "lateral_area_m2", "wetted_area_m2")
+STRIP = ("added_mass_normal", "added_inertia", "drag_normal", "drag_tangential", "drag_beating")
+STATIONS = 2000  # along the body, of all integrals
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A fish of a length [m] and a mass [kg]: its sections."""
+
+    length: float
+    mass: float
+
+    @property
+    def height(self) -> float:
+        """Largest height [m]: that of neutral buoyancy."""
+        s = (np.arange(STATIONS) + 0.5) / STATIONS
+        body, fin = s < FIN_START, s >= FIN_START
+        outline = self._outline(s)
+        # Quadratic in the height: elliptical sections grow with its square, the plate of the fin with the height.
+        square = math.pi / 4 * ASPECT * self.length * float((outline[body] ** 2).sum()) / STATIONS
+        linear = FIN_THICKNESS * self.length**2 * float(outline[fin].sum()) / STATIONS
+        volume = self.mass / DENSITY
+        return 2 * volume / (linear + math.sqrt(linear**2 + 4 * square * volume))
+
+    @staticmethod
+    def _outline(s: Array) -> Array:
+        """Return the height at fractions of the length, 1 at its largest."""
+        naca = 2.969 * np.sqrt(s) - 1.26 * s - 3.516 * s**2 + 2.843 * s**3 - 1.015 * s**4
+        peduncle = 2.969 * FIN_START**0.5 - 1.26 * FIN_START - 3.516 * FIN_START**2
+        peduncle += 2.843 * FIN_START**3 - 1.015 * FIN_START**4
+        fin = peduncle + (1 - peduncle) * (s - FIN_START) / (1 - FIN_START)
+        return np.where(s < FIN_START, naca, fin)
+
+    def sections(self, start: float, end: float) -> tuple[Array, Array, Array]:
+        """Return places from `start` [m] (n,), heights and widths of the sections between two stations [m]."""
+        count = max(16, round(STATIONS * (end - start) / self.length))
+        x = (np.arange(count) + 0.5) / count * (end - start)
+        s = (start + x) / self.length
+        height = self.height * self._outline(s)
+        return x, height, np.where(s < FIN_START, ASPECT * height, FIN_THICKNESS * self.length)
+
+    @property
+    def fin_aspect(self) -> float:
+        """Aspect ratio of the caudal fin, span^2 / area."""
+        _, height, _ = self.sections(FIN_START * self.length, self.length)
+        area = float(height.mean()) * (1 - FIN_START) * self.length
+        return self.height**2 / area
+
+    @property
+    def fin_reduction(self) -> float:
+        """Added mass of the fin, a plate, over that of its sections one by one."""
+        _, height, _ = self.sections(FIN_START * self.length, self.length)
+        chord = self.height / self.fin_aspect
+        plate = float(np.interp(self.fin_aspect, PLATE_ASPECT, PLATE_MASS)) * chord**2 * self.height
+        return min(1.0, plate / (float((height**2).mean()) * (1 - FIN_START) * self.length))
+
+    @property
+    def slenderness(self) -> float:
+        """Diameter of the circle of the largest section over the length."""
+        return self.height * math.sqrt(ASPECT) / self.length
+
+    @property
+    def friction(self) -> float:
+        """Friction coefficient on the wetted area at one length per second: ITTC 1957 and Hoerner's form."""
+        reynolds, slender = self.length**2 / VISCOSITY, self.slenderness
+        flat = 0.075 / (math.log10(max(reynolds, 2000.0)) - 2) ** 2
+        return float(flat) * (1 + 1.5 * slender**1.5 + 7 * slender**3))
+
+    @property
+    def added_mass_ahead(self) -> float:
+        """Added mass along the body over its mass: Lamb's k1 of a prolate spheroid."""
+        e = math.sqrt(1 - min(self.slenderness, 0.999) ** 2)
+        alpha = 2 * (1 - e**2) / e**3 * (math.atanh(e) - e)
+        return alpha / (2 - alpha)
+
+
+def link_lengths(count: int, length: float) -> tuple[float, ...]:
+    """Return the lengths of the links [m]: the head is half of the fish, seven tenths before a single joint."""
+    head = round(length * (0.7 if count == 2 else 0.5), 4)
+    part = round((length - head) / (count - 1), 4)
+    return (head, *[part] * (count - 2), round(length - head - part * (count - 2), 10))
+
+
+def link_columns(shape: Shape, lengths: Sequence[float]) -> tuple[dict[str, list[float]], dict[str, list[float]]]:
+    """Return the columns of ``[links]`` and of ``[water.strip]`` that follow from the sections of each link."""
+    rows = [_link(shape, start, length) for start, length in zip(np.cumsum([0.0, *lengths]), lengths, strict=False)]
+    links, strip = ({key: [float(f"{row[key]:.4g}") for row in rows] for key in keys} for keys in (LINKS, STRIP))
+    head = shape.added_mass_ahead * shape.mass / (DENSITY * math.pi / 4 * rows[0]["lateral_area_m2"] ** 2 / lengths[0])
+    strip["added_mass_tangential"] = [float(f"{head:.3g}")] + [0.0] * (len(lengths) - 1)
+    strip["blunt_area_m2"] = [float(f"{BLUNT * math.pi / 4 * ASPECT * shape.height**2:.3g}")] + [0.0] * (
+        len(lengths) - 1
+    )
+    links["mass_kg"][0] = float(f"{links['mass_kg'][0] + shape.mass - sum(links['mass_kg']):.10g}")  # exact in all
+    return links, strip
+
+
+def edge(shape: Shape) -> dict[str, float]:
+    """Return the keys of the trailing edge in ``[water.strip]``; lift by Helmbold's equation."""
+    lift = 4 / (2 + math.hypot(shape.fin_aspect, 2))
+    return {"edge_height_m": float(f"{shape.height:.3g}"), "edge_lift": float(f"{lift:.3g}"), "edge_suction": 0.0}
+
+
+def _link(shape: Shape, start: float, length: float) -> dict[str, float]:
+    """Integrate the sections of a link that starts at a station [m]."""
+    x, height, width = shape.sections(start, start + length)
+    fin = start + x >= FIN_START * shape.length
+    section = np.where(fin, height * width, math.pi / 4 * height * width)
+    around = np.where(fin, 2 * height, perimeter(height, width))
+    return {
+        "com_m": float((section * x).sum() / section.sum()),
+        "mass_kg": DENSITY * float(section.mean()) * length,
+        "lateral_area_m2": float(height.mean()) * length,
+        "wetted_area_m2": float(around.mean()) * length,
+        "added_mass_normal": float((np.where(fin, shape.fin_reduction, 1) * height**2).mean() / height.mean() ** 2),
+        "drag_normal": float((np.where(fin, PLATE, ELLIPSE) * height).mean() / height.mean()),
+        "drag_tangential": shape.friction,
+        "added_inertia": 1.0,
+        "drag_beating": float((np.where(fin, BEATING, 0.0) * height).mean() / height.mean()),
+    }
+
+
+def perimeter(height: Array, width: Array) -> Array:
+    """Return the perimeter of an ellipse [m] (Ramanujan)."""
+    a, b = height / 2, width / 2
+    result: Array = math.pi * (3 * (a + b) - np.sqrt((3 * a + b) * (a + 3 * b)))
+    return result

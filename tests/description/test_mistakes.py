@@ -1,0 +1,135 @@
+"""All mistakes of a robot file in one answer, and only those that are in it."""
+
+import pickle
+import tomllib
+
+import pytest
+
+from hypertuna.description.new import new_robot
+from hypertuna.description.robot import load, parse
+from hypertuna.errors import InputErrors
+
+FIRST = """
+format = 1
+name = "first"
+
+[body]
+length_m = 300
+mass_kg = 0.5
+
+[links]
+lenght_m = [0.15, 0.075, 0.075]
+mass_kg = [0.3, -0.1, 0.05]
+com_m = [0.07, 0.03]
+lateral_area_m2 = [0.01, 0.005, "0.004"]
+
+[[joints]]
+name = "front"
+link = [1]
+
+[[joints]]
+name = "rear"
+links = [3]
+bandwidth_hz = "5"
+
+[model]
+water = "stripe"
+joints = "bandwidth"
+
+[water]
+density = 1000
+
+[water.strip]
+drag_normal = [1.4, 1.5]
+
+[gaits.cruise]
+frequency_hz = 2
+amplitude_deg = [15]
+"""
+FOUND = {
+    "links.lenght_m": "is not a known key",
+    "joints[0].link": "is not a known key",
+    "water.density": "is not a known key",
+    "links.mass_kg[1]": "must be greater than 0",
+    "links.lateral_area_m2[2]": "must be a number",
+    "joints[1].bandwidth_hz": "must be a number",
+    "model.water": "must be 'lumped', 'strip' or 'elongated'",
+    "water.strip.drag_tangential": "is missing",
+    "gaits.cruise.phase_deg": "is missing",
+    "links.com_m": "must be 3 long",
+    "links.length_m": "must add up to body.length_m = 300",
+    "joints[1].links[0]": "must be a link from 1 to 2",
+    "joints[0].bandwidth_hz": "is missing for model.joints = 'bandwidth'",
+    "water.strip.drag_normal": "must be 3 long",
+    "gaits.cruise.amplitude_deg": "must be 2 long",
+}
+MENDED = {
+    "length_m = 300": "length_m = 0.3",
+    "lenght_m": "length_m",
+    "-0.1, 0.05": "0.1, 0.05",
+    "com_m = [0.07, 0.03]": "com_m = [0.07, 0.03, 0.03]",
+    '"0.004"': "0.004",
+    "link = [1]": "links = [1]\nbandwidth_hz = 5",
+    "links = [3]": "links = [2]",
+    '"5"': "5",
+    "stripe": "strip",
+    "density =": "density_kg_m3 =",
+    "[1.4, 1.5]": "[1.4, 1.5, 1.3]",
+    "[15]": "[15, 20]",
+}
+
+
+def mistakes_of(text: str) -> InputErrors:
+    """The errors of a robot's text."""
+    with pytest.raises(InputErrors) as caught:
+        parse(tomllib.loads(text), file="first.toml")
+    return caught.value
+
+
+def test_one_answer_has_all_mistakes_and_lets_a_newcomer_mend_them() -> None:
+    errors = mistakes_of(FIRST)
+    assert {
+        error.key: error.rule for error in errors.errors if FOUND[str(error.key)] in error.rule
+    }.keys() == FOUND.keys()
+    assert len(errors.errors) == len(FOUND)
+    told = str(errors)
+    assert told.startswith(f"first.toml has {len(FOUND)} mistakes:\n  1. links.lenght_m is not a known key")
+    text = FIRST
+    for wrong, right in MENDED.items():
+        assert wrong in text
+        text = text.replace(wrong, right, 1)
+    strip, gait = (block.split("\n", 1) for block in errors.paste.split("\n\n"))
+    for head, lines in (strip, gait):  # below the header of its table
+        text = text.replace(head, f"{head}\n{lines}", 1)
+    assert parse(tomllib.loads(text)).links.wetted_area[0] == pytest.approx(2.55 * 0.01)
+
+
+def test_of_an_empty_file_the_block_to_paste_is_a_whole_robot() -> None:
+    errors = mistakes_of("")
+    assert [error.key for error in errors.errors] == ["format", "name", "links", "joints", "water"]
+    robot = parse(tomllib.loads(errors.paste))
+    assert (len(robot.links.length), len(robot.joints)) == (3, 2)
+
+
+def test_missing_keys_of_a_joint_group_say_which_one() -> None:
+    document = new_robot("fish", links=4)
+    del document["joints"][1]["links"]
+    with pytest.raises(InputErrors) as caught:
+        parse(document)
+    assert "into [[joints]] number 2\nlinks = [2]" in str(caught.value)
+
+
+def test_every_key_that_a_table_lacks_is_in_the_block() -> None:
+    document = load("hypertuna").document()
+    gone = {key: document["guidance"].pop(key) for key in ("lookahead_m", "turn_max_deg_s", "bias_max_deg")}
+    del document["controller"]
+    with pytest.raises(InputErrors) as caught:
+        parse(document | {"controller": {}})
+    block = tomllib.loads(caught.value.paste)
+    assert block["guidance"] == gone
+    assert block["controller"] == load("hypertuna").document()["controller"]
+
+
+def test_errors_survive_the_way_between_processes() -> None:
+    errors = mistakes_of(FIRST)
+    assert str(pickle.loads(pickle.dumps(errors))) == str(errors)

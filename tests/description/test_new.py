@@ -1,0 +1,69 @@
+"""First robots: what `robot new` writes is valid, its own arithmetic, and swims."""
+
+import math
+import tomllib
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hypertuna.actuation.new import first_robot
+from hypertuna.description.new import new_robot
+from hypertuna.description.robot import parse
+from hypertuna.description.shape import Shape
+from hypertuna.errors import InputError
+from hypertuna.swimming.gait import named_gait
+from hypertuna.swimming.swim import swim
+
+SIZES = [(2, 0.3, 0.85), (3, 0.3, 0.85), (5, 0.3, 0.85), (4, 0.1, 0.02), (3, 1.5, 60.0), (12, 0.6, 1.0)]
+
+
+@pytest.mark.parametrize(("links", "length", "mass"), SIZES)
+def test_a_first_robot_is_sourced_and_swims(links: int, length: float, mass: float) -> None:
+    document = new_robot("fish", links=links, length=length, mass=mass)
+    text = first_robot("fish", links=links, length=length, mass=mass)
+    assert tomllib.loads(text) == document
+    robot = parse(document)
+    assert robot.unsourced() == ()
+    assert robot.body.length == pytest.approx(length)
+    assert math.fsum(robot.links.mass) == pytest.approx(mass)
+    result = swim(robot, named_gait(robot, "cruise"))
+    assert result.settled
+    # Robots of published size swim at 0.2 to 1 lengths per second (HyperTuna: 0.57 at 2 Hz); large ones at less.
+    assert 0.1 < result.speed / length * math.sqrt(length / 0.3) < 1.2
+
+
+def test_the_shape_floats_and_has_published_proportions() -> None:
+    shape = Shape(0.52, 2.687)  # HyperTuna without what is in no link
+    places, height, width = shape.sections(0.0, 0.52)
+    body = places < 0.85 * 0.52
+    volume = np.where(body, math.pi / 4 * height * width, height * width).mean() * 0.52
+    assert 1000 * volume == pytest.approx(2.687, rel=1e-3)
+    assert 0.10 < shape.height < 0.16  # head 0.12 m, fin 0.16 m
+    assert shape.fin_aspect == pytest.approx(shape.height / (0.15 * 0.52 * (1 + 0.342) / 2), rel=0.01)
+
+
+def test_joint_groups_share_the_links_head_to_tail() -> None:
+    robot = new_robot("fish", links=6, joints=["front", "rear"])
+    assert [(group["name"], group["links"]) for group in robot["joints"]] == [("front", [1, 2]), ("rear", [3, 4, 5])]
+    assert all(a < b for a, b in pairwise(robot["gaits"]["cruise"]["amplitude_deg"]))
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"links": 1}, "--links must be from 2 to 20, but is 1: a head, and one link behind each joint."),
+        ({"length": 300.0}, "--length must be from 0.03 to 10 m, but is 300: give the length of the robot in m."),
+        (
+            {"mass": 850.0},
+            "--mass must make a fish from 0.03 to 0.45 times as high as long at neutral buoyancy, but is 850",
+        ),
+        ({"joints": ["a", "a"]}, "--joints must be at most 2 different names"),
+        ({"joints": ["a", "b", "c"]}, "--joints must be at most 2 different names"),
+    ],
+)
+def test_what_is_no_fish_is_refused(options: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(InputError) as caught:
+        new_robot("fish", **options)
+    assert str(caught.value).startswith(sentence)
