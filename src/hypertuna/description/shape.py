@@ -91,7 +91,8 @@ class Shape:
         """Friction coefficient on the wetted area at one length per second: ITTC 1957 and Hoerner's form."""
         reynolds, slender = self.length**2 / VISCOSITY, self.slenderness
         flat = 0.075 / (math.log10(max(reynolds, 2000.0)) - 2) ** 2
-        return float(flat) * (1 + 1.5 * slender**1.5 + 7 * slender**3))
+        result: float = flat * (1 + 1.5 * slender**1.5 + 7 * slender**3)
+        return result
 
     @property
     def added_mass_ahead(self) -> float:
