@@ -219,7 +219,7 @@ static constexpr CircuitColumn circuit_seen[] = {
     HYPERTUNA_SEEN("power", out.power.total),
     HYPERTUNA_SEEN("power_idle", out.power.idle),
     HYPERTUNA_SEEN("power_holding", out.power.holding),
-    HYPERTUNA_SEEN("power_hydraulic", out.power.hydraulic),
+    HYPERTUNA_SEEN("power_hydraulic", out.power.load),
     HYPERTUNA_SEEN("power_friction", out.power.friction),
     HYPERTUNA_SEEN("power_inertia", out.power.inertia),
     HYPERTUNA_SEEN("power_braking", out.power.braking),
@@ -265,6 +265,10 @@ static NamedArrays run_pair(const Input<2>& rows, const Input<1>& joint, const I
 
 static double stiffness_of(const Input<1>& row, double pressure, double flow) {
     return circuit_stiffness(circuit_of(row), pressure, flow);
+}
+
+static double axle_stiffness_of(const Input<1>& row, double mobility) {
+    return axle_stiffness(circuit_of(row).servo, mobility);
 }
 
 static std::vector<std::string> battery_names() { return {battery_columns, battery_columns + battery_column_count}; }
@@ -343,6 +347,8 @@ static void bind_hydraulics(nb::module_& m) {
     m.def("circuit_stiffness", &stiffness_of, nb::arg("circuit"), nb::arg("pressure"), nb::arg("flow"),
           "Bound of a circuit's rates with the joint held, at a pressure and a flow [1/s]: Runge-Kutta steps must be "
           "shorter than 2.7 over it.");
+    m.def("axle_stiffness", &axle_stiffness_of, nb::arg("circuit"), nb::arg("mobility"),
+          "Bound of the rates of a circuit's servo on the axle of a joint with a mobility [rad/s^2 per N m, 1/s].");
     m.def("battery_columns", &battery_names, "Numbers that describe a battery, in the order of a row.");
     m.def(
         "battery_output", &battery_at, nb::arg("battery"), nb::arg("taken"), nb::arg("power"),

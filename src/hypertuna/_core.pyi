@@ -268,6 +268,14 @@ def circuit_stiffness(
     Bound of a circuit's rates with the joint held, at a pressure and a flow [1/s]: Runge-Kutta steps must be shorter than 2.7 over it.
     """
 
+def axle_stiffness(
+    circuit: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    mobility: float,
+) -> float:
+    """
+    Bound of the rates of a circuit's servo on the axle of a joint with a mobility [rad/s^2 per N m, 1/s].
+    """
+
 def battery_columns() -> list[str]:
     """Numbers that describe a battery, in the order of a row."""
 

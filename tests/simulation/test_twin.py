@@ -210,7 +210,7 @@ def test_a_short_run_says_that_it_is_too_short_to_tell() -> None:
 
 def test_dataset_has_units_and_the_flags_their_names() -> None:
     data = small_run().dataset()
-    assert data.sizes == {"time": 1000, "joint": 2, "circuit": 4, "servo": 6}
+    assert data.sizes == {"time": 1000, "joint": 2, "circuit": 4, "drive": 4, "servo": 6}
     assert list(data["circuit"].values) == ["I-left", "I-right", "II-left", "II-right"]
     assert all(data[name].attrs["units"] for name in data)
     assert data["status"].attrs["flag_meanings"].split()[0] == "bend_fault"

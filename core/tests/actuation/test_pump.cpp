@@ -101,8 +101,8 @@ static void power_by_hand() {
             for (double target : {-1.0, 0.0, 0.2}) {
                 const auto drive = servo_drive(s, 7.2, load, target, 0.0, rate);
                 const auto p = servo_power(s, drive, 7.2, load, rate);
-                CHECK_NEAR(p.idle + p.holding + p.hydraulic + p.friction + p.inertia + p.braking, p.total, 1e-12);
-                CHECK_NEAR(p.hydraulic + p.friction + p.inertia, drive.torque * rate, 1e-12);
+                CHECK_NEAR(p.idle + p.holding + p.load + p.friction + p.inertia + p.braking, p.total, 1e-12);
+                CHECK_NEAR(p.load + p.friction + p.inertia, drive.torque * rate, 1e-12);
                 CHECK(p.total >= p.idle - 1e-12 && p.holding >= 0 && p.braking >= 0);
             }
     const auto held = servo_drive(s, 7.2, 0.25, 0.0, 0.0, 0.0);

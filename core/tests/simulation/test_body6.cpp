@@ -18,14 +18,11 @@ struct Swimming {
     JointMotion<double> joint[links];
     LinkShape<double> shape[links];
     LinkAcceleration<double> acceleration[links];
+    double armature[D] = {};
     LinkSpace<double> space[links];
-    Body6<double, Law, D> body{{fish.swimmer, share, false, joint, shape, acceleration},
-                               space,
-                               2,
-                               0.6,
-                               0.1,
-                               make_fin(Vector<double>{0.12, 0.07, 0.01}, 0.06, 0.05, 0.26, 0.02, 5.0, 8.0),
-                               still_sea()};
+    Body6<double, Law, D> body{
+        {fish.swimmer, share, false, armature, joint, shape, acceleration},           space,      2, 0.6, 0.1,
+        make_fin(Vector<double>{0.12, 0.07, 0.01}, 0.06, 0.05, 0.26, 0.02, 5.0, 8.0), still_sea()};
 
     explicit Swimming(double low = 0.01) {
         for (int i = 0; i < links; ++i) {

@@ -15,7 +15,8 @@ struct FreeTail {
     JointMotion<double> joint[4];
     LinkShape<double> shape[4];
     LinkAcceleration<double> acceleration[4];
-    Tail<double, Law, D> tail{fish.swimmer, share, false, joint, shape, acceleration};
+    double armature[D] = {};
+    Tail<double, Law, D> tail{fish.swimmer, share, false, armature, joint, shape, acceleration};
 };
 
 /// A chain of uniform rods, 2 kg and 0.3 m each, in a vacuum; one coordinate, the last joint.
@@ -27,7 +28,8 @@ struct Rods {
     JointMotion<double> joint[links];
     LinkShape<double> shape[links];
     LinkAcceleration<double> acceleration[links];
-    Tail<double, Lumped<double>, 1> tail{{links, link, {dry}}, share, false, joint, shape, acceleration};
+    double armature[1] = {};
+    Tail<double, Lumped<double>, 1> tail{{links, link, {dry}}, share, false, armature, joint, shape, acceleration};
 
     Rods() {
         for (int i = 0; i < links; ++i) {

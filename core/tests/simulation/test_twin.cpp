@@ -32,14 +32,21 @@ struct Robot {
     LinkAcceleration<double> acceleration[4];
     Joint<double> joint[2] = {soft_joint(50e3, 0.02), soft_joint(50e3, 0.02)};
     Circuit<double> circuit[4] = {plain_circuit(), plain_circuit(), plain_circuit(), plain_circuit()};
+    double armature[D] = {};
+    bool direct[2] = {};
     double filled = taut_load(joint[0], 0.0, 0.0).volume[0], rest[4] = {filled, filled, filled, filled};
-    Twin<Tail<double, Law, D>> twin{
-        {{fish.swimmer, share, false, motion, shape, acceleration}, 2, joint, circuit, rest, {0.5, 0.002}},
-        {},
-        {1e4, 16, 14, 0.1, 7.4, 0.9},
-        1.0,
-        5e-4,
-        20};
+    Twin<Tail<double, Law, D>> twin{{{fish.swimmer, share, false, armature, motion, shape, acceleration},
+                                     2,
+                                     joint,
+                                     direct,
+                                     circuit,
+                                     rest,
+                                     {0.5, 0.002}},
+                                    {},
+                                    {1e4, 16, 14, 0.1, 7.4, 0.9},
+                                    1.0,
+                                    5e-4,
+                                    20};
 
     Robot() = default;
     Robot(const Robot&) = delete;
@@ -148,6 +155,69 @@ static void work_of_the_oil() {
     CHECK(1000 < slack && slack < 15000);
     CHECK_NEAR(look(state.plant).energy - start, work, 1e-7 * most);
     CHECK(std::fabs(work) > 1e-3 * most);
+}
+
+/// Servos on the axles: their work is what body and rotors gain, and what water, gears and hinge take meanwhile.
+template <class Law>
+static void work_of_the_servos() {
+    Robot<Law> robot;
+    for (int j = 0; j < 2; ++j) {
+        robot.direct[j] = true;
+        robot.armature[j] = robot.circuit[2 * j].servo.inertia;
+    }
+    const Plant<Tail<double, Law, 3>>& plant = robot.twin.plant;
+    TwinState<double, 3> state = robot.run(20);
+    struct Flows {
+        double energy, out;
+    };
+    const auto look = [&](const PlantState<double, 3>& at) {
+        bend_tail(plant.body, at.bend);
+        Flows f{kinetic_energy(robot.fish.swimmer, robot.shape, at.xi),
+                water_loss(robot.fish.swimmer, robot.shape, at.xi)};
+        for (int j = 0; j < 2; ++j) {
+            const Servo<double>& servo = plant.circuit[2 * j].servo;
+            const double w = at.bend.rate[j];
+            f.energy += 0.5 * servo.inertia * w * w;
+            f.out += servo.friction * rubbing(w) * w;
+            f.out -=
+                axle_drive(servo, state.targets.supply, state.targets.angle[2 * j], at.bend.angle[j], w).torque * w;
+        }
+        f.energy += 0.5 * plant.hinge.stiffness * at.bend.angle[2] * at.bend.angle[2];
+        f.out += plant.hinge.damping * at.bend.rate[2] * at.bend.rate[2];
+        return f;
+    };
+    const double start = look(state.plant).energy, h = 1e-5;
+    double work = 0, most = 0;
+    PlantOutput<double, 3> seen[2];
+    for (int k = 0; k < 5000; ++k) {
+        const Flows before = look(state.plant);
+        const PlantState<double, 3> half = plant_step(plant, state.plant, state.targets, 0.5 * h, seen);
+        state.plant = plant_step(plant, state.plant, state.targets, h, seen);
+        const Flows middle = look(half), after = look(state.plant);
+        work -= h / 6 * (before.out + 4 * middle.out + after.out);
+        most = max(most, after.energy);
+    }
+    CHECK(std::fabs(work) > 1e-3 * most);
+    CHECK_NEAR(look(state.plant).energy - start, work, 1e-7 * most);
+    // The circuit's state is the joint's.
+    for (int j = 0; j < 2; ++j) {
+        CHECK(state.plant.circuit[2 * j].angle == state.plant.bend.angle[j]);
+        CHECK(state.plant.circuit[2 * j].rate == state.plant.bend.rate[j]);
+        CHECK(state.plant.circuit[2 * j + 1].angle == 0 && state.plant.energy[2 * j + 1] == 0);
+    }
+}
+
+/// A servo without load: at rest on its target, at most as fast as its voltage lets it, never beyond its stall torque.
+static void limits_of_an_axle() {
+    const Servo<double> servo{7, 8, 20, 0, 7.4, 7, 0.3, 0.009};
+    CHECK(axle_drive(servo, 7.4, 0.4, 0.4, 0.0).torque == 0);
+    CHECK_NEAR(axle_drive(servo, 7.4, 3.0, 0.0, 0.0).torque, 7, 1e-12);
+    CHECK_NEAR(axle_drive(servo, 3.7, 3.0, 0.0, 0.0).torque, 3.5, 1e-12);  // half of the voltage
+    CHECK_NEAR(axle_drive(servo, 7.4, 9.0, 0.0, 8.0).torque, 0, 1e-12);    // without load at full speed
+    CHECK_NEAR(axle_drive(servo, 7.4, 9.0, 0.0, 4.0).torque, 3.5, 1e-12);
+    // Stalled, all power is heat: rated voltage times stall current, beside the electronics'.
+    const ServoDrive<double> stalled = axle_drive(servo, 7.4, 3.0, 0.0, 0.0);
+    CHECK_NEAR(servo_power(servo, stalled, 7.4, stalled.torque, 0.0).total, 7.4 * (7 + 0.3), 1e-9);
 }
 
 /// Left and right exchanged: the mirror image.
@@ -264,12 +334,14 @@ template <class Law>
 static void each_law() {
     stays_at_rest<Law>();
     work_of_the_oil<Law>();
+    work_of_the_servos<Law>();
     mirror<Law>();
     converges<Law>();
 }
 
 int main() {
     moment_by_hand();
+    limits_of_an_axle();
     WaterLaws::each<double>([](auto law) { each_law<typename decltype(law)::type>(); });
     WaterLaws::each<double>([](auto law) { imu_reads_the_path<typename decltype(law)::type>(); });
     battery_pays_for_the_run();

@@ -66,6 +66,7 @@ struct Teensy {
     }
     void drive(const float (&pulse)[max_servos], int count) {
         for (int k = 0; k < count; ++k) {
+            if (wiring.servo[k] < 0) continue;  // a joint with a servo on its axle has no second one
             const bool on = 0.0f < pulse[k];
             if (on && !servo[k].attached()) servo[k].attach(wiring.servo[k]);
             if (on) servo[k].writeMicroseconds(int(pulse[k] * 1e6f + 0.5f));
@@ -123,7 +124,8 @@ struct Teensy {
         const int* pin = wiring.analog;
         visit_channels([&](const auto& channel, int first) {
             if (channel.converter != Converter::analog) return;
-            for (int k = 0; k < channel.count(joints); ++k) sample(first + k, *pin++);
+            for (int k = 0; k < channel.count(joints); ++k, ++pin)
+                if (0 <= *pin) sample(first + k, *pin);
         });
         convert_depth(phase++);
     }

@@ -1,5 +1,6 @@
 """Pump, oil and lines: the hydraulic circuits of a robot for the core."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,9 +30,9 @@ ASTM_OFFSET = 0.7  # cSt, of ASTM D341
 
 @dataclass(frozen=True)
 class Circuits:
-    """The circuits of a robot, two per joint, for the core."""
+    """The circuits of a robot, two per joint, for the core. A joint without oil has its servo in the left row alone."""
 
-    names: tuple[str, ...]  # "I-left", "I-right", ...: circuit 2 j + s is side s of joint j
+    names: tuple[str, ...]  # "I-left", "I-right", ...: circuit 2 j + s is side s of joint j; "" for none
     columns: tuple[str, ...]  # by their names in core/include/hypertuna/actuation/circuit.hpp
     values: Array  # (circuits, columns) [SI]
     temperature: float  # K, of the oil
@@ -100,20 +101,34 @@ def pump_servo(robot: Robot) -> Servo:
     servo = robot.servos[k]
     for name, info in type(servo).model_fields.items():
         require(getattr(servo, name), f"servos[{k}].{info.alias}", robot)
-    count = len(SIDES) * len(robot.joints)
+    count = len(SIDES) * sum(not group.direct for group in robot.joints)
     if servo.count != count:
-        rule, fix = f"must be {count}, one per side of each joint group", "one servo drives one cylinder"
+        rule, fix = f"must be {count}, one per side of each joint group with muscles", "one servo drives one cylinder"
         raise InputError(rule, file=robot.file or None, key=f"servos[{k}].count", value=str(servo.count), fix=fix)
     return servo
 
 
+def rated_voltage(robot: Robot) -> float:
+    """Return the voltage [V] that torque and speed of the joints' servos are given at: the lowest of theirs."""
+    rated = [group.servo.voltage for group in robot.joints if group.servo is not None]
+    if len(rated) < len(robot.joints):
+        rated.append(require(pump_servo(robot).voltage, "servos.voltage_v", robot))
+    return min(rated)
+
+
 def supply_voltage(robot: Robot) -> float:
     """Return the voltage at the servos [V]: the converter's, else the battery's nominal, else the servos' rated one."""
-    battery, rated = robot.battery, require(pump_servo(robot).voltage, "servos.voltage_v", robot)
+    battery, rated = robot.battery, rated_voltage(robot)
     if battery is None or battery.series is None:
         return rated
     nominal = battery.series * battery.voltage
     return nominal if battery.converter is None else min(nominal, battery.converter)
+
+
+def drive_names(robot: Robot) -> tuple[str, ...]:
+    """Return the names of the servos that move the joints, two places a joint: "I-left", "I-right"; "II", ""."""
+    pairs = ((group.name, "") if group.direct else (f"{group.name}-{side}" for side in SIDES) for group in robot.joints)
+    return tuple(name for pair in pairs for name in pair)
 
 
 def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
@@ -121,24 +136,31 @@ def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
 
     They are filled so that all pressures are the line's fill pressure with the joint straight and the servos at zero.
     """
-    pump = require(robot.pump, "pump", robot)
-    oil = require(robot.oil, "oil", robot)
-    at = oil.temperature if temperature is None else temperature
-    nu = float(viscosity(oil, at))
-    servo = pump_servo(robot)
-    names, rows = [], []
+    columns, rows = tuple(_core.circuit_columns()), []
+    at, nu = math.nan, math.nan
+    if not all(group.direct for group in robot.joints):
+        oil = require(robot.oil, "oil", robot)
+        at = oil.temperature if temperature is None else temperature
+        nu = float(viscosity(oil, at))
     for group in robot.joints:
-        line = require(group.line, f"joints.{group.name}.line", robot)
-        if line.fill_pressure <= oil.cavitation:
-            rule, fix = f"must be more than oil.cavitation_pa = {oil.cavitation:g}", "fill the circuit with more oil"
-            key, value = f"joints.{group.name}.line.fill_pressure_pa", f"{line.fill_pressure:g}"
-            raise InputError(rule, file=robot.file or None, key=key, value=value, fix=fix)
-        row = _circuit(pump, servo, oil, line, _rest_volume(robot, group), nu)
-        names += [f"{group.name}-{side}" for side in SIDES]
-        rows += [row] * len(SIDES)
-    columns = tuple(_core.circuit_columns())
-    values = np.array([[row[name] for name in columns] for row in rows], dtype=np.float64)
-    return Circuits(tuple(names), columns, values, at, nu)
+        if group.servo is not None:
+            servo = {name: getattr(group.servo, name) for name in SAME[1]} | {"stall_torque": group.servo.torque}
+            rows += [servo, {}]
+        else:
+            rows += [_circuit_of(robot, group, nu)] * len(SIDES)
+    values = np.array([[row.get(name, 0.0) for name in columns] for row in rows], dtype=np.float64)
+    return Circuits(drive_names(robot), columns, values, at, nu)
+
+
+def _circuit_of(robot: Robot, group: JointGroup, nu: float) -> dict[str, float]:
+    """Return one circuit of a joint by the names of the core, with oil of a viscosity [m^2/s]."""
+    pump, oil = require(robot.pump, "pump", robot), require(robot.oil, "oil", robot)
+    line = require(group.line, f"joints.{group.name}.line", robot)
+    if line.fill_pressure <= oil.cavitation:
+        rule, fix = f"must be more than oil.cavitation_pa = {oil.cavitation:g}", "fill the circuit with more oil"
+        key, value = f"joints.{group.name}.line.fill_pressure_pa", f"{line.fill_pressure:g}"
+        raise InputError(rule, file=robot.file or None, key=key, value=value, fix=fix)
+    return _circuit(pump, pump_servo(robot), oil, line, _rest_volume(robot, group), nu)
 
 
 def with_bore(robot: Robot, bore: float) -> Robot:
@@ -146,6 +168,8 @@ def with_bore(robot: Robot, bore: float) -> Robot:
     POSITIVE.check(1e3 * bore, "bore", "give the inner diameter of the lines in mm")
     document = robot.document()
     for k, joint in enumerate(document["joints"]):
+        if robot.joints[k].direct:
+            continue
         line = require(joint.get("line"), f"joints[{k}].line", robot)
         line["bore_m"] = bore
     return parse(document, file=robot.file)

@@ -110,6 +110,9 @@ def size_pump(
     then temperatures, bores, frequencies. `progress` receives the number of finished cases and of all.
     """
     _check(robot, frequency, amplitude)
+    if all(group.direct for group in robot.joints):
+        rule, fix = "has no pump: servos turn all its joints", "name a robot with oil"
+        raise InputError(rule, file=robot.file or None, key=f"robot {robot.name}", fix=fix)
     models = joint_models(robot)
     cases = list(itertools.product(frequency, bore, temperature))
     variants = {d: robot if d is None else with_bore(robot, d) for d in bore}
@@ -117,6 +120,8 @@ def size_pump(
     sizes = []
     for k, (f, d, t) in enumerate(cases):
         for j, angle in enumerate(amplitude):
+            if robot.joints[j].direct:
+                continue
             sizes.append(_size(variants[d], built[d, t], models[j], j, f, angle))
         if progress is not None:
             progress(k + 1, len(cases))

@@ -109,6 +109,9 @@ def joint_group(robot: Robot, joint: str | int) -> tuple[JointGroup, Actuator]:
         fix = did_you_mean(str(joint), names)
         raise InputError("is not a joint of the robot", file=robot.file or None, key=f"joint {joint}", fix=fix)
     group = robot.joints[index]
+    if group.direct:
+        rule, fix = "has no muscles: a servo turns it", "name a joint with the table joints.actuator"
+        raise InputError(rule, file=robot.file or None, key=f"joint {group.name}", fix=fix)
     require(group.drive_units, f"joints.{group.name}.drive_units", robot)
     return group, require(group.actuator, f"joints.{group.name}.actuator", robot)
 
@@ -164,7 +167,7 @@ def joint_sections(robot: Robot, joint: str | int, *, plain: bool = False) -> Ar
 
 
 def joint_models(robot: Robot, material: str | None = None) -> tuple[JointModel, ...]:
-    """Return every joint of a robot as one section.
+    """Return every joint of a robot as one section; a joint that a servo turns has a row of zeros.
 
     The section bends and shortens under the highest pressure of one side as the described ones do together.
     """
@@ -174,6 +177,8 @@ def joint_models(robot: Robot, material: str | None = None) -> tuple[JointModel,
 
 def _model(robot: Robot, g: int, material: str | None) -> JointModel:
     """Reduce one joint to one section."""
+    if robot.joints[g].direct:
+        return JointModel(robot.joints[g].name, np.zeros(len(_core.joint_columns())), 0.0, math.inf)
     group, actuator = joint_group(robot, g)
     unit, hose = drive_unit(robot), muscle(robot, material)
     highest = require(group.pressure_max, f"joints.{group.name}.pressure_max_pa", robot)

@@ -151,9 +151,9 @@ def _record(run: TwinRun) -> dict[str, Any]:
 def _lines(run: TwinRun) -> Iterator[Any]:
     """Lay out a run: totals, joints, circuits, sentences."""
     loop = "closed loop" if run.closed_loop else "open loop"
-    oil = f"oil at {run.temperature - ZERO_CELSIUS:.3g} C"
+    oil = f", oil at {run.temperature - ZERO_CELSIUS:.3g} C" if run.circuits else ""
     yield f"{run.robot.name}, {gait_text(run.gait)}", "bold"
-    yield f"{run.duration:g} s in {run.medium} from {run.start}, {loop}, {oil}", "dim"
+    yield f"{run.duration:g} s in {run.medium} from {run.start}, {loop}{oil}", "dim"
     summary = run.summary()
     if not swims_forward(run):
         summary["cost_of_transport_j_per_kg_m"] = Quantity("–", "", "cost of transport")
@@ -161,15 +161,21 @@ def _lines(run: TwinRun) -> Iterator[Any]:
     yield ""
     yield _joint_table(run)
     yield ""
-    beats = f"last {run.beat_count} beats" if run.beat_count > 1 else "last beat"
-    yield f"cylinder pressure, peaks within ticks, {beats}", "dim"
-    rows = ((row["name"], f"{row['pressure_min_kpa']:.0f}", f"{row['pressure_max_kpa']:.0f}") for row in _circuits(run))
-    yield table(["\ncircuit", "min\n[kPa]", "max\n[kPa]"], rows)
-    yield ""
+    if run.circuits:
+        yield from _pressure_lines(run)
+        yield ""
     good = run.settled and not run.limits and not run.faults
     bad = run.status == "diverged" or bool(run.faults)
     for k, sentence in enumerate(_sentences(run)):
         yield sentence, "green" if good or (k == 0 and run.settled) else "bold red" if bad else "yellow"
+
+
+def _pressure_lines(run: TwinRun) -> Iterator[Any]:
+    """Lay out the pressures of the oil circuits."""
+    beats = f"last {run.beat_count} beats" if run.beat_count > 1 else "last beat"
+    yield f"cylinder pressure, peaks within ticks, {beats}", "dim"
+    rows = ((row["name"], f"{row['pressure_min_kpa']:.0f}", f"{row['pressure_max_kpa']:.0f}") for row in _circuits(run))
+    yield table(["\ncircuit", "min\n[kPa]", "max\n[kPa]"], rows)
 
 
 def _joint_table(run: TwinRun) -> Any:

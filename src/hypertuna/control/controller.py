@@ -5,17 +5,19 @@ The equations are in core cpg.hpp, posture.hpp, safety.hpp and controller.hpp; d
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna import _core
-from hypertuna.actuation.hydraulics import Circuits, circuits, pump_servo, servo_angle
+from hypertuna.actuation.hydraulics import SIDES, Circuits, circuits, rated_voltage, servo_angle
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
+from hypertuna.description.schema.hydraulics import JointServo
 from hypertuna.errors import InputError
 from hypertuna.swimming.model import core_model
 
@@ -23,6 +25,7 @@ SETTLED = 4.7439  # rate times time at which a critically damped filter has made
 SUCTION = 0.2  # fraction of the cavitation pressure down to which a pump draws taut units to hold a bend at rest
 FREE = 1e-6  # largest difference of the two sides' mean pressure from the fill, over it, where no limit acts
 REACH = 1.2  # largest bend that control may command over the joint's largest bend, to make up for losses
+MAP_TERMS = 6  # of a pump map, core controller_model.hpp
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
 
 
@@ -48,16 +51,37 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     """
     control = require(robot.controller, "controller", robot)
     hydraulics = circuits(robot, temperature)
-    joints = [_joint(robot, control, hydraulics, j) for j in range(len(robot.joints))]
-    sides = [_supervisor(control, hydraulics, c) for c in range(len(hydraulics.names))]
-    maps = [pump_map(robot, hydraulics, c) for c in range(len(sides))]
-    return _constants(robot, control) | {
-        "fill": [_fill(robot, c // 2) for c in range(len(sides))],
-        "map": [float(a) for one in maps for a in one.terms],
-        "map_low": [one.low for one in maps],
-        "map_high": [one.high for one in maps],
-        **{name: [row[name] for row in rows] for rows in (joints, sides) for name in rows[0]},
-    }
+    columns = _constants(robot, control)
+    for j, group in enumerate(robot.joints):
+        if group.servo is not None:
+            rows = [_axle(group, group.servo), _no_oil(group.servo)]
+        else:
+            rows = [_circuit(robot, control, hydraulics, 2 * j + side) for side in range(len(SIDES))]
+            rows[0] |= _joint(robot, control, hydraulics, j)
+        for row in rows:
+            for name, value in row.items():
+                columns.setdefault(name, []).extend(np.atleast_1d(value).tolist())
+    return columns
+
+
+def _axle(group: JointGroup, servo: JointServo) -> dict[str, Any]:
+    """Return the constants of a joint that a servo turns: no pressure bounds its beat, no sensor reads its bend."""
+    bend = require(group.bend_max, f"joints.{group.name}.bend_max_deg")
+    no = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
+    return {"direct": 1.0, "reach": bend, "amplitude": bend} | no | _no_oil(servo)
+
+
+def _no_oil(servo: JointServo) -> dict[str, Any]:
+    """Return the constants of a circuit without oil."""
+    no = dict.fromkeys(("fill", "map_low", "map_high", "servo_stall", "compliance"), 0.0)
+    return {**no, "map": np.zeros(MAP_TERMS), "servo_speed": servo.speed}
+
+
+def _circuit(robot: Robot, control: Controller, hydraulics: Circuits, c: int) -> dict[str, Any]:
+    """Compute the constants of a circuit: pump map and supervisor."""
+    one = pump_map(robot, hydraulics, c)
+    known = {"fill": _fill(robot, c // 2), "map": one.terms, "map_low": one.low, "map_high": one.high}
+    return known | _supervisor(control, hydraulics, c)
 
 
 def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
@@ -116,8 +140,7 @@ def _fill(robot: Robot, joint: int) -> float:
 
 # Constants that are in the table [controller] under the same name.
 PLAIN = (
-    *("learning", "pressure_soft", "pressure_hard", "pressure_step"),
-    *("voltage_low", "frequency_max", "fin_max", "pulse_center", "pulse_per_rad", "pulse_min", "pulse_max"),
+    *("learning", "voltage_low", "frequency_max", "fin_max", "pulse_center", "pulse_per_rad", "pulse_min", "pulse_max"),
 )
 
 
@@ -125,8 +148,15 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
     """Compute the constants that the controller has once."""
     tick = 1 / control.rate
     rate = SETTLED / control.smoothing
-    pressure, current, voltage = (sensor_range(robot, quantity) for quantity in ("pressure", "current", "voltage"))
+    oil = any(not group.direct for group in robot.joints)
+    pressure = sensor_range(robot, "pressure") if oil else (0.0, 0.0)
+    current, voltage, rate_range, acceleration = (
+        sensor_range(robot, quantity) if oil or has_sensor(robot, quantity) else (0.0, 0.0)
+        for quantity in ("current", "voltage", "rate", "acceleration")
+    )
+    limits = ("pressure_soft", "pressure_hard", "pressure_step")
     values = {name: getattr(control, name) for name in PLAIN} | {
+        **{name: require(getattr(control, name), f"controller.{name}_pa", robot) if oil else 0.0 for name in limits},
         "tick": tick,
         "relax": math.exp(-2 * control.convergence * tick),
         "couple": math.exp(-control.coupling * tick),
@@ -140,15 +170,20 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
         "pressure_high": pressure[1],
         "current_low": current[0],
         "current_high": current[1],
-        "rate_high": sensor_range(robot, "rate")[1],
-        "acceleration_high": sensor_range(robot, "acceleration")[1],
-        "voltage_rated": require(pump_servo(robot).voltage, "servos.voltage_v", robot),
+        "rate_high": rate_range[1],
+        "acceleration_high": acceleration[1],
+        "voltage_rated": rated_voltage(robot),
         "voltage_min": voltage[0],
         "voltage_max": voltage[1],
         "timeout": round(control.timeout / tick),
         "slew": control.slew * tick,
     }
     return {"joints": [float(len(robot.joints))], **{name: [float(value)] for name, value in values.items()}}
+
+
+def has_sensor(robot: Robot, quantity: str) -> bool:
+    """Return whether a robot has a sensor of a quantity."""
+    return any(sensor.quantity == quantity for sensor in robot.sensors)
 
 
 def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
@@ -166,6 +201,7 @@ def _joint(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> d
     bend_max = require(group.bend_max, f"joints.{group.name}.bend_max_deg", robot)
     static, rate, square = _pressure_of_beat(robot, control, hydraulics, j)
     return {
+        "direct": 0.0,
         "reach": _reach(group),
         "amplitude": bend_max,
         "bend_range": sensor_range(robot, "bend")[1],
@@ -192,7 +228,7 @@ def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j
     at_rest = model.hold(bend)
     slope = model.at(bend, at_rest["strain"], at_rest["pressure"])["slope"]
     load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
-    room = control.pressure_soft - fill
+    room = require(control.pressure_soft, "controller.pressure_soft_pa", robot) - fill
     return (
         float(held.max()) / room,
         2 * math.pi * resistance * float(flow.max()) / room,
@@ -217,7 +253,7 @@ def _supervisor(control: Controller, hydraulics: Circuits, circuit: int) -> dict
     """Compute the supervisor's constants of a circuit."""
     at = hydraulics.row(circuit)
     slope = float(_core.displaced(hydraulics.values[circuit], np.linspace(-0.5, 0.5, 51))[:, 1].max())
-    high = _core.ATMOSPHERE + control.pressure_soft
+    high = _core.ATMOSPHERE + require(control.pressure_soft, "controller.pressure_soft_pa")
     oil = (at["oil_pump"] + at["oil_unit"]) * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / high**2)
     return {
         "servo_speed": at["speed"],

@@ -49,7 +49,18 @@ def sensor_of(robot: Robot, quantity: str) -> Sensor:
 
 def _models(robot: Robot, *, pilot: bool) -> dict[str, list[float]]:
     names = [name for name, channel in CHANNELS.items() if channel.pilot == pilot]
-    return {f"{name}.{key}": [float(getattr(sensor_of(robot, name), key))] for name in names for key in NUMBERS}
+    none = dict.fromkeys(NUMBERS, 0.0)
+    models = {name: none if sensor_absent(robot, name) else vars(sensor_of(robot, name)) for name in names}
+    return {f"{name}.{key}": [float(model[key])] for name, model in models.items() for key in NUMBERS}
+
+
+def sensor_absent(robot: Robot, quantity: str) -> bool:
+    """Return whether a robot does without a sensor: none of its joints has oil, and the pilot does not read it.
+
+    The range of its model is 0 to 0, so that it reads 0; the controller leaves it out.
+    """
+    directly = all(group.direct for group in robot.joints)
+    return directly and not CHANNELS[quantity].pilot and all(sensor.quantity != quantity for sensor in robot.sensors)
 
 
 def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
@@ -60,14 +71,17 @@ def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
     sensors = {sensor.quantity for sensor in robot.sensors} if pilot else set()
     names: dict[str, tuple[int, int]] = {}
     for channel in CHANNELS.values():
-        if channel.pilot and channel.name not in sensors:
+        if (channel.pilot and channel.name not in sensors) or sensor_absent(robot, channel.name):
             continue
         first = channel.first
         last = first + channel.count(len(robot.joints)) - 1
         names[channel.part] = (names.get(channel.part, (first,))[0], last)
         for j, group in enumerate(robot.joints):
             name = f"{channel.part}-{group.name}"
-            if channel.per == "joint":
+            if group.direct:
+                if channel.name == "current":
+                    names[name] = (first + 2 * j, first + 2 * j)
+            elif channel.per == "joint":
                 names[name] = (first + j, first + j)
             elif channel.per == "circuit":
                 names[name] = (first + 2 * j, first + 2 * j + 1)

@@ -242,7 +242,8 @@ class Robot(
         if self.guidance is not None:
             yield from self.guidance.check_robot(self.gaits, groups)
         if self.firmware is not None:
-            yield from self.firmware.sizes(groups)
+            quantities = {sensor.quantity for sensor in self.sensors if sensor.quantity is not None}
+            yield from self.firmware.sizes([group.direct for group in self.joints], quantities)
         yield from sizes(self.body.length, self.joints, self.drive_unit, self.pump)
         yield from self._source_checks()
 
@@ -260,6 +261,7 @@ class Robot(
                 other, text = owner.get(link), "must be in one joint group only"
                 yield Check(other is None, key, text, "remove it from one", f"{link}, which joints[{other}] has too")
                 owner[link] = g
+            yield from group.one_drive(f"joints[{g}]")
             total, fix = sum(group.share), "leave share out for equal shares"
             one = math.isclose(total, 1, rel_tol=TOLERANCE)
             yield Check(one, f"joints[{g}].share", "must add up to 1", fix, f"{total:g} in all")

@@ -7,6 +7,7 @@ The numbers of controller, pilot, calibration and limits are one row, in the ord
 import itertools
 import math
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,11 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.actuation.hydraulics import drive_names
 from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.guidance import GaitTable, gait_table, pilot_columns
+from hypertuna.control.sensors import sensor_absent
 from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.firmware import Firmware
+from hypertuna.description.schema.firmware import wired as channel_wired
 from hypertuna.errors import InputError
 
 Array = NDArray[np.float32]
@@ -150,7 +154,9 @@ def _calibration(robot: Robot, wired: Firmware) -> dict[str, list[float]]:
     joints = len(robot.joints)
     columns: dict[str, list[float]] = {}
     for name, channel in COUNTED.items():
-        if channel.converter == "analog":
+        if sensor_absent(robot, name):
+            zero, scale = 0.0, 1.0
+        elif channel.converter == "analog":
             low, high = sensor_range(robot, name)
             scale = (high - low) / (CONVERTER * (wired.analog_high - wired.analog_low))
             zero = CONVERTER * wired.analog_low - low / scale
@@ -192,12 +198,23 @@ def header(table: FirmwareTable) -> str:
 
     robot = table.robot
     wired = require(robot.firmware, "firmware", robot)
-    analog = tuple(pin for name in ANALOG for pin in wired.analog_pins(name))  # in the order of the channels
-    pins = {"servo": wired.servo_pins, "analog": analog, "leak": (wired.leak_pin,)}
+    direct = [group.direct for group in robot.joints]
+    sensors = {sensor.quantity for sensor in robot.sensors if sensor.quantity is not None}
+    analog = [  # in the order of the channels
+        pin for name in ANALOG for pin in _placed(wired.analog_pins(name), channel_wired(name, direct, sensors))
+    ]
+    servos = _placed(wired.servo_pins, [*map(bool, drive_names(robot)), True, True])
+    pins = {"servo": servos, "analog": analog, "leak": (wired.leak_pin,)}
     loader = jinja2.PackageLoader("hypertuna.firmware")
     environment = jinja2.Environment(loader=loader, trim_blocks=True, keep_trailing_newline=True)
     environment.filters["literal"] = _literal
     return environment.get_template("robot.hpp.j2").render(table=table, robot=robot, wired=wired, pins=pins)
+
+
+def _placed(pins: Sequence[int], there: Sequence[bool]) -> list[int]:
+    """Return the pin of each place, -1 where nothing is wired."""
+    given = iter(pins)
+    return [next(given) if here else -1 for here in there]
 
 
 def _literal(value: float) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.actuation.hydraulics import drive_names
 from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission
 from hypertuna.description.channels import COUNTED
@@ -272,7 +273,7 @@ def names_of(robot: Robot) -> dict[str, tuple[str, ...]]:
     joints = tuple(group.name for group in robot.joints)
     return {
         "joints": joints,
-        "circuits": tuple(f"{joint}-{side}" for joint in joints for side in ("left", "right")),
+        "circuits": tuple(name or f"{joints[c // 2]}-unused" for c, name in enumerate(drive_names(robot))),
         "modes": tuple(_core.mode_names()),
         "reasons": tuple(row[0] for row in _core.reason_table()),
         "controls": tuple(row[0] for row in _core.control_table()),

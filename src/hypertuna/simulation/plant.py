@@ -9,7 +9,7 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
-from hypertuna.actuation.hydraulics import DRIVES, Circuits, circuits
+from hypertuna.actuation.hydraulics import DRIVES, Circuits, circuits, drive_names
 from hypertuna.actuation.soft_joint import SMALL, JointModel, drive_unit, joint_models
 from hypertuna.arrays import Array
 from hypertuna.control.controller import controller_columns
@@ -20,6 +20,7 @@ from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError
 from hypertuna.ranges import FINITE, Range, Whole
+from hypertuna.simulation.run import VARIABLES
 from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait, lags
 from hypertuna.swimming.model import core_model
@@ -66,6 +67,8 @@ def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
         "joints": len(models),
         **{f"joint.{name}": [model[name] for model in models] for name in _core.joint_columns()},
         **{f"circuit.{name}": oil.column(name) for name in oil.columns},
+        "direct": [float(group.direct) for group in robot.joints],
+        "armature": _armature(robot),
         **{f"battery.{name}": value for name, value in battery_columns(robot).items()},
         "idle": sum(servo.count * (servo.idle_current or 0.0) * (servo.voltage or 0.0) for servo in still),
     }
@@ -80,9 +83,10 @@ def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
 
 def _viscous(robot: Robot) -> tuple[JointModel, ...]:
     """Return the joints, whose axes shorten against the viscosity of their silicones."""
-    models, matrix = joint_models(robot), drive_unit(robot).matrix
-    if min(model["axial_viscosity"] for model in models) <= 0:
-        key, fix = f"materials.{matrix}.relaxation_s", "give 0.005, an estimate for silicone"
+    models = joint_models(robot)
+    viscosities = [m["axial_viscosity"] for m, group in zip(models, robot.joints, strict=True) if not group.direct]
+    if min(viscosities, default=1.0) <= 0:
+        key, fix = f"materials.{drive_unit(robot).matrix}.relaxation_s", "give 0.005, an estimate for silicone"
         raise InputError("must be positive in the twin", file=robot.file or None, key=key, value="0", fix=fix)
     return models
 
@@ -101,6 +105,12 @@ def _shares(robot: Robot) -> Array:
     return share
 
 
+def _armature(robot: Robot) -> list[float]:
+    """Inertia of the rotor that turns with each coordinate [kg m^2]: of the servo on a joint's axle."""
+    rotors = [0.0 if group.servo is None else group.servo.inertia for group in robot.joints]
+    return rotors + [0.0] * (robot.hinge is not None)
+
+
 def _fastest(
     robot: Robot, plant: _core.Plant, clamped: bool, oil: Circuits, models: Sequence[JointModel]
 ) -> tuple[float, tuple[str, str]]:
@@ -108,8 +118,6 @@ def _fastest(
 
     Beside the fastest stands the key of what makes it, and what to do about it.
     """
-    control = robot.controller
-    pressure = 0.0 if control is None else control.pressure_hard
     coordinates = len(models) + (robot.hinge is not None)
     mobility = plant.accelerations(  # rad/s^2 per N m of every coordinate of the straight tail
         _core.World({"clamped": float(clamped)}),
@@ -118,27 +126,38 @@ def _fastest(
         pose=np.zeros((coordinates, 9)),
         moment=np.eye(coordinates),
     )[:, 6:].diagonal()
-    bulk, air, compliance, held = (oil.column(name) for name in ("bulk_modulus", "air", "compliance", "oil_unit"))
-    swelling = 1 / bulk + air * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure) ** 2
-    gives = compliance + held * swelling  # m^3/Pa of the units' side
-    rates = {}
-    for j, model in enumerate(models):
-        sides = slice(2 * j, 2 * j + 2)
-        straight = model.at(0.0, -model["rest"])  # unfilled, where a muscle's volume changes fastest
-        swing = math.sqrt(float((straight["slope"][0] ** 2 / gives[sides]).sum() * mobility[j]))
-        silicone = -float(np.diff(model.at(0.0, [-SMALL, SMALL])["axial"])[0]) / (2 * SMALL)
-        held_back = silicone + float((straight["gain"][0] ** 2 / gives[sides]).sum())
-        soft = f"materials.{drive_unit(robot).matrix}.relaxation_s", "a longer relaxation time, or more compliance"
-        rates[soft] = held_back / model["axial_viscosity"]
-        own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in oil.values[sides])
-        line = (f"joints.{model.name}.line", "more air or compliance, a narrower or longer line, or heavier rotors")
-        rates[line] = math.hypot(own, swing)
+    rates: dict[tuple[str, str], float] = {}
+    for j, (group, model) in enumerate(zip(robot.joints, models, strict=True)):
+        pair = oil.values[2 * j : 2 * j + 2]
+        if group.servo is not None:
+            key = f"joints.{group.name}.servo", "less friction or bandwidth, or a heavier rotor"
+            rates[key] = _core.axle_stiffness(pair[0], float(mobility[j]))
+        else:
+            rates |= _oil_rates(robot, model, dict(zip(oil.columns, pair.T, strict=True)), pair, float(mobility[j]))
     if robot.hinge is not None:
         hinge, last = robot.hinge, float(mobility[-1])
         rates["hinge.stiffness_n_m_per_rad", "a softer hinge, or none"] = math.sqrt(hinge.stiffness * last)
         rates["hinge.damping_n_m_s_per_rad", "less damping"] = hinge.damping * last
     stiffest = max(rates, key=lambda name: rates[name])
     return float(rates[stiffest]), stiffest
+
+
+def _oil_rates(
+    robot: Robot, model: JointModel, column: dict[str, Array], pair: Array, mobility: float
+) -> dict[tuple[str, str], float]:
+    """Bound the rates of a joint that oil bends, with its mobility [rad/s^2 per N m]."""
+    pressure = 0.0 if robot.controller is None else robot.controller.pressure_hard or 0.0
+    swelling = 1 / column["bulk_modulus"]
+    swelling = swelling + column["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure) ** 2
+    gives = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa of the units' side
+    straight = model.at(0.0, -model["rest"])  # unfilled, where a muscle's volume changes fastest
+    swing = math.sqrt(float((straight["slope"][0] ** 2 / gives).sum() * mobility))
+    silicone = -float(np.diff(model.at(0.0, [-SMALL, SMALL])["axial"])[0]) / (2 * SMALL)
+    held_back = silicone + float((straight["gain"][0] ** 2 / gives).sum())
+    soft = f"materials.{drive_unit(robot).matrix}.relaxation_s", "a longer relaxation time, or more compliance"
+    own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in pair)
+    line = (f"joints.{model.name}.line", "more air or compliance, a narrower or longer line, or heavier rotors")
+    return {soft: held_back / model["axial_viscosity"], line: math.hypot(own, swing)}
 
 
 def check_command(robot: Robot, gait: Gait) -> None:
@@ -240,17 +259,34 @@ def run_command(
         "faults_given": texts,
         "step": tick / steps,
         "time": np.arange(rows, dtype=np.float64) * tick * every,
-        "data": _named(record, rows, len(robot.joints)),
+        "data": _named(record, rows, robot),
         "status": "completed" if made == ticks else "diverged",
     }
 
 
-def _named(record: dict[str, Array], rows: int, joints: int) -> dict[str, Array]:
-    """Cut the record to its rows, with the hinge apart from the joints and the speed positive ahead."""
-    data = {name: column[:rows] for name, column in record.items()}
+def _named(record: dict[str, Array], rows: int, robot: Robot) -> dict[str, Array]:
+    """Cut the record to its rows and to what the robot has, with the hinge apart and the speed positive ahead."""
+    joints = len(robot.joints)
+    data = existing({name: column[:rows] for name, column in record.items()}, robot)
     if "surge" in data:
         data["speed"] = -data.pop("surge")
     for name in ("angle", "rate", "moment"):
         if data[name].shape[1] > joints:
             data[f"hinge_{name}"], data[name] = data[name][:, joints], data[name][:, :joints]
+    return data
+
+
+def existing(data: dict[str, Array], robot: Robot) -> dict[str, Array]:
+    """Cut a record to the robot's circuits and servos: a joint with a servo on its axle has no oil and one servo."""
+    names = drive_names(robot)
+    drives = [c for c, name in enumerate(names) if name]
+    oil = [c for c in drives if not robot.joints[c // 2].direct]
+    kept = {"circuit": oil, "drive": drives, "servo": [*drives, len(names), len(names) + 1]}
+    for name, column in data.items():
+        dim = VARIABLES.get(name, ("",))[0]
+        if len(oil) < len(names) and dim in kept:
+            data[name] = column[:, kept[dim]]
+    unread = [group.direct for group in robot.joints]
+    if any(unread):
+        data["angle_measured"] = np.where(unread, math.nan, data["angle_measured"])
     return data

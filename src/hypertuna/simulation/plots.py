@@ -1,5 +1,6 @@
 """Figures of the twin: a whole run, and the pressures over a beat."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.arrays import Array
+from hypertuna.description.robot import require
+from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.simulation.dive import Dive
 from hypertuna.simulation.posture_test import CLOSE, Held, PostureTest
@@ -29,8 +32,8 @@ def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
     """Plot a run of the twin: `width` [inch]."""
     beside = width > 6
     water = run.medium == "water"
-    kinds = [_draw_angles, _draw_pressures, _draw_power, _draw_speed if water else _draw_peaks]
-    kinds += [_draw_path] if water else []
+    oil = [_draw_pressures] if run.circuits else []
+    kinds = [_draw_angles, *oil, _draw_power, *([_draw_speed, _draw_path] if water else [_draw_peaks])]
     rows = (len(kinds) + 1) // 2 if beside else len(kinds)
     figure = Figure(figsize=(width, 2.05 * rows + 0.5), layout="constrained")
     grid: GridSpec = figure.add_gridspec(rows, 2 if beside else 1)
@@ -50,7 +53,9 @@ def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
 @styled
 def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
     """Plot the pressures of one beat, in the pumps and in the drive units: a panel for each joint; `width` [inch]."""
-    joints = [group.name for group in run.robot.joints]
+    joints = [group.name for group in run.robot.joints if not group.direct]
+    if not joints:
+        raise InputError("has no oil: servos turn its joints", key=f"robot {run.robot.name}", fix="plot the run itself")
     beats = max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)) if run.settled else 1
     last = _last(run, beats)
     phase = (run.time[last] - run.time[last][0]) * run.gait.frequency
@@ -95,7 +100,7 @@ def _draw_pressures(axes: Axes, run: TwinRun) -> None:
     last = _last(run, BEATS)
     _draw_bounds(axes, run)
     for c, name in enumerate(run.circuits):
-        color = COLORS[c // 2 % len(COLORS)]
+        color = COLORS[run.joints.index(name.rpartition("-")[0]) % len(COLORS)]
         low, at, high = (run.data[f"pump_pressure{end}"][last, c] / KILO for end in ("_low", "", "_high"))
         axes.fill_between(run.time[last], low, high, color=color, alpha=0.3, lw=0)
         axes.plot(run.time[last], at, color=color, ls=SIDES[c % 2], lw=1.2, label=name)
@@ -104,12 +109,11 @@ def _draw_pressures(axes: Axes, run: TwinRun) -> None:
 
 def _draw_bounds(axes: Axes, run: TwinRun) -> None:
     """Mark the pressures between which the circuits may work."""
-    controller, oil = run.robot.controller, run.robot.oil
-    assert controller is not None
-    assert oil is not None  # the twin has run
+    soft = require(run.robot.controller, "controller").pressure_soft or math.nan
+    cavitation = require(run.robot.oil, "oil").cavitation
     look: Any = {"textcoords": "offset points", "ha": "right", "va": "bottom", "fontsize": 7, "color": INK}
     look["bbox"] = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.5}
-    for bound, text in ((controller.pressure_soft, "soft limit"), (oil.cavitation, "cavitation")):
+    for bound, text in ((soft, "soft limit"), (cavitation, "cavitation")):
         axes.axhline(bound / KILO, color=INK, lw=0.9, ls=(0, (1, 2)))
         axes.annotate(text, (1, bound / KILO), (-2, 2), xycoords=("axes fraction", "data"), **look)
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.actuation.hydraulics import SIDES
+from hypertuna.actuation.hydraulics import drive_names
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, require
@@ -42,7 +42,7 @@ VARIABLES: Variables = {
     "yaw": ("", "rad/s", "rate of turn of the head, counter-clockwise"),
     "angle": ("joint", "rad", "bend of the joint group, counter-clockwise"),
     "rate": ("joint", "rad/s", "rate of the bend"),
-    "moment": ("joint", "N m", "moment of oil and silicone on the bend"),
+    "moment": ("joint", "N m", "moment of oil and silicone, or of the servo, on the bend"),
     "angle_measured": ("joint", "rad", "reading of the bend sensor"),
     "angle_set": ("joint", "rad", "bend that the command asks for"),
     "pump_pressure": ("circuit", "Pa", "gauge pressure in the cylinder"),
@@ -52,13 +52,13 @@ VARIABLES: Variables = {
     "unit_pressure_high": ("circuit", "Pa", "largest pressure in the drive units within the control tick"),
     "unit_pressure_low": ("circuit", "Pa", "smallest pressure in the drive units within the control tick"),
     "pressure_measured": ("circuit", "Pa", "reading of the pressure sensor"),
-    "servo_target": ("circuit", "rad", "servo angle that the pulse asks for, positive pushes oil out"),
-    "servo_angle": ("circuit", "rad", "servo angle from neutral"),
-    "servo_rate": ("circuit", "rad/s", "servo rate"),
-    "servo_torque": ("circuit", "N m", "torque of the servo's motor at its output"),
+    "servo_target": ("drive", "rad", "servo angle that the pulse asks for, positive pushes oil out"),
+    "servo_angle": ("drive", "rad", "servo angle from neutral"),
+    "servo_rate": ("drive", "rad/s", "servo rate"),
+    "servo_torque": ("drive", "N m", "torque of the servo's motor at its output"),
     "flow": ("circuit", "m^3/s", "flow of oil toward the drive units"),
-    "electrical_power": ("circuit", "W", "mean electrical power of the servo within the control tick"),
-    "current": ("circuit", "A", "reading of the current sensor"),
+    "electrical_power": ("drive", "W", "mean electrical power of the servo within the control tick"),
+    "current": ("drive", "A", "reading of the current sensor"),
     "power": ("", "W", "mean electrical power of all servos within the control tick"),
     "battery_voltage": ("", "V", "voltage at the battery's terminals"),
     "pulse": ("servo", "s", "servo pulse"),
@@ -89,13 +89,19 @@ class Run:
 
     @property
     def circuits(self) -> tuple[str, ...]:
-        """Names of the circuits: I-left, I-right, ..."""
-        return tuple(f"{joint}-{side}" for joint in self.joints for side in SIDES)
+        """Names of the oil circuits: I-left, I-right, ..."""
+        groups = {group.name for group in self.robot.joints if group.direct}
+        return tuple(name for name in self.drives if name not in groups)
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """Names of the servos that move the joints: those of the circuits, and those on an axle by its joint."""
+        return tuple(name for name in drive_names(self.robot) if name)
 
     @property
     def servos(self) -> tuple[str, ...]:
-        """Names of the servos: those of the circuits, and of the fins."""
-        return (*self.circuits, "fin 1", "fin 2")
+        """Names of all servos: those of the joints, and of the fins."""
+        return (*self.drives, "fin 1", "fin 2")
 
     @cached_property
     def tick(self) -> float:
@@ -116,7 +122,13 @@ class Run:
             name: (("time", dim) if dim else ("time",), self.data[name], unit, text)
             for name, (dim, unit, text) in names.items()
         }
-        places = {"joint": self.joints, "circuit": self.circuits, "servo": self.servos, **coordinates}
+        places = {
+            "joint": self.joints,
+            "circuit": self.circuits,
+            "drive": self.drives,
+            "servo": self.servos,
+            **coordinates,
+        }
         time = ("time", self.time, "s", "start of the control tick")
         labels = {name: (name, list(texts)) for name, texts in places.items()}
         data = dataset(variables, {"time": time} | labels, provenance(self.robot) | attributes)
@@ -258,8 +270,9 @@ class TwinRun(
 
     @property
     def pressure_peak(self) -> float:
-        """Largest pressure of any cylinder or drive unit at any time of the run [Pa]."""
-        return float(max(self.data["pump_pressure_high"].max(), self.data["unit_pressure_high"].max()))
+        """Largest pressure of any cylinder or drive unit at any time of the run [Pa]; NaN without oil."""
+        ends = (self.data[f"{part}_pressure_high"] for part in ("pump", "unit"))
+        return max((float(end.max()) for end in ends if end.size), default=math.nan)
 
     @property
     def flags(self) -> int:
@@ -276,8 +289,9 @@ class TwinRun(
     def acting(self) -> dict[str, float]:
         """Fraction of the last beats' ticks in which each condition held, cavitation among them [1]."""
         fractions = dict(zip(CONDITIONS, self._held[self.beats].mean(axis=0).tolist(), strict=True))
-        limit = require(self.robot.oil, "oil", self.robot).cavitation * (1 - DRY)
-        fractions["cavitation"] = float((self.data["pump_pressure_low"][self.beats].min(axis=1) < limit).mean())
+        if self.circuits:
+            limit = require(self.robot.oil, "oil", self.robot).cavitation * (1 - DRY)
+            fractions["cavitation"] = float((self.data["pump_pressure_low"][self.beats].min(axis=1) < limit).mean())
         return {name: fraction for name, fraction in fractions.items() if fraction > 0}
 
     @property
@@ -302,7 +316,8 @@ class TwinRun(
         if self.status == "diverged":
             first = self.divergence
         places = self.data["status_at"].astype(np.int64)
-        names = {"joint": self.joints, "circuit": self.circuits, "servo": self.servos}
+        drives = drive_names(self.robot)
+        names = {"joint": self.joints, "circuit": drives, "servo": (*drives, *self.servos[-2:])}
         sentences = [first]
         for bit, (place, text) in enumerate(CONDITIONS.values()):
             held = self._held[:, bit]
@@ -317,7 +332,7 @@ class TwinRun(
         return tuple(sentences)
 
     def dataset(self) -> xr.Dataset:
-        """Label what was recorded: dimensions time, joint, circuit, servo; units and meaning in the attributes.
+        """Label what was recorded: dimensions time, joint, circuit, drive, servo; units and meaning in the attributes.
 
         Returns
         -------

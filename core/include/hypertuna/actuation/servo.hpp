@@ -33,13 +33,13 @@ struct ServoDrive {
 /// Electrical power of a servo by what it goes to; the shares add up to `total`.
 template <class S>
 struct ServoPower {
-    S total;      // W
-    S idle;       // W: electronics
-    S holding;    // W: heat of the current that torque takes, at rest and in motion
-    S hydraulic;  // W: work on the oil, negative where the oil pushes back
-    S friction;   // W: rubbed away in the gears
-    S inertia;    // W: into the rotor, negative while it slows down; a beat's mean is zero
-    S braking;    // W: work of load and rotor that comes back and is not regained
+    S total;     // W
+    S idle;      // W: electronics
+    S holding;   // W: heat of the current that torque takes, at rest and in motion
+    S load;      // W: work on the load, the oil or a joint, negative where it pushes back
+    S friction;  // W: rubbed away in the gears
+    S inertia;   // W: into the rotor, negative while it slows down; a beat's mean is zero
+    S braking;   // W: work of load and rotor that comes back and is not regained
 };
 
 /// A rate this slow counts as rest for friction, rad/s: it sets in smoothly around it.
@@ -77,22 +77,36 @@ ServoDrive<S> servo_drive(const Servo<S>& servo, const S& supply, const S& load,
     return {acceleration, net + taken, taken};
 }
 
+/// Torque of a servo on the axle of a joint: the loop does not know the load that hangs on it, and is a spring and a
+/// damper within the torque-speed line. The rotor's inertia is the joint's (`Tail::armature`).
+template <class S>
+ServoDrive<S> axle_drive(const Servo<S>& servo, const S& supply, const S& target, const S& angle, const S& rate) {
+    const S loop = servo_loop(servo);
+    const S drive = servo.stall_torque * (supply / servo.voltage), back = servo.stall_torque * (rate / servo.speed);
+    const S desired = servo.inertia * loop * (loop * (target - angle) - S(2) * rate);
+    const S torque = max(S(0) - drive - back, min(drive - back, desired));
+    return {S(0), torque, servo.friction * rubbing(rate)};
+}
+
 /// Power of a DC motor, without regeneration: idle + torque rate + heat, and never less than idle.
 template <class S>
 ServoPower<S> servo_power(const Servo<S>& servo, const ServoDrive<S>& drive, const S& supply, const S& load,
                           const S& rate) {
     const S part = drive.torque / servo.stall_torque;
     const S idle = supply * servo.idle_current, holding = part * part * (servo.voltage * servo.stall_current);
-    const S hydraulic = load * rate, friction = drive.rubbed * rate;
+    const S work = load * rate, friction = drive.rubbed * rate;
     const S inertia = servo.inertia * drive.acceleration * rate;
-    const S braking = max(S(0), S(0) - (holding + hydraulic + friction + inertia));
-    return {idle + holding + hydraulic + friction + inertia + braking,
-            idle,
-            holding,
-            hydraulic,
-            friction,
-            inertia,
-            braking};
+    const S braking = max(S(0), S(0) - (holding + work + friction + inertia));
+    return {idle + holding + work + friction + inertia + braking, idle, holding, work, friction, inertia, braking};
+}
+
+/// Bound of the rates of a servo on an axle, 1/s, with the axle's mobility, rad/s^2 per N m, its own rotor included:
+/// spring of the loop, and its damper with the torque-speed line and the onset of friction.
+template <class S>
+S axle_stiffness(const Servo<S>& servo, const S& mobility) {
+    const S loop = servo_loop(servo), spring = servo.inertia * loop * loop;
+    const S line = servo.stall_torque / servo.speed, onset = servo.friction / S(base_t<S>(servo_rest));
+    return max(sqrt(spring * mobility), (S(2) * servo.inertia * loop + line + onset) * mobility);
 }
 
 /// Bound of the servo's own rates, 1/s: the loop, or the torque-speed line and the onset of friction.

@@ -1,6 +1,7 @@
 /// Controller: what runs on the robot. A command and readings go in, servo pulses and a status come out.
 ///
 /// oscillators -> bend of each joint -> servo angles by the inverse volume map -> pressure supervisor -> slew, clamp.
+/// The servo on the axle of a joint without oil is sent to the bend itself.
 /// It is made of + - * / sqrt and sincos of trig.hpp alone: without contraction it has the same bits on every machine.
 #pragma once
 
@@ -130,7 +131,7 @@ void drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
     const T last = state.sent[c];
     send(model, state, output, c, angle);
     circuit.change = output.target[c] - last;
-    const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
+    const T free = direct(model, c / 2) ? supply : supply - max(T(0), circuit.pressure) / supervisor.stall;
     if (clamp(free, T(0.1), T(1)) * supervisor.speed * model.tick < abs(circuit.change))
         output.status.set(Condition::speed_limit, c);
     output.pressure[c] = circuit.pressure;
@@ -171,6 +172,15 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     if (pressed || slow) ++state.posture[j].limited;
 }
 
+/// One joint with a servo on its axle: sent to the bend that is asked.
+template <class T>
+void turn_joint(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int j) {
+    const T supply = min(T(1), state.supply / model.voltage_rated);
+    state.bend_sent[j] = asked_bend(model, state, j, output.status);
+    drive_circuit(model, state, output, 2 * j, state.bend_sent[j], supply);
+    send(model, state, output, 2 * j + 1, T(0));
+}
+
 /// One tick of the controller, its state in place.
 template <class T>
 ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings,
@@ -182,11 +192,16 @@ ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& stat
     for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[2 * j];
     generate(model, state, state.armed && state.age <= model.timeout);
     read_robot(model, state, readings, status);
-    for (int c = 0; c < 2 * model.joints; ++c) read_pressure(model, state, c, readings.pressure[c], status);
+    for (int c = 0; c < 2 * model.joints; ++c)
+        if (!direct(model, c / 2)) read_pressure(model, state, c, readings.pressure[c], status);
     for (int j = 0; j < model.joints; ++j) {
+        output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
+        if (direct(model, j)) {
+            turn_joint(model, state, output, j);
+            continue;
+        }
         const bool ended = beat_ends(before[j], state.oscillator[2 * j]);
         hold_posture(model, state, j, readings.bend[j], ended, status);
-        output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
         drive_joint(model, state, output, j);
     }
     for (int k = 0; k < 2; ++k) send(model, state, output, 2 * model.joints + k, state.fin[k].value);

@@ -32,6 +32,7 @@ void take_command(const Controller<T>& model, ControllerState<T>& state, const C
         }
         for (int k = 0; k < 2; ++k) take(target.fin[k], command.fin[k], -model.fin_max, model.fin_max, status);
         for (int j = 0; j < model.joints; ++j) {
+            if (direct(model, j)) continue;
             // A tail that starts from rest swings past its steady beats: it begins as at a frequency not seen before.
             if (state.amplitude[j].value < T(governor_floor)) state.governor[j].frequency = T(0);
             expect(state.governor[j], target.frequency, safe_amplitude(model.joint[j], target.frequency));
@@ -65,14 +66,18 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
     const auto plain = [&](Health<T>& health, T reading, T low, T high, T part) {
         return judge({low, high, part * (high - low), repeats_slow}, health, reading, health.last, moving).usable;
     };
-    for (int c = 0; c < 2 * model.joints; ++c)
-        if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(0.24)))
+    // A range without extent: the robot has no such sensor.
+    const bool currents = model.current_low < model.current_high;
+    for (int c = 0; c < 2 * model.joints && currents; ++c)
+        if (!(direct(model, c / 2) && c % 2 == 1) &&
+            !plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(0.24)))
             status.set(Condition::current_fault, c);
     for (int k = 0; k < 6; ++k) {
         const T limit = k < 3 ? model.rate_high : model.acceleration_high;
         const T reading = k < 3 ? readings.rate[k] : readings.acceleration[k - 3];
-        if (!plain(state.imu[k], reading, -limit, limit, T(0.2))) status.set(Condition::imu_fault);
+        if (T(0) < limit && !plain(state.imu[k], reading, -limit, limit, T(0.2))) status.set(Condition::imu_fault);
     }
+    if (!(model.voltage_min < model.voltage_max)) return;
     const bool first = !state.voltage.seen;
     const bool voltage = plain(state.voltage, readings.voltage, model.voltage_min, model.voltage_max, T(0.2));
     if (voltage) state.supply += (first ? T(1) : T(0.1)) * (readings.voltage - state.supply);

@@ -25,6 +25,7 @@ T servo_angle(const PumpMap<T>& map, T bend) {
 /// What the controller knows of one joint.
 template <class T>
 struct JointModel {
+    T direct;                               // 1 where a servo turns its axle: no oil, no bend sensor, no second servo
     T reach;                                // rad: largest bend to either side that its pumps are asked for
     T amplitude;                            // rad: largest amplitude of a command
     T bend_range;                           // rad: of the bend sensor, to either side
@@ -112,6 +113,12 @@ struct ControllerStep {
     ControllerOutput<T> output;
 };
 
+/// Whether a servo turns a joint's axle: that of the joint's first circuit; the second one is not there.
+template <class T>
+bool direct(const Controller<T>& model, int joint) {
+    return T(0) < model.joint[joint].direct;
+}
+
 /// Everything at rest, the pumps at neutral.
 template <class T>
 ControllerState<T> init(const Controller<T>& model) {
@@ -138,6 +145,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     visit("moving", 0, m.posture.moving), visit("amplitude_min", 0, m.posture.amplitude_min);
     for (int j = 0; j < m.joints; ++j) {
         JointModel<T>& joint = m.joint[j];
+        visit("direct", j, joint.direct);
         visit("reach", j, joint.reach), visit("amplitude", j, joint.amplitude);
         visit("bend_range", j, joint.bend_range), visit("bend_step", j, joint.bend_step);
         visit("safe_static", j, joint.safe_static), visit("safe_rate", j, joint.safe_rate);

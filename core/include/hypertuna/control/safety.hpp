@@ -58,7 +58,7 @@ inline constexpr ConditionText condition_texts[conditions] = {
     {"speed_limit", Place::circuit, "the servo was asked to turn faster than it can"},
     {"slew_limit", Place::servo, "the slew limit held the servo's command back"},
     {"pulse_limit", Place::servo, "the pulse clamp held the servo's command back"},
-    {"amplitude_limit", Place::joint, "the joint was asked to bend further than its pumps reach"},
+    {"amplitude_limit", Place::joint, "the joint was asked to bend further than it reaches"},
     {"hard_stop", Place::circuit, "pressure passed the hard limit: the joint is released until it is armed again"},
     {"low_voltage", Place::robot, "the battery voltage is low"},
     {"timeout", Place::robot, "no command came in time: the tail comes to rest"},

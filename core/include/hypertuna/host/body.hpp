@@ -22,18 +22,21 @@ struct BodyData {
 
     Model model;
     int coordinates;
-    std::vector<double> share;  // links x coordinates: part of each coordinate that a link's front joint takes
+    std::vector<double> share;     // links x coordinates: part of each coordinate that a link's front joint takes
+    std::vector<double> armature;  // coordinates: kg m^2 of what turns with each beside the links
     std::optional<Space> space;
 };
 
-/// Read a body: `share` (links, coordinates); to be in space, too, `link.NAME` (links), `fin.NAME`, `shedding` and
-/// `antenna`.
+/// Read a body: `share` (links, coordinates), `armature` (coordinates) where rotors turn with it; to be in space, too,
+/// `link.NAME` (links), `fin.NAME`, `shedding` and `antenna`.
 inline BodyData read_body_data(ColumnReader& in, const Model& model) {
-    BodyData body{model, 1, {}, {}};
+    BodyData body{model, 1, {}, {}, {}};
     if (const NamedColumn* share = in.find("share")) body.coordinates = int(share->width);
     if (body.coordinates < 1 || body.coordinates > max_coordinates)
         in.refuse("share: must have from 1 to 5 coordinates, but has " + std::to_string(body.coordinates));
     body.share = in.numbers("share", model.links, body.coordinates);
+    body.armature =
+        in.has("armature") ? in.numbers("armature", body.coordinates) : std::vector<double>(body.coordinates);
     if (!in.has("shedding")) return body;
     BodyData::Space& space = body.space.emplace();
     for (int i = 0; i < model.links; ++i)
@@ -65,9 +68,13 @@ struct PlaneBody {
 
     PlaneBody(const BodyData& data, bool clamped)
         : tank(data.model, 4), joint(data.model.links), shape(data.model.links), acceleration(data.model.links) {
-        tail = {tank.fish,    reinterpret_cast<const double (*)[D]>(data.share.data()),
-                clamped,      joint.data(),
-                shape.data(), acceleration.data()};
+        tail = {tank.fish,
+                reinterpret_cast<const double (*)[D]>(data.share.data()),
+                clamped,
+                data.armature.data(),
+                joint.data(),
+                shape.data(),
+                acceleration.data()};
     }
     PlaneBody(const PlaneBody&) = delete;
     PlaneBody& operator=(const PlaneBody&) = delete;

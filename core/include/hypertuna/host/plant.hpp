@@ -1,6 +1,8 @@
 /// A robot's plant: body, soft joints, circuits and battery as columns describe them, and the twin that they make.
 #pragma once
 
+#include <array>
+
 #include "hypertuna/host/body.hpp"
 #include "hypertuna/simulation/twin6.hpp"
 
@@ -10,6 +12,7 @@ namespace hypertuna {
 struct PlantData : BodyData {
     int joints;
     std::vector<Joint<double>> joint;
+    std::array<bool, max_joints> direct;   // whether a servo on the axle moves a joint, not oil
     std::vector<Circuit<double>> circuit;  // 2 joints
     std::vector<double> unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
     Hinge<double> hinge;
@@ -18,14 +21,14 @@ struct PlantData : BodyData {
 
     /// Not inlined: GCC 12 would take what an empty optional does not hold for read.
     HYPERTUNA_NOINLINE explicit PlantData(BodyData&& body)
-        : BodyData(std::move(body)), joints(0), hinge{}, battery{}, idle(0) {}
+        : BodyData(std::move(body)), joints(0), direct{}, hinge{}, battery{}, idle(0) {}
     PlantData(PlantData&&) = default;
     PlantData(const PlantData&) = delete;
 };
 
-/// A plant from the columns of its body, `joint.NAME` (joints), `circuit.NAME` (2 joints, left before
-/// right), `battery.NAME`, `idle`, and `hinge.stiffness` and `hinge.damping` where there is a coordinate more than
-/// joints.
+/// A plant from the columns of its body, `joint.NAME` (joints), `circuit.NAME` (2 joints, left before right),
+/// `direct` (joints: 1 where the servo of the left circuit turns the axle, without oil) where any is, `battery.NAME`,
+/// `idle`, and `hinge.stiffness` and `hinge.damping` where there is a coordinate more than joints.
 inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& columns) {
     ColumnReader in(columns);
     PlantData plant(read_body_data(in, model));
@@ -34,9 +37,11 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
         in.refuse("share: must have one coordinate per joint, and perhaps one for a hinge");
     for (int j = 0; j < plant.joints && in.fault().empty(); ++j)
         plant.joint.push_back(read_joint<double>(in.row("joint", joint_columns, j).data()));
+    for (int j = 0; j < plant.joints; ++j)
+        plant.direct[j] = in.has("direct") && in.number("direct", std::size_t(j)) != 0;
     for (int c = 0; c < 2 * plant.joints && in.fault().empty(); ++c) {
         plant.circuit.push_back(read_circuit<double>(in.row("circuit", circuit_columns, c).data()));
-        plant.unit_rest.push_back(taut_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
+        plant.unit_rest.push_back(plant.direct[c / 2] ? 0.0 : taut_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
     }
     if (plant.coordinates > plant.joints) plant.hinge = {in.number("hinge.stiffness"), in.number("hinge.damping")};
     plant.battery = read_battery<double>(in.row("battery", battery_columns).data());
@@ -48,7 +53,9 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
 template <class Body>
 Twin<Body> make_twin(const PlantData& plant, const Body& body, double tick, int steps) {
     Twin<Body> twin{};
-    twin.plant = {body, plant.joints, plant.joint.data(), plant.circuit.data(), plant.unit_rest.data(), plant.hinge};
+    twin.plant = {
+        body,       plant.joints, plant.joint.data(), plant.direct.data(), plant.circuit.data(), plant.unit_rest.data(),
+        plant.hinge};
     twin.battery = plant.battery;
     twin.idle = plant.idle;
     twin.step = tick / steps;

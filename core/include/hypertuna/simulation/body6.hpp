@@ -304,6 +304,7 @@ BodyAcceleration<S, D> body6_acceleration(const Body6<S, Law, D>& body, const Be
         const Momentum<S>& cross = sum.tail.cross[d];
         put(6 + d, {cross.x, cross.y, cross.z, S(0), sum.bend[d][0], sum.bend[d][1]});
         for (int e = 0; e <= d; ++e) matrix[6 + d][6 + e] = sum.tail.bend[d][e];
+        matrix[6 + d][6 + d] += body.tail.armature[d];
         load[6 + d] = moment[d] + sum.tail.bend_load[d];
     }
     solve_cholesky(matrix, load);

@@ -3,6 +3,7 @@
 /// Oil pressures push on the joints by how the bend changes the units' volume (virtual work), the joints bend the tail
 /// against the water, and the bend takes oil out of the circuits in turn. Each soft joint shortens, too, without mass:
 /// what is left of its axial force works against its viscosity. The links keep their lengths (docs/twin.md).
+/// A joint without oil has a servo on its axle: that of circuit 2 j, whose state is the joint's; circuit 2 j + 1 rests.
 /// Coordinates of the tail: the bends of the joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive
 /// hinge may follow. The body is one in the plane (tail.hpp) or in space (body6.hpp).
 #pragma once
@@ -29,6 +30,7 @@ struct Plant {
     Body body;
     int joints;                 // coordinates that circuits bend; a hinge is one more
     const Joint<S>* joint;      // joints
+    const bool* direct;         // joints: whether a servo on the axle moves it, not oil
     const Circuit<S>* circuit;  // 2 joints
     const S* unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
     Hinge<S> hinge;
@@ -117,6 +119,51 @@ HYPERTUNA_INLINE S bend_moment(const Joint<S>& joint, const JointLoad<S>& load, 
 /// No output: the quantities that only an output needs are not computed.
 struct NoOutput {};
 
+/// A joint that oil bends: how its circuits and its strain change, and the moment on its bend.
+template <class Body, class Seen>
+HYPERTUNA_INLINE auto bend_by_oil(const Plant<Body>& plant, const PlantStateOf<Body>& at,
+                                  const ServoTargets<typename Body::Scalar, Body::coordinates>& targets, int j,
+                                  PlantStateOf<Body>& rate, Seen seen) {
+    using S = typename Body::Scalar;
+    const auto oil = [&](int side, const S& volume) {
+        const int c = 2 * j + side;
+        return unit_oil(plant.circuit[c], at.circuit[c], plant.unit_rest[c], volume);
+    };
+    const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j], at.strain[j], oil);
+    for (int side = 0; side < 2; ++side) {
+        const int c = 2 * j + side;
+        const CircuitRate<S> circuit = circuit_rate(plant.circuit[c], at.circuit[c], targets.angle[c], targets.supply,
+                                                    load.volume[side] - plant.unit_rest[c]);
+        rate.circuit[c] = circuit.rate;
+        rate.energy[c] = circuit.output.power.total;
+        if constexpr (!std::is_same_v<Seen, NoOutput>) seen->circuit[c] = circuit.output;
+    }
+    rate.strain[j] = joint_thrust(load) / plant.joint[j].axial_viscosity;
+    return bend_moment(plant.joint[j], load, at.bend.rate[j]);
+}
+
+/// A joint with a servo on its axle: the energy that it draws, and the moment on its bend.
+template <class Body, class Seen>
+HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf<Body>& at,
+                                    const ServoTargets<typename Body::Scalar, Body::coordinates>& targets, int j,
+                                    PlantStateOf<Body>& rate, Seen seen) {
+    using S = typename Body::Scalar;
+    const int c = 2 * j;
+    const Servo<S>& servo = plant.circuit[c].servo;
+    const S& turning = at.bend.rate[j];
+    const ServoDrive<S> drive = axle_drive(servo, targets.supply, targets.angle[c], at.bend.angle[j], turning);
+    const S moment = drive.torque - drive.rubbed;
+    const ServoPower<S> power = servo_power(servo, drive, targets.supply, moment, turning);
+    rate.circuit[c + 1] = {S(0), S(0), S(0), S(0)};
+    rate.energy[c] = power.total, rate.energy[c + 1] = S(0);
+    rate.strain[j] = S(0);
+    if constexpr (!std::is_same_v<Seen, NoOutput>) {
+        seen->circuit[c] = {{S(0), S(0)}, {S(0), S(0)}, moment, drive.torque, power};
+        seen->circuit[c + 1] = {};
+    }
+    return moment;
+}
+
 /// How the plant changes. `seen` receives the output of the instant unless it is NoOutput.
 template <class Body, class Seen>
 HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const PlantStateOf<Body>& at,
@@ -127,23 +174,9 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
     constexpr bool looks = !std::is_same_v<Seen, NoOutput>;
     PlantStateOf<Body> rate;
     S moment[D];
-    for (int j = 0; j < plant.joints; ++j) {
-        const auto oil = [&](int side, const S& volume) {
-            const int c = 2 * j + side;
-            return unit_oil(plant.circuit[c], at.circuit[c], plant.unit_rest[c], volume);
-        };
-        const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j], at.strain[j], oil);
-        for (int side = 0; side < 2; ++side) {
-            const int c = 2 * j + side;
-            const CircuitRate<S> circuit = circuit_rate(plant.circuit[c], at.circuit[c], targets.angle[c],
-                                                        targets.supply, load.volume[side] - plant.unit_rest[c]);
-            rate.circuit[c] = circuit.rate;
-            rate.energy[c] = circuit.output.power.total;
-            if constexpr (looks) seen->circuit[c] = circuit.output;
-        }
-        moment[j] = bend_moment(plant.joint[j], load, at.bend.rate[j]);
-        rate.strain[j] = joint_thrust(load) / plant.joint[j].axial_viscosity;
-    }
+    for (int j = 0; j < plant.joints; ++j)
+        moment[j] = plant.direct[j] ? turn_by_servo(plant, at, targets, j, rate, seen)
+                                    : bend_by_oil(plant, at, targets, j, rate, seen);
     for (int d = plant.joints; d < D; ++d) {
         for (int c = 2 * d; c < 2 * d + 2; ++c) {
             rate.circuit[c] = {S(0), S(0), S(0), S(0)};
@@ -158,6 +191,7 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
     for (int d = 0; d < D; ++d) {
         rate.bend.angle[d] = at.bend.rate[d];
         rate.bend.rate[d] = body.bend[d];
+        if (d < plant.joints && plant.direct[d]) rate.circuit[2 * d] = {at.bend.rate[d], body.bend[d], S(0), S(0)};
         if constexpr (looks) seen->moment[d] = moment[d];
     }
     if constexpr (looks) seen->twist_rate = body.twist;

@@ -34,6 +34,7 @@ struct Tail {
     Swimmer<S, Law> fish;
     const S (*share)[D];  // part of each coordinate that the joint in front of a link takes
     bool clamped;         // head held still, as on the bench
+    const S* armature;    // kg m^2: inertia of what turns with each coordinate beside the links, a servo's rotor
     JointMotion<S>* joint;
     LinkShape<S>* shape;
     LinkAcceleration<S>* acceleration;
@@ -175,6 +176,7 @@ TailAcceleration<S, D> tail_acceleration(const Tail<S, Law, D>& tail, const Bend
             matrix[3 + d][2] = sum.cross[d].z;
         }
         for (int e = 0; e <= d; ++e) matrix[3 + d][3 + e] = sum.bend[d][e];
+        matrix[3 + d][3 + d] += tail.armature[d];
         load[3 + d] = moment[d] + sum.bend_load[d];
     }
     solve_cholesky(matrix, load);

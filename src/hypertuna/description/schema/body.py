@@ -25,7 +25,7 @@ from hypertuna.description.schema.base import (
     same_length,
     unique,
 )
-from hypertuna.description.schema.hydraulics import Line, Pump
+from hypertuna.description.schema.hydraulics import JointServo, Line, Pump
 
 AROUND = 2.55  # perimeter over height of an ellipse 0.6 times as wide as high
 
@@ -176,6 +176,19 @@ class JointGroup(Part):
     drive_units: Count | None = entry("number of pairs of artificial muscles", default=None)
     actuator: Actuator | None = entry("table of the soft body", default=None)
     line: Line | None = entry("table of the oil line of each of its two circuits", default=None)
+    servo: JointServo | None = entry("table of the servo on its axle, in place of muscles", default=None)
+
+    @property
+    def direct(self) -> bool:
+        """Whether a servo on its axle turns the joint, not oil."""
+        return self.servo is not None
+
+    def one_drive(self, key: str) -> Iterator[Check]:
+        """Check that a joint with a servo on its axle has no muscles."""
+        fix = "remove it, or the table servo: a joint is turned by muscles or by a servo"
+        for name in ("drive_units", "actuator", "line"):
+            alone = not self.direct or getattr(self, name) is None
+            yield Check(alone, f"{key}.{name}", f"must not stand beside {key}.servo", fix)
 
 
 class NamedGait(Part):

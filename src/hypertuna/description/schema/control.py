@@ -1,5 +1,6 @@
 """The tables of the controller, the sensors and the pilot in a robot description."""
 
+import math
 from collections.abc import Collection, Iterator, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -34,11 +35,11 @@ class Controller(Part, table="controller"):
     frequency_max: Positive = entry("highest beat frequency of a command", "Hz")
     fin_max: PositiveDegrees = entry("largest angle of the pectoral fins to either side", "deg")
     voltage_low: Positive = entry("battery voltage below which the status warns", "V")
-    pressure_step: Positive = entry(
-        "largest change within a tick beside the pump's; a larger one is a faulty sensor", "Pa"
+    pressure_step: Positive | None = entry(
+        "largest change within a tick beside the pump's; a larger one is a faulty sensor", "Pa", default=None
     )
-    pressure_soft: Positive = entry("pressure to which the supervisor limits commands", "Pa")
-    pressure_hard: Positive = entry("pressure at which a circuit is released for good", "Pa")
+    pressure_soft: Positive | None = entry("pressure to which the supervisor limits commands", "Pa", default=None)
+    pressure_hard: Positive | None = entry("pressure at which a circuit is released for good", "Pa", default=None)
     timeout: Positive = entry("time without a command after which the tail rests", "s")
     pulse_center: Microseconds = entry("servo pulse of the neutral angle", "us")
     pulse_per_rad: Microseconds = entry("change of the servo pulse per angle", "us/rad", key="pulse_us_per_rad")
@@ -47,15 +48,17 @@ class Controller(Part, table="controller"):
     slew: Positive = entry("largest rate of the commanded servo angle", "rad/s")
 
     def _checks(self) -> Iterator[Check]:
-        yield self.ordered("pressure_soft", "pressure_hard")
+        if self.pressure_soft is not None and self.pressure_hard is not None:
+            yield self.ordered("pressure_soft", "pressure_hard")
         yield self.ordered("pulse_min", "pulse_center")
         yield self.ordered("pulse_center", "pulse_max")
 
     def fill(self, pressure: float, key: str) -> Check:
         """Check that the supervisor allows a circuit its fill pressure."""
-        text = f"must be less than controller.pressure_soft_pa = {self.pressure_soft:g}"
+        limit = math.inf if self.pressure_soft is None else self.pressure_soft
+        text = f"must be less than controller.pressure_soft_pa = {limit:g}"
         fix = "lower the fill pressure or raise the limit"
-        return Check(pressure < self.pressure_soft, key, text, fix, f"{pressure:g}")
+        return Check(pressure < limit, key, text, fix, f"{pressure:g}")
 
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """The table of the firmware in a robot description: pins of the microcontroller, limits of the supervisor."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 from hypertuna.description.channels import ANALOG, CHANNELS
@@ -46,7 +46,8 @@ class Firmware(Part, table="firmware", keys=_analog_pins()):
     """The firmware: pins, and limits of the supervisor on board; without influence on simulations."""
 
     servo_pins: tuple[Index, ...] = entry(
-        "pins of the servos: of each joint group's left and right pump, then port and starboard fin"
+        "pins of the servos: of each joint group's left and right pump, or of the servo on its axle, then port and "
+        "starboard fin"
     )
     leak_pin: Index = entry("pin of the leak sensor, low when wet")
     imu_serial: Count = entry("number of the serial port of the IMU")
@@ -96,13 +97,29 @@ class Firmware(Part, table="firmware", keys=_analog_pins()):
                 yield Check(exists, name, text, "choose another pin", f"{pin}")
                 yield _free(uses, pin, name)
 
-    def sizes(self, groups: int) -> Iterator[Check]:
-        """Check that every servo and sensor has its pin."""
-        counts = {"servo_pins": (self.servo_pins, 2 * groups + 2)}
-        counts |= {_pins_key(name): (self.analog_pins(name), CHANNELS[name].count(groups)) for name in ANALOG}
+    def sizes(self, direct: Sequence[bool], sensors: Collection[str]) -> Iterator[Check]:
+        """Check that every servo and sensor has its pin, `direct` being whether a servo turns a joint group's axle."""
+        groups, counts = len(direct), {"servo_pins": (self.servo_pins, 2 + sum(1 if one else 2 for one in direct))}
+        for name in ANALOG:
+            counts[_pins_key(name)] = (self.analog_pins(name), sum(wired(name, direct, sensors)))
         for name, (pins, count) in counts.items():
             text = f"must be {count} long, for {groups} joint group{'s' * (groups != 1)}"
             yield Check(len(pins) == count, f"firmware.{name}", text, f"give {count} pins", f"{len(pins)} long")
+
+
+def wired(quantity: str, direct: Sequence[bool], sensors: Collection[str]) -> list[bool]:
+    """Return whether each channel of a kind of analog sensor has a sensor.
+
+    A joint group that a servo turns has one current sensor at most, no bend and no pressure sensor; a robot without
+    oil has those that it describes.
+    """
+    per = CHANNELS[quantity].per
+    if per == "robot":
+        return [True] * CHANNELS[quantity].size
+    if per == "joint":
+        return [not one for one in direct]
+    first = quantity == "current" and (not all(direct) or quantity in sensors)
+    return [here for one in direct for here in ((first, False) if one else (True, True))]
 
 
 def _free(uses: dict[int, str], pin: int, name: str) -> Check:

@@ -106,6 +106,27 @@ class Battery(Part, table="battery"):
         yield Check(full, "charged", text, "give the voltage of one full cell")
 
 
+class JointServo(Part, table="joints.servo"):
+    """A servo on the axle of a joint group: it turns the joint directly, without oil and without a bend sensor."""
+
+    torque: Positive = entry("stall torque", "N m")
+    speed: Positive = entry("speed without load", "rad/s")
+    voltage: Positive = entry("voltage of torque and speed", "V")
+    stall_current: Positive = entry(
+        "current at stall (default: torque x speed / voltage, a motor without losses)",
+        "A",
+        default_factory=lambda servo: servo["torque"] * servo["speed"] / servo["voltage"],
+    )
+    idle_current: NotNegative = entry("current without load, at rest", "A", default=0.0)
+    friction: NotNegative = entry("friction torque of its gears, at the output", "N m", default=0.0)
+    inertia: Positive = entry(
+        "moment of inertia of rotor and gears, at the output (default: speed reached in 5 ms, a coreless motor)",
+        "kg m^2",
+        default_factory=lambda servo: 0.005 * servo["torque"] / servo["speed"],
+    )
+    bandwidth: Positive = entry("bandwidth of its position loop, without load and below its limits", "Hz", default=10.0)
+
+
 class Servo(Part):
     """Servos of one kind."""
 
