@@ -1,17 +1,23 @@
-# Everything happens in one virtual environment, .venv, made and filled as far as a target needs it.
-PYTHON ?= python3
+# Everything happens in one virtual environment, .venv, made and filled as far as a target needs it. It is of PYTHON, or
+# else of the first Python of the machine that is new enough.
+PYTHON ?=
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 
 VENV := .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --no-compile
-# requirements of a table of pyproject.toml, one per line: $(call requirements,["project"]["dependencies"])
-requirements = $(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))$(1), sep="\n")'
+# $(call pip,TITLE,ARGUMENTS): pip install behind a line of progress
+pip = $(BIN)/python make/progress.py "$(1)" $(BIN)/python -m pip --disable-pip-version-check install $(2)
+# $(call install,TITLE,TABLE): the requirements of a table of pyproject.toml; no pipe, which would hide a failure
+define install
+	@$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))$(2), sep="\n")' > $(VENV)/wanted.txt
+	@$(call pip,$(1),--no-compile -r $(VENV)/wanted.txt)
+endef
 
 # all that the wheel is made of
 SOURCES := $(shell find src core/include bindings robots missions data firmware/mavlink CMakeLists.txt pyproject.toml \
   -type f -not -name '*.pyc' -not -name '*.so')
 
+MACHINE_PATH := $(PATH)
 export PATH := $(abspath $(BIN)):$(PATH)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .NOTPARALLEL:
@@ -22,11 +28,14 @@ help: ## this list
 
 # --- the environment: what is installed is remembered by a stamp; messages go to stderr, results alone to stdout
 
+# The check of the machine runs each time; it changes the stamp only if it had to make the environment.
+$(VENV)/.python: FORCE
+	@PATH="$(MACHINE_PATH)" sh make/environment.sh $(VENV) "$(PYTHON)"
+.PHONY: FORCE
+
 # The rebuild on import runs `cmake` from PATH: the .pth file lets this Python find its own one, activated or not.
-$(VENV)/.tools: pyproject.toml
-	@echo "make: virtual environment $(VENV)" >&2
-	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	@$(call requirements,["build-system"]["requires"]) | $(PIP) -r /dev/stdin >&2
+$(VENV)/.tools: $(VENV)/.python pyproject.toml
+	$(call install,build tools,["build-system"]["requires"])
 	@echo 'import os, sys; os.environ["PATH"] = os.path.join(sys.prefix, "bin") + os.pathsep + os.environ.get("PATH", "")' \
 	  > "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/_tools_on_path.pth"
 	@touch $@
@@ -34,21 +43,18 @@ $(VENV)/.tools: pyproject.toml
 # hypertuna is installed either as a wheel, to use it: compiled to bytecode, nothing checked on import; or editable, to
 # work on it: rebuilt on import. Each removes the stamp of the other, and both share one build folder.
 $(VENV)/.wheel: $(VENV)/.tools $(SOURCES)
-	@echo "make: hypertuna as a wheel" >&2
 	@rm -f $(VENV)/.installed
-	@$(filter-out --no-compile,$(PIP)) --no-build-isolation --config-settings=build-dir='build/{wheel_tag}' \
-	  --config-settings=cmake.define.HYPERTUNA_LOCAL=ON . >&2
+	@$(call pip,hypertuna,--verbose --no-build-isolation --config-settings=build-dir='build/{wheel_tag}' \
+	  --config-settings=cmake.define.HYPERTUNA_LOCAL=ON .)
 	@touch $@
 
 $(VENV)/.installed: $(VENV)/.tools
-	@echo "make: hypertuna, editable" >&2
 	@rm -f $(VENV)/.wheel
-	@$(PIP) --no-build-isolation --editable . >&2
+	@$(call pip,hypertuna (editable),--verbose --no-compile --no-build-isolation --editable .)
 	@touch $@
 
 $(VENV)/.installed-%: $(VENV)/.tools | $(VENV)/.installed
-	@echo "make: what the extra '$*' needs" >&2
-	@$(call requirements,["project"]["optional-dependencies"]["$*"]) | $(PIP) -r /dev/stdin >&2
+	$(call install,packages of the extra '$*',["project"]["optional-dependencies"]["$*"])
 	@touch $@
 
 .PRECIOUS: $(VENV)/.installed-%
