@@ -9,7 +9,7 @@ import sys
 import time
 
 STEPS = (  # what a line of pip or ninja means
-    (re.compile(r"^\s*\[(\d+)/(\d+)\] "), "compiled {0} of {1}"),
+    (re.compile(r"^\s*\[(\d+)/(\d+)\] (?:Building|Linking) "), "compiled {0} of {1}"),
     (re.compile(r"^Collecting ([\w.-]+)"), "package {0}"),
     (re.compile(r"^Installing collected packages"), "installing packages"),
 )
