@@ -65,8 +65,12 @@ $(VENV)/.installed-%: $(VENV)/.tools | $(VENV)/.installed
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
-demo: $(VENV)/.wheel ## the published gaits, computed beside published: demo/index.html
+demo: $(VENV)/.wheel ## install hypertuna and write a page with what it computes: demo/index.html
 	@$(BIN)/hypertuna paper -o demo
+	@echo; echo 'Go on with:'
+	@echo '  . $(VENV)/bin/activate'
+	@echo '  hypertuna swim --robot hypertuna --gait unoptimised-max'
+	@echo '  hypertuna robot new myfish.toml --links 3 --length 0.3 --mass 0.85'
 
 test: test-cpp test-python ## C++ and Python tests
 

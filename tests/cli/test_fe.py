@@ -25,6 +25,7 @@ from hypertuna.fe import pictures as fe_pictures
 from hypertuna.fe.geometry import joint_body
 from hypertuna.fe.newton import Equilibrium
 from hypertuna.fe.plots import plot_fe_bend
+from hypertuna.io.extras import install_command
 from program import Run
 
 BEND = ("fe", "bend", "--robot", "hypertuna", "--joint", "II")
@@ -81,7 +82,7 @@ def test_help_is_in_the_order_of_the_work_and_tells_what_is_taken(run: Run) -> N
 
 
 def test_geometry_is_told_without_the_extra(run: Run, tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fe_extra, "find_spec", lambda name: None)
+    monkeypatch.setattr("hypertuna.io.extras.find_spec", lambda name: None)
     code, output, _ = run("fe", "geometry", "--robot", "hypertuna", "--joint", "2", "--json")
     told = json.loads(output)
     assert code == 0
@@ -329,10 +330,10 @@ def test_a_folder_with_files_of_ones_own_is_left_alone(run: Run, tmp_path: Path)
 
 
 def test_without_the_extra_the_command_says_how_to_get_it(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fe_extra, "find_spec", lambda name: None)
+    monkeypatch.setattr("hypertuna.io.extras.find_spec", lambda name: None)
     code, output, errors = run(*BEND)
     assert (code, output) == (2, "")
-    assert errors.rstrip().endswith("is not installed: pip install 'hypertuna[fe]'.")
+    assert " ".join(errors.split()).endswith(f"is not installed: {install_command('fe')}.")
 
 
 @pytest.mark.fe

@@ -17,7 +17,7 @@ from hypertuna.mission.plots import plot_mission
 from hypertuna.mission.record import MissionRecord
 from voyage import voyage
 
-pytest.importorskip("foxglove", reason="needs the extra log: pip install 'hypertuna[log]'")
+pytest.importorskip("foxglove", reason="needs the extra log")
 from hypertuna.mission.log import write_log
 
 Run = Callable[..., tuple[int, str, str]]

@@ -176,7 +176,7 @@ def test_no_mission_is_swum_faster_than_the_fastest_gait() -> None:
 
 
 def test_the_command_flies_and_writes(run: Run, path: Path, flight: Flight, tmp_path: Path) -> None:
-    pytest.importorskip("foxglove", reason="needs the extra log: pip install 'hypertuna[log]'")
+    pytest.importorskip("foxglove", reason="needs the extra log")
     from hypertuna.mission.read_log import read_log
 
     log, track, plot = (str(tmp_path / name) for name in ("run.mcap", "run.gpx", "run.svg"))

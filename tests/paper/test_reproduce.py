@@ -435,7 +435,14 @@ def test_the_command(
     monkeypatch.setattr(sys, "argv", ["hypertuna", "paper", "--full", "-o", str(tmp_path / "demo")])
     with pytest.raises(SystemExit):
         main()
+    *counts, page = capsys.readouterr().out.splitlines()
+    assert page == f"The page: {(tmp_path / 'demo' / 'index.html').as_uri()}"
+    assert (tmp_path / "demo" / "index.html").is_file()
+    assert len(counts) <= 5
+    assert f"{ledger.summary['reproduced']} of {ledger.summary['predictions']} predictions" in " ".join(counts)
+    monkeypatch.setattr(sys, "argv", ["hypertuna", "paper"])
+    with pytest.raises(SystemExit):
+        main()
     output = capsys.readouterr().out
     assert all(entry.id in output for entry in ledger.entries)
-    assert (tmp_path / "demo" / "index.html").is_file()
-    assert asked == [False, True]
+    assert asked == [False, True, False]

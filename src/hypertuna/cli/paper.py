@@ -25,7 +25,7 @@ STYLES = (
 
 def paper_command(
     output: Annotated[
-        str | None, typer.Option("-o", "--output", help="Write index.html, ledger.json and the plots to this folder.")
+        str | None, typer.Option("-o", "--output", help="Write index.html, ledger.json and the plots to this folder, and print sums only.")
     ] = None,
     full: Annotated[
         bool,
@@ -40,12 +40,24 @@ def paper_command(
     """Compute the paper's numbers beside the published ones."""
     with progress_bar("computing") as progress:
         ledger = reproduce(full=full, progress=progress)
-    pages = []
-    if output is not None:
+    if output is None:
+        emit(ledger, record=ledger_record, lines=_lines, as_json=as_json)
+    else:
         from hypertuna.paper.page import write_ledger
 
-        pages.append((f"The page: {write_ledger(ledger, output)}", "bold"))
-    emit(ledger, record=ledger_record, lines=lambda ledger: [*_lines(ledger), *pages], as_json=as_json)
+        page = write_ledger(ledger, output).resolve().as_uri()
+        emit(ledger, record=ledger_record, lines=_brief, as_json=as_json)
+        if not as_json:
+            typer.echo(f"The page: {page}")  # whole, to be followed
+
+
+def _brief(ledger: Ledger) -> Iterator[str]:
+    """Say in two sentences what was computed: the page has the rest."""
+    summary = ledger.summary
+    reproduced = f"{summary['reproduced']} of {summary['predictions']} predictions are reproduced"
+    yield f"The paper's numbers, computed: {len(ledger.entries)} comparisons; {reproduced}."
+    errors = (f"{model} {100 * error['rms_relative_error']:.1f} %" for model, error in summary["speeds"].items())
+    yield f"Eight speeds, rms error: {'; '.join(errors)}."
 
 
 def _lines(ledger: Ledger) -> Iterator[Any]:

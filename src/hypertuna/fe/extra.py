@@ -2,16 +2,16 @@
 
 import ctypes
 import os
-from importlib.util import find_spec
 
 from hypertuna.errors import InputError
+from hypertuna.io.extras import need
 
-INSTALL = "pip install 'hypertuna[fe]'"
+BY = "finite elements"
 
 
 def need_fe() -> None:
     """Check that NGSolve and Netgen are installed; set them to one thread and no output."""
-    _need("ngsolve", "netgen")
+    need("fe", "ngsolve", "netgen", by=BY)
     import ngsolve
 
     ngsolve.SetNumThreads(1)  # more threads change the order of sums and hence the last digits
@@ -20,7 +20,7 @@ def need_fe() -> None:
 
 def need_pictures() -> None:
     """Check that PyVista, which renders deformed shapes, is installed."""
-    _need("pyvista")
+    need("fe", "pyvista", by=BY)
 
 
 def need_screenless() -> None:
@@ -31,13 +31,6 @@ def need_screenless() -> None:
         rule = "need a library for rendering without a screen, and there is neither EGL nor OSMesa"
         fix = "apt-get install libosmesa6, or leave the pictures out with --no-pictures"
         raise InputError(rule, key="pictures", fix=fix)
-
-
-def _need(*modules: str) -> None:
-    """Check that modules are installed."""
-    missing = [name for name in modules if find_spec(name) is None]
-    if missing:
-        raise InputError("is needed by finite elements and is not installed", key=missing[0], fix=INSTALL)
 
 
 def _loadable(library: str) -> bool:

@@ -6,14 +6,13 @@ Chunks are checked by their checksums, also those of a file that was cut short. 
 import io
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any, Self
 
 from hypertuna.errors import InputError
+from hypertuna.io.extras import need
 from hypertuna.io.files import read_bytes, unwritable
 
-INSTALL = "pip install 'hypertuna[log]'"
 CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
 NANO = 1_000_000_000
 METADATA, ENDING = "hypertuna", "hypertuna-end"
@@ -25,9 +24,7 @@ MAX_CHUNK, MAX_UNPACKED, MAX_RATIO = 4 << 20, 4 << 20, 30  # bytes; bytes for ea
 
 def need_log() -> None:
     """Check that the packages of the extra `log` are installed."""
-    for name in ("foxglove", "mcap"):
-        if find_spec(name) is None:
-            raise InputError("is needed by logs and is not installed", key=name, fix=INSTALL)
+    need("log", "foxglove", "mcap", by="logs")
 
 
 class _Memory(io.RawIOBase):

@@ -14,18 +14,16 @@ from types import ModuleType
 from typing import Any
 
 from hypertuna.errors import InputError
+from hypertuna.io.extras import need
 from hypertuna.io.files import shipped, write_atomically
 
-HOW = "pip install 'hypertuna[radio]'"
 SILENT = 32767  # in a field of HYDRAULICS: the sensor does not answer
 NAME = "pymavlink.dialects.v20.hypertuna"  # where mavutil looks for a dialect of this name
 
 
 def need_radio() -> None:
     """Check that the packages of the extra `radio` are installed."""
-    for name in ("pymavlink", "serial"):
-        if importlib.util.find_spec(name) is None:
-            raise InputError("is needed by the radio and is not installed", key=name, fix=HOW)
+    need("radio", "pymavlink", "serial", by="the radio")
 
 
 def dialect_file() -> Path:
@@ -83,7 +81,7 @@ def _make(source: Path, path: Path) -> None:
         if result.returncode:
             lines = (result.stderr or result.stdout).strip().splitlines()
             value = f"not ({lines[-1] if lines else 'mavgen failed'})"
-            raise InputError("must generate a module", file=str(source), value=value, fix=f"reinstall pymavlink: {HOW}")
+            raise InputError("must generate a module", file=str(source), value=value, fix="reinstall pymavlink")
         try:
             write_atomically(path, module.read_bytes())
         except InputError as error:
