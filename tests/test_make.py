@@ -77,7 +77,12 @@ def environment(tools, folder, *python):
             "python3.11 python3.11-venv python3.11-dev",
         ),
         ({"python3": NO_VENV}, "cat >/dev/null", "The module venv of python3 ", "python3-venv"),
-        ({"python3": OLD, "python3.12": NO_VENV}, "cat >/dev/null", "The module venv of python3.12 ", "python3.12-venv"),
+        (
+            {"python3": OLD, "python3.12": NO_VENV},
+            "cat >/dev/null",
+            "The module venv of python3.12 ",
+            "python3.12-venv",
+        ),
         ({"python3": NO_HEADERS}, "cat >/dev/null", "The headers of python3 ", "python3-dev"),
         ({"python3": ""}, None, "A C++ compiler is missing.", "g++"),
         ({"python3": ""}, "exit 1", "The C++ compiler {tools}/c++ does not run or does not know C++20;", "g++"),

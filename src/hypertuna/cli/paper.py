@@ -25,7 +25,10 @@ STYLES = (
 
 def paper_command(
     output: Annotated[
-        str | None, typer.Option("-o", "--output", help="Write index.html, ledger.json and the plots to this folder, and print sums only.")
+        str | None,
+        typer.Option(
+            "-o", "--output", help="Write index.html, ledger.json and the plots to this folder, and print sums only."
+        ),
     ] = None,
     full: Annotated[
         bool,
