@@ -28,7 +28,8 @@ def run(title, command):
 
     def show(text, end):
         lead, rest = ("\r", "\x1b[K") if terminal else ("", "")
-        print(f"{lead}make: {title}: {text}, {time.monotonic() - start:.0f} s{rest}", end=end, file=sys.stderr, flush=True)
+        seconds = f"{time.monotonic() - start:.0f} s"
+        print(f"{lead}make: {title}: {text}, {seconds}{rest}", end=end, file=sys.stderr, flush=True)
 
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace"
