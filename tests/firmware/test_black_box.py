@@ -109,12 +109,45 @@ def test_boots_are_told_apart(tmp_path: Path) -> None:
     assert second.sentence == "The box has gaps: 2 of 4 ticks are missing."
 
 
+def test_a_damaged_first_record_costs_itself_alone(tmp_path: Path, fish: ht.Robot) -> None:
+    """Of either boot: the number of joints follows from the size of the ticks, a boot from its clock."""
+    one, two = [tick(k) for k in range(5)], [tick(k) for k in range(4)]
+    bad = head()[:9] + b"\xff" + head()[10:]
+    (first, second) = read(tmp_path / "box.bin", b"".join([bad, *one, bad, *two]))
+    assert (first.layout, second.layout) == (None, None)
+    assert (first.ticks["tick"].tolist(), second.ticks["tick"].tolist()) == ([*range(5)], [*range(4)])
+    assert (first.joints, first.damaged, first.skipped) == (JOINTS, 2, 2 * len(head()))
+    facts = mission_record(second, fish).facts
+    assert facts["parameters"] == "unknown: the first record of the boot is damaged"
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), 1e38])
+def test_impossible_numbers_cost_their_record(tmp_path: Path, number: float) -> None:
+    """Of all fields in turn; readings may be NaN, where a sensor is silent."""
+    kinds = record_dtype(JOINTS)
+    names = [name for name in kinds.names or () if kinds[name].base.kind == "f"]
+    for name in names:
+        row = np.frombuffer(tick(1)[4:-4], record_dtype(JOINTS)).copy()
+        row[name] = number
+        content = head() + tick(0) + sealed(_core.RECORD_TICK, row.tobytes()) + tick(2)
+        (box,) = read(tmp_path / "box.bin", content)
+        silent = np.isnan(number) and COLUMNS[name].silent
+        assert told(box) == (([0, 1, 2], 0, 0, 0, 0) if silent else ([0, 2], 1, 1, 208, 0)), name
+
+
+def test_ticks_out_of_order_are_damage(tmp_path: Path) -> None:
+    for order, kept in (((0, 1, 9, 2, 3), [0, 1, 2, 3]), ((0, 1, 1, 2), [0, 1, 2]), ((5, 6, 1, 7), [5, 6, 7])):
+        (box,) = read(tmp_path / "box.bin", head() + b"".join(map(tick, order)))
+        assert (box.ticks["tick"].tolist(), box.damaged) == (kept, 1)
+
+
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
         (b"", "must be a black box"),
         (b"nothing of the kind" * 100, "must be a black box"),
-        (tick(0), "must be a black box: it has no header"),
+        (sealed(_core.RECORD_TICK, bytes(40)), "must be a black box: it has no header"),
+        (head(joints=10**9) + tick(0), "must be of 1 to 16 joints, but is of 1000000000"),
         (head(), "must have complete records"),
         (head(layout=0x1234) + tick(0), rf"must have the layout {_core.RECORD_LAYOUT:08x}, but is 00001234"),
     ],

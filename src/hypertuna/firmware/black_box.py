@@ -6,7 +6,7 @@ firmware/app/vehicle/record.hpp, bound to `hypertuna._core`.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,8 @@ WORD = 4
 HEAD = 3  # words of the first record of a boot
 FRAME = 2  # further words of a record: mark, checksum
 BLOCK = 4096  # records checked at a time
+MAX_JOINTS = 16
+HUGE = 1e12  # a number beyond it, or not finite, is none that the firmware records
 MARK = (_core.RECORD_MARK >> 16).to_bytes(2, "little")  # upper half of the first word
 
 
@@ -36,10 +38,10 @@ MARK = (_core.RECORD_MARK >> 16).to_bytes(2, "little")  # upper half of the firs
 class Box:
     """One boot of a black box."""
 
-    layout: int  # of the firmware's parameters
+    layout: int | None  # of the firmware's parameters; None if the record with it is damaged
     joints: int
-    ticks: Ticks  # (T,) of record_dtype: every complete record
-    damaged: int  # places with failed checksums or foreign bytes
+    ticks: Ticks  # (T,) of record_dtype: every complete record, later than the one before
+    damaged: int  # places with failed checksums or foreign bytes, and records that cannot be
     skipped: int  # bytes at those places
     cut: int  # bytes of an incomplete record at the end
 
@@ -81,18 +83,23 @@ def read_black_box(path: str | Path, report: Callable[[int, int], None] | None =
     file = str(path)
     content = read_bytes(path, "give the path of a .bin file from the robot's card")
     boots: list[_Boot] = []
+    first = b""  # bytes before the first record
     for piece in _pieces(content, report):
         if isinstance(piece, bytes):
             if boots:
                 boots[-1].skip(piece)
+            first = first or piece
         elif (kind := int(piece[0, 0]) >> 8 & 0xFF) == _core.RECORD_ROBOT:
             boots.append(_Boot(*_head(piece[-1, 1:-1], file)))
-        elif boots:
+        elif boots or (joints := _joints_of(piece, kind)):
+            if not boots:
+                boots.append(_Boot(None, joints))  # its first record is damaged
+                boots[0].skip(first)
             boots[-1].take(piece, tick=kind == _core.RECORD_TICK)
     if not boots:
         fix = "give a .bin file from the robot's card, or of `hypertuna hil --black-box`"
         raise InputError("must be a black box: it has no header", file=file, value="something else", fix=fix)
-    boxes = [boot.box() for boot in boots if boot.ticks]
+    boxes = [box for boot in boots if boot.ticks for box in boot.boxes()]
     if not boxes:
         raise InputError("must have complete records", file=file, value="without", fix="record again")
     return boxes
@@ -135,13 +142,41 @@ def _head(words: Ticks, file: str) -> tuple[int, int]:
         rule = f"must have the layout {_core.RECORD_LAYOUT:08x}"
         fix = "read it with the version of hypertuna that built the firmware"
         raise InputError(rule, file=file, key="records", value=f"{layout:08x}", fix=fix)
+    if not 1 <= words[2] <= MAX_JOINTS:
+        rule, value = f"must be of 1 to {MAX_JOINTS} joints", f"of {words[2]}"
+        raise InputError(rule, file=file, key="records", value=value, fix="give the file as it is on the card")
     return int(words[1]), int(words[2])
+
+
+def _joints_of(table: Ticks, kind: int) -> int:
+    """Return the number of joints of records of ticks by their size; 0 of other records."""
+    size = WORD * (table.shape[1] - FRAME) if kind == _core.RECORD_TICK else 0
+    return next((n for n in range(1, MAX_JOINTS + 1) if record_dtype(n).itemsize == size), 0)
+
+
+def _possible(ticks: Ticks) -> NDArray[np.bool_]:
+    """Return which ticks (T,) have numbers that the firmware records."""
+    good = np.ones(len(ticks), bool)
+    for name in ticks.dtype.names or ():
+        values = ticks[name].reshape(len(ticks), -1)
+        if values.dtype.kind == "f" and name in COLUMNS:
+            good &= ((np.abs(values) < HUGE) | (np.isnan(values) & COLUMNS[name].silent)).all(axis=1)
+    return good
+
+
+def _alone(clock: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which ticks of a clock (T,) are out of order, alone between two that are in order, or come again."""
+    before, after = clock[:-2], clock[2:]
+    alone = np.zeros(len(clock), bool)
+    alone[1:] = np.diff(clock) == 0
+    alone[1:-1] |= (before < after) & ((clock[1:-1] < before) | (clock[1:-1] > after))
+    return alone
 
 
 class _Boot:
     """A boot being read."""
 
-    def __init__(self, layout: int, joints: int) -> None:
+    def __init__(self, layout: int | None, joints: int) -> None:
         self.layout, self.joints, self.dtype = layout, joints, record_dtype(joints)
         self.ticks: list[Ticks] = []
         self.damaged = self.skipped = self.cut = 0
@@ -160,10 +195,24 @@ class _Boot:
         begins = content[2:WORD] == MARK and len(content) < WORD * (content[0] + FRAME)
         self.cut = len(content) if begins or len(content) < WORD else 0
 
-    def box(self) -> Box:
-        """Return the box; an incomplete record at the end is no damage."""
+    def boxes(self) -> list[Box]:
+        """Return its boxes: one, but where its clock starts again, for the first record of the next boot is damaged.
+
+        An incomplete record at the end is no damage.
+        """
         damaged, skipped = self.damaged - bool(self.cut), self.skipped - self.cut
-        return Box(self.layout, self.joints, np.concatenate(self.ticks), damaged, skipped, self.cut)
+        ticks = np.concatenate(self.ticks)
+        good = _possible(ticks)
+        good[good] = ~_alone(ticks["tick"][good].astype(np.int64))
+        lost = len(ticks) - int(good.sum())
+        ticks = ticks[good]
+        parts = np.split(ticks, np.flatnonzero(np.diff(ticks["tick"].astype(np.int64)) <= 0) + 1)
+        counts = (damaged + lost, skipped + lost * self.dtype.itemsize)
+        boxes = [Box(None, self.joints, part, 0, 0, 0) for part in parts if len(part)]
+        if boxes:
+            boxes[0] = replace(boxes[0], layout=self.layout, damaged=counts[0], skipped=counts[1])
+            boxes[-1] = replace(boxes[-1], cut=self.cut)
+        return boxes
 
 
 def mission_record(
@@ -175,11 +224,12 @@ def mission_record(
         raise InputError(rule, key=f"robot {robot.name}", value=f"{len(robot.joints)}", fix=fix)
     table = firmware_table(robot)
     assert robot.controller is not None  # the table has its numbers
-    layout = f"layout {box.layout:08x}, as in the description"
-    if box.layout != table.layout:
-        layout = (
-            f"layout {box.layout:08x}, but {table.layout:08x} in the description: the firmware was built from another"
-        )
+    layout = "unknown: the first record of the boot is damaged"
+    if box.layout is not None:
+        layout = f"layout {box.layout:08x}, as in the description"
+        if box.layout != table.layout:
+            layout = layout.replace("as in the", f"but {table.layout:08x} in the")
+            layout += ": the firmware was built from another"
     source = provenance(robot, water=False) | {"source": "black box", "status_text": box.sentence, "parameters": layout}
     data = {name: box.ticks[name].astype(float) for name in box.ticks.dtype.names or () if name in COLUMNS}
     start = tuple(data["position_estimated"][0].tolist())
