@@ -4,6 +4,7 @@ from .actuation.bending import bend as bend
 from .description.robot import Robot as Robot
 from .description.robot import load as load
 from .description.robot import robots as robots
+from .display import to_dataframe as to_dataframe
 from .errors import InputError as InputError
 from .identification.identify import Fit as Fit
 from .identification.identify import identify as identify
@@ -30,6 +31,7 @@ from .simulation.twin import twins as twins
 from .swimming.gait import Gait as Gait
 from .swimming.gait import Gaits as Gaits
 from .swimming.gait import named_gait as named_gait
+from .swimming.plots import plot_sweep as plot_sweep
 from .swimming.sweep import Gradient as Gradient
 from .swimming.sweep import gradient as gradient
 from .swimming.sweep import sweep as sweep

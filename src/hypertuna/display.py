@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from hypertuna.errors import InputError, shown
 from hypertuna.io.files import data_columns
 
 if TYPE_CHECKING:
@@ -125,7 +126,10 @@ class Tabular:
         pandas.DataFrame
             Columns have their unit in their name: ``speed_m_s``, ``phase_II_deg``. Angles are in degrees.
         """
-        return to_dataframe(type(self)._data(self))
+        import pandas as pd  # slow to import
+
+        data = type(self)._data(self)
+        return pd.DataFrame(data) if isinstance(data, dict) else to_dataframe(data)
 
 
 def to_dataframe(data: Any) -> pd.DataFrame:
@@ -146,8 +150,9 @@ def to_dataframe(data: Any) -> pd.DataFrame:
 
     if isinstance(data, Tabular):
         return data.to_dataframe()
-    if isinstance(data, Mapping) and not hasattr(data, "data_vars"):
-        return pd.DataFrame(dict(data))
+    if not hasattr(data, "data_vars"):
+        fix = "give what hypertuna.sweep or hypertuna.replay returns"
+        raise InputError("must be a labeled dataset", key="data", value=shown(data), fix=fix)
     table = pd.DataFrame(data_columns(data))
     table.attrs = dict(data.attrs)
     return table

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
+from hypertuna.display import in_notebooks
 from hypertuna.io.files import write_atomically
 
 # Colors of Okabe and Ito, distinct for every kind of color vision; shapes repeat their meaning.
@@ -69,7 +70,7 @@ def styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(STYLE)
-            return plot(*args, **kwargs)
+            return in_notebooks(plot(*args, **kwargs))
 
     return inside
 

@@ -301,7 +301,7 @@ def test_a_robot_without_tables_is_told_which() -> None:
         ({"current": (1.0,)}, "current must be two numbers"),
         ({"current": (20.0, 0.0)}, "current must be at most 10 m/s"),
         ({"current_bottom": (0.1, 0.0)}, "current_bottom needs the depth of the bottom"),
-        ({"bottom": 0.0}, "bottom must be positive"),
+        ({"bottom": 0.0}, "bottom must be greater than 0"),
         ({"dip": math.inf}, "dip must be a finite number"),
     ],
 )

@@ -255,3 +255,42 @@ def test_a_grid_too_large_for_the_memory_is_refused_before_it_is_made() -> None:
 def test_threads_are_at_least_one(tuna: ht.Robot) -> None:
     with pytest.raises(ht.InputError, match="^threads must be at least 1, but is -3"):
         ht.sweep(tuna, [fastest(tuna)], threads=-3)
+
+
+def test_a_grid_is_found_by_its_values() -> None:
+    fish = ht.load("hypertuna")
+    lags = [(0, lag) for lag in range(0, 91, 30)]
+    gaits = ht.Gaits.grid_degrees(frequency=[1, 2], amplitude=[(8, 15), (16, 25)], phase=lags)
+    assert gaits[5] == ht.Gait.from_degrees(frequency=1, amplitude=(16, 25), phase=(0, 30))
+    grid = ht.sweep(fish, gaits)
+    near = grid.sel(phase=np.radians(40), method="nearest").sel(frequency=1.9, method="nearest")
+    assert np.degrees(near.phase_II.item()) == pytest.approx(30)
+    assert near.frequency == 2
+    assert grid.phase.attrs["long_name"] == "phase of joint group II"
+    # Amplitudes that the last group shares are found by the first; where none differs, there is no index.
+    same = ht.Gaits.grid_degrees(frequency=[1], amplitude=[(8, 20), (9, 20)], phase=[(0, 0), (0, 0)])
+    other = ht.sweep(fish, same)
+    assert np.degrees(other.amplitude.values) == pytest.approx([8, 9])
+    assert "phase" not in other.coords
+
+
+def test_a_grid_is_a_table_with_units_in_the_names_of_columns() -> None:
+    grid = ht.sweep("hypertuna", ht.Gaits.grid_degrees(frequency=[1, 2], amplitude=[(8, 15)], phase=[(0, 0), (0, 40)]))
+    table = ht.to_dataframe(grid)
+    assert list(table.columns[:5]) == [
+        "frequency_hz",
+        "amplitude_I_deg",
+        "amplitude_II_deg",
+        "phase_I_deg",
+        "phase_II_deg",
+    ]
+    assert {"speed_m_s", "cost_of_transport_j_per_kg_m", "status"} <= set(table.columns)
+    assert table.phase_II_deg.tolist() == [0, 40, 0, 40]
+    assert table.attrs["robot"] == "hypertuna"
+
+
+def test_a_grid_in_degrees_names_the_bad_angle_in_degrees() -> None:
+    with pytest.raises(ht.InputError, match=r"amplitude\[1\] must be at most 180 deg, but is 250"):
+        ht.Gaits.grid_degrees(frequency=[1], amplitude=[(8, 15), (8, 250)], phase=[(0, 0)])
+    with pytest.raises(ht.InputError, match=r"phase must be a list.*write phase=\["):
+        ht.Gaits.grid(frequency=[1], amplitude=[(0.1, 0.2)], phase=3)  # type: ignore[arg-type]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -15,9 +16,10 @@ from numpy.typing import ArrayLike
 
 from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import LUMEN_MIN, drive_unit, joint_group, joint_sections, muscle, soft_joint
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
@@ -127,8 +129,9 @@ class Bend(
         return dataset(variables, coordinates, provenance(self.robot) | facts)
 
 
+@checked
 def bend(
-    robot: Robot,
+    robot: Robot | str | Path,
     joint: str | int,
     pressure: ArrayLike,
     *,
@@ -142,7 +145,8 @@ def bend(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     joint : str or int
         Name or index of a joint group.
     pressure : array_like, shape (n,)
@@ -176,6 +180,7 @@ def bend(
     >>> np.degrees(curve.angle).round(1).tolist()
     [10.1, 15.9]
     """
+    robot = robot_of(robot)
     rising = check_pressure(pressure)
     active = check_side(side)
     check_name(law, LAWS, "law", "law")

@@ -13,7 +13,7 @@ from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GridOptions, column_rows
 from hypertuna.description.provenance import provenance
-from hypertuna.io.files import variable_columns
+from hypertuna.io.files import coordinate_names, variable_columns
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import SUMMARY
@@ -71,7 +71,7 @@ def sweep_command(
 
 def _names(result: xr.Dataset) -> dict[str, str]:
     """Name the columns of gaits and results in CSV and JSON."""
-    gait = {str(name): str(name) for name in result.coords}
+    gait = {name: name for name in coordinate_names(result)}
     values = {name: key for key, (name, *_) in SUMMARY.items()}
     from_rest = {"reached_from_rest": "reached_from_rest", "speed_from_rest_m_s": "speed_from_rest"}
     values |= {key: name for key, name in from_rest.items() if name in result}

@@ -14,6 +14,7 @@ from typing import Any, Literal, NamedTuple, Self, TypeVar
 
 from pydantic import PrivateAttr, ValidationError, ValidationInfo, field_validator
 
+from hypertuna.arguments import checked
 from hypertuna.description.mistakes import translate
 from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
 from hypertuna.description.schema.base import Check, Part, Text, entry, same_length, unique
@@ -305,6 +306,7 @@ def robots() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in shipped("robots").glob("*.toml")))
 
 
+@checked
 def load(robot: str | Path) -> Robot:
     """Read a robot description.
 
@@ -332,6 +334,11 @@ def load(robot: str | Path) -> Robot:
         fix = did_you_mean(str(robot), robots()) if by_name else "give a robot's name or the path of its TOML file"
         raise InputError("does not exist", file=file, fix=fix)
     return parse(read_toml(path, file=file), file=file)
+
+
+def robot_of(robot: Robot | str | Path) -> Robot:
+    """Return a robot, or that of a name or a file."""
+    return robot if isinstance(robot, Robot) else load(robot)
 
 
 def robot_path(file: str) -> Path:

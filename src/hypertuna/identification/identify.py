@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header, provenance
-from hypertuna.description.robot import Robot, parse
+from hypertuna.description.robot import Robot, parse, robot_of
 from hypertuna.description.schema.water import LAWS
 from hypertuna.description.validation import written
 from hypertuna.display import Plotted, Tabular, columns_of
@@ -116,8 +117,9 @@ class Fit(
         }
 
 
+@checked
 def identify(
-    robot: Robot,
+    robot: Robot | str | Path,
     trials: Trials | Paths,
     free: str | Sequence[str] | Sequence[Free] | None = None,
     *,
@@ -138,7 +140,8 @@ def identify(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     trials : Trials, str, Path or sequence of paths
         As `hypertuna.read_trials` returns them, or its argument.
     free : str, sequence of str, or of Free
@@ -171,6 +174,7 @@ def identify(
     -------
     Fit
     """
+    robot = robot_of(robot)
     begun = time.monotonic()
     FRACTION_LEFT.check(validate, "validate", "give a fraction such as 0.2, or 0 for none")
     NOT_NEGATIVE.check(seed, "seed", "give 0 or more")

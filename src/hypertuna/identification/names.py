@@ -128,7 +128,7 @@ class Names:
         if column not in self.known:
             raise self._unknown(name, place)
         if column.startswith("joints.bandwidth") and self.robot.model.joints == "ideal":
-            fix = "choose joints = 'bandwidth' in [model], or --joints bandwidth"
+            fix = "choose joints = 'bandwidth' in [model], or joints='bandwidth' to Robot.using"
             raise InputError("is not used by model.joints = 'ideal'", file=self.robot.file, key=place, fix=fix)
         if column == "time_offset":
             selected = self.recordings if index is None else (index,)
@@ -166,7 +166,9 @@ class Names:
         column, own = name.partition("[")[0], self.robot.model.water
         law = column.removeprefix("water.").partition(".")[0]
         if column.startswith("water.") and law in LAWS.keys() - {own}:
-            return InputError(f"is not used by model.water = {own!r}", key=place, fix=f"choose --water {law}")
+            return InputError(
+                f"is not used by model.water = {own!r}", key=place, fix=f"choose water = '{law}' in [model]"
+            )
         if column.startswith("gait."):
             fix = "free coefficients of water, joints or links"
             return InputError("belongs to the gait, which the trials give", key=place, fix=fix)

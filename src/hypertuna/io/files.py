@@ -78,8 +78,13 @@ def variable_columns(data: xr.Dataset, names: Mapping[str, str] | Iterable[str])
 
 def data_columns(data: xr.Dataset) -> dict[str, Any]:
     """Return all coordinates and variables of a dataset as columns, as `variable_columns` does."""
-    places = (name for name in data.coords if data[name].dtype.kind not in "UO" and "same_as" not in data[name].attrs)
-    return variable_columns(data, [str(name) for name in (*places, *data.data_vars)])
+    return variable_columns(data, [*coordinate_names(data), *(str(name) for name in data.data_vars)])
+
+
+def coordinate_names(data: xr.Dataset) -> list[str]:
+    """Name the coordinates that are numbers, each once: an index repeats one of them."""
+    coordinates = data.coords.items()
+    return [str(name) for name, one in coordinates if one.dtype.kind not in "UO" and "same_as" not in one.attrs]
 
 
 def _unit_and_values(variable: xr.DataArray) -> tuple[str, Any]:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from hypertuna.arguments import checked
 from hypertuna.control.mission import Mission, Waypoint, cross, fence_distance, sides
 from hypertuna.description.mistakes import translate
 from hypertuna.description.reference import markdown
@@ -46,6 +47,7 @@ def missions() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in shipped("missions").glob("*.toml")))
 
 
+@checked
 def read_mission(path: str | Path) -> MissionFile:
     """Read a mission.
 

@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from hypertuna.arguments import checked
 from hypertuna.control.mission import fence_distance
 from hypertuna.description.provenance import journal_header, provenance
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.quantity import Quantity
-from hypertuna.mission.file import MissionFile, randomized
+from hypertuna.mission.file import MissionFile, randomized, read_mission
 from hypertuna.mission.log import LogWriter
 from hypertuna.mission.record import COLUMNS, MissionRecord, joined, names_of
 from hypertuna.mission.run import (
@@ -79,9 +80,10 @@ class Outcome:
         }
 
 
+@checked
 def fly(
-    file: MissionFile,
-    robot: Robot,
+    file: MissionFile | str | Path,
+    robot: Robot | str | Path,
     *,
     seed: int = 0,
     faults: Iterable[str] = (),
@@ -95,8 +97,10 @@ def fly(
 
     Parameters
     ----------
-    file : MissionFile
-    robot : Robot
+    file : MissionFile, str or Path
+        Mission, its name or the path of its file.
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     seed : int
         Of the sensors' noise, and of the water and the satellites where the file scatters them; 0 for the mission as
         it stands.
@@ -122,6 +126,8 @@ def fly(
     InputError
         If the robot lacks a table, or something does not fit.
     """
+    file = read_mission(file) if isinstance(file, str | Path) else file
+    robot = robot_of(robot)
     faults = tuple(faults)
     start = mission_start(robot, randomized(file, seed), seed=seed, faults=faults, every=every, duration=duration)
     options = {"mission": file.hash, "seed": seed, "faults": list(faults), "every": every, "duration": start.duration}

@@ -1,11 +1,13 @@
 """Limits that a gait must keep: of joints, drives and wake."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.errors import InputError
 from hypertuna.ranges import POSITIVE
 from hypertuna.swimming.gait import Gaits
@@ -22,8 +24,9 @@ class Limit:
     scale: float = 1.0  # size of that unit [unit of the quantity]
 
 
+@checked
 def gait_limits(
-    robot: Robot,
+    robot: Robot | str | Path,
     *,
     joint_rate: float | None = None,
     torque: float | None = None,
@@ -35,7 +38,8 @@ def gait_limits(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     joint_rate : float, optional
         Max rate of any joint group [rad/s].
     torque : float, optional
@@ -57,6 +61,7 @@ def gait_limits(
     InputError
         If a limit is not positive, or a joint group lacks its max amplitude or bandwidth.
     """
+    robot = robot_of(robot)
     values = {"joint_rate": joint_rate, "torque": torque, "speed": speed}
     values["strouhal"] = None if strouhal is None else min(strouhal)
     for key, value in values.items():

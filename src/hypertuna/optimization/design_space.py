@@ -87,7 +87,7 @@ def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | Non
             bounds[column] = _checked(name, column, pair, units[column])
     missing = [column for column in units if column not in bounds]
     if missing:
-        fix = f"add the table [gait_bounds], or give --bounds {missing[0]}=LOW:HIGH"
+        fix = f"add the table [gait_bounds], or give bounds of {missing[0]}"
         raise InputError("has no bounds", file=robot.file or None, key=missing[0], fix=fix)
     low, high = np.array([bounds[column] for column in units]).T
     space = DesignSpace(tuple(units), np.array(list(units.values())), low, high)

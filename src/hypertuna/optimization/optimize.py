@@ -6,8 +6,9 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from hypertuna.arguments import checked
 from hypertuna.description.provenance import journal_header
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
 from hypertuna.optimization.constraints import Limit
@@ -50,18 +51,19 @@ def choose_objective(
     options = {"maximize": maximize, "minimize": minimize, "speed": speed}
     given = [key for key, value in options.items() if value is not None]
     if len(given) != 1:
-        fix = "give --maximize speed, --speed 0.4 or --minimize cost_of_transport"
+        fix = 'give maximize="speed", speed=0.4 or minimize="cost_of_transport"'
         rule = "must be one of maximize, minimize and speed"
         raise InputError(rule, key="objective", value=" and ".join(given) or "none", fix=fix)
     if speed is not None:
         return expected_speed(speed, WEIGHT if weight is None else weight)
     if weight is not None:
-        raise InputError("applies only to an expected speed", key="weight", fix="leave it out, or give --speed")
+        raise InputError("applies only to an expected speed", key="weight", fix="leave it out, or give a speed")
     return objective(maximize or minimize or "", maximize=maximize is not None)
 
 
+@checked
 def optimize(
-    robot: Robot,
+    robot: Robot | str | Path,
     *,
     maximize: str | None = None,
     minimize: str | None = None,
@@ -83,7 +85,8 @@ def optimize(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     maximize, minimize : str, optional
         Quantity to maximize or minimize. Exactly one of `maximize`, `minimize` and `speed` must be given.
     speed, weight : float, optional
@@ -118,6 +121,7 @@ def optimize(
     >>> round(best.speed, 3), round(best.gait.frequency, 3)
     (0.582, 6.0)
     """
+    robot = robot_of(robot)
     check_steps(steps)
     target = choose_objective(maximize=maximize, minimize=minimize, speed=speed, weight=weight)
     problem = Problem(robot, gait_bounds(robot, bounds), (target,), tuple(limits), steps)

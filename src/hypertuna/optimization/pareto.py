@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
 from hypertuna.io.checkpoint import Journal
@@ -91,8 +92,9 @@ class Front(
         return sweep(self.robot, self.gaits, threads=1, check_rest=True).assign(variables).assign_attrs(facts)
 
 
+@checked
 def pareto(
-    robot: Robot,
+    robot: Robot | str | Path,
     objectives: Sequence[str] = ("speed", "cost_of_transport"),
     *,
     population: int = 40,
@@ -117,7 +119,8 @@ def pareto(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     objectives : sequence of str
         Two or three quantities; each is minimized or maximized as suits it.
     population, generations : int
@@ -143,6 +146,7 @@ def pareto(
     InputError
         If an argument cannot be used, or the robot has no fit to sample.
     """
+    robot = robot_of(robot)
     start = time.perf_counter()
     check_steps(steps)
     names = tuple(objectives)

@@ -7,6 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from hypertuna.arguments import checked
 from hypertuna.errors import InputError
 from hypertuna.identification.identify import Fit
 from hypertuna.optimization.optimum import Optimum
@@ -23,6 +24,7 @@ QUANTITY = ("quantity", "value", "unit")
 Result: TypeAlias = Swim | TwinRun | PostureTest | Fit | Optimum | Front
 
 
+@checked
 def report(results: Result | Sequence[Result], path: str | Path, *, title: str = "") -> Path:
     """Write results as one self-contained HTML page, for wide screens and phones, light and dark.
 

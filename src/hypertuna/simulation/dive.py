@@ -3,11 +3,13 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 
-from hypertuna.description.robot import Robot
+from hypertuna.arguments import checked
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import DEGREES, Column
@@ -15,7 +17,7 @@ from hypertuna.ranges import FINITE, POSITIVE
 from hypertuna.simulation.sea import Sea
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.simulation.twin import STILL, twin_at_sea
-from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.gait import Gait, gait_of
 
 ANGLE = math.radians(45)
 STEADY = math.radians(2)  # of the pitch, averaged over beats, from end to end of the last half of a leg
@@ -102,9 +104,10 @@ class Dive(
         )
 
 
+@checked
 def dive(
-    robot: Robot,
-    gait: Gait,
+    robot: Robot | str | Path,
+    gait: Gait | str,
     *,
     angle: float = ANGLE,
     duration: float = 30.0,
@@ -130,6 +133,8 @@ def dive(
     InputError
         As `twin_at_sea` does, or if a leg is shorter than four beats.
     """
+    robot = robot_of(robot)
+    gait = gait_of(robot, gait)
     angle = POSITIVE.check(angle, "angle", "give radians: the fins go down by it, then up")
     if FINITE.check(duration, "duration", "give the seconds") < 8 / gait.frequency:
         rule = f"must be at least eight beats, {8 / gait.frequency:.3g} s at {gait.frequency:g} Hz"

@@ -11,7 +11,7 @@ from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, shown
-from hypertuna.ranges import FINITE
+from hypertuna.ranges import FINITE, POSITIVE
 
 DIP = math.radians(60)  # of the Earth's magnetic field below the horizon, at the latitudes of most lakes
 BOTTOM_RATE = 2 * math.pi * 10  # rad/s of the robot on the bottom: stiff, and resolved by the twin's steps
@@ -35,9 +35,8 @@ class Sea:
             values = getattr(self, key)
             if values is not None:
                 object.__setattr__(self, key, _current(key, values))
-        if not self.bottom > 0:
-            fix = "give the depth in m, or omit it for deep water"
-            raise InputError("must be positive", key="bottom", value=shown(self.bottom), fix=fix)
+        if not (isinstance(self.bottom, float) and self.bottom == math.inf):
+            POSITIVE.check(self.bottom, "bottom", "give the depth in m, or omit it for deep water")
         FINITE.check(self.dip, "dip", "give the angle in radians")
         if self.current_bottom is not None and not math.isfinite(self.bottom):
             rule, fix = "needs the depth of the bottom", "give it in m"

@@ -6,14 +6,16 @@ The equations are in core tail.hpp, body6.hpp, plant.hpp and twin.hpp, with docs
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna import _core
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot, require, robot_of
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, shown
 from hypertuna.frames import attitude_of
@@ -22,7 +24,7 @@ from hypertuna.simulation.plant import EXACT, run_command
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import SeaRun
-from hypertuna.swimming.gait import Gait, check_gait
+from hypertuna.swimming.gait import Gait, gait_of
 
 Fins = float | ArrayLike | Callable[[float], ArrayLike]
 T = TypeVar("T")
@@ -30,9 +32,10 @@ T = TypeVar("T")
 STILL = Sea()
 
 
+@checked
 def twin(
-    robot: Robot,
-    gait: Gait,
+    robot: Robot | str | Path,
+    gait: Gait | str,
     *,
     duration: float,
     medium: str = "water",
@@ -49,10 +52,10 @@ def twin(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
         With the tables drive_unit, pump, oil, battery, servos, sensors, controller and, in each joint group, actuator
         and line.
-    gait : Gait
+    gait : Gait or str
         Command from the first tick on.
     duration : float
         Length of the run [s].
@@ -93,7 +96,8 @@ def twin(
     >>> run.status
     'completed'
     """
-    check_gait(gait, robot)
+    robot = robot_of(robot)
+    gait = gait_of(robot, gait)
     check_choice(medium, ("water", "air"), "medium")
     check_choice(start, ("rest", "swimming"), "start")
     fields = run_command(
@@ -114,9 +118,10 @@ def twin(
     return TwinRun(**fields, medium=medium, start=start)
 
 
+@checked
 def twin_at_sea(
-    robot: Robot,
-    gait: Gait,
+    robot: Robot | str | Path,
+    gait: Gait | str,
     *,
     duration: float,
     fins: Fins = 0.0,
@@ -138,7 +143,7 @@ def twin_at_sea(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
         With the tables that `twin` needs, spatial and fins.
     gait, duration, faults, seed, closed_loop, temperature, step, command_lost_at
         As of `twin` [K, s].
@@ -174,7 +179,8 @@ def twin_at_sea(
     >>> bool(run.depth[-1] > 1)
     True
     """
-    check_gait(gait, robot)
+    robot = robot_of(robot)
+    gait = gait_of(robot, gait)
     control = require(robot.controller, "controller", robot)
     fields = run_command(
         robot,
@@ -196,6 +202,7 @@ def twin_at_sea(
     return SeaRun(**fields, sea=sea)
 
 
+@checked
 def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T], threads: int = 1) -> list[T]:
     """Run many twins over threads.
 

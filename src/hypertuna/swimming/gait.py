@@ -3,12 +3,14 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Displayed
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
@@ -140,6 +142,9 @@ class Gaits(Displayed, card="hypertuna.swimming.cards:gaits_card"):
         -------
         Gaits
         """
+        if not isinstance(gaits, Sequence) or not all(isinstance(gait, Gait) for gait in gaits):
+            fix = "give what Gait, Gaits.grid or Gaits.grid_degrees return"
+            raise InputError("must be a list of gaits", key="gaits", value=shown(gaits), fix=fix)
         if not gaits:
             raise InputError("must hold at least one gait", key="gaits", value="empty", fix="give the gaits to swim")
         if len({len(gait.amplitude) for gait in gaits}) > 1:
@@ -173,22 +178,69 @@ class Gaits(Displayed, card="hypertuna.swimming.cards:gaits_card"):
         InputError
             As `Gait` does, at the first value that cannot be used.
         """
-        if bias is None:
-            bias = [(0.0,) * len(angles) for angles in amplitude[:1]]
-        axes: dict[str, Sequence[Any]] = {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}
-        for name, axis in axes.items():
-            if not len(axis):
+        return cls._grid({"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}, unit=1.0)
+
+    @classmethod
+    def grid_degrees(
+        cls,
+        *,
+        frequency: Sequence[float],
+        amplitude: Sequence[Sequence[float]],
+        phase: Sequence[Sequence[float]],
+        bias: Sequence[Sequence[float]] | None = None,
+    ) -> Self:
+        """Combine every frequency with every amplitude, phase and bias, given in degrees.
+
+        Parameters
+        ----------
+        frequency, amplitude, phase, bias
+            As of `Gaits.grid`, but angles in degrees [Hz, deg].
+
+        Returns
+        -------
+        Gaits
+
+        Raises
+        ------
+        InputError
+            As `Gait` does, at the first value that cannot be used, in degrees.
+
+        Examples
+        --------
+        >>> phase = [(0, lag) for lag in range(0, 91, 30)]
+        >>> len(Gaits.grid_degrees(frequency=[1, 2], amplitude=[(16, 25)], phase=phase))
+        8
+        """
+        axes = {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}
+        return cls._grid(axes, unit=math.pi / 180)
+
+    @classmethod
+    def _grid(cls, given: Mapping[str, Any], unit: float) -> Self:
+        """Combine values of frequency [Hz] and angles in their unit [rad]."""
+        axes: dict[str, list[Any]] = {}
+        for name, axis in given.items():
+            try:
+                axes[name] = list(() if axis is None else axis)
+            except TypeError:
+                one = "[2.0]" if name == "frequency" else "[(0.2, 0.3)]: one angle per joint group in each"
+                raise InputError("must be a list", key=name, value=shown(axis), fix=f"write {name}={one}") from None
+            if not axes[name] and name != "bias":
                 raise InputError("must have at least one value", key=name, value="empty", fix="give a range or a list")
         # Each value is checked once, not once for every combination.
+        first = {kind: axes[kind][0] for kind in KINDS[:2]} | {"bias": ()}
+        axes["bias"] = axes["bias"] or [_checked(axes["frequency"][0], first, unit)["bias"]]
+        values: dict[str, dict[int, Any]] = {name: {} for name in axes}
         for k in range(max(map(len, axes.values()))):
-            Gait(**{name: axis[min(k, len(axis) - 1)] for name, axis in axes.items()})
+            at = {name: axis[min(k, len(axis) - 1)] for name, axis in axes.items()}
+            for name, value in _checked(at.pop("frequency"), at, unit).items():
+                values[name][min(k, len(axes[name]) - 1)] = value
         shape = tuple(map(len, axes.values()))
         if math.prod(shape) > MAX_GAITS:
             rule = f"must have at most {MAX_GAITS} gaits in all"
             raise InputError(rule, key="grid", value=f"{math.prod(shape)}", fix="take fewer values")
         index = np.indices(shape).reshape(4, -1)
-        columns = (np.asarray(axis, dtype=np.float64)[k] for axis, k in zip(axes.values(), index, strict=True))
-        return cls(*columns, shape=shape)
+        lists = (np.array(list(one.values()), dtype=np.float64) for one in values.values())
+        return cls(*(axis[k] for axis, k in zip(lists, index, strict=True)), shape=shape)
 
     def __len__(self) -> int:
         return len(self.frequency)
@@ -216,12 +268,21 @@ def check_gait(gait: Gait, robot: Robot) -> None:
         raise InputError(rule, key="amplitude", value=f"{len(gait.amplitude)} long", fix=fix)
 
 
-def named_gait(robot: Robot, name: str) -> Gait:
+def gait_of(robot: Robot, gait: Gait | str) -> Gait:
+    """Return a gait that fits a robot: a gait, or the one of a name in the robot's file."""
+    gait = named_gait(robot, gait) if isinstance(gait, str) else gait
+    check_gait(gait, robot)
+    return gait
+
+
+@checked
+def named_gait(robot: Robot | str | Path, name: str) -> Gait:
     """Return a gait of the robot's description by its name.
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     name : str
         A key of the table ``[gaits]``.
 
@@ -229,6 +290,7 @@ def named_gait(robot: Robot, name: str) -> Gait:
     -------
     Gait
     """
+    robot = robot_of(robot)
     if name not in robot.gaits:
         fix = did_you_mean(name, robot.gaits)
         raise InputError("must be a gait of the robot", file=robot.file, key="gait", value=shown(name), fix=fix)

@@ -12,6 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, sequence, styled
@@ -52,9 +53,28 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     return figure
 
 
+@checked
 @styled
 def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
-    """Plot speed and cost of transport of a sweep, as the paper's Fig. 10: `width` [inch]."""
+    """Plot speed and cost of transport of a sweep, as the paper's Fig. 10.
+
+    Parameters
+    ----------
+    grid : xarray.Dataset
+        Of a grid with one bias, as `sweep` returns it.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Shown by notebooks; ``figure.savefig("name.svg")`` writes it.
+
+    Raises
+    ------
+    InputError
+        If the grid has several biases, or one frequency and one phase.
+    """
     if "bias" not in grid.dims or grid.sizes["bias"] > 1:
         raise InputError("must show a grid with one bias", key="plot", fix="sweep one bias at a time")
     if grid.sizes["frequency"] == 1 and grid.sizes["phase"] == 1:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Displayed, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
@@ -25,7 +27,7 @@ from hypertuna.swimming.beat import (
     settle,
     settle_from_rest,
 )
-from hypertuna.swimming.gait import KINDS, Gait, Gaits, check_gait
+from hypertuna.swimming.gait import KINDS, Gait, Gaits, check_gait, gait_of
 from hypertuna.swimming.model import parameter_names, parameter_values
 
 if TYPE_CHECKING:
@@ -41,8 +43,9 @@ def thread_count(threads: int | None) -> int:
     return POSITIVE_WHOLE.check(threads, "threads", "leave it out for all processors")
 
 
+@checked
 def sweep(
-    robot: Robot,
+    robot: Robot | str | Path,
     gaits: Gaits | Sequence[Gait],
     *,
     threads: int | None = None,
@@ -56,7 +59,8 @@ def sweep(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     gaits : Gaits or sequence of Gait
     threads, steps : int
         Threads, all processors if left out; the result does not depend on them. Runge-Kutta steps per beat, a multiple
@@ -74,7 +78,9 @@ def sweep(
     xarray.Dataset
         Every quantity of `hypertuna.swimming.beat.QUANTITIES`, ``status`` and ``settled``, with dimensions frequency,
         amplitude, phase and bias for a grid, or gait for a list; angles of every joint group [rad] are coordinates
-        such as ``amplitude_I``. A gait that diverged leaves the others untouched. With `check_rest` also
+        such as ``amplitude_I``. Each dimension of a grid is indexed by the last joint group whose angle differs all
+        along it: ``.sel(phase=np.radians(40), method="nearest")``. A gait that diverged leaves the others
+        untouched. With `check_rest` also
         ``reached_from_rest`` and ``speed_from_rest``; the attribute ``check_rest`` says whether it was done.
 
     Raises
@@ -82,6 +88,7 @@ def sweep(
     InputError
         If the gaits do not fit the robot.
     """
+    robot = robot_of(robot)
     gaits = gaits if isinstance(gaits, Gaits) else Gaits.of(gaits)
     check_gait(gaits[0], robot)
     check_choice(method, ("newton", "beats"), "method")
@@ -148,11 +155,23 @@ def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str,
             continue
         for g, group in enumerate(robot.joints):
             coordinates[f"{name}_{group.name}"] = (dim, values[:, g], "rad", f"{name} of joint group {group.name}")
+        if grid and (index := _index(robot, name, values)) is not None:
+            coordinates[name] = index
     return dataset(variables, coordinates, provenance(robot) | how)
 
 
 DERIVATIVES = ("speed", "cost_of_transport", "power", "power_positive", "strouhal", "torque_peak", "rate_peak")
 ANGLES = ("gait.amplitude", "gait.phase", "gait.bias", "joints.phase_offset")  # parameters in radians
+
+
+def _index(robot: Robot, name: str, values: Array) -> tuple[str, Array, dict[str, str]] | None:
+    """Index an axis of a grid by the angles of one joint group: the last one that is different all along it."""
+    for g in reversed(range(len(robot.joints))):
+        if len(np.unique(values[:, g])) == len(values):
+            group = robot.joints[g].name
+            about = {"units": "rad", "long_name": f"{name} of joint group {group}", "same_as": f"{name}_{group}"}
+            return name, values[:, g], about
+    return None
 
 
 @dataclass(frozen=True)
@@ -204,13 +223,16 @@ class Gradient(
         return {name: values[order] for name, values in columns.items()}
 
 
-def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradient:
+@checked
+def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAULT_STEPS) -> Gradient:
     """Differentiate results of a settled gait by every coefficient and gait parameter, exactly.
 
     Parameters
     ----------
-    robot : Robot
-    gait : Gait
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
+    gait : Gait or str
+        Gait, or the name of one of the robot's.
     steps : int
         Runge-Kutta steps per beat, a multiple of 4.
 
@@ -223,7 +245,8 @@ def gradient(robot: Robot, gait: Gait, *, steps: int = DEFAULT_STEPS) -> Gradien
     InputError
         If the gait does not fit the robot, does not settle or has no speed: it then has no derivatives.
     """
-    check_gait(gait, robot)
+    robot = robot_of(robot)
+    gait = gait_of(robot, gait)
     gaits = Gaits.of([gait])
     result = settle(robot, gaits, steps=steps)
     status = STATUSES[result["status"][0]]

@@ -6,14 +6,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
@@ -28,7 +30,7 @@ from hypertuna.swimming.beat import (
     spins,
     status_text,
 )
-from hypertuna.swimming.gait import Gait, Gaits, check_gait
+from hypertuna.swimming.gait import Gait, Gaits, gait_of
 from hypertuna.swimming.model import core_model, twist_from_rest
 from hypertuna.swimming.trajectory import trajectory
 
@@ -149,9 +151,10 @@ class Swim(
         return trajectory(self.robot, time, joints[::2], motion, current=self.current)
 
 
+@checked
 def swim(
-    robot: Robot,
-    gait: Gait,
+    robot: Robot | str | Path,
+    gait: Gait | str,
     *,
     from_rest: float | None = None,
     steps: int = DEFAULT_STEPS,
@@ -161,8 +164,10 @@ def swim(
 
     Parameters
     ----------
-    robot : Robot
-    gait : Gait
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
+    gait : Gait or str
+        Gait, or the name of one of the robot's.
     from_rest : float, optional
         Integrate from rest for this many seconds [s] instead of solving for the settled beat. At rest there is no
         momentum, and joints that start to move cannot create any: the head moves at once.
@@ -189,7 +194,8 @@ def swim(
     >>> round(ht.swim(ht.load("hypertuna"), gait).speed, 3)
     0.578
     """
-    check_gait(gait, robot)
+    robot = robot_of(robot)
+    gait = gait_of(robot, gait)
     check_steps(steps)
     wait = -1
     if from_rest is not None:

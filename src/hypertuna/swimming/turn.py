@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
@@ -115,8 +117,9 @@ def point_radius(beat: Swim, behind: float) -> float:
     return float(np.abs(nose + behind * axis - center)[:-1].mean())
 
 
+@checked
 def turn(
-    robot: Robot,
+    robot: Robot | str | Path,
     gaits: Gaits,
     *,
     threads: int | None = None,
@@ -127,7 +130,8 @@ def turn(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     gaits : Gaits
         A grid of frequency, amplitude, phase and bias.
     threads, steps, progress
@@ -137,6 +141,7 @@ def turn(
     -------
     Turning
     """
+    robot = robot_of(robot)
     if len(gaits.shape) != 4:
         raise InputError("must be a grid", key="gaits", fix="make them by Gaits.grid")
     results = sweep(robot, gaits, threads=threads, steps=steps)

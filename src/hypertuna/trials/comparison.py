@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import Pose, at_times, head_center, joint_grid, replay, rmse, seen_from_start, together
 from hypertuna.trials.smoothing import SmoothSeries, smooth
@@ -24,12 +26,14 @@ GRID = 51  # offsets of the first search
 TINY = 1e-20  # m^2 or rad^2, for replays without error
 
 
-def replay_recording(robot: Robot, recording: Recording, *, step: float | None = None) -> xr.Dataset:
+@checked
+def replay_recording(robot: Robot | str | Path, recording: Recording, *, step: float | None = None) -> xr.Dataset:
     """Replay the joint angles of a recording, from rest or from the motion in which it begins.
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     recording : Recording
     step : float, optional
         Maximum Runge-Kutta step [s]; default: that of `replay`.
@@ -40,6 +44,7 @@ def replay_recording(robot: Robot, recording: Recording, *, step: float | None =
         As of `replay`, on the clock and in the axes of the tracks, from the start of the first one. Attribute ``begin``
         says whether the twist at the start is that of rest, given, or estimated from the first beat.
     """
+    robot = robot_of(robot)
     curve = smooth(recording.joints, noise=recording.noise)
     twist, tracks, begin = how_begun(robot, recording, curve)
     start = Pose.from_head_center(robot, *tracks[0].pose[0])
@@ -68,12 +73,14 @@ def with_fitted_clock(robot: Robot, recording: Recording) -> Recording:
     return replace(recording, time_offset=robot.fit.value[robot.fit.names.index(name)])
 
 
-def compare_recording(robot: Robot, recording: Recording, result: xr.Dataset) -> xr.Dataset:
+@checked
+def compare_recording(robot: Robot | str | Path, recording: Recording, result: xr.Dataset) -> xr.Dataset:
     """Compare a replay with every run of its recording.
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     recording : Recording
         All its runs overlap the replay.
     result : xarray.Dataset
@@ -86,6 +93,7 @@ def compare_recording(robot: Robot, recording: Recording, result: xr.Dataset) ->
         ``best_offset_ratio`` are the same with the best time offset. Attributes: ``time_offset_s`` as given, and
         ``best_time_offset_s``.
     """
+    robot = robot_of(robot)
     tracks = how_begun(robot, recording, smooth(recording.joints, noise=recording.noise))[1]
     errors = rmse(robot, result, tracks)
     shift = best_time_offset(robot, result, tracks)

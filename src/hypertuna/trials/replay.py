@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
 from hypertuna import _core
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import dataset
 from hypertuna.ranges import POSITIVE
@@ -60,8 +62,9 @@ class Pose(NamedTuple):
 ORIGIN = Pose()
 
 
+@checked
 def replay(
-    robot: Robot,
+    robot: Robot | str | Path,
     series: JointSeries | SmoothSeries,
     *,
     start: Pose = ORIGIN,
@@ -74,7 +77,7 @@ def replay(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
         Its joint bandwidth does not apply to measured angles.
     series : JointSeries or SmoothSeries
     start : Pose
@@ -94,6 +97,7 @@ def replay(
         As `Swim.trajectory`. Attribute ``status`` is "completed" or "diverged", ``status_text`` a sentence on it; a
         diverged replay ends with its last finite step.
     """
+    robot = robot_of(robot)
     curve = series if isinstance(series, SmoothSeries) else smooth(series)
     _check(robot, curve.series, step)
     numbers = {"start": start, "twist": twist or (), "current": current, "time_offset": (time_offset,)}
@@ -171,12 +175,14 @@ def seen_from_start(pose: Array, direction: float) -> Array:
     return np.column_stack([c * x - s * y, s * x + c * y, pose[:, 2] - pose[0, 2]])
 
 
-def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
+@checked
+def residuals(robot: Robot | str | Path, result: xr.Dataset, track: Track) -> Array:
     """Return computed minus tracked poses, each seen from its own first pose, in the initial direction of the track.
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     result : xarray.Dataset
         As of `replay`; it spans the track at least in part.
     track : Track
@@ -186,6 +192,7 @@ def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
     ndarray, shape (frames, 3)
         x, y [m] and yaw [rad] in the axes of the track, at its frames that the replay spans.
     """
+    robot = robot_of(robot)
     time = result["time"].to_numpy()
     inside = (track.time >= time[0]) & (track.time <= time[-1])
     if not inside.any():
@@ -198,12 +205,14 @@ def residuals(robot: Robot, result: xr.Dataset, track: Track) -> Array:
     return difference
 
 
-def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Dataset:
+@checked
+def rmse(robot: Robot | str | Path, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Dataset:
     """Compare a replay with tracked runs of the same joint motion.
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
     result : xarray.Dataset
         As of `replay`.
     tracks : sequence of Track
@@ -217,6 +226,7 @@ def rmse(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Datase
         mean, NaN for a single run: rmse^2 = mean_rmse^2 + repeatability^2. The mean is taken at the frames of the first
         run that all runs and the replay span.
     """
+    robot = robot_of(robot)
     if not tracks:
         raise InputError("must hold at least one run", key="tracks", fix="give the tracked poses")
     differences = [residuals(robot, result, track) for track in tracks]

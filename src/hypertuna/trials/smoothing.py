@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.display import Displayed
 from hypertuna.ranges import NOT_NEGATIVE
@@ -64,6 +65,7 @@ class SmoothSeries(Displayed, card="hypertuna.trials.cards:smooth_card"):
         return np.moveaxis(np.array(derivatives), -1, 0)
 
 
+@checked
 def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
     """Smooth a joint series by the motion that explains its samples with the fewest numbers.
 

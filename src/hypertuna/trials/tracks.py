@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.display import Displayed
 from hypertuna.errors import InputError, did_you_mean, shown
@@ -74,6 +75,7 @@ class Track(Displayed, card="hypertuna.trials.cards:track_card"):
     pose: Array  # (frames, 3): x, y [m] and the direction that the head faces [rad], counter-clockwise from x
 
 
+@checked
 def read_joints(path: str | Path, *, time: str, columns: Sequence[str], unit: str) -> JointSeries:
     """Read measured joint angles from a CSV file; empty lines and comments (#) are skipped.
 
@@ -114,6 +116,7 @@ def lag_of(measured: JointSeries, targets: JointSeries) -> tuple[float, ...]:
     return tuple(lags)
 
 
+@checked
 def read_tracks(
     path: str | Path,
     *,

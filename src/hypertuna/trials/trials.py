@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.description.robot import Robot
+from hypertuna.arguments import checked
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Displayed
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.trials.importers import import_folder
@@ -66,20 +67,22 @@ class Trials(Displayed, card="hypertuna.trials.cards:trials_card"):
         return Trials(self.steady + other.steady, self.recordings + other.recordings)
 
 
-def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot) -> Trials:
+@checked
+def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot | str | Path) -> Trials:
     """Read trials of a robot; raise InputError for a file that does not fit it, or for two runs of one name.
 
     Parameters
     ----------
     paths : str, Path or sequence of them
         CSV files of steady runs, TOML manifests of tracked runs, radio logs (.mcap), or folders of published files.
-    robot : Robot
+    robot : Robot, str or Path
         The robot that swam.
 
     Returns
     -------
     Trials
     """
+    robot = robot_of(robot)
     files = [paths] if isinstance(paths, (str, Path)) else list(paths)
     if not files:
         raise InputError("must name at least one file", key="trials", fix="give a CSV file, a manifest or a folder")

@@ -1,0 +1,182 @@
+"""Names stand for robots, gaits and missions; an argument of a wrong type is one sentence, never a traceback."""
+
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.arguments import checked
+
+TANK = Path(__file__).parents[1] / "examples" / "tank"
+GAIT = ht.Gait.from_degrees(frequency=2, amplitude=(8, 12), phase=(0, 20))
+GRID = ht.Gaits.grid_degrees(frequency=[2], amplitude=[(8, 12)], phase=[(0, 20)])
+WRONG = (None, -1.5, "text", [1], {"a": 1}, object(), float("nan"), np.ones(2), b"x")
+
+
+def base() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
+    """Public functions with arguments that are valid, and cheap."""
+    fish = ht.load("hypertuna")
+    trials = ht.read_trials(TANK / "tank.toml", fish)
+    recording = trials.recordings[0]
+    replayed = ht.replay_recording(fish, recording)
+    both = {"robot": fish, "gait": GAIT}
+    track = recording.tracks[0]
+    return {
+        "load": (ht.load, {"robot": "hypertuna"}),
+        "named_gait": (ht.named_gait, {"robot": fish, "name": "turning"}),
+        "swim": (ht.swim, both | {"steps": 16, "from_rest": 1.0, "current": (0.0, 0.0)}),
+        "sweep": (ht.sweep, {"robot": fish, "gaits": GRID, "steps": 16, "threads": 1, "method": "newton", "beats": 3}),
+        "gradient": (ht.gradient, both | {"steps": 16}),
+        "turn": (ht.turn, {"robot": fish, "gaits": GRID, "steps": 16, "threads": 1}),
+        "bend": (
+            ht.bend,
+            {"robot": fish, "joint": "I", "pressure": [0.0, 1e5], "side": "left", "friction": True, "law": "corrected"},
+        ),
+        "optimize": (
+            ht.optimize,
+            {"robot": fish, "maximize": "speed", "particles": 2, "iterations": 1, "steps": 16, "method": "pso"}
+            | {"seed": 1, "limits": (), "bounds": {"frequency_hz": (1, 2)}},
+        ),
+        "pareto": (
+            ht.pareto,
+            {"robot": fish, "objectives": ("speed", "power"), "population": 2, "generations": 1, "steps": 16}
+            | {"seed": 1, "limits": (), "polish": False, "threads": 1},
+        ),
+        "gait_limits": (ht.gait_limits, {"robot": fish, "joint_rate": 2.0, "torque": 3.0, "strouhal": (0.2, 0.4)}),
+        "read_trials": (ht.read_trials, {"paths": TANK / "tank.csv", "robot": fish}),
+        "read_mission": (ht.read_mission, {"path": "box"}),
+        "twin": (
+            ht.twin,
+            both | {"duration": 0.1, "medium": "water", "faults": (), "seed": 0, "closed_loop": True, "start": "rest"},
+        ),
+        "twin_at_sea": (
+            ht.twin_at_sea,
+            both
+            | {"duration": 0.1, "fins": 0.0, "sea": ht.Sea(), "depth": 2.0, "heading": 0.0, "speed": 0.1, "every": 1},
+        ),
+        "fly": (ht.fly, {"file": "box", "robot": fish, "duration": 1.0, "seed": 0, "faults": (), "every": 10}),
+        "dive": (ht.dive, both | {"duration": 4.0, "angle": 0.3, "depth": 1.0, "seed": 0}),
+        "replay": (ht.replay, {"robot": fish, "series": recording.joints, "current": (0.0, 0.0), "step": 0.02}),
+        "smooth": (ht.smooth, {"series": recording.joints, "noise": 0.001}),
+        "residuals": (ht.residuals, {"robot": fish, "result": replayed, "track": track}),
+        "rmse": (ht.rmse, {"robot": fish, "result": replayed, "tracks": [track]}),
+        "replay_recording": (ht.replay_recording, {"robot": fish, "recording": recording, "step": 0.02}),
+        "compare_recording": (ht.compare_recording, {"robot": fish, "recording": recording, "result": replayed}),
+        "Sea": (ht.Sea, {"current": (0.0, 0.1), "bottom": 3.0, "dip": 1.0}),
+        "Gait": (ht.Gait, {"frequency": 1.0, "amplitude": (0.1, 0.1), "phase": (0.0, 0.1), "bias": (0.0, 0.0)}),
+        "from_degrees": (
+            ht.Gait.from_degrees,
+            {"frequency": 1.0, "amplitude": (1, 1), "phase": (0, 1), "bias": (0, 0)},
+        ),
+        "of": (ht.Gaits.of, {"gaits": [GAIT]}),
+        "grid": (ht.Gaits.grid, {"frequency": [1], "amplitude": [(0.1, 0.1)], "phase": [(0, 1)], "bias": [(0, 0)]}),
+        "grid_degrees": (ht.Gaits.grid_degrees, {"frequency": [1], "amplitude": [(1, 1)], "phase": [(0, 1)]}),
+        "plot_sweep": (ht.plot_sweep, {"grid": ht.sweep(fish, GRID, steps=16)}),
+        "to_dataframe": (ht.to_dataframe, {"data": replayed}),
+        "report": (ht.report, {"results": ht.swim(fish, GAIT), "path": "swim.html"}),
+        "read_joints": (
+            ht.read_joints,
+            {"path": TANK / "angles.csv", "time": "t", "columns": ["a", "b"], "unit": "deg"},
+        ),
+    }
+
+
+@pytest.fixture(scope="module")
+def calls() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
+    return base()
+
+
+NAMES = [
+    "load",
+    "named_gait",
+    "swim",
+    "sweep",
+    "gradient",
+    "turn",
+    "bend",
+    "optimize",
+    "pareto",
+    "gait_limits",
+    "read_trials",
+    "read_mission",
+    "twin",
+    "twin_at_sea",
+    "fly",
+    "dive",
+    "replay",
+    "smooth",
+    "residuals",
+    "rmse",
+    "replay_recording",
+    "compare_recording",
+    "Sea",
+    "Gait",
+    "from_degrees",
+    "of",
+    "grid",
+    "grid_degrees",
+    "plot_sweep",
+    "to_dataframe",
+    "report",
+    "read_joints",
+]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_argument_of_a_wrong_type_is_one_sentence(
+    name: str, calls: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    function, valid = calls[name]
+    refused, escaped = 0, []
+    for key in valid:
+        for wrong in WRONG[name == "fly" and key == "duration" :]:  # None flies to the end
+            try:
+                function(**valid | {key: wrong})
+            except ht.InputError as error:
+                refused += 1
+                if "\n" in str(error) or "--" in str(error):
+                    escaped.append(f"{key}={wrong!r}: {error}")
+            except Exception as error:
+                escaped.append(f"{key}={wrong!r}: {type(error).__name__}: {error}")
+    assert not escaped
+    assert refused
+
+
+def test_every_public_function_is_tried() -> None:
+    functions = {name for name in ht.__all__ if inspect.isfunction(getattr(ht, name))}
+    slow = {"identify", "twins", "read_tracks", "robots"}  # identify and read_tracks have tests of their own
+    assert functions - slow <= set(NAMES)
+
+
+def test_names_stand_for_robots_gaits_and_missions() -> None:
+    fish = ht.load("hypertuna")
+    gait = ht.named_gait(fish, "optimised-0.3")
+    assert ht.swim("hypertuna", "optimised-0.3").speed == ht.swim(fish, gait).speed
+    assert ht.named_gait("hypertuna", "turning") == ht.named_gait(fish, "turning")
+    path = Path(__file__).parents[1] / "examples" / "minnow.toml"
+    assert ht.swim(path, "cruise").robot.name == "minnow"
+    assert ht.fly("box", "hypertuna", duration=1.0).file.name == "box"
+    with pytest.raises(ht.InputError, match=r"gait must be a gait of the robot.*did you mean turning\?"):
+        ht.swim("hypertuna", "turnin")
+    with pytest.raises(ht.InputError, match="did you mean hypertuna"):
+        ht.swim("hypertun", "turning")
+
+
+def test_the_sentence_names_the_argument_its_kinds_and_the_value() -> None:
+    @checked
+    def function(number: float | None, pair: tuple[float, float] = (0, 1), names: list[str] | None = None) -> None: ...
+
+    function(np.float64(1), np.ones(2), ["a"])
+    function(None)
+    for arguments, text in (
+        (("3",), r"number must be a number, but is '3' \(str\): see help"),
+        ((1, (1, 2, 3)), r"pair must be 2 values, each a number, but is \(1, 2, 3\) \(tuple\)"),
+        ((1, (1, 2), "names"), "names must be a list, each text, but is 'names'"),
+    ):
+        with pytest.raises(ht.InputError, match=text):
+            function(*arguments)
