@@ -13,6 +13,7 @@ from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
 from hypertuna.description.shape import Shape
 from hypertuna.errors import InputError
+from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
 
@@ -67,3 +68,19 @@ def test_what_is_no_fish_is_refused(options: dict[str, Any], sentence: str) -> N
     with pytest.raises(InputError) as caught:
         new_robot("fish", **options)
     assert str(caught.value).startswith(sentence)
+
+
+@pytest.mark.parametrize("actuation", ["servo", "hydraulic"])
+@pytest.mark.parametrize(("links", "length", "mass"), [(2, 0.3, 0.85), (3, 0.5, 2.5), (5, 0.3, 0.4)])
+def test_a_first_robot_with_an_actuator_runs_in_the_twin(
+    actuation: str, links: int, length: float, mass: float
+) -> None:
+    text = first_robot("fish", links=links, length=length, mass=mass, actuation=actuation)
+    robot = parse(tomllib.loads(text))
+    assert robot.unsourced() == ()
+    gait = named_gait(robot, "cruise")
+    assert swim(robot, gait).settled
+    run = twin(robot, gait, duration=5.0)
+    assert run.status == "completed"
+    reached = (np.ptp(run.data["angle"][300:], axis=0)) / 2
+    assert reached == pytest.approx(gait.amplitude, rel=0.3)

@@ -1,16 +1,40 @@
 """A first robot file: the fish of description/new.py, with what drives its joints."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
 
+import numpy as np
+
+from hypertuna import _core
+from hypertuna.actuation.soft_joint import JointModel, joint_models
 from hypertuna.description.commented import commented
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import Robot, parse
+from hypertuna.description.shape import ASPECT, FIN_START, Shape
+from hypertuna.io.files import shipped
+from hypertuna.io.tables import read_toml
+from hypertuna.swimming.gait import named_gait
+from hypertuna.swimming.swim import swim
 
 HEADER = """\
-# {name}, written by `{command}`.
+# {name}, written by `hypertuna robot new`.
 # Every value is an estimate from length and mass; [sources] has its rule. Replace values as you measure them, write
 # "measured" and how into [sources], and run `hypertuna robot check`.
 """
+BANDWIDTHS = {"servo": 5.0, "hydraulic": 4.7}  # Hz, small digital servos under load; as identified on HyperTuna
+RESERVE = 3.0  # stall torque over the largest of the beat: a usual rule for lasting loads
+SERVO_V, SERVO_SPEED = 7.4, 7.5  # V and rad/s, of data sheets
+PRESSURE = 250e3  # Pa, up to which HyperTuna's joints were tested
+NARROW = 0.0142  # m, half width of HyperTuna's narrowest section, which its muscles fit
+STROKE = 0.6  # of the crank: what the largest bend takes of the piston's way to one side
+AIR = 0.01  # of the oil's volume
+REACH = 1.2  # control may command so much more than the largest bend
+SENSORS = {
+    "servo": ("rate", "acceleration", "current", "voltage", "depth"),
+    "hydraulic": ("rate", "acceleration", "current", "bend", "pressure", "voltage", "depth"),
+}
+AS_HYPERTUNA = "estimate: as HyperTuna's, see robots/hypertuna.toml"
 
 
 def first_robot(
@@ -22,7 +46,146 @@ def first_robot(
     joints: Sequence[str] = (),
     actuation: str = "none",
 ) -> str:
-    """Return the text of a robot file that swims at once; `length` [m], `mass` [kg], names of the `joints`."""
+    """Return the text of a robot file that swims at once; `length` [m], `mass` [kg], names of the `joints`.
+
+    `actuation` is "none", "servo" or "hydraulic".
+    """
     document = new_robot(name, links=links, length=length, mass=mass, joints=joints)
+    if actuation != "none":
+        _drive(document, actuation)
+        (_servos if actuation == "servo" else _hydraulics)(document)
     parse(document, file=f"{name}.toml")
-    return HEADER.format(name=name, command="hypertuna robot new") + commented(document, Robot)
+    return HEADER.format(name=name) + commented(document, Robot)
+
+
+def _drive(document: dict[str, Any], actuation: str) -> None:
+    """Add what servos and hydraulics have in common: bandwidth, battery, sensors, controller."""
+    tuna = read_toml(shipped("robots") / "hypertuna.toml")
+    for group, (_, largest) in zip(document["joints"], document["gait_bounds"]["amplitude_deg"], strict=True):
+        group |= {"bandwidth_hz": BANDWIDTHS[actuation], "amplitude_max_deg": largest, "bend_max_deg": largest}
+    document["model"]["joints"] = "bandwidth"
+    document["battery"] = tuna["battery"]
+    document["sensors"] = [sensor for sensor in tuna["sensors"] if sensor["quantity"] in SENSORS[actuation]]
+    document["controller"] = tuna["controller"]
+    document["sources"] |= dict.fromkeys(("battery", "sensors", "controller"), AS_HYPERTUNA)
+    identified = "small servos under load" if actuation == "servo" else "as identified on HyperTuna"
+    document["sources"] |= {
+        "joints.bandwidth_hz": f"estimate: {identified}",
+        "joints.amplitude_max_deg": "estimate: 1.5 times the amplitude of the gait",
+        "joints.bend_max_deg": "estimate: as the largest amplitude",
+    }
+
+
+def _servos(document: dict[str, Any]) -> None:
+    """Put a servo on the axle of each joint."""
+    for key in ("pressure_step_pa", "pressure_soft_pa", "pressure_hard_pa"):
+        del document["controller"][key]
+    for group, torque in zip(document["joints"], _torques(document), strict=True):
+        servo = {"torque_n_m": torque, "speed_rad_s": SERVO_SPEED, "voltage_v": SERVO_V}
+        group["servo"] = servo | {"idle_current_a": 0.05, "friction_n_m": float(f"{0.04 * torque:.2g}")}
+    document["sources"] |= {
+        "joints.servo": "estimate: data sheets of digital servos: 0.13 to 0.15 s for 60 degrees at 7.4 V, 5 to 100 mA "
+        "at rest, friction of 4 % of the stall torque",
+        "joints.servo.torque_n_m": f"estimate: {RESERVE:g} times the largest torque of the gait",
+    }
+
+
+def _torques(document: Mapping[str, Any]) -> list[float]:
+    """Return the stall torque that each joint group's servo needs [N m]."""
+    robot = parse(document)
+    beat = swim(robot, named_gait(robot, "cruise")).trajectory.joint_torque
+    largest = np.abs(beat.to_numpy()).max(axis=list(beat.dims).index("time"))
+    return [float(f"{max(0.05, RESERVE * max(largest[i] for i in group.links)):.2g}") for group in robot.joints]
+
+
+def _hydraulics(document: dict[str, Any]) -> None:
+    """Add muscles, pump, oil and lines: HyperTuna's, scaled to the sections."""
+    tuna = read_toml(shipped("robots") / "hypertuna.toml")
+    document |= {table: tuna[table] for table in ("materials", "drive_unit", "oil")}
+    lengths = document["links"]["length_m"]
+    shape = Shape(sum(lengths), document["body"]["mass_kg"])
+    bodies = [_soft_body(shape, lengths, group["links"]) for group in document["joints"]]
+    scale = min(min(body["semi_minor_m"]) for body in bodies) / NARROW
+    hose = {key: float(f"{scale * tuna['drive_unit'][key]:.3g}") for key in ("outer_diameter_m", "inner_diameter_m")}
+    document["drive_unit"] |= hose
+    for group, body in zip(document["joints"], bodies, strict=True):
+        pairs = max(1, round(0.8 * min(body["semi_major_m"]) / (1.25 * hose["outer_diameter_m"])))
+        group |= {"pressure_max_pa": PRESSURE, "drive_units": pairs, "actuator": body}
+        group["line"] = _line(shape, sum(lengths[: group["links"][0]]) - lengths[0], pairs, body, hose)
+    document["pump"], document["servos"] = {"bore_m": 0.02 * shape.length, "crank_m": 0.048 * shape.length}, []
+    document["pump"] |= {"rod_m": 0.12 * shape.length, "neutral_deg": 90.0, "dead_volume_m3": 1e-6}
+    _size(document)
+    document["sources"] |= SOURCES | dict.fromkeys(("materials", "oil"), AS_HYPERTUNA)
+
+
+SOURCES = {
+    "joints.actuator": "estimate: elliptical sections of the fish's shape, three fifths of the links of the group, "
+    "in three segments",
+    "joints.actuator.lever_m": "estimate: 0.45 times the narrowest half width, as HyperTuna's",
+    "joints.drive_units": "estimate: as many pairs for the height of the section and the hose as HyperTuna has",
+    "joints.bend_max_deg": "estimate: computed of these muscles, without load at the pressure limit",
+    "joints.amplitude_max_deg": "estimate: 0.85 times the largest bend",
+    "joints.pressure_max_pa": "estimate: up to which HyperTuna's joints were tested",
+    "joints.line": "estimate: from the head to the joint; bore 0.8 times the hose, as HyperTuna's; fill "
+    "pressure and losses as HyperTuna's",
+    "joints.line.compliance_m3_pa": "estimate: hoses, braid and fittings give 8 % of their volume at the limit",
+    "drive_unit": "estimate: HyperTuna's hoses, scaled to the narrowest section",
+    "pump": "estimate: crank and rod by the length; 1.2 times the largest bend takes three fifths of the crank",
+    "servos": f"estimate: data sheets of digital servos; stall torque {RESERVE:g} times that at the pressure limit",
+    "gaits": "estimate: as without an actuator, the amplitudes at most nine tenths of the largest",
+}
+
+
+def _soft_body(shape: Shape, lengths: Sequence[float], links: Sequence[int]) -> dict[str, Any]:
+    """Return the table of the soft body of a joint group: three segments at the front of its first link."""
+    start, length = sum(lengths[: links[0]]), 0.6 * sum(lengths[i] for i in links)
+    part = float(f"{length / 3:.3g}")
+    places = np.minimum(start + part * np.arange(3.0), 0.98 * FIN_START * shape.length)
+    heights = [float(shape.sections(at, at + 1e-3 * shape.length)[1].mean()) for at in places]
+    minor = [float(f"{ASPECT * height / 2:.3g}") for height in heights]
+    major = [float(f"{height / 2:.3g}") for height in heights]
+    lever = float(f"{0.45 * min(minor):.3g}")
+    return {"lever_m": lever, "segment_length_m": [part] * 3, "semi_major_m": major, "semi_minor_m": minor}
+
+
+def _line(
+    shape: Shape, behind_head: float, pairs: int, body: Mapping[str, Any], hose: Mapping[str, float]
+) -> dict[str, float]:
+    """Return the table of the oil line of a joint that begins so far behind the head [m]."""
+    length, bore = 0.15 * shape.length + behind_head, 0.8 * hose["outer_diameter_m"]
+    units = pairs * hose["inner_diameter_m"] ** 2 * sum(body["segment_length_m"])
+    volume = math.pi / 4 * (units + bore**2 * length)
+    values = {"length_m": length, "bore_m": bore, "compliance_m3_pa": 0.08 * volume / PRESSURE}
+    return {key: float(f"{value:.2g}") for key, value in values.items()} | {"loss": 1.5, "fill_pressure_pa": 60e3}
+
+
+def _size(document: dict[str, Any]) -> None:
+    """Set bends and amplitudes to what the muscles reach, and the pump to the oil that they take."""
+    pump, displaced = document["pump"], 0.0
+    for j, model in enumerate(joint_models(parse(document))):
+        bend = min(abs(float(model.balance([[PRESSURE, 0.0]])["angle"][0])), 0.9 * model.reach)
+        group, gait = document["joints"][j], document["gaits"]["cruise"]
+        group["bend_max_deg"] = math.floor(10 * math.degrees(bend)) / 10
+        group["amplitude_max_deg"] = math.floor(8.5 * math.degrees(bend)) / 10
+        gait["amplitude_deg"][j] = min(gait["amplitude_deg"][j], round(0.9 * group["amplitude_max_deg"], 1))
+        document["gait_bounds"]["amplitude_deg"][j] = [0.0, group["amplitude_max_deg"]]
+        displaced = max(displaced, _displaced(group["line"]["compliance_m3_pa"], model, REACH * bend))
+    area = displaced / (STROKE * pump["crank_m"])
+    pump["bore_m"] = math.sqrt(4 * area / math.pi)
+    pump["dead_volume_m3"] = 0.1 * displaced
+    document["pump"] = {key: float(f"{value:.2g}") for key, value in pump.items()}
+    torque = float(f"{RESERVE * PRESSURE * area * pump['crank_m']:.2g}")
+    servo = {"drives": "piston pump", "count": 2 * len(document["joints"]), "torque_n_m": torque}
+    servo |= {"speed_rad_s": SERVO_SPEED, "voltage_v": SERVO_V, "stall_current_a": torque * SERVO_SPEED / SERVO_V}
+    servo |= {"idle_current_a": 0.05, "friction_n_m": 0.04 * torque, "inertia_kg_m2": 0.005 * torque / SERVO_SPEED}
+    rounded = {key: float(f"{value:.2g}") if isinstance(value, float) else value for key, value in servo.items()}
+    document["servos"] = [rounded | {"bandwidth_hz": 10.0}]
+
+
+def _displaced(compliance: float, model: JointModel, bend: float) -> float:
+    """Return the oil that a joint's bend takes from a cylinder, with that of hoses and air bubbles [m^3]."""
+    held = model.hold([-bend, bend])
+    straight = model.at(0.0)["volume"]
+    pressure = np.minimum(held["pressure"], PRESSURE)
+    swelling = compliance + AIR * straight / _core.ATMOSPHERE
+    return float(np.abs(held["volume"] - straight + swelling * (pressure - model.fill)).max())

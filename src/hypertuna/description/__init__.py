@@ -1,5 +1,6 @@
 """One robot, described by robots/NAME.toml.
 
-schema (tables and keys), robot (`load`, `Robot`, `require`), validation (errors in one sentence),
+schema (tables and keys), robot (`load`, `Robot`, `require`), validation (places and words of errors), mistakes (all
+errors of a file), commented (TOML with meanings), shape (a fish from length and mass), new (a first description),
 reference (docs page), provenance (what made a result), writer (a robot back into its file), card (what notebooks show).
 """
