@@ -38,7 +38,7 @@ def test_files_hold_the_table(run: Run, tmp_path: Path) -> None:
     code, output, _ = run(*PUMP, *options, "-o", table, "--plot", plot)
     assert code == 0
     assert output.endswith(f"written: {plot}\nwritten: {table}\n")
-    lines = [line for line in Path(table).read_text().splitlines() if not line.startswith("#")]
+    lines = Path(table).read_text().splitlines()
     rows = np.genfromtxt(lines, delimiter=",", names=True, dtype=None, encoding="utf-8")
     assert rows["temperature_c"].tolist() == [15, 15, 30, 30]
     assert "temperature of the oil" in Path(plot).read_text()

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from hypertuna.cli.emit import attributes
-from hypertuna.io.files import columns_csv, dataset, variable_columns
+from hypertuna.io.files import columns_csv, dataset, rows_csv, variable_columns
 
 
 def test_columns_have_labels_and_units() -> None:
@@ -35,8 +39,19 @@ def test_columns_have_labels_and_units() -> None:
     ]
     assert columns["angle_II_deg"] == pytest.approx([2.0, 4.0])
     assert columns["pressure_I_left_kpa"] == pytest.approx([1.0, 2.0])
-    text = columns_csv({"robot": "fish"}, {name: columns[name] for name in ("time_s", "electrical_power_w")})
-    assert text == "# robot: fish\ntime_s,electrical_power_w\n0,5\n0.5,\n"
+    table = columns_csv({"robot": "fish"}, {name: columns[name] for name in ("time_s", "electrical_power_w")})
+    assert table.text == "time_s,electrical_power_w\n0,5\n0.5,\n"
+
+
+def test_what_made_a_csv_file_stands_beside_it(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    columns_csv({"robot": "fish", "counts": np.arange(2)}, {"time_s": [0.0, 0.5], "name": ["a", "b, c"]}).write(path)
+    table = pd.read_csv(path)  # as it stands, without options
+    assert list(table.columns) == ["time_s", "name"]
+    assert table.name.tolist() == ["a", "b, c"]
+    assert json.loads((tmp_path / "table.csv.json").read_text()) == {"robot": "fish", "counts": [0, 1]}
+    rows_csv({}, [{"a": 1}]).write(tmp_path / "plain.csv")
+    assert not (tmp_path / "plain.csv.json").exists()
 
 
 def test_a_grid_has_a_row_for_each_combination() -> None:

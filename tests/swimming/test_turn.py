@@ -177,10 +177,7 @@ def test_the_command_tells_what_the_function_does(run: Run, turning: Turning, tm
     np.testing.assert_allclose([row["turn_radius_bl"] for row in told["turns"]], radii, rtol=1e-9)
     assert told["tightest"]["phase_deg"] == [0, 200]
     assert told["tightest_forward"]["phase_deg"] == [0, 160]
-    rows = np.genfromtxt(
-        [line for line in Path(files[1]).read_text().splitlines() if not line.startswith("#")],
-        delimiter=",", names=True, dtype=None, encoding="utf-8",
-    )  # fmt: skip
+    rows = np.genfromtxt(files[1], delimiter=",", names=True, dtype=None, encoding="utf-8")
     np.testing.assert_allclose(rows["turn_radius_bl"], radii, rtol=1e-9)
     assert "from above" in Path(files[0]).read_text()
     code, output, _ = run(*options, "-o", files[2])

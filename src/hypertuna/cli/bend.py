@@ -18,7 +18,7 @@ from hypertuna.cli.console import table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.io.files import rows_csv
+from hypertuna.io.files import Csv, rows_csv
 
 ALL = "all"  # every material set that the robot has the values of
 SMOOTH = 50  # minimum number of pressures of a plotted curve
@@ -144,7 +144,7 @@ def _dataset(bends: Bends) -> Any:
     return whole.assign_attrs(bends.first.dataset().attrs | {"material": ALL})
 
 
-def _csv(bends: Bends) -> str:
+def _csv(bends: Bends) -> Csv:
     """Write bends as comma-separated values, a row per pressure."""
     first = bends.first
     rows = [

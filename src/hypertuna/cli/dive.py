@@ -12,7 +12,7 @@ from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
 from hypertuna.cli.twin import made_by_twin
 from hypertuna.description.robot import load
-from hypertuna.io.files import columns_csv
+from hypertuna.io.files import Csv, columns_csv
 from hypertuna.io.quantity import columns
 from hypertuna.simulation.dive import Dive, dive
 
@@ -66,7 +66,7 @@ def _record(result: Dive) -> dict[str, Any]:
     )
 
 
-def _csv(result: Dive) -> str:
+def _csv(result: Dive) -> Csv:
     """Write a dive as comma-separated values, one row per control period."""
     run = result.run
     table: dict[str, Any] = {

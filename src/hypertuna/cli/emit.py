@@ -3,12 +3,15 @@
 import contextlib
 import pkgutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
 
 from hypertuna.cli.console import command_line, print_json, print_lines, print_written
 from hypertuna.errors import InputError, InputErrors
+
+if TYPE_CHECKING:
+    from hypertuna.io.files import Csv
 
 R = TypeVar("R")
 
@@ -20,7 +23,7 @@ def emit(
     as_json: bool,
     record: Callable[[R], Mapping[str, Any]] | None = None,
     output: str | None = None,
-    csv: Callable[[R], str] | None = None,
+    csv: Callable[[R], "Csv"] | None = None,
     columns: Mapping[str, str] | Sequence[str] = (),
     digits: int | None = 6,
     dataset: Callable[[R], Any] | None = None,
@@ -33,13 +36,14 @@ def emit(
 ) -> None:
     """Write the files that are asked for, and print a result as one JSON object or as tables and sentences.
 
-    `lines` makes the tables and sentences, `record` the JSON object (default: the result's summary and what made it),
-    `dataset` the content of `output` (default: the result's own, or the result itself). A CSV file has its variables
-    `columns`, maybe with the names of their columns, to so many `digits` (see `variable_columns` and `columns_csv`), or
-    is the text that `csv` makes. `facts` are attributes of either file beside those of the dataset. `figure` names the
-    function, as "package.module:function", that plots the arguments `plotted` (default: the result). `written` names
-    files that are written already. A result that `failed` is printed first, since it may have nothing to draw, and ends
-    with exit code 1.
+    `lines` makes the tables and sentences, `record` the JSON object (default: the result's summary and what made
+    it), `dataset` the content of `output` (default: the result's own, or the result itself). A CSV file has its
+    variables `columns`, maybe with the names of their columns, to so many `digits` (see `variable_columns` and
+    `columns_csv`), or is the file that `csv` makes; NAME.csv.json beside it says what made it. `facts` are
+    attributes of either file beside those of the dataset. `figure` names the function, as
+    "package.module:function", that plots the arguments `plotted` (default: the result). `written` names files that
+    are written already. A result that `failed` is printed first, since it may have nothing to draw, and ends with
+    exit code 1.
     """
 
     def show() -> None:
@@ -51,7 +55,7 @@ def emit(
         draw(figure, plot, *((result,) if plotted is None else plotted))
     if output is not None:
         if csv is not None and output.lower().endswith(".csv"):
-            _write_text(output, csv(result))
+            csv(result).write(output)
         else:
             data = (
                 dataset(result) if dataset is not None else result.dataset() if hasattr(result, "dataset") else result
@@ -111,16 +115,9 @@ def _write(
     data = data.copy()  # shallow: of a dataset, or a tree of them
     data.attrs |= attributes(facts) | {"command": command_line()}
     if output.lower().endswith(".csv"):
-        _write_text(output, columns_csv(data.attrs, variable_columns(data, columns), digits=digits))
+        columns_csv(data.attrs, variable_columns(data, columns), digits=digits).write(output)
     else:
         write_netcdf(data, output)
-
-
-def _write_text(output: str, text: str) -> None:
-    """Write a .csv file."""
-    from hypertuna.io.files import write_atomically
-
-    write_atomically(output, text.encode())
 
 
 def attributes(record: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from hypertuna.cli.search import GaitLimits, SearchOptions
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
-from hypertuna.io.files import rows_csv
+from hypertuna.io.files import Csv, rows_csv
 from hypertuna.optimization.design_space import gait_columns
 from hypertuna.optimization.experiment import TankSearch
 from hypertuna.swimming.gait import Gait
@@ -159,6 +159,6 @@ def _rows(experiment: TankSearch, digits: str) -> list[dict[str, str]]:
     return [dict(zip(columns, gait, strict=True)) for gait in gaits]
 
 
-def _csv(experiment: TankSearch) -> str:
+def _csv(experiment: TankSearch) -> Csv:
     """Write the gaits as steady runs with empty cells for the measurements."""
     return rows_csv({}, [row | {COLUMNS[name]: "" for name in MEASURED} for row in _rows(experiment, ".6f")])

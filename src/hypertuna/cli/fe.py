@@ -207,9 +207,7 @@ def _write(bent: FeBend, folder: Path, *, pictures: bool) -> None:
     """Write the numbers of a run into its folder, and its pictures."""
     record = bent.record() | {"command": command_line()}
     write_atomically(folder / SUMMARY, f"{json_text(record)}\n".encode())
-    kept = {key: value for key, value in record.items() if key != "steps" and value is not None}
-    facts = {key: str(value).lower() if isinstance(value, bool) else value for key, value in kept.items()}
-    write_atomically(folder / "bend.csv", rows_csv(facts, record["steps"]).encode())
+    rows_csv({}, record["steps"]).write(folder / "bend.csv")
     write_netcdf(bent.dataset().assign_attrs(command=command_line()), folder / "bend.nc")
     if pictures and len(bent.pressure):
         from hypertuna.fe.pictures import write_pictures

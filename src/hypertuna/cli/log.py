@@ -10,7 +10,7 @@ from hypertuna.cli.console import command_line, progress_bar, summary_table
 from hypertuna.cli.emit import draw, emit
 from hypertuna.description.robot import load
 from hypertuna.firmware.black_box import mission_record, read_black_box
-from hypertuna.io.files import columns_csv, write_atomically
+from hypertuna.io.files import Csv, columns_csv
 from hypertuna.io.mcap import need_log
 from hypertuna.io.quantity import Quantity, values_of
 from hypertuna.mission.file import read_mission
@@ -50,7 +50,7 @@ def plot_command(log: LogFile, output: Annotated[str, _output(*opt.FIGURES)], as
 @log_app.command("to-csv")
 def csv_command(log: LogFile, output: Annotated[str, _output(".csv")], as_json: opt.AsJson = False) -> None:
     """Write every number of a log to a table, one row per time."""
-    _convert(log, output, as_json, lambda content: write_atomically(output, _csv(content).encode()))
+    _convert(log, output, as_json, lambda content: _csv(content).write(output))
 
 
 @log_app.command("to-gpx")
@@ -143,7 +143,7 @@ def _lines(log: Log) -> Iterator[Any]:
     yield log.sentence, "green" if log.complete else "yellow"
 
 
-def _csv(log: Log) -> str:
+def _csv(log: Log) -> Csv:
     """Write a record as comma-separated values."""
     record = log.record
     columns = {"time_s": record.time} | dict(zip(("x_m", "y_m", "z_m"), record.position.T, strict=True))

@@ -13,7 +13,7 @@ from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.twin import kelvin, robot_with
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.base import ZERO_CELSIUS
-from hypertuna.io.files import rows_csv
+from hypertuna.io.files import Csv, rows_csv
 from hypertuna.simulation.posture_test import CLOSE, EASED, PostureTest, posture_test
 from hypertuna.simulation.run import CONDITIONS
 
@@ -132,7 +132,7 @@ BEATS = {"time_s": "beat_end_s", "peak_left_deg": "peak_left_deg", "peak_right_d
 BEATS |= {"error_deg": "beat_error_deg", "error_measured_deg": "beat_error_measured_deg"}
 
 
-def _csv(result: PostureTest) -> str:
+def _csv(result: PostureTest) -> Csv:
     """Write one row per beat as comma-separated values."""
     rows = []
     for test in _rows(result):

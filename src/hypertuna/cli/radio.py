@@ -16,7 +16,7 @@ from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import Setting
 from hypertuna.cli.parsing import number as read_number
 from hypertuna.errors import InputError
-from hypertuna.io.files import read_bytes
+from hypertuna.io.files import read_bytes, rows_csv
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.upload import download, upload
 from hypertuna.radio.calibration import KINDS, Calibration, Pair, calibrate, parse_sensor, read_pairs
@@ -69,7 +69,7 @@ def params_command(
         values,
         record=lambda values: {"parameters": values, "written": output},
         lines=lambda values: (f"{name} = {value:.7g}" for name, value in values.items()),
-        csv=lambda values: "".join(f"{row}\n" for row in ("name,value", *(f"{k},{v:.9g}" for k, v in values.items()))),
+        csv=lambda values: rows_csv({}, ({"name": name, "value": f"{value:.9g}"} for name, value in values.items())),
         output=output,
         as_json=as_json,
     )

@@ -13,7 +13,7 @@ from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import GridOptions, column_rows, gait_degrees, gait_text
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.io.files import columns_csv, coordinate_names, variable_columns
+from hypertuna.io.files import Csv, columns_csv, coordinate_names, variable_columns
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.gait import KINDS, Gaits, named_gait
 from hypertuna.swimming.turn import Tightest, Turning, turn
@@ -84,7 +84,7 @@ def _columns(turning: Turning) -> dict[str, Any]:
     }
 
 
-def _csv(turning: Turning) -> str:
+def _csv(turning: Turning) -> Csv:
     """Write the gaits of the grid with their turns as comma-separated values."""
     gaits = variable_columns(turning.sweep, coordinate_names(turning.sweep))
     facts = turning.sweep.attrs | {"command": command_line()}

@@ -5,11 +5,12 @@ from __future__ import annotations
 import csv
 import functools
 import io
+import json
 import os
 import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hypertuna.errors import InputError
 
@@ -37,8 +38,22 @@ def dataset(variables: Mapping[str, Any], coordinates: Mapping[str, Any], attrib
     return xr.Dataset({name: labeled(part) for name, part in variables.items()}, places, attributes)
 
 
-def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[Any]], *, digits: int | None = 6) -> str:
-    """Return columns as CSV below comments with their provenance.
+class Csv(NamedTuple):
+    """A CSV file: a line of names and rows, and what made them, which stands in a JSON file beside it."""
+
+    text: str
+    facts: Mapping[str, Any]
+
+    def write(self, path: str | Path) -> None:
+        """Write NAME.csv and, if there are facts, NAME.csv.json; each whole or not at all."""
+        if self.facts:
+            facts = json.dumps(self.facts, indent=2, ensure_ascii=False, default=lambda value: value.tolist())
+            write_atomically(f"{path}.json", f"{facts}\n".encode())
+        write_atomically(path, self.text.encode())
+
+
+def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[Any]], *, digits: int | None = 6) -> Csv:
+    """Return columns as a CSV file with their provenance.
 
     Text, and without `digits` all cells, are written in full; else NaN leaves its cell empty.
     """
@@ -102,18 +117,17 @@ def _unit_and_values(variable: xr.DataArray) -> tuple[str, Any]:
     return "_" + name.removeprefix("1_") if unit != "1" else "", values
 
 
-def rows_csv(facts: Mapping[str, Any], rows: Iterable[Mapping[str, Any]]) -> str:
-    """Return rows as CSV, numbers in full, below comments with their provenance; the first row's keys are the head."""
+def rows_csv(facts: Mapping[str, Any], rows: Iterable[Mapping[str, Any]]) -> Csv:
+    """Return rows as a CSV file, numbers in full, with their provenance; the first row's keys are the head."""
     rows = list(rows)
     return _csv(facts, [list(row) for row in rows[:1]] + [list(row.values()) for row in rows])
 
 
-def _csv(facts: Mapping[str, Any], rows: Iterable[Iterable[Any]]) -> str:
-    """Return comments and rows as CSV."""
+def _csv(facts: Mapping[str, Any], rows: Iterable[Iterable[Any]]) -> Csv:
+    """Return rows as a CSV file."""
     text = io.StringIO()
-    text.writelines("# " + f"{key}: {value}".replace("\n", " ") + "\n" for key, value in facts.items())
     csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
+    return Csv(text.getvalue(), facts)
 
 
 def write_atomically(path: str | Path, content: bytes) -> Path:
