@@ -51,6 +51,22 @@ def test_manifest_of_the_example(tuna):
     assert recording.start.x == pytest.approx(nose)
 
 
+@pytest.mark.parametrize(("file", "column"), [("poses.csv", "x_mm"), ("poses.csv", "run"), ("angles.csv", "joint_II")])
+def test_a_column_that_is_there_twice_is_refused(tuna, tmp_path, file, column):
+    """Others, which nothing reads, may be."""
+    for name in ("tank.toml", "tank.csv", "angles.csv", "poses.csv"):
+        (tmp_path / name).write_text((TANK / name).read_text())
+    lines = (TANK / file).read_text().splitlines()
+    for extra, word in ((column, f"{file}: column {column} must be there once, but is there 2 times"), ("unused", "")):
+        first = next(k for k, line in enumerate(lines) if not line.startswith("#"))
+        again = [line + (f",{extra},{extra}" if k == first else ",0,0") for k, line in enumerate(lines)]
+        again[first] = f"{lines[first]},{extra}" + (",unused" if word else f",{extra}")
+        write(tmp_path / file, *lines[:first], *again[first:])
+        trials, sentence = tried(read_trials, tmp_path / "tank.toml", tuna)
+        assert word in sentence
+        assert (trials is None) == bool(word)
+
+
 def test_example_is_what_its_script_makes(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["make.py", str(tmp_path)])
     runpy.run_path(str(TANK / "make.py"))

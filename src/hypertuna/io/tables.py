@@ -4,7 +4,7 @@ import csv
 import math
 import os
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -76,6 +76,13 @@ class Table:
             if key not in keys:
                 raise InputError("must be a column", file=self.file, key=column, value="missing", fix=fix)
         return keys
+
+    def check_once(self, names: Iterable[str]) -> None:
+        """Check that none of the columns that are used is there twice: nobody knows which of them is meant."""
+        for name in names:
+            if (count := self.head.count(name)) > 1:
+                rule, value, fix = "must be there once", f"there {count} times", "rename or remove the others"
+                raise InputError(rule, file=self.file, key=f"column {name}", value=value, fix=fix)
 
     def parse(
         self,

@@ -37,6 +37,7 @@ def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Place
         if column not in COLUMNS:
             fix = did_you_mean(column, COLUMNS)
             raise InputError("is not a known column", file=table.file, key=f"line {table.line}, {column}", fix=fix)
+    table.check_once(table.head)
     by_link = {"link", "along_m"} <= set(table.head)
     if "marker" not in table.head or not (by_link or "from_nose_m" in table.head):
         rule, fix = "must have the columns marker, and link and along_m or from_nose_m", "add them"

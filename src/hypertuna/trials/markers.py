@@ -106,11 +106,15 @@ def _deeplabcut(table: Table, individual: str | None) -> tuple[Table, _Columns]:
         if axis and animals[k] in (own, "single"):
             of.setdefault(parts[k], {})["weight" if axis.lower() == "likelihood" else axis.lower()] = k
     head = [f"{part} {axis}".strip() for part, axis in zip(parts, axes, strict=True)]
-    return Table(table.file, table.line, head, rows), _Columns(None, 0, of)
+    named = Table(table.file, table.line, head, rows)
+    if len(set(animals)) == 1:
+        named.check_once(filter(None, head))
+    return named, _Columns(None, 0, of)
 
 
 def _sleap(table: Table, individual: str | None) -> tuple[Table, _Columns]:
     """Return the rows of one track and the columns of an analysis file of SLEAP."""
+    table.check_once(filter(None, table.head))
     track = table.head.index("track")
     own = _individual(table, [row[track] for _, row in table.rows], individual)
     rows = [(line, row) for line, row in table.rows if row[track] == own]
@@ -137,6 +141,7 @@ def _individual(table: Table, names: Sequence[str], chosen: str | None) -> str:
 
 def _plain(table: Table) -> _Columns:
     """Find time and markers among plain columns: nose_x, nose_y, nose_likelihood, or x1, y1, p1."""
+    table.check_once(filter(None, table.head))
     lower = [name.lower() for name in table.head]
     time = next((lower.index(name) for name in TIMES if name in lower), None)
     frame = next((lower.index(name) for name in FRAMES if name in lower), None)

@@ -184,6 +184,7 @@ def _read_columns(
         if name not in table.head:
             key, fix = f"column {name}", did_you_mean(name, [other for other in table.head if other not in columns])
             raise InputError("must be a column of the file", file=table.file, key=key, value="missing", fix=fix)
+    table.check_once([*columns, *([run] if run else [])])
 
     def numbers(_: int, cells: dict[str, str]) -> list[float]:
         values = [parse_float(cells[name]) for name in columns]
