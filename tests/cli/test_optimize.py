@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tomlkit
 
 import hypertuna as ht
 from hypertuna.optimization.optimize import optimize
@@ -22,6 +23,31 @@ def strict(text: str) -> dict[str, Any]:
     value = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
     assert isinstance(value, dict)
     return value
+
+
+@pytest.mark.parametrize("layout", ["inline", "dotted"])
+def test_the_best_gait_is_written_into_any_layout(run: Run, tmp_path: Path, layout: str) -> None:
+    """tomlkit cannot add a table to an inline one, nor to dotted keys: the result must not be lost."""
+    document = ht.load("rexeel-theory").document()
+    gait = document.pop("gaits").popitem()[1]
+    del document["sources"]
+    gaits = {
+        "inline": "gaits = {a = {" + ", ".join(f"{key} = {value}" for key, value in gait.items()) + "}}\n",
+        "dotted": "".join(f"gaits.a.{key} = {value}\n" for key, value in gait.items()),
+    }
+    file, output = tmp_path / "fish.toml", tmp_path / "best.toml"
+    file.write_text(gaits[layout] + tomlkit.dumps(document), encoding="utf-8")
+    code, _, errors = run("optimize", "--robot", str(file), *SMALL[3:], "--maximize", "speed", "-o", str(output))
+    assert (code, errors) == (0, "")
+    best = ht.load(output)
+    assert {"a", "best"} <= set(best.gaits)
+
+
+def test_a_place_that_cannot_be_written_is_told_before_the_search(run: Run, tmp_path: Path) -> None:
+    folder = tmp_path / "best.toml"
+    folder.mkdir()
+    code, _, errors = run(*SMALL, "--speed", "0.4", "-o", str(folder))
+    assert (code, "--output must be a file that can be written" in errors) == (2, True)
 
 
 def test_json_says_what_the_function_finds(run: Run) -> None:

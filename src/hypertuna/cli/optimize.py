@@ -14,8 +14,8 @@ from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.experiment import ask_command, tell_command
 from hypertuna.cli.gait import gait_record
 from hypertuna.cli.search import RobustOptions, SearchOptions, SwimLimits
-from hypertuna.description.robot import parse
-from hypertuna.description.writer import write_robot
+from hypertuna.description.robot import Robot, parse
+from hypertuna.description.writer import robot_text, write_robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
 from hypertuna.optimization.design_space import gait_columns
@@ -60,15 +60,15 @@ def optimize_command(
         return
     subject = robot.load()
     kept = limits.make(subject, speed=min_speed)
+    if output is not None:  # tried before the search, whose result must not be lost
+        groups = [0.0] * len(subject.joints)
+        robot_text(_with_best(subject, Gait.from_degrees(frequency=1.0, amplitude=groups, phase=groups)))
     with progress_bar("optimizing") as progress:
         result = optimize(
             subject, limits=kept, checkpoint=checkpoint, progress=progress, **search.arguments(), **vars(robust)
         )
     if output is not None and result.gait is not None:
-        document = result.robot.document()
-        document["gaits"] = document.get("gaits", {}) | {"best": gait_record(result.gait)}
-        document["sources"] = document.get("sources", {}) | {"gaits.best": command_line()}
-        write_robot(parse(document, file=result.robot.file), output)
+        write_robot(_with_best(result.robot, result.gait), output)
     emit(
         result,
         record=_record,
@@ -80,6 +80,14 @@ def optimize_command(
         as_json=as_json,
         failed=result.gait is None,
     )
+
+
+def _with_best(robot: Robot, gait: Gait) -> Robot:
+    """Return a robot with a gait named best."""
+    document = robot.document()
+    document["gaits"] = document.get("gaits", {}) | {"best": gait_record(gait)}
+    document["sources"] = document.get("sources", {}) | {"gaits.best": command_line()}
+    return parse(document, file=robot.file)
 
 
 def _check_alone(context: typer.Context) -> None:

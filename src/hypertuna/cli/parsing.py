@@ -1,6 +1,7 @@
 """Read what is typed on the command line: numbers, lists, ranges, bounds, names of files."""
 
 import itertools
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -102,6 +103,8 @@ def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
         raise InputError(f"must end in {endings}", key=key, value=shown(path), fix="rename the file")
     if not Path(path).parent.is_dir():
         raise InputError("must be in a folder that exists", key=key, value=shown(path), fix="make the folder first")
+    if Path(path).is_dir() or not os.access(path if Path(path).exists() else Path(path).parent, os.W_OK):
+        raise InputError("must be a file that can be written", key=key, value=shown(path), fix="choose another path")
     return path
 
 

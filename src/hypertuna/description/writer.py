@@ -1,5 +1,6 @@
 """Write a robot into the text of its file, with comments and layout kept."""
 
+import contextlib
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -19,16 +20,17 @@ def robot_text(robot: Robot, *, note: str | None = None) -> str:
     """
     import tomlkit  # slow to import
 
-    try:
-        text = robot_path(robot.file).read_text(encoding="utf-8-sig") if robot.file else ""
-        document = tomlkit.parse(text)
-    except (OSError, ValueError):
-        document = tomlkit.document()
-    _merge(document, robot.document(), note=note or ("identified, see [fit]" if robot.fit else "changed"))
-    whole = tomlkit.dumps(document)
-    if parse(tomllib.loads(whole)).hash != robot.hash:  # the file is not what the robot was read from
-        whole = tomlkit.dumps(_merge(tomlkit.document(), robot.document()))
-    return whole if whole.endswith("\n") else f"{whole}\n"
+    with contextlib.suppress(Exception):  # no file, or a layout that tomlkit cannot change
+        document = tomlkit.parse(robot_path(robot.file).read_text(encoding="utf-8-sig"))
+        _merge(document, robot.document(), note=note or ("identified, see [fit]" if robot.fit else "changed"))
+        if parse(tomllib.loads(tomlkit.dumps(document))).hash == robot.hash:  # else it was read from something else
+            return _ended(tomlkit.dumps(document))
+    return _ended(tomlkit.dumps(_merge(tomlkit.document(), robot.document())))
+
+
+def _ended(text: str) -> str:
+    """Return text with a newline at its end."""
+    return text if text.endswith("\n") else f"{text}\n"
 
 
 def write_robot(robot: Robot, path: str | Path, *, note: str | None = None) -> Path:
@@ -46,7 +48,11 @@ def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:
             table[key] = _new(value)
         elif not _same(table[key], value):
             if isinstance(value, Mapping):
-                _merge(table[key], value, "" if key in ("fit", "sources") else note)
+                try:
+                    _merge(table[key], value, "" if key in ("fit", "sources") else note)
+                except Exception:  # tomlkit raises anything where it cannot change an inline or dotted table
+                    del table[key]
+                    table[key] = _new(value)
                 continue
             if isinstance(value, list) and isinstance(table[key], list) and len(value) == len(table[key]):
                 _merge_list(table[key], value, note)

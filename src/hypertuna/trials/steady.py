@@ -6,7 +6,7 @@ from pathlib import Path
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import Table, read_table
-from hypertuna.ranges import FINITE, POSITIVE, POSITIVE_WHOLE
+from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
 from hypertuna.swimming.gait import Gait
 
 # Columns of a file by attribute of `SteadyRun`; columns of angles are named by joint group.
@@ -21,6 +21,8 @@ COLUMNS = {
 }
 ANGLES = ("amplitude", "phase", "bias")
 MEASURED = ("speed", "cost_of_transport")
+SPEED = Range(min=-100, max=100, unit="m/s")
+SIZE = Range(min=1e-9, max=1e9)  # of costs of transport and standard deviations, in SI
 MAX_DIGITS = 9  # of a number of repeats
 
 
@@ -44,10 +46,10 @@ class SteadyRun:
             raise InputError("must be given, or cost_of_transport", key="speed", fix=fix)
         for key in MEASURED:
             value, sd = getattr(self, key), getattr(self, f"{key}_sd")
-            if value is not None:
-                (FINITE if key == "speed" else POSITIVE).check(value, key, "leave it out if it is unknown")
-            if sd is not None:
-                POSITIVE.check(sd, f"{key}_sd", "leave it out if it is unknown")
+            for name, number in ((key, value), (f"{key}_sd", sd)):
+                for limits in (SPEED,) if name == "speed" else (POSITIVE, SIZE):
+                    if number is not None:
+                        limits.check(number, name, "leave it out if it is unknown")
             if sd is not None and value is None:
                 raise InputError(f"must have {key} beside it", key=f"{key}_sd", fix=f"give {key}, or leave this out")
         POSITIVE_WHOLE.check(self.repeats, "repeats", "give the number of swims that the run is the mean of")
