@@ -401,7 +401,9 @@ def test_a_model_holds_what_it_balances(tuna: ht.Robot, joint: int) -> None:
 def test_a_joint_too_short_for_its_hoses_is_told(tuna: ht.Robot) -> None:
     document = tuna.document()
     document["joints"][0]["actuator"]["segment_length_m"] = [2e-3] * 4
-    sentence = "joints.I.actuator.segment_length_m must have room .* two diameters of a hose, 0.01 m, but is 0.008 m"
+    sentence = (
+        r"joints\[0\].actuator.segment_length_m must have room .* two diameters of a hose, 0.01 m, but is 0.008 m"
+    )
     with pytest.raises(InputError, match=sentence):
         bend(parse(document), "I", [1e5])
 
@@ -489,20 +491,19 @@ def without(document: dict[str, Any], *keys: str) -> dict[str, Any]:
 
 
 BAD_FILES: dict[str, tuple[tuple[str, ...], str]] = {
-    "no actuator": (("joints", "1", "actuator"), r"joints.II.actuator is missing"),
-    "no muscles": (("joints", "1", "drive_units"), r"joints.II.drive_units is missing"),
+    "no actuator": (("joints", "1", "actuator"), r"joints\[1\].actuator is missing"),
+    "no muscles": (("joints", "1", "drive_units"), r"joints\[1\].drive_units is missing"),
     "no modulus": (
         ("materials", "EC50", "modulus_fe_pa"),
-        "materials.EC50.modulus_fe_pa is missing: give it for the material set fe",
+        "materials.EC50.modulus_fe_pa is missing for drive_unit.material_set = 'fe': give it, or choose another set",
     ),
 }
 
 
 @pytest.mark.parametrize(("keys", "sentence"), BAD_FILES.values(), ids=BAD_FILES.keys())
 def test_a_table_that_lacks_is_named(tuna: ht.Robot, keys: tuple[str, ...], sentence: str) -> None:
-    robot = parse(without(tuna.document() | {"sources": {}}, *keys), file="mine.toml")
     with pytest.raises(InputError, match=f"mine.toml: {sentence}"):
-        bend(robot, "II", PRESSURE, material="fe")
+        bend(parse(without(tuna.document() | {"sources": {}}, *keys), file="mine.toml"), "II", PRESSURE, material="fe")
 
 
 UNIT_RULES = {
@@ -511,7 +512,10 @@ UNIT_RULES = {
         55.0,
         "drive_unit.braid_angle_deg must be less than 54.74, .* but is 55: measure it from the axis",
     ),
-    "hose": ("DR20", "DR20 is not a material of .materials.: did you mean DR10?"),
+    "hose": (
+        "DR20",
+        "drive_unit.hose must be a material of the table .materials., but is 'DR20': did you mean DR10?",
+    ),
 }
 
 

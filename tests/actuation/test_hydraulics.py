@@ -197,7 +197,11 @@ def test_a_robot_without_a_table_is_told_which(tuna: ht.Robot, tables: tuple[str
             {"fill_pressure_pa": 250e3},
             r"joints\[0\].line.fill_pressure_pa must be less than controller.pressure",
         ),
-        ("line", {"fill_pressure_pa": -95e3}, r"I.line.fill_pressure_pa must be more than oil.cavitation_pa = -95000"),
+        (
+            "line",
+            {"fill_pressure_pa": -95e3},
+            r"joints\[0\].line.fill_pressure_pa must be more than oil.cavitation_pa = -95000",
+        ),
     ],
 )
 def test_oil_that_cannot_be_is_refused(tuna: ht.Robot, table: str, values: dict[str, float], sentence: str) -> None:

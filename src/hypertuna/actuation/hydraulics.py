@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from hypertuna import _core
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, parse, require
+from hypertuna.description.robot import Robot, joint_key, parse, require
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.hydraulics import HOTTEST, Line, Oil, Pump, Servo
@@ -24,6 +24,7 @@ SAME = (
     ("compliance",),
     ("bulk_modulus", "air", "cavitation"),
 )
+SOFTER = "more air or compliance, a narrower or longer line, or heavier rotors"  # of a circuit that is too stiff
 LAMINAR_INERTIA = 4 / 3  # momentum of Poiseuille's profile over that of plug flow
 ASTM_OFFSET = 0.7  # cSt, of ASTM D341
 
@@ -89,8 +90,8 @@ def line_loss(bore: float, coefficient: float, density: float) -> float:
 def _rest_volume(robot: Robot, group: JointGroup) -> float:
     """Return the volume of the drive units of one side at rest: straight lumens [m^3]."""
     unit = require(robot.drive_unit, "drive_unit", robot)
-    actuator = require(group.actuator, f"joints.{group.name}.actuator", robot)
-    count = require(group.drive_units, f"joints.{group.name}.drive_units", robot)
+    actuator = require(group.actuator, f"{joint_key(robot, group.name)}.actuator", robot)
+    count = require(group.drive_units, f"{joint_key(robot, group.name)}.drive_units", robot)
     return float(count * np.pi / 4 * unit.inner_diameter**2 * actuator.length)
 
 
@@ -155,10 +156,10 @@ def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
 def _circuit_of(robot: Robot, group: JointGroup, nu: float) -> dict[str, float]:
     """Return one circuit of a joint by the names of the core, with oil of a viscosity [m^2/s]."""
     pump, oil = require(robot.pump, "pump", robot), require(robot.oil, "oil", robot)
-    line = require(group.line, f"joints.{group.name}.line", robot)
+    line = require(group.line, f"{joint_key(robot, group.name)}.line", robot)
     if line.fill_pressure <= oil.cavitation:
         rule, fix = f"must be more than oil.cavitation_pa = {oil.cavitation:g}", "fill the circuit with more oil"
-        key, value = f"joints.{group.name}.line.fill_pressure_pa", f"{line.fill_pressure:g}"
+        key, value = f"{joint_key(robot, group.name)}.line.fill_pressure_pa", f"{line.fill_pressure:g}"
         raise InputError(rule, file=robot.file or None, key=key, value=value, fix=fix)
     return _circuit(pump, pump_servo(robot), oil, line, _rest_volume(robot, group), nu)
 

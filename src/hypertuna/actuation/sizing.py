@@ -9,16 +9,17 @@ from typing import Annotated, Any
 import numpy as np
 
 from hypertuna import _core
-from hypertuna.actuation.hydraulics import Circuits, circuits, servo_angle, supply_voltage, with_bore
+from hypertuna.actuation.hydraulics import SOFTER, Circuits, circuits, servo_angle, supply_voltage, with_bore
 from hypertuna.actuation.soft_joint import SMALL, JointModel, joint_models
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot, joint_key, require
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import DEGREES, Column, columns
 from hypertuna.ranges import POSITIVE, Range
 
 SAMPLE = 1e-3  # s between rows of a run
+SHORTEST = 1e-5  # s, of a step: below it a beat takes minutes
 BEATS, LAGS = 4, 6.0  # length of a run: beats and time constants of the line, whichever is longer
 STABLE = 1.5  # stiffness times step; Runge-Kutta is stable up to 2.7
 STIFF = 1e6  # Pa, pressure at which a step must be stable
@@ -89,7 +90,7 @@ def largest_beat(robot: Robot) -> tuple[float, tuple[float, ...]]:
     """Return the highest frequency [Hz] and the largest amplitude of each joint group [rad] of the description."""
     bounds = require(robot.gait_bounds, "gait_bounds", robot, "give a frequency")
     amplitudes = tuple(
-        require(group.amplitude_max, f"joints.{group.name}.amplitude_max_deg", robot, "give an amplitude")
+        require(group.amplitude_max, f"{joint_key(robot, group.name)}.amplitude_max_deg", robot, "give an amplitude")
         for group in robot.joints
     )
     return bounds.frequency[1], amplitudes
@@ -144,17 +145,17 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
 def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequency: float, amplitude: float) -> Size:
     """Size one joint."""
     group, supply = robot.joints[j], supply_voltage(robot)
-    limit = require(group.pressure_max, f"joints.{group.name}.pressure_max_pa", robot)
+    limit = require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
     column = hydraulics.row(2 * j)
     hose = require(group.line, "joints.line", robot)
     line = _line(hydraulics, model, j, limit)
     time, period = _times(frequency, line["resistance"] * line["capacity_rest"])
     target = _target(hydraulics, model, j, amplitude * np.sin(2 * np.pi * frequency * time))
     rows = np.ascontiguousarray(hydraulics.values[2 * j : 2 * j + 2])
-    run, fraction = _limited(rows, model, supply, _held(robot, target, time), frequency, period, limit)
+    run, fraction = _limited(robot, rows, model, supply, _held(robot, target, time), frequency, period, limit)
     volume = model.hold(amplitude * np.sin(2 * np.pi * np.linspace(0, 1, FLOWS + 1)))["volume"]
     flow = float(np.abs(np.diff(volume, axis=0)).max() * FLOWS * frequency)
-    return Size(
+    size = Size(
         joint=group.name,
         frequency=frequency,
         bore=hose.bore,
@@ -168,6 +169,11 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
         **_servo(column, rows[0], target[-period:], time[1], supply / column["voltage"], limit),
         **_beat(column, run, fraction * target[-period:], frequency, time[1], fraction),
     )
+    bad = [key for key, value in size.record().items() if isinstance(value, float) and not math.isfinite(value)]
+    if bad:
+        rule, fix = f"must have sizes with which {bad[0]} is a finite number", "check their units and powers of ten"
+        raise InputError(rule, file=robot.file or None, key=f"{joint_key(robot, group.name)}", fix=fix)
+    return size
 
 
 def _servo(
@@ -267,11 +273,23 @@ def _held(robot: Robot, target: Array, time: Array) -> Array:
 
 
 def _limited(
-    rows: Array, model: JointModel, supply: float, target: Array, frequency: float, period: int, limit: float
+    robot: Robot,
+    rows: Array,
+    model: JointModel,
+    supply: float,
+    target: Array,
+    frequency: float,
+    period: int,
+    limit: float,
 ) -> tuple[dict[str, Array], float]:
     """Run a beat, with the largest fraction of the command at which the cylinders stay below the pressure limit."""
     interval = 1 / (period * frequency)
-    steps = max(1, math.ceil(interval * _core.circuit_stiffness(rows[0], STIFF, 0.0) / STABLE))
+    step = STABLE / _core.circuit_stiffness(rows[0], STIFF, 0.0)
+    if not step >= SHORTEST:
+        rule = f"must not be so stiff that a run needs steps of less than {SHORTEST:g} s"
+        key, value = f"{joint_key(robot, model.name)}.line", f"so stiff that it needs {step:.1g} s"
+        raise InputError(rule, file=robot.file or None, key=key, value=value, fix=f"describe {SOFTER}")
+    steps = max(1, math.ceil(interval / step))
     options: dict[str, Any] = {"supply": supply, "interval": interval, "steps": steps}
 
     def run(fraction: float) -> dict[str, Array]:

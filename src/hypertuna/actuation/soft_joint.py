@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from hypertuna import _core
 from hypertuna.actuation.silicone import Mooney
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, cached, require
+from hypertuna.description.robot import Robot, cached, joint_key, require
 from hypertuna.description.schema.actuator import Actuator, DriveUnit, Material, MaterialSet
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.errors import InputError, did_you_mean, shown
@@ -112,8 +112,8 @@ def joint_group(robot: Robot, joint: str | int) -> tuple[JointGroup, Actuator]:
     if group.direct:
         rule, fix = "has no muscles: a servo turns it", "name a joint with the table joints.actuator"
         raise InputError(rule, file=robot.file or None, key=f"joint {group.name}", fix=fix)
-    require(group.drive_units, f"joints.{group.name}.drive_units", robot)
-    return group, require(group.actuator, f"joints.{group.name}.actuator", robot)
+    require(group.drive_units, f"{joint_key(robot, group.name)}.drive_units", robot)
+    return group, require(group.actuator, f"{joint_key(robot, group.name)}.actuator", robot)
 
 
 def muscle(robot: Robot, material: str | None = None, *, friction: bool = True) -> _core.DriveUnit:
@@ -161,7 +161,7 @@ def joint_sections(robot: Robot, joint: str | int, *, plain: bool = False) -> Ar
     fix = "describe a longer joint, or thinner hoses"
     if min(area.min(), second.min()) <= 0 or soft <= ends:
         rule = f"must have room for its hoses, and be longer than two diameters of a hose, {ends:g} m"
-        key = f"joints.{group.name}.actuator.segment_length_m"
+        key = f"{joint_key(robot, group.name)}.actuator.segment_length_m"
         raise InputError(rule, file=robot.file or None, key=key, value=f"{soft:g} m in all", fix=fix)
     return np.stack([length * (1 - ends / soft), area, actuator.stiffness_factor * second, around], axis=1)
 
@@ -181,7 +181,7 @@ def _model(robot: Robot, g: int, material: str | None) -> JointModel:
         return JointModel(robot.joints[g].name, np.zeros(len(_core.joint_columns())), 0.0, math.inf)
     group, actuator = joint_group(robot, g)
     unit, hose = drive_unit(robot), muscle(robot, material)
-    highest = require(group.pressure_max, f"joints.{group.name}.pressure_max_pa", robot)
+    highest = require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
     fill = group.line.fill_pressure if group.line is not None else 0.0
     one = soft_joint(robot, g, material, friction=False).one_section(left=highest, right=0.0)
     wall, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))

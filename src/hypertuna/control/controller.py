@@ -14,7 +14,7 @@ from hypertuna import _core
 from hypertuna.actuation.hydraulics import SIDES, Circuits, circuits, rated_voltage, servo_angle
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot, joint_key, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
 from hypertuna.description.schema.hydraulics import JointServo
@@ -54,7 +54,7 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     columns = _constants(robot, control)
     for j, group in enumerate(robot.joints):
         if group.servo is not None:
-            rows = [_axle(group, group.servo), _no_oil(group.servo)]
+            rows = [_axle(robot, group, group.servo), _no_oil(group.servo)]
         else:
             rows = [_circuit(robot, control, hydraulics, 2 * j + side) for side in range(len(SIDES))]
             rows[0] |= _joint(robot, control, hydraulics, j)
@@ -64,9 +64,9 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     return columns
 
 
-def _axle(group: JointGroup, servo: JointServo) -> dict[str, Any]:
+def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
     """Return the constants of a joint that a servo turns: no pressure bounds its beat, no sensor reads its bend."""
-    bend = require(group.bend_max, f"joints.{group.name}.bend_max_deg")
+    bend = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
     no = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
     return {"direct": 1.0, "reach": bend, "amplitude": bend} | no | _no_oil(servo)
 
@@ -87,7 +87,7 @@ def _circuit(robot: Robot, control: Controller, hydraulics: Circuits, c: int) ->
 def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
     """Fit the servo angle of a circuit that holds a bend at rest, by least squares over the joint's reach."""
     group = robot.joints[circuit // 2]
-    reach = _reach(group)
+    reach = _reach(robot, group)
     bend = np.linspace(-reach, reach, 201)
     volume, pressure, free = _side_at_rest(robot, hydraulics, circuit, bend)
     at = hydraulics.row(circuit)
@@ -115,8 +115,8 @@ def _bend_powers(bend: Array, low: float, high: float) -> Array:
     return np.stack([part**power for part in parts for power in (1, 2)], axis=1)
 
 
-def _reach(group: JointGroup) -> float:
-    return REACH * require(group.bend_max, f"joints.{group.name}.bend_max_deg")
+def _reach(robot: Robot, group: JointGroup) -> float:
+    return REACH * require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
 
 
 def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array) -> tuple[Array, Array, Array]:
@@ -198,11 +198,11 @@ def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
 def _joint(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> dict[str, float]:
     """Compute the constants of a joint."""
     group = robot.joints[j]
-    bend_max = require(group.bend_max, f"joints.{group.name}.bend_max_deg", robot)
+    bend_max = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
     static, rate, square = _pressure_of_beat(robot, control, hydraulics, j)
     return {
         "direct": 0.0,
-        "reach": _reach(group),
+        "reach": _reach(robot, group),
         "amplitude": bend_max,
         "bend_range": sensor_range(robot, "bend")[1],
         "bend_step": BEND_STEP * 2 * math.pi * control.frequency_max * bend_max / control.rate,

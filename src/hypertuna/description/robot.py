@@ -245,6 +245,8 @@ class Robot(
         if self.firmware is not None:
             quantities = {sensor.quantity for sensor in self.sensors if sensor.quantity is not None}
             yield from self.firmware.sizes([group.direct for group in self.joints], quantities)
+        if self.drive_unit is not None:
+            yield from self.drive_unit.check_materials(self.materials)
         yield from sizes(self.body.length, self.joints, self.drive_unit, self.pump)
         yield from self._source_checks()
 
@@ -370,6 +372,11 @@ def _values(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:
             yield from _values(part, (*place, i))
     else:
         yield place, value
+
+
+def joint_key(robot: Robot, name: str) -> str:
+    """Return the key of a joint group by name: ``joints[0]``."""
+    return f"joints[{[group.name for group in robot.joints].index(name)}]"
 
 
 def require(value: T | None, key: str, robot: Robot | None = None, fix: str | None = None) -> T:

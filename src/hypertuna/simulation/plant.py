@@ -9,13 +9,13 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
-from hypertuna.actuation.hydraulics import DRIVES, Circuits, circuits, drive_names
+from hypertuna.actuation.hydraulics import DRIVES, SOFTER, Circuits, circuits, drive_names
 from hypertuna.actuation.soft_joint import SMALL, JointModel, drive_unit, joint_models
 from hypertuna.arrays import Array
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.sensors import fault_texts, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
-from hypertuna.description.robot import Robot, cached, require
+from hypertuna.description.robot import Robot, cached, joint_key, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError
@@ -130,7 +130,7 @@ def _fastest(
     for j, (group, model) in enumerate(zip(robot.joints, models, strict=True)):
         pair = oil.values[2 * j : 2 * j + 2]
         if group.servo is not None:
-            key = f"joints.{group.name}.servo", "less friction or bandwidth, or a heavier rotor"
+            key = f"{joint_key(robot, group.name)}.servo", "less friction or bandwidth, or a heavier rotor"
             rates[key] = _core.axle_stiffness(pair[0], float(mobility[j]))
         else:
             rates |= _oil_rates(robot, model, dict(zip(oil.columns, pair.T, strict=True)), pair, float(mobility[j]))
@@ -156,7 +156,7 @@ def _oil_rates(
     held_back = silicone + float((straight["gain"][0] ** 2 / gives).sum())
     soft = f"materials.{drive_unit(robot).matrix}.relaxation_s", "a longer relaxation time, or more compliance"
     own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in pair)
-    line = (f"joints.{model.name}.line", "more air or compliance, a narrower or longer line, or heavier rotors")
+    line = (f"{joint_key(robot, model.name)}.line", SOFTER)
     return {soft: held_back / model["axial_viscosity"], line: math.hypot(own, swing)}
 
 

@@ -193,7 +193,8 @@ def reach(robot: Robot, joint: int, frequency: float, *, medium: str = "air", **
         angle = [trial if j == joint else 0.0 for j in range(len(robot.joints))]
         seconds = max(TRIAL, TRIAL_BEATS / frequency)
         (one,) = hold(robot, frequency, angle, duration=seconds, medium=medium, **options)
-        reached = float(one.peaks[one.time >= one.time[-1] - max(1.0, 1.5 / frequency)].mean())
+        late = one.time >= max(one.time, default=0.0) - max(1.0, 1.5 / frequency)
+        reached = float(one.peaks[late].mean()) if late.any() else math.nan
         if one.run.status != "diverged" and abs(reached - trial) < CLOSE:
             low = trial
             if math.isinf(high):
@@ -237,6 +238,8 @@ def fitted_peaks(time: Array, angle: Array, frequency: float) -> tuple[Array, Ar
 
 def _beats(time: Array, frequency: float) -> tuple[Array, NDArray[np.int_]]:
     """Return the end of each beat (beats,) [s] and the samples between which beats lie (beats + 1,)."""
+    if len(time) < 2:  # of a run that diverged at once
+        return np.empty(0), np.zeros(1, dtype=int)
     step = time[1] - time[0]
     beats = int((time[-1] - time[0]) * frequency + 1e-9)
     edges = np.round(np.arange(beats + 1) / (frequency * step)).astype(int)

@@ -1,7 +1,9 @@
 """The tables of the actuator in a robot description: drive units, soft joints, silicones."""
 
+from __future__ import annotations
+
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -17,6 +19,7 @@ from hypertuna.description.schema.base import (
     number,
     same_length,
 )
+from hypertuna.errors import did_you_mean
 from hypertuna.ranges import Range
 
 NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where a braid encloses the largest volume
@@ -48,6 +51,22 @@ class DriveUnit(Part, table="drive_unit"):
         neutral = f"{math.degrees(NEUTRAL_BRAID):.2f}, where pressure no longer shortens a muscle"
         fix = "measure it from the axis of the hose"
         yield Check(self.braid_angle < NEUTRAL_BRAID, "braid_angle", f"must be less than {neutral}", fix)
+
+
+    def check_materials(self, materials: Mapping[str, Material]) -> Iterator[Check]:
+        """Check that the materials exist, and have the constants of the set."""
+        constant = {"fe": "modulus_fe", "tensile": "tensile"}.get(self.material_set, "modulus_100")
+        for name in ("hose", "matrix"):
+            material = getattr(self, name)
+            known, text = material in materials, "must be a material of the table [materials]"
+            fix = "" if known else did_you_mean(material, materials) if materials else "add that table"
+            yield Check(known, f"drive_unit.{name}", text, fix, repr(material))
+            if not known:
+                continue
+            given = getattr(materials[material], constant) is not None
+            key = f"materials.{material}.{Material.model_fields[constant].alias}"
+            fix = "give it, or choose another set"
+            yield Check(given, key, f"is missing for drive_unit.material_set = {self.material_set!r}", fix)
 
 
 class Actuator(Part, table="joints.actuator"):

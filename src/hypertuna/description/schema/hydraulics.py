@@ -22,6 +22,7 @@ from hypertuna.description.schema.base import (
 )
 
 HOTTEST = ZERO_CELSIUS + 100  # K: the higher of the two temperatures with a given viscosity
+SOFTEST = 1e8  # Pa, bulk modulus: less than any liquid has
 THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is undefined there and below
 
 
@@ -54,6 +55,8 @@ class Oil(Part, table="oil"):
 
     def _checks(self) -> Iterator[Check]:
         yield self.ordered("viscosity_100", "viscosity_40", fix="exchange the two: oil thins as it warms")
+        text = f"must be at least {SOFTEST:g}: no liquid is softer"
+        yield Check(self.bulk_modulus >= SOFTEST, "bulk_modulus", text, "give it in Pa, not MPa or bar")
         text = f"must be more than {THINNEST:g}, below which ASTM D341 has no logarithm"
         yield Check(self.viscosity_100 > THINNEST, "viscosity_100", text, "give it in m^2/s")
         text = f"must be more than {-_core.ATMOSPHERE:g}, a perfect vacuum"
