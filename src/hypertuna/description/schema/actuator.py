@@ -52,7 +52,6 @@ class DriveUnit(Part, table="drive_unit"):
         fix = "measure it from the axis of the hose"
         yield Check(self.braid_angle < NEUTRAL_BRAID, "braid_angle", f"must be less than {neutral}", fix)
 
-
     def check_materials(self, materials: Mapping[str, Material]) -> Iterator[Check]:
         """Check that the materials exist, and have the constants of the set."""
         constant = {"fe": "modulus_fe", "tensile": "tensile"}.get(self.material_set, "modulus_100")
