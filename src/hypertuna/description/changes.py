@@ -1,0 +1,90 @@
+"""Values of a robot set by key, as `--set` and the sizing of a pump take them."""
+
+import re
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from hypertuna.description.robot import Robot, parse
+from hypertuna.description.validation import written
+from hypertuna.errors import InputError, did_you_mean
+
+NAMES = ("name", "drives", "quantity")  # keys that name a table of a list: of a joint group, a servo, a sensor
+
+
+def changed(robot: Robot, values: Mapping[str, Any]) -> Robot:
+    """Return a robot with other values of keys as written in its file, in the file's units.
+
+    A table of a list is chosen by name or index, ``joints.II.bandwidth_hz`` or ``links.mass_kg[3]``; without either, the
+    value is that of all: ``joints.line.bore_m``.
+    """
+    if not values:
+        return robot
+    document = robot.document()
+    sources = document.setdefault("sources", {})
+    for key, value in values.items():
+        place = written(tuple(_set(document, key, value, key)))
+        before = robot.source(place)
+        sources[place] = f"{key} set to {value}{f'; before: {before}' if before else ''}"
+    try:
+        return parse(document, file=robot.file)
+    except InputError as error:
+        raise InputError(error.rule, file="--set", key=error.key, value=error.value, fix=error.fix) from None
+
+
+def toml_value(text: str) -> Any:
+    """Read a value as TOML has it; numbers with commas are a list, other words are text."""
+    for form in (text, f"[{text}]" if "," in text else text):
+        try:
+            return tomllib.loads(f"value = {form}")["value"]
+        except tomllib.TOMLDecodeError:
+            continue
+    try:
+        return float(text)  # of forms that TOML lacks: .5
+    except ValueError:
+        return text
+
+
+def _set(node: Any, rest: str, value: Any, key: str) -> list[str]:
+    """Set a value below a node, all of a list of tables if none is named; return its place without indices."""
+    if isinstance(node, list):
+        return _set_in_list(node, rest, value, key)
+    if not isinstance(node, dict):
+        raise InputError("goes beyond a value", file="--set", key=key, fix="leave out the end of the key")
+    known = [name for name in node if re.match(rf"{re.escape(name)}($|[.\[])", rest)]
+    first = re.match(r'"[^"]+"|[^.\[]+', rest)
+    name = max(known, key=len) if known else first[0] if first else ""
+    if not name:
+        raise InputError("is no key", file="--set", key=key, fix="write it as in the robot's file: body.mass_kg")
+    below = rest[len(name) :].removeprefix(".")
+    name = name.strip('"')
+    if not below:
+        node[name] = value
+        return [name]
+    return [name, *_set(node.setdefault(name, {}), below, value, key)]
+
+
+def _set_in_list(nodes: list[Any], rest: str, value: Any, key: str) -> list[str]:
+    """Set a value in one table or number of a list, or in all its tables."""
+    if index := re.match(r"\[(\d+)\]\.?", rest):
+        k = int(index[1])
+        if k >= len(nodes):
+            fix = f"indices are from 0 to {len(nodes) - 1}"
+            raise InputError("is beyond the end of the list", file="--set", key=key, fix=fix)
+        if below := rest[index.end() :]:
+            return _set(nodes[k], below, value, key)
+        nodes[k] = value
+        return []
+    tables = [node for node in nodes if isinstance(node, dict)]
+    names = {str(node[part]): node for node in tables for part in NAMES if part in node}
+    named = [name for name in names if rest.startswith(f"{name}.")]
+    if named:
+        name = max(named, key=len)
+        return _set(names[name], rest[len(name) + 1 :], value, key)
+    if not tables:
+        raise InputError("is a list of values", file="--set", key=key, fix="choose one with its index: [0]")
+    first = rest.partition(".")[0]
+    if "." in rest and not any(first in node for node in tables):
+        raise InputError("names none of the list", file="--set", key=key, fix=did_you_mean(first, names))
+    places = [_set(node, rest, value, key) for node in tables]
+    return places[0]
