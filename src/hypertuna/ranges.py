@@ -93,11 +93,12 @@ POSITIVE_WHOLE = Whole(min=1)
 
 
 def check_choice(word: str, words: Iterable[str], key: str) -> str:
-    """Return a word that is one of few, or raise InputError with all of them: "must be water or air"."""
+    """Return a word that is one of few, or raise InputError with all of them: "must be water, air or oil"."""
     words = list(words)
     if word not in words:
         fix = did_you_mean(str(word), words)
-        raise InputError(f"must be {' or '.join(words)}", key=key, value=shown(word), fix=fix)
+        choice = " or ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+        raise InputError(f"must be {choice}", key=key, value=shown(word), fix=fix)
     return word
 
 

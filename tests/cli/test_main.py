@@ -156,7 +156,7 @@ BAD = {
     "missing": ((*SWIM, *FAST[:4]), "--phase is missing"),
     "robot": (("swim", "--robot", "hypertun", *FAST), "robots/hypertun.toml does not exist: did you mean hypertuna?"),
     "gait": ((*SWIM, "--gait", "turnin"), "did you mean turning?"),
-    "joints": ((*SWIM, *FAST, "--joints", "idle"), "model.joints must be 'ideal' or 'bandwidth', but is 'idle'"),
+    "joints": ((*SWIM, *FAST, "--joints", "idle"), "--joints must be ideal or bandwidth, but is 'idle'"),
     "steps": ((*SWIM, *FAST, "--steps", "2.5"), "steps must be a whole number, but is '2.5'"),
     "current": ((*SWIM, *FAST, "--current", "1"), "--current must be 2 numbers, but is 1"),
     "plot": ((*SWIM, *FAST, "--plot", "fish.jpg"), "--plot must end in .svg, .png, .pdf or .gif"),
@@ -168,7 +168,7 @@ BAD = {
     "threads": (("sweep", *SWIM[1:], *FAST, "--threads", "0"), "threads must be at least 1, but is 0"),
     "frequencies": (
         (*SWIM, "--frequency", "6,5", *FAST[2:]),
-        "--frequency must be a number, but is '6,5': give it in Hz.",
+        "--frequency must be of one gait, but is 6 and 5: give one, with a decimal point; `hypertuna sweep`",
     ),
     "no robot": (("swim", "--robot", ".", *FAST), "error: . is a folder: give the path of a TOML file."),
     "one point": (("sweep", *SWIM[1:], *FAST, "--plot", "sweep.svg"), "plot must show several frequencies or phases"),

@@ -48,7 +48,18 @@ def test_swim_imports_what_it_uses(arguments: tuple[str, ...]) -> None:
     assert modules & set(HEAVY) <= {"numpy", "pydantic", "tomlkit", *(["rich"] if "--json" not in arguments else [])}
     assert "rich.progress" not in modules
     rooms = {name.split(".")[1] for name in modules if name.startswith("hypertuna.")}
-    assert rooms <= {"_core", "arrays", "cli", "description", "errors", "io", "metrics", "ranges", "swimming"}
+    assert rooms <= {
+        "_core",
+        "arrays",
+        "cli",
+        "description",
+        "display",
+        "errors",
+        "io",
+        "metrics",
+        "ranges",
+        "swimming",
+    }
 
 
 def test_the_list_of_commands_says_what_each_command_is() -> None:

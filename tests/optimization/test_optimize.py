@@ -168,7 +168,7 @@ def test_same_seed_same_result(tuna: ht.Robot) -> None:
 
 def test_progress_counts_gaits(tuna: ht.Robot) -> None:
     told: list[tuple[int, int]] = []
-    best = optimize(tuna, maximize="speed", iterations=3, progress=lambda *numbers: told.append(numbers))
+    best = optimize(tuna, maximize="speed", method="pso", iterations=3, progress=lambda *numbers: told.append(numbers))
     assert told == [(15, 45), (30, 45), (45, 45)]
     assert best.evaluations == 45
     assert best.swum.tolist() == [15, 30, 45]
@@ -199,15 +199,15 @@ def test_resumed_search_ends_the_same(tuna: ht.Robot, method: str, tmp_path: Pat
 def test_killed_in_the_middle_it_resumes_to_the_same_gait(tuna: ht.Robot, tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     program = "from hypertuna.optimization.optimize import *; from hypertuna import load; import sys; "
-    program += "optimize(load('hypertuna'), maximize='speed', particles=40, checkpoint=sys.argv[1])"
+    program += "optimize(load('hypertuna'), maximize='speed', method='pso', particles=40, checkpoint=sys.argv[1])"
     with subprocess.Popen([sys.executable, "-c", program, str(path)]) as killed:
         while killed.poll() is None and (not path.exists() or path.read_bytes().count(b"\n") < 6):
             time.sleep(0.001)
         os.kill(killed.pid, signal.SIGKILL)
     records = path.read_bytes().count(b"\n") - 1
     assert 5 <= records < 60, "killed in the middle"
-    resumed = optimize(tuna, maximize="speed", particles=40, checkpoint=path)
-    straight = optimize(tuna, maximize="speed", particles=40)
+    resumed = optimize(tuna, maximize="speed", method="pso", particles=40, checkpoint=path)
+    straight = optimize(tuna, maximize="speed", method="pso", particles=40)
     assert resumed.gait == straight.gait
     assert resumed.speed == straight.speed
     assert resumed.history.tolist() == straight.history.tolist()
@@ -246,9 +246,9 @@ def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
         ({"maximize": "speeed"}, "did you mean speed"),
         (
             {"maximize": "speed", "method": "cmaes"},
-            "method must be pso or cma or gradient or de, but is 'cmaes': did you mean cma",
+            "method must be gradient, pso, cma or de, but is 'cmaes': did you mean cma",
         ),
-        ({"maximize": "speed", "particles": 1}, "particles must be from 2 to 10000, but is 1"),
+        ({"maximize": "speed", "method": "pso", "particles": 1}, "particles must be from 2 to 10000, but is 1"),
         (
             {"maximize": "speed", "method": "cma", "bounds": {"frequency": (2, 2), "amplitude": (9, 9)}},
             "one free gait parameter, but is 'cma', which varies at least two: use pso, gradient or de",

@@ -16,7 +16,7 @@ from hypertuna.characterization.data import joint_index
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import Csv, rows_csv
 
@@ -37,7 +37,7 @@ class Bends:
 
 @opt.grouped
 def bend_command(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     joint: opt.Joint,
     pressure: opt.Pressures = PRESSURES,
     side: opt.Side = "left",
@@ -55,7 +55,7 @@ def bend_command(
     files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Bend a soft joint in air: angle over pressure, up and down."""
-    fish, path = load(robot), 1e3 * np.array(pressure)
+    fish, path = robot.load(), 1e3 * np.array(pressure)
     number = joint_index(joint, fish)
 
     def bent(chosen: str | None, path: Array = path) -> Bend:

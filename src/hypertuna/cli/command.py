@@ -166,11 +166,11 @@ def _explained(error: Any, command: Any, context: Any, args: list[str]) -> Input
     """Return an error of the parser with its fix."""
     kind, name = type(error).__name__, _name(context)
     if kind == "MissingParameter":
-        lacking = _and([_asked_for(param) for param in _missing(command, context, args)])
+        lacking = listed([_asked_for(param) for param in _missing(command, context, args)])
         return InputError(f"needs {lacking}", key=f"`{name}`")
     if kind == "NoSuchOption":
         known = [option for param in command.get_params(context) for option in param.opts if option.startswith("--")]
-        near = difflib.get_close_matches(error.option_name, known, n=1, cutoff=0.5)
+        near = difflib.get_close_matches(error.option_name, known, n=1)
         longer = [option for option in known if option.startswith(error.option_name)]
         fix = f"did you mean {(longer or near)[0]}?" if longer or near else f"`{name} --help` lists the options"
         if context.parent is None:
@@ -201,8 +201,8 @@ def _missing(command: Any, context: Any, args: list[str]) -> Iterator[Any]:
 def _asked_for(param: Any) -> str:
     """Write a parameter with what it takes."""
     first = (param.help or "").removesuffix(".").split(". ")[0]
-    shape = (param.metavar or param.name or "value").upper()
-    name = f"{max(param.opts, key=len)} {param.metavar or shape}" if param.param_type_name == "option" else shape
+    shape = param.metavar or (param.name or "value").upper()
+    name = f"{max(param.opts, key=len)} {shape}" if param.param_type_name == "option" else shape
     text = f"{first[:1].lower()}{first[1:]}" if first[1:2].islower() else first
     return f"{name} ({text})" if text else name
 
@@ -219,6 +219,6 @@ def _stray(word: str, name: str) -> InputError:
     return InputError(f"is more than `{name}` takes", key=word, fix=f"leave it out, or see `{name} --help`")
 
 
-def _and(parts: Sequence[str]) -> str:
+def listed(parts: Sequence[str]) -> str:
     """Join parts of a sentence."""
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)

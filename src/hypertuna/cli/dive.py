@@ -11,7 +11,6 @@ from hypertuna.cli.console import table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
 from hypertuna.cli.twin import made_by_twin
-from hypertuna.description.robot import load
 from hypertuna.io.files import Csv, columns_csv
 from hypertuna.io.quantity import columns
 from hypertuna.simulation.dive import Dive, dive
@@ -19,7 +18,7 @@ from hypertuna.simulation.dive import Dive, dive
 
 @opt.grouped
 def dive_command(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     gait: GaitOptions,
     fins: Annotated[
         float,
@@ -34,7 +33,7 @@ def dive_command(
 
     The exit code is 0 if the robot descends with fins down and rises with fins up, 1 if not, 2 for bad input.
     """
-    fish = load(robot)
+    fish = robot.load()
     beat = gait.make(fish)
     result = dive(fish, beat, angle=math.radians(fins), duration=duration, depth=depth, seed=seed)
     emit(

@@ -16,9 +16,9 @@ from rich.console import Console
 from rich.live import Live
 
 from hypertuna.cli.emit import emit
-from hypertuna.cli.options import AsJson, file, text
+from hypertuna.cli.options import AsJson, RobotOptions, file, grouped, text
 from hypertuna.cli.radio import Connect, Key
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.radio.client import Client, connect
 from hypertuna.radio.drive import EVENT, Stick, gamepad, keys, moved, pressed, view
@@ -28,11 +28,10 @@ from hypertuna.swimming.gait import named_gait
 PERIOD = 0.2  # s between two stick messages: two fit into a timeout of half a second even if one is lost
 
 
+@grouped
 def drive_command(
     place: Connect,
-    robot: Annotated[
-        str, text("--robot", "Robot whose gaits are on the keys: its name, or a file that optimize wrote.")
-    ] = "hypertuna",
+    robot: RobotOptions,
     log: Annotated[
         str | None, file("--log", help="Record all messages in this .mcap file.", suffixes=(".mcap",))
     ] = None,
@@ -41,7 +40,7 @@ def drive_command(
     as_json: AsJson = False,
 ) -> None:
     """Drive a robot by keyboard or gamepad, with a live view of its messages. It is disarmed at the end."""
-    fish = load(robot)
+    fish = robot.load()
     if not sys.stdin.isatty():
         raise InputError("must be a terminal", key="standard input", value="none", fix="start it in a terminal")
     if log is not None:

@@ -46,7 +46,7 @@ def ask_command(
     options: dict[str, Any] | None = None
     if robot:
         kept = [asdict(limit) for limit in limits.make(load(robot))]
-        options = {"robot": robot, "limits": kept} | search.arguments()
+        options = {"robot": robot, "limits": kept} | search.arguments() | {"method": search.method or "pso"}
     else:
         _check_later(context)
     with TankSearch(state, options) as experiment:

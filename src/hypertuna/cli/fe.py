@@ -17,7 +17,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, counted, json_text, progress_bar, run_folder, table
 from hypertuna.cli.emit import emit
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe.bend import JOURNAL, SUMMARY, FeBend, described_bend, fe_bend
 from hypertuna.fe.comparison import FeComparison, compare
@@ -105,8 +105,9 @@ COMPARISON_LEGEND = (
 
 
 @fe_app.command("geometry")
+@opt.grouped
 def geometry_command(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     joint: opt.Joint,
     output: Annotated[
         str | None,
@@ -115,7 +116,7 @@ def geometry_command(
     as_json: opt.AsJson = False,
 ) -> None:
     """Build the soft body of a joint from its description: sections, channels, plates."""
-    fish = load(robot)
+    fish = robot.load()
     body = joint_body(fish, joint_index(joint, fish))
     if output is not None:
         write_geometry(body, output)
@@ -144,7 +145,7 @@ def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
 @fe_app.command("bend")
 @opt.grouped
 def bend_command(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     joint: opt.Joint,
     elements: Elements,
     pressure: opt.Pressures = BEND_PRESSURES,
@@ -165,7 +166,7 @@ def bend_command(
     The exit code is 0 if all pressures were reached, 1 if one was not (those before it are printed and kept), 2 for
     bad input.
     """
-    fish = load(robot)
+    fish = robot.load()
     index, path = joint_index(joint, fish), _rising(pressure)
     joint_body(fish, index)  # checks the description before the machine
     need_fe()
@@ -254,7 +255,7 @@ def _outcome(bent: FeBend) -> tuple[str, str]:
 @fe_app.command("compare")
 @opt.grouped
 def compare_command(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     joint: opt.Joint,
     elements: Elements,
     pressure: opt.Pressures = COMPARISON_PRESSURES,
@@ -276,7 +277,7 @@ def compare_command(
 
     The exit code is 0 if all pressures were reached, 1 if one was not (those before it are printed), 2 for bad input.
     """
-    fish = load(robot)
+    fish = robot.load()
     index, path = joint_index(joint, fish), _rising(pressure)
     with run_folder(output, JOURNAL) as folder, progress_bar("pressures", slow=True) as report:
         report(0, len(path))
@@ -324,7 +325,7 @@ def _comparison_lines(compared: FeComparison, record: Mapping[str, Any]) -> Iter
 @fe_app.command("map")
 @opt.grouped
 def map_command(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     joint: opt.Joint,
     elements: CoarseElements,
     pressure: opt.Pressures = BEND_PRESSURES,
@@ -352,7 +353,7 @@ def map_command(
     `fe bend`, so the mesh is coarse unless asked otherwise: half an hour per joint. The exit code is 1 if some points
     were not reached, 2 for bad input.
     """
-    fish = load(robot)
+    fish = robot.load()
     with progress_bar("points", slow=True) as progress:
         found = joint_map(
             fish,

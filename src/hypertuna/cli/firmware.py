@@ -10,7 +10,6 @@ from hypertuna import _core
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import print_json, print_lines, print_written, table
 from hypertuna.cli.emit import made_by
-from hypertuna.description.robot import load
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table, header
 from hypertuna.io.files import write_atomically
 
@@ -18,8 +17,9 @@ firmware_app = opt.group("Firmware: parameters from a robot's description, list 
 
 
 @firmware_app.command()
+@opt.grouped
 def params(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     output: Annotated[
         str | None,
         opt.file("-o", "--output", help="Write the C++ header of the firmware to this .hpp file.", suffixes=(".hpp",)),
@@ -34,7 +34,7 @@ def params(
 
     firmware/robots/NAME.hpp is where `make firmware ROBOT=NAME` looks for them.
     """
-    parameters = firmware_table(load(robot))
+    parameters = firmware_table(robot.load())
     if output is not None:
         write_atomically(output, header(parameters).encode())
     if as_json:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna.cli import options as opt
+from hypertuna.cli.command import listed
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import KINDS, Gait, Gaits, named_gait
@@ -18,7 +19,7 @@ Points = Sequence[tuple[float, ...]]  # values of an option [Hz, deg]
 
 @dataclass(frozen=True)
 class GaitOptions:
-    """One gait; what is not given is that of the named gait."""
+    """Gaits: every combination of frequencies, amplitudes, phases and biases; what is absent is of the named gait."""
 
     gait: opt.GaitName = None
     frequency: opt.Frequency = None
@@ -26,32 +27,25 @@ class GaitOptions:
     phase: opt.Phase = None
     bias: opt.Bias = None
 
-    def make(self, robot: Robot) -> Gait:
-        """Return the gait."""
-        values = {key: getattr(self, key) for key in ("frequency", *KINDS)}
-        given = {key: [tuple(np.atleast_1d(value))] for key, value in values.items() if value is not None}
-        return _gait({key: points[0] for key, points in _axes(robot, self.gait, given).items()})
-
-
-@dataclass(frozen=True)
-class GridOptions:
-    """Every combination of frequencies, amplitudes, phases and biases; what is not given is that of the named gait."""
-
-    gait: opt.GaitName = None
-    frequency: opt.Frequencies = None
-    amplitude: opt.Amplitudes = None
-    phase: opt.Phases = None
-    bias: opt.Biases = None
-
     @property
     def given(self) -> dict[str, Points]:
-        """Values of each option that is given."""
-        levels = [point for level in self.amplitude or () for point in level]
-        values = {"frequency": self.frequency, "amplitude": levels, "phase": self.phase, "bias": self.bias}
-        return {key: points for key, points in values.items() if points}
+        """Values of each option that is given [Hz, deg]."""
+        angles = {key: [point for level in getattr(self, key) or () for point in level] for key in KINDS}
+        return {key: points for key, points in {"frequency": self.frequency, **angles}.items() if points}
 
-    def make(self, robot: Robot) -> Gaits:
-        """Return the grid."""
+    def make(self, robot: Robot) -> Gait:
+        """Return the only gait."""
+        for key, points in self.given.items():
+            if len(points) != 1:
+                value = " and ".join(",".join(f"{x:g}" for x in point) for point in points[:2])
+                value += f" and {len(points) - 2} more" * (len(points) > 2)
+                point = ", with a decimal point" if key == "frequency" else ""
+                fix = f"give one{point}; `hypertuna sweep` swims several"
+                raise InputError("must be of one gait", key=f"--{key}", value=value, fix=fix)
+        return _gait({key: points[0] for key, points in _axes(robot, self.gait, self.given).items()})
+
+    def grid(self, robot: Robot) -> Gaits:
+        """Return all combinations."""
         axes = _axes(robot, self.gait, self.given)
         first = {key: points[0] for key, points in axes.items()}
         for key, points in axes.items():
@@ -63,7 +57,10 @@ class GridOptions:
 
 def _gait(values: Mapping[str, tuple[float, ...]]) -> Gait:
     """Make a gait of its values [Hz, deg]."""
-    return Gait.from_degrees(frequency=values["frequency"][0], **{key: values[key] for key in KINDS})
+    try:
+        return Gait.from_degrees(frequency=values["frequency"][0], **{key: values[key] for key in KINDS})
+    except InputError as error:
+        raise InputError(error.rule, key=f"--{error.key}", value=error.value, fix=error.fix) from None
 
 
 def _axes(robot: Robot, name: str | None, given: Mapping[str, Points]) -> dict[str, Points]:
@@ -76,9 +73,10 @@ def _axes(robot: Robot, name: str | None, given: Mapping[str, Points]) -> dict[s
         axes |= {key: [tuple(np.degrees(getattr(known, key)).tolist())] for key in KINDS}
     for key, points in given.items():
         _check_count(robot, key, points, 1 if key == "frequency" else groups)
-    for key in ("frequency", *KINDS):
-        if key not in given and key not in axes:
-            raise InputError("is missing", key=f"--{key}", fix="give it, or a gait of the robot's file with --gait")
+    if missing := [f"--{key}" for key in ("frequency", *KINDS) if key not in given and key not in axes]:
+        choice = f", or --gait with one of {', '.join(robot.gaits)}" if robot.gaits else ""
+        rule, them = ("is missing", "it") if len(missing) == 1 else ("are missing", "them")
+        raise InputError(rule, key=listed(missing), fix=f"give {them}{choice}")
     return axes | dict(given)
 
 
@@ -99,7 +97,7 @@ def check_duration(gait: Gait, duration: float) -> None:
     if duration < shortest:
         rule = f"must be at least two beats, {shortest:.4g} s at {gait.frequency:g} Hz"
         fix = f"give at least {math.ceil(100 * shortest) / 100:g}; 20 beats or more let the robot settle"
-        raise InputError(rule, key="duration", value=f"{duration:g} s", fix=fix)
+        raise InputError(rule, key="--duration", value=f"{duration:g} s", fix=fix)
 
 
 def column_rows(columns: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:

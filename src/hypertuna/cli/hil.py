@@ -1,6 +1,7 @@
 """The command `hypertuna hil`."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated, Any
 
 import typer
@@ -9,7 +10,6 @@ from hypertuna import _core
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import BOARDS, missing
 from hypertuna.firmware.in_the_loop import PARTS, FirmwareRun, firmware_in_the_loop
@@ -19,7 +19,9 @@ from hypertuna.firmware.scenario import find_scenario
 ROBOT = "hypertuna"  # that flies scenarios without a robot of their own
 
 
+@opt.grouped
 def hil_command(
+    robot: opt.MissionRobot,
     board: Annotated[str, opt.word("--board", tuple(BOARDS), "pc, or qemu for an emulated Cortex-M7.")] = "pc",
     scenario: Annotated[
         str,
@@ -27,9 +29,6 @@ def hil_command(
             "--scenario", "A mission or its file, gait:NAME, lost:NAME, afloat, or random messages without a twin."
         ),
     ] = "random",
-    robot: Annotated[
-        str | None, opt.text("--robot", "Robot that the firmware is built for. (default: the mission's)")
-    ] = None,
     ticks: Annotated[
         int | None,
         opt.whole_number("--ticks", "Maximum run in control ticks. (default: until the mission is complete, or 6000)"),
@@ -69,9 +68,9 @@ def hil_command(
         raise InputError("needs a ground station", key="--air", fix="give its port by --radio")
     if (lack := missing(board)) is not None:
         raise InputError("must be able to run here", key="--board", value=board, fix=lack)
-    named = load(robot) if robot is not None else None
-    flown = find_scenario(scenario, load(ROBOT) if named is None and ":" in scenario else named)
-    fish = named if named is not None else load(flown.robot or ROBOT)
+    named = robot.load() if robot.robot else None
+    flown = find_scenario(scenario, replace(robot, robot=ROBOT).load() if named is None and ":" in scenario else named)
+    fish = named if named is not None else replace(robot, robot=flown.robot or ROBOT).load()
     with progress_bar("ticks") as progress:
         run = firmware_in_the_loop(
             fish,

@@ -13,7 +13,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.console import command_line, counted, progress_bar, table
 from hypertuna.cli.emit import emit
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
 from hypertuna.description.writer import write_robot
 from hypertuna.identification.identify import Fit, compare, identify
@@ -117,7 +117,7 @@ def identify_command(
     trials: Annotated[
         list[str], typer.Argument(help="CSV files of steady runs, TOML manifests of recordings, or published folders.")
     ],
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     search: SearchOptions,
     free: Annotated[
         str | None,
@@ -151,7 +151,7 @@ def identify_command(
         check_name(law, LAWS, "--water", "water law")
     if samples is not None:
         check_posterior(samples, search.loss)
-    fish = load(robot).using(water=laws[0] if laws else None, joints=joints, areas=areas)
+    fish = robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
     with progress_bar("fitting") as progress:
         options = search.arguments() | {"progress": progress}

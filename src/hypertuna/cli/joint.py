@@ -15,7 +15,6 @@ from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.console import counted, progress_bar, table
 from hypertuna.cli.emit import emit
-from hypertuna.description.robot import load
 from hypertuna.description.writer import write_robot
 from hypertuna.io.files import version
 
@@ -86,6 +85,7 @@ def _bound(text: str, key: str) -> parsing.Bound:
     return parsing.Bound(name, low / factor, high / factor)
 
 
+@opt.grouped
 def fit_command(
     files: Annotated[
         list[str],
@@ -94,7 +94,7 @@ def fit_command(
             "(up to about the number of unknowns)."
         ),
     ],
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     free: Annotated[str | None, opt.text("--free", "Unknowns to fit, such as lever,friction. (default: all)")] = None,
     bounds: Annotated[
         list[Any] | None,
@@ -113,7 +113,7 @@ def fit_command(
 
     Exit code 1 means that the search did not converge.
     """
-    fish = load(robot)
+    fish = robot.load(output)
     bench = read_bench(files, fish)
     prior = {name: (low, high) for name, low, high in bounds or []}
     with progress_bar("fitting") as progress:

@@ -8,7 +8,6 @@ import typer
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, progress_bar, summary_table
 from hypertuna.cli.emit import draw, emit
-from hypertuna.description.robot import load
 from hypertuna.firmware.black_box import mission_record, read_black_box
 from hypertuna.io.files import Csv, columns_csv
 from hypertuna.io.mcap import need_log
@@ -65,10 +64,11 @@ def gpx_command(log: LogFile, output: Annotated[str, _output(".gpx")], as_json: 
 
 
 @log_app.command("black-box")
+@opt.grouped
 def black_box_command(
     box: Annotated[str, typer.Argument(metavar="FILE.bin", help="Black box, from the robot's card.")],
     output: Annotated[str, _output(".mcap")],
-    robot: opt.RobotName = "hypertuna",
+    robot: opt.RobotOptions,
     mission: Annotated[
         str | None, opt.text("--mission", "Mission that the robot swam, by name or file, for its waypoints and origin.")
     ] = None,
@@ -83,7 +83,7 @@ def black_box_command(
     records readings, estimates and commands, but not the true position.
     """
     need_log()
-    fish = load(robot)
+    fish = robot.load()
     route = None if mission is None else read_mission(mission)
     with progress_bar("bytes") as progress:
         boots = read_black_box(box, progress)

@@ -22,7 +22,7 @@ from hypertuna.errors import InputError, escaped
 # table of its commands; and its line in --help.
 PANELS: dict[str, dict[str, tuple[Any, str]]] = {
     "Describe a robot": {
-        "robot": ("robot:robot_app", "Robot descriptions: print the format, check a file, show a robot."),
+        "robot": ("robot:robot_app", "Robot descriptions: begin one, check a file, show a robot, print the format."),
     },
     "Swim": {
         "swim": ("swim:swim_command", "Swim one gait: its settled beat, or from rest."),

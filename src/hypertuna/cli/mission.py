@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +15,7 @@ from hypertuna.cli.console import command_line, progress_bar, summary_table, tab
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.parsing import whole_number as read_whole_number
 from hypertuna.control.guidance import gait_table
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import rows_csv
 from hypertuna.io.quantity import Quantity, values_of
@@ -44,6 +45,7 @@ def _seeds(text: str, key: str) -> range:
     return range(begin, end)
 
 
+@opt.grouped
 def mission_command(
     mission: Annotated[
         str,
@@ -52,9 +54,7 @@ def mission_command(
             help=f"Mission file, or name of a mission that comes with hypertuna: {', '.join(missions())}.",
         ),
     ],
-    robot: Annotated[
-        str | None, opt.text("--robot", "Robot that swims the mission. (default: that of the mission file)")
-    ] = None,
+    robot: opt.MissionRobot,
     seed: Annotated[
         int | None,
         opt.whole_number(
@@ -139,13 +139,13 @@ def mission_command(
     )
 
 
-def _robot(file: MissionFile, name: str | None) -> Robot:
+def _robot(file: MissionFile, options: opt.MissionRobot) -> Robot:
     """Load the robot of the option, or of the file."""
-    chosen = file.robot if name is None else name
-    if chosen is None:
+    chosen = options.robot or file.robot
+    if not chosen:
         fix = "add robot to the file, or give --robot"
         raise InputError("is missing", file=file.file, key="robot", fix=fix)
-    return load(chosen)
+    return replace(options, robot=chosen).load()
 
 
 def _outcome(one: Outcome) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """The command `hypertuna optimize`."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -30,18 +29,11 @@ optimize_app.command("ask")(ask_command)
 optimize_app.command("tell")(tell_command)
 
 
-@dataclass(frozen=True)
-class SubjectOptions(opt.RobotOptions):
-    """A robot and its model; `ask` and `tell` come without one."""
-
-    robot: opt.RobotName = ""
-
-
 @optimize_app.callback()
 @opt.grouped
 def optimize_command(
     context: typer.Context,
-    robot: SubjectOptions,
+    robot: opt.ModelOptions,
     search: SearchOptions,
     robust: RobustOptions,
     limits: SwimLimits,
@@ -58,7 +50,7 @@ def optimize_command(
     if context.invoked_subcommand is not None:
         _check_alone(context)
         return
-    subject = robot.load()
+    subject = robot.load(output)
     kept = limits.make(subject, speed=min_speed)
     if output is not None:  # tried before the search, whose result must not be lost
         groups = [0.0] * len(subject.joints)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import inspect
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
@@ -45,20 +47,27 @@ def group(help: str) -> typer.Typer:
     return App(no_args_is_help=True, help=help)
 
 
-def _kind(metavar: str, read: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function that declares options of a kind; `read` takes the text, the key, the unit and more."""
+SYMBOLS = {"degrees": "deg", "seconds": "s", "C": "degC", "percent": "%"}  # of units in words, for metavars
+
+
+def _kind(form: str, read: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a function that declares options of a kind; `read` takes the text, the key, the unit and more.
+
+    In the metavar `form`, UNIT stands for the symbol of the unit, or for NUMBER without one.
+    """
 
     def declare(name: str, unit: str, help: str, **more: Any) -> Any:
+        symbol = SYMBOLS.get(unit, unit)
+        metavar = form.replace("UNIT", "NUMBER" if symbol == "1" or " " in symbol else symbol)
         return option((name,), help, metavar, lambda text, key: read(text, key, unit, **more))
 
     return declare
 
 
-number = _kind("NUMBER", parsing.number)  # within `limits`
-numbers = _kind("NUMBERS", parsing.numbers)  # separated by commas, maybe `count` of them
-axis = _kind("RANGE", parsing.axis)  # a value or a range, within `limits`
-values = _kind("RANGE,...", parsing.values)  # values and ranges, one after another
-ranges = _kind("RANGES", parsing.ranges)  # a value or a range for each of several parts, and all their combinations
+number = _kind("UNIT", parsing.number)  # within `limits`
+numbers = _kind("UNIT,...", parsing.numbers)  # separated by commas, maybe `count` of them
+values = _kind("UNIT,...", parsing.values)  # values and ranges, one after another, within `limits`
+ranges = _kind("UNIT,...", parsing.ranges)  # a value or a range for each of several parts, and all their combinations
 interval = _kind("LOW:HIGH", parsing.interval)
 bound = _kind("NAME=LOW:HIGH", parsing.bound)
 setting = _kind("NAME=VALUE", parsing.setting)
@@ -66,17 +75,24 @@ setting = _kind("NAME=VALUE", parsing.setting)
 
 def whole_number(name: str, help: str) -> Any:
     """Declare an option that takes a whole number."""
-    return option((name,), help, "INTEGER", parsing.whole_number)
+    return option((name,), help, "N", parsing.whole_number)
 
 
 def word(name: str, words: Sequence[str], help: str) -> Any:
-    """Declare an option that takes one of several words."""
-    return option((name,), help, "|".join(words), lambda text, key: check_choice(text, words, key))
+    """Declare an option that takes one of several words, which the shell completes."""
+    declared = option((name,), help, f"[{'|'.join(words)}]", lambda text, key: check_choice(text, words, key))
+    declared.autocompletion = lambda incomplete: _starting(words, incomplete)
+    return declared
 
 
-def text(name: str, help: str, metavar: str = "TEXT") -> Any:
+def _starting(words: Sequence[str], incomplete: str) -> list[str]:
+    """Return the words that a word may become."""
+    return [word for word in words if word.startswith(incomplete)]
+
+
+def text(name: str, help: str, metavar: str = "TEXT", **more: Any) -> Any:
     """Declare an option that takes any text."""
-    return typer.Option(name, help=help, metavar=metavar)
+    return typer.Option(name, help=help, metavar=metavar, **more)
 
 
 def file(*names: str, help: str, suffixes: Sequence[str]) -> Any:
@@ -111,70 +127,124 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
 # --- the robot and its gait
 
-GROUPS = "one per joint group, separated by commas"
-RANGE = "A value or a range start:stop:count"
+RANGE = "values and ranges START:STOP:COUNT, separated by commas"
+GROUPS = "one per joint group, separated by commas; sweep and turn take ranges START:STOP:COUNT, and several levels"
 ROBOTS = "(default: the robot's)"
+ROBOT = "hypertuna"  # without --robot and HYPERTUNA_ROBOT
 
-RobotName = Annotated[str, text("--robot", "Name of a robot that comes with hypertuna, or path of its file.")]
-GaitName = Annotated[str | None, text("--gait", "A gait of the robot's file; the options below change it.")]
-Frequency = Annotated[float | None, number("--frequency", "Hz", "Beat frequency in Hz.")]
-Amplitude = Annotated[Sequence[float] | None, numbers("--amplitude", "degrees", f"Amplitudes in degrees, {GROUPS}.")]
-Phase = Annotated[
-    Sequence[float] | None, numbers("--phase", "degrees", f"Lags behind the first group in degrees, {GROUPS}.")
-]
-Bias = Annotated[Sequence[float] | None, numbers("--bias", "degrees", f"Mean angles in degrees, {GROUPS}.")]
-Frequencies = Annotated[Sequence[tuple[float]] | None, ranges("--frequency", "Hz", f"{RANGE} in Hz.")]
-Amplitudes = Annotated[
+
+def _robots(incomplete: str) -> list[str]:
+    """Return the robots that a name may become."""
+    from hypertuna.description.robot import robots
+
+    return _starting(robots(), incomplete)
+
+
+def _gaits(context: typer.Context, incomplete: str) -> list[str]:
+    """Return the gaits of the robot that is typed before."""
+    from hypertuna.description.robot import load
+
+    with contextlib.suppress(InputError):
+        return _starting([*load(context.params.get("robot") or ROBOT).gaits], incomplete)
+    return []
+
+
+def _change(text: str, key: str) -> tuple[str, Any]:
+    """Read KEY=VALUE of a robot."""
+    from hypertuna.description.changes import toml_value
+
+    name, value = parsing.pair(text, key, "KEY=VALUE")
+    return name, toml_value(value)
+
+
+def robot_name(help: str = "Name of a robot that comes with hypertuna, or path of its file.", **more: Any) -> Any:
+    """Declare --robot."""
+    return text("--robot", help, "ROBOT", autocompletion=_robots, **more)
+
+
+RobotName = Annotated[str, robot_name(envvar="HYPERTUNA_ROBOT")]
+Changes = Annotated[
     list[Any] | None,
-    ranges("--amplitude", "degrees", f"{RANGE} per joint group in degrees; repeat it for each level."),
+    option(
+        ("--set",), "Value of a key of the robot's file, such as joints.II.line.bore_m=0.005.", "KEY=VALUE", _change
+    ),
 ]
-Phases = Annotated[
-    Sequence[tuple[float, ...]] | None,
-    ranges("--phase", "degrees", f"{RANGE} per joint group in degrees: lag behind the first group."),
+GaitName = Annotated[
+    str | None,
+    text("--gait", "A gait of the robot's file; the options below change it.", "NAME", autocompletion=_gaits),
 ]
-Biases = Annotated[
-    Sequence[tuple[float, ...]] | None,
-    ranges("--bias", "degrees", f"{RANGE} per joint group in degrees: mean angle."),
+Frequency = Annotated[
+    Sequence[tuple[float]] | None,
+    option(
+        ("--frequency",),
+        f"Beat frequency; sweep and turn take {RANGE}.",
+        "Hz",
+        lambda text, key: [(value,) for value in parsing.values(text, key, "Hz")],
+    ),
 ]
-JointLaw = Annotated[str | None, text("--joints", f"ideal or bandwidth. {ROBOTS}")]
-Areas = Annotated[str | None, text("--areas", f"consistent or as-printed. {ROBOTS}")]
-LAWS = ", ".join(law for law, _ in _core.water_laws())
-WaterLaw = Annotated[str | None, text("--water", f"Water law: {LAWS}. {ROBOTS}")]
+Amplitude = Annotated[list[Any] | None, ranges("--amplitude", "degrees", f"Amplitudes, {GROUPS}.")]
+Phase = Annotated[list[Any] | None, ranges("--phase", "degrees", "Lags behind the first joint group.")]
+Bias = Annotated[list[Any] | None, ranges("--bias", "degrees", "Mean angles of the joint groups.")]
+LAWS = [law for law, _ in _core.water_laws()]
+JointLaw = Annotated[str | None, word("--joints", ("ideal", "bandwidth"), f"Model of the joints. {ROBOTS}")]
+Areas = Annotated[str | None, word("--areas", ("consistent", "as-printed"), f"Areas of the lumped law. {ROBOTS}")]
+WaterLaw = Annotated[str | None, word("--water", LAWS, f"Water law. {ROBOTS}")]
 
 
 @dataclass(frozen=True)
 class RobotOptions:
+    """A robot, maybe with other values."""
+
+    robot: RobotName = ROBOT
+    changes: Changes = None
+
+    def load(self, output: str | None = None) -> Robot:
+        """Read the robot; `output` is a robot file to write, which must not be the robot's own."""
+        from hypertuna.description.changes import changed
+        from hypertuna.description.robot import load, robot_path
+
+        if not self.robot:
+            raise InputError("is missing", key="--robot", fix="give a robot's name or the path of its file")
+        robot = load(self.robot)
+        if output is not None and os.path.exists(output) and os.path.samefile(output, robot_path(robot.file)):
+            rule = "must not be the file that the robot is read from"
+            raise InputError(rule, key="--output", value=output, fix="give another name")
+        return changed(robot, dict(self.changes or []))
+
+
+@dataclass(frozen=True)
+class MissionRobot(RobotOptions):
+    """A robot in place of the one that a mission file names, maybe with other values."""
+
+    robot: Annotated[str, robot_name("Robot that swims the mission. (default: that of the mission file)")] = ""
+
+
+@dataclass(frozen=True)
+class ModelOptions(RobotOptions):
     """A robot and its model."""
 
-    robot: RobotName
     joints: JointLaw = None
     areas: Areas = None
     water: WaterLaw = None
 
-    def load(self) -> Robot:
-        """Read the robot."""
-        from hypertuna.description.robot import load
-
-        if not self.robot:
-            raise InputError("is missing", key="--robot", fix="give a robot's name or the path of its file")
-        return load(self.robot).using(joints=self.joints, areas=self.areas, water=self.water)
+    def load(self, output: str | None = None) -> Robot:
+        """Read the robot, with another choice of model."""
+        return super().load(output).using(joints=self.joints, areas=self.areas, water=self.water)
 
 
-Joint = Annotated[str, text("--joint", "Name of the joint group, or its number from the head.")]
-Side = Annotated[str, text("--side", "Side under pressure, left or right; a bend toward it is positive.")]
+Joint = Annotated[str, text("--joint", "Name of the joint group, or its number from the head.", "JOINT")]
+Side = Annotated[str, word("--side", ("left", "right"), "Side under pressure; a bend toward it is positive.")]
 
 # --- the run
 
 Steps = Annotated[int, whole_number("--steps", "Runge-Kutta steps per beat.")]
 Threads = Annotated[int | None, whole_number("--threads", "Number of threads. (default: all processors)")]
-Duration = Annotated[float, number("--duration", "seconds", "Duration of the run in s.")]
-Medium = Annotated[str, word("--medium", ("water", "air"), "What the robot is in: water or air.")]
-Temperature = Annotated[float | None, number("--temperature", "C", f"Oil temperature in degrees C. {ROBOTS}")]
+Duration = Annotated[float, number("--duration", "seconds", "Duration of the run.")]
+Medium = Annotated[str, word("--medium", ("water", "air"), "What the robot is in.")]
+Temperature = Annotated[float | None, number("--temperature", "C", f"Oil temperature. {ROBOTS}")]
 # Oil hardly passes thinner lines, and wider ones swing faster than the twin steps.
 BORES = Range(min=1.0, max=20.0, unit="mm")
-Bore = Annotated[
-    float | None, number("--line-bore", "mm", f"Inner diameter of all oil lines in mm. {ROBOTS}", limits=BORES)
-]
+Bore = Annotated[float | None, number("--line-bore", "mm", f"Inner diameter of all oil lines. {ROBOTS}", limits=BORES)]
 Seed = Annotated[int, whole_number("--seed", "Seed of the random numbers: the same seed gives the same result.")]
 Checkpoint = Annotated[
     str | None, text("--checkpoint", "Keep a journal in this file; the same command resumes from it.", "FILE")
@@ -187,7 +257,7 @@ Bounds = Annotated[
         "Bounds of a gait parameter, such as frequency_hz=1:4 or phase_II_deg=0:90; repeatable.",
     ),
 ]
-Loss = Annotated[str, text("--loss", "soft_l1, linear, huber or cauchy.")]
+Loss = Annotated[str, word("--loss", ("soft_l1", "linear", "huber", "cauchy"), "Loss of the residuals.")]
 Starts = Annotated[int, whole_number("--starts", "Number of searches, each from another start.")]
 
 MAX_PRESSURES = 10_000  # of one call: more add nothing, and take minutes
@@ -205,7 +275,7 @@ def _pressures(text: str, key: str) -> list[float]:
 
 Pressures = Annotated[
     Sequence[float],
-    option(("--pressure",), "Rising gauge pressures in kPa: numbers or start:stop:count.", "RANGE", _pressures),
+    option(("--pressure",), f"Rising gauge pressures: {RANGE}.", "kPa,...", _pressures),
 ]
 
 # --- what is written

@@ -29,7 +29,7 @@ NAMES |= {"loss": "power_loss_w", "torque_peak": "torque_peak_n_m", "rate_peak":
 
 @opt.grouped
 def pareto_command(
-    robot: opt.RobotOptions,
+    robot: opt.ModelOptions,
     limits: SwimLimits,
     robust: RobustOptions,
     objectives: Annotated[

@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -30,10 +31,21 @@ class Setting(NamedTuple):
 def number(text: str, key: str, unit: str, limits: Range = FINITE) -> float:
     """Read one finite number within limits; `key` and `unit` are for the error."""
     try:
-        value = float(text)
+        value = float(text.replace("\N{MINUS SIGN}", "-"))
     except ValueError:
-        raise InputError("must be a number", key=key, value=shown(text), fix=f"give it in {unit}") from None
+        raise InputError("must be a number", key=key, value=shown(text), fix=_fix(text, unit)) from None
     return limits.check(value, key, f"give it in {unit}")
+
+
+def _fix(text: str, unit: str) -> str:
+    """Return what to write instead of a text that is no number."""
+    begin = re.match(r"-?[\d.]+", text.strip())
+    rest = text.strip()[begin.end() :].strip() if begin else ""
+    if re.fullmatch(r"(-|to|\.\.)\s*[\d.]+", rest):
+        return "write a range as START:STOP:COUNT, such as 1:6:6 for 1, 2, 3, 4, 5 and 6"
+    if re.fullmatch(r"[\d.\s-]+", rest):
+        return "write the values with commas and without spaces, such as 16,25"
+    return f"give the number alone, in {unit}" if begin and rest else f"give it in {unit}"
 
 
 def whole_number(text: str, key: str) -> int:
@@ -68,14 +80,6 @@ def values(text: str, key: str, unit: str, limits: Range = FINITE) -> list[float
     return list(itertools.chain.from_iterable(_parts(text, key, unit, limits)))
 
 
-def axis(text: str, key: str, unit: str, limits: Range = FINITE) -> list[float]:
-    """Read one number or range."""
-    if "," in text:
-        rule, fix = "must be a value or a range start:stop:count", "write, for example, 2:5:4 for 2, 3, 4 and 5"
-        raise InputError(rule, key=key, value=repr(text), fix=fix)
-    return _range(text, key, unit, limits)
-
-
 def interval(text: str, key: str, unit: str) -> tuple[float, float]:
     """Read LOW:HIGH."""
     ends = text.split(":")
@@ -86,21 +90,22 @@ def interval(text: str, key: str, unit: str) -> tuple[float, float]:
 
 def bound(text: str, key: str, unit: str) -> Bound:
     """Read NAME=LOW:HIGH."""
-    name, value = _pair(text, key, "NAME=LOW:HIGH")
+    name, value = pair(text, key, "NAME=LOW:HIGH")
     return Bound(name, *interval(value, f"{key} {name}", unit))
 
 
 def setting(text: str, key: str, unit: str) -> Setting:
     """Read NAME=VALUE."""
-    name, value = _pair(text, key, "NAME=VALUE")
+    name, value = pair(text, key, "NAME=VALUE")
     return Setting(name, number(value, f"{key} {name}", unit))
 
 
 def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
     """Check ending and folder of an output file before any work is done for it."""
     if Path(path).suffix.lower() not in suffixes:
+        fix = f"write {Path(path).stem}{suffixes[0]}"
         endings = " or ".join(", ".join(suffixes).rsplit(", ", 1))
-        raise InputError(f"must end in {endings}", key=key, value=shown(path), fix="rename the file")
+        raise InputError(f"must end in {endings}", key=key, value=shown(path), fix=fix)
     if not Path(path).parent.is_dir():
         raise InputError("must be in a folder that exists", key=key, value=shown(path), fix="make the folder first")
     if Path(path).is_dir() or not os.access(path if Path(path).exists() else Path(path).parent, os.W_OK):
@@ -108,7 +113,7 @@ def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
     return path
 
 
-def _pair(text: str, key: str, form: str) -> tuple[str, str]:
+def pair(text: str, key: str, form: str) -> tuple[str, str]:
     """Split NAME=VALUE."""
     name, equals, value = (part.strip() for part in text.partition("="))
     if not (name and equals and value):

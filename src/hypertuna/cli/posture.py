@@ -24,16 +24,16 @@ FREQUENCIES: Any = "1:6:6"  # as typed
 
 @opt.grouped
 def posture_command(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     frequency: Annotated[
-        Sequence[float], opt.values("--frequency", "Hz", "Beat frequencies in Hz: values or ranges start:stop:count.")
+        Sequence[float], opt.values("--frequency", "Hz", f"Beat frequencies: {opt.RANGE}.")
     ] = FREQUENCIES,
     angle: Annotated[
         Sequence[float] | None,
         opt.numbers(
             "--angle",
             "degrees",
-            "Peak bend to hold in degrees, one per joint group; a single value is for all groups that bend that far. "
+            "Peak bend to hold, one per joint group; a single value is for all groups that bend that far. "
             "(default: 20, or 9/10 of the maximum bend where that is less)",
         ),
     ] = None,

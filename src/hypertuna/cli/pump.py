@@ -11,7 +11,7 @@ from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.twin import kelvin
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
@@ -24,19 +24,22 @@ TURBULENT = "turbulent: the pressure drop is underestimated"  # of a line beyond
 
 @opt.grouped
 def pump_command(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     gait: opt.GaitName = None,
     frequency: Annotated[
-        Sequence[float] | None, opt.axis("--frequency", "Hz", f"{opt.RANGE} of the beat in Hz. (default: the highest)")
+        Sequence[float] | None, opt.values("--frequency", "Hz", f"Beat frequency: {opt.RANGE}. (default: the highest)")
     ] = None,
-    amplitude: opt.Amplitude = None,
+    amplitude: Annotated[
+        Sequence[float] | None,
+        opt.numbers("--amplitude", "degrees", "Amplitudes, one per joint group. (default: the largest)"),
+    ] = None,
     bore: Annotated[
         Sequence[float] | None,
-        opt.axis("--bore", "mm", f"{opt.RANGE} of all lines' bore in mm. {opt.ROBOTS}", limits=opt.BORES),
+        opt.values("--bore", "mm", f"Inner diameter of all lines: {opt.RANGE}. {opt.ROBOTS}", limits=opt.BORES),
     ] = None,
     temperature: Annotated[
         Sequence[float] | None,
-        opt.axis("--temperature", "C", f"{opt.RANGE} of the oil temperature in degrees C. {opt.ROBOTS}"),
+        opt.values("--temperature", "C", f"Oil temperature: {opt.RANGE}. {opt.ROBOTS}"),
     ] = None,
     files: opt.Files = opt.NO_FILES,
 ) -> None:
@@ -45,7 +48,7 @@ def pump_command(
     Each joint beats alone, in air and without mass: what hydraulics alone can do. Without a gait, frequency and
     amplitude are the largest possible.
     """
-    fish = load(robot)
+    fish = robot.load()
     circuits(fish)  # checks the tables of the file
     frequencies, amplitudes = _beat(fish, gait, frequency, amplitude)
     bores: list[float | None] = [None] if bore is None else [1e-3 * value for value in bore]

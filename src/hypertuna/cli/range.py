@@ -2,16 +2,17 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 from hypertuna.actuation.battery import Range, range_of
 from hypertuna.cli import options as opt
+from hypertuna.cli.command import listed
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GaitOptions, check_duration, gait_record
 from hypertuna.cli.twin import BACKWARD, swims_forward
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import columns
 from hypertuna.paper.chapters.gaits import range_finding
@@ -33,12 +34,10 @@ class Cruise:
     run: dict[str, Any]  # JSON of the twin's run; empty if power and speed are given
 
 
+@opt.grouped
 def range_command(
-    robot: opt.RobotName,
-    gait: opt.GaitName = None,
-    frequency: opt.Frequency = None,
-    amplitude: opt.Amplitude = None,
-    phase: opt.Phase = None,
+    robot: opt.RobotOptions,
+    gait: GaitOptions,
     power: Annotated[
         float | None, opt.number("--power", "W", "Mean electrical power of the servos in W; replaces the gait options.")
     ] = None,
@@ -53,13 +52,12 @@ def range_command(
 
     The exit code is 0 for a range, 1 if the twin does not reach steady swimming, 2 for bad input.
     """
-    fish = load(robot)
-    beat = {"--frequency": frequency, "--amplitude": amplitude, "--phase": phase}
-    _check_source(gait, beat, power, speed)
+    fish = robot.load()
+    _check_source(gait, power, speed)
     facts: dict[str, Any] = {}
     if power is None or speed is None:
-        lags = (0.0,) * len(amplitude) if phase is None and amplitude is not None else phase
-        power, speed, facts = _twin(fish, GaitOptions(gait, frequency, amplitude, lags).make(fish), duration)
+        lags = [[(0.0,) * len(fish.joints)]] if gait.gait is None and gait.phase is None else gait.phase
+        power, speed, facts = _twin(fish, replace(gait, phase=lags).make(fish), duration)
     else:
         POSITIVE.check(speed, "--speed", "give the speed ahead in m/s")
     known = math.isfinite(power + speed)
@@ -72,18 +70,17 @@ def range_command(
     )
 
 
-def _check_source(gait: str | None, beat: dict[str, Any], power: float | None, speed: float | None) -> None:
+def _check_source(gait: GaitOptions, power: float | None, speed: float | None) -> None:
     """Check that power and speed come from one source."""
-    swum = any(value is not None for value in beat.values())
     given = {"--power": power, "--speed": speed}
     missing = [key for key, value in given.items() if value is None]
-    if gait is not None and (swum or len(missing) < 2):
-        rule = "cannot be combined with --frequency, --amplitude, --phase, --power or --speed"
-        raise InputError(rule, key="--gait", fix="give the gait alone")
+    swum = gait.gait is not None or bool(gait.given)
     if swum and len(missing) < 2:
-        fix = "give either a beat for the twin, or power and speed"
-        raise InputError("cannot be combined with --frequency, --amplitude or --phase", key="--power", fix=fix)
-    if gait is None and not swum and len(missing) == 2:
+        fix = "give either a gait for the twin, or power and speed"
+        raise InputError(
+            "cannot be combined with a gait", key=listed([key for key in given if key not in missing]), fix=fix
+        )
+    if not swum and len(missing) == 2:
         fix = "give --gait NAME, or --frequency and --amplitude, or --power and --speed"
         raise InputError("needs a gait, or power and speed", key="range", fix=fix)
     if len(missing) == 1:

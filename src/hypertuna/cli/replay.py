@@ -15,7 +15,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, counted, table
 from hypertuna.cli.emit import emit
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.comparison import compare_recording, replay_recording, with_fitted_clock
@@ -40,7 +40,7 @@ HEADS = {
     "best_offset_ratio": "ratio",
 }
 RATIOS = ("ratio", "best_offset_ratio")  # without unit
-WITH_MANIFEST = ("angles", "robot", "step", "water", "plot", "output", "as_json")
+WITH_MANIFEST = ("angles", "robot", "changes", "step", "water", "plot", "output", "as_json")
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def replay_command(
             help="CSV file of measured joint angles; or a manifest (.toml) or folder of tracked recordings."
         ),
     ],
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     series: SeriesOptions,
     poses: PoseOptions,
     start: Annotated[
@@ -145,7 +145,7 @@ def replay_command(
     A manifest holds columns, units, axes, clocks and start; only --step, --water, --plot, --output and --json go with
     it. A time offset in the robot's [fit] replaces that of the recording. Exit code 1 means that a replay diverged.
     """
-    fish = load(robot).using(water=water)
+    fish = robot.load().using(water=water)
     if angles.lower().endswith(".toml") or os.path.isdir(angles):
         for parameter in context.command.params:
             source = str(context.get_parameter_source(parameter.name or ""))

@@ -11,6 +11,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.parsing import Bound
 from hypertuna.description.robot import Robot
 from hypertuna.optimization.constraints import Limit, gait_limits
+from hypertuna.optimization.optimize import METHODS
 
 Strouhal = Annotated[
     Sequence[float] | None,
@@ -35,7 +36,10 @@ class SearchOptions:
             "k of Eq. 42 in m/s per J/(kg m). (default: small enough to reach the expected speed)",
         ),
     ] = None
-    method: Annotated[str, opt.text("--method", "pso, cma, gradient or de.")] = "pso"
+    method: Annotated[
+        str | None,
+        opt.word("--method", tuple(METHODS), "Optimizer. (default: gradient; without derivatives pso)"),
+    ] = None
     particles: Annotated[
         int | None,
         opt.whole_number("--particles", "Gaits per batch; starts of the gradient search. (default: 15; gradient 6)"),

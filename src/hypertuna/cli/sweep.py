@@ -11,7 +11,7 @@ import typer
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
-from hypertuna.cli.gait import GridOptions, column_rows
+from hypertuna.cli.gait import GaitOptions, column_rows
 from hypertuna.description.provenance import provenance
 from hypertuna.io.files import coordinate_names, variable_columns
 from hypertuna.swimming.beat import DEFAULT_STEPS
@@ -35,8 +35,8 @@ HEADS = {
 
 @opt.grouped
 def sweep_command(
-    robot: opt.RobotOptions,
-    gaits: GridOptions,
+    robot: opt.ModelOptions,
+    gaits: GaitOptions,
     steps: opt.Steps = DEFAULT_STEPS,
     check_rest: Annotated[
         bool, typer.Option("--check-rest", help="Check whether a start from rest leads to each settled beat.")
@@ -52,7 +52,7 @@ def sweep_command(
     subject = robot.load()
     with progress_bar("swimming") as progress:
         result = sweep(
-            subject, gaits.make(subject), threads=threads, steps=steps, check_rest=check_rest, progress=progress
+            subject, gaits.grid(subject), threads=threads, steps=steps, check_rest=check_rest, progress=progress
         )
     emit(
         result,

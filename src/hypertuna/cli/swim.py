@@ -15,7 +15,7 @@ from hypertuna.swimming.swim import Swim, swim
 
 @opt.grouped
 def swim_command(
-    robot: opt.RobotOptions,
+    robot: opt.ModelOptions,
     gait: GaitOptions,
     from_rest: Annotated[
         float | None,

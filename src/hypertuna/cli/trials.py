@@ -13,7 +13,7 @@ from hypertuna.cli.command import App, Group
 from hypertuna.cli.console import counted, print_written, progress_bar, table
 from hypertuna.cli.emit import draw, emit, refused
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
 from hypertuna.ranges import FRACTION, POSITIVE
@@ -30,17 +30,18 @@ trials_app = opt.group("Tank trials: check them, import published ones.")
 
 
 @trials_app.command()
+@opt.grouped
 def check(
     files: Annotated[
         list[str],
         typer.Argument(help="CSV files of steady runs, TOML manifests of tracked runs, folders of published ones."),
     ],
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     as_json: opt.AsJson = False,
 ) -> None:
     """Read trials, and summarize them: runs, ranges, repeatability of tracked runs."""
     with refused(as_json):
-        fish = load(robot)
+        fish = robot.load()
         trials = read_trials(files, fish)
     summary = _summary(trials, fish)
     emit(summary, record=lambda facts: {"valid": True} | provenance(fish) | facts, lines=_lines, as_json=as_json)
@@ -118,7 +119,7 @@ class MarkerOptions:
 @opt.grouped
 def import_markers_command(
     files: Annotated[list[str], typer.Argument(help="CSV files of tracked markers or midlines, a run each.")],
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     markers: MarkerOptions,
     output: MANIFEST,
     plot: opt.Plot = None,
@@ -129,7 +130,7 @@ def import_markers_command(
     Reads CSV files of DeepLabCut, of SLEAP (analysis), and of plain columns: time_s, x1, y1, x2, y2, ...
     Files of several runs may be given; the plot is that of the first.
     """
-    fish, options = load(robot), markers.arguments()
+    fish, options = robot.load(), markers.arguments()
     names = [Path(file).stem for file in files]
     for name in (name for k, name in enumerate(names) if name in names[:k]):
         raise InputError("must have different names", key=f"files {name}", fix="rename one of them")

@@ -10,7 +10,7 @@ import numpy as np
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, progress_bar, table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.gait import GridOptions, column_rows, gait_degrees, gait_text
+from hypertuna.cli.gait import GaitOptions, column_rows, gait_degrees, gait_text
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import Csv, columns_csv, coordinate_names, variable_columns
@@ -25,8 +25,8 @@ ROWS = 40  # that the terminal shows
 
 @opt.grouped
 def turn_command(
-    robot: opt.RobotOptions,
-    gaits: GridOptions,
+    robot: opt.ModelOptions,
+    gaits: GaitOptions,
     steps: opt.Steps = DEFAULT_STEPS,
     threads: opt.Threads = None,
     files: opt.Files = opt.NO_FILES,
@@ -53,17 +53,17 @@ def turn_command(
     )
 
 
-def _grid(robot: Robot, options: GridOptions) -> Gaits:
+def _grid(robot: Robot, options: GaitOptions) -> Gaits:
     """Make every combination of the options."""
     if options.phase is None:
         first = (0.0,) * (len(robot.joints) - 1) if options.gait is None else named_gait(robot, options.gait).phase[:-1]
         lags = tuple(round(math.degrees(angle), 10) for angle in first)
-        options = replace(options, phase=[(*lags, last) for last in AROUND.tolist()])
+        options = replace(options, phase=[[(*lags, last) for last in AROUND.tolist()]])
     count = math.prod(map(len, options.given.values()))
     if count > MAX_TURNS:
         fix = "give fewer values; `hypertuna sweep` gives the radii of many without fitting circles"
         raise InputError(f"must be at most {MAX_TURNS} in all", key="gaits", value=f"{count}", fix=fix)
-    return options.make(robot)
+    return options.grid(robot)
 
 
 def _columns(turning: Turning) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import GaitOptions, check_duration, gait_degrees, gait_text
-from hypertuna.description.robot import Robot, load
+from hypertuna.description.robot import Robot
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.io.quantity import Quantity
 from hypertuna.simulation.run import TwinRun
@@ -30,7 +30,7 @@ BACKWARD = "The robot does not swim head first, or hardly moves: there is no cos
 
 @opt.grouped
 def twin_command(
-    robot: opt.RobotName,
+    robot: opt.RobotOptions,
     gait: GaitOptions,
     duration: opt.Duration = 20,
     fault: Annotated[
@@ -83,9 +83,9 @@ def twin_command(
     )
 
 
-def robot_with(name: str, line_bore: float | None) -> Robot:
+def robot_with(robot: opt.RobotOptions, line_bore: float | None) -> Robot:
     """Load a robot, with all oil lines of another inner diameter [mm] if one is given."""
-    fish = load(name)
+    fish = robot.load()
     return fish if line_bore is None else with_bore(fish, 1e-3 * line_bore)
 
 

@@ -2,5 +2,6 @@
 
 schema (tables and keys), robot (`load`, `Robot`, `require`), validation (places and words of errors), mistakes (all
 errors of a file), commented (TOML with meanings), shape (a fish from length and mass), new (a first description),
-reference (docs page), provenance (what made a result), writer (a robot back into its file), card (what notebooks show).
+reference (docs page), provenance (what made a result), changes (values set by key),
+writer (a robot back into its file), card (what notebooks show).
 """

@@ -7,7 +7,7 @@ from typing import Any
 
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.validation import written
-from hypertuna.errors import InputError, did_you_mean
+from hypertuna.errors import InputError, InputErrors, did_you_mean
 
 NAMES = ("name", "drives", "quantity")  # keys that name a table of a list: of a joint group, a servo, a sensor
 
@@ -15,8 +15,8 @@ NAMES = ("name", "drives", "quantity")  # keys that name a table of a list: of a
 def changed(robot: Robot, values: Mapping[str, Any]) -> Robot:
     """Return a robot with other values of keys as written in its file, in the file's units.
 
-    A table of a list is chosen by name or index, ``joints.II.bandwidth_hz`` or ``links.mass_kg[3]``; without either, the
-    value is that of all: ``joints.line.bore_m``.
+    A table of a list is chosen by name or index, ``joints.II.bandwidth_hz`` or ``links.mass_kg[3]``; without either,
+    the value is that of all: ``joints.line.bore_m``.
     """
     if not values:
         return robot
@@ -29,7 +29,10 @@ def changed(robot: Robot, values: Mapping[str, Any]) -> Robot:
     try:
         return parse(document, file=robot.file)
     except InputError as error:
-        raise InputError(error.rule, file="--set", key=error.key, value=error.value, fix=error.fix) from None
+        every = error.errors if isinstance(error, InputErrors) else (error,)
+        named = [InputError(one.rule, file="--set", key=one.key, value=one.value, fix=one.fix) for one in every]
+        named = [one for one in named if not (one.key or "").startswith("sources")] or named
+        raise InputErrors(named) from None
 
 
 def toml_value(text: str) -> Any:

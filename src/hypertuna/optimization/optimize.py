@@ -31,9 +31,9 @@ class Method(NamedTuple):
 
 
 METHODS = {
+    "gradient": Method(6, 60, 1),
     "pso": Method(15, 60, 2),
     "cma": Method(None, 200, 2),
-    "gradient": Method(6, 60, 1),
     "de": Method(15, 60, 4),
 }
 MAX_SIZE = 10_000  # gaits per batch, and batches
@@ -71,7 +71,7 @@ def optimize(
     weight: float | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     limits: Sequence[Limit] = (),
-    method: str = "pso",
+    method: str | None = None,
     particles: int | None = None,
     iterations: int | None = None,
     robust: str | None = None,
@@ -95,8 +95,9 @@ def optimize(
         Bounds by name, ``{"frequency_hz": (1, 4)}``, that replace those of the robot's file [Hz or deg].
     limits : sequence of Limit
         From `gait_limits`.
-    method : {"pso", "cma", "gradient", "de"}
-        Particle swarm, CMA-ES, multi-start SQP with exact derivatives, or differential evolution.
+    method : {"gradient", "pso", "cma", "de"}, optional
+        Multi-start SQP with exact derivatives, particle swarm, CMA-ES, or differential evolution. By default
+        "gradient", or "pso" for quantities without derivatives: efficiency.
     particles, iterations : int, optional
         Gaits per batch (number of starts of "gradient"), and max number of batches.
     robust : {"mean", "worst5"}, optional
@@ -117,7 +118,7 @@ def optimize(
     Examples
     --------
     >>> import hypertuna as ht
-    >>> best = ht.optimize(ht.load("hypertuna"), maximize="speed", method="gradient")
+    >>> best = ht.optimize(ht.load("hypertuna"), maximize="speed")
     >>> round(best.speed, 3), round(best.gait.frequency, 3)
     (0.582, 6.0)
     """
@@ -125,6 +126,7 @@ def optimize(
     check_steps(steps)
     target = choose_objective(maximize=maximize, minimize=minimize, speed=speed, weight=weight)
     problem = Problem(robot, gait_bounds(robot, bounds), (target,), tuple(limits), steps)
+    method = method or ("pso" if problem.non_differentiable else "gradient")
     optimizer = make_optimizer(problem, method, particles, iterations, seed)
     start = time.monotonic()  # of the search, not of the import of libraries
     options = problem.options | {"method": method, "particles": particles, "iterations": iterations, "seed": seed}

@@ -1,0 +1,148 @@
+"""Mistakes on the command line, written down before their answers: one sentence each, with the fix in it."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from program import Run
+
+GAITS = "unoptimised-max, unoptimised-0.3, unoptimised-0.4, unoptimised-0.5, optimised-max, optimised-0.3, "
+GAITS += "optimised-0.4, optimised-0.5, turning"
+REST = "--amplitude 16,25 --phase 0,40"
+SWIM = "swim --gait optimised-0.3"
+RANGE = "write a range as START:STOP:COUNT, such as 1:6:6 for 1, 2, 3, 4, 5 and 6"
+
+# What is typed behind `hypertuna`, and the answer behind "error: ".
+MISTAKES = {
+    "swm": "swm is not a command of `hypertuna`: did you mean swim?",
+    "help": "help is not a command of `hypertuna`: `hypertuna --help` lists the commands.",
+    "joint bnd": "bnd is not a command of `hypertuna joint`: did you mean bend?",
+    "--robot hypertuna swim": "--robot is not an option of `hypertuna`: write options behind a command, such as "
+    "`hypertuna swim --robot ...`.",
+    "swim": "--frequency, --amplitude and --phase are missing: give them, or --gait with one of " + GAITS + ".",
+    "swim --frequency 2": "--amplitude and --phase are missing: give them, or --gait with one of " + GAITS + ".",
+    "sweep --frequency 1:6:6 --amplitude 16,25": "--phase is missing: give it, or --gait with one of " + GAITS + ".",
+    "swim --gait fast": "robots/hypertuna.toml: gait must be a gait of the robot, but is 'fast': use one of "
+    + GAITS
+    + ".",
+    f"{SWIM} --robot hypertunna": "robots/hypertunna.toml does not exist: did you mean hypertuna?",
+    f"{SWIM} --robot mine.toml": "mine.toml does not exist: give a robot's name or the path of its TOML file.",
+    f"{SWIM} --robot": "--robot needs a value: write --robot ROBOT.",
+    f"{SWIM} hypertuna": "hypertuna stands alone: a robot is an option: `hypertuna swim --robot hypertuna`.",
+    f"{SWIM} fast": "fast is more than `hypertuna swim` takes: leave it out, or see `hypertuna swim --help`.",
+    f"{SWIM} --freq 3": "--freq is not an option of `hypertuna swim`: did you mean --frequency?",
+    f"{SWIM} --watr strip": "--watr is not an option of `hypertuna swim`: did you mean --water?",
+    f"{SWIM} --radius 2": "--radius is not an option of `hypertuna swim`: `hypertuna swim --help` lists the options.",
+    f"{SWIM} --json=yes": "--json takes no value: write --json alone.",
+    f"{SWIM} --water stripe": "--water must be lumped, strip or elongated, but is 'stripe': did you mean strip?",
+    f"{SWIM} --joints idael": "--joints must be ideal or bandwidth, but is 'idael': did you mean ideal?",
+    f"{SWIM} -o out.txt": "--output must end in .nc, but is 'out.txt': write out.nc.",
+    f"{SWIM} -o nowhere/out.nc": "--output must be in a folder that exists, but is 'nowhere/out.nc': make the folder "
+    "first.",
+    f"{SWIM} --plot fish.jpg": "--plot must end in .svg, .png, .pdf or .gif, but is 'fish.jpg': write fish.svg.",
+    f"{SWIM} --from-rest 10s": "--from-rest must be a number, but is '10s': give the number alone, in seconds.",
+    f"{SWIM} --steps 3.5": "--steps must be a whole number, but is '3.5': write digits only.",
+    f"{SWIM} --current 0.1": "--current must be 2 numbers, but is 0.1: give m/s, separated by commas.",
+    f"swim --frequency 2Hz {REST}": "--frequency must be a number, but is '2Hz': give the number alone, in Hz.",
+    f"swim --frequency two {REST}": "--frequency must be a number, but is 'two': give it in Hz.",
+    f"swim --frequency 2,5 {REST}": "--frequency must be of one gait, but is 2 and 5: give one, with a decimal point; "
+    "`hypertuna sweep` swims several.",
+    f"swim --frequency 1:4:4 {REST}": "--frequency must be of one gait, but is 1 and 2 and 2 more: give one, with a "
+    "decimal point; `hypertuna sweep` swims several.",
+    f"swim --frequency -2 {REST}": "--frequency must be greater than 0, but is -2: give it in Hz.",
+    "swim --frequency 2 --amplitude 16 --phase 0,40": "--amplitude must be 2 values, for joint groups I, II, but has 1 "
+    "(16): give 2, separated by commas.",
+    "swim --frequency 2 --amplitude 16 25 --phase 0,40": "25 stands alone: write the values of one option with commas "
+    "and without spaces, such as --amplitude 16,25.",
+    "swim --frequency 2 --amplitude 16,25 --phase 0°,40°": "--phase[0] must be a number, but is '0°': give the number "
+    "alone, in degrees.",
+    f"sweep --frequency 2:6 {REST}": "--frequency must be a number or start:stop:count, but is '2:6': write, for "
+    "example, 1:6:6 for 1, 2, 3, 4, 5 and 6.",
+    f"sweep --frequency 2-6 {REST}": "--frequency must be a number, but is '2-6': " + RANGE + ".",
+    f"sweep --frequency 2:6:1.5 {REST}": "--frequency's count must be a whole number, but is '1.5': write digits only.",
+    f"sweep --frequency 2:6:100000 {REST} --amplitude 1:16:100,25": "grid must have at most 10000000 gaits in all, but "
+    "is 10100000: take fewer values.",
+    "twin --gait optimised-0.3 --duration 1min": "--duration must be a number, but is '1min': give the number "
+    "alone, in seconds.",
+    "twin --gait optimised-0.3 --duration 0": "--duration must be at least two beats, 0.939 s at 2.13 Hz, but is 0 s: "
+    "give at least 0.94; 20 beats or more let the robot settle.",
+    "twin --gait optimised-0.3 --medium oil": "--medium must be water or air, but is 'oil': use one of water, air.",
+    "joint bend": "`hypertuna joint bend` needs --joint JOINT (name of the joint group, or its number from the head).",
+    "joint bend --joint I --side up": "--side must be left or right, but is 'up': use one of left, right.",
+    "joint bend --joint I --pressure 0-250": "--pressure must be a number, but is '0-250': " + RANGE + ".",
+    "optimize": "objective must be one of maximize, minimize and speed, but is none: give --maximize speed, --speed "
+    "0.4 or --minimize cost_of_transport.",
+    "optimize --maximize sped": "objective must be a quantity to optimize, but is 'sped': did you mean speed?",
+    "optimize --maximize speed --method sgd": "--method must be gradient, pso, cma or de, but is 'sgd': use one of "
+    "gradient, pso, cma, de.",
+    "optimize --maximize speed --bounds frequency_hz=1": "--bounds frequency_hz must be LOW:HIGH, but is '1': give two "
+    "numbers in Hz or degrees.",
+    "identify": "`hypertuna identify` needs TRIALS (CSV files of steady runs, TOML manifests of recordings, or "
+    "published folders).",
+    "mission moon": "mission must be a .toml file or a mission that comes with hypertuna, but is 'moon': use one of "
+    "box, lake, transect.",
+    "range": "range needs a gait, or power and speed: give --gait NAME, or --frequency and --amplitude, or --power and "
+    "--speed.",
+    "radio log": "`hypertuna radio log` needs --connect PLACE (udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or "
+    "serial:/dev/ttyUSB0:9600) and --output FILE (write the log to this .mcap file).",
+    "hil --board esp": "--board must be pc or qemu, but is 'esp': use one of pc, qemu.",
+    f"{SWIM} --set body.mass_kg": "--set must be KEY=VALUE, but is body.mass_kg: write it as KEY=VALUE.",
+    f"{SWIM} --set body.mas_kg=3": "--set: body.mas_kg is not a known key: did you mean mass_kg?",
+    f"{SWIM} --set joints.III.bandwidth_hz=3": "--set: joints.III.bandwidth_hz names none of the list: did you "
+    "mean II?",
+    f"{SWIM} --set links.mass_kg[30]=3": "--set: links.mass_kg[30] is beyond the end of the list: indices are from "
+    "0 to 7.",
+}
+
+
+@pytest.mark.parametrize("typed", MISTAKES)
+def test_a_mistake_has_one_sentence_with_the_fix(
+    typed: str, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.delenv("HYPERTUNA_ROBOT", raising=False)
+    monkeypatch.chdir(tmp_path)
+    assert run(*typed.split()) == (2, "", f"error: {MISTAKES[typed]}\n")
+    assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.parametrize("typed", [(), ("robot",), ("radio",), ("trials", "import")])
+def test_a_group_alone_prints_its_help(typed: tuple[str, ...], run: Run) -> None:
+    code, output, errors = run(*typed)
+    assert (code, output) == (2, "")
+    assert errors == run(*typed, "-h")[1]
+
+
+def test_a_robot_s_own_file_is_not_overwritten(run: Run, tmp_path: Path) -> None:
+    own = tmp_path / "own.toml"
+    own.write_bytes((Path(__file__).parents[2] / "robots" / "hypertuna.toml").read_bytes())
+    before = own.read_bytes()
+    code, output, errors = run("optimize", "--robot", str(own), "--maximize", "speed", "-o", f"{tmp_path}/./own.toml")
+    assert (code, output) == (2, "")
+    assert errors.startswith("error: --output must not be the file that the robot is read from")
+    assert own.read_bytes() == before
+
+
+def test_the_robot_is_that_of_the_environment(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HYPERTUNA_ROBOT", "rexeel")
+    assert run("swim", "--gait", "wave-10")[1].startswith("rexeel, ")
+    assert run("swim", "--robot", "hypertuna", "--gait", "optimised-0.3")[1].startswith("hypertuna, ")
+    monkeypatch.delenv("HYPERTUNA_ROBOT")
+    assert run("swim", "--gait", "optimised-0.3")[1].startswith("hypertuna, ")
+
+
+def test_completion_knows_commands_options_robots_gaits_and_choices() -> None:
+    def completed(line: str) -> list[str]:
+        script = "import sys; sys.argv = ['hypertuna']; from hypertuna.cli.main import main; main()"
+        words = {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split(" ")) - 1)}
+        environment = {"_HYPERTUNA_COMPLETE": "complete_bash", "PYTHONPATH": ":".join(sys.path)} | words
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=environment)
+        return done.stdout.split()
+
+    assert completed("hypertuna sw") == ["swim", "sweep"]
+    assert completed("hypertuna joint b") == ["bend"]
+    assert "--frequency" in completed("hypertuna swim --fre")
+    assert completed("hypertuna swim --water s") == ["strip"]
+    assert "rexeel" in completed("hypertuna swim --robot rex")
+    assert completed("hypertuna swim --robot rexeel --gait wave-1") == ["wave-10"]
