@@ -1,6 +1,7 @@
 """The ledger: entries, verdicts, what the model must reach, and its page."""
 
 import json
+import re
 import sys
 import xml.etree.ElementTree as ET
 from collections import Counter
@@ -351,7 +352,7 @@ def test_the_page_needs_nothing_else(ledger: Ledger, folder: Path) -> None:
     assert {reference[1:] for reference in page.references if reference.startswith("#")} <= set(page.identifiers)
     assert "url(http" not in text
     assert "@import" not in text
-    words = " ".join(page.words)
+    words = " ".join(page.words).replace("\N{MINUS SIGN}", "-")
     assert all(entry.id in words and entry.computed_text in words for entry in ledger.entries)
 
 
@@ -374,12 +375,34 @@ def test_the_page_and_the_command_begin_with_what_the_numbers_are_worth(
 ) -> None:
     text, summary = (folder / "index.html").read_text(), ledger.summary
     first = f"<dt>{summary['reproduced']} of {summary['predictions']}</dt><dd>predictions reproduce the paper"
-    heads = (first, "<h2>What the numbers are worth</h2>", f"<h2>{sections[0].title}</h2>")
+    assert text.index("<h1>hypertuna") < text.index('id="tool"') < text.index('id="audit"') < text.index(first)
+    heads = (first, '<h2 id="worth">What the numbers are worth</h2>', f"<h2>{sections[0].title}</h2>")
     places = [text.index(head) for head in heads]
     assert places == sorted(places)
     for name, reason in CLASSES.items():
         assert f"<tr><td>{name}<span" in text[places[1] : places[2]]
         assert reason.split(",")[0].replace("'", "&#39;") in text[places[1] : places[2]]
+
+
+def test_the_knobs_choose_among_settled_gaits(ledger: Ledger, folder: Path) -> None:
+    text = (folder / "index.html").read_text()
+    found = re.search(r"const data = (\{.*?\}), SLOW", text)
+    assert found
+    data, best = json.loads(found[1]), ledger.trials[OURS].gaits["unoptimised-max"]
+    f, a, p = (len(data["axes"][name]) for name in ("frequency", "amplitude", "phase"))
+    assert len(data["gaits"]) == f * a * p
+    assert all(gait["settled"] for gait in data["gaits"])
+    first = data["gaits"][(data["at"][0] * a + data["at"][1]) * p + data["at"][2]]
+    assert first["speed"] == pytest.approx(best.speed, rel=1e-3)
+    tail = 2 * np.hypot(*first["line"][-1][1:]) * best.robot.body.length
+    assert tail == pytest.approx(best.excursion, rel=0.05)  # the first harmonic has nearly all of it
+
+
+def test_links_to_the_docs_of_a_clone(ledger: Ledger) -> None:
+    root = Path(__file__).parents[2]
+    pages = re.findall(r'href="\.\./(docs/[^"#]+)"', ledger_html(ledger, [], "../docs"))
+    assert len(pages) >= 10
+    assert all((root / page).is_file() for page in pages)
 
 
 def test_tables_say_what_the_ledger_says(ledger: Ledger, sections: list[Section]) -> None:

@@ -1,5 +1,6 @@
 """Pages need nothing else, say every section, and tell what their figures show and how they were made."""
 
+import io
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -89,6 +90,32 @@ def test_light_and_dark() -> None:
     svg = inline(sections()[0].parts[1])  # type: ignore[arg-type]
     assert INK.lower() not in svg.lower()
     assert "var(--ink)" in svg
+
+
+def test_pictures_on_white_are_turned_dark() -> None:
+    from PIL import Image
+
+    content = io.BytesIO()
+    Image.new("RGB", (4, 3), "white").save(content, "PNG")
+    text = page("Title", [Section("One", [Picture("photo", content.getvalue(), "White.", "Made.")])])
+    assert '<svg class="photo"' in text
+    assert "figure svg.photo { filter: invert(1)" in text
+
+
+def test_numbers_have_a_minus_sign_and_code_keeps_its_hyphen() -> None:
+    parts = ["It is -3 % or (-4.5), of 1-6, `-5`.", Picture("line", line(), "At -2 m.", "Made."), "A-7 of 2026-11-21."]
+    words = Page(page("Title", [Section("One", parts)])).words
+    for text in ("\N{MINUS SIGN}3", "(\N{MINUS SIGN}4.5)", "1-6", "-5.", "At \N{MINUS SIGN}2", "A-7 of 2026-11-21."):
+        assert text in words
+
+
+def test_headings_have_anchors_and_short_sections_stand_side_by_side() -> None:
+    tall = [styled(lambda: Figure(figsize=(4, 9)))() for _ in range(2)]
+    short = [Section(f"Tall {k}", ["Some words.", Picture(f"figure-{k}", tall[k], "", "")]) for k in range(2)]
+    text = page("Title", [sections()[0], *short])
+    assert {"section-first", "section-tall-0", "section-tall-1"} <= set(re.findall(r'<section id="([^"]*)"', text))
+    pairs = re.findall(r'<div class="pair">\s*<section id="([^"]*)">.*?<section id="([^"]*)">', text, flags=re.DOTALL)
+    assert pairs == [("section-tall-0", "section-tall-1")]
 
 
 def test_what_a_page_shows_is_escaped() -> None:

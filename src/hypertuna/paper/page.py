@@ -9,12 +9,27 @@ from hypertuna.io.files import write_atomically
 from hypertuna.paper.chapter import compose
 from hypertuna.paper.chapters.gaits import ARITHMETIC
 from hypertuna.paper.computed import OURS, PAPER, TWIN, bandwidths
-from hypertuna.paper.ledger import CLASSES, MARKS, RULES, VERDICTS, Entry
+from hypertuna.paper.knobs import knob_record
+from hypertuna.paper.ledger import CLASSES, MARKS, RULES, VERDICTS, Entry, published
 from hypertuna.paper.reproduce import Ledger, ledger_record, ledger_sections
 from hypertuna.reports.html import WIDTH, Fact, Picture, Section, page
 
 NAMES = dict(zip(VERDICTS, VERDICTS, strict=True)) | {"not-computed": "to come"}
 TITLES = {"fe": "Finite elements", "fe-vs-analytic": "The fast model beside finite elements"}
+CARDS = tuple(
+    dict(zip(("title", "text", "command", "page"), card, strict=True))
+    for card in (
+        ("Swim", "The settled beat of a gait.", "hypertuna swim --gait unoptimised-max", "start/first-swim.md"),
+        ("Optimize", "The fastest gait, or the cheapest one.", "hypertuna optimize --speed 0.4", "optimize.md"),
+        ("Fit my trials", "Coefficients with intervals.", "hypertuna identify tank.csv", "howto/fit-trials.md"),
+        ("Size pump and servo", "What limits the beat.", "hypertuna pump --bore 2:5:4", "howto/size-pump.md"),
+        ("Bend a joint", "Soft joints under pressure.", "hypertuna joint bend --joint I", "howto/bend-joint.md"),
+        ("Twin", "From command to wake.", "hypertuna twin --gait unoptimised-0.4", "twin.md"),
+        ("Fly a mission", "Waypoints, currents, the way home.", "hypertuna mission box", "howto/fly-mission.md"),
+        ("Drive by radio", "Keyboard, parameters, logs.", "hypertuna radio drive", "howto/drive-by-radio.md"),
+        ("Firmware", "The same controller on board.", "hypertuna hil --board pc", "howto/build-firmware.md"),
+    )
+)
 CLOSED = ("coefficient", "optimum")  # chapters of the ledger that are closed at first: they repeat tables
 
 
@@ -30,25 +45,25 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
     for picture in (part for section in sections for part in section.parts if isinstance(part, Picture)):
         write_atomically(folder / f"{picture.name}.svg", picture.svg.encode())
     write_atomically(folder / "ledger.json", (json.dumps(ledger_record(ledger), indent=2) + "\n").encode())
-    return write_atomically(folder / "index.html", ledger_html(ledger, sections).encode())
+    docs = "../docs" if (folder.parent / "docs/start/own-robot.md").is_file() else ""  # of a clone
+    return write_atomically(folder / "index.html", ledger_html(ledger, sections, docs).encode())
 
 
-def ledger_html(ledger: Ledger, sections: list[Section]) -> str:
-    """Return the ledger as an HTML page that needs no other file."""
-    from hypertuna.swimming.outline import slowed, swimming_svg
+def ledger_html(ledger: Ledger, sections: list[Section], docs: str = "") -> str:
+    """Return tool and ledger as an HTML page that needs no other file; it links to a folder of `docs`, if given."""
+    from hypertuna.swimming.outline import swimming_svg
 
     best = ledger.trials[OURS].gaits["unoptimised-max"]
     chapters = _chapters(ledger)
     count = sum(len(chapter["entries"]) for chapter in chapters)
-    lede = f"""HyperTuna is a soft robotic fish with two hydraulic joints. Its paper gives the robot's dimensions, the
-coefficients of a swimming model, and measurements. This page computes the last from the others: {count} published
-numbers, each with those of every model that can speak to it. Only a number that could have come out otherwise is a
-prediction, and only a prediction counts as reproduced."""
+    lede = """Describe your robotic fish in one file. Get its speed, power, cost of transport and turning radius in
+milliseconds, with exact derivatives and a picture. Turn the knobs: this is HyperTuna, the first robot of the tool."""
+    knobs = knob_record(ledger.trials[OURS].robot, published()["tank"], best.gait)
     values = {"ledger": ledger, "chapters": chapters, "rules": RULES, "marks": MARKS, "names": NAMES}
-    values |= {"classes": CLASSES}
-    values |= {"best": best, "slowed": slowed(best), "fish": swimming_svg(best)}
-    title = "HyperTuna, computed beside published"
-    return page(title, sections, lede=lede, facts=_facts(ledger), template="ledger.html.j2", values=values)
+    values |= {"classes": CLASSES, "count": count, "worth": _facts(ledger), "cards": CARDS, "docs": docs}
+    values |= {"best": best, "fish": swimming_svg(best), "knobs": knobs}
+    title = "hypertuna: a digital twin for robotic fish"
+    return page(title, sections, lede=lede, template="ledger.html.j2", values=values)
 
 
 def _chapters(ledger: Ledger) -> list[dict[str, Any]]:

@@ -110,6 +110,7 @@ def _environment(room: str) -> Environment:
         "words": lambda text: Markup(markdown.renderInline(text)),
         "cell": _cell,
         "spans": _spans,
+        "anchor": anchor,
     }
     environment.tests |= {"picture": lambda part: isinstance(part, Picture), "table": lambda p: isinstance(p, Table)}
     return environment
@@ -164,11 +165,31 @@ def page(
         _environment("hypertuna.reports")
         .get_template(template)
         .render(
-            title=title, lede=lede, facts=facts, sections=sections, inline=inline, version=version(), **(values or {})
+            title=title,
+            lede=lede,
+            facts=facts,
+            rows=_rows(sections),
+            inline=inline,
+            version=version(),
+            **(values or {}),
         )
     )
     text = text.replace("(kg m)", "(kg\N{NO-BREAK SPACE}m)")
-    return re.sub(r"(\d) (%|km\b|Hz\b|m/s|BL\b|deg\b|J/)", "\\1\N{NO-BREAK SPACE}\\2", text)
+    text = re.sub(r"(\d) (%|km\b|Hz\b|m/s|BL\b|deg\b|J/)", "\\1\N{NO-BREAK SPACE}\\2", text)
+    return "".join(_with_minus(part) for part in _VERBATIM.split(text))
+
+
+_VERBATIM = re.compile(r"(<(?:script|style|code|pre|svg)\b.*?</(?:script|style|code|pre|svg)>|<[^>]*>)", re.DOTALL)
+
+
+def _with_minus(part: str) -> str:
+    """Return a part of a page, with the minus sign in place of the hyphen before a number, in text alone."""
+    return part if part.startswith("<") else re.sub(r"(?<![\w.\])-])-(?=\d)", "\N{MINUS SIGN}", part)
+
+
+def anchor(title: str) -> str:
+    """Return the identifier of a heading."""
+    return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
 
 
 def inline(picture: Picture) -> str:
@@ -176,7 +197,9 @@ def inline(picture: Picture) -> str:
     if isinstance(picture.figure, str):
         return picture.figure
     if isinstance(picture.figure, bytes):
-        return picture.svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(picture.shows)}"', 1)
+        return picture.svg.replace(
+            "<svg", f'<svg class="photo" role="img" aria-label="{html.escape(picture.shows)}"', 1
+        )
     svg = picture.svg[picture.svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
     label = html.escape(picture.shows).replace("\\", r"\\")
@@ -184,9 +207,41 @@ def inline(picture: Picture) -> str:
     svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r"""font: ([^;"']*?)'DejaVu Sans'[^;"]*""", r"font: \1var(--sans)", svg)
     svg = re.sub(r'\b(id="|url\(#|href="#)', rf"\g<1>{picture.name}-", svg)
+    svg = re.sub(r">-(?=\d)", ">\N{MINUS SIGN}", svg)
     for color, variable in _themed().items():
         svg = re.sub(rf"\b(fill|stroke): {color}", rf"\1: var({variable})", svg, flags=re.IGNORECASE)
     return svg
+
+
+def _rows(sections: Sequence[Section]) -> list[list[Section]]:
+    """Return the sections in rows: two side by side where neither fills two columns, as text beside a tall figure."""
+    rows: list[list[Section]] = []
+    for section in sections:
+        if rows and len(rows[-1]) == 1 and _narrow(rows[-1][0]) and _narrow(section):
+            rows[-1].append(section)
+        else:
+            rows.append([section])
+    return rows
+
+
+def _narrow(section: Section) -> bool:
+    """Return whether a section would leave much of one of two columns empty."""
+    if any(isinstance(part, Table) and _wide(part) for part in section.parts):
+        return False
+    heights = [height for part in section.parts for height in _heights(part)]
+    taller = min((max(sum(heights[:k]), sum(heights[k:])) for k in range(len(heights) + 1)), default=0)
+    return 2 * taller - sum(heights) > 0.3 * taller
+
+
+def _heights(part: Part) -> list[float]:
+    """Estimate the heights of what a part cannot be broken into, in one column [px]."""
+    if isinstance(part, str):
+        return [26 * (len(block) // 56 + 1) + 14 for block in part.split("\n\n")]
+    caption = 20 * (len(part.shows + part.made) // 75 + 1) + 28
+    if isinstance(part, Table):
+        return [36 * (len(part.rows) + 1) + caption]
+    box = re.search(r'viewBox="\S+ \S+ (\S+) (\S+)"', part.svg)
+    return [(COLUMN * float(box[2]) / float(box[1]) if box else COLUMN) + caption]
 
 
 def _spans(parts: Sequence[Part]) -> list[tuple[Part, bool]]:
@@ -207,9 +262,10 @@ def _themed() -> dict[str, str]:
     """Return the CSS variable for every color of the plots: the page has light and dark values of them."""
     from matplotlib.colors import to_hex
 
-    from hypertuna.figures import COLORS, FAINT, GRID, INK
+    from hypertuna.figures import BODY, COLORS, FAINT, GRID, INK
 
-    colors = {INK: "--ink", FAINT: "--faint", GRID: "--grid", "white": "--paper"}
+    colors = {INK: "--ink", FAINT: "--faint", GRID: "--grid", "white": "--paper", BODY: "--body"}
+    colors |= {"#DDEBF3": "--surface", "#EFE7D6": "--hold", "#E4EEDD": "--home", "#ECECEC": "--done"}  # of missions
     colors |= dict(zip(COLORS, ("--orange", "--blue", "--green", "--pink", "--amber", "--sky"), strict=True))
     return {to_hex(color): variable for color, variable in colors.items()}
 
