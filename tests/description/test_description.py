@@ -370,6 +370,8 @@ def test_a_source_covers_what_is_below_it() -> None:
     assert [entry.key for entry in eel.entries() if entry.estimate] == ["links.com_m"]
     assert "water.density_kg_m3" in eel.unsourced()
     assert "links.mass_kg" not in eel.unsourced()
+    inertia = next(entry for entry in eel.entries() if entry.key == "links.inertia_kg_m2")
+    assert (inertia.default, inertia.source) == (True, "default: a slender rod's m l^2/12")
 
 
 def test_the_docs_page_is_the_schema() -> None:  # docs/figures.py writes the page

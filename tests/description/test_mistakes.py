@@ -127,7 +127,8 @@ def test_every_key_that_a_table_lacks_is_in_the_block() -> None:
         parse(document | {"controller": {}})
     block = tomllib.loads(caught.value.paste)
     assert block["guidance"] == gone
-    assert block["controller"] == load("hypertuna").document()["controller"]
+    assert block["controller"].items() <= load("hypertuna").document()["controller"].items()
+    assert len(block["controller"]) == 14
 
 
 def test_errors_survive_the_way_between_processes() -> None:

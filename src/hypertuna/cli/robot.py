@@ -10,6 +10,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.console import counted, print_json, print_lines, table
 from hypertuna.cli.emit import emit, refused
+from hypertuna.description.plausibility import implausible
 from hypertuna.description.reference import json_schema
 from hypertuna.description.robot import Entry, Robot, load
 from hypertuna.errors import InputError
@@ -73,10 +74,10 @@ def schema() -> None:
 
 @robot_app.command()
 def check(robot: RobotFile, as_json: opt.AsJson = False) -> None:
-    """Check a robot description, and list what is estimated and what has no source."""
+    """Check a robot description, and list unlikely values, estimates, and what has no source."""
     with refused(as_json):
         fish = load(robot)
-    emit(fish, record=lambda fish: {"valid": True} | _summary(fish), lines=_check_lines, as_json=as_json)
+    emit(fish, record=_check_record, lines=_check_lines, as_json=as_json)
 
 
 @robot_app.command()
@@ -94,10 +95,17 @@ def show(robot: RobotFile, as_json: opt.AsJson = False, plot: opt.Plot = None) -
     )
 
 
-def _check_lines(robot: Robot) -> Iterator[str]:
+def _check_record(robot: Robot) -> dict[str, Any]:
+    """Return the JSON record of a valid description."""
+    return {"valid": True} | _summary(robot) | {"warnings": implausible(robot)}
+
+
+def _check_lines(robot: Robot) -> Iterator[Any]:
     """Summarize a valid description."""
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group"), (len(robot.gaits), "gait")
     yield f"{robot.file}: valid; {', '.join(counted(number, noun) for number, noun in parts)}"
+    for sentence in implausible(robot):
+        yield f"unlikely: {sentence}", "yellow"
     yield f"estimated: {', '.join(entry.key for entry in robot.entries() if entry.estimate) or 'nothing'}"
     yield f"without a source: {', '.join(robot.unsourced()) or 'nothing'}"
 
@@ -106,7 +114,7 @@ def _lines(robot: Robot) -> Iterator[Any]:
     """Lay out all values, and their sources."""
     sources: dict[str, int] = {}
     yield robot.description, "bold"
-    yield f"{robot.file}, sha256 {robot.hash[:12]}; ~ marks an estimate"
+    yield f"{robot.file}, sha256 {robot.hash[:12]}; ~ marks an estimate, = a default"
     yield table(["key", "value", "unit", "source"], _rows(robot.entries(), sources), left=range(4))
     yield table(["", "sources"], ((f"{number}", source) for source, number in sources.items()), left=(0, 1))
 
@@ -121,7 +129,7 @@ def _rows(entries: tuple[Entry, ...], sources: dict[str, int]) -> Iterator[list[
             section = start
             yield []  # a blank line between tables of the file
         number = sources.setdefault(entry.source, len(sources) + 1) if entry.source else ""
-        value = "~" * entry.estimate + _written_value(entry.value)
+        value = "~" * entry.estimate + "=" * (entry.default and not entry.estimate) + _written_value(entry.value)
         yield [Text(cell, "yellow" * entry.estimate) for cell in (entry.key, value, entry.unit, f"{number}")]
 
 

@@ -51,6 +51,7 @@ class Entry(NamedTuple):
     value: Any
     unit: str
     source: str | None
+    default: bool = False
 
     @property
     def estimate(self) -> bool:
@@ -188,15 +189,21 @@ class Robot(
         Returns
         -------
         tuple of Entry
-            Key, value and unit as in the file, and source.
+            Key, value and unit as in the file, and source; of what the file does not give, the rule of the default.
         """
         content = self.model_dump(
             mode="json", by_alias=True, exclude_none=True, exclude={"format", "name", "description", "sources"}
         )
-        return tuple(
-            Entry(written(place), value, unit_of(field_at(Robot, place)[1]), self.source(written(place)))
-            for place, value in _values(content)
-        )
+        given = {written(place) for place, _ in _values(self.document())}
+        entries = []
+        for place, value in _values(content):
+            key, (_, field) = written(place), field_at(Robot, place)
+            default, source = key not in given, self.source(key)
+            if default and re.sub(r"\[\d+\]", "", key) not in self.sources:
+                rule = re.search(r"\((default: .*)\)$", (field and field.description) or "")
+                source = rule[1] if rule else "default"
+            entries.append(Entry(key, value, unit_of(field), source, default))
+        return tuple(entries)
 
     def unsourced(self) -> tuple[str, ...]:
         """List the numbers of the file without a source.
@@ -206,8 +213,7 @@ class Robot(
         tuple of str
             Their keys.
         """
-        given = {written(place) for place, _ in _values(self.document())}
-        return tuple(e.key for e in self.entries() if e.key in given and e.numeric and e.source is None)
+        return tuple(e.key for e in self.entries() if not e.default and e.numeric and e.source is None)
 
     def _checks(self) -> Iterator[Check]:
         """Check tables against each other."""

@@ -1,0 +1,174 @@
+"""Values that are allowed but unlikely, each in a sentence: slips of units and of powers of ten."""
+
+import math
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from hypertuna.description.robot import Robot
+from hypertuna.description.schema.body import AROUND
+
+# Usual values by key without indices, in the units of the file; wide enough for robots in a lab, a lake or at sea.
+USUAL: dict[str, tuple[float, float]] = {
+    "body.length_m": (0.02, 20.0),
+    "body.width_m": (0.002, 10.0),
+    "body.height_m": (0.002, 10.0),
+    "links.length_m": (0.001, 10.0),
+    "water.density_kg_m3": (900.0, 1300.0),
+    "water.lumped.added_mass": (0.0, 5.0),
+    "water.strip.added_mass_normal": (0.0, 5.0),
+    "water.elongated.added_mass_normal": (0.0, 5.0),
+    "water.strip.drag_normal": (0.05, 10.0),
+    "water.elongated.drag_normal": (0.05, 10.0),
+    "water.strip.drag_tangential": (0.0, 1.0),
+    "water.elongated.drag_tangential": (0.0, 1.0),
+    "gaits.frequency_hz": (0.02, 20.0),
+    "gaits.amplitude_deg": (1.6, 180.0),
+    "gait_bounds.frequency_hz": (0.01, 30.0),
+    "joints.amplitude_max_deg": (1.6, 180.0),
+    "joints.bend_max_deg": (1.6, 180.0),
+    "joints.bandwidth_hz": (0.1, 200.0),
+    "joints.pressure_max_pa": (2e3, 5e6),
+    "joints.line.length_m": (0.005, 20.0),
+    "joints.line.bore_m": (0.0005, 0.03),
+    "joints.line.compliance_m3_pa": (0.0, 1e-9),
+    "joints.actuator.segment_length_m": (0.001, 1.0),
+    "joints.actuator.semi_major_m": (0.002, 1.0),
+    "joints.actuator.semi_minor_m": (0.002, 1.0),
+    "joints.servo.torque_n_m": (0.01, 200.0),
+    "joints.servo.speed_rad_s": (0.3, 60.0),
+    "joints.servo.voltage_v": (2.0, 60.0),
+    "drive_unit.outer_diameter_m": (0.001, 0.1),
+    "drive_unit.inner_diameter_m": (0.0005, 0.1),
+    "drive_unit.braid_angle_deg": (5.0, 54.7),
+    "materials.modulus_100_pa": (2e3, 1e8),
+    "materials.modulus_fe_pa": (2e3, 1e8),
+    "materials.tensile_strength_pa": (1e4, 1e9),
+    "materials.relaxation_s": (0.0, 1.0),
+    "pump.bore_m": (0.002, 0.2),
+    "pump.crank_m": (0.001, 0.5),
+    "pump.rod_m": (0.002, 1.0),
+    "pump.dead_volume_m3": (0.0, 1e-3),
+    "oil.viscosity_40_m2_s": (3e-7, 1e-2),
+    "oil.viscosity_100_m2_s": (3e-7, 1e-2),
+    "oil.density_kg_m3": (500.0, 2500.0),
+    "oil.bulk_modulus_pa": (4e8, 1e10),
+    "oil.cavitation_pa": (-101325.0, -1e4),
+    "servos.torque_n_m": (0.005, 200.0),
+    "servos.speed_rad_s": (0.3, 60.0),
+    "servos.voltage_v": (2.0, 60.0),
+    "servos.stall_current_a": (0.005, 200.0),
+    "servos.inertia_kg_m2": (1e-7, 1.0),
+    "battery.capacity_ah": (0.02, 500.0),
+    "battery.voltage_v": (1.0, 60.0),
+    "controller.rate_hz": (5.0, 5000.0),
+    "controller.pressure_soft_pa": (2e3, 1e7),
+    "controller.pressure_hard_pa": (2e3, 1e7),
+    "fins.span_m": (0.002, 2.0),
+    "fins.stall_deg": (5.0, 60.0),
+}
+SLIPS: dict[str, dict[str, float]] = {  # by unit: what may have been meant, and its factor to the unit
+    "m": {"mm": 1e-3, "cm": 1e-2},
+    "m^2": {"cm^2": 1e-4, "mm^2": 1e-6},
+    "m^3": {"ml": 1e-6, "l": 1e-3},
+    "kg": {"g": 1e-3},
+    "Pa": {"MPa": 1e6, "kPa": 1e3, "bar": 1e5},
+    "kg/m^3": {"g/cm^3": 1e3},
+    "m^2/s": {"mm^2/s": 1e-6},
+    "deg": {"radians": 180 / math.pi},
+    "s": {"ms": 1e-3},
+    "N m": {"kg cm": 0.0980665, "N mm": 1e-3},
+    "kg m^2": {"g cm^2": 1e-7, "kg cm^2": 1e-4},
+    "A": {"mA": 1e-3},
+    "A h": {"mAh": 1e-3},
+    "m/s": {"cm/s": 1e-2, "mm/s": 1e-3},
+    "rad/s": {"rpm": math.pi / 30, "deg/s": math.pi / 180},
+}
+WIDE = 0.6  # width over height of a section whose width is unknown
+DENSITY = (30.0, 10e3)  # kg/m^3, of a link: foam to lead
+SLENDER = (0.004, 1.0)  # height of a link over the length of the body
+FRICTION = (0.1, 12.0)  # wetted over lateral area
+BULK = (0.3, 400.0)  # kg/m^3, mass over length cubed
+SWIMMING = (0.01, 20.0)  # lengths per second
+
+
+def implausible(robot: Robot) -> list[str]:
+    """Return a sentence for each unlikely value of a robot, none if all are likely."""
+    return [*_unusual(robot), *_unlikely_links(robot), *_unlikely_speeds(robot)]
+
+
+def _unusual(robot: Robot) -> Iterator[str]:
+    """Compare single values with usual ones."""
+    for entry in robot.entries():
+        usual = USUAL.get(_plain(robot, entry.key))
+        if usual is None:
+            continue
+        numbers = [*_numbers(entry.value)]
+        bad = [x for x in numbers if not usual[0] <= x <= usual[1] and x != 0]
+        if entry.key.endswith("amplitude_deg") and max(numbers, default=0.0) >= usual[0]:
+            bad = []  # a joint may well rest
+        if bad:
+            worst = max(bad, key=abs)
+            limits = f"usual are {usual[0]:g} to {usual[1]:g}"
+            yield f"{entry.key} has {worst:g} {entry.unit}".rstrip() + f"; {limits}: {_slip(worst, entry.unit, usual)}."
+
+
+def _slip(value: float, unit: str, usual: tuple[float, float]) -> str:
+    """Return the unit that a value may be in, with the value in the unit of the file."""
+    for other, factor in SLIPS.get(unit, {}).items():
+        if usual[0] <= value * factor <= usual[1]:
+            return f"is it in {other}? Then write {value * factor:.6g}"
+    return "check the unit and the power of ten"
+
+
+def _unlikely_links(robot: Robot) -> Iterator[str]:
+    """Compare the links' masses, lengths and areas with each other."""
+    links, whole = robot.links, robot.body.length
+    if not BULK[0] <= robot.body.mass / whole**3 <= BULK[1]:
+        like = (20 * whole**3, f"{20 * whole**3:.2g}")[1]
+        yield f"body.mass_kg has {robot.body.mass:g} kg; a slender fish of {whole:g} m has about {like} kg: check both."
+    volumes = robot.spatial.volume if robot.spatial is not None else (None,) * len(links.name)
+    for i, (length, mass, area, wetted, volume) in enumerate(
+        zip(links.length, links.mass, links.lateral_area, links.wetted_area, volumes, strict=True)
+    ):
+        height = area / length
+        if not SLENDER[0] <= height / whole <= SLENDER[1]:
+            slip = _slip(area, "m^2", (SLENDER[0] * whole * length, SLENDER[1] * whole * length))
+            yield f"links.lateral_area_m2[{i}] makes link {links.name[i]} {height:.3g} m high on average: {slip}."
+            continue
+        if not FRICTION[0] <= wetted / area <= FRICTION[1]:
+            yield (
+                f"links.wetted_area_m2[{i}] is {wetted / area:.3g} times the lateral area; a plate has 2, an ellipse "
+                f"about {AROUND:g}: check both."
+            )
+        density = mass / (volume or math.pi / 4 * WIDE * height**2 * length)
+        if not DENSITY[0] <= density <= DENSITY[1]:
+            of = "its volume" if volume else f"an ellipse {WIDE:g} times as wide as high"
+            slip = _slip(mass, "kg", (mass * DENSITY[0] / density, mass * DENSITY[1] / density))
+            yield f"links.mass_kg[{i}] gives link {links.name[i]} {density:.3g} kg/m^3, by {of}: {slip}."
+
+
+def _unlikely_speeds(robot: Robot) -> Iterator[str]:
+    """Compare given speeds with the length of the robot."""
+    given = {"guidance.speed_m_s": (robot.guidance and robot.guidance.speed) or ()}
+    given["fit.speed_m_s"] = (robot.fit and robot.fit.speed) or ()
+    for key, speeds in given.items():
+        fast = max(speeds, default=0.0) / robot.body.length
+        if fast and not SWIMMING[0] <= fast <= SWIMMING[1]:
+            slip = _slip(max(speeds), "m/s", (SWIMMING[0] * robot.body.length, SWIMMING[1] * robot.body.length))
+            yield f"{key} is up to {fast:.3g} lengths per second; fish swim at 0.5 to 10: {slip}."
+
+
+def _plain(robot: Robot, key: str) -> str:
+    """Return a key without indices and without the names of gaits and materials."""
+    plain = re.sub(r"\[\d+\]", "", key)
+    return re.sub(r'^(gaits|materials)\.("[^"]*"|[^.]+)\.', r"\1.", plain)
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """Yield the numbers of a value, a list or a list of lists."""
+    if isinstance(value, list):
+        for part in value:
+            yield from _numbers(part)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield float(value)

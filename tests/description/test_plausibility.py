@@ -1,0 +1,79 @@
+"""Unlikely values are told, each in a sentence with the unit that was likely meant; likely ones are not."""
+
+import copy
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hypertuna.actuation.new import first_robot
+from hypertuna.description.new import new_robot
+from hypertuna.description.plausibility import implausible
+from hypertuna.description.robot import load, parse, robots
+
+MINNOW = Path(__file__).parents[2] / "examples" / "minnow.toml"
+FISH = new_robot("fish", links=3, length=0.3, mass=0.85)
+
+
+@pytest.mark.parametrize("name", [*robots(), MINNOW])
+def test_nothing_is_unlikely_about_known_robots(name: str | Path) -> None:
+    assert implausible(load(name)) == []
+
+
+@pytest.mark.parametrize("actuation", ["none", "servo", "hydraulic"])
+@pytest.mark.parametrize(("links", "length", "mass"), [(3, 0.3, 0.85), (5, 1.5, 60.0), (2, 0.1, 0.02)])
+def test_nothing_is_unlikely_about_first_robots(actuation: str, links: int, length: float, mass: float) -> None:
+    text = first_robot("fish", links=links, length=length, mass=mass, actuation=actuation)
+    assert implausible(parse(tomllib.loads(text))) == []
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "sentence"),
+    [
+        (("gaits", "cruise", "amplitude_deg"), [0.28, 0.42], "amplitude_deg has 0.42 deg; usual are 1.6 to 180: "
+         "is it in radians? Then write 24.0642."),
+        (("links", "lateral_area_m2"), [136.3, 56.42, 45.32], "links.lateral_area_m2[0] makes link head 909 m high "
+         "on average: is it in cm^2? Then write 0.01363."),
+        (("links", "mass_kg"), [0.60933, 0.2041, 0.00003657], "links.mass_kg[2] gives link fin "),
+        (("body", "mass_kg"), 850.0, "body.mass_kg has 850 kg; a slender fish of 0.3 m has about 0.54 kg: check both."),
+        (("links", "wetted_area_m2"), [0.00003479, 0.0144, 0.00982], "links.wetted_area_m2[0] is 0.00255 times the "),
+        (("water", "density_kg_m3"), 1.0, "water.density_kg_m3 has 1 kg/m^3; usual are 900 to 1300: is it in g/cm^3? "
+         "Then write 1000."),
+        (("gaits", "cruise", "frequency_hz"), 120.0, "gaits.cruise.frequency_hz has 120 Hz; usual are 0.02 to 20: "
+         "check the unit and the power of ten."),
+    ],
+)  # fmt: skip
+def test_slips_are_told(place: tuple[str, ...], value: Any, sentence: str) -> None:
+    document: Any = copy.deepcopy(FISH)
+    table = document
+    for part in place[:-1]:
+        table = table[part]
+    table[place[-1]] = value
+    document["sources"] = {}
+    assert sentence in "\n".join(implausible(parse(document)))
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "sentence"),
+    [
+        (("joints", 0, "pressure_max_pa"), 0.25, "joints[0].pressure_max_pa has 0.25 Pa; usual are 2000 to 5e+06: "
+         "is it in MPa? Then write 250000."),
+        (("materials", "EC50", "modulus_fe_pa"), 0.08, "materials.EC50.modulus_fe_pa has 0.08 Pa"),
+        (("oil", "viscosity_40_m2_s"), 46.0, "usual are 3e-07 to 0.01: is it in mm^2/s? Then write 4.6e-05."),
+        (("guidance", "speed_m_s"), [29.8, 34.7], "guidance.speed_m_s is up to 66.7 lengths per second; fish swim at "
+         "0.5 to 10: is it in cm/s? Then write 0.347."),
+        (("drive_unit", "braid_angle_deg"), 0.61, "has 0.61 deg; usual are 5 to 54.7: is it in radians? "
+         "Then write 34.95"),
+        (("battery", "capacity_ah"), 3500.0, "battery.capacity_ah has 3500 A h; usual are 0.02 to 500: is it in mAh? "
+         "Then write 3.5."),
+    ],
+)  # fmt: skip
+def test_slips_of_hydraulics_are_told(place: tuple[Any, ...], value: Any, sentence: str) -> None:
+    document: Any = load("hypertuna").document()
+    table = document
+    for part in place[:-1]:
+        table = table[part]
+    table[place[-1]] = value
+    told = implausible(parse(document))
+    assert sentence in "\n".join(told)
