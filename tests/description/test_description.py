@@ -3,8 +3,10 @@
 import copy
 import math
 import pickle
+import re
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -393,6 +395,29 @@ def test_the_json_schema_has_the_keys_of_the_file() -> None:
         if not rule.get("description")
     ]
     assert undescribed == []
+
+
+@pytest.mark.parametrize("name", ["$", "a/b", "[/b]", "a\0b", "\x1b[31m", "k" * 100_000, ""])
+def test_names_that_files_figures_or_terminals_cannot_hold_are_refused(name: str) -> None:
+    """Names of robot, links, joints, gaits and materials; other texts only without control characters."""
+    plain = load("hypertuna").document()
+    changes: list[tuple[str, Any]] = [
+        ("name", name),
+        ("links", plain["links"] | {"name": [name, *plain["links"]["name"][1:]]}),
+        ("joints", [plain["joints"][0] | {"name": name}, *plain["joints"][1:]]),
+        ("gaits", plain["gaits"] | {name: plain["gaits"]["turning"]}),
+        ("materials", plain["materials"] | {name: next(iter(plain["materials"].values()))}),
+    ]
+    if "\0" in name or "\x1b" in name or len(name) > 60:
+        changes.append(("description", name))
+    for key, value in changes:
+        with pytest.raises(InputError) as caught:
+            parse(plain | {key: value})
+        sentence = str(caught.value)
+        assert key in sentence
+        assert re.search("must be (1 to 60 letters|at most 20000 characters)|must not be empty", sentence)
+        assert len(sentence) < 1000
+        assert not {"\0", "\x1b"} & set(sentence)
 
 
 def test_a_robot_is_frozen() -> None:

@@ -10,6 +10,9 @@ from hypothesis import strategies as st
 from hypertuna.description.robot import parse
 
 TEXTS = st.text(st.characters(categories=("L", "N", "P", "S", "Zs")), min_size=1, max_size=8)
+NAMES = st.text(st.characters(categories=("L", "N"), include_characters="_-.+()' "), min_size=1, max_size=8).filter(
+    lambda name: name[0].isalnum()
+)
 POSITIVE = st.floats(1e-3, 1e3)
 
 
@@ -37,11 +40,11 @@ def documents(draw: st.DrawFn) -> dict[str, Any]:
     gait = {"frequency_hz": draw(POSITIVE), "amplitude_deg": degrees(0, 180, len(groups))}
     return {
         "format": 1,
-        "name": draw(TEXTS),
+        "name": draw(NAMES),
         "description": draw(TEXTS),
         "body": {"length_m": sum(length), "mass_kg": sum(mass) * draw(st.floats(1, 2))},
         "links": {
-            "name": draw(st.lists(TEXTS, min_size=links, max_size=links, unique=True)),
+            "name": draw(st.lists(NAMES, min_size=links, max_size=links, unique=True)),
             "length_m": length,
             "com_m": [x * l for x, l in zip(column(st.floats(0, 1)), length, strict=True)],  # noqa: E741
             "mass_kg": mass,
@@ -51,7 +54,7 @@ def documents(draw: st.DrawFn) -> dict[str, Any]:
         "joints": [{"name": f"{g}", "links": group, "bandwidth_hz": draw(POSITIVE)} for g, group in enumerate(groups)],
         "model": {"water": law, "joints": draw(st.sampled_from(("ideal", "bandwidth")))},
         "water": {"density_kg_m3": draw(POSITIVE), law: laws[law]},
-        "gaits": {draw(TEXTS): gait | {"phase_deg": degrees(-360, 360, len(groups))}},
+        "gaits": {draw(NAMES): gait | {"phase_deg": degrees(-360, 360, len(groups))}},
         "battery": {"cells": draw(st.integers(1, 9)), "capacity_ah": round(draw(POSITIVE), 3), "voltage_v": 3.6},
         "sources": {"links.mass_kg": draw(TEXTS)},
     }

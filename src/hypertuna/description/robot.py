@@ -10,14 +10,14 @@ import re
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Self, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, Self, TypeVar
 
 from pydantic import PrivateAttr, ValidationError, ValidationInfo, field_validator
 
 from hypertuna.arguments import checked
 from hypertuna.description.mistakes import translate
 from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
-from hypertuna.description.schema.base import Check, Part, Text, entry, same_length, unique
+from hypertuna.description.schema.base import Check, Name, Named, Part, Text, entry, same_length, unique
 from hypertuna.description.schema.body import (
     Body,
     Fins,
@@ -75,7 +75,7 @@ class Robot(
     """
 
     format: Literal[1] = entry("version of this format, 1")
-    name: Text = entry("name of the robot")
+    name: Name = entry("name of the robot")
     description: Text = entry(
         "sentence that describes the robot (default: its name)", default_factory=lambda robot: robot["name"]
     )
@@ -86,12 +86,12 @@ class Robot(
     joints: tuple[JointGroup, ...] = entry("list of joint groups, head to tail")
     model: Choice = entry("table of the model to use", default_factory=Choice)
     water: Water = entry("table of the water's density and coefficients")
-    gaits: dict[str, NamedGait] = entry("named gaits", default_factory=dict)
+    gaits: Annotated[dict[str, NamedGait], Named] = entry("named gaits", default_factory=dict)
     gait_bounds: GaitBounds | None = entry("table of the bounds of gaits", default=None)
     battery: Battery | None = entry("table of the battery", default=None)
     servos: tuple[Servo, ...] = entry("list of servos", default=())
     sensors: tuple[Sensor, ...] = entry("list of sensors", default=())
-    materials: dict[str, Material] = entry("materials by name", default_factory=dict)
+    materials: Annotated[dict[str, Material], Named] = entry("materials by name", default_factory=dict)
     drive_unit: DriveUnit | None = entry("table of the artificial muscle", default=None)
     pump: Pump | None = entry("table of one cylinder of the pump", default=None)
     oil: Oil | None = entry("table of the hydraulic oil", default=None)

@@ -5,12 +5,13 @@ attributes are in SI units and radians and carry none.
 """
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, model_validator
 
-from hypertuna.errors import InputError, InputErrors, shown
+from hypertuna.errors import InputError, InputErrors, escaped, shown
 from hypertuna.ranges import FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Range
 
 ZERO_CELSIUS = 273.15  # K
@@ -51,7 +52,34 @@ Celsius = Annotated[
 Count = Annotated[int, Field(strict=True, gt=0)]
 Index = Annotated[int, Field(strict=True, ge=0)]
 Flag = Annotated[bool, Field(strict=True)]
-Text = Annotated[str, Field(min_length=1)]
+
+
+def _readable(text: str) -> str:
+    """Check that a text has no control characters: a terminal would obey them, files cannot hold them."""
+    if escaped(text, "\n\t") != text or len(text) > MAX_TEXT:
+        raise ValueError(f"must be at most {MAX_TEXT} characters, none of them a control character")
+    return text
+
+
+def _name(text: str) -> str:
+    """Check that a name can be a part of file names, columns, variables of NetCDF, and text in figures."""
+    if not NAME.fullmatch(text):
+        raise ValueError("must be 1 to 60 letters, digits, spaces and - _ . + ( ) '")
+    return text
+
+
+def _names(table: dict[str, Any]) -> dict[str, Any]:
+    """Check the names of a table's entries."""
+    for name in table:
+        _name(name)
+    return table
+
+
+MAX_TEXT = 20_000
+NAME = re.compile(r"\w[\w .+()'-]{0,59}")
+Text = Annotated[str, Field(min_length=1), AfterValidator(_readable)]
+Name = Annotated[str, Field(min_length=1), AfterValidator(_name)]
+Named = AfterValidator(_names)  # of a table of named entries
 
 
 class Key(NamedTuple):

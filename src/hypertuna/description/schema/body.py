@@ -14,6 +14,7 @@ from hypertuna.description.schema.base import (
     Degrees,
     Fraction,
     Index,
+    Name,
     NotNegative,
     Part,
     Positive,
@@ -57,7 +58,7 @@ class Links(Part, table="links"):
     """The rigid links, nose to tail, one column per quantity; link 0 is the head."""
 
     length: tuple[Positive, ...] = entry("length of each link", "m", min_length=1)
-    name: tuple[Text, ...] = entry(
+    name: tuple[Name, ...] = entry(
         "name of each link (default: L0, L1, ...)",
         default_factory=lambda links: tuple(f"L{i}" for i in range(len(links["length"]))),
     )
@@ -158,7 +159,7 @@ class Fins(Part, table="fins"):
 class JointGroup(Part):
     """A joint group: one drive whose angle is shared by the joints at the front ends of its links."""
 
-    name: Text = entry("name of the joint group")
+    name: Name = entry("name of the joint group")
     links: tuple[Index, ...] = entry("links whose front joints this group bends", min_length=1)
     share: tuple[Real, ...] = entry(
         "each joint's share of the group's angle (default: equal)",
