@@ -10,6 +10,7 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from hypertuna.display import in_notebooks
 from hypertuna.io.files import write_atomically
@@ -82,8 +83,16 @@ def sequence(count: int) -> list[Any]:
 
 def save(figure: Figure, path: str | Path) -> None:
     """Write a figure as .svg, .png or .pdf, whole or not at all."""
+    take_texts_as_they_are(figure)
     kind = Path(path).suffix.removeprefix(".").lower()
     content = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "hypertuna"}):
         figure.savefig(content, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
     write_atomically(path, content.getvalue())
+
+
+def take_texts_as_they_are(figure: Figure) -> None:
+    """Show dollar signs of names as such: only the tick labels of logarithmic axes are formulas."""
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and "$" in text.get_text() and "mathdefault" not in text.get_text():
+            text.set_parse_math(False)

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from typer.main import get_command
 
 import hypertuna as ht
@@ -19,6 +20,7 @@ from hypertuna import _core
 from hypertuna.cli import main as cli
 from hypertuna.cli.console import plain, progress_bar
 from hypertuna.cli.parsing import numbers, ranges
+from hypertuna.figures import save
 from hypertuna.io.files import version
 from program import Run
 
@@ -321,3 +323,16 @@ def test_progress_is_not_written_into_files(capsys: pytest.CaptureFixture[str]) 
         report(1, 2)
         report(2, 2)
     assert capsys.readouterr() == ("", "")
+
+
+def test_dollar_signs_of_names_are_no_formulas_in_figures(tmp_path: Path) -> None:
+    """An open formula would end the drawing; the labels of logarithmic axes stay formulas."""
+    figure = Figure()
+    axes = figure.subplots()
+    axes.semilogy([1, 2], [1, 1000], label="b$x^")
+    axes.set_title("run $\\frac{$")
+    axes.legend()
+    save(figure, tmp_path / "figure.svg")
+    text = (tmp_path / "figure.svg").read_text(encoding="utf-8")
+    assert "run $\\frac{$" in text
+    assert "mathdefault" in text

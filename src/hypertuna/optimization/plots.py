@@ -88,7 +88,7 @@ def plot_convergence(runs: Optimum | Sequence[Optimum], *, width: float = WIDTH)
         if run.gait is not None:
             axes.plot(run.swum[-1], sign * run.history[-1], "o", color=color, **POINTS)
     quantity = f"{name.replace('_', ' ')} [{QUANTITIES[name].unit}]"
-    label = quantity if target.expected is None else "|U − $U_e$| + k COT [m/s]"
+    label = quantity if target.expected is None else "|U − Uₑ| + k COT [m/s]"
     axes.set(xlabel="gaits swum", ylabel=label, title="Best value so far")
     axes.set_xlim(0, max(run.evaluations for run in runs) * 1.02)
     if any(np.isfinite(run.history).any() for run in runs):

@@ -44,6 +44,9 @@ class Picture:
             return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide} {high}">{image}</svg>'
         import matplotlib
 
+        from hypertuna.figures import take_texts_as_they_are
+
+        take_texts_as_they_are(self.figure)
         text = io.StringIO()
         with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": self.name}):
             self.figure.savefig(text, format="svg", metadata={"Date": None})
