@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 import hypertuna as ht
+from hypertuna.actuation.new import first_robot
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -54,3 +55,8 @@ def test_own_robot(run: Any) -> None:
 
 def test_the_example_robot_is_complete() -> None:
     assert ht.load(EXAMPLES / "minnow.toml").unsourced() == ()
+
+
+def test_the_first_robot_is_what_robot_new_writes() -> None:
+    text = first_robot("myfish", links=3, length=0.3, mass=0.85)
+    assert (EXAMPLES / "myfish.toml").read_text() == text, "write it again: hypertuna robot new, as docs/start says"

@@ -67,6 +67,8 @@ def _axes(robot: Robot, name: str | None, given: Mapping[str, Points]) -> dict[s
     """Return the values of each option, checked for their number per joint group."""
     groups = len(robot.joints)
     axes: dict[str, Points] = {"bias": [(0.0,) * groups]}
+    if name is None and len(robot.gaits) == 1 and not given.keys() >= {"frequency", "amplitude", "phase"}:
+        (name,) = robot.gaits  # the only one
     if name is not None:
         known = named_gait(robot, name)
         axes["frequency"] = [(known.frequency,)]

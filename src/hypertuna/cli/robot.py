@@ -57,11 +57,10 @@ def _next_lines(robot: Robot) -> Iterator[Any]:
     """Say what was written, and what to type next."""
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group")
     yield f"written: {robot.file}; {', '.join(counted(number, noun) for number, noun in parts)}, all estimates"
-    (gait, *_) = robot.gaits
     yield "next:"
-    yield f"  hypertuna swim --robot {robot.file} --gait {gait}"
-    if robot.pump is not None:
-        yield f"  hypertuna twin --robot {robot.file} --gait {gait}"
+    yield f"  hypertuna swim --robot {robot.file}"
+    if robot.controller is not None:
+        yield f"  hypertuna twin --robot {robot.file}"
     yield f"  hypertuna robot check {robot.file}"
     yield "Replace the estimates by what you measure, and check the file again."
 
