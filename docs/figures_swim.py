@@ -7,8 +7,8 @@ from pathlib import Path
 
 from figures_common import FISH, rows
 
-from hypertuna.swimming.animation import swimming_svg
 from hypertuna.swimming.gait import named_gait
+from hypertuna.swimming.outline import swimming_svg
 from hypertuna.swimming.swim import swim
 
 BENCHMARKS = Path(__file__).with_name("benchmarks.md")

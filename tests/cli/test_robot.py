@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+from hypertuna.cli.main import app
 from hypertuna.cli.robot import robot_app
 from hypertuna.description.reference import json_schema
 from hypertuna.description.robot import load, parse, robots
@@ -97,3 +98,29 @@ def test_a_drawing_that_cannot_be_written_leaves_nothing(path: str, tmp_path: Pa
     assert isinstance(result.exception, InputError)
     assert str(result.exception).startswith("--plot ")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_new_writes_a_robot_that_swims_and_never_over_another(tmp_path: Path) -> None:
+    file = tmp_path / "first.toml"
+    told = run("new", str(file), "--links", "4", "--length", "0.4", "--mass", "1.2", "--joints", "front,rear").stdout
+    assert told.startswith(f"written: {file}; 4 links, 2 joint groups")
+    robot = load(file)
+    assert ([group.name for group in robot.joints], robot.body.mass) == (["front", "rear"], 1.2)
+    assert CliRunner().invoke(app, ["swim", "--robot", str(file)]).exit_code == 0  # its only gait
+    before = file.read_text()
+    assert isinstance(run("new", str(file)).exception, InputError)
+    assert file.read_text() == before
+    assert run("new", str(file), "--force", "--actuation", "servo").exit_code == 0
+    assert load(file).joints[0].servo is not None
+
+
+def test_check_tells_unlikely_values_and_all_mistakes(tmp_path: Path) -> None:
+    file = tmp_path / "first.toml"
+    run("new", str(file))
+    file.write_text(file.read_text().replace("frequency_hz = 2.0", "frequency_hz = 200.0"))
+    assert "unlikely: gaits.cruise.frequency_hz has 200 Hz; usual are 0.02 to 20" in run("check", str(file)).stdout
+    (warning,) = json.loads(run("check", str(file), "--json").stdout)["warnings"]
+    assert warning.startswith("gaits.cruise.frequency_hz has 200 Hz")
+    file.write_text(file.read_text().replace("[0.15,", "[-0.15,").replace("\ndrag_normal", "\ndrag_norma"))
+    told = json.loads(run("check", str(file), "--json").stdout)
+    assert [error["key"] for error in told["errors"]] == ["water.strip.drag_norma", "links.length_m[0]"]
