@@ -210,3 +210,14 @@ def test_a_diverged_swim_is_shown_without_its_picture(made: dict[str, Any]) -> N
 
     show: Callable[[], str] = replace(made["swim"], status="diverged")._repr_html_
     assert "<svg" not in show()
+
+
+def test_a_progress_bar_is_a_line_on_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report = ht.progress_bar("gaits")
+    report(10, 10)
+    assert capsys.readouterr().err == ""  # no terminal
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    report(10, 10)
+    assert "\r10 of 10 gaits, 0 s" in capsys.readouterr().err

@@ -4,6 +4,7 @@ from .actuation.bending import bend as bend
 from .description.robot import Robot as Robot
 from .description.robot import load as load
 from .description.robot import robots as robots
+from .display import progress_bar as progress_bar
 from .display import to_dataframe as to_dataframe
 from .errors import InputError as InputError
 from .identification.identify import Fit as Fit

@@ -7,7 +7,9 @@ import io
 import math
 import pkgutil
 import re
+import sys
 import textwrap
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 LINES, COLUMNS = 5, 100  # of a text
 OPEN = 8  # rows of a table that are not folded
+REFRESH = 0.1  # s between two pictures of a progress bar
 SCREEN = 144  # dots per inch of a figure in a notebook
 
 # The colors are those of the notebook: text and lines in its color, the body in one that both themes show well.
@@ -256,3 +259,58 @@ def curve_svg(x: Iterable[float], y: Iterable[float], label: str, *, equal: bool
     title = f'<text x="80" y="12">{safe(label)}</text>'
     about = f'viewBox="0 0 760 200" font-size="13" role="img" aria-label="{safe(label)}"'
     return f"<svg {about}>{drawn}{texts}{title}</svg>"
+
+
+def progress_bar(what: str = "done") -> Callable[[int, int], None]:
+    """Show the progress of a long call in a notebook or on a terminal.
+
+    Parameters
+    ----------
+    what : str
+        What is counted: "gaits".
+
+    Returns
+    -------
+    callable
+        Argument ``progress`` of `sweep`, `turn`, `optimize`, `pareto` and `identify`, and ``report`` of `fly`.
+    """
+    begin = last = time.monotonic()
+    notebook = _notebook_display()
+
+    def report(count: int, total: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last < REFRESH and count < total:
+            return
+        last = now
+        left = (
+            f", {(now - begin) * (total - count) / count:.0f} s left" if 0 < count < total else f", {now - begin:.0f} s"
+        )
+        text = f"{count} of {total} {what}{left}"
+        if notebook is not None:
+            notebook(f'<progress value="{count}" max="{total}"></progress> {html.escape(text)}')
+        elif sys.stderr.isatty():
+            print(f"\r{text:<60}", end="\n" if count >= total else "", file=sys.stderr, flush=True)
+
+    return report
+
+
+def _notebook_display() -> Callable[[str], None] | None:
+    """Return what shows and replaces HTML in the notebook that runs this, None elsewhere."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    if not hasattr(shell, "kernel"):
+        return None
+    from IPython.display import HTML, display
+
+    make: Any = HTML
+    place: Any = display
+    handle: Any = None
+
+    def show(page: str) -> None:
+        nonlocal handle
+        if handle is None:
+            handle = place(make(page), display_id=True)
+        else:
+            handle.update(make(page))
+
+    return show

@@ -36,7 +36,7 @@ def swim_facts(swim: Swim) -> list[tuple[str, str]]:
         ("cost of transport", number(swim.cost_of_transport, "J/(kg m)")),
         ("Strouhal number", number(swim.strouhal)),
         ("tail excursion", number(1e3 * swim.excursion, "mm")),
-        ("stride length", number(swim.stride_length, "BL per beat")),
+        ("stride length", number(swim.stride_length, "BL")),
     ]
     if swim.turn_radius < STRAIGHT * swim.robot.body.length:
         facts[-1] = ("turning radius", number(swim.turn_radius, "m"))
