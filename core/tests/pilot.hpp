@@ -13,7 +13,7 @@ Controller<T> test_controller() {
     m.network = {T(std::exp(-20 * tick)), T(std::exp(-10 * tick))};
     m.smoothing = {T(smooth * tick), T(std::exp(-smooth * tick))};
     m.posture = {T(0.7), T(0.25), T(0.1), T(0.05), T(0.05)};
-    for (int j = 0; j < 2; ++j) m.joint[j] = {T(0), T(0.5), T(0.4), T(1.57), T(0.5), T(2.5), T(1.0), T(1.2)};
+    for (int j = 0; j < 2; ++j) m.joint[j] = {0, T(0.5), T(0.4), T(1.57), T(0.5), T(2.5), T(1.0), T(1.2)};
     for (int c = 0; c < 4; ++c) {
         m.map[c] = {T(-0.5), T(0.5), {T(1), T(-0.3), T(1), T(0), T(0.7), T(0)}};
         SupervisorModel<T>& s = m.circuit[c];

@@ -25,6 +25,7 @@ SETTLED = 4.7439  # rate times time at which a critically damped filter has made
 SUCTION = 0.2  # fraction of the cavitation pressure down to which a pump draws taut units to hold a bend at rest
 FREE = 1e-6  # largest difference of the two sides' mean pressure from the fill, over it, where no limit acts
 REACH = 1.2  # largest bend that control may command over the joint's largest bend, to make up for losses
+NO_PRESSURE_STALLS = 1e9  # Pa, of a servo without oil
 MAP_TERMS = 6  # of a pump map, core controller_model.hpp
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
 
@@ -73,8 +74,8 @@ def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
 
 def _no_oil(servo: JointServo) -> dict[str, Any]:
     """Return the constants of a circuit without oil."""
-    no = dict.fromkeys(("fill", "map_low", "map_high", "servo_stall", "compliance"), 0.0)
-    return {**no, "map": np.zeros(MAP_TERMS), "servo_speed": servo.speed}
+    no = dict.fromkeys(("fill", "map_low", "map_high", "compliance"), 0.0)
+    return {**no, "map": np.zeros(MAP_TERMS), "servo_speed": servo.speed, "servo_stall": NO_PRESSURE_STALLS}
 
 
 def _circuit(robot: Robot, control: Controller, hydraulics: Circuits, c: int) -> dict[str, Any]:

@@ -131,7 +131,7 @@ void drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
     const T last = state.sent[c];
     send(model, state, output, c, angle);
     circuit.change = output.target[c] - last;
-    const T free = direct(model, c / 2) ? supply : supply - max(T(0), circuit.pressure) / supervisor.stall;
+    const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
     if (clamp(free, T(0.1), T(1)) * supervisor.speed * model.tick < abs(circuit.change))
         output.status.set(Condition::speed_limit, c);
     output.pressure[c] = circuit.pressure;
@@ -192,8 +192,9 @@ ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& stat
     for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[2 * j];
     generate(model, state, state.armed && state.age <= model.timeout);
     read_robot(model, state, readings, status);
-    for (int c = 0; c < 2 * model.joints; ++c)
-        if (!direct(model, c / 2)) read_pressure(model, state, c, readings.pressure[c], status);
+    for (int j = 0; j < model.joints; ++j)
+        for (int c = 2 * j; c < 2 * j + 2 && !direct(model, j); ++c)
+            read_pressure(model, state, c, readings.pressure[c], status);
     for (int j = 0; j < model.joints; ++j) {
         output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
         if (direct(model, j)) {

@@ -67,16 +67,16 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
         return judge({low, high, part * (high - low), repeats_slow}, health, reading, health.last, moving).usable;
     };
     // A range without extent: the robot has no such sensor.
-    const bool currents = model.current_low < model.current_high;
-    for (int c = 0; c < 2 * model.joints && currents; ++c)
-        if (!(direct(model, c / 2) && c % 2 == 1) &&
-            !plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(0.24)))
-            status.set(Condition::current_fault, c);
-    for (int k = 0; k < 6; ++k) {
-        const T limit = k < 3 ? model.rate_high : model.acceleration_high;
-        const T reading = k < 3 ? readings.rate[k] : readings.acceleration[k - 3];
-        if (T(0) < limit && !plain(state.imu[k], reading, -limit, limit, T(0.2))) status.set(Condition::imu_fault);
-    }
+    for (int j = 0; j < model.joints && model.current_low < model.current_high; ++j)
+        for (int c = 2 * j; c < 2 * j + (direct(model, j) ? 1 : 2); ++c)
+            if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(0.24)))
+                status.set(Condition::current_fault, c);
+    const auto judge_imu = [&](const T(&reading)[3], Health<T>* health, T limit) {
+        for (int k = 0; k < 3 && T(0) < limit; ++k)
+            if (!plain(health[k], reading[k], -limit, limit, T(0.2))) status.set(Condition::imu_fault);
+    };
+    judge_imu(readings.rate, state.imu, model.rate_high);
+    judge_imu(readings.acceleration, state.imu + 3, model.acceleration_high);
     if (!(model.voltage_min < model.voltage_max)) return;
     const bool first = !state.voltage.seen;
     const bool voltage = plain(state.voltage, readings.voltage, model.voltage_min, model.voltage_max, T(0.2));

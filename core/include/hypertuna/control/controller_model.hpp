@@ -25,7 +25,7 @@ T servo_angle(const PumpMap<T>& map, T bend) {
 /// What the controller knows of one joint.
 template <class T>
 struct JointModel {
-    T direct;                               // 1 where a servo turns its axle: no oil, no bend sensor, no second servo
+    int direct;                             // 1 where a servo turns its axle: no oil, no bend sensor, no second servo
     T reach;                                // rad: largest bend to either side that its pumps are asked for
     T amplitude;                            // rad: largest amplitude of a command
     T bend_range;                           // rad: of the bend sensor, to either side
@@ -116,7 +116,7 @@ struct ControllerStep {
 /// Whether a servo turns a joint's axle: that of the joint's first circuit; the second one is not there.
 template <class T>
 bool direct(const Controller<T>& model, int joint) {
-    return T(0) < model.joint[joint].direct;
+    return model.joint[joint].direct != 0;
 }
 
 /// Everything at rest, the pumps at neutral.
