@@ -150,7 +150,7 @@ static bool all_finite(const ControllerState<T>& s) {
     T sum = s.supply + s.frequency.value;
     for (int j = 0; j < max_joints; ++j)
         sum += s.amplitude[j].value + s.bias[j].value + s.phase[j].value + s.more[j].value + s.aside[j].value +
-               s.bend_sent[j] + s.governor[j].ceiling + s.governor[j].amplitude_limit + s.posture[j].seen.mean +
+               s.bend_sent[j] + s.governor[j].ceiling + s.governor[j].bend_limit + s.posture[j].seen.mean +
                s.posture[j].seen.first.x + s.posture[j].seen.third.y + s.posture[j].more + s.posture[j].aside;
     for (int c = 0; c < max_circuits; ++c)
         sum += s.oscillator[c].x + s.oscillator[c].y + s.circuit[c].pressure + s.circuit[c].change;

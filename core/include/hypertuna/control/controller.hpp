@@ -37,6 +37,13 @@ T asked_amplitude(const ControllerState<T>& state, int j) {
     return state.amplitude[j].value * (T(1) + state.more[j].value);
 }
 
+/// Amplitude that its pressures allow: the governor bounds the widest bend, of which the bias is a part.
+template <class T>
+T allowed_amplitude(const ControllerState<T>& state, int j) {
+    const T room = max(T(0), state.governor[j].bend_limit - abs(state.bias[j].value));
+    return min(asked_amplitude(state, j), room);
+}
+
 /// End of a joint's beat: what it was sent to and what its sensor read give the corrections of the next beats.
 template <class T>
 void correct_posture(const Controller<T>& model, ControllerState<T>& state, int j) {
@@ -74,13 +81,13 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
                                      state.bend[j], reading, state.bend[j].last, moving);
     if (verdict.usable) add_reading(posture, state.oscillator[2 * j], reading);
     if (!verdict.usable) status.set(Condition::bend_fault, j), ++posture.missing;
-    const T amplitude = min(asked_amplitude(state, j), governor.amplitude_limit);
+    const T amplitude = allowed_amplitude(state, j);
     posture.sent.amplitude += amplitude, posture.sent.bias += state.bias[j].value + state.aside[j].value;
     ++posture.ticks;
     if (ended) {
         correct_posture(model, state, j);
-        govern(governor, amplitude, max(state.frequency.value, state.target.frequency), model.circuit[2 * j].fill,
-               model.pressure_soft);
+        govern(governor, amplitude + abs(state.bias[j].value), max(state.frequency.value, state.target.frequency),
+               model.circuit[2 * j].fill, model.pressure_soft);
     }
     // Two beats without a swing: the sensor lives, but does not follow.
     if (posture.dull > 1) status.set(Condition::bend_fault, j);
@@ -108,8 +115,8 @@ void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutpu
 template <class T>
 T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Status& status) {
     Governor<T>& governor = state.governor[j];
-    governor.amplitude_limit += model.smoothing.rate * (governor.ceiling - governor.amplitude_limit);
-    const T asked = asked_amplitude(state, j), amplitude = min(asked, governor.amplitude_limit);
+    governor.bend_limit += model.smoothing.rate * (governor.ceiling - governor.bend_limit);
+    const T asked = asked_amplitude(state, j), amplitude = allowed_amplitude(state, j);
     for (int side = 0; side < 2 && amplitude < asked; ++side) status.set(Condition::pressure_limit, 2 * j + side);
     const T swing = T(0.5) * (state.oscillator[2 * j].x - state.oscillator[2 * j + 1].x);
     const T wanted = state.bias[j].value + state.aside[j].value + amplitude * swing;

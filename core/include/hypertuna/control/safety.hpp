@@ -158,33 +158,33 @@ T furthest(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard) 
     return over < T(0) ? T(1e3) : sent - model.compliance * over;
 }
 
-/// From beat to beat: the widest amplitude of a joint that its pressures allow.
+/// From beat to beat: the widest bend of a joint, amplitude and bias, that its pressures allow.
 template <class T>
 struct Governor {
-    T ceiling;          // rad: what the beats so far allow
-    T amplitude_limit;  // rad: what is allowed now, on its way to that
-    T frequency;        // Hz that the ceiling was found at
-    T proven;           // rad: amplitude of the last beat that was seen to keep the limit
-    T peak;             // Pa: largest pressure read in the beat so far
-    bool doubt;         // a reading of this beat is not to be trusted
+    T ceiling;     // rad: what the beats so far allow
+    T bend_limit;  // rad: what is allowed now, on its way to that
+    T frequency;   // Hz that the ceiling was found at
+    T proven;      // rad: widest bend of the last beat that was seen to keep the limit
+    T peak;        // Pa: largest pressure read in the beat so far
+    bool doubt;    // a reading of this beat is not to be trusted
 };
 
 inline constexpr double governor_aim = 0.8;     // of the soft limit: between readings hammer adds a fifth and more
-inline constexpr double governor_min = 0.6;     // an amplitude falls to this part from beat to beat at most,
+inline constexpr double governor_min = 0.6;     // a bend falls to this part from beat to beat at most,
 inline constexpr double governor_max = 2.0;     // and grows to this one
-inline constexpr double governor_floor = 0.02;  // rad: an amplitude is never governed below
+inline constexpr double governor_floor = 0.02;  // rad: a bend is never governed below
 
-/// End of a beat of this amplitude. Pressure above the fill grows with the amplitude in proportion, in water up to its
+/// End of a beat of this widest bend. Pressure above the fill grows with it in proportion, in water up to its
 /// square, and it takes some beats to come about: cut in proportion, and grow by the fourth root.
 template <class T>
-void govern(Governor<T>& governor, T amplitude, T frequency, T fill, T soft) {
+void govern(Governor<T>& governor, T bend, T frequency, T fill, T soft) {
     const T room = T(governor_aim) * soft - fill;
     const T part = room / max(governor.peak - fill, T(0.01) * room);
     if (part < T(1)) {
-        governor.ceiling = amplitude * max(part, T(governor_min));
+        governor.ceiling = bend * max(part, T(governor_min));
     } else if (!governor.doubt) {
-        governor.ceiling = max(governor.ceiling, amplitude * min(sqrt(sqrt(part)), T(governor_max)));
-        governor.proven = amplitude;
+        governor.ceiling = max(governor.ceiling, bend * min(sqrt(sqrt(part)), T(governor_max)));
+        governor.proven = bend;
         governor.frequency = frequency;
     }
     governor.ceiling = max(governor.ceiling, T(governor_floor));
@@ -192,7 +192,7 @@ void govern(Governor<T>& governor, T amplitude, T frequency, T fill, T soft) {
     governor.doubt = false;
 }
 
-/// A frequency that no beat was seen at yet begins with an amplitude that the model holds safe.
+/// A frequency that no beat was seen at yet begins with a bend that the model holds safe.
 template <class T>
 void expect(Governor<T>& governor, T frequency, T safe) {
     if (frequency <= T(1.02) * governor.frequency) return;
