@@ -150,6 +150,7 @@ stub: $(VENV)/.installed-lint ## write src/hypertuna/_core.pyi anew from the ext
 
 docs: $(VENV)/.installed-docs ## docs/_build/index.html
 	@sphinx-build --fail-on-warning --keep-going --quiet docs docs/_build
+	@$(BIN)/python docs/check_site.py docs/_build
 	@echo docs/_build/index.html
 
 clean: ## remove everything that was made here

@@ -1,6 +1,8 @@
 """Sphinx settings: pages in Markdown, the Python interface from its docstrings, no file from the network."""
 
+import re
 from importlib.metadata import version as installed_version
+from typing import Any
 
 from docutils.nodes import Text, document
 from sphinx.addnodes import pending_xref
@@ -44,6 +46,13 @@ def plain_words(_: Sphinx, tree: document) -> None:
             link.replace_self(Text(link.astext()))
 
 
+def without_back_links(_: Sphinx, name: str, __: str, context: dict[str, Any], ___: document | None) -> None:
+    """Take the links from sources back to the reference: Sphinx looks up names that another module exports in vain."""
+    if name.startswith("_modules/"):
+        context["body"] = re.sub(r'<a class="viewcode-back"[^>]*>.*?</a>', "", context["body"], flags=re.DOTALL)
+
+
 def setup(app: Sphinx) -> None:
     """Connect what this site adds."""
     app.connect("doctree-read", plain_words)
+    app.connect("html-page-context", without_back_links)

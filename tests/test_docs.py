@@ -102,3 +102,16 @@ def test_sentences_of_a_how_to_are_short(page: Path) -> None:
     text = re.sub(r"^(#.*|\|.*|<!--.*|!\[.*)$", "", text, flags=re.MULTILINE)
     sentences = [one.split() for one in re.split(r"[.:;?!]\s|\n\n", re.sub(r"\]\([^)]*\)", "]", text))]
     assert [" ".join(words) for words in sentences if len(words) > 30] == []
+
+
+def test_the_check_of_the_site_finds_what_is_broken(tmp_path: Path) -> None:
+    check = runpy.run_path(str(ROOT / "docs/check_site.py"))["faults"]
+    (tmp_path / "a.html").write_text('<a href="b.html#here">b</a><a href="https://example.org">far</a>')
+    (tmp_path / "b.html").write_text('<p id="here">b</p>')
+    assert check(tmp_path) == []
+    (tmp_path / "b.html").write_text('<a href="c.html">c</a><script src="https://example.org/x.js"></script>')
+    assert check(tmp_path) == [
+        "a.html: no place b.html#here",
+        "b.html: fetches https://example.org/x.js",
+        "b.html: no file c.html",
+    ]
