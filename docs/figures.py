@@ -381,8 +381,6 @@ FILES: dict[str, Callable[[], str]] = made["FILES"]  # animated pictures, which 
 
 # --- pages
 
-MY_FISH = "hypertuna robot new myfish.toml --links 3 --length 0.3 --mass 0.85"
-
 
 @cache
 def output(command: str) -> str:
@@ -394,8 +392,8 @@ def output(command: str) -> str:
             shutil.copytree(ROOT / "examples" / trials, Path(folder) / trials)
         lines = (ROOT / "examples/tank/tank.csv").read_text().splitlines()
         Path(folder, "tank/bad.csv").write_text("\n".join([*lines[:2], lines[2].replace("1,", "1 Hz,", 1)]))
-        if "myfish.toml" in command and command != MY_FISH:
-            _run(MY_FISH)
+        if " robot new " in command:
+            Path("myfish.toml").unlink()
         return _run(command)
 
 
