@@ -84,7 +84,7 @@ def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
         (("--bore", "2,3"), "bore must be a value or a range start:stop:count"),
         (("--temperature", "130"), "temperature must be from -9 to 100 degC, but is 130 degC"),
         (("--temperature", "cold"), "temperature must be a number"),
-        (("--frequency", "0.001"), "frequency must be at least 0.02 Hz, but is 0.001"),
+        (("--frequency", "0.001"), "frequency must be at least 0.05 Hz, but is 0.001"),
         (("--frequency", "0"), "frequency must be greater than 0"),
         (("--amplitude", "16"), "amplitude must be 2 long, one value per joint group"),
         (("--amplitude", "80,25"), "must be at most what pump and joint can do"),

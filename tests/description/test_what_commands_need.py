@@ -66,6 +66,16 @@ def test_the_pump_refuses_what_is_too_stiff_at_once(changes: list[tuple[str, Any
     assert time.monotonic() - start < 10
 
 
+def test_the_pump_refuses_what_takes_too_many_steps() -> None:
+    robot, start = (
+        parse(changed(("oil.viscosity_100_m2_s", 6.8e-7), ("joints.0.line.compliance_m3_pa", 2e-14))),
+        time.monotonic(),
+    )
+    with pytest.raises(InputError, match=r"settle within 80 s|joints\[0\].line must not be so narrow and so stiff"):
+        size_pump(robot, frequency=[3.0], amplitude=[0.1, 0.15])
+    assert time.monotonic() - start < 10
+
+
 def test_a_posture_test_of_a_run_that_diverged_at_once_has_no_beats() -> None:
     for time_, angle in ((np.empty(0), np.empty(0)), (np.zeros(1), np.zeros(1)), (np.arange(3) / 100, np.zeros(3))):
         for peaks in (peak_bends, fitted_peaks):

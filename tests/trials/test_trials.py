@@ -324,6 +324,23 @@ def test_check_says_what_is_there(tmp_path):
     assert json.loads(bad.output)["key"] == "line 2, speed_m_s"
 
 
+@pytest.mark.parametrize(
+    ("row", "sentence"),
+    [
+        ("2,16,25,0,{speed}", ""),
+        ("2,16,25,0,{fast}", "the measured speeds are 1e+02 times those of the model: check the unit, m/s."),
+        ("2,16,25,0,{slow}", "the measured speeds are 1/1e+03 of those of the model: check the unit, m/s."),
+        ("2,0.28,0.44,0,{speed}", "the largest amplitude is 0.44 deg: is it in radians? Then write 25.2."),
+    ],
+)
+def test_check_tells_runs_that_are_far_from_the_model(row, sentence, tmp_path):
+    speed = ht.swim("hypertuna", ht.Gait.from_degrees(frequency=2, amplitude=(16, 25), phase=(0, 0))).speed
+    text = row.format(speed=speed, fast=100 * speed, slow=speed / 1000)
+    file = write(tmp_path / "runs.csv", HEAD, text)
+    told = json.loads(run("trials", "check", file, "--robot", "hypertuna", "--json").output)["warnings"]
+    assert told == ([f"{file}: {sentence}"] if sentence else [])
+
+
 def test_every_key_of_the_manifest_is_in_the_example():
     """So that the page that shows it shows every key; a run from rest has no velocity."""
 

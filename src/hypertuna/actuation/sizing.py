@@ -20,13 +20,14 @@ from hypertuna.ranges import POSITIVE, Range
 
 SAMPLE = 1e-3  # s between rows of a run
 SHORTEST = 1e-5  # s, of a step: below it a beat takes minutes
+MAX_STEPS = 150_000  # of a run: some seconds
 BEATS, LAGS = 4, 6.0  # length of a run: beats and time constants of the line, whichever is longer
 STABLE = 1.5  # stiffness times step; Runge-Kutta is stable up to 2.7
 STIFF = 1e6  # Pa, pressure at which a step must be stable
 FLOWS = 200  # instants of a beat at which the joint's flow is computed
 HALVINGS = 8  # of the interval of the command, to keep the pressure at its limit
 SLOW_SERVO = 0.95  # fraction of its command below which a servo limits the beat
-DURATION_MAX = 200.0  # s of a run
+DURATION_MAX = 80.0  # s of a run
 LAMINAR = 2300  # Reynolds number up to which a line's flow is laminar
 DEEP_SUCTION = 0.8  # of the cavitation pressure: air expands there and the joint's passive side no longer follows
 POWERS = ("idle", "holding", "hydraulic", "friction", "inertia", "braking")
@@ -290,6 +291,13 @@ def _limited(
         key, value = f"{joint_key(robot, model.name)}.line", f"so stiff that it needs {step:.1g} s"
         raise InputError(rule, file=robot.file or None, key=key, value=value, fix=f"describe {SOFTER}")
     steps = max(1, math.ceil(interval / step))
+    if steps * len(target) > MAX_STEPS:
+        rule = f"must not be so narrow and so stiff that a run needs more than {MAX_STEPS} steps"
+        value = f"{steps * len(target)} steps for {interval * len(target):.3g} s"
+        fix = "give wider or shorter lines, warmer oil, or a higher frequency"
+        raise InputError(
+            rule, file=robot.file or None, key=f"{joint_key(robot, model.name)}.line", value=value, fix=fix
+        )
     options: dict[str, Any] = {"supply": supply, "interval": interval, "steps": steps}
 
     def run(fraction: float) -> dict[str, Array]:

@@ -21,6 +21,7 @@ from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.importers import import_folder, manifest_text
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.marker_import import MarkerRun, read_marker_run, write_marker_runs
+from hypertuna.trials.plausibility import implausible_runs
 from hypertuna.trials.replay import AXES, BORDER
 from hypertuna.trials.steady import COLUMNS, SteadyRun
 from hypertuna.trials.tracks import LENGTHS
@@ -181,6 +182,7 @@ def _summary(trials: Trials, robot: Robot) -> dict[str, Any]:
         "runs": len(trials.runs),
         "steady": [_steady(file, [run for run in trials.steady if run.file == file], robot) for file in files],
         "recordings": [_recording(recording) for recording in trials.recordings],
+        "warnings": implausible_runs(trials.steady, robot),
     }
 
 
@@ -221,7 +223,7 @@ def _recording(recording: Recording) -> dict[str, Any]:
     }
 
 
-def _lines(summary: dict[str, Any]) -> Iterator[str]:
+def _lines(summary: dict[str, Any]) -> Iterator[Any]:
     """Lay out the content of trials."""
     for steady in summary["steady"]:
         yield f"{steady['file']}: {counted(steady['runs'], 'steady run')} of {counted(steady['swims'], 'swim')}"
@@ -246,4 +248,6 @@ def _lines(summary: dict[str, Any]) -> Iterator[str]:
             yield f"  joints lag behind their targets by {lags} ms"
         if recording["ended_by_a_wall"]:
             yield f"  ended near a wall: {', '.join(recording['ended_by_a_wall'])}"
+    for sentence in summary["warnings"]:
+        yield f"unlikely: {sentence}", "yellow"
     yield f"{counted(summary['runs'], 'run')} in all"
