@@ -81,7 +81,8 @@ def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
     [
         (("--bore", "0"), "bore must be from 1 to 20 mm, but is 0: give it in mm"),
         (("--bore", "0.005"), "bore must be from 1 to 20 mm, but is 0.005"),
-        (("--bore", "2,3"), "bore must be a value or a range start:stop:count"),
+        (("--bore", "2:3"), "bore must be a number or start:stop:count"),
+        (("--over", "pump.crnk_m=1"), "--set: pump.crnk_m is not a known key: did you mean crank_m?"),
         (("--temperature", "130"), "temperature must be from -9 to 100 degC, but is 130 degC"),
         (("--temperature", "cold"), "temperature must be a number"),
         (("--frequency", "0.001"), "frequency must be at least 0.05 Hz, but is 0.001"),
@@ -107,3 +108,22 @@ def test_a_robot_without_a_pump_is_told_so(run: Run) -> None:
     code, _, errors = run("pump", "--robot", "rexeel")
     assert code == 2
     assert errors == "error: robots/rexeel.toml: pump is missing: add the table [pump].\n"
+
+
+def test_any_key_of_the_robot_can_vary(run: Run, tmp_path: Path) -> None:
+    key, table = "servos.piston pump.torque_n_m", tmp_path / "over.csv"
+    over = ("pump", "--frequency", "3", "--over", f"{key}=3,6.86", "--over", "joints.I.actuator.lever_m=0.008:0.012:2")
+    code, output, _ = run(*over, "--json", "-o", str(table))
+    sizes = json.loads(output)["sizes"]
+    assert (code, len(sizes)) == (0, 2 * 2 * 2)  # values, values, joints
+    assert [size[key] for size in sizes[::4]] == [3, 6.86]
+    assert [size["joints.I.actuator.lever_m"] for size in sizes[:4:2]] == [0.008, 0.012]
+    assert sizes[0]["torque_limit_n_m"] == pytest.approx(3)
+    alone = json.loads(run("pump", "--frequency", "3", "--set", "joints.I.actuator.lever_m=0.012", "--json")[1])
+    assert sizes[6]["amplitude_deg"] == alone["sizes"][0]["amplitude_deg"] != sizes[4]["amplitude_deg"]
+    rows = [line for line in table.read_text().splitlines() if not line.startswith("#")]
+    assert rows[0].startswith(f"{key},joints.I.actuator.lever_m,joint,")
+    assert len(rows) == 1 + len(sizes)
+    shown = run(*over)[1].splitlines()
+    assert shown[1] == f"over {key} and joints.I.actuator.lever_m"
+    assert len(shown) == 2 + 2 + len(sizes)

@@ -2,8 +2,9 @@
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypertuna import _core
 from hypertuna.actuation.hydraulics import SOFTER, Circuits, circuits, servo_angle, supply_voltage, with_bore
 from hypertuna.actuation.soft_joint import SMALL, JointModel, joint_models
 from hypertuna.arrays import Array
+from hypertuna.description.changes import changed
 from hypertuna.description.robot import Robot, joint_key, require
 from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
@@ -70,6 +72,7 @@ class Size:
     pressure_min: Annotated[float, Column("pressure_min_kpa", 1e-3)]  # Pa
     limits: tuple[str, ...]  # what limits the bend: "pressure", "suction", "servo"
     power: dict[str, float]  # W, mean electrical power of both servos: ``total`` and its shares `POWERS`
+    values: Mapping[str, float] = field(default_factory=dict)  # of the keys of the robot's file that `size_over` varies
 
     @property
     def turbulent(self) -> bool:
@@ -84,7 +87,13 @@ class Size:
             "stroke_margin": self.stroke_limit / self.stroke - 1,
         }
         power = {f"power_{name}_w": watts for name, watts in self.power.items()}
-        return columns(self) | margins | {"turbulent": self.turbulent, "limits": list(self.limits)} | power
+        return (
+            {**self.values}
+            | columns(self)
+            | margins
+            | {"turbulent": self.turbulent, "limits": list(self.limits)}
+            | power
+        )
 
 
 def largest_beat(robot: Robot) -> tuple[float, tuple[float, ...]]:
@@ -128,6 +137,31 @@ def size_pump(
         if progress is not None:
             progress(k + 1, len(cases))
     return sizes
+
+
+def size_over(
+    robot: Robot,
+    over: Mapping[str, Sequence[float]],
+    *,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> list[Size]:
+    """Size the pump for every combination of values of keys of the robot's file, as `changed` takes them.
+
+    The options are those of `size_pump`; the keys change slowest, the last of them fastest.
+    """
+    cases = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
+    robots = [changed(robot, case) for case in cases]  # checks all input
+    sizes = []
+    for k, (case, other) in enumerate(zip(cases, robots, strict=True)):
+        report = progress and partial(_report, progress, k, len(cases))
+        sizes += [replace(size, values=case) for size in size_pump(other, progress=report, **options)]
+    return sizes
+
+
+def _report(progress: Callable[[int, int], None], k: int, cases: int, count: int, total: int) -> None:
+    """Report the progress of the k-th of several sizings."""
+    progress(k * total + count, cases * total)
 
 
 def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float]) -> None:

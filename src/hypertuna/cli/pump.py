@@ -5,8 +5,10 @@ from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 from hypertuna.actuation.hydraulics import circuits
-from hypertuna.actuation.sizing import Size, largest_beat, size_pump
+from hypertuna.actuation.sizing import Size, largest_beat, size_over
 from hypertuna.cli import options as opt
+from hypertuna.cli import parsing
+from hypertuna.cli.command import listed
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.twin import kelvin
@@ -20,6 +22,12 @@ from hypertuna.swimming.gait import named_gait
 LIMITS = {"pressure": "the pressure limit", "suction": "suction", "servo": "a servo that is too slow"}
 LETTERS = {"pressure": "p", "suction": "s", "servo": "v"}
 TURBULENT = "turbulent: the pressure drop is underestimated"  # of a line beyond the laminar law
+
+
+def _over(text: str, key: str) -> tuple[str, list[float]]:
+    """Read KEY=VALUES."""
+    name, values = parsing.pair(text, key, "KEY=VALUE,...")
+    return name, parsing.values(values, f"{key} {name}", "the unit of the key")
 
 
 @opt.grouped
@@ -41,6 +49,16 @@ def pump_command(
         Sequence[float] | None,
         opt.values("--temperature", "C", f"Oil temperature: {opt.RANGE}. {opt.ROBOTS}"),
     ] = None,
+    over: Annotated[
+        list[Any] | None,
+        opt.option(
+            ("--over",),
+            f"Key of the robot's file and its {opt.RANGE}, such as joints.I.actuator.lever_m=0.008:0.012:3 or "
+            '"servos.piston pump.torque_n_m=3:7:3"; repeatable.',
+            "KEY=VALUE,...",
+            _over,
+        ),
+    ] = None,
     files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Size the pump: torque, speed and stroke of its servos, drop and bandwidth of the lines.
@@ -53,8 +71,9 @@ def pump_command(
     frequencies, amplitudes = _beat(fish, gait, frequency, amplitude)
     bores: list[float | None] = [None] if bore is None else [1e-3 * value for value in bore]
     with progress_bar("sizing") as progress:
-        sizes = size_pump(
+        sizes = size_over(
             fish,
+            dict(over or []),
             frequency=frequencies,
             amplitude=amplitudes,
             bore=bores,
@@ -102,6 +121,9 @@ def _dataset(robot: Robot, sizes: list[Size]) -> Any:
 def _lines(robot: Robot, sizes: list[Size]) -> Iterator[Any]:
     """Lay out the servos of each joint, then one case in full, or a table over bore and temperature."""
     yield f"{robot.name}: the pump's servos, the lines, and the bend reached in air", "bold"
+    if sizes[0].values:
+        yield from _over_lines(sizes)
+        return
     beats: dict[tuple[str, float], list[Size]] = {}
     for size in sizes:
         beats.setdefault((size.joint, size.frequency), []).append(size)
@@ -116,6 +138,24 @@ def _lines(robot: Robot, sizes: list[Size]) -> Iterator[Any]:
         if any(size.turbulent for size in sizes):
             legend += f"; t {TURBULENT}"
         yield f"bend reached [deg] (corner of the line [Hz]); {legend}"
+
+
+def _over_lines(sizes: list[Size]) -> Iterator[Any]:
+    """Lay out a table with a row for each case of the keys that vary."""
+    bores, temperatures = ({getattr(size, name) for size in sizes} for name in ("bore", "temperature"))
+    yield f"over {listed([*sizes[0].values])}", "dim"
+    heads = ["\njoint", "f\n[Hz]", *(f"\n{key.rpartition('.')[2]}" for key in sizes[0].values)]
+    heads += ["bore\n[mm]"] * (len(bores) > 1) + ["oil\n[C]"] * (len(temperatures) > 1)
+    heads += ["bend\n[deg]", "torque\nof limit", "speed\nof limit", "stroke\nof limit", "power\n[W]", "\nlimited by"]
+    rows = []
+    for size in sizes:
+        row = [size.joint, f"{size.frequency:.3g}", *(f"{value:.4g}" for value in size.values.values())]
+        row += [f"{1e3 * size.bore:.3g}"] * (len(bores) > 1)
+        row += [f"{size.temperature - ZERO_CELSIUS:.3g}"] * (len(temperatures) > 1)
+        loads = (size.torque / size.torque_limit, size.speed / size.speed_limit, size.stroke / size.stroke_limit)
+        row += [f"{math.degrees(size.amplitude):.1f}", *(f"{100 * load:.0f} %" for load in loads)]
+        rows.append([*row, f"{size.power['total']:.3g}", ", ".join(_limits(size)) or "nothing"])
+    yield table(heads, rows, left=(0, len(heads) - 1))
 
 
 def _servo_lines(size: Size) -> Iterator[Any]:
