@@ -52,7 +52,9 @@ def whole(small: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     files = ("-o", str(folder), "--plot", str(folder.parent / "plot.svg"), "--json")
     done = subprocess.run(program(small, *files), capture_output=True, text=True, check=True, timeout=300)
     (folder.parent / "printed.json").write_text(done.stdout)
-    told = re.fullmatch(r"pressures: 1 of 2, \d+ s\npressures: 2 of 2, \d+ s\n", done.stderr)
+    told = re.fullmatch(
+        r"pressures: 1 of 2, \d+ s, about \d+ s left\npressures: 2 of 2, \d+ s, about 0 s left\n", done.stderr
+    )
     assert told, done.stderr  # a line for each pressure; no talk of VTK, NGSolve or Netgen
     return folder
 

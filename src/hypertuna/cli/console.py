@@ -138,7 +138,8 @@ def progress_bar(what: str, *, slow: bool = False) -> Iterator[Callable[[int, in
         if bar is not None:
             bar.update(bar.task_ids[0], completed=count, total=total)
         if slow and count and not terminal:
-            print(f"{what}: {count} of {total}, {elapsed:.0f} s", file=sys.stderr, flush=True)
+            left = elapsed * (total - count) / count
+            print(f"{what}: {count} of {total}, {elapsed:.0f} s, about {left:.0f} s left", file=sys.stderr, flush=True)
 
     try:
         yield report
