@@ -271,7 +271,7 @@ BAD = {
         "60 kPa, then 60 kPa: write the lower one first, and each once: 60.",
     ),
     "many": ((*BEND, "--pressure", "0:250:201"), "--pressure must be at most 200 pressures, but is 201: ask for fewer"),
-    "jointless": (BEND[:-2], "Missing option '--joint'. See `hypertuna fe bend --help`."),
+    "jointless": (BEND[:-2], "`hypertuna fe bend` needs --joint JOINT"),
     "negative": ((*BEND, "--pressure", "-50:250:4"), "pressure must not be negative, but is -50 kPa"),
     "pascal": ((*BEND, "--pressure", "250000"), "--pressure must be at most 2000, but is 250000: give it in kPa"),
     "word": ((*BEND, "--poisson", "soft"), "--poisson must be a number, but is 'soft'"),

@@ -127,7 +127,7 @@ def test_resumes_from_a_checkpoint(run: Run, tank: str, tmp_path: Path) -> None:
         (("--free", ""), "free must name at least one coefficient"),
         (("--free", "water.drag", "--validate", "1"), "validate must be at least 0 and less than 1, but is 1"),
         (("--free", "water.drag", "--validate", "most"), "--validate must be a number, but is 'most'"),
-        (("--free", "water.drag", "--loss", "l1"), "loss must be a known loss, but is 'l1': use one of linear"),
+        (("--free", "water.drag", "--loss", "l1"), "--loss must be soft_l1, linear, huber or cauchy, but is 'l1'"),
         (("--free", "water.drag", "--bounds", "water.drag"), "--bounds must be NAME=LOW:HIGH, but is water.drag"),
         (("--free", "water.drag", "--bounds", "water.drag=3"), "--bounds water.drag must be LOW:HIGH, but is '3'"),
         (("--free", "water.drag", "--bounds", "water.friction=0:1"), "must be a free coefficient"),

@@ -98,7 +98,7 @@ def test_files_of_a_log(run: Run, file: str, record: MissionRecord, tmp_path: Pa
         (("plot", "FILE", "-o", "a.gif"), "--output must end in .svg, .png or .pdf"),
         (("to-csv", "FILE", "-o", "a.nc"), "--output must end in .csv"),
         (("to-gpx", "FILE", "-o", "/nowhere/a.gpx"), "must be in a folder that exists"),
-        (("to-csv", "FILE"), "Missing option"),
+        (("to-csv", "FILE"), "`hypertuna log to-csv` needs --output FILE"),
     ],
 )
 def test_bad_input_is_one_sentence(run: Run, file: str, arguments: tuple[str, ...], sentence: str) -> None:

@@ -72,8 +72,8 @@ MISTAKES = {
     "joint bend": "`hypertuna joint bend` needs --joint JOINT (name of the joint group, or its number from the head).",
     "joint bend --joint I --side up": "--side must be left or right, but is 'up': use one of left, right.",
     "joint bend --joint I --pressure 0-250": "--pressure must be a number, but is '0-250': " + RANGE + ".",
-    "optimize": "objective must be one of maximize, minimize and speed, but is none: give --maximize speed, --speed "
-    "0.4 or --minimize cost_of_transport.",
+    "optimize": "the objective must be one of --maximize, --minimize and --speed, but is missing: give --maximize "
+    "speed, --speed 0.4 or --minimize cost_of_transport.",
     "optimize --maximize sped": "objective must be a quantity to optimize, but is 'sped': did you mean speed?",
     "optimize --maximize speed --method sgd": "--method must be gradient, pso, cma or de, but is 'sgd': use one of "
     "gradient, pso, cma, de.",

@@ -110,7 +110,7 @@ def test_options_reach_the_twin(run: Run, monkeypatch: pytest.MonkeyPatch, short
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--amplitude", "12"), "--amplitude must be 2 values, for joint groups I, II, but has 1 (12): give 2"),
+        (("--amplitude", "12"), "--amplitude must be of one gait, but is 12,20 and 12: give one"),
         (("--duration", "0"), "duration must be"),
         (("--duration", "1e9"), "duration must be"),
         (("--duration", "x"), "--duration must be a number, but is 'x'"),

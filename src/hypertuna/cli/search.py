@@ -10,6 +10,7 @@ import typer
 from hypertuna.cli import options as opt
 from hypertuna.cli.parsing import Bound
 from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.optimize import METHODS
 
@@ -23,8 +24,12 @@ Strouhal = Annotated[
 class SearchOptions:
     """An objective, and how it is searched for."""
 
-    maximize: Annotated[str | None, opt.text("--maximize", "Quantity to maximize: speed, efficiency ...")] = None
-    minimize: Annotated[str | None, opt.text("--minimize", "Quantity to minimize: cost_of_transport ...")] = None
+    maximize: Annotated[
+        str | None, opt.text("--maximize", "Quantity to maximize, such as speed or efficiency.", "NAME")
+    ] = None
+    minimize: Annotated[
+        str | None, opt.text("--minimize", "Quantity to minimize, such as cost_of_transport.", "NAME")
+    ] = None
     speed: Annotated[
         float | None, opt.number("--speed", "m/s", "Expected speed in m/s, at low cost of transport (Eq. 42).")
     ] = None
@@ -52,6 +57,11 @@ class SearchOptions:
 
     def arguments(self) -> dict[str, Any]:
         """Return the options as arguments of `optimize`."""
+        given = [f"--{key}" for key in ("maximize", "minimize", "speed") if getattr(self, key) is not None]
+        if len(given) != 1:
+            rule = "must be one of --maximize, --minimize and --speed"
+            fix = "give --maximize speed, --speed 0.4 or --minimize cost_of_transport"
+            raise InputError(rule, key="the objective", value=" and ".join(given) or "missing", fix=fix)
         return vars(self) | {"bounds": bounds_of(self.bounds)}
 
 
