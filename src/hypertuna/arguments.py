@@ -93,22 +93,40 @@ def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
 
 
 def _words(kind: ast.expr) -> str:
-    """Return the words for a kind."""
-    match kind:
-        case ast.BinOp(left=left, right=ast.Constant(value=None)):
-            return _words(left)
-        case ast.BinOp(left=left, right=right):
-            return f"{_words(left)} or {_words(right)}"
-        case ast.Subscript(value=outer, slice=ast.Tuple(elts=parts)) if _name(outer) == "tuple":
-            return f"{len(parts)} values, each {_words(parts[0])}"
-        case ast.Subscript(value=outer, slice=inner):
-            if _name(outer) in ("Sequence", "Iterable", "list"):
-                return f"a list, each {_words(inner)}"
-            if isinstance(inner, ast.Tuple) and _name(outer) == "Mapping":
-                return f"a dict, each value {_words(inner.elts[1])}"
-            return {"Callable": "a function"}.get(_name(outer), "one of its choices")
+    """Return the words for a kind: "a number", "a Swim, a Fit or a list of them"."""
+    words: list[str] = []
+    for part in _parts(kind):
+        word = _word(part)
+        listed = word.removeprefix("a list, each ")
+        words.append("a list of them" if word != listed and listed == _joined(words) else word)
+    return _joined(words)
+
+
+def _joined(words: list[str]) -> str:
+    """Join alternatives."""
+    return " or ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+
+
+def _parts(kind: ast.expr) -> list[ast.expr]:
+    """Return the alternatives of a kind but None."""
+    if isinstance(kind, ast.BinOp):
+        return [*_parts(kind.left), *_parts(kind.right)]
+    return [] if isinstance(kind, ast.Constant) else [kind]
+
+
+def _word(kind: ast.expr) -> str:
+    """Return the words for a kind without alternatives."""
+    if isinstance(kind, ast.Subscript):
+        inner = kind.slice.elts if isinstance(kind.slice, ast.Tuple) else [kind.slice]
+        outer = _name(kind.value)
+        return {
+            "tuple": f"{len(inner)} values, each {_words(inner[0])}",
+            "Mapping": f"a dict, each value {_words(inner[-1])}",
+            "Callable": "a function",
+            "Literal": "one of its choices",
+        }.get(outer, f"a list, each {_words(inner[0])}")
     name = _name(kind)
-    return SIMPLE[name][0] if name in SIMPLE else f"a {name}"
+    return SIMPLE[name][0] if name in SIMPLE else f"{'an' if name[:1] in 'AEIO' else 'a'} {name}"
 
 
 def _name(kind: ast.expr) -> str:

@@ -465,8 +465,8 @@ BAD: dict[str, tuple[Callable[[ht.Robot], object], str]] = {
         "must be a known law.*did you mean as_printed",
     ),
     "set": (lambda fish: bend(fish, "I", PRESSURE, material="sheet"), "must be a known material set.*datasheet"),
-    "word": (lambda fish: bend(fish, "I", ["a"]), r"pressure must be a list of finite numbers, but is \['a'\]"),
-    "truth": (lambda fish: bend(fish, True, PRESSURE), "joint True is not a joint of the robot: use one of I, II"),
+    "word": (lambda fish: bend(fish, "I", ["a"]), r"pressure must be numbers, but is \['a'\]"),
+    "truth": (lambda fish: bend(fish, True, PRESSURE), "joint must be text or a whole number, but is true"),
     "rigid": (
         lambda _: bend(ht.load("rexeel"), 0, PRESSURE),
         r"drive_unit is missing: add the table \[drive_unit\]",

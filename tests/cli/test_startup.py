@@ -50,6 +50,7 @@ def test_swim_imports_what_it_uses(arguments: tuple[str, ...]) -> None:
     rooms = {name.split(".")[1] for name in modules if name.startswith("hypertuna.")}
     assert rooms <= {
         "_core",
+        "arguments",
         "arrays",
         "cli",
         "description",

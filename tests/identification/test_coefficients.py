@@ -68,7 +68,7 @@ def test_a_time_offset_for_each_recording(tuna: ht.Robot) -> None:
         (["water.drag[9]"], "free water.drag[9] must have indices from 0 to 7"),
         (["water.drag[3-1]"], "but is '3-1'"),
         (["water.drag[]"], "must have indices"),
-        (["water.strip.drag_normal"], "is not used by model.water = 'lumped': choose --water strip"),
+        (["water.strip.drag_normal"], "is not used by model.water = 'lumped': choose water = 'strip' in [model]"),
         (["gait.frequency"], "belongs to the gait, which the trials give"),
         (["water.density[0]"], "has one value only"),
         (["time_offset"], "needs recordings of joint angles, and the trials have none"),

@@ -195,7 +195,9 @@ def test_results_of_every_kind_on_one_page(tmp_path: Path) -> None:
         assert words in found.words
     with pytest.raises(InputError, match="at least one result"):
         ht.report([], tmp_path / "none.html")
-    with pytest.raises(InputError, match="Swim, TwinRun, PostureTest, Fit, Optimum or Front"):
+    with pytest.raises(
+        InputError, match="a Swim, a TwinRun, a PostureTest, a Fit, an Optimum, a Front or a list of them, but is"
+    ):
         ht.report([3], tmp_path / "none.html")  # type: ignore[list-item]
     assert not (tmp_path / "none.html").exists()
 

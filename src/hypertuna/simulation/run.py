@@ -67,7 +67,7 @@ VARIABLES: Variables = {
 
 
 @dataclass(frozen=True)
-class Run:
+class Run(Tabular, data=lambda run: run.dataset()):
     """A run of the twin, in the plane or at sea."""
 
     robot: Robot = field(repr=False)
@@ -138,14 +138,7 @@ class Run:
 
 
 @dataclass(frozen=True)
-class TwinRun(
-    Run,
-    Plotted,
-    Tabular,
-    card="hypertuna.simulation.cards:twin_card",
-    figure="hypertuna.simulation.plots:plot_twin",
-    data=lambda run: run.dataset(),
-):
+class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure="hypertuna.simulation.plots:plot_twin"):
     """A run of the twin in the plane; means and amplitudes are over its last whole beats."""
 
     medium: str  # "water" or "air"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.display import Displayed, Tabular
+from hypertuna.display import Displayed
 from hypertuna.frames import angles_of, rotation_of
 from hypertuna.simulation.run import VARIABLES as INNER
 from hypertuna.simulation.run import Run, Variables
@@ -84,9 +84,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class SeaRun(
-    Run, Motion, Displayed, Tabular, card="hypertuna.simulation.cards:sea_card", data=lambda run: run.dataset()
-):
+class SeaRun(Run, Motion, Displayed, card="hypertuna.simulation.cards:sea_card"):
     """A run of the twin at sea."""
 
     sea: Sea
