@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 import hypertuna as ht
 from hypertuna.description.robot import Robot, parse
 from hypertuna.firmware.parameters import firmware_table, header
+from hypertuna.mission.flight import fly
 
 SERVO = {"torque_n_m": 2.0, "speed_rad_s": 10.0, "voltage_v": 7.4, "friction_n_m": 0.05}
 GAIT = ht.Gait.from_degrees(frequency=2, amplitude=(16, 25), phase=(0, 40))
@@ -135,6 +136,19 @@ def test_nothing_to_size_without_oil() -> None:
 
     with pytest.raises(ht.InputError, match="has no pump: servos turn all its joints"):
         size_pump(with_servos(0, 1), frequency=[2], amplitude=[0.2, 0.3])
+
+
+def test_a_robot_without_oil_swims_a_mission() -> None:
+    """Pilot, controller and plant at sea: towards the first waypoint, without a fault."""
+    document = with_servos(0, 1).document()
+    own = ht.load("hypertuna").document()
+    kept = [sensor for sensor in own["sensors"] if sensor.get("quantity") not in ("bend", "pressure", "current")]
+    robot = parse(document | {"guidance": own["guidance"], "sensors": kept})
+    record = fly(ht.read_mission("box"), robot, duration=30).record
+    assert record.circuits == ("I", "I-unused", "II", "II-unused")
+    assert not record.data["status"].any()
+    assert not record.data["pump_pressure"].any()
+    assert 0.2 < record.distance / record.time[-1] < 0.35
 
 
 def test_firmware_has_pins_for_what_is_there() -> None:
