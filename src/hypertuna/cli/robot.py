@@ -1,5 +1,6 @@
 """The commands `hypertuna robot new | check | show | schema`."""
 
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
@@ -57,11 +58,12 @@ def _next_lines(robot: Robot) -> Iterator[Any]:
     """Say what was written, and what to type next."""
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group")
     yield f"written: {robot.file}; {', '.join(counted(number, noun) for number, noun in parts)}, all estimates"
+    file = shlex.quote(robot.file)
     yield "next:"
-    yield f"  hypertuna swim --robot {robot.file}"
+    yield f"  hypertuna swim --robot {file}"
     if robot.controller is not None:
-        yield f"  hypertuna twin --robot {robot.file}"
-    yield f"  hypertuna robot check {robot.file}"
+        yield f"  hypertuna twin --robot {file}"
+    yield f"  hypertuna robot check {file}"
     yield "Replace the estimates by what you measure, and check the file again."
 
 
