@@ -41,7 +41,7 @@ class _Front:
 
     def get_help_option(self, context: Any) -> Any:
         """Return the option --help; its default is False, not None: typer need not import pydantic to read it."""
-        option = super().get_help_option(context)  # type: ignore[misc]
+        option = super().get_help_option(context)  # type: ignore[misc]  # of typer's command, as above
         if option is not None:
             option.default = False
             option.help = "Show this help and exit."
@@ -88,7 +88,7 @@ class Group(_Front, TyperGroup):
 
     def format_commands(self, context: Any, formatter: Any) -> None:
         """Write the commands into the help, with the first paragraph of each."""
-        lines = {name: (self.get_command(context, name).help or "") for name in self.list_commands(context)}  # type: ignore[union-attr]
+        lines = {name: self.commands[name].help or "" for name in self.list_commands(context)}
         with formatter.section("Commands"):
             formatter.write_dl([(name, " ".join(line.split("\n\n")[0].split())) for name, line in lines.items()])
 
