@@ -3,6 +3,8 @@
 import os
 import signal
 
+INTERRUPTED = 130
+
 
 def main() -> None:
     """Load the program and run it."""
@@ -12,13 +14,18 @@ def main() -> None:
     from hypertuna.cli.main import main as program
 
     signal.signal(signal.SIGINT, usual)
-    program()
+    try:
+        program()
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            os._exit(INTERRUPTED)  # all is written; threads in the core would go on for seconds
+        raise
 
 
 def _leave(*_: object) -> None:
     """End the process: nothing is written yet."""
     os.write(2, b"interrupted\n")
-    os._exit(130)
+    os._exit(INTERRUPTED)
 
 
 if __name__ == "__main__":

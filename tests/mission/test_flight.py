@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ import hypertuna as ht
 from hypertuna.cli.main import main
 from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.mission.file import MissionFile, read_mission
-from hypertuna.mission.flight import Flight, fly, fly_seeds, outcome
+from hypertuna.mission.flight import Flight, Interrupted, fly, fly_seeds, outcome
 from hypertuna.mission.gpx import read_gpx
 from hypertuna.mission.run import expected, fly_parts, joined_parts, mission_start
 
@@ -121,6 +122,20 @@ def test_a_seed_has_its_own_noise_and_water(file: MissionFile, flight: Flight, t
     assert other.record.mission.current != flight.record.mission.current
     assert outcome(other).status == "done"
     same(other, fly(file, tuna, seed=3))
+
+
+def test_ctrl_c_keeps_the_flights_that_have_ended(file: MissionFile, tuna: ht.Robot, tmp_path: Path) -> None:
+    def stop(count: int, _: int) -> None:
+        if count == 2:
+            raise KeyboardInterrupt
+
+    options: dict[str, Any] = {"threads": 1, "duration": 5.0, "checkpoint": tmp_path / "seeds.journal"}
+    with pytest.raises(Interrupted) as raised:
+        fly_seeds(file, tuna, range(8), **options, report=stop)
+    ended = raised.value.outcomes
+    assert [one.seed for one in ended][:2] == [0, 1]
+    assert len(ended) < 8
+    assert fly_seeds(file, tuna, range(8), **options)[: len(ended)] == ended
 
 
 def test_seeds_are_the_same_over_threads_and_after_a_resume(

@@ -11,16 +11,17 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, progress_bar, summary_table, table
+from hypertuna.cli.console import command_line, counted, progress_bar, summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.parsing import whole_number as read_whole_number
+from hypertuna.cli.streams import was_interrupted
 from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import rows_csv
 from hypertuna.io.quantity import Quantity, values_of
 from hypertuna.mission.file import MissionFile, missions, read_mission
-from hypertuna.mission.flight import Flight, Outcome, fly, fly_seeds, outcome
+from hypertuna.mission.flight import Flight, Interrupted, Outcome, fly, fly_seeds, outcome
 from hypertuna.mission.gpx import check_origin, write_gpx
 from hypertuna.mission.run import expected
 
@@ -191,8 +192,14 @@ def _fly_many(
     file: MissionFile, robot: Robot, seeds: Sequence[int], options: dict[str, Any], output: str | None, as_json: bool
 ) -> None:
     """Fly many seeds, and summarize them."""
-    with progress_bar("flying") as progress:
-        outcomes = fly_seeds(file, robot, seeds, **options, report=progress)
+    try:
+        with progress_bar("flying") as progress:
+            outcomes, interrupted = fly_seeds(file, robot, seeds, **options, report=progress), False
+    except Interrupted as error:
+        outcomes, interrupted = error.outcomes, True
+        was_interrupted()  # what follows is not interrupted again
+        if not outcomes:
+            raise
     facts = made_by(robot, mission=file.name, mission_hash=file.hash)
 
     def row(one: Outcome) -> dict[str, Any]:
@@ -205,8 +212,11 @@ def _fly_many(
         csv=lambda all_: rows_csv(facts, map(row, all_)),
         output=output,
         as_json=as_json,
-        failed=any(one.status != "done" for one in outcomes),
+        failed=not interrupted and any(one.status != "done" for one in outcomes),
     )
+    if interrupted:
+        typer.echo(f"{len(outcomes)} of {counted(len(seeds), 'flight')} had ended", err=True)
+        raise KeyboardInterrupt
 
 
 def _statistics(outcomes: Sequence[Outcome]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from hypertuna.errors import DamageWarning
 INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
 PLAIN = {"−": "-", "–": "-", "—": "-", "…": "...", "×": "x", "·": " ", "°": "deg", "±": "+-", "≈": "~", "’": "'"}
 PLAIN |= {"÷": "/", "µ": "u", "η": "eta", "π": "pi", "→": "->", "≤": "<=", "≥": ">=", "✓": "ok", "✗": "no", "≠": "!="}
-AGAIN = 0.02  # s
+LOADING, SWALLOWED = 0.02, 1.0  # s until an interrupt comes again
 state = {"interrupted": False}
 
 
@@ -76,16 +76,18 @@ def end_on_signals() -> None:
 def _interrupt(_: int, frame: FrameType | None) -> None:
     """Remember the interrupt, whatever becomes of its exception in a library, and raise it: after imports."""
     state["interrupted"] = True
+    sys.unraisablehook = lambda _: None  # of an interrupt in a callback of a library; it comes again
     while frame is not None and frame.f_code.co_filename != "<frozen importlib._bootstrap>":
         frame = frame.f_back
+    if hasattr(signal, "setitimer"):  # an import that is cut leaves half a module; a library may swallow the exception
+        signal.signal(signal.SIGALRM, _interrupt)
+        signal.setitimer(signal.ITIMER_REAL, SWALLOWED if frame is None else LOADING)
     if frame is None or not hasattr(signal, "setitimer"):
         raise KeyboardInterrupt
-    signal.signal(signal.SIGALRM, _interrupt)  # an import that is cut leaves half a module, or swallows the exception
-    signal.setitimer(signal.ITIMER_REAL, AGAIN)
 
 
 def was_interrupted() -> bool:
-    """Whether there was an interrupt; one that waits for the end of an import is taken as received."""
+    """Whether there was an interrupt, which is then taken as received and does not come again."""
     if state["interrupted"] and hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0)
     return state["interrupted"]

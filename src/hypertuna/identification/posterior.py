@@ -93,6 +93,7 @@ def posterior(
 
     lower, upper = bounds_of(fit.free)
     sampler = emcee.EnsembleSampler(walkers, len(fit.free), log_density)
+    sampler.log_prob_fn = log_density  # without emcee's wrapper, which prints a traceback at Ctrl-C
     options |= {"trials": digest(fit.trials[0]), "seed": fit.seed, "values": fit.values.tolist()}
     header = journal_header("posterior", fit.described, options)
 

@@ -1,8 +1,11 @@
 """Flights: a mission file flown on the twin part by part, with a journal to resume from and a log; many seeds."""
 
+from __future__ import annotations
+
 import base64
+import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,6 +49,14 @@ class Flight(Plotted, card="hypertuna.mission.cards:flight_card", figure="hypert
     seed: int
     record: MissionRecord
     status: str  # "done"; "home" before all waypoints were reached; "hold", "given up" or "diverged"
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during many flights; `outcomes` are those of the flights that had ended."""
+
+    def __init__(self, outcomes: list[Outcome]) -> None:
+        super().__init__()
+        self.outcomes = outcomes
 
 
 @dataclass(frozen=True)
@@ -163,7 +174,7 @@ def fly_seeds(
     checkpoint: str | Path | None = None,
     report: Report | None = None,
 ) -> list[Outcome]:
-    """Fly a mission with many seeds."""
+    """Fly a mission with many seeds; Ctrl-C raises `Interrupted` with those that have ended."""
     if not 1 <= len(seeds) <= MAX_SEEDS:
         rule = f"must be from 1 to {MAX_SEEDS} seeds"
         raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
@@ -172,22 +183,32 @@ def fly_seeds(
     mission_start(robot, file.mission, faults=faults, duration=duration)  # bad input fails before any work
     outcomes: list[Outcome] = []
 
-    def summary(seed: int) -> dict[str, Any]:
-        return vars(outcome(fly(file, robot, seed=seed, faults=faults, duration=duration)))
+    stop = threading.Event()
 
-    with (
-        Journal(checkpoint, journal_header("mission seeds", robot, options)) as journal,
-        ThreadPoolExecutor(thread_count(threads)) as pool,
-    ):
+    def go_on(*_: int) -> None:
+        if stop.is_set():
+            raise CancelledError
+
+    def summary(seed: int) -> dict[str, Any]:
+        return vars(outcome(fly(file, robot, seed=seed, faults=faults, duration=duration, report=go_on)))
+
+    pool = ThreadPoolExecutor(thread_count(threads))
+    with Journal(checkpoint, journal_header("mission seeds", robot, options)) as journal:
         work = {seed: pool.submit(summary, seed) for seed in seeds[journal.known :]}
         try:
             for k, seed in enumerate(seeds):
                 outcomes.append(Outcome(**journal.answer(seed, lambda seed=seed: work[seed].result())))  # type: ignore[misc]  # a default argument is not inferred
                 if report is not None:
                     report(k + 1, len(seeds))
-        except BaseException:
+        except BaseException as error:
+            stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
-            raise
+            if not isinstance(error, KeyboardInterrupt):
+                raise
+            later = (work[seed] for seed in seeds[len(outcomes) :] if seed in work)
+            ended = (one for one in later if one.done() and not one.cancelled() and one.exception() is None)
+            raise Interrupted([*outcomes, *(Outcome(**one.result()) for one in ended)]) from None
+    pool.shutdown()
     return outcomes
 
 
