@@ -140,6 +140,7 @@ def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
     columns, rows = tuple(_core.circuit_columns()), []
     at, nu = math.nan, math.nan
     if not all(group.direct for group in robot.joints):
+        require(robot.pump, "pump", robot)
         oil = require(robot.oil, "oil", robot)
         at = oil.temperature if temperature is None else temperature
         nu = float(viscosity(oil, at))
