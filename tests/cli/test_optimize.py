@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -302,19 +303,31 @@ def test_another_search_in_the_same_file_is_refused(run: Run, state: str) -> Non
     assert "--value must be given at most 4 times" in errors
 
 
+def with_checksums(*records: dict[str, Any]) -> str:
+    """Lines of a journal, each with the checksum of itself and all before it: changed by somebody who knows how."""
+    text, checksum = "", 0
+    for record in records:
+        line = json.dumps({key: value for key, value in record.items() if key != "crc32"}, ensure_ascii=False)
+        checksum = zlib.crc32(line.encode(), checksum)
+        text += f'{line[:-1]}, "crc32": "{checksum:08x}"}}\n'
+    return text
+
+
 def test_states_that_were_tampered_with_are_told(run: Run, state: str) -> None:
     run("optimize", "ask", "--state", state, *TANK)
     run("optimize", "tell", "--state", state, *("--value", "0.1") * 4)
-    header, record = map(json.loads, Path(state).read_text().splitlines())
+    whole = Path(state).read_text()
+    header, record = map(json.loads, whole.splitlines())
+    assert with_checksums(header, record) == whole
     for changes, sentence in (
         ({"options": 3}, "must be a journal of hypertuna"),
         ({"options": {"robot": "hypertuna"}}, ":1 does not hold the options of a search"),
     ):
-        Path(state).write_text(json.dumps(header | changes) + "\n")
+        Path(state).write_text(with_checksums(header | changes))
         code, _, errors = run("optimize", "ask", "--state", state)
         assert (code, sentence in errors) == (2, True), errors
     for changes in ({"told": 3}, {"told": []}, {"told": [3] * 4}, {"asked": None}):
-        Path(state).write_text(json.dumps(header) + "\n" + json.dumps(record | changes) + "\n")
+        Path(state).write_text(with_checksums(header, record | changes))
         code, _, errors = run("optimize", "ask", "--state", state)
         assert (code, ":2 holds gaits that are not in this search" in errors) == (2, True), errors
 

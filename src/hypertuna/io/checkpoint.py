@@ -195,7 +195,7 @@ def _header(file: str, lines: list[bytes]) -> tuple[dict[str, Any], int]:
         header = json.loads(lines[0]) if lines else None
     except (ValueError, RecursionError):
         header = None
-    if not isinstance(header, dict) or header.get("journal") != MARK:
+    if not isinstance(header, dict) or header.get("journal") != MARK or not isinstance(header.get("options", {}), dict):
         raise InputError("must be a journal of hypertuna", file=file, fix="give another file")
     if "crc32" not in header:
         raise InputError("must be a journal with checksums, which earlier versions lack", file=file, fix=ANOTHER)
