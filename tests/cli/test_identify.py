@@ -122,7 +122,7 @@ def test_resumes_from_a_checkpoint(run: Run, tank: str, tmp_path: Path) -> None:
     ("options", "sentence"),
     [
         (("--free", "water.dragg"), "free water.dragg is not a coefficient that can be free: did you mean water.drag?"),
-        (("--free", "water.strip.drag_normal"), "choose --water strip"),
+        (("--free", "water.strip.drag_normal"), "choose water = 'strip' in [model]"),
         (("--free", "water.drag[8]"), "must have indices from 0 to 7"),
         (("--free", ""), "free must name at least one coefficient"),
         (("--free", "water.drag", "--validate", "1"), "validate must be at least 0 and less than 1, but is 1"),

@@ -193,7 +193,7 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
             "waypoints[0] must be reached by a straight course inside limits.fence_m: add a waypoint around it",
         ),
         ("scatter.gap_s", 0.0, "scatter.gap_s must be positive if scatter.gaps is, but is 0"),
-        ("name", "a\x1b[31m", "name must be one line without control characters"),
+        ("name", "a\x1b[31m", "none of them a control character"),
         ("limits.battery", 1.0, "limits.battery must be less than 1"),
         ("limits.duration_s", 0.0, "limits.duration_s must be greater than 0"),
         ("gps.gaps_s", [[5.0, 1.0]], "gps.gaps_s[0] must be two times, the first earlier, but is [5.0, 1.0]"),
