@@ -370,7 +370,20 @@ PICTURES: dict[str, Callable[[], Figure]] = {
 }
 
 # Other pages have a module of their own.
-for part in ("frames", "hydraulics", "trials", "actuator", "bench", "fe", "model", "flow", "turn", "mission", "fin"):
+for part in (
+    "gallery",
+    "frames",
+    "hydraulics",
+    "trials",
+    "actuator",
+    "bench",
+    "fe",
+    "model",
+    "flow",
+    "turn",
+    "mission",
+    "fin",
+):
     made = runpy.run_path(str(ROOT / "docs" / f"figures_{part}.py"))
     TABLES |= made["TABLES"]
     PICTURES |= made["PICTURES"]

@@ -57,6 +57,7 @@ def test_the_example_robot_is_complete() -> None:
     assert ht.load(EXAMPLES / "minnow.toml").unsourced() == ()
 
 
-def test_the_first_robot_is_what_robot_new_writes() -> None:
-    text = first_robot("myfish", links=3, length=0.3, mass=0.85)
-    assert (EXAMPLES / "myfish.toml").read_text() == text, "write it again: hypertuna robot new, as docs/start says"
+@pytest.mark.parametrize(("name", "actuation"), [("myfish", "none"), ("servofish", "servo")])
+def test_first_robots_are_what_robot_new_writes(name: str, actuation: str) -> None:
+    text = first_robot(name, links=3, length=0.3, mass=0.85, actuation=actuation)
+    assert (EXAMPLES / f"{name}.toml").read_text() == text, "write it again: hypertuna robot new, as docs/start says"

@@ -152,7 +152,7 @@ def program(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    """Open digital twin of hydraulic soft robotic fish. Exit code 2 means bad input."""
+    """Open digital twin for robotic fish, rigid or soft. Exit code 2 means bad input."""
 
 
 def main() -> None:

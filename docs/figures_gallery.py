@@ -1,0 +1,29 @@
+"""Pictures of gallery.md: each by the code that stands above it."""
+
+import contextlib
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+ROOT = Path(__file__).parents[1]
+ENTRY = re.compile(r"```python\n(.*?)```\n\n!\[.*?\]\((gallery/.*?)\)", re.DOTALL)
+
+
+def _pictures() -> dict[str, Callable[[], Figure]]:
+    entries = ENTRY.findall((ROOT / "docs/gallery.md").read_text())
+    names: dict[str, Any] = {}  # of the page, from its top
+
+    def run(code: str) -> Figure:
+        with contextlib.chdir(ROOT):
+            exec(code, names)
+        figure: Figure = names["figure"]
+        return figure
+
+    return {f"docs/{name}": lambda code=code: run(code) for code, name in entries}  # type: ignore[misc]  # a default argument is not inferred
+
+
+TABLES: dict[str, Callable[[], str]] = {}
+PICTURES = _pictures()
