@@ -149,7 +149,13 @@ def test_an_argument_of_a_wrong_type_is_one_sentence(
 
 def test_every_public_function_is_tried() -> None:
     functions = {name for name in ht.__all__ if inspect.isfunction(getattr(ht, name))}
-    slow = {"identify", "twins", "read_tracks", "robots"}  # identify and read_tracks have tests of their own
+    slow = {
+        "identify",
+        "twins",
+        "read_tracks",
+        "robots",
+        "progress_bar",
+    }  # identify and read_tracks have tests of their own
     assert functions - slow <= set(NAMES)
 
 

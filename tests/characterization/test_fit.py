@@ -115,7 +115,7 @@ def test_a_material_without_the_constants_in_use_is_reported(tuna: ht.Robot, tmp
     document["drive_unit"]["material_set"] = "fe"
     del document["materials"]["DR10"]["modulus_fe_pa"]
     with pytest.raises(
-        ht.InputError, match=re.escape("materials.DR10.modulus_fe_pa is missing: give it for the material set fe")
+        ht.InputError, match=re.escape("materials.DR10.modulus_fe_pa is missing for drive_unit.material_set = 'fe'")
     ):
         fit_bench(parse(document), loops(tuna, tmp_path))
 

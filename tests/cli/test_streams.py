@@ -2,8 +2,10 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -78,7 +80,9 @@ def test_ascii_terminals_show_what_they_can(tmp_path: Path) -> None:
 @pytest.mark.parametrize("module", ["typer", "hypertuna.cli.swim", "numpy", "numpy.linalg", "pydantic", "rich.console"])
 def test_an_interrupt_while_modules_load(module: str) -> None:
     script = INTERRUPTED.format(module=module, arguments=SWIM.split())
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # else a runner in the background passes SIG_IGN on
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, preexec_fn=heard)
     assert done.stderr == "interrupted\n"
     assert done.returncode in (130, -2)  # Python itself ends by the signal where it cut a text that was compiled
 

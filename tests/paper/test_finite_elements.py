@@ -237,5 +237,5 @@ def test_the_section_shows_a_picture_from_a_file(store: Path) -> None:
     assert shape.name == "fe-shape-I"
     assert 'viewBox="0 0 30 20"' in shape.svg
     element = inline(shape)
-    assert element.startswith('<svg role="img" aria-label="Joint I')
+    assert element.startswith('<svg class="photo" role="img" aria-label="Joint I')
     assert "data:image/png;base64,iVBORw0KGgo" in element

@@ -327,10 +327,13 @@ def test_the_clock_of_all_groups_together_is_arbitrary(tuna: ht.Robot) -> None:
             {"current": (math.nan, 0.0)},
             "current must be two finite numbers, but is (nan, 0.0): give m/s along x and y.",
         ),
-        ({"current": (1.0,)}, "current must be two finite numbers, but is (1.0,): give m/s along x and y."),
+        (
+            {"current": (1.0,)},
+            "current must be 2 values, each a number, but is (1.0,) (tuple): see help(hypertuna.swim).",
+        ),
         (
             {"current": (1.0, 2.0, 3.0)},
-            "current must be two finite numbers, but is (1.0, 2.0, 3.0): give m/s along x and y.",
+            "current must be 2 values, each a number, but is (1.0, 2.0, 3.0) (tuple): see help(hypertuna.swim).",
         ),
     ],
 )

@@ -205,7 +205,7 @@ def test_without_bias_nothing_turns(run: Run) -> None:
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ((), "--frequency is missing"),
+        ((), "--frequency and --amplitude are missing"),
         (("--gait", "turning", "--bias", "1"), "--bias must be 2 values, for joint groups I, II"),
         (("--gait", "turning", "--phase", "0,x"), "--phase[1] must be a number"),
         (("--gait", "turning", "--bias", "0:20:100,0:20:100"), "gaits must be at most 2000 in all, but is 90000"),
