@@ -3,10 +3,10 @@
     python validation/missions/lake.py             # fly, and write data/missions/lake.json
     python validation/missions/lake.py --check     # fly, and compare with it
 
-A hundred seeds with sensor noise, currents to 0.2 m/s and gaps of the satellites are stored beside this file, an hour
-on one core:
+Ten seeds with sensor noise, currents to 0.2 m/s and gaps of the satellites are stored beside this file, a quarter of an
+hour on one core:
 
-    hypertuna mission lake --seeds 1:101 --checkpoint build/lake.journal -o validation/missions/lake-seeds.csv
+    hypertuna mission lake --seeds 1:11 --checkpoint build/lake.journal -o validation/missions/lake-seeds.csv
 """
 
 from __future__ import annotations
