@@ -55,7 +55,7 @@ def paper_command(
 
 
 def _brief(ledger: Ledger) -> Iterator[str]:
-    """Say in two sentences what was computed: the page has the rest."""
+    """Summarize the ledger in two sentences."""
     summary = ledger.summary
     reproduced = f"{summary['reproduced']} of {summary['predictions']} predictions are reproduced"
     yield f"The paper's numbers, computed: {len(ledger.entries)} comparisons; {reproduced}."

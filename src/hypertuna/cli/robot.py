@@ -55,7 +55,7 @@ def new(
 
 
 def _next_lines(robot: Robot) -> Iterator[Any]:
-    """Say what was written, and what to type next."""
+    """Print what was written and the next commands."""
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group")
     yield f"written: {robot.file}; {', '.join(counted(number, noun) for number, noun in parts)}, all estimates"
     file = shlex.quote(robot.file)

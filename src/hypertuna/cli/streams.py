@@ -74,7 +74,7 @@ def end_on_signals() -> None:
 
 
 def _interrupt(_: int, frame: FrameType | None) -> None:
-    """Remember the interrupt, whatever becomes of its exception in a library, and raise it: after imports."""
+    """Record the interrupt, which a library may swallow, and raise it after imports."""
     state["interrupted"] = True
     sys.unraisablehook = lambda _: None  # of an interrupt in a callback of a library; it comes again
     while frame is not None and frame.f_code.co_filename != "<frozen importlib._bootstrap>":

@@ -89,7 +89,7 @@ BeatShape<T> shape(const Harmonics<T>& fit) {
     return {amplitude + fit.third.x * top.x + fit.third.y * top.y, fit.mean};
 }
 
-/// Sum of the amplitudes of both harmonics, whatever their phases: 0 for a sensor that does not follow.
+/// Sum of the amplitudes of both harmonics, independent of their phases: 0 for a sensor that does not follow.
 template <class T>
 T swing(const Harmonics<T>& fit) {
     return sqrt(fit.first.x * fit.first.x + fit.first.y * fit.first.y) +
