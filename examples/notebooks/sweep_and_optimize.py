@@ -19,11 +19,11 @@ grid = ht.sweep(fish, gaits, progress=ht.progress_bar("gaits"))
 ht.plot_sweep(grid)
 
 # %% [markdown]
-# The result is an xarray dataset with SI units. Select by value: angles of the grid are in radians, and each axis is
-# indexed by the last joint group whose angle differs.
+# The result is an xarray dataset: quantities are SI, and the axes have the unit of the grid, here degrees. Select by
+# value: each axis is indexed by the last joint group whose angle differs.
 
 # %%
-near = grid.sel(frequency=3, phase=np.radians(40), amplitude=np.radians(25), method="nearest").isel(bias=0)
+near = grid.sel(frequency=3, phase=40, amplitude=25, method="nearest").isel(bias=0)
 print(f"{near.speed:.3f} m/s for {near.cost_of_transport:.3f} J/(kg m)")
 
 # %% [markdown]

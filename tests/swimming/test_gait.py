@@ -91,8 +91,12 @@ def test_the_eel_makes_a_wave_from_head_to_tail() -> None:
 
 
 def test_degrees_taken_for_radians_are_refused() -> None:
-    with pytest.raises(InputError, match=r"^amplitude\[0\] must be at most 3.14159 rad, but is 16: check its unit\.$"):
+    fix = r"for degrees take Gait.from_degrees or Gaits.grid_degrees\.$"
+    with pytest.raises(InputError, match=rf"^amplitude\[0\] must be at most 3.14159 rad, but is 16: {fix}"):
         Gait(6, (16, 25), (0, 40))
-    with pytest.raises(InputError, match=r"^phase\[1\] must be at most 572958 deg, but is 1e\+18"):
-        Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 1e18))
+    with pytest.raises(InputError, match=rf"^phase\[1\] must be at most 6.28319 rad, but is 40: {fix}"):
+        Gait(6, (0.3, 0.4), (0, 40))
+    with pytest.raises(InputError, match=r"^phase\[1\] must be at most 360 deg, but is 361: check its unit\.$"):
+        Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 361))
+    assert Gait.from_degrees(frequency=6, amplitude=(9,) * 3, phase=(0, 360, 720)).phase[2] == 4 * math.pi
     assert Gait.from_degrees(frequency=6, amplitude=(180, 0), phase=(0, 0)).amplitude[0] == math.pi

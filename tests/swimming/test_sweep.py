@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 
 import hypertuna as ht
 from hypertuna import _core
@@ -263,14 +266,20 @@ def test_a_grid_is_found_by_its_values() -> None:
     gaits = ht.Gaits.grid_degrees(frequency=[1, 2], amplitude=[(8, 15), (16, 25)], phase=lags)
     assert gaits[5] == ht.Gait.from_degrees(frequency=1, amplitude=(16, 25), phase=(0, 30))
     grid = ht.sweep(fish, gaits)
-    near = grid.sel(phase=np.radians(40), method="nearest").sel(frequency=1.9, method="nearest")
-    assert np.degrees(near.phase_II.item()) == pytest.approx(30)
+    near = grid.sel(phase=40, frequency=1.9, method="nearest")  # degrees, as the grid was given
+    assert (near.phase_II.item(), near.phase_II.attrs["units"]) == (30, "deg")
     assert near.frequency == 2
     assert grid.phase.attrs["long_name"] == "phase of joint group II"
+    radians = ht.sweep(fish, replace(gaits, degrees=False))
+    assert radians.phase.attrs["units"] == "rad"
+    assert radians.sel(phase=np.radians(40), method="nearest").phase_II == np.radians(30)
+    pd.testing.assert_frame_equal(ht.to_dataframe(radians), ht.to_dataframe(grid))
+    plots = (ht.plot_sweep(one) for one in (radians, grid))
+    assert len({str([text.get_text() for text in plot.findobj(Text)]) for plot in plots}) == 1
     # Amplitudes that the last group shares are found by the first; where none differs, there is no index.
     same = ht.Gaits.grid_degrees(frequency=[1], amplitude=[(8, 20), (9, 20)], phase=[(0, 0), (0, 0)])
     other = ht.sweep(fish, same)
-    assert np.degrees(other.amplitude.values) == pytest.approx([8, 9])
+    assert other.amplitude.values == pytest.approx([8, 9])
     assert "phase" not in other.coords
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.swimming.gait import KINDS, LARGEST, Gait, Gaits
+from hypertuna.swimming.gait import KINDS, Gait, Gaits, largest
 from hypertuna.swimming.model import parameter_names
 
 
@@ -84,7 +84,8 @@ def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | Non
         bounds = dict(zip(units, [table.frequency, *table.amplitude, *table.phase, *table.bias], strict=True))
     for name, pair in (overrides or {}).items():
         for column in _columns_of(name, robot):
-            bounds[column] = _checked(name, column, pair, units[column])
+            group = (list(units).index(column) - 1) % len(robot.joints)
+            bounds[column] = _checked(name, column, pair, units[column], group)
     missing = [column for column in units if column not in bounds]
     if missing:
         fix = f"add the table [gait_bounds], or give bounds of {missing[0]}"
@@ -111,17 +112,17 @@ def _columns_of(name: str, robot: Robot) -> list[str]:
     return columns[name]
 
 
-def _checked(name: str, column: str, pair: tuple[float, float], unit: float) -> tuple[float, float]:
+def _checked(name: str, column: str, pair: tuple[float, float], unit: float, group: int) -> tuple[float, float]:
     """Check bounds in the unit of their column; return them in Hz or rad."""
     low, high = pair
     kind = column.partition("_")[0]
-    largest = LARGEST.get(kind, np.inf)
+    most = np.inf if kind == "frequency" else largest(kind, group)
     for valid, rule, fix in (
         (np.isfinite(low) and np.isfinite(high), "must be finite", "give LOW:HIGH"),
         (low <= high, "must be the lowest value, then the highest", "exchange the two"),
         (kind != "frequency" or low > 0, "must be greater than 0", "give a lowest beat frequency in Hz"),
         (kind != "amplitude" or low >= 0, "must not be negative", "begin at 0"),
-        (max(abs(low), abs(high)) * unit <= largest, f"must stay within {largest / unit:g} deg", "check the unit"),
+        (max(abs(low), abs(high)) * unit <= most, f"must stay within {most / unit:g} deg", "check the unit"),
     ):
         if not valid:
             raise InputError(rule, key=f"bounds of {name}", value=f"{low:g}:{high:g}", fix=fix)

@@ -16,8 +16,6 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
 KINDS = ("amplitude", "phase", "bias")
-# Largest magnitude of each angle [rad]: half a turn of a joint, and a phase whose sine is still exact.
-LARGEST = {"amplitude": math.pi * (1 + 1e-12), "phase": 1e4, "bias": math.pi * (1 + 1e-12)}
 MAX_GAITS = 10_000_000  # of a grid: 2 GB of results
 
 
@@ -43,7 +41,7 @@ class Gait:
     ------
     InputError
         If a value is not finite, frequency is not positive, an amplitude is negative, an amplitude or bias is more
-        than half a turn, or lengths differ.
+        than half a turn, a phase more than one turn for each joint group before its own, or lengths differ.
     """
 
     frequency: float
@@ -96,6 +94,14 @@ class Gait:
         return np.array([self.frequency, *self.amplitude, *self.phase, *self.bias])
 
 
+def largest(kind: str, group: int) -> float:
+    """Return the largest magnitude of an angle [rad], beyond which its unit is another one.
+
+    Half a turn of a joint; a phase of one turn, and one more with each joint group after the second.
+    """
+    return (math.pi if kind != "phase" else 2 * math.pi * max(1, group)) * (1 + 1e-12)
+
+
 def lags(gait: Gait) -> list[float]:
     """Return the lags behind the first joint group, within half a turn [rad]."""
     return [math.remainder(phase - gait.phase[0], 2 * math.pi) for phase in gait.phase]
@@ -112,6 +118,7 @@ class Gaits(Displayed, card="hypertuna.swimming.cards:gaits_card"):
     # (gaits,) of a list; (frequencies, amplitudes, phases, biases) of a grid, whose gaits are in that order,
     # the last changing fastest
     shape: tuple[int, ...] = field(kw_only=True)
+    degrees: bool = field(default=False, kw_only=True)  # whether a sweep labels its axes in degrees, as they were given
 
     def __post_init__(self) -> None:
         count, groups = len(self.frequency), np.shape(self.amplitude)[-1]
@@ -125,7 +132,7 @@ class Gaits(Displayed, card="hypertuna.swimming.cards:gaits_card"):
             raise InputError(rule, key="shape", value=f"{self.shape}", fix="use Gaits.of or Gaits.grid")
         sound = np.isfinite(self.frequency) & (self.frequency > 0) & (self.amplitude >= 0).all(axis=1)
         for name, column in zip(KINDS, self.columns[1:], strict=True):
-            sound &= (np.abs(column) <= LARGEST[name]).all(axis=1)
+            sound &= (np.abs(column) <= [largest(name, g) for g in range(groups)]).all(axis=1)
         if not sound.all():
             self[int(np.argmin(sound))]  # raises the error of this gait
 
@@ -240,7 +247,7 @@ class Gaits(Displayed, card="hypertuna.swimming.cards:gaits_card"):
             raise InputError(rule, key="grid", value=f"{math.prod(shape)}", fix="take fewer values")
         index = np.indices(shape).reshape(4, -1)
         lists = (np.array(list(one.values()), dtype=np.float64) for one in values.values())
-        return cls(*(axis[k] for axis, k in zip(lists, index, strict=True)), shape=shape)
+        return cls(*(axis[k] for axis, k in zip(lists, index, strict=True)), shape=shape, degrees=unit != 1)
 
     def __len__(self) -> int:
         return len(self.frequency)
@@ -312,9 +319,10 @@ def _checked(frequency: float, angles: Mapping[str, Sequence[float]], unit: floa
         for g, value in enumerate(values):
             if key == "amplitude":
                 NOT_NEGATIVE.check(value, f"{key}[{g}]", "add half a turn to its phase instead")
-            if abs(value) * unit > LARGEST[key]:
-                rule = f"must be at most {LARGEST[key] / unit:g} {'rad' if unit == 1 else 'deg'}"
-                raise InputError(rule, key=f"{key}[{g}]", value=f"{value:g}", fix="check its unit")
+            if abs(value) * unit > largest(key, g):
+                rule = f"must be at most {largest(key, g) / unit:g} {'rad' if unit == 1 else 'deg'}"
+                fix = "check its unit" if unit != 1 else "for degrees take Gait.from_degrees or Gaits.grid_degrees"
+                raise InputError(rule, key=f"{key}[{g}]", value=f"{value:g}", fix=fix)
     return {"frequency": beat} | {key: tuple(value * unit for value in values) for key, values in lists.items()}
 
 

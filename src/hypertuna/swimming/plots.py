@@ -237,7 +237,13 @@ def _mean_line(axes: Axes, value: float, text: str) -> None:
 
 def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
     """Angles of the last joint group along a dimension [deg], and a text for each: of all groups for amplitudes."""
-    columns = [np.degrees(grid[name].values) for name in grid.coords if str(name).startswith(f"{dim}_")]
+    columns = grid_angles(grid, dim)
     if dim == "phase":
         return columns[-1], [f"{angle:.4g}°" for angle in columns[-1]]
     return columns[-1], [", ".join(f"{angle:.4g}°" for angle in angles) for angles in zip(*columns, strict=True)]
+
+
+def grid_angles(grid: xr.Dataset, dim: str) -> list[Array]:
+    """Angles of each joint group along a dimension of a sweep [deg]."""
+    angles = [grid[name] for name in grid.coords if str(name).startswith(f"{dim}_")]
+    return [np.asarray(one if one.attrs["units"] == "deg" else np.degrees(one)) for one in angles]

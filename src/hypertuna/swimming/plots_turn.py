@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, EDGE, FAINT, INK, SHAPES, TIGHT, WIDTH, sequence, styled
+from hypertuna.swimming.plots import grid_angles
 from hypertuna.swimming.swim import Swim, swim
 from hypertuna.swimming.trajectory import Points, body_of
 from hypertuna.swimming.turn import Tightest, Turning, nose_path
@@ -113,15 +114,14 @@ def _spelled(row: xr.Dataset, name: str) -> str:
     """One value of a grid in the words of the options."""
     if name == "frequency":
         return f"{row.frequency.item():g} Hz"
-    angles = (f"{math.degrees(row[c].item()):.3g}" for c in row.coords if str(c).startswith(f"{name}_"))
-    return f"{name} {', '.join(angles)}°"
+    return f"{name} {', '.join(f'{angle:.3g}' for angle in grid_angles(row, name))}°"
 
 
 def _values(row: xr.Dataset, along: str) -> Array:
     """Values along an axis: of the last joint group for phases, of the first that varies for biases."""
     if along == "frequency":
         return np.asarray(row.frequency.values)
-    columns = [np.degrees(row[name].values) for name in row.coords if str(name).startswith(f"{along}_")]
+    columns = grid_angles(row, along)
     if along == "phase":
         return np.asarray(columns[-1])
     return np.asarray(next((column for column in columns if np.ptp(column) > 0), columns[0]))

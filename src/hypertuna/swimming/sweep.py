@@ -77,11 +77,11 @@ def sweep(
     -------
     xarray.Dataset
         Every quantity of `hypertuna.swimming.beat.QUANTITIES`, ``status`` and ``settled``, with dimensions frequency,
-        amplitude, phase and bias for a grid, or gait for a list; angles of every joint group [rad] are coordinates
-        such as ``amplitude_I``. Each dimension of a grid is indexed by the last joint group whose angle differs all
-        along it: ``.sel(phase=np.radians(40), method="nearest")``. A gait that diverged leaves the others
-        untouched. With `check_rest` also
-        ``reached_from_rest`` and ``speed_from_rest``; the attribute ``check_rest`` says whether it was done.
+        amplitude, phase and bias for a grid, or gait for a list; angles of every joint group are coordinates such as
+        ``amplitude_I`` [rad, or deg for `Gaits.grid_degrees`: their attribute ``units``]. Each dimension of a grid is
+        indexed by the last joint group whose angle differs all along it: ``.sel(phase=40, method="nearest")``. A gait
+        that diverged leaves the others untouched. With `check_rest` also ``reached_from_rest`` and
+        ``speed_from_rest``; the attribute ``check_rest`` says whether it was done.
 
     Raises
     ------
@@ -145,6 +145,7 @@ def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str,
     variables["status"] = (dims, status, {"long_name": "how the search ended"} | flags)
     variables["settled"] = (dims, status == 0, {"long_name": "whether the gait repeats itself and is stable"})
     coordinates: dict[str, Any] = {}
+    unit = "deg" if gaits.degrees else "rad"
     for axis, name in enumerate(("frequency", *KINDS)):
         # Along its own axis of a grid an entry stands where all other indices are 0.
         pick = tuple(slice(None) if k == axis else 0 for k in range(4)) if grid else (slice(None),)
@@ -153,9 +154,10 @@ def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str,
         if name == "frequency":
             coordinates[name] = (dim, values[:, 0], "Hz", "beat frequency")
             continue
+        values = np.degrees(values).round(10) if gaits.degrees else values
         for g, group in enumerate(robot.joints):
-            coordinates[f"{name}_{group.name}"] = (dim, values[:, g], "rad", f"{name} of joint group {group.name}")
-        if grid and (index := _index(robot, name, values)) is not None:
+            coordinates[f"{name}_{group.name}"] = (dim, values[:, g], unit, f"{name} of joint group {group.name}")
+        if grid and (index := _index(robot, name, values, unit)) is not None:
             coordinates[name] = index
     return dataset(variables, coordinates, provenance(robot) | how)
 
@@ -164,12 +166,12 @@ DERIVATIVES = ("speed", "cost_of_transport", "power", "power_positive", "strouha
 ANGLES = ("gait.amplitude", "gait.phase", "gait.bias", "joints.phase_offset")  # parameters in radians
 
 
-def _index(robot: Robot, name: str, values: Array) -> tuple[str, Array, dict[str, str]] | None:
+def _index(robot: Robot, name: str, values: Array, unit: str) -> tuple[str, Array, dict[str, str]] | None:
     """Index an axis of a grid by the angles of one joint group: the last one that is different all along it."""
     for g in reversed(range(len(robot.joints))):
         if len(np.unique(values[:, g])) == len(values):
             group = robot.joints[g].name
-            about = {"units": "rad", "long_name": f"{name} of joint group {group}", "same_as": f"{name}_{group}"}
+            about = {"units": unit, "long_name": f"{name} of joint group {group}", "same_as": f"{name}_{group}"}
             return name, values[:, g], about
     return None
 
