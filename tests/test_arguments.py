@@ -180,9 +180,51 @@ def test_the_sentence_names_the_argument_its_kinds_and_the_value() -> None:
     function(np.float64(1), np.ones(2), ["a"])
     function(None)
     for arguments, text in (
-        (("3",), r"number must be a number, but is '3' \(str\): see help"),
+        (("3",), r"number must be a number, but is '3' \(str\): write 3 without quotes"),
         ((1, (1, 2, 3)), r"pair must be 2 values, each a number, but is \(1, 2, 3\) \(tuple\)"),
         ((1, (1, 2), "names"), "names must be a list, each text, but is 'names'"),
     ):
         with pytest.raises(ht.InputError, match=text):
             function(*arguments)
+
+
+# Mistakes of users in Python: a call, and indented below it the sentence.
+LINES = (Path(__file__).parent / "mistakes.txt").read_text().splitlines()
+MISTAKES = [(call, sentence.strip()) for call, sentence in zip(LINES[::2], LINES[1::2], strict=True)]
+
+
+@pytest.fixture(scope="module")
+def names() -> dict[str, Any]:
+    """What the mistakes name."""
+    fish = ht.load("hypertuna")
+    trials = ht.read_trials(TANK / "tank.toml", fish)
+    recording = trials.recordings[0]
+    made = {"ht": ht, "fish": fish, "gait": GAIT, "gaits": GRID, "trials": trials, "recording": recording}
+    made |= {"swim": ht.swim(fish, GAIT), "swept": ht.sweep(fish, GRID), "track": recording.tracks[0]}
+    return made | {"replayed": ht.replay_recording(fish, recording)}
+
+
+@pytest.mark.parametrize(("call", "sentence"), MISTAKES, ids=[call for call, _ in MISTAKES])
+def test_a_mistake_is_a_sentence_with_its_fix(
+    call: str, sentence: str, names: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ht.InputError) as caught:
+        eval(call, names)
+    root = f"{Path(__file__).parents[1]}/"
+    assert str(caught.value).replace(root, "") == sentence
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        ("ht.swim(fish)", "swim(): missing a required argument: 'gait': see help(hypertuna.swim)"),
+        ("ht.swim(fish, gait, step=8)", "swim(): got an unexpected keyword argument 'step': did you mean steps?"),
+        ("ht.swim(fish, gait, 8)", "swim(): too many positional arguments: see help(hypertuna.swim)"),
+    ],
+)
+def test_a_call_that_does_not_fit_names_the_function(call: str, sentence: str, names: dict[str, Any]) -> None:
+    with pytest.raises(TypeError) as caught:
+        eval(call, names)
+    assert str(caught.value) == sentence

@@ -1,13 +1,39 @@
 """Arguments of public functions: each is checked against its annotation, so that a wrong type is an `InputError`."""
 
+from __future__ import annotations
+
 import ast
 import functools
 import inspect
 import operator
-from collections.abc import Callable, Mapping
-from typing import Any, ParamSpec, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-from hypertuna.errors import InputError, shown
+from hypertuna.errors import PLAIN, InputError, did_you_mean, shown, with_article
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LISTS = ("Sequence", "tuple", "Iterable", "list")
+NAMED = ("a Robot", "a Gait", "a MissionFile")  # kinds that a name stands for
+FIXES = {  # by kind: where values of it come from
+    "Robot": 'give a name such as "hypertuna", the path of a file, or what hypertuna.load returns',
+    "Gaits": "make them by hypertuna.Gaits.grid_degrees, or give a list of gaits",
+    "Gait": "make one by hypertuna.Gait.from_degrees, or name one of the robot's gaits",
+    "Trials": "give the path of a CSV file, or what hypertuna.read_trials returns",
+    "Recording": "take one of recordings of what hypertuna.read_trials returns",
+    "JointSeries": "take joints of a recording, or read them by hypertuna.read_joints",
+    "Track": "take one of tracks of a recording, or read them by hypertuna.read_tracks",
+    "MissionFile": 'give a name such as "box", the path of a file, or what hypertuna.read_mission returns',
+    "Limit": "make them by hypertuna.gait_limits",
+    "robot": 'give a name such as "hypertuna", or the path of a file',
+    "grid": "give what hypertuna.sweep returns",
+    "Dataset": "give what hypertuna.sweep or hypertuna.replay returns",
+    "Sea": "make one by hypertuna.Sea",
+    "Swim": "give results such as hypertuna.swim returns",
+    "Path": "give the path of a file",
+    "Callable": "give hypertuna.progress_bar(), for example",
+}
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -15,19 +41,67 @@ R = TypeVar("R")
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """Check the types of the arguments that a function is called with."""
+    name = function.__qualname__
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        kinds = _kinds(function)
-        for key, value in inspect.signature(function).bind(*args, **kwargs).arguments.items():
+        kinds, signature = _kinds(function), inspect.signature(function)
+        try:
+            given = signature.bind(*args, **kwargs).arguments
+        except TypeError as error:
+            unknown = next((key for key in kwargs if key not in signature.parameters), None)
+            fix = f"see help(hypertuna.{name})" if unknown is None else did_you_mean(unknown, signature.parameters)
+            raise TypeError(f"{name}(): {error}: {fix}") from None
+        for key, value in given.items():
             kind = kinds.get(key)
             if kind is not None and not _fits(value, kind):
-                given = f"{shown(value)} ({type(value).__name__})".replace("\n", " ")
-                fix = f"see help(hypertuna.{function.__qualname__})"
-                raise InputError(f"must be {_words(kind)}", key=key, value=given, fix=fix)
+                fix = _fix(value, kind, key) or f"see help(hypertuna.{name})"
+                raise InputError(f"must be {_words(kind)}", key=key, value=_given(value), fix=fix)
         return function(*args, **kwargs)
 
     return call
+
+
+def check_made_by(maker: str, data: xr.Dataset, key: str, names: Sequence[str]) -> None:
+    """Check that a dataset is of the public function that makes such: it has the variables of these names."""
+    if missing := [name for name in names if name not in data.variables]:
+        fix = f"give what hypertuna.{maker} returned"
+        raise InputError(f"must be a result of {maker}", key=key, value=f"a Dataset without {missing[0]}", fix=fix)
+
+
+def _given(value: Any) -> str:
+    """Return a value and its type as text of an error."""
+    text = f"{value}" if isinstance(value, bool) else shown(value)
+    plain = isinstance(value, PLAIN) and value is not None and not text.startswith("a ")
+    return f"{text} ({type(value).__name__})" if plain else text
+
+
+def _fix(value: Any, kind: ast.expr, key: str) -> str | None:
+    """Return what to write instead of a value of an argument that is not of its kind."""
+    parts = _parts(kind)
+    names = [_name(part) for part in parts]
+    if isinstance(value, str) and {"float", "int", "Array", "ArrayLike"} & {*names} and _as_number(value):
+        return f"write {value.strip()} without quotes"
+    if "int" in names and isinstance(value, float) and value.is_integer():
+        return f"write {int(value)}"
+    if names == ["str"] and value is not None:
+        return "write text in quotes"
+    for part in parts:
+        if isinstance(part, ast.Subscript) and _name(part.value) in LISTS and _fits(value, part.slice):
+            return f"write [{shown(value)}]" if isinstance(value, PLAIN) else "put it in a list"
+        if isinstance(part, ast.Subscript) and isinstance(part.slice, ast.Tuple) and _name(part.value) == "tuple":
+            return f"write {key}=({', '.join('abc'[: len(part.slice.elts)])})"
+    inner = [_name(one) for part in parts for one in ast.walk(part) if isinstance(one, ast.expr)]
+    return next((FIXES[one] for one in [*(n for n in inner if n == "Robot"), key, *inner] if one in FIXES), None)
+
+
+def _as_number(text: str) -> bool:
+    """Whether a text is a number in quotes."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 @functools.cache
@@ -80,7 +154,7 @@ def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
         return isinstance(value, Mapping) and all(
             _fits(key, parts[0]) and _fits(part, parts[1]) for key, part in value.items()
         )
-    if outer in ("Sequence", "tuple", "Iterable", "list"):
+    if outer in LISTS:
         if isinstance(value, str | bytes | Mapping) or not hasattr(value, "__iter__"):
             return False
         if outer == "Iterable" and not hasattr(value, "__len__"):
@@ -99,6 +173,10 @@ def _words(kind: ast.expr) -> str:
         word = _word(part)
         listed = word.removeprefix("a list, each ")
         words.append("a list of them" if word != listed and listed == _joined(words) else word)
+    if words[:1] and words[0] in NAMED and "text" in words:
+        words[words.index("text")] = "its name"
+    elif len(words) > 2 and "text" in words and "a path" in words:
+        words.remove("text")
     return _joined(words)
 
 
@@ -124,9 +202,11 @@ def _word(kind: ast.expr) -> str:
             "Mapping": f"a dict, each value {_words(inner[-1])}",
             "Callable": "a function",
             "Literal": "one of its choices",
-        }.get(outer, f"a list, each {_words(inner[0])}")
+        }.get(
+            outer, "a list of paths" if "Path" in map(_name, _parts(inner[0])) else f"a list, each {_words(inner[0])}"
+        )
     name = _name(kind)
-    return SIMPLE[name][0] if name in SIMPLE else f"{'an' if name[:1] in 'AEIO' else 'a'} {name}"
+    return SIMPLE[name][0] if name in SIMPLE else with_article(name)
 
 
 def _name(kind: ast.expr) -> str:

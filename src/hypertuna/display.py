@@ -14,8 +14,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from hypertuna.arguments import checked
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import data_columns
+from hypertuna.ranges import Range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 LINES, COLUMNS = 5, 100  # of a text
 OPEN = 8  # rows of a table that are not folded
 REFRESH = 0.1  # s between two pictures of a progress bar
+WIDTHS = Range(min=2, max=40, unit="inch")  # of a figure
 SCREEN = 144  # dots per inch of a figure in a notebook
 
 # The colors are those of the notebook: text and lines in its color, the body in one that both themes show well.
@@ -94,20 +97,21 @@ class Plotted(Displayed):
         if figure:
             cls._figure = figure
 
-    def plot(self, **options: Any) -> Figure:
+    def plot(self, *, width: float = 7.2) -> Figure:
         """Plot the result.
 
         Parameters
         ----------
-        **options
-            Of the figure: ``width`` [inch].
+        width : float
+            Of the figure, 2 to 40 [inch].
 
         Returns
         -------
         matplotlib.figure.Figure
             Shown by notebooks; ``figure.savefig("name.svg")`` writes it.
         """
-        figure: Figure = pkgutil.resolve_name(self._figure)(self, **options)
+        width = WIDTHS.check(width, "width", "give the width of the figure in inches")
+        figure: Figure = pkgutil.resolve_name(self._figure)(self, width=width)
         return in_notebooks(figure)
 
 
@@ -261,6 +265,7 @@ def curve_svg(x: Iterable[float], y: Iterable[float], label: str, *, equal: bool
     return f"<svg {about}>{drawn}{texts}{title}</svg>"
 
 
+@checked
 def progress_bar(what: str = "done") -> Callable[[int, int], None]:
     """Show the progress of a long call in a notebook or on a terminal.
 

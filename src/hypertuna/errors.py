@@ -5,9 +5,11 @@ from __future__ import annotations
 import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
+from pathlib import PurePath
 
 CONTROL = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of characters that move the cursor, turn or end the line
 LONGEST = 300  # characters of a name in an error
+PLAIN = (str, bytes, int, float, complex, list, tuple, set, dict, PurePath, type(None))  # written out in an error
 
 
 class InputError(ValueError):
@@ -110,10 +112,26 @@ def _short(text: str) -> str:
     return escaped(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]}...{text[-LONGEST // 2 :]}")
 
 
+def _plain(value: object) -> bool:
+    """Whether a value is written out in errors: a number, text, a list of them, an array."""
+    return isinstance(value, PLAIN) or hasattr(value, "dtype")
+
+
+def with_article(kind: str) -> str:
+    """Return the name of a type as text: "a Swim", "an Optimum", "Gaits"."""
+    return kind if kind.endswith("s") else f"{'an' if kind[:1] in tuple('AEIO') else 'a'} {kind}"
+
+
 def shown(value: object) -> str:
-    """Return a value as text of an error, shortened to one line of 60 characters."""
+    """Return a value as text of an error: plain ones on one line of 60 characters, others by their kind."""
+    if isinstance(value, list | tuple | set) and not all(map(_plain, value)):
+        kinds = dict.fromkeys(type(part).__name__ for part in value)
+        return f"a {type(value).__name__} of {', '.join(kinds)}"
+    if not _plain(value):
+        return with_article(type(value).__name__)
     try:
         text = "true" if value is True else "false" if value is False else repr(value)
     except ValueError:  # Python writes whole numbers of up to 4300 digits
         text = "a number of more than 4300 digits"
+    text = " ".join(text.split("\n"))
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -329,11 +329,11 @@ def test_the_clock_of_all_groups_together_is_arbitrary(tuna: ht.Robot) -> None:
         ),
         (
             {"current": (1.0,)},
-            "current must be 2 values, each a number, but is (1.0,) (tuple): see help(hypertuna.swim).",
+            "current must be 2 values, each a number, but is (1.0,) (tuple): write current=(a, b).",
         ),
         (
             {"current": (1.0, 2.0, 3.0)},
-            "current must be 2 values, each a number, but is (1.0, 2.0, 3.0) (tuple): see help(hypertuna.swim).",
+            "current must be 2 values, each a number, but is (1.0, 2.0, 3.0) (tuple): write current=(a, b).",
         ),
     ],
 )

@@ -66,7 +66,7 @@ def gait_limits(
     values["strouhal"] = None if strouhal is None else min(strouhal)
     for key, value in values.items():
         if value is not None:
-            POSITIVE.check(value, key, "or leave it out")
+            POSITIVE.check(value, key, "leave it out for no limit")
     limits: list[Limit] = []
     groups = [group.name for group in robot.joints]
     if joint_rate is not None:

@@ -151,7 +151,7 @@ def make_optimizer(
     default = METHODS[check_choice(method, METHODS, "method")]
     for key, value, low in (("particles", particles, default.min_size), ("iterations", iterations, 1)):
         if value is not None:
-            Whole(min=low, max=MAX_SIZE).check(value, key, "or leave it out")
+            Whole(min=low, max=MAX_SIZE).check(value, key, "leave it out for the default")
     SEEDS.check(seed, "seed", "take 1")
     size, batches = particles or default.size, iterations or default.batches
     lower, upper = problem.space.lower, problem.space.upper

@@ -152,11 +152,11 @@ def pareto(
     names = tuple(objectives)
     targets = tuple(objective(name, key="objectives") for name in names)
     if len(names) not in (2, 3) or len(set(names)) < len(names):
-        fix = "give them separated by commas, such as speed,cost_of_transport"
+        fix = "take speed and cost_of_transport, for example"
         raise InputError("must be two or three different ones", key="objectives", value=shown(",".join(names)), fix=fix)
     sizes = {"population": population, "generations": generations, "seed": seed}
     for key, value in sizes.items():
-        RANGES[key].check(value, key, "or leave it out")
+        RANGES[key].check(value, key, "leave it out for the default")
     slow = SLOW * robot.body.length if min_speed is None else min_speed
     NOT_NEGATIVE.check(slow, "min_speed", "give it in m/s, or 0")
     slowest = gait_limits(robot, speed=slow) if slow > 0 else ()

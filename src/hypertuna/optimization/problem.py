@@ -135,7 +135,7 @@ class Problem:
 def over_fit(problem: Problem, statistic: str, *, samples: int, seed: int) -> Problem:
     """Pose a problem to robots sampled from the fit of its robot."""
     check_choice(statistic, STATISTICS, "robust")
-    SAMPLES.check(samples, "samples", "or leave it out")
+    SAMPLES.check(samples, "samples", "leave it out for the default")
     return robust_problem(problem, sample_robots(problem.robot, samples, seed), statistic)
 
 

@@ -224,15 +224,7 @@ class Gaits(Displayed, card="hypertuna.swimming.cards:gaits_card"):
     @classmethod
     def _grid(cls, given: Mapping[str, Any], unit: float) -> Self:
         """Combine values of frequency [Hz] and angles in their unit [rad]."""
-        axes: dict[str, list[Any]] = {}
-        for name, axis in given.items():
-            try:
-                axes[name] = list(() if axis is None else axis)
-            except TypeError:
-                one = "[2.0]" if name == "frequency" else "[(0.2, 0.3)]: one angle per joint group in each"
-                raise InputError("must be a list", key=name, value=shown(axis), fix=f"write {name}={one}") from None
-            if not axes[name] and name != "bias":
-                raise InputError("must have at least one value", key=name, value="empty", fix="give a range or a list")
+        axes = {name: _axis(name, axis, unit) for name, axis in given.items()}
         # Each value is checked once, not once for every combination.
         first = {kind: axes[kind][0] for kind in KINDS[:2]} | {"bias": ()}
         axes["bias"] = axes["bias"] or [_checked(axes["frequency"][0], first, unit)["bias"]]
@@ -326,11 +318,38 @@ def _checked(frequency: float, angles: Mapping[str, Sequence[float]], unit: floa
     return {"frequency": beat} | {key: tuple(value * unit for value in values) for key, values in lists.items()}
 
 
+def _axis(name: str, axis: Any, unit: float) -> list[Any]:
+    """Return the values of an axis of a grid: frequencies, or lists of angles."""
+    if axis is None and name == "bias":
+        return []
+    pair = "[(0.2, 0.3)]" if unit == 1 else "[(10, 20)]"
+    fix = f"write {name}={pair}: one angle per joint group in each" if name != "frequency" else "write frequency=[2.0]"
+    if not _listed(axis):
+        raise InputError("must be a list", key=name, value=shown(axis), fix=fix)
+    values = list(axis)
+    if not values and name != "bias":
+        raise InputError("must have at least one value", key=name, value="empty", fix="give a range or a list")
+    for k, value in enumerate(values if name != "frequency" else ()):
+        if not _listed(value):
+            raise InputError("must be a list of angles", key=f"{name}[{k}]", value=shown(value), fix=fix)
+        if len(value) != len(values[0]):
+            rule = f"must be {len(values[0])} long, as {name}[0] is"
+            fix = "give one angle per joint group"
+            raise InputError(rule, key=f"{name}[{k}]", value=f"{len(value)} long", fix=fix)
+    return values
+
+
+def _listed(value: Any) -> bool:
+    """Whether a value is a list, not text."""
+    return hasattr(value, "__iter__") and not isinstance(value, str | bytes)
+
+
 def _list(values: Sequence[float], key: str) -> tuple[float, ...]:
     """Return finite numbers, one per joint group."""
     fix = "give one angle per joint group"
-    try:
-        items = list(values)
-    except TypeError:
-        raise InputError("must be a list of numbers", key=key, value=shown(values), fix=fix) from None
+    if not _listed(values):
+        raise InputError("must be a list of numbers", key=key, value=shown(values), fix=fix)
+    items = list(values)
+    if not items and key == "amplitude":
+        raise InputError("must have at least one angle", key=key, value="empty", fix=fix)
     return tuple(FINITE.check(value, f"{key}[{g}]", fix) for g, value in enumerate(items))

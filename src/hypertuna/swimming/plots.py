@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from hypertuna.arguments import checked
+from hypertuna.arguments import check_made_by, checked
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, sequence, styled
@@ -75,6 +75,7 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     InputError
         If the grid has several biases, or one frequency and one phase.
     """
+    check_made_by("sweep", grid, "grid", ("frequency", "speed", "settled"))
     if "bias" not in grid.dims or grid.sizes["bias"] > 1:
         raise InputError("must show a grid with one bias", key="plot", fix="sweep one bias at a time")
     if grid.sizes["frequency"] == 1 and grid.sizes["phase"] == 1:

@@ -252,7 +252,7 @@ def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAUL
     gaits = Gaits.of([gait])
     result = settle(robot, gaits, steps=steps)
     status = STATUSES[result["status"][0]]
-    if result["speed"][0] == 0:
+    if not any(gait.amplitude):
         raise InputError("must move the robot to have derivatives", key="gait", fix="give it an amplitude")
     if status not in ("settled", "unstable"):
         raise InputError("must settle to have derivatives", key="gait", value=status, fix="see hypertuna.swim")

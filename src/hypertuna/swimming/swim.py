@@ -19,6 +19,7 @@ from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Quantity
+from hypertuna.ranges import Whole
 from hypertuna.swimming.beat import (
     APPROACH,
     DEFAULT_STEPS,
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MAX_BEATS = 10_000  # from rest: half a gigabyte of trajectory
+BEATS = Whole(min=1, max=MAX_BEATS)
 AT_REST = 1e-4  # from rest, a gait is settled when its last beat is this near the settled speed (relative)
 STRAIGHT = 1e3  # body lengths: a larger turning radius is not shown
 
@@ -136,7 +138,7 @@ class Swim(
         xarray.Dataset
             As `trajectory`; one beat of the settled gait is that of `trajectory` itself.
         """
-        return self._motion(float(beats))
+        return self._motion(float(BEATS.check(beats, "beats", "give a whole number of beats")))
 
     def _motion(self, beats: float) -> xr.Dataset:
         """Integrate the gait over some beats from its start."""

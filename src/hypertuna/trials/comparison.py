@@ -9,11 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hypertuna.arguments import checked
+from hypertuna.arguments import check_made_by, checked
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.trials.manifest import Recording
-from hypertuna.trials.replay import Pose, at_times, head_center, joint_grid, replay, rmse, seen_from_start, together
+from hypertuna.trials.replay import (
+    POSE,
+    Pose,
+    at_times,
+    head_center,
+    joint_grid,
+    replay,
+    rmse,
+    seen_from_start,
+    together,
+)
 from hypertuna.trials.smoothing import SmoothSeries, smooth
 from hypertuna.trials.start import beat_of, begin_of, with_first_poses
 from hypertuna.trials.tracks import Track
@@ -94,6 +104,7 @@ def compare_recording(robot: Robot | str | Path, recording: Recording, result: x
         ``best_time_offset_s``.
     """
     robot = robot_of(robot)
+    check_made_by("replay_recording", result, "result", POSE)
     tracks = how_begun(robot, recording, smooth(recording.joints, noise=recording.noise))[1]
     errors = rmse(robot, result, tracks)
     shift = best_time_offset(robot, result, tracks)

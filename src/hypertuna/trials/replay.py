@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 
 from hypertuna import _core
-from hypertuna.arguments import checked
+from hypertuna.arguments import check_made_by, checked
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.errors import InputError, shown
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 MAX_STEPS = 1_000_000
 STEPS_PER_SAMPLE = 2  # Runge-Kutta steps per median interval of the series
 MAX_SPEED = 1e3  # body lengths or radians per second; faster motions have diverged
+POSE = ("time", "x", "y", "heading")  # of a replay
 AXES = {"x": "m", "y": "m", "yaw": "rad"}
 BORDER = {"m": ("cm", 100.0), "rad": ("deg", 180 / math.pi)}  # displayed unit, and displayed units per SI unit
 
@@ -193,6 +194,7 @@ def residuals(robot: Robot | str | Path, result: xr.Dataset, track: Track) -> Ar
         x, y [m] and yaw [rad] in the axes of the track, at its frames that the replay spans.
     """
     robot = robot_of(robot)
+    check_made_by("replay", result, "result", POSE)
     time = result["time"].to_numpy()
     inside = (track.time >= time[0]) & (track.time <= time[-1])
     if not inside.any():
@@ -228,7 +230,7 @@ def rmse(robot: Robot | str | Path, result: xr.Dataset, tracks: Sequence[Track])
     """
     robot = robot_of(robot)
     if not tracks:
-        raise InputError("must hold at least one run", key="tracks", fix="give the tracked poses")
+        raise InputError("must hold at least one run", key="tracks", value="empty", fix="give the tracked poses")
     differences = [residuals(robot, result, track) for track in tracks]
     clock = result["time"].to_numpy()
     time, poses = together(tracks, clock[0], clock[-1])
