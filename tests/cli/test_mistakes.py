@@ -94,6 +94,91 @@ MISTAKES = {
     "mean II?",
     f"{SWIM} --set links.mass_kg[30]=3": "--set: links.mass_kg[30] is beyond the end of the list: indices are from "
     "0 to 7.",
+    "robot new": "`hypertuna robot new` needs FILE.toml (file to write; its name is the robot's).",
+    "robot new myfish": "FILE must end in .toml, but is 'myfish': write myfish.toml.",
+    "robot new fish.toml --length 300": "--length must be from 0.03 to 10 m, but is 300: give the length of the robot"
+    " in m.",
+    "robot new fish.toml --length 30cm": "--length must be a number, but is '30cm': give the number alone, in m.",
+    "robot new fish.toml --mass 850": "--mass must make a fish from 0.03 to 0.45 times as high as long at neutral "
+    "buoyancy, but is 850 kg, 11 times as high: a robot of 0.3 m has about 0.0062 to 1.4 kg.",
+    "robot new fish.toml --actuation servos": "--actuation must be none, servo or hydraulic, but is 'servos': did you"
+    " mean servo?",
+    "robot new fish.toml --links 3,4": "--links must be a whole number, but is '3,4': write digits only.",
+    "robot new fish.toml --links 1": "--links must be from 2 to 20, but is 1: a head, and one link behind each joint.",
+    "robot new fish.toml --joints 2": "--joints must be names of joint groups, but is 2: name them, such as "
+    "front,rear; their number follows from --links.",
+    "robot show": "`hypertuna robot show` needs ROBOT (name of a robot that comes with hypertuna, or path of a TOML "
+    "file).",
+    "swim --robot rexeel --gait cruise": "robots/rexeel.toml: gait must be a gait of the robot, but is 'cruise': use "
+    "one of wave-10, wave-30.",
+    "swim --frequency 2 --amplitude 16;25 --phase 0;40": "--amplitude must be a number, but is '16;25': separate "
+    "values with commas, and write decimal points.",
+    "swim --frequency 2 --amplitude [16,25] --phase 0,40": "--amplitude[0] must be a number, but is '[16': write the "
+    "values without brackets, such as 16,25.",
+    "swim --frequency 2 --amplitude 16,25,30 --phase 0,40,80": "--amplitude must be 2 values, for joint groups I, II,"
+    " but has 3 (16, 25, 30): give 2, separated by commas.",
+    "swim --gait optimised-0.3 --set body.mass_kg=3,3": "--set: body.mass_kg must be a number, but is [3, 3]: write a"
+    " decimal point, 3.3.",
+    "swim --gait optimised-0.3 --set joints.I.bandwidth_hz=fast": "--set: joints[0].bandwidth_hz must be a number, "
+    "but is 'fast': give the bandwidth of the first-order lag in Hz.",
+    "swim --gait optimised-0.3 --duration 10": "--duration is not an option of `hypertuna swim`: `hypertuna swim "
+    "--help` lists the options.",
+    "sweep --frequency 1:6:6 --amplitude 16,25 --phase 0,40 -o sweep.xlsx": "--output must end in .nc or .csv, but is"
+    " 'sweep.xlsx': write sweep.csv.",
+    "turn --gait turning --bias 10,20,30": "--bias must be 2 values, for joint groups I, II, but has 3 (10, 20, 30): "
+    "give 2, separated by commas.",
+    "optimise --maximize speed": "optimise is not a command of `hypertuna`: did you mean optimize?",
+    "optimize --maximise speed": "--maximise is not an option of `hypertuna optimize`: did you mean --maximize?",
+    "optimize --minimize cot": "objective must be a quantity to optimize, but is 'cot': use one of speed, speed_bl, "
+    "efficiency, stride_length, power, power_positive, loss, cost_of_transport, cost_of_transport_positive, strouhal, "
+    "excursion, torque_peak, ....",
+    "optimize --maximize speed --bounds freq=1:4": "bounds must name a value of a gait, but is 'freq': did you mean "
+    "frequency?",
+    "optimize --maximize speed --bounds frequency_hz=4:1": "bounds of frequency_hz must be the lowest value, then the"
+    " highest, but is 4:1: exchange the two.",
+    "optimize ask --maximize speed": "`hypertuna optimize ask` needs --state FILE (file that stores the search; "
+    "created by the first ask).",
+    "pareto --objectives speed": "objectives must be two or three different ones, but is 'speed': give them separated"
+    " by commas, such as speed,cost_of_transport.",
+    "pareto --max-joint-rate 10rad/s": "--max-joint-rate must be a number, but is '10rad/s': give the number alone, "
+    "in deg/s.",
+    "trials import markers tracks.csv": "`hypertuna trials import markers` needs --output FILE (write the manifest to"
+    " this .toml file).",
+    "joint bend --joint III": "joint must be a joint of hypertuna, but is 'III': did you mean II?",
+    "joint bend --joint 3": "joint must be a joint of hypertuna, but is '3': use one of I, II.",
+    "joint bend --joint II --pressure 250000": "--pressure must be at most 2000, but is 250000: give it in kPa.",
+    "fe bend --joint I --mesh 2": "mesh must be a known mesh, but is '2': use one of coarse, medium, fine.",
+    "pump --bore 0.004": "--bore must be from 1 to 20 mm, but is 0.004: give it in mm.",
+    "pump --over joints.I.line.bore=0.003,0.004": "--over: joints[0].line.bore is not a known key: did you mean "
+    "bore_m?",
+    "range --power 9": "--speed is needed beside --power: give both, or a gait.",
+    "range --gait optimised-0.3 --reserve 20": "reserve must be at least 0 and less than 1, but is 20: give the "
+    "fraction of the charge to keep, such as 0.1.",
+    "twin --gait optimised-0.3 --temperature 293": "temperature must be from -9 to 100 degC, but is 293 degC: L-HM46 "
+    "flows above its pour point, and its viscosity is known up to 100 C.",
+    "twin --gait optimised-0.3 --fault bend:stuck": "fault must be CHANNEL:KIND@SECONDS, but is 'bend:stuck': write "
+    "for example bend-II:stuck@5, or bend-II:stuck@5-8 for a fault that ends.",
+    "twin --gait optimised-0.3 --line-bore 0.004": "--line-bore must be from 1 to 20 mm, but is 0.004: give it in mm.",
+    "posture-test --angle 20,20,20": "angle must be 2 values, for joint groups I, II, but is 3 long: give one angle "
+    "for each.",
+    "dive --robot rexeel --gait wave-10": "robots/rexeel.toml: controller is missing: add the table [controller].",
+    "dive --gait optimised-0.3 --fins 450": "fins must be at most 45 deg, the controller.fin_max_deg, but is 450 deg:"
+    " give less.",
+    "mission": "`hypertuna mission` needs FILE.toml (mission file, or name of a mission that comes with hypertuna: "
+    "box, lake, transect).",
+    "mission box --seeds 100": "--seeds must be FROM:TO, but is '100': write, for example, 0:100.",
+    "mission box -o box.gpx": "--output must end in .mcap or .csv, but is 'box.gpx': write --gpx box.gpx.",
+    "firmware params -o params.h": "--output must end in .hpp, but is 'params.h': write params.hpp.",
+    "hil --scenario lack": "--scenario is no scenario, but is 'lack': did you mean lake?",
+    "radio log --connect 14550 -o log.mcap": "--connect must be the address of a robot, but is '14550': write "
+    "udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600.",
+    "radio log --connect /dev/ttyUSB0 -o log.mcap": "--connect must be the address of a robot, but is '/dev/ttyUSB0':"
+    " write udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600.",
+    "radio params --connect udp:14550 --set gain": "--set must be NAME=VALUE, but is gain: write it as NAME=VALUE.",
+    "radio drive": "`hypertuna radio drive` needs --connect PLACE (udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or "
+    "serial:/dev/ttyUSB0:9600).",
+    "paper -o index.html": "--output must be a folder, but is 'index.html': write index.",
+    "-v": "-v is not an option of `hypertuna`: did you mean --version?",
 }
 
 

@@ -82,7 +82,7 @@ def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
         (("--bore", "0"), "bore must be from 1 to 20 mm, but is 0: give it in mm"),
         (("--bore", "0.005"), "bore must be from 1 to 20 mm, but is 0.005"),
         (("--bore", "2:3"), "bore must be a number or start:stop:count"),
-        (("--over", "pump.crnk_m=1"), "--set: pump.crnk_m is not a known key: did you mean crank_m?"),
+        (("--over", "pump.crnk_m=1"), "--over: pump.crnk_m is not a known key: did you mean crank_m?"),
         (("--temperature", "130"), "temperature must be from -9 to 100 degC, but is 130 degC"),
         (("--temperature", "cold"), "temperature must be a number"),
         (("--frequency", "0.001"), "frequency must be at least 0.05 Hz, but is 0.001"),

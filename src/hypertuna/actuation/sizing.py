@@ -151,7 +151,7 @@ def size_over(
     The options are those of `size_pump`; the keys change slowest, the last of them fastest.
     """
     cases = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
-    robots = [changed(robot, case) for case in cases]  # checks all input
+    robots = [changed(robot, case, "--over") for case in cases]  # checks all input
     sizes = []
     for k, (case, other) in enumerate(zip(cases, robots, strict=True)):
         report = progress and partial(_report, progress, k, len(cases))

@@ -175,6 +175,7 @@ def _explained(error: Any, command: Any, context: Any, args: list[str]) -> Input
         fix = f"did you mean {(longer or near)[0]}?" if longer or near else f"`{name} --help` lists the options"
         if context.parent is None:
             fix = f"write options behind a command, such as `hypertuna swim {error.option_name} ...`"
+            fix = "did you mean --version?" if error.option_name.lower() == "-v" else fix
         return InputError(f"is not an option of `{name}`", key=error.option_name, fix=fix)
     if kind == "BadOptionUsage":
         param = next((param for param in command.get_params(context) if error.option_name in param.opts), None)

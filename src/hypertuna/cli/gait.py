@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.command import listed
@@ -13,6 +14,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import KINDS, Gait, Gaits, named_gait
 
+RADIANS = 1.6  # deg: all amplitudes below it are likely to be in radians
 MIN_BEATS = 2  # of a run: for means over whole beats
 Points = Sequence[tuple[float, ...]]  # values of an option [Hz, deg]
 
@@ -75,6 +77,8 @@ def _axes(robot: Robot, name: str | None, given: Mapping[str, Points]) -> dict[s
         axes |= {key: [tuple(np.degrees(getattr(known, key)).tolist())] for key in KINDS}
     for key, points in given.items():
         _check_count(robot, key, points, 1 if key == "frequency" else groups)
+    if 0 < max((abs(a) for point in given.get("amplitude", ()) for a in point), default=0) < RADIANS:
+        typer.echo("note: amplitudes are in degrees, and these are small; multiply radians by 57.3", err=True)
     if missing := [f"--{key}" for key in ("frequency", *KINDS) if key not in given and key not in axes]:
         choice = f", or --gait with one of {', '.join(robot.gaits)}" if robot.gaits else ""
         rule, them = ("is missing", "it") if len(missing) == 1 else ("are missing", "them")

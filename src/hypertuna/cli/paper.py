@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -10,6 +11,7 @@ import typer
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.options import AsJson
+from hypertuna.errors import InputError, shown
 from hypertuna.paper.ledger import CLASSES, MARKS, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, reproduce
 
@@ -41,6 +43,8 @@ def paper_command(
     as_json: AsJson = False,
 ) -> None:
     """Compute the paper's numbers beside the published ones."""
+    if output is not None and Path(output).suffix in (".html", ".json"):
+        raise InputError("must be a folder", key="--output", value=shown(output), fix=f"write {Path(output).stem}")
     with progress_bar("computing") as progress:
         ledger = reproduce(full=full, progress=progress)
     if output is None:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, Range, Whole
 
+SPREADSHEETS = (".xlsx", ".xls", ".ods", ".tsv", ".txt")  # read .csv
 COUNTS = Whole(min=1, max=1_000_000)  # values of one range
 
 
@@ -41,6 +42,10 @@ def _fix(text: str, unit: str) -> str:
     """Return what to write instead of a text that is no number."""
     begin = re.match(r"-?[\d.]+", text.strip())
     rest = text.strip()[begin.end() :].strip() if begin else ""
+    if re.fullmatch(r"[\d.,;\s-]+", text) and ";" in text:
+        return "separate values with commas, and write decimal points"
+    if text.strip()[:1] in ("[", "(", "{"):
+        return "write the values without brackets, such as 16,25"
     if re.fullmatch(r"(-|to|\.\.)\s*[\d.]+", rest):
         return "write a range as START:STOP:COUNT, such as 1:6:6 for 1, 2, 3, 4, 5 and 6"
     if re.fullmatch(r"[\d.\s-]+", rest):
@@ -103,7 +108,10 @@ def setting(text: str, key: str, unit: str) -> Setting:
 def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
     """Check ending and folder of an output file before any work is done for it."""
     if Path(path).suffix.lower() not in suffixes:
-        fix = f"write {Path(path).stem}{suffixes[0]}"
+        table = ".csv" in suffixes and Path(path).suffix.lower() in SPREADSHEETS
+        fix = f"write {Path(path).stem}{'.csv' if table else suffixes[0]}"
+        if Path(path).suffix.lower() == ".gpx" and ".mcap" in suffixes:
+            fix = f"write --gpx {path}"
         endings = " or ".join(", ".join(suffixes).rsplit(", ", 1))
         raise InputError(f"must end in {endings}", key=key, value=shown(path), fix=fix)
     if not Path(path).parent.is_dir():

@@ -12,27 +12,36 @@ from hypertuna.errors import InputError, InputErrors, did_you_mean
 NAMES = ("name", "drives", "quantity")  # keys that name a table of a list: of a joint group, a servo, a sensor
 
 
-def changed(robot: Robot, values: Mapping[str, Any]) -> Robot:
+def changed(robot: Robot, values: Mapping[str, Any], option: str = "--set") -> Robot:
     """Return a robot with other values of keys as written in its file, in the file's units.
 
     A table of a list is chosen by name or index, ``joints.II.bandwidth_hz`` or ``links.mass_kg[3]``; without either,
-    the value is that of all: ``joints.line.bore_m``.
+    the value is that of all: ``joints.line.bore_m``. `option` is named in errors.
     """
     if not values:
         return robot
     document = robot.document()
     sources = document.setdefault("sources", {})
-    for key, value in values.items():
-        place = written(tuple(_set(document, key, value, key)))
-        before = robot.source(place)
-        sources[place] = f"{key} set to {value}{f'; before: {before}' if before else ''}"
     try:
+        for key, value in values.items():
+            place = written(tuple(_set(document, key, value, key)))
+            before = robot.source(place)
+            sources[place] = f"{key} set to {value}{f'; before: {before}' if before else ''}"
         return parse(document, file=robot.file)
     except InputError as error:
         every = error.errors if isinstance(error, InputErrors) else (error,)
-        named = [InputError(one.rule, file="--set", key=one.key, value=one.value, fix=one.fix) for one in every]
+        named = [
+            InputError(one.rule, file=option, key=one.key, value=one.value, fix=_fix(one, values)) for one in every
+        ]
         named = [one for one in named if not (one.key or "").startswith("sources")] or named
         raise InputErrors(named) from None
+
+
+def _fix(error: InputError, values: Mapping[str, Any]) -> str | None:
+    """Return the fix of an error: a decimal point where a comma has made two numbers of one."""
+    pairs = [v for v in values.values() if isinstance(v, list) and len(v) == 2 and all(isinstance(x, int) for x in v)]
+    pair = next((pair for pair in pairs if str(pair) == error.value and error.rule == "must be a number"), None)
+    return error.fix if pair is None else f"write a decimal point, {pair[0]}.{pair[1]}"
 
 
 def toml_value(text: str) -> Any:
@@ -53,12 +62,12 @@ def _set(node: Any, rest: str, value: Any, key: str) -> list[str]:
     if isinstance(node, list):
         return _set_in_list(node, rest, value, key)
     if not isinstance(node, dict):
-        raise InputError("goes beyond a value", file="--set", key=key, fix="leave out the end of the key")
+        raise InputError("goes beyond a value", key=key, fix="leave out the end of the key")
     known = [name for name in node if re.match(rf"{re.escape(name)}($|[.\[])", rest)]
     first = re.match(r'"[^"]+"|[^.\[]+', rest)
     name = max(known, key=len) if known else first[0] if first else ""
     if not name:
-        raise InputError("is no key", file="--set", key=key, fix="write it as in the robot's file: body.mass_kg")
+        raise InputError("is no key", key=key, fix="write it as in the robot's file: body.mass_kg")
     below = rest[len(name) :].removeprefix(".")
     name = name.strip('"')
     if not below:
@@ -73,7 +82,7 @@ def _set_in_list(nodes: list[Any], rest: str, value: Any, key: str) -> list[str]
         k = int(index[1])
         if k >= len(nodes):
             fix = f"indices are from 0 to {len(nodes) - 1}"
-            raise InputError("is beyond the end of the list", file="--set", key=key, fix=fix)
+            raise InputError("is beyond the end of the list", key=key, fix=fix)
         if below := rest[index.end() :]:
             return _set(nodes[k], below, value, key)
         nodes[k] = value
@@ -85,9 +94,9 @@ def _set_in_list(nodes: list[Any], rest: str, value: Any, key: str) -> list[str]
         name = max(named, key=len)
         return _set(names[name], rest[len(name) + 1 :], value, key)
     if not tables:
-        raise InputError("is a list of values", file="--set", key=key, fix="choose one with its index: [0]")
+        raise InputError("is a list of values", key=key, fix="choose one with its index: [0]")
     first = rest.partition(".")[0]
     if "." in rest and not any(first in node for node in tables):
-        raise InputError("names none of the list", file="--set", key=key, fix=did_you_mean(first, names))
+        raise InputError("names none of the list", key=key, fix=did_you_mean(first, names))
     places = [_set(node, rest, value, key) for node in tables]
     return places[0]

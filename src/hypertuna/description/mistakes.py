@@ -12,6 +12,12 @@ from hypertuna.description.commented import commented
 from hypertuna.description.validation import Place, field_at, fix_of, rule_of, written
 from hypertuna.errors import InputError, InputErrors, did_you_mean, shown
 
+# Kinds of TOML files: keys that only they have, and what reads them.
+KINDS = {
+    "a robot": ({"links", "joints", "body", "gaits"}, "a robot is an option: `--robot {file}`"),
+    "a mission": ({"waypoints", "stay"}, "`hypertuna mission {file}` flies it"),
+    "a manifest of trials": ({"recordings", "steady"}, "`hypertuna identify {file}` reads it"),
+}
 ROUNDS = 12  # of mending: tables in tables, each with mistakes that hide those behind it
 Example = Callable[[Mapping[str, Any]], Mapping[str, Any]]  # a valid document much like a given one
 Model = type[BaseModel]
@@ -25,6 +31,8 @@ def translate(
     The rules come from the model's descriptions and units; `example` makes a valid document of about its size. Without
     one, only the mistakes that are seen at once are returned.
     """
+    if other := _of_another_kind(document, model, file):
+        return other
     found: dict[str, InputError] = {}
     missing: list[Place] = []
     replaced: list[str] = []  # keys whose values are those of the example
@@ -47,6 +55,15 @@ def translate(
             error = next_error
     paste = _paste(missing, model, valid)
     return InputErrors([*found.values()], paste) if len(found) > 1 or paste else next(iter(found.values()))
+
+
+def _of_another_kind(document: Mapping[str, Any], model: Model, file: str | None) -> InputError | None:
+    """Return the only mistake of a file that is of another kind than the model."""
+    (own,) = [kind for kind, (keys, _) in KINDS.items() if keys <= {*_keys(model)}] or [""]
+    for kind, (keys, fix) in KINDS.items():
+        if own not in ("", kind) and keys & document.keys() and not KINDS[own][0] & document.keys():
+            return InputError(f"is {kind}, not {own}", file=file or "the file", fix=fix.format(file=file or "FILE"))
+    return None
 
 
 def _in_order(error: ValidationError) -> list[Any]:

@@ -107,6 +107,9 @@ def _groups(links: int, names: Sequence[str]) -> dict[str, list[int]]:
     """Share the joints, one at the front end of each link but the head, among named groups."""
     count = links - 1
     names = names or [f"J{i}" for i in range(1, links)]
+    if len(names) == 1 and names[0].isdigit():
+        fix = "name them, such as front,rear; their number follows from --links"
+        raise InputError("must be names of joint groups", key="--joints", value=names[0], fix=fix)
     if len(names) > count or len(set(names)) < len(names) or not all(names):
         rule, value = f"must be at most {count} different names, a joint for each link behind the head", ",".join(names)
         raise InputError(rule, key="--joints", value=value, fix="give fewer names, or more links")

@@ -338,6 +338,8 @@ def load(robot: str | Path) -> Robot:
     path = shipped("robots") / f"{robot}.toml" if by_name else Path(robot)
     if by_name and os.path.isdir(robot):
         raise InputError("is a folder", file=str(robot), fix="give the path of a TOML file")
+    if by_name and not path.exists() and os.path.exists(robot):
+        raise InputError("is not a robot", file=str(robot), fix="give a robot's name or the path of its TOML file")
     if not os.path.exists(path):
         fix = did_you_mean(str(robot), robots()) if by_name else "give a robot's name or the path of its TOML file"
         raise InputError("does not exist", file=file, fix=fix)

@@ -156,8 +156,8 @@ class TankSearch:
 def _options_of(path: str | Path) -> dict[str, Any]:
     """Return the options in a journal."""
     if not Path(path).exists():
-        rule, fix = "does not exist", "start a search: give --robot and --maximize speed, for example"
-        raise InputError(rule, file=str(path), fix=fix)
+        fix = f"start a search, for example `hypertuna optimize ask --state {path} --maximize speed`"
+        raise InputError("does not exist", file=str(path), fix=fix)
     header = read_header(path)
     if header.get("kind") != "experiment":
         fix = "give the state of `hypertuna optimize ask`"

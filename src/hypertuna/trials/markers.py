@@ -159,7 +159,8 @@ def _plain(table: Table) -> _Columns:
     # a column such as "body" or "yaw" is no pair of coordinates
     lone = [name for name, axes in of.items() if not {"x", "y"} <= set(axes)]
     for name in lone:
-        if len(lone) == len(of) or (set(of[name]) & {"x", "y"} and not re.fullmatch(r"[a-z]{3,}", name)):
+        word = all(re.match(r"[xyp][a-z]{2}", table.head[k], re.IGNORECASE) for k in of[name].values())
+        if not word and (len(lone) == len(of) or set(of[name]) & {"x", "y"}):
             axis = "y" if "x" in of[name] else "x"
             fix = "name columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ..."
             raise InputError(f"must have a column of {axis}", file=table.file, key=f"marker {name}", fix=fix)

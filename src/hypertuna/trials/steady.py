@@ -83,16 +83,30 @@ def _keys(table: Table, robot: Robot) -> list[str]:
     angles = {f"{kind}_{name}_deg": f"{kind}[{g}]" for kind in ANGLES for name, g in groups.items()}
     required = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in ANGLES[:2] for g, name in enumerate(names)}
     del required["phase[0]"]  # 0 by definition
+    if {"time_s", "time", "t"} & {*table.head}:
+        fix = "name a recording over time in a manifest, `[[recordings]]`; a row of this table is a run"
+        raise InputError("has a column of time, and is no table of steady runs", file=table.file, fix=fix)
     keys = table.keys(
         {column: key for key, column in COLUMNS.items()} | angles,
         {"frequency": COLUMNS["frequency"]} | required,
         fix=f"add it; {rule}",
-        hint=lambda column: f"{rule}: " if column.startswith(ANGLES) else "",
+        hint=lambda column: _hint(column, rule),
     )
     if not set(MEASURED) & set(keys):
         either = " or ".join(COLUMNS[key] for key in MEASURED)
         raise InputError("must be a column", file=table.file, key=either, value="missing", fix="add what was measured")
     return keys
+
+
+def _hint(column: str, rule: str) -> str:
+    """Return what to know of an unknown column before the nearest name."""
+    if column.startswith(ANGLES):
+        return f"{rule}; choose the robot that swam with --robot: "
+    known = (
+        name for key, name in COLUMNS.items() if column.startswith(f"{key}_") and not column.startswith(f"{key}_sd")
+    )
+    name = next(known, None)
+    return "convert the numbers as well; " if name else ""
 
 
 def _run(cells: dict[str, str], robot: Robot, file: str, line: int) -> SteadyRun:

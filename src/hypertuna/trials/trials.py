@@ -101,7 +101,9 @@ def _read(path: Path, robot: Robot) -> Trials:
     if suffix == ".mcap":
         return Trials(steady_runs(path, robot))
     rule = "must be a CSV file of steady runs, a TOML manifest, a .mcap log or a folder"
-    raise InputError(rule, file=str(path), fix="rename it, or convert it to one of them")
+    sheet = suffix in (".xlsx", ".xls", ".ods", ".numbers")
+    fix = "save the table as CSV, with commas between the cells" if sheet else "convert it to one of them"
+    raise InputError(rule, file=str(path), fix=fix)
 
 
 def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:

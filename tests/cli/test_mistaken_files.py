@@ -1,0 +1,118 @@
+"""Mistakes in files and folders, written down before their answers: one sentence each, with the fix in it."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from hypertuna.actuation.new import first_robot
+from program import Run
+
+REPOSITORY = Path(__file__).parents[2]
+
+# What is typed behind `hypertuna` in the folder below, and the answer behind "error: ".
+MISTAKES = {
+    "robot chekc own.toml": "chekc is not a command of `hypertuna robot`: did you mean check?",
+    "robot check box.toml": "box.toml is a mission, not a robot: `hypertuna mission box.toml` flies it.",
+    "robot check tank.csv": "tank.csv is not a robot: give a robot's name or the path of its TOML file.",
+    "robot check .": ". is a folder: give the path of a TOML file.",
+    "swim --robot tank.toml": "tank.toml is a manifest of trials, not a robot: `hypertuna identify tank.toml` reads "
+    "it.",
+    "swim --robot .": ". is a folder: give the path of a TOML file.",
+    "swim --robot own.toml --gait optimised-0.3": "own.toml: gait must be a gait of the robot, but is "
+    "'optimised-0.3': use one of cruise.",
+    "optimize tell tank.csv --state search.json": "search.json does not exist: start a search, for example `hypertuna"
+    " optimize ask --state search.json --maximize speed`.",
+    "identify runs.csv": "runs.csv must be a file, but is missing: check the path.",
+    "identify semicolon.csv": "semicolon.csv must be separated by commas, but is separated by semicolons: save it "
+    "with commas, and decimal points in numbers.",
+    "identify tank.xlsx": "tank.xlsx must be a CSV file of steady runs, a TOML manifest, a .mcap log or a folder: "
+    "save the table as CSV, with commas between the cells.",
+    "identify tank.csv --robot rexeel": "tank.csv: line 2, amplitude_I_deg is not a known column: in KIND_GROUP_deg, "
+    "GROUP is a joint group of rexeel by name or number (1, 2, 3, 4, 5); choose the robot that swam with --robot: did "
+    "you mean amplitude_5_deg?",
+    "identify plain.csv": "plain.csv: line 1, frequency is not a known column: did you mean frequency_hz?",
+    "identify empty.csv": "empty.csv must be a table, but is empty: give a line of column names, then one line per "
+    "sample.",
+    "identify tank.csv --free water.dragg": "free water.dragg is not a coefficient that can be free: did you mean "
+    "water.drag?",
+    "identify tank.csv --validate 20": "validate must be at least 0 and less than 1, but is 20: give a fraction such "
+    "as 0.2, or 0 for none.",
+    "identify own.toml": "own.toml is a robot, not a manifest of trials: a robot is an option: `--robot own.toml`.",
+    "trials check .": ". holds no known published files: give a CSV file, a manifest, or the folder with "
+    "*deg_hardware_motor_angles.csv and *deg_hardware_trajectories.csv of "
+    "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot.",
+    "trials check poses.csv": "poses.csv has a column of time, and is no table of steady runs: name a recording over "
+    "time in a manifest, `[[recordings]]`; a row of this table is a run.",
+    "trials check percent.csv": "percent.csv: line 2, speed_cm_s is not a known column: convert the numbers as well; "
+    "did you mean speed_m_s?",
+    "trials import markers poses.csv -o markers.toml": "poses.csv must have at least two markers, but is 1: name "
+    "columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ....",
+    "replay angles.csv": "--columns must be given with a CSV file: name the columns of angles, or give a manifest.",
+    "replay angles.csv --columns joint_1,joint_2": "angles.csv: column joint_1 must be a column of the file, but is "
+    "missing: did you mean joint_I?",
+    "replay angles.csv --columns joint_I,joint_II --unit degrees": "unit must be a known unit, but is 'degrees': did "
+    "you mean deg?",
+    "replay angles.csv --columns joint_I": "angles.csv: the number of angles must be 2, one per joint group of "
+    "hypertuna (I, II), but is 1: name one column of angles per joint group, from head to tail.",
+    "joint bend --robot own.toml --joint J1": "own.toml: drive_unit is missing: add the table [drive_unit].",
+    "joint fit tank.csv": "tank.csv: line 2, frequency_hz is not a known column: use one of joint, side, "
+    "pressure_kpa, angle_deg, branch, angle_sd_deg, volume_ml, run.",
+    "joint silicone tank.csv": "tank.csv must have a row of names with Engineering Strain and Engineering Stress "
+    "(MPa): add it above the numbers; True Strain and True Stress are accepted, too.",
+    "pump --robot own.toml": "own.toml: pump is missing: add the table [pump].",
+    "twin --robot own.toml": "own.toml: controller is missing: add the table [controller].",
+    "mission tank.toml": "tank.toml is a manifest of trials, not a mission: `hypertuna identify tank.toml` reads it.",
+    "mission box --robot own.toml": "own.toml: controller is missing: add the table [controller].",
+    "log info flight.mcap": "flight.mcap must be a readable file, but is not (No such file or directory): give the "
+    "path of a .mcap file.",
+    "log info tank.csv": "tank.csv must be an MCAP file, but is something else: give a .mcap file.",
+    "firmware params --robot own.toml": "own.toml: firmware is missing: add the table [firmware].",
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder as users have it: trials of HyperTuna, tables of a spreadsheet, a mission, an own robot."""
+    folder = tmp_path_factory.mktemp("mine")
+    for name in ("tank.csv", "tank.toml", "angles.csv", "poses.csv"):
+        shutil.copy(REPOSITORY / "examples" / "tank" / name, folder)
+    shutil.copy(REPOSITORY / "missions" / "box.toml", folder)
+    (folder / "own.toml").write_text(first_robot("own"))
+    text = (folder / "tank.csv").read_text()
+    (folder / "semicolon.csv").write_text(text.replace(",", ";").replace(".", ","))
+    (folder / "bom.csv").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
+    (folder / "tank.xlsx").write_bytes(b"PK\x03\x04")
+    (folder / "plain.csv").write_text("frequency,amplitude,phase,speed\n1,16,0,0.3\n")
+    (folder / "empty.csv").write_text("")
+    (folder / "percent.csv").write_text(text.replace("speed_m_s", "speed_cm_s"))
+    return folder
+
+
+@pytest.mark.parametrize("typed", MISTAKES)
+def test_a_mistaken_file_has_one_sentence_with_the_fix(
+    typed: str, folder: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("HYPERTUNA_ROBOT", raising=False)
+    monkeypatch.chdir(folder)
+    before = sorted(folder.iterdir())
+    assert run(*typed.split()) == (2, "", f"error: {MISTAKES[typed]}\n")
+    assert sorted(folder.iterdir()) == before
+
+
+def test_a_table_of_excel_is_read(folder: Path, run: Run) -> None:
+    told = [run("trials", "check", str(folder / f"{name}.csv"))[1].split(":", 1)[1] for name in ("bom", "tank")]
+    assert told[0] == told[1]
+
+
+def test_values_may_have_spaces_behind_commas(run: Run) -> None:
+    plain = run("swim", "--frequency", "2", "--amplitude", "16,25", "--phase", "0,40")
+    assert run("swim", "--frequency", "2", "--amplitude", "16, 25", "--phase", "0, 40") == plain
+
+
+def test_amplitudes_in_radians_are_told(run: Run) -> None:
+    code, _, errors = run("swim", "--frequency", "2", "--amplitude", "0.28,0.44", "--phase", "0,0.7")
+    assert code == 0
+    assert errors == "note: amplitudes are in degrees, and these are small; multiply radians by 57.3\n"
+    assert run("swim", "--frequency", "2", "--amplitude", "0,0.44", "--phase", "0,0")[2].startswith("note: amplitudes")
+    assert run("swim", "--frequency", "2", "--amplitude", "0,16", "--phase", "0,40")[2] == ""
