@@ -1,27 +1,32 @@
-"""Check a built website: every link leads somewhere, and nothing is fetched from the network.
+"""Check a built website: links and anchors, files from the network, texts of pictures, links of plain words in types.
 
 `python docs/check_site.py docs/_build` prints what is wrong and ends with 1, or prints nothing.
 """
 
 from __future__ import annotations
 
+import re
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 FETCHED = {"img": "src", "script": "src", "link": "href", "iframe": "src", "source": "src", "image": "href"}
+PLAIN = ("shape", "points", "name", "time", "units", "kind", "value", "path")  # words of types, which name no class
 NAMES = ("canonical", "author", "license", "search", "index", "next", "prev")  # relations that fetch nothing
 
 
 class Page(HTMLParser):
-    """Identifiers, links and fetched files of a page."""
+    """Identifiers, links, fetched files and faults of a page."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
         self.identifiers: set[str] = set()
         self.links: list[str] = []
         self.fetched: list[str] = []
+        self.faults: list[str] = []
+        self.text = ""  # since the last link was opened
+        self.reference = False  # whether that link is to the reference of Python
         self.feed(text)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -29,8 +34,21 @@ class Page(HTMLParser):
         self.identifiers |= {values[name] for name in ("id", "name") if name in values}
         if tag == "a" and "href" in values:
             self.links.append(values["href"])
+            self.text, self.reference = "", "reference" in values.get("class", "").split()
         if tag in FETCHED and FETCHED[tag] in values and values.get("rel") not in NAMES:
             self.fetched.append(values[FETCHED[tag]])
+        if tag == "img" and not values.get("alt"):
+            self.faults.append(f"no text for {values.get('src')}")
+        style = f"{values.get('style', '')} {values.get('srcset', '')}"
+        self.fetched += re.findall(r"https?://[^\s)'\"]+", style)
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag == "a" and self.reference and self.text in PLAIN:
+            self.faults.append(f"a link of the word {self.text}")
+        self.reference = self.reference and tag != "a"
 
 
 def faults(site: Path) -> list[str]:
@@ -40,6 +58,7 @@ def faults(site: Path) -> list[str]:
     for path, page in pages.items():
         name = path.relative_to(site)
         found += [f"{name}: fetches {url}" for url in page.fetched if urlsplit(url).netloc]
+        found += [f"{name}: {fault}" for fault in page.faults]
         for url in (*page.links, *page.fetched):
             parts = urlsplit(url)
             if parts.scheme or parts.netloc:
@@ -49,6 +68,9 @@ def faults(site: Path) -> list[str]:
                 found.append(f"{name}: no file {url}")
             elif parts.fragment and target in pages and unquote(parts.fragment) not in pages[target].identifiers:
                 found.append(f"{name}: no place {url}")
+    for path in site.rglob("*.css"):
+        urls = re.findall(r"""url\(\s*["']?(https?:[^"')]+)|@import\s+["'](https?:[^"']+)""", path.read_text())
+        found += [f"{path.relative_to(site)}: fetches {first or second}" for first, second in urls]
     return sorted(set(found))
 
 

@@ -51,7 +51,7 @@ from hypertuna.paper.reproduce import Ledger, reproduce
 from hypertuna.reports.html import Table
 from hypertuna.reports.results import posture_table
 from hypertuna.simulation.dive import dive
-from hypertuna.simulation.plots import plot_dive
+from hypertuna.simulation.plots import plot_dive, plot_posture
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.drawing import plot_robot
 from hypertuna.swimming.gait import named_gait
@@ -363,6 +363,7 @@ TABLES: dict[str, Callable[[], str]] = {
 
 PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/swim.svg": lambda: plot_swim(swum("unoptimised-max", "joint bandwidth")),
+    "docs/control.svg": lambda: plot_posture(ledger().results["twins"].posture),
     "docs/dive.svg": lambda: plot_dive(dive(load("hypertuna"), named_gait(load("hypertuna"), "unoptimised-0.4"))),
     "docs/pareto.svg": lambda: plot_pareto(front()),
     "docs/convergence.svg": lambda: plot_convergence([optimum(MODELS[1], m, speed=0.4) for m in METHODS]),

@@ -2,6 +2,8 @@
 
 import re
 import runpy
+import shlex
+import shutil
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -10,10 +12,22 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from program import Run
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)]
+TASKS = [page for page in PAGES if page.parent.name in ("start", "howto") or page.name == "README.md"]
 HEAVIEST = 300_000  # bytes of a picture
+
+# What takes minutes as written, and what the test runs in its place.
+SHORTER = {
+    "--seeds 0:100": "--seeds 0:2 --duration 5",
+    "mission box": "mission box --duration 5",
+    "--robust worst5": "--robust worst5 --samples 4 --population 8 --generations 2",
+}
+# What needs an extra, a board or a robot: that its options exist is all the test checks.
+OPTIONS_ALONE = ("hypertuna fe ", "hypertuna hil ", "hypertuna radio ", "hypertuna identify tank.mcap ")
+TOOLS = (".", "jupyter", "pip", "python3", "sudo")  # run by no test here; those of installing by test_make.py
 
 
 def named(page: Path) -> str:
@@ -115,3 +129,100 @@ def test_the_check_of_the_site_finds_what_is_broken(tmp_path: Path) -> None:
         "b.html: fetches https://example.org/x.js",
         "b.html: no file c.html",
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ('<img src="a.html">', "a.html: no text for a.html"),
+        ('<img src="a.html" alt="" >', "a.html: no text for a.html"),
+        ('<a class="reference internal" href="a.html"><code>shape</code></a>', "a.html: a link of the word shape"),
+        ('<p style="background: url(https://example.org/x.png)">', "a.html: fetches https://example.org/x.png"),
+    ],
+)
+def test_the_check_of_the_site_finds_what_a_page_lacks(text: str, fault: str, tmp_path: Path) -> None:
+    check = runpy.run_path(str(ROOT / "docs/check_site.py"))["faults"]
+    (tmp_path / "a.html").write_text('<img src="a.html" alt="A fish"><a class="reference" href="a.html">shapes</a>')
+    assert check(tmp_path) == []
+    (tmp_path / "a.html").write_text(text)
+    assert check(tmp_path) == [fault]
+
+
+def test_the_check_of_the_site_reads_style_sheets(tmp_path: Path) -> None:
+    check = runpy.run_path(str(ROOT / "docs/check_site.py"))["faults"]
+    (tmp_path / "a.css").write_text("@import 'https://example.org/a.css'; p { background: url(https://example.org/b) }")
+    assert check(tmp_path) == ["a.css: fetches https://example.org/a.css", "a.css: fetches https://example.org/b"]
+
+
+def commands(text: str) -> list[str]:
+    """Return the shell commands of a page in order; of those with their output, which the figures run, only writers."""
+    found = []
+    for kind, block in re.findall(r"^```(sh|console)\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE):
+        lines = re.sub(r"\s+#.*", "", block).splitlines()
+        if kind == "console":
+            lines = [line[2:] for line in lines if line.startswith("$ ") and (" -o " in line or " new " in line)]
+        found += [part.strip() for line in lines for part in line.split("&&") if part.strip()]
+    return found
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder as the pages take it for granted: robots, trials, a bench and a mission of one's own."""
+    for robot in ("minnow", "servofish"):
+        shutil.copy(ROOT / f"examples/{robot}.toml", tmp_path)
+    for trials in ("tank", "eel"):
+        shutil.copytree(ROOT / "examples" / trials, tmp_path / trials)
+    shutil.copy(ROOT / "examples/bench/bench.csv", tmp_path)
+    shutil.copy(ROOT / "missions/box.toml", tmp_path / "mine.toml")
+    (tmp_path / "firmware/robots").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def executed(command: str, run: Run) -> str:
+    """Execute a command of a page, shorter if need be; return what is wrong, or nothing."""
+    program, *arguments = shlex.split(command)
+    if program == "make":
+        rules = "".join(path.read_text() for path in (ROOT / "Makefile", *(ROOT / "make").iterdir()) if path.is_file())
+        return "" if re.search(rf"^{arguments[0]}:", rules, flags=re.MULTILINE) else "no such target"
+    if program != "hypertuna":
+        return "" if program in TOOLS else "no known program"
+    if command.startswith(OPTIONS_ALONE):
+        code, _, said = run(*arguments, "--help")
+        return said if code else ""
+    for long, short in SHORTER.items():
+        command = command.replace(long, short)
+    code, _, said = run(*shlex.split(command)[1:])
+    early = "mission" in arguments and code == 1  # a flight that is cut short has not come home
+    return said if code and not early else ""
+
+
+@pytest.mark.parametrize("page", [page for page in TASKS if commands(page.read_text())], ids=named)
+def test_every_command_of_a_task_runs(page: Path, folder: Path, run: Run) -> None:
+    for command in commands(page.read_text()):
+        assert executed(command, run) == "", command
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["hypertuna swim --robot hypertuna --gate cruise", "hypertuna hil --bord pc", "make demos", "hypertona swim"],
+)
+def test_a_wrong_command_of_a_page_is_found(command: str, folder: Path, run: Run) -> None:
+    assert executed(command, run) != ""
+
+
+def test_every_block_of_a_task_is_of_a_kind_that_is_run() -> None:
+    """Python blocks run as doctests (>>>), console blocks are made by figures.py, shell blocks run above."""
+    for page in TASKS:
+        kinds = set(re.findall(r"^```(\w+)$", page.read_text(), flags=re.MULTILINE))
+        assert kinds <= {"sh", "console", "pycon"}, page
+
+
+def test_a_page_of_a_model_begins_with_its_picture_and_what_it_leaves_out() -> None:
+    listed = re.findall(r"\]\((\w+\.md)\)", (ROOT / "docs/understand.md").read_text())
+    assert len(listed) > 10
+    for name in listed:
+        _, picture, sentences, *_ = (ROOT / "docs" / name).read_text().split("\n\n")
+        assert re.fullmatch(r"!\[.+\]\(.+\)", picture), name
+        assert sentences.count(". ") == 1, name
+        assert len(sentences.split()) < 50, name

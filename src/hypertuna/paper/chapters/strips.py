@@ -89,7 +89,7 @@ def strip_table(strips: Strips) -> Table:
         for speed in (strips.trial.gaits[name].speed, twin[name]):
             cells += [f"{speed:.3f}", f"{100 * (speed / value - 1):+.1f} %"]
         rows.append([name, f"{value:g}", "fitted" if name in UNOPTIMISED else "predicted", *cells])
-    return Table(["gait", "published [m/s]", "", "strips [m/s]", "error", "in the twin [m/s]", "error"], rows)
+    return Table(["gait", "published [m/s]", "class", "strips [m/s]", "error", "in the twin [m/s]", "error"], rows)
 
 
 def _twin(strips: Strips) -> dict[str, float]:
