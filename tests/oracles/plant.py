@@ -34,29 +34,29 @@ class Muscle:
     angle: float
     c1: float
 
-    def braid(self, stretch: float) -> float:
+    def braid(self, stretch: Real) -> Real:
         """Diameter of the braid [m]: a strand of given length wound a given number of times."""
         strand, turns = 1 / np.cos(self.angle), np.tan(self.angle) / (np.pi * self.outer)
         return np.sqrt(strand**2 - stretch**2) / (turns * np.pi)
 
-    def lumen(self, stretch: float) -> float:
+    def lumen(self, stretch: Real) -> Real:
         """Volume inside the hose per length at rest [m^2]: what the braid encloses less the wall."""
         wall = np.pi / 4 * (self.outer**2 - self.inner**2)
         return np.pi / 4 * self.braid(stretch) ** 2 * stretch - wall
 
-    def energy(self, stretch: float, lumen: float, outside: float, matrix: float) -> float:
-        """Energy of the wall, and of what its swelling does to matrix C1 [Pa] up to a radius, per length [J/m]."""
+    def energy(self, stretch: Real, lumen: Real, outside: float, matrix: float) -> Real:
+        """Energies of the wall, and of what its swelling does to matrix C1 [Pa] up to a radius, per length [J/m]."""
         wall = self.ring(self.c1, self.inner / 2, self.outer / 2, stretch, lumen)
         alone = matrix * (stretch**2 + 2 / stretch - 3) * np.pi * (outside**2 - (self.outer / 2) ** 2)
         return wall + self.ring(matrix, self.outer / 2, outside, stretch, lumen) - alone
 
-    def ring(self, c1: float, inner: float, outer: float, stretch: float, lumen: float) -> float:
-        """Energy of a ring around the lumen, per length at rest [J/m], integrated through it."""
+    def ring(self, c1: float, inner: float, outer: float, stretch: Real, lumen: Real) -> Real:
+        """Energies of a ring around the lumen, per length at rest [J/m], integrated through it."""
         R = (outer + inner + (outer - inner) * NODES) / 2
-        r2 = (lumen / np.pi + R**2 - (self.inner / 2) ** 2) / stretch
-        hoop2 = r2 / R**2
-        density = c1 * (stretch**2 + hoop2 + 1 / (stretch**2 * hoop2) - 3) * 2 * np.pi * R
-        return float(WEIGHTS @ density) * (outer - inner) / 2
+        axial = stretch[..., None]
+        hoop2 = (lumen[..., None] / np.pi + R**2 - (self.inner / 2) ** 2) / axial / R**2
+        density = c1 * (axial**2 + hoop2 + 1 / (axial**2 * hoop2) - 3) * 2 * np.pi * R
+        return density @ WEIGHTS * (outer - inner) / 2
 
 
 @dataclass(frozen=True)
@@ -93,18 +93,14 @@ class Joint:
         """By the radius of the matrix around a muscle: energy and lumen of the taut one over its stretch; its energy
         over stretch and lumen."""
         stretch, m = np.linspace(0.7, 1.2, 101), self.muscle
-        lumen = np.geomspace(0.02, 3.0, 141) * np.pi / 4 * m.inner**2
+        taut, lumen = m.lumen(stretch), np.geomspace(0.02, 3.0, 141) * np.pi / 4 * m.inner**2
         return {
             outside: (
                 make_interp_spline(
-                    stretch, [(m.energy(s, m.lumen(s), outside, self.matrix), m.lumen(s)) for s in stretch], k=7
+                    stretch, np.stack([m.energy(stretch, taut, outside, self.matrix), taut], axis=1), k=7
                 ),
                 RectBivariateSpline(
-                    stretch,
-                    lumen,
-                    [[m.energy(s, now, outside, self.matrix) for now in lumen] for s in stretch],
-                    kx=5,
-                    ky=5,
+                    stretch, lumen, m.energy(stretch[:, None], lumen, outside, self.matrix), kx=5, ky=5
                 ),
             )
             for outside in (self.mean, *(at.outside for at in self.sections))
@@ -274,22 +270,18 @@ class Robot:
 
 
 def centers(robot: Robot, q: NDArray[np.complex128] | Real) -> tuple[NDArray, NDArray, NDArray]:
-    """Positions x, y of the centers of mass and angles of the links at q = (x, y, heading, bends)."""
-    theta = q[2] + np.cumsum(robot.share @ q[3:])
+    """Positions x, y of the centers of mass and angles of the links at q = (x, y, heading, bends) or its columns."""
+    theta = q[2] + np.cumsum(robot.share @ q[3:], axis=0)
     c, s = np.cos(theta), np.sin(theta)
-    x = q[0] + np.concatenate([[0], np.cumsum(robot.length * c)[:-1]]) + robot.com * c
-    y = q[1] + np.concatenate([[0], np.cumsum(robot.length * s)[:-1]]) + robot.com * s
+    length, com = (values.reshape(-1, *[1] * (q.ndim - 1)) for values in (robot.length, robot.com))
+    x = q[0] + np.concatenate([0 * c[:1], np.cumsum(length * c, axis=0)[:-1]]) + com * c
+    y = q[1] + np.concatenate([0 * s[:1], np.cumsum(length * s, axis=0)[:-1]]) + com * s
     return x, y, theta
 
 
 def jacobian(robot: Robot, q: Real) -> NDArray:
     """Derivatives (3, links, coordinates) of x, y and angle of every link, by complex steps."""
-    columns = []
-    for k in range(q.size):
-        step = q.astype(complex)
-        step[k] += 1e-30j
-        columns.append([part.imag / 1e-30 for part in centers(robot, step)])
-    return np.moveaxis(np.array(columns), 0, -1)
+    return np.array(centers(robot, q[:, None] + 1e-30j * np.eye(q.size))).imag / 1e-30
 
 
 def accelerations(robot: Robot, q: Real, v: Real, moment: Real) -> Real:

@@ -61,7 +61,14 @@ def oracle_joint(robot: Robot, g: int) -> oracle.Joint:
     )
 
 
-def oracle_robot(robot: Robot, *, clamped: bool) -> oracle.Robot:
+@pytest.fixture(scope="module")
+def joints() -> list[oracle.Joint]:
+    """Make the oracle's joints, whose tables take a while, once."""
+    robot = without_friction()
+    return [oracle_joint(robot, g) for g in range(len(robot.joints))]
+
+
+def oracle_robot(robot: Robot, joints: list[oracle.Joint], *, clamped: bool) -> oracle.Robot:
     """Make the oracle from the description."""
     links, water = robot.links, robot.water.lumped
     assert water is not None
@@ -77,7 +84,7 @@ def oracle_robot(robot: Robot, *, clamped: bool) -> oracle.Robot:
         mass=mass,
         inertia=np.array(links.inertia),
         share=share,
-        joints=[oracle_joint(robot, g) for g in range(len(robot.joints))],
+        joints=joints,
         circuits=[oracle.Circuit(**{f.name: row[f.name] for f in fields(oracle.Circuit)}) for row in rows],
         added=0.0 * mass if clamped else mass * np.array(water.added_mass),
         friction=half * np.array(water.friction) * np.array(links.wetted_area),
@@ -95,14 +102,14 @@ def swinging_targets(robot: Robot) -> np.ndarray[Any, Any]:
 
 
 @pytest.mark.parametrize("medium", ["air", "water"])
-def test_plant_agrees_with_an_independent_one(medium: str) -> None:
+def test_plant_agrees_with_an_independent_one(medium: str, joints: list[oracle.Joint]) -> None:
     robot, twist = without_friction(), np.array([-0.3, 0.0, 0.0] if medium == "water" else [0.0] * 3)
     targets = swinging_targets(robot)
     plant, world = parts_of(robot, medium, None).plant, _core.World({"clamped": medium == "air"})
     at_start = np.concatenate([twist[:2], np.zeros(3), twist[2:]])
     ours = _core.simulate(plant, targets, world, twist=at_start, tick=TICK, steps=40)
 
-    plain = oracle_robot(robot, clamped=medium == "air")
+    plain = oracle_robot(robot, joints, clamped=medium == "air")
     start = np.concatenate([np.zeros(5), twist, np.zeros(2 + 2 + 16)])
     supply = ours["battery_voltage"] * 0 + SUPPLY
     states, pressures = oracle.run(plain, start, targets[:-1], supply[:-1], TICK)

@@ -228,15 +228,15 @@ class Gaits(Displayed, card="hypertuna.swimming.cards:gaits_card"):
         # Each value is checked once, not once for every combination.
         first = {kind: axes[kind][0] for kind in KINDS[:2]} | {"bias": ()}
         axes["bias"] = axes["bias"] or [_checked(axes["frequency"][0], first, unit)["bias"]]
+        shape = tuple(map(len, axes.values()))
+        if math.prod(shape) > MAX_GAITS:
+            rule = f"must have at most {MAX_GAITS} gaits in all"
+            raise InputError(rule, key="grid", value=f"{math.prod(shape)}", fix="take fewer values")
         values: dict[str, dict[int, Any]] = {name: {} for name in axes}
         for k in range(max(map(len, axes.values()))):
             at = {name: axis[min(k, len(axis) - 1)] for name, axis in axes.items()}
             for name, value in _checked(at.pop("frequency"), at, unit).items():
                 values[name][min(k, len(axes[name]) - 1)] = value
-        shape = tuple(map(len, axes.values()))
-        if math.prod(shape) > MAX_GAITS:
-            rule = f"must have at most {MAX_GAITS} gaits in all"
-            raise InputError(rule, key="grid", value=f"{math.prod(shape)}", fix="take fewer values")
         index = np.indices(shape).reshape(4, -1)
         lists = (np.array(list(one.values()), dtype=np.float64) for one in values.values())
         return cls(*(axis[k] for axis, k in zip(lists, index, strict=True)), shape=shape, degrees=unit != 1)
