@@ -1,13 +1,13 @@
 """Black box: what the firmware wrote comes back bit by bit, and damage costs no more than the records that it hits."""
 
 import json
-import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hypertuna as ht
+from black_box import JOINTS, head, sealed, tick
 from hypertuna import _core
 from hypertuna.errors import InputError
 from hypertuna.firmware.black_box import Box, mission_record, read_black_box, record_dtype
@@ -18,33 +18,10 @@ from hypertuna.firmware.scenario import find_scenario
 from hypertuna.mission.record import COLUMNS, parts_of
 from program import Run
 
-JOINTS = 2
-
 
 @pytest.fixture(scope="module")
 def fish() -> ht.Robot:
     return ht.load("hypertuna")
-
-
-def sealed(kind: int, body: bytes) -> bytes:
-    """A record: mark, words, and the sum of all partial sums, by the book."""
-    content = struct.pack("<I", _core.RECORD_MARK | kind << 8 | len(body) // 4) + body
-    total = sums = 0
-    for (word,) in struct.iter_unpack("<I", content):
-        total = (total + word) % 2**32
-        sums = (sums + total) % 2**32
-    return content + struct.pack("<I", sums)
-
-
-def head(layout: int = _core.RECORD_LAYOUT, parameters: int = 7, joints: int = JOINTS) -> bytes:
-    return sealed(_core.RECORD_ROBOT, struct.pack("<3I", layout, parameters, joints))
-
-
-def tick(k: int) -> bytes:
-    row = np.zeros((), record_dtype(JOINTS))
-    row["tick"], row["bend_read"], row["depth_read"], row["mode"] = k, (0.1 * k, np.nan), 0.5, k % 3
-    row["attitude_estimated"] = (1, 0, 0, 0)
-    return sealed(_core.RECORD_TICK, row.tobytes())
 
 
 def read(path: Path, content: bytes) -> list[Box]:

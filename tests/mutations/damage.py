@@ -1,0 +1,138 @@
+"""Damage to the content of a file, by a seed: texts, tables and binary files."""
+
+import random
+import re
+from collections.abc import Callable
+
+Damage = Callable[[bytes, random.Random], bytes]
+TextDamage = Callable[[str, random.Random], str]
+
+NUMBER = re.compile(r"(?<![\w.\"])-?\d+(?:\.\d+)?(?:e-?\d+)?(?![\w.\"])")
+FACTORS = (1e-6, 1e-3, 0.01, 0.1, 0.5, -1.0, 2.0, 10.0, 57.3, 1e3, 1e6)  # units mistaken, above all
+EXTREMES = ("0", "-1", "1e300", "-1e300", "1e-300", "1e-5", "1e5", "nan", "inf", "")
+VALUES = (*EXTREMES, "true", '"x"', "[]", "{}", "1_0", "0x10", "9" * 30)
+SIGNS = ("\0", "\x1b[31m", "\x07", "é", "\u202e", "\udcff", "\ufeff", *"$/\"'\n,;=[]#\\", "[/b]", "", "x" * 5000)
+
+
+def of_text(content: bytes, chance: random.Random) -> bytes:
+    """Damage a text once to three times: numbers, lines, signs, words, its end."""
+    return _repeat(content, chance, TEXT)
+
+
+def of_table(content: bytes, chance: random.Random) -> bytes:
+    """Damage a CSV file once to three times: cells and columns, or as any text."""
+    return _repeat(content, chance, TEXT if chance.random() < 0.4 else TABLE)
+
+
+def of_bytes(content: bytes, chance: random.Random) -> bytes:
+    """Damage a binary file once or twice: bits, lost, repeated and strange bytes, its end."""
+    for _ in range(chance.randint(1, 2)):
+        begin, length = chance.randrange(len(content) + 1), chance.choice((1, 1, 2, 4, 8, 64, 1000))
+        piece, end = content[begin : begin + length], begin + length
+        new = chance.choice(
+            (
+                bytes(byte ^ (1 << chance.randrange(8)) for byte in piece[:1]) + piece[1:],
+                b"",
+                piece + piece,
+                bytes(len(piece)),
+                b"\xff" * len(piece),
+                chance.randbytes(length) + piece,
+            )
+        )
+        content = content[:begin] + new + content[end:] if chance.random() < 0.9 else content[:begin]
+    return content
+
+
+def _repeat(content: bytes, chance: random.Random, kinds: tuple[TextDamage, ...]) -> bytes:
+    """Damage a text once to three times."""
+    text = content.decode(errors="surrogateescape")
+    for _ in range(chance.choice((1, 1, 1, 2, 3))):
+        text = chance.choice(kinds)(text, chance)
+    return text.encode(errors="surrogateescape")
+
+
+def _value(old: str, chance: random.Random, values: tuple[str, ...]) -> str:
+    """Return another value: the number times a factor, or one of the values."""
+    try:
+        return f"{float(old) * chance.choice(FACTORS):g}" if chance.random() < 0.6 else chance.choice(values)
+    except ValueError:
+        return chance.choice(values)
+
+
+def _number(text: str, chance: random.Random) -> str:
+    """Replace a number by another one or by what is none."""
+    places = list(NUMBER.finditer(text))
+    if not places:
+        return text
+    at = chance.choice(places)
+    return text[: at.start()] + _value(at[0], chance, VALUES) + text[at.end() :]
+
+
+def _line(text: str, chance: random.Random) -> str:
+    """Drop, double or move a line."""
+    lines = text.splitlines(keepends=True) or [""]
+    at, to = chance.randrange(len(lines)), chance.randrange(len(lines))
+    line = lines[at]
+    kind = chance.randrange(3)
+    if kind != 1:
+        del lines[at]
+    if kind != 0:
+        lines.insert(to, line)
+    return "".join(lines)
+
+
+def _sign(text: str, chance: random.Random) -> str:
+    """Insert, drop or change a character."""
+    at = chance.randrange(len(text) + 1)
+    return text[:at] + chance.choice(SIGNS) + text[at + chance.randrange(2) :]
+
+
+def _word(text: str, chance: random.Random) -> str:
+    """Misspell a key or a name."""
+    at = chance.choice(list(re.finditer(r"[A-Za-z_]{3,}", text)) or [None])
+    return text if at is None else text[: at.start()] + at[0][::-1] + text[at.end() :]
+
+
+def _name(text: str, chance: random.Random) -> str:
+    """Put a sign into a quoted name, in all its places."""
+    names = re.findall(r'"([^"\n]{1,30})"', text)
+    if not names:
+        return _word(text, chance)
+    name, sign = chance.choice(names), chance.choice(SIGNS)
+    sign = sign.encode("unicode_escape").decode() if chance.random() < 0.5 else sign
+    return text.replace(f'"{name}"', f'"{name[:1]}{sign}{name[1:]}"')
+
+
+def _end(text: str, chance: random.Random) -> str:
+    """Cut the text short."""
+    return text[: chance.randrange(len(text) + 1)]
+
+
+def _cell(text: str, chance: random.Random) -> str:
+    """Change a cell of a table, or one in some of its rows."""
+    return _cells(text, chance, chance.choice((1, 1, 3, 20)))
+
+
+def _column(text: str, chance: random.Random) -> str:
+    """Change a column of a table: its unit is mistaken, or it is constant."""
+    return _cells(text, chance, None)
+
+
+def _cells(text: str, chance: random.Random, count: int | None) -> str:
+    """Change a column in so many rows, or in all, in the same way."""
+    rows = [line.split(",") for line in text.split("\n")]
+    places = [k for k, row in enumerate(rows) if len(row) > 1 and any(NUMBER.fullmatch(cell.strip()) for cell in row)]
+    if not places:
+        return text
+    column = chance.randrange(len(rows[places[0]]))
+    factor, value = chance.choice(FACTORS), chance.choice((*EXTREMES, None, None, None, None, None))
+    for k in places if count is None else chance.choices(places, k=count):
+        if column < len(rows[k]):
+            old = rows[k][column]
+            number = f"{float(old) * factor:g}" if NUMBER.fullmatch(old.strip()) else old
+            rows[k][column] = number if value is None else value
+    return "\n".join(map(",".join, rows))
+
+
+TEXT: tuple[TextDamage, ...] = (_number, _number, _number, _number, _line, _sign, _word, _name, _end)
+TABLE: tuple[TextDamage, ...] = (_cell, _cell, _column)

@@ -1,0 +1,125 @@
+"""What a command makes of a file: its answer, and what no user should meet in it."""
+
+import contextlib
+import io
+import json
+import os
+import re
+import resource
+import shlex
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+LONGEST = 10.0  # s of processor, of a command
+LONGEST_ERROR = 8000  # characters: a robot's file can have a hundred faults, a block to paste for each missing table
+VARYING = ("seconds",)  # keys of results that differ between two runs
+CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e]")
+WITHOUT_NUMBERS = re.compile(r"\b(nan|inf)\b")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a command answered."""
+
+    code: int
+    output: str
+    errors: str
+    seconds: float  # of processor
+    problem: str  # what no user should meet, empty if there is nothing
+
+    @property
+    def result(self) -> Any:
+        """The JSON object on the output, without what differs between two runs."""
+        return _steady(json.loads(self.output))
+
+
+@contextlib.contextmanager
+def _limited(seconds: float) -> Iterator[None]:
+    """Raise TimeoutError in Python that takes longer."""
+
+    def ring(*_: object) -> None:
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def answer(command: str, folder: Path, *, longest: float = LONGEST) -> Answer:
+    """Run a command in a folder, in this process, as a user's shell does."""
+    from hypertuna.cli.main import main
+
+    output, errors, code, problem = io.StringIO(), io.StringIO(), 0, ""
+    begin = time.process_time()
+    with (
+        contextlib.chdir(folder),
+        mock.patch.dict(os.environ, {"COLUMNS": "80", "NO_COLOR": "1"}),
+        mock.patch.object(sys, "argv", ["hypertuna", *shlex.split(command)]),
+        contextlib.redirect_stdout(output),
+        contextlib.redirect_stderr(errors),
+    ):
+        try:
+            with _limited(30 * longest):
+                main()
+        except SystemExit as exit_:
+            code = exit_.code if isinstance(exit_.code, int) else 0
+        except TimeoutError:
+            problem = "hangs"
+        except BaseException as error:  # all of them are traceback for the user
+            problem = f"{type(error).__name__}: {error}"[:300]
+    seconds = time.process_time() - begin
+    if seconds > longest:
+        problem = problem or f"takes {seconds:.0f} s of processor"
+    text, told = output.getvalue(), errors.getvalue()
+    return Answer(code, text, told, seconds, problem or _problem(code, text, told) or _empty_file(folder))
+
+
+def _problem(code: int, output: str, errors: str) -> str:
+    """Return what no user should meet in an answer."""
+    if "Traceback" in errors or "Traceback" in output:
+        return errors[-300:]
+    if code not in (0, 1, 2):
+        return f"exit code {code}"
+    if code == 2 and not re.search("^error: ", errors, re.MULTILINE):
+        return f"refused without a sentence: {errors[:200]!r}"
+    if code == 2 and "enough memory" in errors:
+        return errors[-300:]
+    if "Warning:" in errors:
+        return f"a warning of Python: {errors[:300]}"
+    if len(errors) > LONGEST_ERROR:
+        return f"{len(errors)} characters of errors"
+    if sign := CONTROL.search(output + errors):
+        return f"the control character {sign[0]!r}"
+    if code == 0 and (number := WITHOUT_NUMBERS.search(output)):
+        return f"exit code 0 and {number[0]}"
+    if code == 0 and '"settled": true' in output and re.search(r'"(speed_m_s|mechanical_power_w)": null', output):
+        return "settled without numbers"
+    return ""
+
+
+def _empty_file(folder: Path) -> str:
+    """Return the name of a file that a command left empty."""
+    empty = [path.name for path in folder.iterdir() if path.name.startswith("out.") and not path.stat().st_size]
+    return f"leaves {empty[0]} empty" if empty else ""
+
+
+def _steady(value: Any) -> Any:
+    """Return a result without what differs between two runs."""
+    if isinstance(value, dict):
+        return {key: _steady(part) for key, part in value.items() if key not in VARYING}
+    return [_steady(part) for part in value] if isinstance(value, list) else value
+
+
+def limit_memory(size: int) -> None:
+    """Let this process have so many bytes of memory: a file that needs more is told apart."""
+    resource.setrlimit(resource.RLIMIT_DATA, (size, size))
