@@ -85,6 +85,7 @@ class Whole:
 
 
 FINITE = Range()
+CELL = Range(min=-1e12, max=1e12)  # numbers in tables of measurements, in any unit
 POSITIVE = Range(above=0)
 NOT_NEGATIVE = Range(min=0)
 FRACTION = Range(min=0, max=1)

@@ -104,6 +104,10 @@ BAD = {
         "Engineering Strain;Engineering Stress (MPa)\n0;0\n0.1;much\n",
         "bad.csv:3 must be a finite number.*'much'",
     ),
+    "1e300": (
+        "Engineering Strain;Engineering Stress (MPa)\n0;1e300\n",
+        "bad.csv:2 must be from -1e.12 to 1e.12, but is",
+    ),
     "nan": ("Engineering Strain;Engineering Stress (MPa)\n0;nan\n", "bad.csv:2 must be a finite number"),
     "too few": (
         "Engineering Strain;Engineering Stress (MPa)\n0;0\n0.1;0.01\n",

@@ -83,6 +83,7 @@ def test_joints_are_found_by_name_or_number_and_columns_in_any_order(tuna: ht.Ro
         (HEAD + "I,port,load,100,3\n", "line 2, side must be left or right, but is 'port'"),
         (HEAD + "I,left,up,100,3\n", "line 2, branch must be load or unload, but is 'up'"),
         (HEAD + "I,left,load,100,3\nI,left,load,nan,3\n", "line 3, pressure_kpa must be a finite number, but is 'nan'"),
+        (HEAD + "I,left,load,100,-1e300\n", "line 2, angle_deg must be from -1e+12 to 1e+12, but is -1e+300"),
         (HEAD + "I,left,load,100,\n", "line 2, angle_deg must be a finite number, but is empty"),
         (HEAD + "I,left,load,-5,3\n", "line 2, pressure_kpa must not be negative, but is -5"),
         (HEAD + "I,left,load,250000,3\n", "line 2, pressure_kpa must be at most 2000, but is 250000: give it in kPa"),

@@ -8,10 +8,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from black_box import head, tick
 from mutations.damage import Damage, of_bytes, of_table, of_text
-from mutations.judge import Answer, answer
+from mutations.judge import answer
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES, ROBOTS, TANK = ROOT / "examples", ROOT / "robots", ROOT / "examples/tank"
@@ -28,6 +29,7 @@ class Case:
     commands: tuple[str, ...]  # that read it: each seed takes the first, and one of the others in turn
     damage: Damage = of_text
     resumes: bool = False  # whether the first command must come to the result that it has with the whole file
+    measured: bool = False  # and the file has measurements: the result may also be that before the last of them
     needs: str = ""  # package that is needed
     every: int = 1  # seed that is taken: of kinds whose commands take seconds, only some
 
@@ -79,6 +81,17 @@ def _run(*commands: str, files: tuple[Path, ...] = (), runs: bool = False) -> Ma
             assert done.code in (0, 1), f"{command}: {done}"
 
     return make
+
+
+def _tank(folder: Path) -> None:
+    """Write the first 0.8 s of the recording of the example, and its steady runs."""
+    _copy(TANK / "tank.csv")(folder)
+    (folder / "tank.toml").write_text((TANK / "tank.toml").read_text().replace("[0.0, 2.0]", "[0.0, 0.8]"))
+    for name in ("angles.csv", "poses.csv"):
+        lines = (TANK / name).read_text().splitlines(keepends=True)[1:]
+        times = [line.split(",")["poses" in name] for line in lines[1:]]
+        first = [lines[0], *(line for line, time in zip(lines[1:], times, strict=True) if float(time) <= 0.8)]
+        (folder / name).write_text("".join(first))
 
 
 def _black_box(folder: Path) -> None:
@@ -210,13 +223,13 @@ CASES = (
     Case(
         "manifest",
         "tank.toml",
-        _copy(*(TANK / name for name in ("tank.toml", "tank.csv", "angles.csv", "poses.csv"))),
+        _tank,
         ("trials check tank.toml --robot hypertuna", REPLAY),
     ),
     Case(
         "angles",
         "angles.csv",
-        _copy(*(TANK / name for name in ("tank.toml", "tank.csv", "angles.csv", "poses.csv"))),
+        _tank,
         (
             REPLAY,
             "replay angles.csv --robot hypertuna --columns joint_I,joint_II -o out.nc",
@@ -227,7 +240,7 @@ CASES = (
     Case(
         "poses",
         "poses.csv",
-        _copy(*(TANK / name for name in ("tank.toml", "tank.csv", "angles.csv", "poses.csv"))),
+        _tank,
         (REPLAY, "trials check tank.toml --robot hypertuna", f"{REPLAY} --json"),
         of_table,
     ),
@@ -298,7 +311,7 @@ CASES = (
     _journal("journal of a gradient search", SQP),
     _journal("journal of a front", PARETO),
     _journal("journal of a fit", IDENTIFY),
-    _journal("journal of a posterior", f"{IDENTIFY} --posterior 10", file="j-posterior.jsonl", every=4),
+    _journal("journal of a posterior", f"{IDENTIFY} --posterior 10", file="j-posterior.jsonl", every=10),
     _journal("journal of a flight", FLIGHT),
     _journal("journal of flights", SEEDS),
     Case(
@@ -313,6 +326,7 @@ CASES = (
         ),
         (f"optimize ask {STATE} --json",),
         resumes=True,
+        measured=True,
     ),
     Case(
         "results of a tank search",
@@ -325,17 +339,26 @@ CASES = (
 
 
 @functools.cache
-def whole(case: Case) -> tuple[tempfile.TemporaryDirectory[str], Answer | None]:
-    """Return a folder with the whole files of a case, kept to the end, and the answer of its command if it resumes."""
+def whole(case: Case) -> tuple[tempfile.TemporaryDirectory[str], list[Any]]:
+    """Return a folder with the whole files of a case, kept to the end, and the results that are right if it resumes."""
     kept = tempfile.TemporaryDirectory()
     folder = Path(kept.name)
     case.make(folder)
-    return kept, answer(case.commands[0], folder) if case.resumes else None
+    if not case.resumes:
+        return kept, []
+    file, command = folder / case.file, case.commands[0]
+    results, content = [answer(command, folder).result], file.read_bytes()
+    lines = content.splitlines(keepends=True)
+    for count in range(1, len(lines) if case.measured else 0):
+        file.write_bytes(b"".join(lines[:count]))
+        results.append(answer(command, folder).result)
+    file.write_bytes(content)
+    return kept, results
 
 
 def judged(case: Case, seed: int) -> Verdict:
     """Damage the file of a case by a seed, run commands that read it, and judge their answers."""
-    kept, expected = whole(case)
+    kept, results = whole(case)
     chance = random.Random(f"{case.name} {seed}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -346,7 +369,7 @@ def judged(case: Case, seed: int) -> Verdict:
         commands = [first, *others[seed % len(others) :][:1]] if others else [first]
         answers = [(command, answer(command, folder)) for command in commands]
     problems = [f"hypertuna {command}: {one.problem}" for command, one in answers if one.problem]
-    if expected is not None and not problems and answers[0][1].code != 2 and answers[0][1].result != expected.result:
+    if results and not problems and answers[0][1].code != 2 and answers[0][1].result not in results:
         problems.append(f"hypertuna {first}: another result than from the whole file")
     accepted = any(one.code != 2 for _, one in answers)
     return Verdict(tuple(problems), accepted, max(one.seconds for _, one in answers))

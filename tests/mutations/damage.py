@@ -89,8 +89,11 @@ def _sign(text: str, chance: random.Random) -> str:
 
 def _word(text: str, chance: random.Random) -> str:
     """Misspell a key or a name."""
-    at = chance.choice(list(re.finditer(r"[A-Za-z_]{3,}", text)) or [None])
-    return text if at is None else text[: at.start()] + at[0][::-1] + text[at.end() :]
+    words = list(re.finditer(r"[A-Za-z_]{3,}", text))
+    if not words:
+        return text
+    at = chance.choice(words)
+    return text[: at.start()] + at[0][::-1] + text[at.end() :]
 
 
 def _name(text: str, chance: random.Random) -> str:

@@ -195,6 +195,9 @@ def test_errors_name_line_column_rule_value_and_fix(tmp_path):
     path.write_text("\n".join(",".join(row) for row in [["t", *(f"{a}{k}" for k in "1234" for a in "xy")], *rows]))
     text = told(read_markers, path)
     assert "bad.csv: line 6, x2 must be a number, but is '3o': give a number, or leave the cell empty" in text
+    rows[4][3] = "1e300"
+    path.write_text("\n".join(",".join(row) for row in [["t", *(f"{a}{k}" for k in "1234" for a in "xy")], *rows]))
+    assert "line 6, x2 must be from -1e+12 to 1e+12, but is 1e+300" in told(read_markers, path)
     rows[4] = ["0", *rows[3][1:]]
     path.write_text("\n".join(",".join(row) for row in [["t", *(f"{a}{k}" for k in "1234" for a in "xy")], *rows]))
     assert "line 6, time must be later than the frame before" in told(read_markers, path)
@@ -224,6 +227,18 @@ def test_places_of_markers(tmp_path):
     check_rank(markers_of(eel, 7), ["m"] * 7, "f")
     with pytest.raises(ht.InputError, match="joint group 5 open"):
         check_rank(chain_of(eel, [0, 0, 1, 2, 3, 4], [0, 0.1, 0.05, 0.05, 0.05, 0.09], [0.0] * 6), ["m"] * 6, "f")
+
+
+def test_a_marker_that_no_frame_shows_has_no_residual(tmp_path):
+    """Its column is empty: no mean over nothing, of which Python warns."""
+    eel, path = ht.load("rexeel"), tmp_path / "swim.csv"
+    write_plain(path, eel)
+    head, *lines = path.read_text().splitlines()
+    cells = [line.split(",") for line in lines]
+    write_lines = [head, *(",".join([*row[:5], "", "", *row[7:]]) for row in cells)]
+    path.write_text("\n".join(write_lines) + "\n")
+    made = read_marker_run(eel, path, scale=0.0005, y_down=True)
+    assert np.isnan(made.record()["marker_rms_mm"]).tolist() == [k == 2 for k in range(14)]
 
 
 def test_wrong_scale_and_wrong_place_are_told(tmp_path):

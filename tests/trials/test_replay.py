@@ -333,6 +333,7 @@ def changed(line, old, new):
     ("change", "sentence"),
     [
         (changed(14, 2, "nan"), "line 14, angle_2 must be a finite number, but is 'nan': give a number"),
+        (changed(14, 2, "1e300"), "line 14, angle_2 must be from -1e+12 to 1e+12, but is 1e+300: give a number"),
         (changed(14, 0, "soon"), "line 14, time_s must be a finite number, but is 'soon': give a number"),
         (
             changed(14, 0, "0.1"),

@@ -15,7 +15,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import parse_float, read_text
-from hypertuna.ranges import POSITIVE
+from hypertuna.ranges import CELL, POSITIVE
 
 UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus
 POINTS_MIN = 5  # of a fit
@@ -167,4 +167,4 @@ def _number(text: str, place: str) -> float:
     value = parse_float(text)
     if not np.isfinite(value):
         raise InputError("must be a finite number", file=place, value=shown(text), fix="correct or empty that cell")
-    return value
+    return CELL.check(value, "", "correct or empty that cell", file=place)

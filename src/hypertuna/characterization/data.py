@@ -13,7 +13,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import parse_float, read_table
-from hypertuna.ranges import NOT_NEGATIVE, POSITIVE, Range, check_choice
+from hypertuna.ranges import CELL, NOT_NEGATIVE, POSITIVE, Range, check_choice
 from hypertuna.trials.radio_log import BenchRow, bench_rows
 
 BRANCHES = ("load", "unload")
@@ -131,6 +131,7 @@ def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> f
     if not math.isfinite(value):
         given, fix = cells[key], f"give it in {key.rpartition('_')[2]}, or remove the line"
         raise InputError("must be a finite number", key=key, value=shown(given) if given else "empty", fix=fix)
+    CELL.check(value, key, "correct that number, or remove the line")
     for limit, fix in limits:
         limit.check(value, key, fix)
     return value

@@ -11,7 +11,7 @@ import numpy as np
 
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import parse_float, read_table
-from hypertuna.ranges import FINITE
+from hypertuna.ranges import CELL
 
 # Kind of sensor: unit of the reference, and its value of 1 in SI.
 KINDS = {
@@ -69,8 +69,8 @@ def read_pairs(path: str | Path) -> list[Pair]:
 def _pair(_: int, cells: dict[str, str]) -> Pair:
     """Return the pair of a row."""
     unit, factor = KINDS[parse_sensor(cells["sensor"])[0]]
-    counts = FINITE.check(parse_float(cells["counts"]), "counts", "give a number")
-    reference = FINITE.check(parse_float(cells["reference"]), "reference", f"give it in {unit}")
+    counts = CELL.check(parse_float(cells["counts"]), "counts", "give a number")
+    reference = CELL.check(parse_float(cells["reference"]), "reference", f"give it in {unit}")
     return cells["sensor"], counts, reference / factor
 
 

@@ -68,7 +68,7 @@ class MarkerRun:
         fit, seen, own = self.fit, self.markers.weight > 0, self.fit.determined
         sd = np.median(fit.sd[own], axis=0)
         head = np.median(self.head_sd[own], axis=0)
-        rms = np.sqrt(np.nanmean(np.where(fit.rejected[..., np.newaxis], np.nan, fit.residual) ** 2, axis=(0, 2)))
+        rms = np.sqrt(_mean(np.where(fit.rejected[..., np.newaxis], np.nan, fit.residual) ** 2).mean(axis=1))
         return {
             "name": self.name,
             "file": self.markers.file,
@@ -119,7 +119,13 @@ class MarkerRun:
         x, y = residual[..., 0], residual[..., 1]
         along, across = np.cos(own) * x + np.sin(own) * y, np.cos(own) * y - np.sin(own) * x
         keep = self.fit.determined
-        return np.column_stack([np.nanmean(along[keep], axis=0), np.nanmean(across[keep], axis=0)])
+        return np.column_stack([_mean(along[keep]), _mean(across[keep])])
+
+
+def _mean(values: Array) -> Array:
+    """Return means over frames (frames, markers, ...); NaN for a marker that none of them shows."""
+    count = np.isfinite(values).sum(axis=0)
+    return np.divide(np.nansum(values, axis=0), count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
 def read_marker_run(robot: Robot, path: str | Path, *, places: str | Path | None = None, **options: Any) -> MarkerRun:

@@ -10,8 +10,8 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.io.tables import Table, read_table
-from hypertuna.ranges import POSITIVE
+from hypertuna.io.tables import Table, parse_float, read_table
+from hypertuna.ranges import CELL, POSITIVE
 
 TIMES = ("time_s", "time", "t", "t_s", "timestamp")
 FRAMES = ("frame", "frame_idx", "frames")
@@ -185,11 +185,11 @@ def _markers(
         def number(k: int, row: list[str] = row, line: int = line) -> float:
             if row[k].lower() in MISSING:
                 return math.nan
-            try:
-                return float(row[k])
-            except ValueError:
-                key, fix = f"line {line}, {table.head[k]}", "give a number, or leave the cell empty"
-                raise InputError("must be a number", file=table.file, key=key, value=shown(row[k]), fix=fix) from None
+            value, fix = parse_float(row[k]), "give a number, or leave the cell empty"
+            if math.isfinite(value):
+                return CELL.check(value, f"line {line}, {table.head[k]}", fix, file=table.file)
+            key = f"line {line}, {table.head[k]}"
+            raise InputError("must be a number", file=table.file, key=key, value=shown(row[k]), fix=fix)
 
         clock.append(_clock(table, columns, number, row, order, frame_rate))
         values.append([[number(x), number(y), 1.0 if w is None else number(w)] for x, y, w in axes])

@@ -12,7 +12,7 @@ from hypertuna.arrays import Array
 from hypertuna.display import Displayed
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import parse_float, read_table
-from hypertuna.ranges import check_name
+from hypertuna.ranges import CELL, check_name
 
 ANGLES = {"rad": 1.0, "deg": math.pi / 180}  # in rad
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # in m
@@ -189,9 +189,10 @@ def _read_columns(
     def numbers(_: int, cells: dict[str, str]) -> list[float]:
         values = [parse_float(cells[name]) for name in columns]
         for name, value in zip(columns, values, strict=True):
+            fix = "give a number, or leave out the line"
             if not math.isfinite(value):
-                fix = "give a number, or leave out the line"
                 raise InputError("must be a finite number", key=name, value=shown(cells[name]), fix=fix)
+            CELL.check(value, name, fix)
         return values
 
     values = np.array(table.parse(numbers))
