@@ -59,15 +59,15 @@ class DamageWarning(UserWarning):
 
 
 class InputErrors(InputError):
-    """Several errors of one file, and what to paste into it; key, rule, value and fix are those of the first."""
+    """Several errors of one file, and what to paste into it or, `whole`, in its place; key, rule, value and fix are those of the first."""
 
-    def __init__(self, errors: Sequence[InputError], paste: str = "") -> None:
+    def __init__(self, errors: Sequence[InputError], paste: str = "", whole: bool = False) -> None:
         first = errors[0]
         super().__init__(first.rule, file=first.file, key=first.key, value=first.value, fix=first.fix)
-        self.errors, self.paste = tuple(errors), paste
+        self.errors, self.paste, self.whole = tuple(errors), paste, whole
 
-    def __reduce__(self) -> tuple[type[InputErrors], tuple[tuple[InputError, ...], str]]:
-        return InputErrors, (self.errors, self.paste)
+    def __reduce__(self) -> tuple[type[InputErrors], tuple[tuple[InputError, ...], str, bool]]:
+        return InputErrors, (self.errors, self.paste, self.whole)
 
     def __str__(self) -> str:
         sentences = [_without_file(error) for error in self.errors]
@@ -77,7 +77,8 @@ class InputErrors(InputError):
             text = f"{self.file or 'the file'} has {len(sentences)} mistakes:\n" + "\n".join(
                 f"  {number}. {sentence}" for number, sentence in enumerate(sentences, 1)
             )
-        return f"{text}\nTo paste, with example values to replace:\n\n{self.paste}" if self.paste else text
+        where = " in place of the whole file, as `hypertuna robot new` writes it" if self.whole else ""
+        return f"{text}\nTo paste{where}, with example values to replace:\n\n{self.paste}" if self.paste else text
 
 
 def _without_file(error: InputError) -> str:

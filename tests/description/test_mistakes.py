@@ -8,6 +8,8 @@ import pytest
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import load, parse
 from hypertuna.errors import InputErrors
+from hypertuna.swimming.gait import named_gait
+from hypertuna.swimming.swim import swim
 
 FIRST = """
 format = 1
@@ -104,11 +106,35 @@ def test_one_answer_has_all_mistakes_and_lets_a_newcomer_mend_them() -> None:
     assert parse(tomllib.loads(text)).links.wetted_area[0] == pytest.approx(2.55 * 0.01)
 
 
-def test_of_an_empty_file_the_block_to_paste_is_a_whole_robot() -> None:
-    errors = mistakes_of("")
-    assert [error.key for error in errors.errors] == ["format", "name", "links", "joints", "water"]
+NEARLY_EMPTY = {
+    "": {},
+    'format = 1\nname = "perch"': {},
+    "[body]\nmass_kg = 2.0\nlength_m = 0.45": {"length": 0.45, "mass": 2.0},
+    "[body]\nmas_kg = 0.85\nlength_m = 0.3": {"mass": 0.85},
+    "[links]\nlength_m = [0.2, 0.05, 0.05, 0.05]": {"links": 4},
+    "[link]\nlenght_m = [0.2, 0.05, 0.05, 0.05]\nmass_kg = [0.7, 0.1, 0.1, 0.1]": {"links": 4, "mass": 1.0},
+    'name = "perch"\n[[joint]]\nname = "tail"\nlinks = [1, 2]': {"groups": ["tail"]},
+    "[watr]\ndensity_kg_m3 = 1025": {},
+}
+
+
+@pytest.mark.parametrize("text", NEARLY_EMPTY)
+def test_of_a_nearly_empty_file_a_whole_robot_is_to_paste_that_swims(text: str) -> None:
+    errors = mistakes_of(text)
+    assert errors.whole
     robot = parse(tomllib.loads(errors.paste))
-    assert (len(robot.links.length), len(robot.joints)) == (3, 2)
+    told = {"links": len(robot.links.length), "groups": [group.name for group in robot.joints]}
+    told |= {"length": robot.body.length, "mass": robot.body.mass, "links": len(robot.links.length)}
+    assert NEARLY_EMPTY[text] == {key: pytest.approx(told[key]) for key in NEARLY_EMPTY[text]}
+    assert swim(robot, named_gait(robot, "cruise")).settled
+    assert "drive_unit" not in errors.paste
+    assert len(errors.paste.splitlines()) < 62
+
+
+def test_the_file_to_paste_is_that_of_robot_new() -> None:
+    document = new_robot("first")
+    del document["sources"]
+    assert tomllib.loads(mistakes_of("").paste) == document
 
 
 def test_missing_keys_of_a_joint_group_say_which_one() -> None:

@@ -19,7 +19,8 @@ KINDS = {
     "a manifest of trials": ({"recordings", "steady"}, "`hypertuna identify {file}` reads it"),
 }
 ROUNDS = 12  # of mending: tables in tables, each with mistakes that hide those behind it
-Example = Callable[[Mapping[str, Any]], Mapping[str, Any]]  # a valid document much like a given one
+# Of a document: what `hypertuna robot new` writes for its shape, and a valid one with all tables.
+Example = Callable[[Mapping[str, Any]], tuple[dict[str, Any], Mapping[str, Any]]]
 Model = type[BaseModel]
 
 
@@ -28,8 +29,8 @@ def translate(
 ) -> InputError:
     """Return all mistakes of a document as one error, with the missing keys to paste.
 
-    The rules come from the model's descriptions and units; `example` makes a valid document of about its size. Without
-    one, only the mistakes that are seen at once are returned.
+    The rules come from the model's descriptions and units; `example` makes valid documents of about its size. Without
+    one, only the mistakes that are seen at once are returned. Of a nearly empty document the whole file is to paste.
     """
     if other := _of_another_kind(document, model, file):
         return other
@@ -37,7 +38,7 @@ def translate(
     missing: list[Place] = []
     replaced: list[str] = []  # keys whose values are those of the example
     mended = copy.deepcopy(dict(document))
-    valid = example(document) if example is not None else {}
+    first, valid = example(_spelled(document, model)) if example is not None else ({}, {})
     for _ in range(ROUNDS if example is not None else 1):
         errors = _in_order(error)
         mistakes = [(one, _mistakes(one, mended, model, file)) for one in errors]
@@ -53,7 +54,9 @@ def translate(
             break
         except ValidationError as next_error:
             error = next_error
-    paste = _paste(missing, model, valid)
+    if (whole := _whole(missing, mended, model, first)) is not None:
+        return InputErrors([*found.values()], commented(whole, model, hints={}), whole=True)
+    paste = _paste(missing, model, first, valid)
     return InputErrors([*found.values()], paste) if len(found) > 1 or paste else next(iter(found.values()))
 
 
@@ -192,11 +195,37 @@ def _meant(table: Any, owner: Model | None) -> dict[str, str]:
     return {key: match[0] for key, match in near.items() if match and match[0] not in table}
 
 
-def _paste(missing: list[Place], model: Model, valid: Mapping[str, Any]) -> str:
+def _spelled(table: Mapping[str, Any], model: Model, place: Place = ()) -> dict[str, Any]:
+    """Return a document with the keys that its unknown ones are likely to mean."""
+    meant = _meant(table, field_at(model, place)[0])
+    keys = {key: meant.get(key, key) for key in table}
+    return {
+        keys[key]: _spelled(value, model, (*place, keys[key])) if isinstance(value, Mapping) else value
+        for key, value in table.items()
+    }
+
+
+def _whole(missing: list[Place], mended: Any, model: Model, first: dict[str, Any]) -> dict[str, Any] | None:
+    """Return a nearly empty document as a whole, mended and completed; None of others, for which parts are enough."""
+    if not {("links",), ("joints",), ("water",)} & {*missing} or not mended.keys() <= first.keys():
+        return None
+    own = copy.deepcopy(mended)
+    for place in missing:
+        _put(own, place, _at(first, place))
+    whole = {key: own.get(key, value) for key, value in first.items() if key != "sources" or key in own}
+    whole["water"] = first["water"] | whole["water"]  # a density alone is no law
+    try:
+        model.model_validate(whole)
+    except ValidationError:
+        return None
+    return whole
+
+
+def _paste(missing: list[Place], model: Model, first: Mapping[str, Any], valid: Mapping[str, Any]) -> str:
     """Return the missing keys as TOML, with the values of an example."""
     parts: dict[str, dict[str, Any]] = {}
     for place in missing:
-        value = _at(valid, place)
+        value = _at(first, place) or _at(valid, place)
         if value is None:
             continue
         names = [part for part in place[:-1] if isinstance(part, str)]

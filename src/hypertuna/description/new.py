@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from hypertuna.description.schema.base import NAME
 from hypertuna.description.shape import (
     ASPECT,
     BEATING,
@@ -63,11 +64,18 @@ bend {SWING:g} deg together, more toward the tail, in a wave of {LAG:g} deg; a s
 
 
 def new_robot(
-    name: str, *, links: int = 3, length: float = 0.3, mass: float | None = None, joints: Sequence[str] = ()
+    name: str,
+    *,
+    links: int = 3,
+    length: float = 0.3,
+    mass: float | None = None,
+    joints: Sequence[str] = (),
+    lengths: Sequence[float] = (),
 ) -> dict[str, Any]:
     """Return a document for `parse`: a fish of a number of links, a length [m] and a mass [kg] that swims.
 
     `joints` names the joint groups, head to tail; they share the links behind the head (default: one for each link).
+    `lengths` are those of the links, if they are known.
     """
     LINKS.check(links, "--links", "a head, and one link behind each joint")
     LENGTH.check(length, "--length", "give the length of the robot in m")
@@ -79,7 +87,7 @@ def new_robot(
         low, high = (mass * (limit * length / shape.height) ** 2 for limit in (SLENDER.min or 0, SLENDER.max or 0))
         fix = f"a robot of {length:g} m has about {low:.2g} to {high:.2g} kg"
         raise InputError(rule, key="--mass", value=f"{mass:g} kg, {shape.height / length:.2g} times as high", fix=fix)
-    lengths, groups = link_lengths(links, length), _groups(links, joints)
+    lengths, groups = lengths or link_lengths(links, length), _groups(links, joints)
     columns, strip = link_columns(shape, lengths)
     frequency = float(f"{CRUISE[0] * math.sqrt(CRUISE[1] / length):.2g}")
     wave = _wave(len(groups))
@@ -126,22 +134,58 @@ def _wave(groups: int) -> dict[str, list[float]]:
     return {"amplitude_deg": amplitude, "phase_deg": [round(LAG * g / groups, 1) for g in range(groups)]}
 
 
-def example(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a robot about as large as a document, which may have mistakes: for keys that it lacks."""
-    links, joints = document.get("links"), document.get("joints")
-    sizes = [len(column) for column in links.values() if isinstance(column, list)] if isinstance(links, Mapping) else []
-    count = max(sizes, key=sizes.count) if sizes else 3
+def example(document: Mapping[str, Any], file: str = "") -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return robots like a document, which may have mistakes: its first file, and one with tables of all kinds."""
+    table = document.get("links")
+    columns: dict[str, Any] = table if isinstance(table, dict) else {}
+    sizes = [len(column) for column in columns.values() if isinstance(column, list)]
+    joints = document.get("joints")
     groups = len(joints) if isinstance(joints, list) else 0
-    count = min(max(count, 2, groups + 1), LINKS.max or count)
+    count = min(max(max(sizes, key=sizes.count) if sizes else 3, 2, groups + 1), LINKS.max or 3)
     names = [f"J{i}" for i in range(1, min(groups, count - 1) + 1)]
-    robot = new_robot("fish", links=count, joints=names)
+    robot = _like(document, columns, _name_of(document, file), count, names)
     others = read_toml(shipped("robots") / "hypertuna.toml")
     others["joints"] = [{**others["joints"][-1], **group} for group in robot["joints"]]
-    for table in ("strip", "lumped", "elongated"):
-        column = {key: _spread(value, count) for key, value in others["water"][table].items()}
-        robot["water"][table] = column | robot["water"].get(table, {})
+    water = {"density_kg_m3": DENSITY}
+    for law in ("strip", "lumped", "elongated"):
+        column = {key: _spread(value, count) for key, value in others["water"][law].items()}
+        water[law] = column | robot["water"].get(law, {})
+    model: Any = document.get("model")
+    if isinstance(model, dict) and (chosen := model.get("water")) in ("lumped", "elongated"):
+        robot["water"][chosen] = water[chosen]
     others["spatial"] = {key: _spread(value, count) for key, value in others["spatial"].items()}
-    return others | robot | {"joints": others["joints"], "sources": {}}
+    return robot, others | robot | {"joints": others["joints"], "water": water, "sources": {}}
+
+
+def _like(
+    document: Mapping[str, Any], columns: Mapping[str, Any], name: str, links: int, joints: list[str]
+) -> dict[str, Any]:
+    """Return a first robot of the length and the mass of a document, as far as these make a fish."""
+    body = document.get("body")
+    given: dict[str, Any] = body if isinstance(body, dict) else {}
+    lengths = _positive(columns.get("length_m"))
+    length = sum(lengths) or sum(_positive(given.get("length_m")))
+    mass = sum(_positive(given.get("mass_kg"))) or sum(_positive(columns.get("mass_kg")))
+    part = lengths if len(lengths) == links else []
+    for size, weight in ((length, mass), (length, 0.0), (0.3, 0.0)):
+        try:
+            like = part if size == sum(part) else []
+            return new_robot(name, links=links, length=size, mass=weight or None, joints=joints, lengths=like)
+        except InputError:
+            continue
+    raise AssertionError
+
+
+def _positive(value: Any) -> list[float]:
+    """Return the positive numbers of a value, a number or a list."""
+    values = value if isinstance(value, list) else [value]
+    return [x for x in values if isinstance(x, int | float) and not isinstance(x, bool) and 0 < x < math.inf]
+
+
+def _name_of(document: Mapping[str, Any], file: str) -> str:
+    """Return a robot's name, that of its file, or another."""
+    names = (document.get("name"), file.rpartition("/")[2].removesuffix(".toml"), "fish")
+    return next(name for name in names if isinstance(name, str) and NAME.fullmatch(name))
 
 
 def _spread(value: Any, count: int) -> Any:

@@ -8,7 +8,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Hashable, Iterator, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self, TypeVar
 
@@ -365,7 +365,7 @@ def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
     except ValidationError as error:
         from hypertuna.description.new import example  # only errors need it
 
-        raise translate(error, document, Robot, file or None, example) from None
+        raise translate(error, document, Robot, file or None, partial(example, file=file)) from None
     robot._file = file
     return robot
 
