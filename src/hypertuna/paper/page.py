@@ -90,12 +90,12 @@ def _facts(ledger: Ledger) -> list[Fact]:
     return [
         Fact(
             f"{summary['reproduced']} of {summary['predictions']}",
-            f"predictions reproduce the paper, {summary['reproduced_measured']} of them what it measured; "
-            f"{counts['deviates']} deviate, {counts['undetermined']} are left open by what is published",
+            f"predictions reproduce the paper, {summary['reproduced_measured']} of them a measured number; "
+            f"{counts['deviates']} deviate, {counts['undetermined']} cannot be decided from published data",
         ),
         Fact(
             f"{others}",
-            f"numbers more are fitted, calibrated, chosen in sight of the published one, inputs or at a bound: "
+            f"other numbers are fitted, calibrated, chosen with the published one in view, inputs, or at a bound: "
             f"{summary['verdicts']['agrees']} of them agree, which proves little",
         ),
         Fact(rms.get(TWIN, "–"), "rms error of the eight published speeds in the twin, from servo to wake"),
