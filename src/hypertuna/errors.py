@@ -59,7 +59,7 @@ class DamageWarning(UserWarning):
 
 
 class InputErrors(InputError):
-    """Several errors of one file, and what to paste into it or, `whole`, in its place; key, rule, value and fix are those of the first."""
+    """Several errors of one file, and what to paste, or the `whole` file; key, rule, value and fix are of the first."""
 
     def __init__(self, errors: Sequence[InputError], paste: str = "", whole: bool = False) -> None:
         first = errors[0]

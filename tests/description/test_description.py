@@ -10,9 +10,10 @@ from typing import Any
 
 import pytest
 
-from hypertuna.description.reference import json_schema, reference
+from hypertuna.description.reference import json_schema, keys, reference
 from hypertuna.description.robot import Robot, cached, load, parse
 from hypertuna.description.schema.control import Controller, Guidance
+from hypertuna.description.schema.measuring import MEASURING, measuring
 from hypertuna.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -374,6 +375,26 @@ def test_a_source_covers_what_is_below_it() -> None:
     assert "links.mass_kg" not in eel.unsourced()
     inertia = next(entry for entry in eel.entries() if entry.key == "links.inertia_kg_m2")
     assert (inertia.default, inertia.source) == (True, "default: a slender rod's m l^2/12")
+
+
+def test_every_key_says_how_to_find_its_value() -> None:
+    found = keys()
+    assert [key.key for key in found if not key.how] == []
+    names = [key.key.replace(".NAME", "") for key in found]
+    assert [start for start in MEASURING if not any(f"{name}.".startswith(f"{start}.") for name in names)] == []
+    assert measuring("joints.line.bore_m") == "data sheet of the hose, or a drill bit as gauge"
+    assert measuring("water.strip.added_inertia") == MEASURING["water.strip"]
+
+
+def test_every_key_has_default_and_typical_value() -> None:
+    by_name = {key.key: key for key in keys()}
+    assert by_name["links.com_m"][3:5] == ("the middle of the link", "0.0095 to 0.1663")
+    assert by_name["links.mass_kg"].default == ""
+    assert by_name["joints.line.loss"][3:5] == ("0.0", "1.5")
+    assert by_name["joints.servo.torque_n_m"].typical == "0.01 to 200"  # usual: HyperTuna has muscles
+    without = {name.split(".")[0] for name, key in by_name.items() if not key.typical}
+    assert without <= {"format", "name", "description", "sources", "fit", "hinge", "joints", "water", "gait_bounds",
+                       "drive_unit", "spatial"}  # fmt: skip
 
 
 def test_the_docs_page_is_the_schema() -> None:  # docs/figures.py writes the page

@@ -1,4 +1,4 @@
-"""The commands `hypertuna robot new | check | show | schema`."""
+"""The commands `hypertuna robot new | check | show | keys | schema`."""
 
 import shlex
 from collections.abc import Iterator
@@ -12,9 +12,9 @@ from hypertuna.cli import parsing
 from hypertuna.cli.console import counted, print_json, print_lines, table
 from hypertuna.cli.emit import emit, refused
 from hypertuna.description.plausibility import implausible
-from hypertuna.description.reference import json_schema
+from hypertuna.description.reference import Key, json_schema
 from hypertuna.description.robot import Entry, Robot, load
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, did_you_mean
 
 robot_app = opt.group("Robot descriptions: begin one, check a file, show a robot, print the format.")
 
@@ -71,6 +71,29 @@ def _next_lines(robot: Robot) -> Iterator[Any]:
 def schema() -> None:
     """Print the JSON Schema of robots/NAME.toml."""
     print_json(json_schema())
+
+
+@robot_app.command()
+def keys(
+    part: Annotated[str, typer.Argument(metavar="[PART]", help="Part of their names.", show_default=False)] = "",
+    as_json: opt.AsJson = False,
+) -> None:
+    """List the keys of a robot's file: unit, default, typical value, and how to find it."""
+    from hypertuna.description.reference import keys
+
+    found = [key for key in keys() if part in key.key]
+    if not found:
+        raise InputError("is in no key", key="PART", value=repr(part), fix=did_you_mean(part, (k.key for k in keys())))
+    emit(found, record=lambda found: {"keys": [key._asdict() for key in found]}, lines=_key_lines, as_json=as_json)
+
+
+def _key_lines(found: list[Key]) -> Iterator[Any]:
+    """Lay out keys, a line of values and one of words each."""
+    for key in found:
+        unit = f" [{key.unit}]" * bool(key.unit)
+        yield f"{key.key}{unit}: {key.meaning}", "bold"
+        yield f"  {key.value}; default: {key.default or 'required'}{f'; typical: {key.typical}' * bool(key.typical)}"
+        yield f"  {key.how}"
 
 
 @robot_app.command()

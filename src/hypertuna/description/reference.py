@@ -1,10 +1,13 @@
 """The pages that document a schema."""
 
 import json
-from collections.abc import Iterator, Mapping
-from typing import Any
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
 
-from hypertuna.description.robot import Robot
+from hypertuna.description.plausibility import USUAL
+from hypertuna.description.robot import Robot, load
+from hypertuna.description.schema.measuring import measuring
 
 _NOUNS = {
     "number": ("number", "numbers"),
@@ -13,6 +16,66 @@ _NOUNS = {
     "boolean": ("`true` or `false`", "`true` or `false`"),
 }
 _LIMITS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+
+
+class Key(NamedTuple):
+    """A key of a robot's file that has a value: what users need to know of it, in words."""
+
+    key: str  # joints.line.bore_m; gaits.NAME.frequency_hz
+    unit: str
+    value: str
+    default: str  # empty: the key is required
+    typical: str
+    how: str  # to find its value
+    meaning: str
+
+
+def keys() -> list[Key]:
+    """List all keys of a robot's file, with HyperTuna's values as typical ones, or usual ranges."""
+    schema, found = json_schema(), []
+    typical = _typical()
+    for heading, table in _tables(schema, schema["$defs"], ""):
+        path = heading.strip("[]`")
+        for name, rule in table["properties"].items():
+            value = _value_in_words(rule)
+            if not value.endswith(("table", "tables", "tables by name")):
+                key = f"{path}.{name}".lstrip(".")
+                plain = key.replace(".NAME", "")
+                default = "" if name in table.get("required", []) else _default(rule)
+                meaning = re.sub(r" \(default: .*\)$", "", rule["description"])
+                how = measuring(plain) or ""
+                found.append(Key(key, rule.get("unit", ""), value, default, typical.get(plain, ""), how, meaning))
+    return found
+
+
+def _default(rule: Mapping[str, Any]) -> str:
+    """Return the default of an optional key: the rule in its meaning, its value, or none."""
+    if told := re.search(r"\(default: (.*)\)$", rule["description"]):
+        return told[1]
+    value = rule.get("default")
+    return "none" if value is None or value in ([], {}) else json.dumps(value).strip('"')
+
+
+def _typical() -> dict[str, str]:
+    """Return typical values by key without indices and names of gaits and materials."""
+    typical = {key: f"{low:g} to {high:g}" for key, (low, high) in USUAL.items()}
+    own: dict[str, str] = {}
+    for entry in load("hypertuna").entries():
+        key = re.sub(r"\[\d+\]", "", entry.key)
+        key = re.sub(r'^(gaits|materials)\.("[^"]*"|[^.]+)\.', r"\1.", key)
+        if not entry.default:
+            own.setdefault(key, _shown(entry.value))
+    return typical | own
+
+
+def _shown(value: Any) -> str:
+    """Write a value of a robot, a list of numbers by its ends."""
+    flat = (
+        [x for part in value for x in (part if isinstance(part, list) else [part])] if isinstance(value, list) else []
+    )
+    if flat and all(isinstance(x, int | float) for x in flat):
+        return f"{min(flat):.4g} to {max(flat):.4g}" if min(flat) < max(flat) else f"{flat[0]:.4g}"
+    return f"{value:.4g}" if isinstance(value, float) else ", ".join(map(str, flat)) or str(value)
 
 
 def json_schema() -> dict[str, Any]:
@@ -25,22 +88,41 @@ def reference() -> str:
     """Return docs/description.md: every key of a robot file with unit, rule and meaning."""
     introduction = (
         "Every key of `robots/NAME.toml`, generated from the schema that `hypertuna robot schema` prints.\n"
-        "Numbers must be finite; a list has one value per link, or per joint group in a gait."
+        "Numbers must be finite; a list has one value per link, or per joint group in a gait. Keys without a default\n"
+        "are required. Typical values are HyperTuna's, or the usual range of what HyperTuna does not have.\n"
+        "`hypertuna robot keys PART` prints the keys whose names contain PART."
     )
-    return markdown(json_schema(), title="Robot description", introduction=introduction)
+    columns = {"default": 3, "typical": 4, "how to find it": 5}
+    rows = {key.key: key for key in keys()}
+
+    def more(key: str) -> dict[str, str]:
+        return {title: rows[key][place] if key in rows else "" for title, place in columns.items()}
+
+    return markdown(json_schema(), title="Robot description", introduction=introduction, more=more)
 
 
-def markdown(schema: Mapping[str, Any], *, title: str, introduction: str) -> str:
-    """Return a JSON Schema of a TOML file as a Markdown page: one section per table, one row per key."""
+def markdown(
+    schema: Mapping[str, Any], *, title: str, introduction: str, more: Callable[[str], Mapping[str, str]] | None = None
+) -> str:
+    """Return a JSON Schema of a TOML file as a Markdown page: one section per table, one row per key.
+
+    `more` returns further columns of a key, among them its default.
+    """
+    titles = ["key", "unit", "value", *(more("") if more else ()), "meaning"]
     lines = [f"# {title}", "", introduction]
     for heading, table in _tables(schema, schema["$defs"], ""):
         lines += ["", f"## {heading or 'Top level'}", "", table["description"].split("\n", 1)[0], ""]
-        lines += ["| key | unit | value | meaning |", "|---|---|---|---|"]
+        lines += [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
         required = table.get("required", [])
         for name, rule in table["properties"].items():
-            value = _value_in_words(rule) + ("" if name in required else ", optional")
-            cells = [f"`{name}`", rule.get("unit", ""), value, rule["description"].replace("|", "\\|")]
-            lines.append(f"| {' | '.join(cells)} |")
+            value, meaning = _value_in_words(rule), rule["description"]
+            extra = more(f"{heading.strip('[]`')}.{name}".lstrip(".")) if more else {}
+            if extra.get("default"):
+                meaning = re.sub(r" \(default: .*\)$", "", meaning)
+            elif name not in required:
+                value += ", optional"
+            cells = [f"`{name}`", rule.get("unit", ""), value, *extra.values(), meaning]
+            lines.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
     return "\n".join(lines) + "\n"
 
 
