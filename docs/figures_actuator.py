@@ -63,7 +63,7 @@ def hysteresis_table() -> str:
         width = np.degrees(np.max(back - loop.angle))
         at = [np.interp(1e5, fine, np.degrees(angle)) for angle in (loop.angle, back)]
         cells = (*(f"{angle:.2f}" for angle in at), f"{np.degrees(loop.angle[-1]):.2f}", f"{width:.2f}")
-        body.append([joint, *cells, f"{stuck:.0f}", f"{1e3 * loop.loss:.0f}"])
+        body.append([joint, *cells, f"{stuck:.0f}", f"{1e3 * loop.friction_loss:.0f}"])
     head = ["joint", "100 kPa, up [deg]", "down [deg]", "250 kPa [deg]", "largest width [deg]", "sticks down to [kPa]"]
     return rows([*head, "loss [mJ]"], body)
 

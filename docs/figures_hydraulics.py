@@ -40,7 +40,9 @@ def servo_power_table() -> str:
             table.update(values)
         robot = parse(document)
         runs = [twin(robot, named_gait(robot, gait), duration=12) for gait in ("unoptimised-max", "optimised-0.5")]
-        body.append([name, *(f"{run.power:.3g}" for run in runs), ", ".join(f"{run.speed:.2f}" for run in runs)])
+        body.append(
+            [name, *(f"{run.electrical_power:.3g}" for run in runs), ", ".join(f"{run.speed:.2f}" for run in runs)]
+        )
     return rows(("", "fastest gait [W]", "lake gait [W]", "their speeds [m/s]"), body)
 
 

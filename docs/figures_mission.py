@@ -73,15 +73,15 @@ def lake_table() -> str:
     values = published()["values"]
     rows = [
         (
-            "distance over ground, within 30 min [m]",
+            "distance, over ground, within 30 min [m]",
             f"{values['lake/distance']['value']:g}",
             f"{told['distance_m']:.0f}",
         ),
         ("energy of the servos [Wh]", f"{values['lake/energy']['value']:g}", f"{told['servo_energy_wh']:.2f}"),
         ("energy of the battery [Wh]", "", f"{told['battery_energy_wh']:.2f}"),
         ("time for the whole course [min]", "", f"{told['whole']['duration_s'] / 60:.1f}"),
-        ("max error of the estimated position [m]", "", f"{told['whole']['position_off_max_m']:.1f}"),
-        ("min distance to the fence [m]", "", f"{told['whole']['fence_margin_min_m']:.1f}"),
+        ("max estimation error, of the position [m]", "", f"{told['whole']['estimation_error_max_m']:.1f}"),
+        ("min fence margin [m]", "", f"{told['whole']['fence_margin_min_m']:.1f}"),
     ]
     lines = ["| | published | twin at sea |", "| --- | ---: | ---: |"]
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
@@ -114,12 +114,12 @@ def seeds_table() -> str:
 
 OVER_SEEDS = {
     "duration_s": ("time [min]", 60),
-    "distance_m": ("distance over ground [m]", 1),
+    "distance_m": ("distance, over ground [m]", 1),
     "energy_wh": ("energy of the battery [Wh]", 1),
     "depth_max_m": ("max depth [m]", 1),
-    "position_off_max_m": ("max error of the estimated position [m]", 1),
-    "fence_margin_min_m": ("min distance to the fence [m]", 1),
-    "goal_distance_m": ("from home at the end [m]", 1),
+    "estimation_error_max_m": ("max estimation error, of the position [m]", 1),
+    "fence_margin_min_m": ("min fence margin [m]", 1),
+    "goal_distance_m": ("goal distance, at the end [m]", 1),
 }
 
 

@@ -43,7 +43,7 @@ def base() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         ),
         "pareto": (
             ht.pareto,
-            {"robot": fish, "objectives": ("speed", "power"), "population": 2, "generations": 1, "steps": 16}
+            {"robot": fish, "objectives": ("speed", "mechanical_power"), "population": 2, "generations": 1, "steps": 16}
             | {"seed": 1, "limits": (), "polish": False, "threads": 1},
         ),
         "gait_limits": (ht.gait_limits, {"robot": fish, "joint_rate": 2.0, "torque": 3.0, "strouhal": (0.2, 0.4)}),

@@ -31,7 +31,7 @@ print(swim)
 swim.plot()
 
 # %%
-swim.to_dataframe()[["time_s", "x_m", "forward_speed_m_s", "power_w"]].head()
+swim.to_dataframe()[["time_s", "x_m", "forward_speed_m_s", "mechanical_power_w"]].head()
 
 # %% [markdown]
 # What matters most? The gradient is exact, and sorted by influence: the change of the speed for 1 % more of a

@@ -58,7 +58,7 @@ def test_endurance_against_stepping_through_time(tuna: ht.Robot) -> None:
     found = range_of(tuna, power=20.0, speed=0.5, reserve=0.1)
     assert found.endurance == pytest.approx(time, abs=step)
     assert found.range == pytest.approx(0.5 * found.endurance)
-    assert found.delivered == pytest.approx(20.0 * found.endurance)
+    assert found.energy_at_servos == pytest.approx(20.0 * found.endurance)
 
 
 def test_series_and_parallel_hold_the_same_energy(tuna: ht.Robot) -> None:

@@ -219,18 +219,18 @@ def test_friction_makes_the_loop(tuna: ht.Robot, joint: str) -> None:
     assert loop.unload_angle is not None
     assert smooth.unload_angle is not None
     assert loop.loop_area > 0
-    assert loop.loss > 0
+    assert loop.friction_loss > 0
     assert smooth.loop_area == pytest.approx(0, abs=1e-9)
-    assert smooth.loss == pytest.approx(0, abs=1e-15)
+    assert smooth.friction_loss == pytest.approx(0, abs=1e-15)
     assert (loop.angle[1:] < smooth.angle[1:]).all()
     assert loop.unload_angle[1] == loop.unload_angle[0] == loop.angle[-1]  # it sticks at first
     assert (loop.unload_angle[::-1][5:] > smooth.angle[5:])[:12].all()
     # The loss is what the loop encloses in the plane of pressure and volume, whatever the number of pressures.
     fine = bend(tuna, joint, np.linspace(0, 250e3, 401), unload=True)
-    assert loop.loss == pytest.approx(fine.loss, rel=0.02)
+    assert loop.friction_loss == pytest.approx(fine.friction_loss, rel=0.02)
     # A smaller loop lies inside: what the joint remembers is where it turned.
     inner = bend(tuna, joint, PRESSURE[:16], unload=True)
-    assert inner.loss < loop.loss
+    assert inner.friction_loss < loop.friction_loss
     np.testing.assert_array_equal(inner.angle, loop.angle[:16])
 
 

@@ -137,9 +137,9 @@ def test_size_by_its_parts(tuna: ht.Robot, sizes: list[Size]) -> None:
         reactance = np.sqrt(size.inertance / size.capacity)
         assert size.damping == pytest.approx(size.resistance / (2 * reactance))
         # The cylinder's air and oil are stiffer than the muscles: the line rings higher with them, and is damped less.
-        assert size.ring / size.resonance == pytest.approx(size.damping / size.ring_damping)
+        assert size.ring / size.resonance == pytest.approx(size.damping_ratio / size.ring_damping_ratio)
         assert size.ring > 2 * size.resonance
-        assert sum(size.power[name] for name in POWERS) == pytest.approx(size.power["total"])
+        assert sum(size.electrical_power[name] for name in POWERS) == pytest.approx(size.electrical_power["total"])
         slope = _core.displaced(circuits(tuna).values[0], np.linspace(-size.stroke, size.stroke, 101))[:, 1]
         assert 250e3 * slope[50] <= size.torque - 0.3 <= 250e3 * slope.max()  # 0.3 N m of friction
 

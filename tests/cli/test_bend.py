@@ -28,7 +28,7 @@ def test_json_tells_what_the_function_finds(run: Run, tuna: ht.Robot) -> None:
     np.testing.assert_allclose(told["unload_pressure_kpa"], np.linspace(250, 0, 26))
     np.testing.assert_allclose(told["unload_angle_deg"], np.degrees(loop.unload_angle))
     assert told["loop_area_kpa_deg"] == pytest.approx(np.degrees(loop.loop_area) / 1e3)
-    assert (told["friction_loss_j"], told["status"]) == (loop.loss, "free")
+    assert (told["friction_loss_j"], told["status"]) == (loop.friction_loss, "free")
     assert told["robot_hash"] == tuna.hash
 
 

@@ -55,7 +55,7 @@ def test_info_tells_the_mission(run: Run, file: str, record: MissionRecord) -> N
     assert told["distance_m"] == pytest.approx(record.distance)
     assert told["energy_wh"] == pytest.approx(record.energy[-1] / 3600)
     off = record.data["position_estimated"] - record.data["position"][:, :2]
-    assert told["position_off_max_m"] == pytest.approx(np.hypot(*off.T).max())
+    assert told["estimation_error_max_m"] == pytest.approx(np.hypot(*off.T).max())
     assert told["mode_at_end"] == "surface"
     assert told["facts"]["seed"] == "1"
     code, output, _ = run("log", "info", file)

@@ -45,7 +45,7 @@ def test_swim_says_what_the_function_computes(run: Run) -> None:
     assert code == 0
     assert told["speed_m_s"] == swim.speed
     assert told["speed_bl_s"] == swim.speed_bl
-    assert told["mechanical_power_w"] == swim.power
+    assert told["mechanical_power_w"] == swim.mechanical_power
     assert told["cost_of_transport_j_per_kg_m"] == swim.cost_of_transport
     assert told["strouhal"] == swim.strouhal
     assert told["stride_length"] == swim.stride_length

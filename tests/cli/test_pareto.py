@@ -143,10 +143,10 @@ def test_plot_shows_points_and_named_gaits(front: Front) -> None:
 
 
 def test_plot_of_three_objectives_colors_by_the_third(tuna: ht.Robot) -> None:
-    front = pareto(tuna, ["speed", "cost_of_transport", "power"], population=4, generations=2, polish=False)
+    front = pareto(tuna, ["speed", "cost_of_transport", "mechanical_power"], population=4, generations=2, polish=False)
     axes = plot_pareto(front, width=3.9).axes
     np.testing.assert_array_equal(axes[0].collections[0].get_array(), front.values[:, 2])
-    assert axes[1].get_ylabel() == "power [W]"
+    assert axes[1].get_ylabel() == "mechanical power [W]"
 
 
 def test_every_objective_has_a_name_with_its_unit() -> None:

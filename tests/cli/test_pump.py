@@ -25,7 +25,7 @@ def test_json_tells_the_sizes_of_the_function(run: Run, tuna: ht.Robot) -> None:
     sizes = size_pump(tuna, frequency=[frequency], amplitude=amplitude, bore=[3e-3, 4e-3], temperature=[293.15])
     assert [(row["joint"], row["bore_mm"]) for row in told] == [("I", 3), ("II", 3), ("I", 4), ("II", 4)]
     for row, size in zip(told, sizes, strict=True):
-        assert row["amplitude_deg"] == pytest.approx(math.degrees(size.amplitude))
+        assert row["bend_deg"] == pytest.approx(math.degrees(size.bend))
         assert row["corner_hz"] == pytest.approx(size.corner)
         assert row["torque_margin"] == pytest.approx(size.torque_limit / size.torque - 1)
         assert row["pressure_max_kpa"] <= 250
@@ -44,7 +44,7 @@ def test_files_hold_the_table(run: Run, tmp_path: Path) -> None:
     assert "temperature of the oil" in Path(plot).read_text()
     assert run(*PUMP, *options, "-o", data)[0] == 0
     with xr.open_dataset(data, engine="h5netcdf") as found:
-        np.testing.assert_allclose(found.amplitude_deg, rows["amplitude_deg"], rtol=1e-12)
+        np.testing.assert_allclose(found.bend_deg, rows["bend_deg"], rtol=1e-12)
         assert found.attrs["robot"] == "hypertuna"
 
 
@@ -61,8 +61,8 @@ def test_one_case_is_told_in_full(run: Run) -> None:
         "of 6.86 N m",
         "of 7.5 rad/s",
         "20 C, 133.8 mm^2/s",
-        "resonance with the muscles",
-        "power of its two servos",
+        "resonance, with the muscles",
+        "electrical power, both servos",
     ):
         assert output.count(words) == 2, words
 
@@ -120,7 +120,7 @@ def test_any_key_of_the_robot_can_vary(run: Run, tmp_path: Path) -> None:
     assert [size["joints.I.actuator.lever_m"] for size in sizes[:4:2]] == [0.008, 0.012]
     assert sizes[0]["torque_limit_n_m"] == pytest.approx(3)
     alone = json.loads(run("pump", "--frequency", "3", "--set", "joints.I.actuator.lever_m=0.012", "--json")[1])
-    assert sizes[6]["amplitude_deg"] == alone["sizes"][0]["amplitude_deg"] != sizes[4]["amplitude_deg"]
+    assert sizes[6]["bend_deg"] == alone["sizes"][0]["bend_deg"] != sizes[4]["bend_deg"]
     rows = [line for line in table.read_text().splitlines() if not line.startswith("#")]
     assert rows[0].startswith(f"{key},joints.I.actuator.lever_m,joint,")
     assert len(rows) == 1 + len(sizes)

@@ -42,7 +42,7 @@ def test_a_gait_has_the_power_and_speed_of_the_twin(run: Run, tuna: ht.Robot) ->
     gait = ht.Gait.from_degrees(frequency=1, amplitude=(8, 12), phase=(0, 0))
     done = twin(tuna, gait, duration=6, start="swimming")
     assert code == (0 if done.settled else 1)
-    assert (told["power_w"], told["speed_m_s"]) == pytest.approx((done.power, done.speed))
+    assert (told["electrical_power_w"], told["speed_m_s"]) == pytest.approx((done.electrical_power, done.speed))
     assert told["gait"]["amplitude_deg"] == [8, 12]
     assert told["settled"] == done.settled
 

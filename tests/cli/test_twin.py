@@ -38,13 +38,13 @@ def test_json_tells_the_run_of_the_function(run: Run, short: TwinRun) -> None:
     told = json.loads(output)
     assert code == 0
     assert told["speed_m_s"] == short.speed
-    assert told["electrical_power_w"] == short.power
-    assert told["cost_of_transport_j_per_kg_m"] == pytest.approx(short.power / (3.3 * short.speed))
+    assert told["electrical_power_w"] == short.electrical_power
+    assert told["cost_of_transport_j_per_kg_m"] == pytest.approx(short.electrical_power / (3.3 * short.speed))
     assert [joint["name"] for joint in told["joints"]] == ["I", "II"]
     for joint, swing, wished in zip(told["joints"], short.swing, (12, 20), strict=True):
         assert joint["amplitude_set_deg"] == pytest.approx(wished)
-        assert joint["amplitude_deg"] == pytest.approx(math.degrees(swing))
-        assert joint["peak_error_deg"] == pytest.approx(math.degrees(swing) - wished)
+        assert joint["swing_deg"] == pytest.approx(math.degrees(swing))
+        assert joint["swing_error_deg"] == pytest.approx(math.degrees(swing) - wished)
     assert [circuit["name"] for circuit in told["circuits"]] == ["I-left", "I-right", "II-left", "II-right"]
     pressures = [circuit["pressure_max_kpa"] for circuit in told["circuits"]]
     np.testing.assert_allclose(pressures, short.pressure_max / 1e3)

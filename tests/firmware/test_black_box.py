@@ -220,7 +220,7 @@ def test_a_box_becomes_a_log(run: Run, tmp_path: Path) -> None:
     told = json.loads(output)
     assert (code, told["times"], told["complete"]) == (0, 299, True)
     assert "energy_wh" not in told  # nothing measured it
-    assert "position_off_max_m" not in told  # nobody knows
+    assert "estimation_error_max_m" not in told  # nobody knows
     assert run("log", "to-csv", str(log), "-o", str(table))[0] == 0
     lines = table.read_text().splitlines()
     place = lines[0].split(",").index("bend_read_II_deg")

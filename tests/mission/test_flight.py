@@ -110,10 +110,10 @@ def test_it_is_the_mission_run_with_energy_and_charge(file: MissionFile, flight:
 def test_it_ends_within_the_waypoint(flight: Flight) -> None:
     one = outcome(flight)
     assert one.status == "done"
-    assert one.home_distance < 4
+    assert one.goal_distance < 4
     assert 11 < one.distance < 30
     assert one.depth_max < 1.0
-    assert one.margin_min > 15
+    assert one.fence_margin_min > 15
     assert one.duration > 0.5 * expected(flight.record.mission)
 
 

@@ -30,7 +30,7 @@ def everything(robot: ht.Robot) -> Problem:
         objective("speed"),
         objective("cost_of_transport"),
         expected_speed(0.35, 0.1),
-        objective("power", maximize=True),
+        objective("mechanical_power", maximize=True),
     )
     return Problem(robot, gait_bounds(robot), targets, limits)
 
@@ -40,7 +40,9 @@ def test_values_are_those_of_single_swims(tuna: ht.Robot, points: np.ndarray) ->
     for x, value in zip(points, told.value, strict=True):
         swum = ht.swim(tuna, gait_bounds(tuna).gait(x))
         tracked = abs(swum.speed - 0.35) + 0.1 * swum.cost_of_transport  # Eq. 42
-        assert value.tolist() == pytest.approx([-swum.speed, swum.cost_of_transport, tracked, -swum.power], rel=1e-12)
+        assert value.tolist() == pytest.approx(
+            [-swum.speed, swum.cost_of_transport, tracked, -swum.mechanical_power], rel=1e-12
+        )
 
 
 def test_violations_are_relative_to_their_limits(tuna: ht.Robot, points: np.ndarray) -> None:

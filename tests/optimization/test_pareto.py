@@ -257,7 +257,7 @@ def test_limits_are_kept(tuna: ht.Robot) -> None:
 
 
 def test_three_objectives(tuna: ht.Robot) -> None:
-    front = pareto(tuna, ["speed", "cost_of_transport", "power"], **SMALL)
+    front = pareto(tuna, ["speed", "cost_of_transport", "mechanical_power"], **SMALL)
     assert front.values.shape[1] == 3
     assert front.hypervolume >= front.hypervolume_evolved
     np.testing.assert_array_equal(nondominated(front.values * [-1, 1, 1]), range(len(front.x)))

@@ -252,7 +252,7 @@ def test_computed_among_others(ledger: Ledger) -> None:
         assert ("reference" in row) != row["name"].startswith("HyperTuna")
     computed = next(row for row in swimmers if row["name"] == "HyperTuna, computed")
     best = ledger.trials[OURS].gaits["unoptimised-max"]
-    assert computed["cost_of_transport_j_per_kg_m"] == pytest.approx(best.power / (3.3 * best.speed))
+    assert computed["cost_of_transport_j_per_kg_m"] == pytest.approx(best.mechanical_power / (3.3 * best.speed))
     assert computed["kind"] == "mechanical power alone"
 
 
@@ -395,7 +395,7 @@ def test_the_knobs_choose_among_settled_gaits(ledger: Ledger, folder: Path) -> N
     first = data["gaits"][(data["at"][0] * a + data["at"][1]) * p + data["at"][2]]
     assert first["speed"] == pytest.approx(best.speed, rel=1e-3)
     tail = 2 * np.hypot(*first["line"][-1][1:]) * best.robot.body.length
-    assert tail == pytest.approx(best.excursion, rel=0.05)  # the first harmonic has nearly all of it
+    assert tail == pytest.approx(best.tail_excursion, rel=0.05)  # the first harmonic has nearly all of it
 
 
 def test_links_to_the_docs_of_a_clone(ledger: Ledger) -> None:

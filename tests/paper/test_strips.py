@@ -49,7 +49,7 @@ def test_straight_tow() -> None:
     water, swim = robot.water.strip, ht.swim(robot, named_gait(robot, "unoptimised-0.5"))
     assert water is not None
     area = np.dot(water.drag_tangential, robot.links.wetted_area) + sum(water.blunt_area)
-    assert swim.efficiency * swim.power == pytest.approx(0.5 * 1000 * area * swim.speed**3, rel=1e-9)
+    assert swim.efficiency * swim.mechanical_power == pytest.approx(0.5 * 1000 * area * swim.speed**3, rel=1e-9)
     lumped = np.dot(FISH.water.lumped.friction, robot.links.wetted_area)  # type: ignore[union-attr]  # the robot has the table
     friction = np.dot(water.drag_tangential, robot.links.wetted_area)
     assert 500 * np.array([lumped, friction, area]) == pytest.approx([3.8, 0.48, 2.0], rel=0.02)  # docs/model.md, kg/m

@@ -65,7 +65,7 @@ def test_tables_say_what_the_runs_did(twins: Twins) -> None:
     for row in eight.rows:
         assert row[5] == f"{twins.gaits[str(row[0])].speed:.3f}"
     for row, run in zip(tank_table(twins).rows, twins.tank, strict=True):
-        for group, told, lag, made in zip(twins.robot.joints, row[1::2], row[2::2], run.amplitude, strict=False):
+        for group, told, lag, made in zip(twins.robot.joints, row[1::2], row[2::2], run.first_harmonic, strict=False):
             assert told == f"{np.degrees(made):.1f}"
             assert group.bandwidth is not None
             setpoint = run.gait.amplitude[twins.robot.joints.index(group)]

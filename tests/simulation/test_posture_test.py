@@ -91,7 +91,7 @@ def test_joint_ii_settles_whatever_the_noise(tuna: ht.Robot, frequency: float) -
         hold(tuna, frequency, [0.0, math.radians(20)], duration=8.0, medium="air", seed=seed)[0]
         for seed in (2, 3, 4, 6)
     ]
-    for times in ([one.settling for one in runs], [one.measured_settling for one in runs]):
+    for times in ([one.settling for one in runs], [one.settling_measured for one in runs]):
         assert sum(time is not None and time <= 4 for time in times) >= 3
 
 
@@ -137,8 +137,8 @@ def test_fig_8_of_a_known_joint(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch)
     for one in done.held:
         assert one.settling is not None
         assert 0.5 * math.log(40) - 1 / one.frequency < one.settling < 0.5 * math.log(40) + 2 / one.frequency
-        assert one.measured_settling is None  # a sensor that shows 4 % too little never shows 20 deg
-        assert one.measured_error[-1] == pytest.approx(math.radians(0.8), rel=0.05)
+        assert one.settling_measured is None  # a sensor that shows 4 % too little never shows 20 deg
+        assert one.error_measured[-1] == pytest.approx(math.radians(0.8), rel=0.05)
     assert not done.reach
     found = done.dataset()
     assert found.settling.sel(frequency=2, joint="II") == done.held[1].settling

@@ -52,7 +52,7 @@ def test_a_stiffer_plant_gets_the_steps_that_it_needs() -> None:
     coarse = twin(stiff, gait, duration=0.5, step=1 / 3000)  # the step of the shipped robot
     assert run.step < coarse.step == small_run().step
     assert run.pressure_peak == pytest.approx(fine.pressure_peak, rel=5e-3)
-    assert run.amplitude == pytest.approx(fine.amplitude, rel=1e-3)
+    assert run.swing == pytest.approx(fine.amplitude, rel=1e-3)
     assert coarse.pressure_peak > 1.1 * fine.pressure_peak, "it rings, and nothing else tells"
 
 
@@ -85,7 +85,7 @@ def test_posture_control_reaches_what_the_pumps_alone_miss() -> None:
     closed, alone = (
         twin(soft, SMALL, duration=12, start="swimming", controller_robot=ROBOT, closed_loop=c) for c in (True, False)
     )
-    assert abs(closed.change) < 0.02
+    assert abs(closed.change_per_beat) < 0.02
     assert closed.status == "completed"
     error, missed = (abs(np.degrees(run.swing) - (6, 9)).max() for run in (closed, alone))
     assert 10 * error < 2 < missed
@@ -103,8 +103,8 @@ def test_straight_gait_swims_straight() -> None:
     assert abs(np.degrees(run.bias)).max() < 0.5
     assert 0.05 < run.speed < 0.5
     assert run.speed_bl == pytest.approx(run.speed / 0.52)
-    assert run.cost_of_transport == pytest.approx(run.power / (3.3 * run.speed))
-    assert 0 < run.mechanical_power < run.power
+    assert run.cost_of_transport == pytest.approx(run.electrical_power / (3.3 * run.speed))
+    assert 0 < run.mechanical_power < run.electrical_power
 
 
 def test_mirrored_gait_is_the_mirror_image() -> None:

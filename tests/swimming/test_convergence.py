@@ -28,7 +28,13 @@ def errors(robot: ht.Robot, factor: int) -> NDArray[np.float64]:
     rows = []
     for steps in range(48 * factor, 80 * factor, 4 * factor):
         swim = ht.swim(robot, gait, steps=steps)
-        rows.append((swim.speed / exact.speed - 1, swim.power / exact.power - 1, swim.power / swim.loss - 1))
+        rows.append(
+            (
+                swim.speed / exact.speed - 1,
+                swim.mechanical_power / exact.mechanical_power - 1,
+                swim.mechanical_power / swim.power_to_water - 1,
+            )
+        )
     return np.sqrt(np.mean(np.square(rows), axis=0))
 
 

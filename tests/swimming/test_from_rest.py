@@ -35,7 +35,7 @@ def test_from_rest_reports_its_last_whole_beat(tuna: ht.Robot) -> None:
     swim = ht.swim(tuna, gait, from_rest=beats_swum / gait.frequency)
     last = swim.trajectory.isel(time=slice((beats_swum - 1) * swim.steps, None))
     assert swim.beats == beats_swum
-    assert swim.power == pytest.approx(float(last.power[:-1].mean()))
+    assert swim.mechanical_power == pytest.approx(float(last.mechanical_power[:-1].mean()))
     assert swim.turn_rate == pytest.approx(float(last.heading[-1] - last.heading[0]) * gait.frequency, abs=1e-12)
 
 
@@ -67,6 +67,6 @@ def test_newton_finds_what_waiting_finds(every_model: ht.Robot, gait_of: Callabl
     waited = ht.swim(every_model, gait, from_rest=1000.5 / gait.frequency)
     assert (settled.status, waited.status) == ("settled", "settled")
     assert waited.beats == 1000
-    for name in ("speed", "power", "excursion", "turn_rate"):
+    for name in ("speed", "mechanical_power", "tail_excursion", "turn_rate"):
         known = {"rel": 1e-6, "abs": 1e-6 * gait.frequency if name == "turn_rate" else 0}
         assert getattr(settled, name) == pytest.approx(getattr(waited, name), **known), name

@@ -30,7 +30,7 @@ DIFFERENCES = 1e-5
 KINKED = 1 / 128
 
 
-RESULTS = ("speed", "cost_of_transport", "power", "strouhal", "torque_peak", "power_positive")
+RESULTS = ("speed", "cost_of_transport", "mechanical_power", "strouhal", "torque_peak", "mechanical_power_positive")
 
 
 def explicit(robot: ht.Robot) -> ht.Robot:
@@ -159,7 +159,7 @@ def test_the_largest_rate_by_hand(tuna: ht.Robot) -> None:
 def test_every_parameter_matters(every_model: ht.Robot) -> None:
     """Zeros would agree with differences that change nothing: hardly any parameter may have no effect."""
     found = ht.gradient(every_model, fastest(every_model))
-    idle = {name for name, value in zip(found.names, found.power, strict=True) if value == 0}
+    idle = {name for name, value in zip(found.names, found.mechanical_power, strict=True) if value == 0}
     expected = (
         {name for name in found.names if name.startswith("joints.bandwidth")}
         if every_model.model.joints == "ideal"
@@ -190,7 +190,7 @@ def test_one_time_for_all_groups_has_no_effect(every_model: ht.Robot) -> None:
     gait = fastest(every_model)
     found = ht.gradient(every_model, gait)
     by_phase = [k for k, name in enumerate(found.names) if name.startswith("gait.phase")]
-    for name in ("speed", "cost_of_transport", "power"):
+    for name in ("speed", "cost_of_transport", "mechanical_power"):
         slopes = getattr(found, name)[by_phase]
         # the settled beat is only as independent of its clock as its steps are small
         assert abs(slopes.sum()) < 1e-3 * abs(slopes).sum()

@@ -45,7 +45,7 @@ def test_a_gait_gives_the_same_bits_alone_and_in_any_company(every_model: ht.Rob
         same(together.isel(gait=[k]), ht.sweep(every_model, [gait]))
         alone = ht.swim(every_model, gait)
         assert alone.speed == float(together.speed[k])
-        assert alone.power == float(together.power[k])
+        assert alone.mechanical_power == float(together.mechanical_power[k])
 
 
 @pytest.mark.parametrize("method", ["newton", "beats"])
@@ -74,7 +74,10 @@ def results() -> dict[str, np.ndarray]:
     for name, robot in MODELS.items():
         swept = ht.sweep(robot, some_gaits(robot))
         slope = ht.gradient(robot, fastest(robot))
-        found |= {f"{name} {key}": swept[key].values for key in ("speed", "power", "excursion", "turn_rate", "status")}
+        found |= {
+            f"{name} {key}": swept[key].values
+            for key in ("speed", "mechanical_power", "tail_excursion", "turn_rate", "status")
+        }
         found |= {f"{name} d{key}": getattr(slope, key) for key in ("speed", "cost_of_transport")}
     return found
 

@@ -84,7 +84,7 @@ def test_a_phase_offset_swims_like_a_later_phase(every_model: ht.Robot) -> None:
     offset = ht.swim(parse(document), gait)
     later = ht.swim(every_model, replace(gait, phase=tuple(lag + LAG * g for g, lag in enumerate(gait.phase))))
     assert offset.speed == pytest.approx(later.speed, rel=1e-9)
-    assert offset.power == pytest.approx(later.power, rel=1e-9)
+    assert offset.mechanical_power == pytest.approx(later.mechanical_power, rel=1e-9)
 
 
 def test_the_laws_of_core_and_description_are_the_same() -> None:

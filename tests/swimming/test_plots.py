@@ -46,8 +46,8 @@ def test_swim_shows_the_beat(fast: ht.Swim) -> None:
     figure = plot_swim(fast)
     _, midlines, speed, power = figure.axes[:4]
     assert_allclose(speed.lines[0].get_ydata(), fast.trajectory.forward_speed)
-    assert_allclose(power.lines[-2].get_ydata(), fast.trajectory.power)
-    assert_allclose(np.mean(power.lines[-1].get_ydata()), fast.power)
+    assert_allclose(power.lines[-2].get_ydata(), fast.trajectory.mechanical_power)
+    assert_allclose(np.mean(power.lines[-1].get_ydata()), fast.mechanical_power)
     assert len(midlines.lines) > 8
     lengths = [np.hypot(*np.diff(line.get_xydata(), axis=0).T).sum() for line in midlines.lines]
     assert_allclose(lengths, fast.robot.body.length)
@@ -85,7 +85,9 @@ def test_last_beat_from_rest_is_whole(fast: ht.Swim) -> None:
     whole, beat = swim.trajectory, last_beat(swim)
     assert whole.sizes["time"] == 2.5 * swim.steps + 1
     assert_allclose(beat.time[[0, -1]] * fast.gait.frequency, [1, 2])
-    assert_allclose(np.trapezoid(beat.power, beat.time) * fast.gait.frequency, swim.power, rtol=1e-3)
+    assert_allclose(
+        np.trapezoid(beat.mechanical_power, beat.time) * fast.gait.frequency, swim.mechanical_power, rtol=1e-3
+    )
 
 
 def test_the_dashed_line_is_the_mean_of_what_is_drawn(fast: ht.Swim) -> None:
@@ -173,7 +175,7 @@ def test_figures_are_written_the_same_each_time(fast: ht.Swim, tmp_path: Path, s
 def test_outlines_follow_the_body(fast: ht.Swim) -> None:
     shapes, step = outlines(fast)
     tails = shapes[:, shapes.shape[1] // 2, 1]
-    excursion = fast.excursion / fast.robot.body.length
+    excursion = fast.tail_excursion / fast.robot.body.length
     assert np.ptp(tails) == pytest.approx(excursion, rel=0.15)  # smooth between the joints, one frame in 32
     assert step[0] == pytest.approx(fast.stride_length, rel=0.02)
     assert abs(step[1]) < 0.02

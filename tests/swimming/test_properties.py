@@ -111,11 +111,11 @@ def test_the_mirrored_gait_swims_as_fast_and_turns_the_other_way(every_model: ht
     swim, image = ht.swim(every_model, gait), ht.swim(every_model, mirrored(gait))
     assert image.status == swim.status
     assert image.speed == pytest.approx(swim.speed, rel=SOLVED)
-    assert image.power == pytest.approx(swim.power, rel=SOLVED)
+    assert image.mechanical_power == pytest.approx(swim.mechanical_power, rel=SOLVED)
     assert image.turn_rate == pytest.approx(-swim.turn_rate, rel=SOLVED, abs=SOLVED * gait.frequency)
 
 
-MEANS = ("power", "power_positive", "loss", "excursion", "stride_length", "speed")
+MEANS = ("mechanical_power", "mechanical_power_positive", "power_to_water", "tail_excursion", "stride_length", "speed")
 
 
 def test_the_beginning_of_a_straight_beat_is_arbitrary(every_model: ht.Robot) -> None:
@@ -142,7 +142,7 @@ def test_speed_is_proportional_to_frequency(every_model: ht.Robot) -> None:
     for factor in (0.1, 3.0, 17.0):
         fast = ht.swim(robot, replace(gait, frequency=factor * gait.frequency))
         assert fast.speed == pytest.approx(factor * slow.speed, rel=SOLVED)
-        assert fast.power == pytest.approx(factor**3 * slow.power, rel=SOLVED)
+        assert fast.mechanical_power == pytest.approx(factor**3 * slow.mechanical_power, rel=SOLVED)
         assert fast.strouhal == pytest.approx(slow.strouhal, rel=SOLVED)
         np.testing.assert_allclose(fast.multipliers, slow.multipliers, rtol=SEARCHED, atol=SEARCHED)
 
@@ -162,7 +162,7 @@ def test_work_of_the_joints_is_what_the_water_takes(every_model: ht.Robot) -> No
 
     def imbalance(steps: int) -> float:
         swim = ht.swim(every_model, gait, steps=steps)
-        return abs(swim.power / swim.loss - 1)
+        return abs(swim.mechanical_power / swim.power_to_water - 1)
 
     assert imbalance(128) < 1e-5
     assert imbalance(512) < 1e-6  # how it falls with the steps: test_convergence.py

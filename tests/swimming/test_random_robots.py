@@ -61,9 +61,17 @@ def test_a_body_that_spins_has_no_speed(seed: int, k: int) -> None:
     turn = abs(swim.turn_rate) / gait.frequency
     assert swim.settled
     assert turn > math.pi
-    for name in ("speed", "speed_bl", "cost_of_transport", "strouhal", "stride_length", "excursion", "turn_radius"):
+    for name in (
+        "speed",
+        "speed_bl",
+        "cost_of_transport",
+        "strouhal",
+        "stride_length",
+        "tail_excursion",
+        "turn_radius",
+    ):
         assert math.isnan(getattr(swim, name)), name
-    assert swim.power > 0
+    assert swim.mechanical_power > 0
     assert f"It spins: {math.degrees(turn):.0f} deg a beat, more than half a circle, is no path" in swim.status_text
     assert ht.swim(robot, gait, from_rest=(BEATS + 0.5) / gait.frequency).settled
     with pytest.raises(ht.InputError, match="must have a speed to have derivatives"):

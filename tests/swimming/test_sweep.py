@@ -91,7 +91,7 @@ def test_beats_are_those_of_a_swim_from_rest(tuna: ht.Robot) -> None:
     gait = fastest(tuna)
     found = ht.sweep(tuna, [gait], method="beats", beats=7)
     swim = ht.swim(tuna, gait, from_rest=7 / gait.frequency)
-    for name in ("speed", "power", "excursion"):
+    for name in ("speed", "mechanical_power", "tail_excursion"):
         assert float(found[name][0]) == getattr(swim, name)
 
 
@@ -133,7 +133,7 @@ def some(gaits: Gaits, index: np.ndarray) -> Gaits:
 def test_every_gait_of_the_box_settles_and_none_is_silently_wrong(name: str) -> None:
     robot, gaits = MODELS[name], box(10_000, seed=2)
     found = ht.sweep(robot, gaits)
-    assert (found.distance < _core.SETTLED_DISTANCE).where(found.settled, True).all()
+    assert (found.distance_to_settled < _core.SETTLED_DISTANCE).where(found.settled, True).all()
     unsettled = np.flatnonzero(~found.settled)
     assert len(unsettled) == 0, f"gaits {unsettled} did not settle"
 
@@ -143,7 +143,7 @@ def test_every_gait_of_the_box_settles_and_none_is_silently_wrong(name: str) -> 
     sample = np.random.default_rng(2).choice(brisk, 40, replace=False)
     waited = ht.sweep(robot, some(gaits, sample), method="beats", beats=2000)
     assert waited.settled.all()
-    for quantity in ("speed", "power"):
+    for quantity in ("speed", "mechanical_power"):
         np.testing.assert_allclose(found[quantity][sample], waited[quantity], rtol=1e-5)
 
 

@@ -70,7 +70,9 @@ def check_against_oracle(robot: ht.Robot, gaits: list[ht.Gait]) -> None:
     scale = robot.body.length * np.array([[gait.frequency] for gait in gaits])
     np.testing.assert_allclose(beats.twist(states[-1])[:, :2] / scale, beats.twist(states[0])[:, :2] / scale, atol=1e-5)
     np.testing.assert_allclose(states[-1, :, :3], ends, atol=1e-5)
-    np.testing.assert_allclose([swim.power for swim in swims], beats.mean_power(chain, water, same, states), rtol=1e-4)
+    np.testing.assert_allclose(
+        [swim.mechanical_power for swim in swims], beats.mean_power(chain, water, same, states), rtol=1e-4
+    )
 
 
 @pytest.mark.parametrize("areas", ["consistent", "as-printed"])
@@ -106,7 +108,7 @@ def test_the_published_gaits_have_the_speeds_that_the_oracle_settles_at(
 def test_a_settled_gait_says_so(tuna: ht.Robot) -> None:
     swim = ht.swim(tuna, fastest(tuna))
     assert swim.settled
-    assert swim.change < 1e-8
+    assert swim.change_per_beat < 1e-8
     assert abs(swim.multipliers[0]) == swim.spectral_radius < 1
     expected = (
         rf"The gait is settled: consecutive beats agree .* shrinks to {swim.spectral_radius:.3g} of itself each beat\. "
@@ -157,7 +159,7 @@ def test_no_nan_is_settled() -> None:
         found = ht.sweep(wild, [replace(gait, frequency=f) for f in (0.5, 2.0, 6.0)], steps=8)
         good = found.where(found.settled, drop=True)
         assert np.isfinite(good.speed).all()
-        assert np.isfinite(good.power).all()
+        assert np.isfinite(good.mechanical_power).all()
         seen |= {STATUSES[k] for k in found.status.values.tolist()}
     assert {"settled", "diverged"} <= seen
 
@@ -227,12 +229,12 @@ def test_the_trajectory_moves_as_its_velocities_say(tuna: ht.Robot) -> None:
 def test_a_current_carries_the_trajectory_along_and_changes_nothing_else(every_model: ht.Robot) -> None:
     current = (0.4, -0.7)
     still, carried = (ht.swim(every_model, turning(every_model), current=c) for c in ((0.0, 0.0), current))
-    for name in ("speed", "power", "turn_rate", "strouhal", "status"):
+    for name in ("speed", "mechanical_power", "turn_rate", "strouhal", "status"):
         assert getattr(carried, name) == getattr(still, name)
     time = still.trajectory.time
     for name, speed in {"x": current[0], "tail_x": current[0], "y": current[1], "tail_y": current[1]}.items():
         np.testing.assert_allclose(carried.trajectory[name], still.trajectory[name] + speed * time, atol=1e-12)
-    for name in ("heading", "u", "v", "r", "joint_torque", "power", "loss", "energy"):
+    for name in ("heading", "u", "v", "r", "joint_torque", "mechanical_power", "power_to_water", "energy"):
         np.testing.assert_array_equal(carried.trajectory[name], still.trajectory[name])
 
 
@@ -250,14 +252,16 @@ def test_the_straight_trajectory_has_the_reported_metrics(every_model: ht.Robot)
     assert swim.speed_bl == pytest.approx(swim.speed / length)
     assert swim.stride_length == pytest.approx(abs(way) / length)
     beat = motion.isel(time=slice(-1))  # the last instant is the first of the next beat
-    assert swim.power == pytest.approx(float(beat.power.mean()))
-    assert swim.power_positive == pytest.approx(float(beat.group_power.clip(min=0).sum("group").mean()))
-    assert swim.loss == pytest.approx(float(beat.loss.mean()))
-    assert swim.cost_of_transport == pytest.approx(swim.power / (every_model.body.mass * swim.speed))
+    assert swim.mechanical_power == pytest.approx(float(beat.mechanical_power.mean()))
+    assert swim.mechanical_power_positive == pytest.approx(
+        float(beat.group_mechanical_power.clip(min=0).sum("group").mean())
+    )
+    assert swim.power_to_water == pytest.approx(float(beat.power_to_water.mean()))
+    assert swim.cost_of_transport == pytest.approx(swim.mechanical_power / (every_model.body.mass * swim.speed))
     across = ((beat.tail_x + 1j * beat.tail_y) * np.conj(way) / abs(way)).values.imag
     # the peak is found by a parabola through three of 128 samples, which errs by (2 pi / 128)^4 or so
     excursion = np.ptp(smooth(across))
-    assert swim.excursion == pytest.approx(excursion, rel=1e-5)
+    assert swim.tail_excursion == pytest.approx(excursion, rel=1e-5)
     assert swim.strouhal == pytest.approx(swim.gait.frequency * excursion / swim.speed, rel=1e-5)
 
 
@@ -273,7 +277,7 @@ def test_the_turning_trajectory_has_the_reported_metrics(every_model: ht.Robot) 
     assert swim.turn_radius == pytest.approx(abs(nose - center).mean())
     assert swim.speed == pytest.approx(swim.turn_radius * abs(swim.turn_rate))
     distance = abs((motion.tail_x + 1j * motion.tail_y).values[:-1] - center)
-    assert swim.excursion == pytest.approx(np.ptp(smooth(distance)), rel=1e-5)
+    assert swim.tail_excursion == pytest.approx(np.ptp(smooth(distance)), rel=1e-5)
 
 
 def test_the_body_hangs_together(every_model: ht.Robot) -> None:

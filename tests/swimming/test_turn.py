@@ -109,13 +109,13 @@ def test_the_tightest_turn_is_at_200_deg_tail_first_as_on_the_paper_s_grid(turni
     assert best is not None
     assert ahead is not None
     assert math.degrees(best.gait.phase[1]) == pytest.approx(200)
-    assert best.radius / length == pytest.approx(0.71, abs=0.005)
+    assert best.turn_radius / length == pytest.approx(0.71, abs=0.005)
     assert best.speed < 0 < ahead.speed
-    assert 160 < math.degrees(best.phase) < 240
-    assert best.min_radius < best.radius
+    assert 160 < math.degrees(best.phase_between) < 240
+    assert best.turn_radius_between < best.turn_radius
     for nearby in (-0.05, 0.05):
-        gait = ht.Gait(2.0, best.gait.amplitude, (0.0, best.phase + nearby), best.gait.bias)
-        assert ht.swim(turning.robot, gait).turn_radius > best.min_radius
+        gait = ht.Gait(2.0, best.gait.amplitude, (0.0, best.phase_between + nearby), best.gait.bias)
+        assert ht.swim(turning.robot, gait).turn_radius > best.turn_radius_between
 
 
 def test_a_seek_between_phases_does_not_change_the_way(tuna: ht.Robot) -> None:

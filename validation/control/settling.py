@@ -41,8 +41,8 @@ def settling_times(robot: ht.Robot, frequency: float, seed: int) -> dict[str, fl
     angle = [ANGLE if group.name == FACTS["joint"] else 0.0 for group in robot.joints]
     (held,) = hold(robot, frequency, angle, duration=SECONDS, medium="air", seed=seed)
     _, largest = peak_bends(held.run.time, held.run.data["angle_measured"][:, held.joint], frequency)
-    readings = replace(held, measured=largest).measured_settling
-    return {"bend": held.settling, "fit": held.measured_settling, "readings": readings}
+    readings = replace(held, measured=largest).settling_measured
+    return {"bend": held.settling, "fit": held.settling_measured, "readings": readings}
 
 
 def ideal_share(robot: ht.Robot, frequency: float, draws: int = 200) -> dict[str, float]:

@@ -70,7 +70,7 @@ def robots(shipped: ht.Robot, count: int, seed: int) -> Iterator[tuple[float, ht
 
 def outputs(run: Any) -> list[float]:
     """Return speed [m/s] and electrical power [W] of a run; NaN where it diverged."""
-    return [math.nan, math.nan] if run.status == "diverged" else [run.speed, run.power]
+    return [math.nan, math.nan] if run.status == "diverged" else [run.speed, run.electrical_power]
 
 
 def weighted(values: np.ndarray, weight: np.ndarray, percent: float) -> float:

@@ -58,7 +58,7 @@ def hinges() -> Iterator[str]:
         speeds = np.array([run.speed for run in runs])
         error = (speeds / PUBLISHED - 1).reshape(2, -1)
         rms = " | ".join(f"{100 * math.sqrt(float(np.mean(part**2))):.1f} %" for part in error)
-        powers = " | ".join(f"{runs[GAITS.index(name)].power:.1f}" for name in POWERS)
+        powers = " | ".join(f"{runs[GAITS.index(name)].electrical_power:.1f}" for name in POWERS)
         label = "stiff" if math.isinf(stiffness) else f"{stiffness:g}"
         yield f"| {label} | {' | '.join(f'{speed:.3f}' for speed in speeds)} | {rms} | {powers} |"
     yield (

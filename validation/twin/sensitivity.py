@@ -183,4 +183,4 @@ def _outputs(run: TwinRun) -> list[float]:
     """Joint amplitudes [deg] and speed [m/s]; not numbers where the run diverged, whatever its record holds."""
     if run.status == "diverged":
         return [math.nan] * (len(run.joints) + 1)
-    return [*np.degrees(run.amplitude).tolist(), run.speed]
+    return [*np.degrees(run.first_harmonic).tolist(), run.speed]

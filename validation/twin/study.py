@@ -46,11 +46,11 @@ def changed(**values: Any) -> ht.Robot:
 def cell(run: TwinRun) -> str:
     """Amplitudes, pressures and limits of a run."""
     names = [name.removesuffix("_limit") for name in run.limits if run.acting[name] > 0.05]
-    a, p = np.degrees(run.amplitude), run.pressure_max / 1e3
+    a, p = np.degrees(run.swing), run.pressure_max / 1e3
     low = run.pressure_min.min() / 1e3
     return (
         f"{a[0]:.1f} / {a[1]:.1f} | {p[:2].max():.0f} / {p[2:].max():.0f} | {low:.0f} | {run.speed:.3f} | "
-        f"{run.power:.1f} | {', '.join(names)}"
+        f"{run.electrical_power:.1f} | {', '.join(names)}"
     )
 
 

@@ -39,19 +39,19 @@ def battery_columns(robot: Robot) -> dict[str, float]:
 class Range:
     """Range and endurance of a robot on one charge."""
 
-    power: Annotated[float, Column("power_w")]  # W of the servos
-    speed: Annotated[float, Column("speed_m_s")]  # m/s through the water
+    electrical_power: Annotated[float, Column("W")]  # W of the servos
+    speed: Annotated[float, Column("m/s")]  # m/s through the water
     # J/(kg m): P / (m |U|), Eq. 38 with the mass of the whole robot
-    cost_of_transport: Annotated[float, Column("cost_of_transport_j_per_kg_m")]
-    reserve: Annotated[float, Column("reserve")]  # fraction of the usable charge that is kept
+    cost_of_transport: Annotated[float, Column("J/(kg m)")]
+    reserve: Annotated[float, Column()]  # fraction of the usable charge that is kept
     energy: float  # J: capacity of all cells at their nominal voltage
-    delivered: Annotated[float, Column("energy_at_servos_wh", divisor=HOUR)]  # J, of the usable charge less the reserve
+    energy_at_servos: Annotated[float, Column("Wh")]  # J, of the usable charge less the reserve
     voltage: tuple[float, float]  # V of the battery under load, at the start and at the end
-    supply: Annotated[float, Column("servo_supply_min_v")]  # V: lowest voltage at the servos
-    range: Annotated[float, Column("range_km", divisor=1e3)]  # m
-    endurance: Annotated[float, Column("endurance_h", divisor=HOUR)]  # s
-    nominal_range: Annotated[float, Column("nominal_range_km", divisor=1e3)]  # m: all `energy` at the servos, no losses
-    nominal_endurance: Annotated[float, Column("nominal_endurance_h", divisor=HOUR)]  # s
+    servo_voltage_min: Annotated[float, Column("V")]  # V: lowest voltage at the servos
+    range: Annotated[float, Column("km")]  # m
+    endurance: Annotated[float, Column("h")]  # s
+    nominal_range: Annotated[float, Column("km")]  # m: all `energy` at the servos, no losses
+    nominal_endurance: Annotated[float, Column("h")]  # s
 
 
 def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) -> Range:
@@ -76,16 +76,16 @@ def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) 
     endurance = float((weights * whole / 2 / at[:, 1]).sum())
     energy = battery.cells * battery.capacity * battery.voltage
     return Range(
-        power=power,
+        electrical_power=power,
         speed=speed,
         cost_of_transport=float(cost_of_transport(power, robot.body.mass, speed)),
         reserve=reserve,
         energy=energy,
         nominal_range=abs(speed) * energy / power,
         nominal_endurance=energy / power,
-        delivered=power * endurance,
+        energy_at_servos=power * endurance,
         range=abs(speed) * endurance,
         endurance=endurance,
         voltage=(float(edge[0, 0]), float(edge[1, 0])),
-        supply=float(edge[:, 2].min()),
+        servo_voltage_min=float(edge[:, 2].min()),
     )

@@ -75,8 +75,8 @@ class Bend(
     segments: Array  # (n or 2 n, segments) angle of each segment, both ways [rad]
     shortening: Array  # (n or 2 n,) of the axis over its length, both ways [1]
     volume: Array  # (n or 2 n,) oil that the muscles of that side have taken in since rest, both ways [m^3]
-    braid_angle: float  # largest angle of any braid from its axis [rad]
-    lumen_left: float  # smallest fraction of its lumen that a stretched muscle keeps [1]
+    braid_angle_max: float  # largest angle of any braid from its axis [rad]
+    lumen_left_min: float  # smallest fraction of its lumen that a stretched muscle keeps [1]
     status: str  # "free" or "locked"
     status_text: str  # sentence
 
@@ -96,7 +96,7 @@ class Bend(
         return float(np.trapezoid(self.unload_angle[::-1] - self.angle, self.pressure))
 
     @property
-    def loss(self) -> float:
+    def friction_loss(self) -> float:
         """Net work of the oil on the joint [J]: the loss to friction, where the path is a loop."""
         path = self.pressure if self.unload_pressure is None else np.append(self.pressure, self.unload_pressure)
         return float(np.trapezoid(path, self.volume))
@@ -266,7 +266,7 @@ def _muscles(
     left = float((lumen(long) / lumen(np.ones(1))).min())
     braid = math.acos(min(1.0, float(short.min()) * math.cos(unit.braid_angle)))
     shortening = -(bent[..., 1] * length).sum(axis=1) / actuator.length
-    facts = {"volume": volume, "braid_angle": braid, "lumen_left": left, "shortening": shortening}
+    facts = {"volume": volume, "braid_angle_max": braid, "lumen_left_min": left, "shortening": shortening}
     if not printed and left < LUMEN_MIN:
         text = f"The joint locks below {pressure / 1e3:g} kPa: the lumen of the stretched muscles closes."
         return facts | {"status": "locked", "status_text": text}

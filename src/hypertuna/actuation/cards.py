@@ -12,9 +12,9 @@ def bend_card(bend: Bend) -> Card:
     facts = [
         ("bend", f"{number(float(angle[-1]), 'deg')} at {number(float(pressure[-1]), 'kPa')}"),
         ("linearity R²", number(bend.r_squared() if len(angle) > 1 else np.nan)),
-        ("loss to friction", number(bend.loss if bend.unload_angle is not None else np.nan, "J")),
+        ("friction loss", number(bend.friction_loss if bend.unload_angle is not None else np.nan, "J")),
         ("shortening", number(100 * float(bend.shortening.max()), "%")),
-        ("max braid angle", number(float(np.degrees(bend.braid_angle)), "deg")),
+        ("max braid angle", number(float(np.degrees(bend.braid_angle_max)), "deg")),
         ("material set", bend.material),
     ]
 

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, joint_key, parse, require
-from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.hydraulics import HOTTEST, Line, Oil, Pump, Servo
 from hypertuna.errors import InputError
+from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.ranges import POSITIVE
 
 SIDES = ("left", "right")

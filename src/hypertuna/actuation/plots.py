@@ -80,7 +80,7 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
         for k, (line, color) in enumerate(zip(lines, sequence(len(lines)), strict=True)):
             chosen = [size for size in mine if _values(size, across) == line]
             x = [_value(size, along) for size in chosen]
-            bend = np.degrees([size.amplitude for size in chosen])
+            bend = np.degrees([size.bend for size in chosen])
             label = ", ".join(axis[2].format(_value(chosen[0], axis[0])) for axis in varied)
             big = 2.2 * (len(lines) - 1 - k) / max(1, len(lines) - 1)  # what is drawn first shows beneath the rest
             marks = dict(POINTS) | {"color": color, "marker": SHAPES[k % len(SHAPES)], "ms": 5.5 + big}
@@ -88,7 +88,7 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
             limited = ["pressure" in size.limits for size in chosen]
             hollow = marks | {"ls": "none", "mfc": "white", "mec": color}
             panels[0, column].plot(np.compress(limited, x), np.compress(limited, bend), **hollow)
-            below = [size.power["total"] if powers else size.corner for size in chosen]
+            below = [size.electrical_power["total"] if powers else size.corner for size in chosen]
             panels[1, column].plot(x, below, **marks)
         same = [axis[2].format(_value(mine[0], axis[0])) for axis in across if axis not in varied]
         command = float(np.degrees(mine[0].command))

@@ -15,9 +15,8 @@ from hypertuna.actuation.soft_joint import SMALL, JointModel, joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.changes import changed
 from hypertuna.description.robot import Robot, joint_key, require
-from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import DEGREES, Column, columns
+from hypertuna.io.quantity import Column, columns
 from hypertuna.ranges import POSITIVE, Range
 
 SAMPLE = 1e-3  # s between rows of a run
@@ -33,45 +32,46 @@ DURATION_MAX = 80.0  # s of a run
 LAMINAR = 2300  # Reynolds number up to which a line's flow is laminar
 DEEP_SUCTION = 0.8  # of the cavitation pressure: air expands there and the joint's passive side no longer follows
 POWERS = ("idle", "holding", "hydraulic", "friction", "inertia", "braking")
+MARGINS = ("torque_margin", "servo_speed_margin", "stroke_margin")
 
 
 @dataclass(frozen=True)
 class Size:
     """One joint at one frequency, line bore and oil temperature."""
 
-    joint: Annotated[str, Column("joint")]  # name of the joint group
-    temperature: Annotated[float, Column("temperature_c", offset=-ZERO_CELSIUS)]  # K, of the oil
-    frequency: Annotated[float, Column("frequency_hz")]  # Hz, of the beat
-    bore: Annotated[float, Column("bore_mm", 1e3)]  # m, of the line
-    viscosity: Annotated[float, Column("viscosity_mm2_s", 1e6)]  # m^2/s, kinematic viscosity of the oil
-    command: Annotated[float, Column("command_deg", DEGREES)]  # rad, amplitude commanded to the servos
-    torque: Annotated[float, Column("torque_n_m")]  # N m, of a servo at the joint's pressure limit, with friction
-    torque_limit: Annotated[float, Column("torque_limit_n_m")]  # N m, at stall
-    speed: Annotated[float, Column("servo_speed_rad_s")]  # rad/s, largest rate of a servo that follows the beat exactly
-    speed_limit: Annotated[float, Column("servo_speed_limit_rad_s")]  # rad/s, without load
-    stroke: Annotated[float, Column("stroke_deg", DEGREES)]  # rad, largest servo angle to either side for the command
-    stroke_limit: Annotated[float, Column("stroke_limit_deg", DEGREES)]  # rad, dead center on that side
-    resistance: Annotated[float, Column("line_resistance_pa_s_m3")]  # Pa s/m^3, of the line
-    inertance: Annotated[float, Column("line_inertance_pa_s2_m3")]  # Pa s^2/m^3, of the line
-    capacity_rest: Annotated[float, Column("capacity_rest_m3_pa")]  # m^3/Pa, volume of one side per pressure, at rest
-    capacity: Annotated[float, Column("capacity_m3_pa")]  # m^3/Pa, the same up to the pressure limit
-    corner_rest: Annotated[float, Column("corner_rest_hz")]  # Hz, of the line with `capacity_rest`, 1 / (2 pi R C)
-    corner: Annotated[float, Column("corner_hz")]  # Hz, with `capacity`
-    resonance: Annotated[float, Column("resonance_hz")]  # Hz, of the inertance with `capacity`, 1 / (2 pi sqrt(I C))
-    damping: Annotated[float, Column("damping_ratio")]  # of that resonance
+    joint: Annotated[str, Column()]  # name of the joint group
+    temperature: Annotated[float, Column("degC")]  # K, of the oil
+    frequency: Annotated[float, Column("Hz")]  # Hz, of the beat
+    bore: Annotated[float, Column("mm")]  # m, of the line
+    viscosity: Annotated[float, Column("mm^2/s")]  # m^2/s, kinematic viscosity of the oil
+    command: Annotated[float, Column("deg")]  # rad, amplitude commanded to the servos
+    torque: Annotated[float, Column("N m")]  # N m, of a servo at the joint's pressure limit, with friction
+    torque_limit: Annotated[float, Column("N m")]  # N m, at stall
+    servo_speed: Annotated[float, Column("rad/s")]  # rad/s, largest rate of a servo that follows the beat exactly
+    servo_speed_limit: Annotated[float, Column("rad/s")]  # rad/s, without load
+    stroke: Annotated[float, Column("deg")]  # rad, largest servo angle to either side for the command
+    stroke_limit: Annotated[float, Column("deg")]  # rad, dead center on that side
+    line_resistance: Annotated[float, Column("Pa s/m^3")]  # Pa s/m^3, of the line
+    line_inertance: Annotated[float, Column("Pa s^2/m^3")]  # Pa s^2/m^3, of the line
+    capacity_rest: Annotated[float, Column("m^3/Pa")]  # m^3/Pa, volume of one side per pressure, at rest
+    capacity: Annotated[float, Column("m^3/Pa")]  # m^3/Pa, the same up to the pressure limit
+    corner_rest: Annotated[float, Column("Hz")]  # Hz, of the line with `capacity_rest`, 1 / (2 pi R C)
+    corner: Annotated[float, Column("Hz")]  # Hz, with `capacity`
+    resonance: Annotated[float, Column("Hz")]  # Hz, of the inertance with `capacity`, 1 / (2 pi sqrt(I C))
+    damping_ratio: Annotated[float, Column()]  # of that resonance
     # Hz, of the inertance with oil and air of the cylinder at the fill pressure: excited by servo steps
-    ring: Annotated[float, Column("ring_hz")]
-    ring_damping: Annotated[float, Column("ring_damping_ratio")]  # of that resonance
+    ring: Annotated[float, Column("Hz")]
+    ring_damping_ratio: Annotated[float, Column()]  # of that resonance
     # Pa, largest pressure drop along the line if the joint follows the command, by laminar flow
-    drop: Annotated[float, Column("pressure_drop_kpa", 1e-3)]
-    reynolds: Annotated[float, Column("reynolds")]  # largest Reynolds number of that flow
-    amplitude: Annotated[float, Column("amplitude_deg", DEGREES)]  # rad, first harmonic of the bend, in air, massless
-    lag: Annotated[float, Column("lag_deg", DEGREES)]  # rad, behind the command
-    command_fraction: Annotated[float, Column("command_fraction")]  # for the servos, less than 1 at the pressure limit
-    pressure_max: Annotated[float, Column("pressure_max_kpa", 1e-3)]  # Pa, of the cylinders
-    pressure_min: Annotated[float, Column("pressure_min_kpa", 1e-3)]  # Pa
+    pressure_drop: Annotated[float, Column("kPa")]
+    reynolds: Annotated[float, Column()]  # largest Reynolds number of that flow
+    bend: Annotated[float, Column("deg")]  # rad, first harmonic of the bend, in air, massless
+    lag: Annotated[float, Column("deg")]  # rad, behind the command
+    command_fraction: Annotated[float, Column()]  # for the servos, less than 1 at the pressure limit
+    pressure_max: Annotated[float, Column("kPa")]  # Pa, of the cylinders
+    pressure_min: Annotated[float, Column("kPa")]  # Pa
     limits: tuple[str, ...]  # what limits the bend: "pressure", "suction", "servo"
-    power: dict[str, float]  # W, mean electrical power of both servos: ``total`` and its shares `POWERS`
+    electrical_power: dict[str, float]  # W, mean electrical power of both servos: ``total`` and its shares `POWERS`
     values: Mapping[str, float] = field(default_factory=dict)  # of the keys of the robot's file that `size_over` varies
 
     @property
@@ -79,18 +79,28 @@ class Size:
         """Whether the line's flow is turbulent, so that the drop is underestimated."""
         return self.reynolds > LAMINAR
 
+    @property
+    def torque_margin(self) -> float:
+        """Servo torque to spare, as a part of what is needed [1]."""
+        return self.torque_limit / self.torque - 1
+
+    @property
+    def servo_speed_margin(self) -> float:
+        """Servo speed to spare, as a part of what is needed [1]."""
+        return self.servo_speed_limit / self.servo_speed - 1
+
+    @property
+    def stroke_margin(self) -> float:
+        """Stroke to spare, as a part of what is needed [1]."""
+        return self.stroke_limit / self.stroke - 1
+
     def record(self) -> dict[str, Any]:
         """Return the case by the names of JSON and files."""
-        margins = {
-            "torque_margin": self.torque_limit / self.torque - 1,
-            "servo_speed_margin": self.speed_limit / self.speed - 1,
-            "stroke_margin": self.stroke_limit / self.stroke - 1,
-        }
-        power = {f"power_{name}_w": watts for name, watts in self.power.items()}
+        power = {f"electrical_power_{name}_w": watts for name, watts in self.electrical_power.items()}
         return (
             {**self.values}
             | columns(self)
-            | margins
+            | {name: getattr(self, name) for name in MARGINS}
             | {"turbulent": self.turbulent, "limits": list(self.limits)}
             | power
         )
@@ -184,7 +194,7 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
     column = hydraulics.row(2 * j)
     hose = require(group.line, "joints.line", robot)
     line = _line(hydraulics, model, j, limit)
-    time, period = _times(frequency, line["resistance"] * line["capacity_rest"])
+    time, period = _times(frequency, line["line_resistance"] * line["capacity_rest"])
     target = _target(hydraulics, model, j, amplitude * np.sin(2 * np.pi * frequency * time))
     rows = np.ascontiguousarray(hydraulics.values[2 * j : 2 * j + 2])
     run, fraction = _limited(robot, rows, model, supply, _held(robot, target, time), frequency, period, limit)
@@ -197,7 +207,7 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
         temperature=hydraulics.temperature,
         viscosity=hydraulics.viscosity,
         command=amplitude,
-        drop=line["resistance"] * flow + column["loss"] * flow**2,
+        pressure_drop=line["line_resistance"] * flow + column["loss"] * flow**2,
         reynolds=4 * flow / (np.pi * hose.bore * hydraulics.viscosity),
         command_fraction=fraction,
         **line,
@@ -219,8 +229,8 @@ def _servo(
     return {
         "torque": limit * float(slopes.max()) + column["friction"],
         "torque_limit": column["stall_torque"] * voltage,
-        "speed": float(np.abs(np.diff(target, axis=0)).max() / interval),
-        "speed_limit": column["speed"] * voltage,
+        "servo_speed": float(np.abs(np.diff(target, axis=0)).max() / interval),
+        "servo_speed_limit": column["speed"] * voltage,
         "stroke": float(np.abs(target).max()),
         "stroke_limit": min(column["neutral"], np.pi - column["neutral"]),
     }
@@ -242,12 +252,12 @@ def _beat(
     }
     shares = {"total": "power"} | {name: f"power_{name}" for name in POWERS}
     return {
-        "amplitude": abs(harmonic),
+        "bend": abs(harmonic),
         "lag": -float(np.angle(harmonic)),
         "pressure_max": float(pressure.max()),
         "pressure_min": float(pressure.min()),
         "limits": tuple(name for name, acts in limits.items() if acts),
-        "power": {name: float(run[key][-period:].sum(axis=1).mean()) for name, key in shares.items()},
+        "electrical_power": {name: float(run[key][-period:].sum(axis=1).mean()) for name, key in shares.items()},
     }
 
 
@@ -263,16 +273,16 @@ def _line(hydraulics: Circuits, model: JointModel, j: int, limit: float) -> dict
     air = column["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + model.fill) ** 2
     compliance = column["oil_pump"] * (1 / column["bulk_modulus"] + air)
     return {
-        "resistance": resistance,
-        "inertance": inertance,
+        "line_resistance": resistance,
+        "line_inertance": inertance,
         "capacity_rest": capacity_rest,
         "capacity": capacity,
         "corner_rest": 1 / (2 * np.pi * resistance * capacity_rest),
         "corner": 1 / (2 * np.pi * resistance * capacity),
         "resonance": 1 / (2 * np.pi * math.sqrt(inertance * capacity)),
-        "damping": resistance / 2 * math.sqrt(capacity / inertance),
+        "damping_ratio": resistance / 2 * math.sqrt(capacity / inertance),
         "ring": 1 / (2 * np.pi * math.sqrt(inertance * compliance)),
-        "ring_damping": resistance / 2 * math.sqrt(compliance / inertance),
+        "ring_damping_ratio": resistance / 2 * math.sqrt(compliance / inertance),
     }
 
 

@@ -102,13 +102,13 @@ def _branches(result: Bend) -> dict[str, Any]:
 
 def _facts(result: Bend) -> dict[str, Any]:
     """Return what stands beside the branches of a bend."""
-    loop, loss = (result.loop_area, result.loss) if result.unload_angle is not None else (math.nan, math.nan)
+    loop, loss = (result.loop_area, result.friction_loss) if result.unload_angle is not None else (math.nan, math.nan)
     return {
         "r_squared": result.r_squared(),
         "loop_area_kpa_deg": math.degrees(loop) / 1e3,
         "friction_loss_j": loss,
-        "braid_angle_max_deg": math.degrees(result.braid_angle),
-        "lumen_left_min": result.lumen_left,
+        "braid_angle_max_deg": math.degrees(result.braid_angle_max),
+        "lumen_left_min": result.lumen_left_min,
         "status": result.status,
         "status_text": result.status_text,
     }
@@ -175,7 +175,7 @@ def _lines(bends: Bends) -> Iterator[Any]:
     if math.isfinite(squared := first.r_squared()):
         yield f"line over 100 to 250 kPa, loading: R^2 = {squared:.4f}"
     if first.unload_angle is not None:
-        yield f"loop: {math.degrees(first.loop_area) / 1e3:.1f} kPa deg; friction dissipated {first.loss:.2g} J"
+        yield f"loop area {math.degrees(first.loop_area) / 1e3:.1f} kPa deg; friction loss {first.friction_loss:.2g} J"
     if several:
         low, high = _spread(bends)
         yield f"spread of the materials at {first.pressure[-1] / 1e3:g} kPa: {low:.1f} to {high:.1f} deg"

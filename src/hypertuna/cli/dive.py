@@ -93,9 +93,9 @@ def _lines(result: Dive) -> Iterator[Any]:
     rows = []
     for leg in result.legs:
         fins, pitch = f"{math.degrees(leg.fins):+.3g}", f"{math.degrees(leg.pitch):+.1f}"
-        path, rate = f"{leg.depth[0]:.2f} to {leg.depth[1]:.2f}", f"{100 * leg.rate:+.1f}"
+        path, rate = f"{leg.depth[0]:.2f} to {leg.depth[1]:.2f}", f"{100 * leg.depth_rate:+.1f}"
         rows.append((fins, path, rate, pitch, f"{leg.speed:.3f}"))
-    yield table(["fins\n[deg]", "depth\n[m]", "down\n[cm/s]", "pitch\n[deg]", "speed\n[m/s]"], rows, left=())
+    yield table(["fins\n[deg]", "depth\n[m]", "depth rate\n[cm/s]", "pitch\n[deg]", "speed\n[m/s]"], rows, left=())
     yield ""
     good = run.status == "completed" and all(leg.right for leg in result.legs)
     style = "bold red" if not good else "green" if all(leg.steady for leg in result.legs) else "yellow"

@@ -19,7 +19,7 @@ from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import rows_csv
-from hypertuna.io.quantity import Quantity, values_of
+from hypertuna.io.quantity import quantity, values_of
 from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.mission.flight import Flight, Interrupted, Outcome, fly, fly_seeds, outcome
 from hypertuna.mission.gpx import check_origin, write_gpx
@@ -170,7 +170,7 @@ def _sentence(flight: Flight, one: Outcome) -> str:
     mission, fastest = flight.record.mission, gait_table(flight.robot).speed[-1]
     asked = max(mission.speeds)
     beyond = f" The mission commands {asked:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
-    endings = ENDINGS | {"home": f"The robot came home early (waypoints reached: {one.reached})"}
+    endings = ENDINGS | {"home": f"The robot came home early (waypoints reached: {one.waypoints_reached})"}
     reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
     return f"{endings[one.status]} after {one.duration:.4g} s{reasons}.{beyond if fastest < asked else ''}"
 
@@ -181,8 +181,8 @@ def _lines(flight: Flight) -> Iterator[Any]:
     yield f"{flight.file.name}, {flight.robot.name}, seed {flight.seed}", "bold"
     summary = one.summary()
     if one.duration:
-        summary["mean_speed_m_s"] = Quantity(one.distance / one.duration, "m/s", "mean speed over ground")
-    yield summary_table({key: quantity for key, quantity in summary.items() if math.isfinite(quantity.value)})
+        summary["mean_speed_m_s"] = quantity("mean_speed", flight.record.mean_speed, "m/s", "over ground")
+    yield summary_table({key: one_of for key, one_of in summary.items() if math.isfinite(one_of.value)})
     for reason, time in one.reasons.items():
         yield f"{time:8.1f} s  {reason.replace('_', ' ')}", "dim"
     yield _sentence(flight, one), "green" if flight.status == "done" else "yellow"
@@ -223,7 +223,7 @@ def _statistics(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """Count how flights ended; return minimum, mean and maximum of each number."""
     rows = [values_of(one.summary()) for one in outcomes]
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
-    spans = {key: {"least": v.min(), "mean": v.mean(), "largest": v.max()} for key, v in columns.items()}
+    spans = {key: {"min": v.min(), "mean": v.mean(), "max": v.max()} for key, v in columns.items()}
     reasons = Counter(reason for one in outcomes for reason in one.reasons)
     return {"status": dict(Counter(one.status for one in outcomes)), "reasons": dict(reasons), **spans}
 

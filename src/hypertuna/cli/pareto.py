@@ -13,18 +13,17 @@ from hypertuna.cli.gait import column_rows, gait_record
 from hypertuna.cli.search import RobustOptions, SwimLimits, bounds_of
 from hypertuna.description.provenance import provenance
 from hypertuna.io.files import variable_columns
+from hypertuna.io.quantity import key_of
 from hypertuna.optimization.objective import OBJECTIVES
 from hypertuna.optimization.pareto import SLOW, Front, pareto
 from hypertuna.optimization.problem import STATISTICS
-from hypertuna.swimming.beat import DEFAULT_STEPS
+from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES
 from hypertuna.swimming.gait import KINDS
-from hypertuna.swimming.swim import SUMMARY
 
 ROWS = 24  # points of the front that the terminal shows
 
 # Names of quantities in JSON and CSV, with their units.
-NAMES = {quantity: name for name, (quantity, *_) in SUMMARY.items() if quantity in OBJECTIVES}
-NAMES |= {"loss": "power_loss_w", "torque_peak": "torque_peak_n_m", "rate_peak": "rate_peak_rad_s"}
+NAMES = {name: key_of(name, QUANTITIES[name].unit) for name in OBJECTIVES}
 
 
 @opt.grouped
@@ -92,7 +91,11 @@ def _gait_names(front: Front) -> dict[str, str]:
 
 def _names(front: Front) -> dict[str, str]:
     """Name the columns of the results in CSV and JSON."""
-    robust = {f"{name}_{front.robust}": f"{front.robust}_{NAMES[name]}" for name in front.objectives if front.robust}
+    robust = {
+        f"{name}_{front.robust}": key_of(f"{name}_{front.robust}", QUANTITIES[name].unit)
+        for name in front.objectives
+        if front.robust
+    }
     return NAMES | robust | {"stationarity": "stationarity"}
 
 

@@ -12,8 +12,8 @@ from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.twin import kelvin, robot_with
 from hypertuna.description.robot import Robot
-from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.io.files import Csv, rows_csv
+from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.simulation.posture_test import CLOSE, EASED, PostureTest, posture_test
 from hypertuna.simulation.run import CONDITIONS
 
@@ -95,21 +95,21 @@ def _rows(result: PostureTest) -> list[dict[str, Any]]:
         row: dict[str, Any] = {
             "frequency_hz": one.frequency,
             "joint": one.name,
-            "angle_set_deg": np.degrees(one.angle),
+            "angle_set_deg": np.degrees(one.angle_set),
             "settling_s": one.settling,
-            "settling_measured_s": one.measured_settling,
+            "settling_measured_s": one.settling_measured,
             "error_deg": np.degrees(one.error[-1]),
-            "error_measured_deg": np.degrees(one.measured_error[-1]),
+            "error_measured_deg": np.degrees(one.error_measured[-1]),
             "limits": list(one.limits),
         }
         if far := reach.get(case):
-            row |= {"largest_amplitude_deg": np.degrees(far.amplitude), "stopped_by": list(far.limits)}
+            row |= {"amplitude_max_deg": np.degrees(far.amplitude_max), "stopped_by": list(far.limits)}
         if easier := eased.get(case):
-            row |= {"reachable_angle_deg": np.degrees(easier.angle), "reachable_settling_s": easier.settling}
+            row |= {"reachable_angle_deg": np.degrees(easier.angle_set), "reachable_settling_s": easier.settling}
         left, right = np.degrees(one.peaks).T
         row |= {"beat_end_s": one.time, "peak_left_deg": left, "peak_right_deg": right}
         row["beat_error_deg"] = np.degrees(one.error)
-        row["beat_error_measured_deg"] = np.degrees(one.measured_error)
+        row["beat_error_measured_deg"] = np.degrees(one.error_measured)
         rows.append(row)
     return rows
 
@@ -121,7 +121,7 @@ def _record(result: PostureTest) -> dict[str, Any]:
         "duration_s": result.duration,
         "seed": result.seed,
         "within_deg": np.degrees(CLOSE),
-        "oil_temperature_c": result.temperature - ZERO_CELSIUS,
+        "temperature_c": result.temperature - ZERO_CELSIUS,
         "tests": _rows(result),
         "status_text": _sentences(result),
     } | made_by(result.robot)
@@ -166,7 +166,7 @@ def _lines(result: PostureTest) -> Iterator[Any]:
         settles = "never" if row["settling_s"] is None else f"{row['settling_s']:.2f}"
         cells = [f"{row['frequency_hz']:g}", row["joint"], f"{row['angle_set_deg']:g}", settles]
         cells += [f"{row['error_deg']:.2f}", _first(row["limits"])]
-        cells += [f"{row['largest_amplitude_deg']:.1f}", _first(row["stopped_by"])] if result.reach else []
+        cells += [f"{row['amplitude_max_deg']:.1f}", _first(row["stopped_by"])] if result.reach else []
         rows.append(cells)
     yield f"{result.robot.name}, posture control in {result.medium}, {result.duration:g} s from rest", "bold"
     yield table(heads, rows, left=(1, 5, 7))

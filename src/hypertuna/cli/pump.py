@@ -14,9 +14,9 @@ from hypertuna.cli.emit import emit
 from hypertuna.cli.twin import kelvin
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
-from hypertuna.description.schema.base import ZERO_CELSIUS
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
+from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.swimming.gait import named_gait
 
 LIMITS = {"pressure": "the pressure limit", "suction": "suction", "servo": "a servo that is too slow"}
@@ -146,47 +146,58 @@ def _over_lines(sizes: list[Size]) -> Iterator[Any]:
     yield f"over {listed([*sizes[0].values])}", "dim"
     heads = ["\njoint", "f\n[Hz]", *(f"\n{key.rpartition('.')[2]}" for key in sizes[0].values)]
     heads += ["bore\n[mm]"] * (len(bores) > 1) + ["oil\n[C]"] * (len(temperatures) > 1)
-    heads += ["bend\n[deg]", "torque\nof limit", "speed\nof limit", "stroke\nof limit", "power\n[W]", "\nlimited by"]
+    heads += [
+        "bend\n[deg]",
+        "torque\nof limit",
+        "servo speed\nof limit",
+        "stroke\nof limit",
+        "power\n[W]",
+        "\nlimited by",
+    ]
     rows = []
     for size in sizes:
         row = [size.joint, f"{size.frequency:.3g}", *(f"{value:.4g}" for value in size.values.values())]
         row += [f"{1e3 * size.bore:.3g}"] * (len(bores) > 1)
         row += [f"{size.temperature - ZERO_CELSIUS:.3g}"] * (len(temperatures) > 1)
-        loads = (size.torque / size.torque_limit, size.speed / size.speed_limit, size.stroke / size.stroke_limit)
-        row += [f"{math.degrees(size.amplitude):.1f}", *(f"{100 * load:.0f} %" for load in loads)]
-        rows.append([*row, f"{size.power['total']:.3g}", ", ".join(_limits(size)) or "nothing"])
+        loads = (
+            size.torque / size.torque_limit,
+            size.servo_speed / size.servo_speed_limit,
+            size.stroke / size.stroke_limit,
+        )
+        row += [f"{math.degrees(size.bend):.1f}", *(f"{100 * load:.0f} %" for load in loads)]
+        rows.append([*row, f"{size.electrical_power['total']:.3g}", ", ".join(_limits(size)) or "nothing"])
     yield table(heads, rows, left=(0, len(heads) - 1))
 
 
 def _servo_lines(size: Size) -> Iterator[Any]:
     """Lay out what a beat needs of a servo, beside what the servo has."""
     record = size.record()
-    left = size.speed_limit * max(0.0, 1 - size.torque / size.torque_limit)
+    left = size.servo_speed_limit * max(0.0, 1 - size.torque / size.torque_limit)
     beat = f"joint {size.joint} at {size.frequency:.3g} Hz, {record['command_deg']:.3g} deg commanded"
     yield f"{beat}; a servo needs, and has", "bold"
-    yield f"  torque at the pressure limit  {size.torque:8.3g} of {size.torque_limit:.3g} N m"
-    speed = f"{size.speed:8.3g} of {size.speed_limit:.3g} rad/s, {left:.3g} at that torque"
-    yield f"  speed                         {speed}"
+    yield f"  torque, at the pressure limit {size.torque:8.3g} of {size.torque_limit:.3g} N m"
+    speed = f"{size.servo_speed:8.3g} of {size.servo_speed_limit:.3g} rad/s, {left:.3g} at that torque"
+    yield f"  servo speed                   {speed}"
     yield f"  stroke                        {record['stroke_deg']:8.3g} of {record['stroke_limit_deg']:.3g} deg"
 
 
 def _case_lines(size: Size) -> Iterator[str]:
     """Lay out all of one case."""
     record = size.record()
-    shares = ", ".join(f"{name} {watts:.2g}" for name, watts in size.power.items() if name != "total")
+    shares = ", ".join(f"{name} {watts:.2g}" for name, watts in size.electrical_power.items() if name != "total")
     turbulent = f", {TURBULENT}" if size.turbulent else ""
     rows = {
         "oil": f"{record['temperature_c']:.3g} C, {record['viscosity_mm2_s']:.4g} mm^2/s",
         "line": f"{record['bore_mm']:.3g} mm, Reynolds number {size.reynolds:.3g}{turbulent}",
-        "pressure drop along the line": f"{record['pressure_drop_kpa']:.3g} kPa for the whole bend",
-        "corner frequency of the line": f"{size.corner:.3g} Hz, for small motions {size.corner_rest:.3g} Hz",
-        "resonance with the muscles": f"{size.resonance:.3g} Hz, damping ratio {size.damping:.2g}",
-        "resonance with the cylinder": f"{size.ring:.3g} Hz, damping ratio {size.ring_damping:.2g}",
-        "bend reached": f"{record['amplitude_deg']:.3g} deg, {record['lag_deg']:.3g} deg late",
-        "command of the servos": f"{100 * size.command_fraction:.3g} % of the whole",
-        "pressure of the cylinders": f"{record['pressure_min_kpa']:.0f} to {record['pressure_max_kpa']:.0f} kPa",
+        "pressure drop, along the line": f"{record['pressure_drop_kpa']:.3g} kPa for the whole bend",
+        "corner, of the line": f"{size.corner:.3g} Hz, for small motions {size.corner_rest:.3g} Hz",
+        "resonance, with the muscles": f"{size.resonance:.3g} Hz, damping ratio {size.damping_ratio:.2g}",
+        "ring, with the cylinder": f"{size.ring:.3g} Hz, damping ratio {size.ring_damping_ratio:.2g}",
+        "bend, reached": f"{record['bend_deg']:.3g} deg, {record['lag_deg']:.3g} deg late",
+        "command fraction": f"{100 * size.command_fraction:.3g} % of the whole",
+        "max pressure, of cylinders": f"{record['pressure_max_kpa']:.0f} kPa; min {record['pressure_min_kpa']:.0f} kPa",
         "limited by": " and ".join(LIMITS[name] for name in _limits(size)) or "nothing",
-        "power of its two servos": f"{size.power['total']:.3g} W: {shares}",
+        "electrical power, both servos": f"{size.electrical_power['total']:.3g} W: {shares}",
     }
     for name, text in rows.items():
         yield f"  {name:30}{text}"
@@ -208,4 +219,4 @@ def _case_table(cases: list[Size]) -> Any:
 def _cell(size: Size) -> str:
     """Write a case in a few letters."""
     letters = "".join(LETTERS[name] for name in _limits(size)) + "t" * size.turbulent
-    return f"{math.degrees(size.amplitude):.1f}{letters} ({size.corner:.2g})"
+    return f"{math.degrees(size.bend):.1f}{letters} ({size.corner:.2g})"

@@ -100,7 +100,7 @@ def _twin(robot: Robot, gait: Gait, duration: float) -> tuple[float, float, dict
         "limits": list(run.limits),
         "status_text": " ".join([*run.sentences, *([] if forward else [BACKWARD])]),
     }
-    return run.power, run.speed if forward else math.nan, facts
+    return run.electrical_power, run.speed if forward else math.nan, facts
 
 
 def _record(cruise: Cruise) -> dict[str, Any]:
@@ -108,9 +108,9 @@ def _record(cruise: Cruise) -> dict[str, Any]:
     fish, result = cruise.robot, cruise.range
     record: dict[str, Any] = provenance(fish) | cruise.run
     if result is None:
-        return record | {"power_w": cruise.power, "range_km": None, "endurance_h": None}
+        return record | {"electrical_power_w": cruise.power, "range_km": None, "endurance_h": None}
     numbers = columns(result)
-    head = {key: numbers.pop(key) for key in ("power_w", "speed_m_s", "cost_of_transport_j_per_kg_m")}
+    head = {key: numbers.pop(key) for key in ("electrical_power_w", "speed_m_s", "cost_of_transport_j_per_kg_m")}
     record |= head | {"mass_kg": fish.body.mass, "battery": _battery(fish, result)} | numbers
     if fish.name == PAPER:
         entry = judge(published(), range_finding(fish))
@@ -152,12 +152,12 @@ def _lines(cruise: Cruise) -> Iterator[Any]:
     volts = f"{result.voltage[0]:.4g} to {result.voltage[1]:.4g} V under load"
     converter = f"converter {100 * battery['converter_efficiency']:.3g} %"
     rows = {
-        "power of the servos": f"{result.power:.4g} W",
+        "electrical power": f"{result.electrical_power:.4g} W",
         "speed": f"{result.speed:.4g} m/s",
         "cost of transport": f"{result.cost_of_transport:.4g} J/(kg m), over {fish.body.mass:g} kg",
         "battery": f"{cells} = {battery['energy_wh']:.4g} Wh; {groups}",
-        "without losses": f"{result.nominal_range / 1e3:.4g} km, {result.nominal_endurance / 3600:.4g} h",
-        "energy at the servos": f"{result.delivered / 3600:.4g} Wh: {charge}, {volts}, {converter}",
+        "nominal range, endurance": f"{result.nominal_range / 1e3:.4g} km, {result.nominal_endurance / 3600:.4g} h",
+        "energy at servos": f"{result.energy_at_servos / 3600:.4g} Wh: {charge}, {volts}, {converter}",
         "range": f"{result.range / 1e3:.4g} km",
         "endurance": f"{result.endurance / 3600:.4g} h",
     }

@@ -69,13 +69,10 @@ def sweep_command(
         typer.echo(f"{away} of {result.settled.size} gaits settle where a start from rest does not lead.", err=True)
 
 
-def _names(result: xr.Dataset) -> dict[str, str]:
+def _names(result: xr.Dataset) -> list[str]:
     """Name the columns of gaits and results in CSV and JSON."""
-    gait = {name: name for name in coordinate_names(result)}
-    values = {name: key for key, (name, *_) in SUMMARY.items()}
-    from_rest = {"reached_from_rest": "reached_from_rest", "speed_from_rest_m_s": "speed_from_rest"}
-    values |= {key: name for key, name in from_rest.items() if name in result}
-    return gait | values | {"status": "status", "spectral_radius": "spectral_radius"}
+    from_rest = [name for name in ("reached_from_rest", "speed_from_rest") if name in result]
+    return [*coordinate_names(result), *SUMMARY, *from_rest, "status", "spectral_radius"]
 
 
 def _lines(result: xr.Dataset) -> Iterator[Any]:

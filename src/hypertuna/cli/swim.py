@@ -9,6 +9,7 @@ from hypertuna.cli.console import summary_table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
 from hypertuna.description.schema.water import LAWS
+from hypertuna.io.quantity import values_of
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.swim import Swim, swim
 
@@ -60,13 +61,13 @@ def swim_command(
 def _record(result: Swim) -> dict[str, Any]:
     """Return the JSON record."""
     return (
-        {key: quantity.value for key, quantity in result.summary().items()}
+        values_of(result.summary())
         | {"status": result.status, "status_text": result.status_text, "settled": result.settled}
-        | {"beats": result.beats, "spectral_radius": result.spectral_radius, "change_per_beat": result.change}
-        | {"distance_to_settled": result.distance, "steps": result.steps}
+        | {"beats": result.beats, "spectral_radius": result.spectral_radius, "change_per_beat": result.change_per_beat}
+        | {"distance_to_settled": result.distance_to_settled, "steps": result.steps}
         | {"reached_from_rest": result.reached_from_rest, "settled_from_rest": _elsewhere(result)}
         | gait_degrees(result.gait)
-        | {"from_rest_s": result.duration, "current_m_s": result.current, "warnings": _outside(result)}
+        | {"from_rest_s": result.from_rest, "current_m_s": result.current, "warnings": _outside(result)}
         | made_by(result.robot)
     )
 
@@ -84,7 +85,7 @@ def _outside(result: Swim) -> list[str]:
 def _elsewhere(result: Swim) -> dict[str, Any] | None:
     """Return the numbers of the settled beat that a start from rest leads to instead."""
     other = result.settled_from_rest
-    return None if other is None else {key: quantity.value for key, quantity in other.summary().items()}
+    return None if other is None else values_of(other.summary())
 
 
 def _facts(result: Swim) -> dict[str, Any]:

@@ -102,12 +102,12 @@ def _tightest(one: Tightest | None, length: float) -> dict[str, Any] | None:
     if one is None:
         return None
     return gait_degrees(one.gait) | {
-        "turn_radius_bl": one.radius / length,
+        "turn_radius_bl": one.turn_radius / length,
         "circle_radius_bl": one.circle.radius / length,
         "circle_residual_m": one.circle.residual,
         "speed_m_s": one.speed,
-        "phase_between_deg": math.degrees(one.phase),
-        "turn_radius_between_bl": one.min_radius / length,
+        "phase_between_deg": math.degrees(one.phase_between),
+        "turn_radius_between_bl": one.turn_radius_between / length,
     }
 
 
@@ -139,9 +139,10 @@ def _sentence(what: str, one: Tightest, length: float) -> str:
     """Describe a turn."""
     at = f"at {math.degrees(one.gait.phase[-1]):.4g} deg, {one.gait.frequency:g} Hz"
     speed = f"{'head' if one.speed > 0 else 'tail'} first at {abs(one.speed):.2g} m/s"
-    between = f"; between the phases given, {one.min_radius / length:.3g} BL at {math.degrees(one.phase):.3g} deg"
-    same = one.phase == one.gait.phase[-1]
-    return f"The {what}: {one.radius / length:.3g} BL {at}, {speed}{'' if same else between}."
+    phase = math.degrees(one.phase_between)
+    between = f"; between the phases given, {one.turn_radius_between / length:.3g} BL at {phase:.3g} deg"
+    same = one.phase_between == one.gait.phase[-1]
+    return f"The {what}: {one.turn_radius / length:.3g} BL {at}, {speed}{'' if same else between}."
 
 
 def _lines(turning: Turning) -> Iterator[Any]:

@@ -13,8 +13,7 @@ from hypertuna.cli.console import summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import GaitOptions, check_duration, gait_degrees, gait_text
 from hypertuna.description.robot import Robot
-from hypertuna.description.schema.base import ZERO_CELSIUS
-from hypertuna.io.quantity import Quantity
+from hypertuna.io.quantity import ZERO_CELSIUS, quantity, values_of
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
 
@@ -23,7 +22,7 @@ MIN_SPEED = 0.01  # 1/s: a robot slower than this many body lengths stands, and 
 # Variables in a CSV file.
 COLUMNS = (
     *("time", "angle_set", "angle", "angle_measured", "pump_pressure", "unit_pressure", "servo_angle"),
-    *("power", "x", "y", "heading", "speed", "status"),
+    *("electrical_power", "x", "y", "heading", "speed", "status"),
 )
 BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 
@@ -75,7 +74,7 @@ def twin_command(
         run,
         record=_record,
         lines=_lines,
-        columns={name: "electrical_power" if name == "power" else name for name in COLUMNS},
+        columns=COLUMNS,
         facts=_record,
         figure="hypertuna.simulation.plots:plot_twin",
         **vars(files),
@@ -109,9 +108,9 @@ def _joints(run: TwinRun) -> list[dict[str, Any]]:
     return _rows(
         run.joints,
         amplitude_set_deg=np.degrees(run.gait.amplitude),
-        amplitude_deg=np.degrees(run.swing),
-        first_harmonic_deg=np.degrees(run.amplitude),
-        peak_error_deg=np.degrees(run.swing - run.gait.amplitude),
+        swing_deg=np.degrees(run.swing),
+        first_harmonic_deg=np.degrees(run.first_harmonic),
+        swing_error_deg=np.degrees(run.swing - run.gait.amplitude),
         bias_set_deg=np.degrees(run.gait.bias),
         bias_deg=np.degrees(run.bias),
         phase_set_deg=np.degrees(run.gait.phase),
@@ -137,13 +136,13 @@ def _sentences(run: TwinRun) -> list[str]:
 def _record(run: TwinRun) -> dict[str, Any]:
     """Return the JSON record."""
     return (
-        {key: quantity.value for key, quantity in run.summary().items()}
+        values_of(run.summary())
         | ({} if swims_forward(run) else {"cost_of_transport_j_per_kg_m": math.nan})
         | {"joints": _joints(run), "circuits": _circuits(run), "limits": list(run.limits), "faults": list(run.faults)}
         | {"status": run.status, "status_text": _sentences(run), "settled": run.settled}
         | gait_degrees(run.gait)
         | {"duration_s": run.duration, "medium": run.medium, "start": run.start, "seed": run.seed}
-        | {"closed_loop": run.closed_loop, "oil_temperature_c": run.temperature - ZERO_CELSIUS}
+        | {"closed_loop": run.closed_loop, "temperature_c": run.temperature - ZERO_CELSIUS}
         | made_by_twin(run.robot)
     )
 
@@ -156,7 +155,7 @@ def _lines(run: TwinRun) -> Iterator[Any]:
     yield f"{run.duration:g} s in {run.medium} from {run.start}, {loop}{oil}", "dim"
     summary = run.summary()
     if not swims_forward(run):
-        summary["cost_of_transport_j_per_kg_m"] = Quantity("–", "", "cost of transport")
+        summary["cost_of_transport_j_per_kg_m"] = quantity("cost_of_transport", "–")
     yield summary_table(summary, digits=3)
     yield ""
     yield _joint_table(run)
@@ -180,8 +179,8 @@ def _pressure_lines(run: TwinRun) -> Iterator[Any]:
 
 def _joint_table(run: TwinRun) -> Any:
     """Lay out setpoints and motions of the joints."""
-    columns = [("amplitude", "amplitude_deg", ".1f"), ("set", "amplitude_set_deg", ".1f")]
-    columns += [("error", "peak_error_deg", "+.1f")]
+    columns = [("swing", "swing_deg", ".1f"), ("amplitude set", "amplitude_set_deg", ".1f")]
+    columns += [("swing error", "swing_error_deg", "+.1f")]
     columns += [("bias", "bias_deg", ".1f"), ("set", "bias_set_deg", ".1f")] if any(run.gait.bias) else []
     columns += [("phase", "phase_deg", ".0f"), ("set", "phase_set_deg", ".0f")]
     rows = ((row["name"], *(f"{row[key]:{form}}" for _, key, form in columns)) for row in _joints(run))

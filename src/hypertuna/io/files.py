@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hypertuna.errors import InputError
+from hypertuna.io.quantity import suffix
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,8 +114,7 @@ def _unit_and_values(variable: xr.DataArray) -> tuple[str, Any]:
         return "_deg", np.degrees(values).round(10) if variable.name in variable.coords else np.degrees(values)
     if unit == "Pa":
         return "_kpa", values / 1e3
-    name = unit.lower().replace("/(", "_per_").replace(")", "").replace("/", "_").replace(" ", "_").replace("^", "")
-    return "_" + name.removeprefix("1_") if unit != "1" else "", values
+    return suffix(unit), values
 
 
 def rows_csv(facts: Mapping[str, Any], rows: Iterable[Mapping[str, Any]]) -> Csv:

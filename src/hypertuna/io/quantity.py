@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple, get_type_hints
 
 DEGREES = 180 / math.pi  # in a radian
+ZERO_CELSIUS = 273.15  # K
 
 
 class Quantity(NamedTuple):
@@ -17,20 +18,76 @@ class Quantity(NamedTuple):
 
 
 class Column(NamedTuple):
-    """Name and unit of a result's field in JSON and files: ``corner: Annotated[float, Column("corner_hz")]``."""
+    """How a result's attribute is written: ``corner: Annotated[float, Column("Hz")]`` is ``corner_hz`` in JSON."""
 
-    name: str
-    factor: float = 1.0  # from SI
-    divisor: float = 1.0  # from SI
-    offset: float = 0.0  # from SI
+    unit: str = ""
+    note: str | None = ""  # behind its name on the terminal; None: not on the terminal
+
+
+# What an SI value is multiplied with, divided by, and what is then added.
+SCALES = {
+    "deg": (DEGREES, 1.0, 0.0),
+    "degC": (1.0, 1.0, -ZERO_CELSIUS),
+    "kPa": (1.0, 1e3, 0.0),
+    "kPa deg": (DEGREES, 1e3, 0.0),
+    "mm": (1e3, 1.0, 0.0),
+    "mm^2/s": (1e6, 1.0, 0.0),
+    "km": (1.0, 1e3, 0.0),
+    "h": (1.0, 3600.0, 0.0),
+    "Wh": (1.0, 3600.0, 0.0),
+}
+NUMBERS = {"strouhal": "Strouhal number", "reynolds": "Reynolds number"}
+ENDS = ("max", "min", "peak")  # of names, that labels begin with
+
+
+def suffix(unit: str) -> str:
+    """Return the end of a name in JSON and files for a unit: _m_s for m/s, nothing for 1 and for body lengths."""
+    if unit in ("", "1", "BL per beat"):
+        return ""
+    name = unit.replace("degC", "C").lower()
+    name = name.replace("/(", "_per_").replace(")", "").replace("/", "_").replace(" ", "_").replace("^", "")
+    return "_" + name.removeprefix("1_")
+
+
+def label(name: str, note: str = "") -> str:
+    """Return what the terminal calls a quantity: the words of its name in Python, and maybe a note."""
+    words = name.split("_")
+    first = [words.pop()] if words[-1] in ENDS else []
+    text = " ".join([*first, *words]).removesuffix(" bl")
+    return f"{NUMBERS.get(text, text)}{', ' * bool(note)}{note}"
+
+
+def summarized(result: Any, shown: Mapping[str, Column]) -> dict[str, Quantity]:
+    """Return the attributes of a result as quantities: names in JSON and labels are those in Python, with units."""
+    return {
+        key_of(name, unit): quantity(name, getattr(result, name), unit, note) for name, (unit, note) in shown.items()
+    }
+
+
+def quantity(name: str, value: Any, unit: str = "", note: str | None = "") -> Quantity:
+    """Return a value [SI] as users read it."""
+    text = None if note is None else "" if name.endswith("_bl") else label(name, note)
+    return Quantity(scaled(value, unit), unit, text)
+
+
+def key_of(name: str, unit: str = "") -> str:
+    """Return the name of a quantity in JSON and files."""
+    return name + (suffix(unit) if not name.endswith("_bl") else suffix(unit).removeprefix("_bl"))
+
+
+def scaled(value: Any, unit: str) -> Any:
+    """Return a value [SI] in a unit."""
+    if unit not in SCALES or value is None:
+        return value
+    factor, divisor, offset = SCALES[unit]
+    return value * factor / divisor + offset
 
 
 def columns(result: Any) -> dict[str, Any]:
     """Return the fields of a result that have a `Column`, by its name and in its unit."""
     values = {}
-    for key, (name, factor, divisor, offset) in _columns(type(result)).items():  # type: ignore[arg-type]  # mypy: a type has no hash
-        value = getattr(result, key)
-        values[name] = value * factor / divisor + offset if isinstance(value, float) else value
+    for name, (unit, _) in _columns(type(result)).items():  # type: ignore[arg-type]  # mypy: a type has no hash
+        values[key_of(name, unit)] = scaled(getattr(result, name), unit)
     return values
 
 

@@ -13,9 +13,9 @@ def flight_card(flight: Flight) -> Card:
     result, record = outcome(flight), flight.record
     facts = [
         ("status", flight.status),
-        ("waypoints reached", f"{result.reached} of {len(record.mission.waypoints)}"),
+        ("waypoints reached", f"{result.waypoints_reached} of {len(record.mission.waypoints)}"),
         ("duration", _clock(result.duration)),
-        ("distance over ground", number(result.distance, "m")),
+        ("distance, over ground", number(result.distance, "m")),
         ("energy", number(result.energy / 3600, "Wh")),
         ("max depth", number(result.depth_max, "m")),
     ]

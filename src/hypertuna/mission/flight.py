@@ -19,7 +19,7 @@ from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
-from hypertuna.io.quantity import Quantity
+from hypertuna.io.quantity import Column, Quantity, summarized
 from hypertuna.mission.file import MissionFile, randomized, read_mission
 from hypertuna.mission.log import LogWriter
 from hypertuna.mission.record import COLUMNS, MissionRecord, joined, names_of
@@ -59,36 +59,39 @@ class Interrupted(KeyboardInterrupt):
         self.outcomes = outcomes
 
 
+OUTCOME = {
+    "waypoints_reached": Column(),
+    "duration": Column("s"),
+    "distance": Column("m", "over ground"),
+    "energy": Column("Wh", "from the battery"),
+    "charge_left": Column("", "part of the whole"),
+    "depth_max": Column("m"),
+    "fence_margin_min": Column("m"),
+    "estimation_error_max": Column("m", "of the position"),
+    "goal_distance": Column("m", "at the end"),
+}
+
+
 @dataclass(frozen=True)
 class Outcome:
     """Summary of a flight."""
 
     seed: int
     status: str
-    reached: int  # waypoints reached
+    waypoints_reached: int
     duration: float  # s
     distance: float  # m, over ground
     energy: float  # J, from the battery
     charge_left: float  # remaining fraction of the charge
     depth_max: float  # m
-    margin_min: float  # m, min distance to the fence, negative outside; infinite without a fence
-    off_max: float  # m, max error of the estimated position
-    home_distance: float  # m, at the end, from home or from the last waypoint of a mission that stays
+    fence_margin_min: float  # m, min distance to the fence, negative outside; infinite without a fence
+    estimation_error_max: float  # m, max error of the estimated position
+    goal_distance: float  # m, at the end, from home or from the last waypoint of a mission that stays
     reasons: dict[str, float]  # s, time at which each of the pilot's reasons first held
 
     def summary(self) -> dict[str, Quantity]:
         """Return the numbers of a flight, by the names of the JSON record."""
-        return {
-            "waypoints_reached": Quantity(self.reached, "", "waypoints reached"),
-            "duration_s": Quantity(self.duration, "s", "time"),
-            "distance_m": Quantity(self.distance, "m", "distance over ground"),
-            "energy_wh": Quantity(self.energy / 3600, "Wh", "energy from the battery"),
-            "charge_left": Quantity(self.charge_left, "", "part of the charge left"),
-            "depth_max_m": Quantity(self.depth_max, "m", "max depth"),
-            "fence_margin_min_m": Quantity(self.margin_min, "m", "min distance to the fence"),
-            "position_off_max_m": Quantity(self.off_max, "m", "max error of the estimated position"),
-            "goal_distance_m": Quantity(self.home_distance, "m", "from home at the end"),
-        }
+        return summarized(self, OUTCOME)
 
 
 @checked
@@ -220,15 +223,15 @@ def outcome(flight: Flight) -> Outcome:
     return Outcome(
         seed=flight.seed,
         status=flight.status,
-        reached=int(record.data["leg"][-1]),
+        waypoints_reached=int(record.data["leg"][-1]),
         duration=float(record.time[-1]),
         distance=record.distance,
         energy=float(record.energy[-1]),
         charge_left=float(record.data["charge_left"][-1]),
         depth_max=float(record.depth.max()),
-        margin_min=float(fence_distance(mission, place).min()),
-        off_max=float(record.position_off.max()),
-        home_distance=float(np.hypot(*(place[-1] - goal))),
+        fence_margin_min=float(fence_distance(mission, place).min()),
+        estimation_error_max=float(record.estimation_error.max()),
+        goal_distance=float(np.hypot(*(place[-1] - goal))),
         reasons=record.first_reasons,
     )
 

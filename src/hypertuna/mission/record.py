@@ -18,7 +18,7 @@ from hypertuna.description.channels import COUNTED
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
-from hypertuna.io.quantity import Quantity
+from hypertuna.io.quantity import Quantity, key_of, quantity
 
 HOUR = 3600.0
 WINDOW = 1.0  # s: the nose swings with the beat; distances are of its path averaged over this window
@@ -187,7 +187,7 @@ class MissionRecord:
         return np.asarray(-self.position[:, 2])
 
     @property
-    def position_off(self) -> Array:
+    def estimation_error(self) -> Array:
         """Error of the estimated position (T,) [m]."""
         return np.asarray(np.hypot(*(self.data["position_estimated"] - self.data["position"][:, :2]).T))
 
@@ -233,32 +233,43 @@ class MissionRecord:
         """Length of that path seen from above [m]."""
         return float(np.hypot(*np.diff(self.path[:, :2], axis=0).T).sum())
 
+    @property
+    def mean_speed(self) -> float:
+        """Mean speed along that path [m/s]."""
+        span = float(self.time[-1] - self.time[0])
+        return self.distance / span if span else 0.0
+
+    @property
+    def mode_at_end(self) -> str | int | None:
+        """Name of the pilot's last mode, or its number without a name; None if modes are not recorded."""
+        if "mode" not in self.data:
+            return None
+        mode = int(self.data["mode"][-1])
+        return self.modes[mode] if 0 <= mode < len(self.modes) else mode
+
     def summary(self) -> dict[str, Quantity]:
         """Return extent and main numbers of the record, by the keys of the JSON object."""
-        begin, end = float(self.time[0]), float(self.time[-1])
-        span, data = end - begin, self.data
-        summary = {
-            "mission": Quantity(self.name, "", None),
-            "robot": Quantity(self.robot, "", None),
-            "begin_s": Quantity(begin, "s", None),
-            "end_s": Quantity(end, "s", None),
-            "times": Quantity(len(self.time), "", None),
-            "distance_m": Quantity(self.distance, "m", "distance over ground"),
-            "mean_speed_m_s": Quantity(self.distance / span if span else 0.0, "m/s", "mean speed over ground"),
-            "depth_max_m": Quantity(float(self.depth.max()), "m", "max depth"),
+        numbers = {
+            "begin": (self.time[0], "s", None),
+            "end": (self.time[-1], "s", None),
+            "distance": (self.distance, "m", "over ground"),
+            "mean_speed": (self.mean_speed, "m/s", "over ground"),
+            "depth_max": (self.depth.max(), "m", ""),
         }
         if self.metered:
-            summary["energy_wh"] = Quantity(float(self.energy[-1]) / HOUR, "Wh", "energy")
-        if "charge_left" in data:
-            summary["charge_left"] = Quantity(float(data["charge_left"][-1]), "", "part of the charge left")
-        if self.true and "position_estimated" in data:
-            label = "max error of the estimated position"
-            summary["position_off_max_m"] = Quantity(float(self.position_off.max()), "m", label)
-        if "mode" in data:
-            mode = int(data["mode"][-1])
-            name = self.modes[mode] if 0 <= mode < len(self.modes) else mode
-            summary["mode_at_end"] = Quantity(name, "", "mode at the end")
-        return summary
+            numbers["energy"] = (self.energy[-1], "Wh", "")
+        if "charge_left" in self.data:
+            numbers["charge_left"] = (self.data["charge_left"][-1], "", "part of the whole")
+        if self.true and "position_estimated" in self.data:
+            numbers["estimation_error_max"] = (self.estimation_error.max(), "m", "of the position")
+        names = {"mission": self.name, "robot": self.robot, "times": len(self.time)}
+        facts = {name: Quantity(value, "", None) for name, value in names.items()}
+        shown = {
+            key_of(name, unit): quantity(name, float(value), unit, note)
+            for name, (value, unit, note) in numbers.items()
+        }
+        mode = self.mode_at_end
+        return facts | shown | ({} if mode is None else {"mode_at_end": quantity("mode_at_end", mode)})
 
 
 def parts_of(name: str, joints: tuple[str, ...], circuits: tuple[str, ...]) -> tuple[str, ...]:

@@ -17,8 +17,14 @@ UNUSABLE = 1e30  # stands for infinity where a finite value or violation is requ
 
 # Quantities that can be an objective, and whether larger is better.
 LARGE = ("speed", "speed_bl", "efficiency", "stride_length")
-COSTS = ("power", "power_positive", "loss", "cost_of_transport", "cost_of_transport_positive")
-SMALL = (*COSTS, "strouhal", "excursion", "torque_peak", "rate_peak", "turn_radius")
+COSTS = (
+    "mechanical_power",
+    "mechanical_power_positive",
+    "power_to_water",
+    "cost_of_transport",
+    "cost_of_transport_positive",
+)
+SMALL = (*COSTS, "strouhal", "tail_excursion", "torque_peak", "rate_peak", "turn_radius")
 OBJECTIVES = dict.fromkeys(LARGE, True) | dict.fromkeys(SMALL, False)
 DIFFERENTIABLE = tuple(name for name in OBJECTIVES if name not in ("efficiency", "turn_radius"))
 

@@ -134,7 +134,9 @@ def swim_bores(robot: Robot) -> Bores:
     for bore in BORES:
         other = with_bore(robot, bore)
         runs = _swims(other, [named_gait(other, name) for name in SPEEDS])
-        results[bore] = {name: (run.speed, run.swing, run.power) for name, run in zip(SPEEDS, runs, strict=True)}
+        results[bore] = {
+            name: (run.speed, run.swing, run.electrical_power) for name, run in zip(SPEEDS, runs, strict=True)
+        }
     return results
 
 

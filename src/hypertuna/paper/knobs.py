@@ -42,5 +42,10 @@ def _gait_record(beat: Swim) -> dict[str, Any]:
     turn = np.exp(-2j * np.pi * np.arange(FRAMES) / FRAMES)
     first = 2 * (lines.imag * turn[:, None]).mean(axis=0)
     motion = np.stack([lines.real.mean(axis=0), first.real, first.imag], axis=1).round(4).tolist()
-    values = {"speed": beat.speed, "power": beat.power, "cost": beat.cost_of_transport, "strouhal": beat.strouhal}
+    values = {
+        "speed": beat.speed,
+        "power": beat.mechanical_power,
+        "cost": beat.cost_of_transport,
+        "strouhal": beat.strouhal,
+    }
     return {key: float(f"{value:.4g}") for key, value in values.items()} | {"settled": beat.settled, "line": motion}

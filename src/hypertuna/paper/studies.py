@@ -42,7 +42,7 @@ def _swum(robot: Robot, gaits: Mapping[str, Gait], seed: int) -> dict[str, float
     numbers: dict[str, float] = {}
     for name, gait in gaits.items():
         run = _swim(robot, gait, SWIM, seed)
-        numbers |= {f"{name} speed": run.speed, f"{name} power": run.power}
+        numbers |= {f"{name} speed": run.speed, f"{name} power": run.electrical_power}
         numbers[f"{name} pressure"] = run.pressure_min.min() / 1e3
         for group, angle in zip(robot.joints, np.degrees(run.swing), strict=True):
             numbers[f"{name} swing {group.name}"] = angle
@@ -57,7 +57,7 @@ def postures(robot: Robot, seed: int) -> dict[str, float]:
     for hertz in facts["frequency_hz"]:
         (held,) = hold(robot, hertz, angle, duration=facts["duration_s"], medium="air", seed=seed)
         end = float(held.time[-1])
-        numbers[f"{hertz:g} Hz sensor"] = end if held.measured_settling is None else held.measured_settling
+        numbers[f"{hertz:g} Hz sensor"] = end if held.settling_measured is None else held.settling_measured
         numbers[f"{hertz:g} Hz bend"] = end if held.settling is None else held.settling
     return numbers
 
@@ -70,7 +70,7 @@ def phases(robot: Robot, seed: int) -> dict[str, float]:
             for phase in PHASES:
                 run = _swim(robot, tank_gait(level, hertz, phase), SHORT, seed)
                 name = phase_name(level, hertz, phase)
-                numbers |= {f"{name} speed": run.speed, f"{name} power": run.power}
+                numbers |= {f"{name} speed": run.speed, f"{name} power": run.electrical_power}
     return numbers
 
 
@@ -107,7 +107,7 @@ def dives(robot: Robot, seed: int) -> dict[str, float]:
     result = dive(robot, named_gait(robot, facts["gait"]), angle=math.radians(facts["fins_deg"]), seed=seed)
     numbers: dict[str, float] = {}
     for name, leg in zip(("down", "up"), result.legs, strict=True):
-        numbers |= {f"{name} rate": 100 * leg.rate, f"{name} pitch": math.degrees(leg.pitch)}
+        numbers |= {f"{name} rate": 100 * leg.depth_rate, f"{name} pitch": math.degrees(leg.pitch)}
         numbers[f"{name} pitch range"] = math.degrees(leg.pitch_range)
     return numbers
 

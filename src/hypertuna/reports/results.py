@@ -62,12 +62,12 @@ def posture_table(test: PostureTest) -> Table:
     rows = []
     for one in test.held:
         key = (one.joint, one.frequency)
-        row = [f"{one.frequency:g} Hz", one.name, f"{np.degrees(one.angle):.4g}", _settles(one)]
+        row = [f"{one.frequency:g} Hz", one.name, f"{np.degrees(one.angle_set):.4g}", _settles(one)]
         if test.reach:
-            row += [f"{np.degrees(reach[key].amplitude):.1f}", spelled_limits(reach[key].limits)]
+            row += [f"{np.degrees(reach[key].amplitude_max):.1f}", spelled_limits(reach[key].limits)]
         if test.eased:
             within = eased.get(key)
-            row.append("" if within is None else f"{_settles(within)} at {np.degrees(within.angle):.1f} deg")
+            row.append("" if within is None else f"{_settles(within)} at {np.degrees(within.angle_set):.1f} deg")
         rows.append(row)
     columns = ["frequency", "joint", "set [deg]", "settles [s]"]
     columns += ["holds up to [deg]", "then stopped by"] if test.reach else []
@@ -135,13 +135,13 @@ def _swim(swim: Swim) -> dict[str, Shown]:
         *_gait_rows(swim.gait),
         ("speed", swim.speed, "m/s"),
         ("speed", swim.speed_bl, "body lengths/s"),
-        ("mechanical power", swim.power, "W"),
+        ("mechanical power", swim.mechanical_power, "W"),
         ("cost of transport", swim.cost_of_transport, "J/(kg m)"),
         ("Strouhal number", swim.strouhal, "1"),
         ("efficiency", swim.efficiency, "1"),
     ]
     if np.isfinite(swim.turn_radius):
-        rows.append(("turning radius", swim.turn_radius, "m"))
+        rows.append(("turn radius", swim.turn_radius, "m"))
     numbers: dict[str, Shown] = {"numbers": Table(QUANTITY, rows)}
     if swim.status == "diverged":
         return numbers
@@ -165,7 +165,7 @@ def _twin_table(run: TwinRun) -> Table:
         rows += [("speed", run.speed, "m/s"), ("speed", run.speed_bl, "body lengths/s")]
     for name, swing in zip(run.joints, np.degrees(run.swing), strict=True):
         rows.append((f"amplitude reached, joint {name}", float(swing), "deg"))
-    rows.append(("electrical power", run.power, "W"))
+    rows.append(("electrical power", run.electrical_power, "W"))
     if swims:
         rows.append(("cost of transport", run.cost_of_transport, "J/(kg m)"))
     rows.append(("largest pressure in a pump", float(run.pressure_max.max()) / 1e3, "kPa"))

@@ -15,10 +15,10 @@ def twin_card(run: TwinRun) -> Card:
         return Card(f"Twin of {run.robot.name}: {gait_text(run.gait)}", (), run.divergence)
     swims = run.medium == "water"
     facts = [("speed", f"{number(run.speed, 'm/s')} ({number(run.speed_bl, 'BL/s', 2)})")] if swims else []
-    facts += [("electrical power", number(run.power, "W"))]
+    facts += [("electrical power", number(run.electrical_power, "W"))]
     facts += [("cost of transport", number(run.cost_of_transport, "J/(kg m)"))] if swims else []
     facts += [("largest pressure", number(float(run.pressure_max.max()) / 1e3, "kPa"))]
-    facts += [("change per beat", number(100 * run.change, "%", 2)), ("duration", number(run.duration, "s"))]
+    facts += [("change per beat", number(100 * run.change_per_beat, "%", 2)), ("duration", number(run.duration, "s"))]
     swings = zip(run.joints, np.degrees(run.gait.amplitude), np.degrees(run.swing), strict=True)
     rows = [(joint, f"{target:.3g}", f"{reached:.3g}") for joint, target, reached in swings]
     name, label = ("speed", "speed [m/s] over time [s]") if swims else ("power", "electrical power [W] over time [s]")
@@ -53,7 +53,12 @@ def dive_card(dive: Dive) -> Card:
     """Show both legs of a dive."""
     columns = ("fins [deg]", "depth rate [cm/s]", "pitch [deg]", "speed [m/s]")
     rows = [
-        (f"{np.degrees(leg.fins):+.3g}", f"{100 * leg.rate:+.3g}", f"{np.degrees(leg.pitch):+.3g}", number(leg.speed))
+        (
+            f"{np.degrees(leg.fins):+.3g}",
+            f"{100 * leg.depth_rate:+.3g}",
+            f"{np.degrees(leg.pitch):+.3g}",
+            number(leg.speed),
+        )
         for leg in dive.legs
     ]
     run = dive.run

@@ -12,7 +12,7 @@ from hypertuna.arguments import checked
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import DEGREES, Column
+from hypertuna.io.quantity import Column
 from hypertuna.ranges import FINITE, POSITIVE
 from hypertuna.simulation.sea import Sea
 from hypertuna.simulation.sea_run import SeaRun
@@ -28,12 +28,12 @@ RESTING = 0.05  # of the speed: a robot that goes up or down by less does neithe
 class Leg:
     """One half of a dive, measured over its last half."""
 
-    fins: Annotated[float, Column("fins_deg", DEGREES)]  # target angle of both fins, leading edge up [rad]
-    rate: Annotated[float, Column("depth_rate_m_s")]  # at which the depth grows [m/s]
-    pitch: Annotated[float, Column("pitch_deg", DEGREES)]  # mean, nose up [rad]
-    pitch_range: Annotated[float, Column("pitch_range_deg", DEGREES)]  # of the mean over beats [rad]
-    roll: Annotated[float, Column("roll_max_deg", DEGREES)]  # largest magnitude over the beats [rad]
-    speed: Annotated[float, Column("speed_m_s")]  # mean through the water, ahead [m/s]
+    fins: Annotated[float, Column("deg")]  # target angle of both fins, leading edge up [rad]
+    depth_rate: Annotated[float, Column("m/s")]  # at which the depth grows [m/s]
+    pitch: Annotated[float, Column("deg")]  # mean, nose up [rad]
+    pitch_range: Annotated[float, Column("deg")]  # of the mean over beats [rad]
+    roll_max: Annotated[float, Column("deg")]  # largest magnitude over the beats [rad]
+    speed: Annotated[float, Column("m/s")]  # mean through the water, ahead [m/s]
     depth: tuple[float, float]  # of the nose at the start and the end of the whole leg [m]
 
     @property
@@ -44,7 +44,7 @@ class Leg:
     @property
     def right(self) -> bool:
         """Whether fins down take the robot down, and fins up take it up."""
-        return self.rate * self.fins < 0 and abs(self.rate) > RESTING * abs(self.speed)
+        return self.depth_rate * self.fins < 0 and abs(self.depth_rate) > RESTING * abs(self.speed)
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Dive(
     @property
     def symmetry(self) -> float:
         """Rate up over rate down, one if they are alike [1]; NaN without both."""
-        return -self.legs[1].rate / self.legs[0].rate if len(self.legs) == 2 else math.nan
+        return -self.legs[1].depth_rate / self.legs[0].depth_rate if len(self.legs) == 2 else math.nan
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -80,8 +80,8 @@ class Dive(
             return (self.run.divergence,)
         sentences = []
         for leg, way in zip(self.legs, ("dives", "floats"), strict=True):
-            rate = f"{way} at {100 * abs(leg.rate):.3g} cm/s"
-            result = rate if leg.right else f"does not: its depth changes by {100 * leg.rate:+.2g} cm/s"
+            rate = f"{way} at {100 * abs(leg.depth_rate):.3g} cm/s"
+            result = rate if leg.right else f"does not: its depth changes by {100 * leg.depth_rate:+.2g} cm/s"
             pitch = "steady" if leg.steady else f"not steady, it ranges over {math.degrees(leg.pitch_range):.2g} deg"
             sentences.append(f"With its fins at {math.degrees(leg.fins):+.3g} deg it {result}; its pitch is {pitch}.")
         return tuple(sentences)
@@ -95,10 +95,10 @@ class Dive(
         pitch = run.averaged(run.pitch)[inner] if inner.any() else run.pitch[late]
         return Leg(
             fins=fins,
-            rate=float((depth[last] - depth[middle]) / (run.time[last] - run.time[middle])),
+            depth_rate=float((depth[last] - depth[middle]) / (run.time[last] - run.time[middle])),
             pitch=float(run.pitch[late].mean()),
             pitch_range=float(np.ptp(pitch)),
-            roll=float(abs(run.roll[late]).max()),
+            roll_max=float(abs(run.roll[late]).max()),
             speed=float(run.speed[late].mean()),
             depth=(float(depth[first]), float(depth[last])),
         )

@@ -122,7 +122,7 @@ def _draw_power(axes: Axes, run: TwinRun) -> None:
     """Draw the electrical power of the last beats."""
     last = _last(run, BEATS)
     axes.plot(run.time[last], run.data["power"][last], color=COLORS[2], label="servos")
-    axes.axhline(run.power, color=INK, lw=0.9, ls=SIDES[1], label=f"mean {run.power:.3g} W")
+    axes.axhline(run.electrical_power, color=INK, lw=0.9, ls=SIDES[1], label=f"mean {run.electrical_power:.3g} W")
     axes.set_ylim(0, None)
     _finish(axes, run.time[last], "electrical power [W]")
 
@@ -225,7 +225,7 @@ def _draw_bend(axes: Axes, one: Held) -> None:
     """Draw the bend from rest, with the set angle to both sides."""
     time, angle = one.run.time, np.degrees(one.run.data["angle"][:, one.joint])
     for sign in (-1, 1):
-        axes.axhline(sign * np.degrees(one.angle), color=INK, lw=1.0, ls=(0, (4, 2)))
+        axes.axhline(sign * np.degrees(one.angle_set), color=INK, lw=1.0, ls=(0, (4, 2)))
     axes.plot(time, angle, color=COLORS[1], lw=1.0)
     title = f"joint {one.name} at {one.frequency:g} Hz"
     axes.set(title=title, xlabel="time [s]", ylabel="bend [deg]", xlim=(0, time[-1]))
@@ -238,7 +238,7 @@ def _draw_errors(axes: Axes, held: Sequence[Held]) -> None:
     for one, color in zip(held, sequence(len(held)), strict=True):
         axes.plot(one.time, np.degrees(one.error), color=color, label=f"{one.frequency:g} Hz", **marks)
     axes.set(xlabel="time [s]", ylabel="error of the\npeak bend [deg]", xlim=(0, max(one.time[-1] for one in held)))
-    largest = max(np.degrees(held[0].angle), *(float(np.degrees(one.error).max()) for one in held))
+    largest = max(np.degrees(held[0].angle_set), *(float(np.degrees(one.error).max()) for one in held))
     axes.set_yscale("symlog", linthresh=np.degrees(CLOSE), linscale=0.8)
     ticks = [tick for tick in ERRORS if tick < largest]
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -248,7 +248,7 @@ def _draw_errors(axes: Axes, held: Sequence[Held]) -> None:
 
 def _draw_reach(axes: Axes, test: PostureTest, joint: int) -> None:
     """Draw the largest amplitude that is held, and what its bandwidth would leave of the static one."""
-    hertz, largest = np.transpose([(far.frequency, far.amplitude) for far in test.reach if far.joint == joint])
+    hertz, largest = np.transpose([(far.frequency, far.amplitude_max) for far in test.reach if far.joint == joint])
     axes.plot(hertz, np.degrees(largest), color=COLORS[0], marker="o", **POINTS, label="held")
     group = test.robot.joints[joint]
     if group.bandwidth and group.bend_max:
@@ -272,8 +272,8 @@ def plot_dive(dive: Dive, *, width: float = WIDTH) -> Figure:
     middles = (0.5 * dive.switch, 0.5 * (dive.switch + run.duration))
     for middle, leg in zip(middles, dive.legs, strict=False):
         place = run.depth[np.searchsorted(run.time, middle)]
-        text = f"{100 * abs(leg.rate):.2g} cm/s {'down' if leg.rate > 0 else 'up'}"
-        side = 8 if leg.rate > 0 else -8  # above the line, which falls or rises
+        text = f"{100 * abs(leg.depth_rate):.2g} cm/s {'down' if leg.depth_rate > 0 else 'up'}"
+        side = 8 if leg.depth_rate > 0 else -8  # above the line, which falls or rises
         look = {"color": FAINT, "fontsize": 8.5, "ha": "left" if side > 0 else "right"}
         depth.annotate(text, (middle, place), (side, 8), textcoords="offset points", **look)
     swings = ((pitch, np.degrees(run.pitch), "pitch, nose up\n[deg]"), (speed, run.speed, "speed ahead\n[m/s]"))

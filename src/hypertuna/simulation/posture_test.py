@@ -44,7 +44,7 @@ class Held:
 
     joint: int  # index of the joint group
     frequency: float  # [Hz]
-    angle: float  # set angle: peak bend asked for to both sides [rad]
+    angle_set: float  # peak bend asked for to both sides [rad]
     time: Array  # (beats,) end of each beat [s]
     peaks: Array  # (beats, 2) peak bend to the left and to the right, both positive [rad]
     measured: Array  # (beats, 2) the same by the bending sensor, from harmonics fitted to each beat [rad]
@@ -59,12 +59,12 @@ class Held:
     @property
     def error(self) -> Array:
         """Larger error of the two peak bends of each beat (beats,) [rad]."""
-        return np.asarray(np.abs(self.peaks - self.angle).max(axis=1))
+        return np.asarray(np.abs(self.peaks - self.angle_set).max(axis=1))
 
     @property
-    def measured_error(self) -> Array:
+    def error_measured(self) -> Array:
         """The same by the bending sensor, which is all that the controller knows (beats,) [rad]."""
-        return np.asarray(np.abs(self.measured - self.angle).max(axis=1))
+        return np.asarray(np.abs(self.measured - self.angle_set).max(axis=1))
 
     @property
     def settling(self) -> float | None:
@@ -72,9 +72,9 @@ class Held:
         return _settling(self.time, self.error)
 
     @property
-    def measured_settling(self) -> float | None:
+    def settling_measured(self) -> float | None:
         """The same by the bending sensor [s]."""
-        return _settling(self.time, self.measured_error)
+        return _settling(self.time, self.error_measured)
 
 
 class Reach(NamedTuple):
@@ -82,7 +82,7 @@ class Reach(NamedTuple):
 
     joint: int
     frequency: float  # [Hz]
-    amplitude: float  # [rad]
+    amplitude_max: float  # [rad]
     limits: tuple[str, ...]  # flags that acted at the smallest amplitude that was not held
 
 
@@ -113,7 +113,7 @@ class PostureTest:
             time[at][:beats], peaks[at][:beats], measured[at][:beats] = one.time, one.peaks, one.measured
             settling[at] = np.nan if one.settling is None else one.settling
         for far in self.reach:
-            largest[frequencies.index(far.frequency), joints.index(far.joint)] = far.amplitude
+            largest[frequencies.index(far.frequency), joints.index(far.joint)] = far.amplitude_max
         grid, beat = ("frequency", "joint"), ("frequency", "joint", "beat")
         variables = {
             "time": (beat, time, "s", "end of the beat"),
@@ -158,8 +158,8 @@ def posture_test(
         held += hold(robot, frequency, angle, duration=duration, **conditions)
         for one in held[-moving:] if limits else ():
             far.append(reach(robot, one.joint, frequency, **conditions))
-            if one.settling is None and one.angle > far[-1].amplitude > 0:
-                alone = [EASED * far[-1].amplitude if j == one.joint else 0.0 for j in range(len(angle))]
+            if one.settling is None and one.angle_set > far[-1].amplitude_max > 0:
+                alone = [EASED * far[-1].amplitude_max if j == one.joint else 0.0 for j in range(len(angle))]
                 eased += hold(robot, frequency, alone, duration=duration, **conditions)
         if progress is not None:
             progress(count, len(frequencies))

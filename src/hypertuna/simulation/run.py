@@ -18,7 +18,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, require
 from hypertuna.display import Plotted, Tabular
 from hypertuna.io.files import dataset
-from hypertuna.io.quantity import Quantity
+from hypertuna.io.quantity import Column, Quantity, summarized
 from hypertuna.swimming.gait import Gait
 
 if TYPE_CHECKING:
@@ -64,6 +64,9 @@ VARIABLES: Variables = {
     "pulse": ("servo", "s", "servo pulse"),
     "status": ("", "1", "flags of the controller's status"),
 }
+
+# Of these, those that datasets call otherwise.
+NAMES = {"power": "electrical_power", "electrical_power": "servo_power"}
 
 
 @dataclass(frozen=True)
@@ -119,7 +122,7 @@ class Run(Tabular, data=lambda run: run.dataset()):
     ) -> xr.Dataset:
         """Label the record: units and meaning of every variable, names along every dimension."""
         variables = {
-            name: (("time", dim) if dim else ("time",), self.data[name], unit, text)
+            NAMES.get(name, name): (("time", dim) if dim else ("time",), self.data[name], unit, text)
             for name, (dim, unit, text) in names.items()
         }
         places = {
@@ -183,7 +186,7 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
         return self.speed / self.robot.body.length
 
     @cached_property
-    def change(self) -> float:
+    def change_per_beat(self) -> float:
         """Largest relative change per beat, beyond noise, of the speed or a joint's swing [1]."""
         trends = [_trend(swing) for swing in self._swings.T if swing.size > 1 and swing.mean() > 1e-3]
         if self.medium == "water":
@@ -198,22 +201,26 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
         dict of str to Quantity
             By the keys of the JSON record.
         """
-        speed, bl, cost = ("speed", "", "cost of transport") if self.medium == "water" else (None, None, None)
-        return {
-            "speed_m_s": Quantity(self.speed, "m/s" if self.settled else "m/s, still changing", speed),
-            "speed_bl_s": Quantity(self.speed_bl, "BL/s", bl),
-            "electrical_power_w": Quantity(self.power, "W", "electrical power"),
-            "mechanical_power_w": Quantity(self.mechanical_power, "W", None),
-            "cost_of_transport_j_per_kg_m": Quantity(self.cost_of_transport, "J/(kg m)", cost),
+        note = "" if self.medium == "water" else None
+        shown = {
+            "speed": Column("m/s", note),
+            "speed_bl": Column("BL/s", note),
+            "electrical_power": Column("W"),
+            "mechanical_power": Column("W", None),
+            "cost_of_transport": Column("J/(kg m)", note),
         }
+        summary = summarized(self, shown)
+        if not self.settled:
+            summary["speed_m_s"] = summary["speed_m_s"]._replace(unit="m/s, still changing")
+        return summary
 
     @property
     def settled(self) -> bool:
         """Whether speed and swings change by less than 0.2 % per beat."""
-        return self.status == "completed" and abs(self.change) < SETTLED
+        return self.status == "completed" and abs(self.change_per_beat) < SETTLED
 
     @cached_property
-    def amplitude(self) -> Array:
+    def first_harmonic(self) -> Array:
         """First harmonic of each joint group's bend (joints,) [rad]."""
         return np.abs(self._harmonic("angle"))
 
@@ -237,7 +244,7 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
         return np.asarray(self._swings.mean(axis=0))
 
     @property
-    def power(self) -> float:
+    def electrical_power(self) -> float:
         """Mean electrical power of all servos [W]."""
         return float(self.data["power"][self.beats].mean())
 
@@ -249,7 +256,7 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
     @property
     def cost_of_transport(self) -> float:
         """Electrical power over mass and speed [J/(kg m)] (Eq. 38, with the mass that it forgets)."""
-        return self.power / (self.robot.body.mass * self.speed)
+        return self.electrical_power / (self.robot.body.mass * self.speed)
 
     @property
     def pressure_max(self) -> Array:
@@ -303,8 +310,8 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
     def sentences(self) -> tuple[str, ...]:
         """One sentence for the run, and one for each condition that held in it, with where and how often."""
         settled = "settled" if self.settled else "not settled"
-        first = f"The run is {settled}: the largest change is {_percent(abs(self.change))} per beat."
-        if math.isnan(self.change):
+        first = f"The run is {settled}: the largest change is {_percent(abs(self.change_per_beat))} per beat."
+        if math.isnan(self.change_per_beat):
             first = "The run is too short to tell whether it is settled."
         if self.status == "diverged":
             first = self.divergence
@@ -338,7 +345,7 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
             "medium": self.medium,
             "closed_loop": int(self.closed_loop),
             "seed": self.seed,
-            "oil_temperature_k": self.temperature,
+            "temperature_k": self.temperature,
             "faults": " ".join(self.faults_given),
             "step_s": self.step,
             "run_status": self.status,

@@ -33,15 +33,15 @@ class Meaning(NamedTuple):
 QUANTITIES = {
     "speed": Meaning("m/s", "mean speed along the path through the water, forward positive; NaN for a body that spins"),
     "speed_bl": Meaning("1/s", "speed in body lengths per second"),
-    "power": Meaning("W", "mean mechanical power of all joints"),
-    "power_positive": Meaning("W", "mean mechanical power, negative power of a joint group counted as zero"),
-    "loss": Meaning("W", "mean power that the water takes"),
+    "mechanical_power": Meaning("W", "mean mechanical power of all joints"),
+    "mechanical_power_positive": Meaning("W", "mean mechanical power, negative power of a joint group counted as zero"),
+    "power_to_water": Meaning("W", "mean power that the water takes"),
     "cost_of_transport": Meaning("J/(kg m)", "mechanical power per mass and speed"),
     "cost_of_transport_positive": Meaning("J/(kg m)", "the same of the positive power"),
     "efficiency": Meaning("1", "power to tow the straight body at this speed over mechanical power"),
     "strouhal": Meaning("1", "frequency times peak-to-peak tail excursion over speed"),
     "stride_length": Meaning("1", "body lengths per beat"),
-    "excursion": Meaning("m", "excursion of the tail tip across the mean path, peak to peak"),
+    "tail_excursion": Meaning("m", "excursion of the tail tip across the mean path, peak to peak"),
     "torque_peak": Meaning("N m", "largest magnitude of any driven joint's torque over the beat"),
     "rate_peak": Meaning("rad/s", "largest rate of any joint group over the beat"),
     "turn_rate": Meaning("rad/s", "mean rate of turn, counter-clockwise"),
@@ -49,10 +49,13 @@ QUANTITIES = {
         "m", "mean distance of the nose from the center of the turn; infinite when straight, NaN for a body that spins"
     ),
     "spectral_radius": Meaning("1", "largest modulus of the monodromy's multipliers: growth of a disturbance per beat"),
-    "change": Meaning("1", "change of the motion from beat to beat, body lengths or rad"),
-    "distance": Meaning("1", "distance from the settled motion, relative to the distance traveled in a beat"),
+    "change_per_beat": Meaning("1", "change of the motion from beat to beat, body lengths or rad"),
+    "distance_to_settled": Meaning("1", "distance from the settled motion, over the distance traveled in a beat"),
     "beats": Meaning("1", "beats integrated"),
 }
+# Of the core's names, those that are others here.
+NAMES = {"power": "mechanical_power", "power_positive": "mechanical_power_positive", "loss": "power_to_water"}
+NAMES |= {"excursion": "tail_excursion"}
 
 
 def check_steps(steps: int) -> None:
@@ -107,22 +110,22 @@ def settle(
     return {
         "speed": speed,
         "speed_bl": metrics.body_lengths_per_second(speed, length),
-        "power": row["power"],
-        "power_positive": row["power_positive"],
-        "loss": row["loss"],
+        "mechanical_power": row["power"],
+        "mechanical_power_positive": row["power_positive"],
+        "power_to_water": row["loss"],
         "cost_of_transport": metrics.cost_of_transport(row["power"], mass, speed),
         "cost_of_transport_positive": metrics.cost_of_transport(row["power_positive"], mass, speed),
         "efficiency": metrics.efficiency(row["towed_power"], row["power"]),
         "strouhal": metrics.strouhal(frequency, row["excursion"], speed),
         "stride_length": metrics.stride_length(speed, frequency, length),
-        "excursion": row["excursion"],
+        "tail_excursion": row["excursion"],
         "torque_peak": row["torque_peak"],
         "rate_peak": row["rate_peak"],
         "turn_rate": row["turn"] * frequency,
         "turn_radius": np.where(row["radius"] >= STRAIGHT * length, np.inf, row["radius"]),
         "spectral_radius": radius,
-        "change": row["residual"],
-        "distance": row["distance"],
+        "change_per_beat": row["residual"],
+        "distance_to_settled": row["distance"],
         "beats": row["beats"],
         "arrived": row["approach"] < _core.ARRIVED_DISTANCE,
         "approach_beats": row["approach_beats"],
@@ -178,14 +181,14 @@ def directional_derivatives(
     speed = beats["speed"][:, np.newaxis]
     with np.errstate(divide="ignore", invalid="ignore"):
         faster, heavy = total["speed"] / speed, robot.body.mass * np.abs(speed)
-        tail = along[0] * beats["excursion"][:, np.newaxis] + frequency[:, np.newaxis] * total["excursion"]
+        tail = along[0] * beats["tail_excursion"][:, np.newaxis] + frequency[:, np.newaxis] * total["excursion"]
         over_speed = {
             "cost_of_transport": total["power"] / heavy,
             "cost_of_transport_positive": total["power_positive"] / heavy,
             "strouhal": tail / np.abs(speed),
         }
         result = {name: rate - beats[name][:, np.newaxis] * faster for name, rate in over_speed.items()}
-    return result | {name: rate for name, rate in total.items() if not name.startswith("end_")}
+    return result | {NAMES.get(name, name): rate for name, rate in total.items() if not name.startswith("end_")}
 
 
 def status_text(status: str, beats: float, distance: float, spectral_radius: float) -> str:

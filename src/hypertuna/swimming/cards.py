@@ -32,21 +32,21 @@ def swim_facts(swim: Swim) -> list[tuple[str, str]]:
     """Return the six numbers of a swim."""
     facts = [
         ("speed", f"{number(swim.speed, 'm/s')} ({number(swim.speed_bl, 'BL/s', 2)})"),
-        ("mechanical power", number(swim.power, "W")),
+        ("mechanical power", number(swim.mechanical_power, "W")),
         ("cost of transport", number(swim.cost_of_transport, "J/(kg m)")),
         ("Strouhal number", number(swim.strouhal)),
-        ("tail excursion", number(1e3 * swim.excursion, "mm")),
+        ("tail excursion", number(1e3 * swim.tail_excursion, "mm")),
         ("stride length", number(swim.stride_length, "BL")),
     ]
     if swim.turn_radius < STRAIGHT * swim.robot.body.length:
-        facts[-1] = ("turning radius", number(swim.turn_radius, "m"))
+        facts[-1] = ("turn radius", number(swim.turn_radius, "m"))
     return facts
 
 
 def swim_card(swim: Swim) -> Card:
     """Show the swimming fish and six numbers."""
     title = f"{swim.robot.name} swims at {gait_text(swim.gait)}"
-    start = "" if swim.duration is None else f", {swim.duration:g} s from rest"
+    start = "" if swim.from_rest is None else f", {swim.from_rest:g} s from rest"
     return Card(title + start, swim_facts(swim), swim.status_text, picture=picture_of(swim))
 
 
@@ -92,12 +92,12 @@ def turning_card(turning: Turning) -> Card:
     if turning.tightest is not None:
         text = f"Tightest turn: {gait_text(turning.tightest.gait)}."
         facts += [
-            ("tightest turn", number(turning.tightest.radius, "m")),
-            ("in body lengths", number(turning.tightest.radius / turning.robot.body.length, "BL")),
+            ("tightest turn", number(turning.tightest.turn_radius, "m")),
+            ("in body lengths", number(turning.tightest.turn_radius / turning.robot.body.length, "BL")),
             ("its speed", number(turning.tightest.speed, "m/s")),
         ]
     if turning.forward is not None:
-        facts.append(("tightest head first", number(turning.forward.radius, "m")))
+        facts.append(("tightest head first", number(turning.forward.turn_radius, "m")))
     return Card(f"Turns of {turning.robot.name}", facts, text)
 
 

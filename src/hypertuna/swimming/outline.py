@@ -29,7 +29,7 @@ def last_beat(swim: Swim) -> xr.Dataset:
     motion = swim.trajectory
     if swim.status == "diverged" or not np.isfinite(motion.x + motion.y + motion.heading).all():
         raise InputError("has nothing finite to draw", key="plot", fix="the gait diverged; try more steps per beat")
-    beats = 1 if swim.duration is None else swim.beats
+    beats = 1 if swim.from_rest is None else swim.beats
     return motion.isel(time=slice((beats - 1) * swim.steps, beats * swim.steps + 1))
 
 

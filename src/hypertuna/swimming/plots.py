@@ -46,7 +46,7 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     how = f"{robot.model.joints} joints; {swim.status}, {swim.speed:.3g} m/s along the path"
     caption = f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}\n{how}"
     figure.suptitle(caption, fontsize=8.5, color=FAINT, x=0.01, ha="left")
-    _draw_paths(figure.add_subplot(places[0, :]), paths, "" if swim.duration is None else ", from rest")
+    _draw_paths(figure.add_subplot(places[0, :]), paths, "" if swim.from_rest is None else ", from rest")
     _draw_midlines(figure.add_subplot(places[1, :]), lines, to_scale=beside or bool(inner * bend > 0.9))
     _draw_speed(figure.add_subplot(places[2, 0] if beside else places[2, :]), swim)
     _draw_power(figure.add_subplot(places[2, 1] if beside else places[3, :]), swim)
@@ -166,9 +166,9 @@ def _paths(swim: Swim) -> dict[str, Points]:
     """Paths x + i y of tail tip and nose [m]: all of it from rest, else some beats to the left, or the whole turn."""
     motion = swim.trajectory
     nose, tail = nose_points(motion), motion.tail_x.values + 1j * motion.tail_y.values
-    body = body_of(swim.robot, motion.isel(time=0 if swim.duration is None else -1))[0]
+    body = body_of(swim.robot, motion.isel(time=0 if swim.from_rest is None else -1))[0]
     paths = {"tail tip": tail, "nose": nose, "body": body}
-    if swim.duration is None:
+    if swim.from_rest is None:
         turn = abs(float(motion.heading[-1] - motion.heading[0]))
         turns = np.isfinite(swim.turn_radius)
         beats = min(MAX_BEATS, int(np.ceil(2 * np.pi / turn))) if turns else BEATS
@@ -195,7 +195,7 @@ def _draw_paths(axes: Axes, paths: Mapping[str, Points], how: str) -> None:
 def _draw_speed(axes: Axes, swim: Swim) -> None:
     """Draw the forward speed through the beat, or through time from rest."""
     motion = swim.trajectory
-    beat = swim.duration is None
+    beat = swim.from_rest is None
     time = motion.time.values * (swim.gait.frequency if beat else 1.0)
     axes.plot(time, motion.forward_speed, color=COLORS[1])
     axes.set(title="Forward speed", xlabel="part of the beat" if beat else "time [s]", ylabel="speed [m/s]")
@@ -209,14 +209,19 @@ def _draw_power(axes: Axes, swim: Swim) -> None:
     motion = last_beat(swim)
     part = np.linspace(0, 1, motion.sizes["time"])
     for g, group in enumerate(motion.group.values):
-        axes.plot(part, motion.group_power[:, g], color=(*COLORS[2:], *COLORS[:2])[g % len(COLORS)], label=str(group))
-    axes.plot(part, motion.power, color=INK, label="all")
-    axes.set(title="Power of the joints", xlabel="part of the last beat" if swim.duration else "part of the beat")
+        axes.plot(
+            part,
+            motion.group_mechanical_power[:, g],
+            color=(*COLORS[2:], *COLORS[:2])[g % len(COLORS)],
+            label=str(group),
+        )
+    axes.plot(part, motion.mechanical_power, color=INK, label="all")
+    axes.set(title="Power of the joints", xlabel="part of the last beat" if swim.from_rest else "part of the beat")
     axes.set(ylabel="mechanical power [W]", xlim=(0, 1))
     low, high = axes.get_ylim()
     axes.set_ylim(low - 0.22 * (high - low), high)
     axes.legend(ncols=6, loc="lower center", borderpad=0, borderaxespad=0.3, handlelength=1.0, columnspacing=0.9)
-    _mean_line(axes, swim.power, f"mean {swim.power:.3g} W")
+    _mean_line(axes, swim.mechanical_power, f"mean {swim.mechanical_power:.3g} W")
 
 
 def _draw_midlines(axes: Axes, lines: Points, *, to_scale: bool) -> None:

@@ -162,7 +162,8 @@ def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str,
     return dataset(variables, coordinates, provenance(robot) | how)
 
 
-DERIVATIVES = ("speed", "cost_of_transport", "power", "power_positive", "strouhal", "torque_peak", "rate_peak")
+POWERS = ("mechanical_power", "mechanical_power_positive")
+DERIVATIVES = ("speed", "cost_of_transport", *POWERS, "strouhal", "torque_peak", "rate_peak")
 ANGLES = ("gait.amplitude", "gait.phase", "gait.bias", "joints.phase_offset")  # parameters in radians
 
 
@@ -188,8 +189,8 @@ class Gradient(
     names: tuple[str, ...]  # of the parameters, as attributes: gait.amplitude[1], links.mass[3], water.lumped.drag[7]
     speed: Array  # (parameters,) as all that follow, SI unit of the result per unit of the parameter
     cost_of_transport: Array
-    power: Array
-    power_positive: Array
+    mechanical_power: Array
+    mechanical_power_positive: Array
     strouhal: Array
     torque_peak: Array
     rate_peak: Array

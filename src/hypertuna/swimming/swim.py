@@ -18,7 +18,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import Quantity
+from hypertuna.io.quantity import Column, Quantity, label, summarized
 from hypertuna.ranges import Whole
 from hypertuna.swimming.beat import (
     APPROACH,
@@ -43,21 +43,21 @@ BEATS = Whole(min=1, max=MAX_BEATS)
 AT_REST = 1e-4  # from rest, a gait is settled when its last beat is this near the settled speed (relative)
 STRAIGHT = 1e3  # body lengths: a larger turning radius is not shown
 
-# Of a swim: name in JSON with its unit; attribute, unit, label on the terminal (see `Quantity`).
-SUMMARY: dict[str, tuple[str, str, str | None]] = {
-    "speed_m_s": ("speed", "m/s", "speed"),
-    "speed_bl_s": ("speed_bl", "BL/s", ""),
-    "mechanical_power_w": ("power", "W", "mechanical power"),
-    "cost_of_transport_j_per_kg_m": ("cost_of_transport", "J/(kg m)", "cost of transport"),
-    "strouhal": ("strouhal", "", "Strouhal number"),
-    "stride_length": ("stride_length", "BL per beat", "stride length"),
-    "efficiency": ("efficiency", "", "efficiency"),
-    "tail_excursion_m": ("excursion", "m", "tail excursion, peak to peak"),
-    "turn_rate_rad_s": ("turn_rate", "rad/s", "rate of turn, counter-clockwise"),
-    "turn_radius_m": ("turn_radius", "m", "turning radius"),
-    "mechanical_power_positive_w": ("power_positive", "W", None),
-    "cost_of_transport_positive_j_per_kg_m": ("cost_of_transport_positive", "J/(kg m)", None),
-    "power_to_water_w": ("loss", "W", None),
+# What the terminal and JSON show of a swim.
+SUMMARY = {
+    "speed": Column("m/s"),
+    "speed_bl": Column("BL/s"),
+    "mechanical_power": Column("W"),
+    "cost_of_transport": Column("J/(kg m)"),
+    "strouhal": Column(),
+    "stride_length": Column("BL per beat"),
+    "efficiency": Column(),
+    "tail_excursion": Column("m", "peak to peak"),
+    "turn_rate": Column("rad/s", "counter-clockwise"),
+    "turn_radius": Column("m"),
+    "mechanical_power_positive": Column("W", None),
+    "cost_of_transport_positive": Column("J/(kg m)", None),
+    "power_to_water": Column("W", None),
 }
 
 
@@ -75,22 +75,22 @@ class Swim(
     gait: Gait
     speed: float  # m/s along the mean path through the water, forward positive; NaN for a body that spins
     speed_bl: float  # body lengths per second
-    power: float  # W, mean mechanical power of all joints
-    power_positive: float  # W, the same with negative power of a joint group counted as zero
-    loss: float  # W, mean power that the water takes
+    mechanical_power: float  # W, mean mechanical power of all joints
+    mechanical_power_positive: float  # W, the same with negative power of a joint group counted as zero
+    power_to_water: float  # W, mean power that the water takes
     cost_of_transport: float  # J/(kg m), power per mass and speed
     cost_of_transport_positive: float  # J/(kg m), the same of the positive power
     efficiency: float  # power to tow the straight body at this speed over power; NaN without power
-    strouhal: float  # frequency times excursion over speed
+    strouhal: float  # frequency times tail excursion over speed
     stride_length: float  # body lengths per beat
-    excursion: float  # m, peak to peak, of the tail tip across the mean path
+    tail_excursion: float  # m, peak to peak, of the tail tip across the mean path
     torque_peak: float  # N m, largest magnitude of any driven joint's torque over the beat
     rate_peak: float  # rad/s, largest rate of any joint group
     turn_rate: float  # rad/s, mean, counter-clockwise positive
     turn_radius: float  # m, of the nose's mean path; infinite when straight, NaN for a body that spins
     spectral_radius: float  # largest modulus of the multipliers: growth of a disturbance per beat
-    change: float  # of the motion to the next beat, body lengths or rad
-    distance: float  # from the settled motion, relative to the distance traveled in a beat
+    change_per_beat: float  # of the motion to the next beat, body lengths or rad
+    distance_to_settled: float  # from the settled motion, relative to the distance traveled in a beat
     beats: int  # integrated
     multipliers: NDArray[np.complex128]  # (3,), eigenvalues of the monodromy matrix, largest first; NaN from rest
     status: str  # "settled", "unsettled", "unstable" or "diverged"
@@ -99,7 +99,7 @@ class Swim(
     settled_from_rest: Swim | None  # the settled beat that it leads to instead; None if it leads here, or to none
     steps: int  # per beat
     current: tuple[float, float]  # m/s
-    duration: float | None  # s from rest; None for the settled beat
+    from_rest: float | None  # s from rest; None for the settled beat
     _start: Array | None  # twist at the start of the trajectory; None from rest
 
     @property
@@ -110,7 +110,7 @@ class Swim(
     @cached_property
     def trajectory(self) -> xr.Dataset:
         """The motion at every step of the settled beat, or from rest: units in the attributes."""
-        return self._motion(1.0 if self.duration is None else self.duration * self.gait.frequency)
+        return self._motion(1.0 if self.from_rest is None else self.from_rest * self.gait.frequency)
 
     def summary(self) -> dict[str, Quantity]:
         """Return the results by the names of the JSON record; a turn is shown if it is one.
@@ -120,10 +120,8 @@ class Swim(
         dict of Quantity
         """
         straight = self.turn_radius >= STRAIGHT * self.robot.body.length
-        return {
-            key: Quantity(getattr(self, name), unit, None if straight and name.startswith("turn") else label)
-            for key, (name, unit, label) in SUMMARY.items()
-        }
+        hidden = {name: Column(unit, None) for name, (unit, _) in SUMMARY.items() if straight and name[:5] == "turn_"}
+        return summarized(self, SUMMARY | hidden)
 
     def continued(self, beats: int) -> xr.Dataset:
         """Continue the motion from the start of `trajectory`.
@@ -236,12 +234,12 @@ def _swim(
     result: Mapping[str, Any],
     steps: int,
     current: tuple[float, float],
-    duration: float | None = None,
+    from_rest: float | None = None,
 ) -> Swim:
     """Make a swim of a settled beat, or of the last one from rest."""
     values: dict[str, Any] = {name: float(result[name][0]) for name in QUANTITIES}
     status = STATUSES[result["status"][0]]
-    text = status_text(status, values["beats"], values["distance"], values["spectral_radius"])
+    text = status_text(status, values["beats"], values["distance_to_settled"], values["spectral_radius"])
     turn = values["turn_rate"] / gait.frequency
     if spins(turn) and status != "diverged":
         text += (
@@ -259,8 +257,8 @@ def _swim(
         settled_from_rest=None,
         steps=steps,
         current=current,
-        duration=duration,
-        _start=result["twist"][0].copy() if duration is None else None,
+        from_rest=from_rest,
+        _start=result["twist"][0].copy() if from_rest is None else None,
     )
 
 
@@ -288,7 +286,7 @@ def _verdict_from_rest(last: Swim, settled: Swim) -> tuple[str, str]:
     name, unit, least = ("speed", "m/s", goal.robot.body.length) if paths else ("turn_rate", "rad/s", 1.0)
     aim, scale = getattr(goal, name), abs(getattr(goal, name)) + 1e-3 * goal.gait.frequency * least
     short = (getattr(last, name) - aim) / scale
-    words = name.replace("turn_rate", "rate of turn")
+    words = label(name)
     if abs(short) < AT_REST:
         return "settled", f"The gait is settled after {beats:.0f} beats from rest, to {abs(short):.1e} of its {words}."
     off = f"{abs(short) * scale:.2g} {unit} {'above' if short > 0 else 'below'} the settled {aim:.4g} {unit}"

@@ -58,9 +58,9 @@ def trajectory(
         "joint_rate": (("time", "link"), joints[:, :, 1], "rad/s", "rate of the joint"),
         "joint_torque": (("time", "link"), torque, "N m", "torque of the joint on the link"),
         "bend": (("time", "group"), per_group(joints[:, :, 0]), "rad", "angle of the joint group"),
-        "group_power": (("time", "group"), per_group(power), "W", "mechanical power of the joint group"),
-        "power": ("time", power.sum(axis=1), "W", "mechanical power of all joints"),
-        "loss": ("time", motion["loss"], "W", "power that the water takes"),
+        "group_mechanical_power": (("time", "group"), per_group(power), "W", "mechanical power of the joint group"),
+        "mechanical_power": ("time", power.sum(axis=1), "W", "mechanical power of all joints"),
+        "power_to_water": ("time", motion["loss"], "W", "power that the water takes"),
         "energy": ("time", motion["energy"], "J", "kinetic energy of body and entrained water"),
     }
     names = {"link": ("link", list(robot.links.name)), "group": ("group", groups)}

@@ -44,11 +44,11 @@ class Tightest:
     """The tightest turn, and where between the phases of a grid it lies."""
 
     gait: Gait  # of the grid
-    radius: float  # mean distance of the nose from the center of the turn [m]
+    turn_radius: float  # mean distance of the nose from the center of the turn [m]
     speed: float  # forward positive [m/s]
     circle: Circle  # fitted to the nose's path
-    phase: float  # of the last joint group at the smallest radius between the neighbors in the grid [rad]
-    min_radius: float  # the radius there [m]
+    phase_between: float  # of the last joint group at the smallest radius between the neighbors in the grid [rad]
+    turn_radius_between: float  # the turn radius there [m]
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,8 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, model_validator
 
 from hypertuna.errors import InputError, InputErrors, escaped, shown
+from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.ranges import FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Range
-
-ZERO_CELSIUS = 273.15  # K
 
 
 def number(limits: Range) -> Any:

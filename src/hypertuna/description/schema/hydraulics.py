@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 from hypertuna import _core
 from hypertuna.description.schema.base import (
-    ZERO_CELSIUS,
     AmpereHours,
     Celsius,
     Check,
@@ -20,6 +19,7 @@ from hypertuna.description.schema.base import (
     Text,
     entry,
 )
+from hypertuna.io.quantity import ZERO_CELSIUS
 
 HOTTEST = ZERO_CELSIUS + 100  # K: the higher of the two temperatures with a given viscosity
 SOFTEST = 1e8  # Pa, bulk modulus: less than any liquid has

@@ -75,8 +75,8 @@ def lake_record(flight: Flight) -> dict[str, Any]:
             "duration_s": result.duration,
             "distance_m": result.distance,
             "battery_energy_wh": result.energy / HOUR,
-            "fence_margin_min_m": result.margin_min,
-            "position_off_max_m": result.off_max,
+            "fence_margin_min_m": result.fence_margin_min,
+            "estimation_error_max_m": result.estimation_error_max,
         },
         "rows": _rows(record),
     }

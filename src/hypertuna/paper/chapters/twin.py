@@ -42,7 +42,7 @@ def speed_table(twins: Twins) -> Table:
         setpoints = ", ".join(f"{angle:.4g}" for angle in np.degrees(run.gait.amplitude))
         cells = [name, f"{run.gait.frequency:g}", setpoints, reached, f"{value:g}", f"{run.speed:.3f}"]
         error = f"{100 * (run.speed / value - 1):+.1f} %"
-        rows.append([*cells, error, f"{run.power:.1f}", f"{run.cost_of_transport:.1f}"])
+        rows.append([*cells, error, f"{run.electrical_power:.1f}", f"{run.cost_of_transport:.1f}"])
     angles, speeds = ["set [deg]", "reached [deg]"], ["published [m/s]", "twin [m/s]", "error"]
     return Table(["gait", "f [Hz]", *angles, *speeds, "power [W]", "cost [J/(kg m)]"], rows)
 
@@ -52,7 +52,7 @@ def tank_table(twins: Twins) -> Table:
     groups, rows = twins.robot.joints, []
     for run in twins.tank:
         row = [f"{run.gait.frequency:g} Hz"]
-        for group, setpoint, amplitude in zip(groups, run.gait.amplitude, run.amplitude, strict=True):
+        for group, setpoint, amplitude in zip(groups, run.gait.amplitude, run.first_harmonic, strict=True):
             lag = 1 / np.sqrt(1 + (run.gait.frequency / group.bandwidth) ** 2) if group.bandwidth else np.nan
             row += [f"{np.degrees(amplitude):.1f}", f"{np.degrees(setpoint * lag):.1f}"]
         rows.append([*row, f"{run.speed:.3f}", f"{run.cost_of_transport:.1f}", spelled_limits(run.limits)])
@@ -83,7 +83,7 @@ def _swim_sections(twins: Twins) -> list[Section]:
     slow, fast = twins.tank[0], twins.tank[-1]
     costs = {run.gait.frequency: run.cost_of_transport for run in twins.tank}
     ratios = {
-        f"joint {group.name}": np.array([run.amplitude[j] / run.gait.amplitude[j] for run in twins.tank])
+        f"joint {group.name}": np.array([run.first_harmonic[j] / run.gait.amplitude[j] for run in twins.tank])
         for j, group in enumerate(twins.robot.joints)
     }
     return compose(
@@ -129,14 +129,14 @@ def _posture_sections(twins: Twins) -> list[Section]:
         "posture",
         {"fig8": plot_posture(test, width=WIDTH), "posture": posture_table(test)},
         joint=test.held[0].name,
-        degrees=np.degrees(test.held[0].angle),
+        degrees=np.degrees(test.held[0].angle_set),
         close=np.degrees(CLOSE),
         count=len(test.held),
         settled=[held.settling for held in test.held if held.settling is not None],
         eased=test.eased,
         hertz=" and ".join(f"{held.frequency:g} Hz" for held in test.eased),
         stops=sorted({held.limits[0].replace("_", " ") for held in test.held if held.settling is None and held.limits}),
-        angles=" and ".join(f"{np.degrees(held.angle):.3g}" for held in test.eased),
+        angles=" and ".join(f"{np.degrees(held.angle_set):.3g}" for held in test.eased),
         times=[held.settling for held in test.eased if held.settling is not None],
     )
 
