@@ -39,6 +39,8 @@ class Page(HTMLParser):
             self.fetched.append(values[FETCHED[tag]])
         if tag == "img" and not values.get("alt"):
             self.faults.append(f"no text for {values.get('src')}")
+        if tag == "pre" and "tabindex" not in values:
+            self.faults.append("code that no key can scroll")
         style = f"{values.get('style', '')} {values.get('srcset', '')}"
         self.fetched += re.findall(r"https?://[^\s)'\"]+", style)
 

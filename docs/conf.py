@@ -52,7 +52,16 @@ def without_back_links(_: Sphinx, name: str, __: str, context: dict[str, Any], _
         context["body"] = re.sub(r'<a class="viewcode-back"[^>]*>.*?</a>', "", context["body"], flags=re.DOTALL)
 
 
+def by_keyboard(_: Sphinx, __: str, ___: str, context: dict[str, Any], ____: document | None) -> None:
+    """Let keys scroll wide code and tables, and give the captions of the menu a level, which the theme leaves out."""
+    body = context.get("body", "").replace("<pre>", '<pre tabindex="0">')
+    context["body"] = body.replace('<div class="table-wrapper', '<div tabindex="0" class="table-wrapper')
+    menu = context.get("furo_navigation_tree", "")
+    context["furo_navigation_tree"] = menu.replace('role="heading"', 'role="heading" aria-level="2"')
+
+
 def setup(app: Sphinx) -> None:
     """Connect what this site adds."""
     app.connect("doctree-read", plain_words)
     app.connect("html-page-context", without_back_links)
+    app.connect("html-page-context", by_keyboard, priority=900)  # after the theme

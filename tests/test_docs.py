@@ -137,6 +137,7 @@ def test_the_check_of_the_site_finds_what_is_broken(tmp_path: Path) -> None:
         ('<img src="a.html">', "a.html: no text for a.html"),
         ('<img src="a.html" alt="" >', "a.html: no text for a.html"),
         ('<a class="reference internal" href="a.html"><code>shape</code></a>', "a.html: a link of the word shape"),
+        ("<pre>code</pre>", "a.html: code that no key can scroll"),
         ('<p style="background: url(https://example.org/x.png)">', "a.html: fetches https://example.org/x.png"),
     ],
 )
