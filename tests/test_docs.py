@@ -110,8 +110,8 @@ def test_names_of_the_symbol_table_exist(row: list[str]) -> None:
         eval(name, known)
 
 
-@pytest.mark.parametrize("page", sorted((ROOT / "docs/howto").glob("*.md")), ids=named)
-def test_sentences_of_a_how_to_are_short(page: Path) -> None:
+@pytest.mark.parametrize("page", TASKS, ids=named)
+def test_sentences_of_a_task_are_short(page: Path) -> None:
     text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
     text = re.sub(r"^(#.*|\|.*|<!--.*|!\[.*)$", "", text, flags=re.MULTILINE)
     sentences = [one.split() for one in re.split(r"[.:;?!]\s|\n\n", re.sub(r"\]\([^)]*\)", "]", text))]
