@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -129,10 +131,16 @@ def some(gaits: Gaits, index: np.ndarray) -> Gaits:
     return Gaits(*columns, shape=(len(index),))
 
 
+@cache
+def swept_box(name: str) -> tuple[ht.Robot, Gaits, xr.Dataset]:
+    """A model, ten thousand gaits and how it swims them."""
+    robot, gaits = MODELS[name], box(10_000, seed=2)
+    return robot, gaits, ht.sweep(robot, gaits)
+
+
 @pytest.mark.parametrize("name", ["hypertuna-lumped", "hypertuna-lumped-ideal", "hypertuna-strip"])
 def test_every_gait_of_the_box_settles_and_none_is_silently_wrong(name: str) -> None:
-    robot, gaits = MODELS[name], box(10_000, seed=2)
-    found = ht.sweep(robot, gaits)
+    robot, gaits, found = swept_box(name)
     assert (found.distance_to_settled < _core.SETTLED_DISTANCE).where(found.settled, True).all()
     unsettled = np.flatnonzero(~found.settled)
     assert len(unsettled) == 0, f"gaits {unsettled} did not settle"
@@ -147,34 +155,35 @@ def test_every_gait_of_the_box_settles_and_none_is_silently_wrong(name: str) -> 
         np.testing.assert_allclose(found[quantity][sample], waited[quantity], rtol=1e-5)
 
 
-def beat_map(robot: ht.Robot, gait: ht.Gait, twist: np.ndarray) -> tuple[np.ndarray, float]:
-    """Twist after a beat, and the mean speed over it."""
+def beat_map(robot: ht.Robot, gait: ht.Gait) -> Callable[[np.ndarray], tuple[np.ndarray, float]]:
+    """Return the map of a twist to the one a beat later and the mean speed over the beat."""
     model, steps = core_model(robot), DEFAULT_STEPS
     angles = {name: getattr(gait, name) for name in ("frequency", "amplitude", "phase", "bias")}
     joints = _core.joint_motion(model, **angles, clock=np.linspace(0, 2 * np.pi, 2 * steps + 1))
-    motion = _core.advance(model, joints, step=1 / gait.frequency / steps, twist=twist, pose=np.zeros(3))
-    return motion["twist"][-1], float(np.hypot(*motion["pose"][-1, :2]) * gait.frequency)
+
+    def beat(twist: np.ndarray) -> tuple[np.ndarray, float]:
+        motion = _core.advance(model, joints, step=1 / gait.frequency / steps, twist=twist, pose=np.zeros(3))
+        return motion["twist"][-1], float(np.hypot(*motion["pose"][-1, :2]) * gait.frequency)
+
+    return beat
 
 
 @pytest.mark.parametrize("name", ["hypertuna-lumped", "hypertuna-strip"])
 def test_gaits_too_slow_to_wait_for_are_right_too(name: str) -> None:
     """Gaits that hardly move take thousands of beats to settle: two more steps of Newton's method change nothing."""
-    robot, gaits = MODELS[name], box(10_000, seed=2)
-    radius = ht.sweep(robot, gaits).spectral_radius.values
+    robot, gaits, found = swept_box(name)
     errors = {}
-    for k in np.argsort(-radius)[:20].tolist():
+    for k in np.argsort(-found.spectral_radius.values)[:20].tolist():
         gait = ht.Gait(gaits.frequency[k], gaits.amplitude[k], gaits.phase[k])
         swim = ht.swim(robot, gait)
         twist = np.array([float(swim.trajectory[v][0]) for v in ("u", "v", "r")])
+        beat, h = beat_map(robot, gait), 1e-5 * abs(twist).max()
+        ends = [beat(twist + h * e)[0] - beat(twist - h * e)[0] for e in np.eye(3)]
+        monodromy = np.stack(ends, axis=1) / (2 * h)
         for _ in range(2):
-            h = 1e-5 * abs(twist).max()
-            ends = [
-                beat_map(robot, gait, twist + h * e)[0] - beat_map(robot, gait, twist - h * e)[0] for e in np.eye(3)
-            ]
-            monodromy = np.stack(ends, axis=1) / (2 * h)
-            twist = twist + np.linalg.solve(np.eye(3) - monodromy, beat_map(robot, gait, twist)[0] - twist)
+            twist = twist + np.linalg.solve(np.eye(3) - monodromy, beat(twist)[0] - twist)
         if swim.settled:
-            errors[k] = abs(swim.speed) / beat_map(robot, gait, twist)[1] - 1
+            errors[k] = abs(swim.speed) / beat(twist)[1] - 1
     assert errors
     worst = max(errors, key=lambda k: abs(errors[k]))
     assert abs(errors[worst]) < 1e-3, f"gait {worst} is settled, but its speed is {errors[worst]:.1%} off"
@@ -263,7 +272,7 @@ def test_threads_are_at_least_one(tuna: ht.Robot) -> None:
 def test_a_grid_is_found_by_its_values() -> None:
     fish = ht.load("hypertuna")
     lags = [(0, lag) for lag in range(0, 91, 30)]
-    gaits = ht.Gaits.grid_degrees(frequency=[1, 2], amplitude=[(8, 15), (16, 25)], phase=lags)
+    gaits = Gaits.grid_degrees(frequency=[1, 2], amplitude=[(8, 15), (16, 25)], phase=lags)
     assert gaits[5] == ht.Gait.from_degrees(frequency=1, amplitude=(16, 25), phase=(0, 30))
     grid = ht.sweep(fish, gaits)
     near = grid.sel(phase=40, frequency=1.9, method="nearest")  # degrees, as the grid was given
@@ -277,14 +286,14 @@ def test_a_grid_is_found_by_its_values() -> None:
     plots = (ht.plot_sweep(one) for one in (radians, grid))
     assert len({str([text.get_text() for text in plot.findobj(Text)]) for plot in plots}) == 1
     # Amplitudes that the last group shares are found by the first; where none differs, there is no index.
-    same = ht.Gaits.grid_degrees(frequency=[1], amplitude=[(8, 20), (9, 20)], phase=[(0, 0), (0, 0)])
+    same = Gaits.grid_degrees(frequency=[1], amplitude=[(8, 20), (9, 20)], phase=[(0, 0), (0, 0)])
     other = ht.sweep(fish, same)
     assert other.amplitude.values == pytest.approx([8, 9])
     assert "phase" not in other.coords
 
 
 def test_a_grid_is_a_table_with_units_in_the_names_of_columns() -> None:
-    grid = ht.sweep("hypertuna", ht.Gaits.grid_degrees(frequency=[1, 2], amplitude=[(8, 15)], phase=[(0, 0), (0, 40)]))
+    grid = ht.sweep("hypertuna", Gaits.grid_degrees(frequency=[1, 2], amplitude=[(8, 15)], phase=[(0, 0), (0, 40)]))
     table = ht.to_dataframe(grid)
     assert list(table.columns[:5]) == [
         "frequency_hz",
@@ -300,6 +309,6 @@ def test_a_grid_is_a_table_with_units_in_the_names_of_columns() -> None:
 
 def test_a_grid_in_degrees_names_the_bad_angle_in_degrees() -> None:
     with pytest.raises(ht.InputError, match=r"amplitude\[1\] must be at most 180 deg, but is 250"):
-        ht.Gaits.grid_degrees(frequency=[1], amplitude=[(8, 15), (8, 250)], phase=[(0, 0)])
+        Gaits.grid_degrees(frequency=[1], amplitude=[(8, 15), (8, 250)], phase=[(0, 0)])
     with pytest.raises(ht.InputError, match=r"phase must be a list.*write phase=\["):
-        ht.Gaits.grid(frequency=[1], amplitude=[(0.1, 0.2)], phase=3)  # type: ignore[arg-type]
+        Gaits.grid(frequency=[1], amplitude=[(0.1, 0.2)], phase=3)  # type: ignore[arg-type]

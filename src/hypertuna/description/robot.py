@@ -280,8 +280,9 @@ class Robot(
     def _source_checks(self) -> Iterator[Check]:
         """Check that every source belongs to a key or the start of one."""
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"sources"})
-        places = [tuple(part for part in place if isinstance(part, str)) for place, _ in _values(content)]
-        known = dict.fromkeys(written(place[:n]) for place in places for n in range(1, len(place) + 1))
+        places = dict.fromkeys(tuple(part for part in place if isinstance(part, str)) for place, _ in _values(content))
+        starts = dict.fromkeys(place[:n] for place in places for n in range(1, len(place) + 1))
+        known = dict.fromkeys(map(written, starts))
         for key in self.sources:
             fix = "" if key in known else did_you_mean(key, known)
             yield Check(key in known, written(("sources", key)), "must be a key with a value", fix)
