@@ -10,9 +10,14 @@ import pytest
 
 from hypertuna.actuation.new import first_robot
 from hypertuna.description.new import new_robot
+from hypertuna.description.plausibility import implausible
 from hypertuna.description.robot import parse
 from hypertuna.description.shape import Shape
 from hypertuna.errors import InputError
+from hypertuna.firmware.parameters import firmware_table, header
+from hypertuna.mission.file import read_mission
+from hypertuna.mission.flight import fly
+from hypertuna.simulation.dive import dive
 from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
@@ -84,3 +89,21 @@ def test_a_first_robot_with_an_actuator_runs_in_the_twin(
     assert run.status == "completed"
     reached = (np.ptp(run.data["angle"][300:], axis=0)) / 2
     assert reached == pytest.approx(gait.amplitude, rel=0.3)
+
+
+@pytest.mark.parametrize("actuation", ["servo", "hydraulic"])
+def test_a_first_robot_at_sea_dives_flies_a_mission_and_has_firmware(actuation: str) -> None:
+    robot = parse(tomllib.loads(first_robot("fish", actuation=actuation, sea=True)))
+    assert (robot.unsourced(), implausible(robot)) == ((), [])
+    assert "namespace" in header(firmware_table(robot))
+    down = dive(robot, "cruise", duration=12.0)
+    assert down.run.status == "completed"
+    assert down.legs[0].right  # dives with its fins down
+    assert fly(read_mission("box"), robot, duration=20.0).status == "given up"  # out of time
+
+
+def test_a_robot_at_sea_needs_an_actuation_and_pins() -> None:
+    with pytest.raises(InputError, match="--sea needs an actuation: add --actuation servo"):
+        first_robot("fish", sea=True)
+    with pytest.raises(InputError, match="--joints must be at most 3 joint groups with --sea"):
+        first_robot("fish", links=5, actuation="hydraulic", sea=True)

@@ -8,10 +8,12 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.soft_joint import JointModel, joint_models
+from hypertuna.description.at_sea import take_to_sea
 from hypertuna.description.commented import commented
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.shape import ASPECT, FIN_START, Shape
+from hypertuna.errors import InputError
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
 from hypertuna.swimming.gait import named_gait
@@ -45,15 +47,20 @@ def first_robot(
     mass: float | None = None,
     joints: Sequence[str] = (),
     actuation: str = "none",
+    sea: bool = False,
 ) -> str:
     """Return the text of a robot file that swims at once; `length` [m], `mass` [kg], names of the `joints`.
 
-    `actuation` is "none", "servo" or "hydraulic".
+    `actuation` is "none", "servo" or "hydraulic"; `sea` adds what dives, missions and the firmware need.
     """
+    if sea and actuation == "none":
+        raise InputError("needs an actuation", key="--sea", fix="add --actuation servo or --actuation hydraulic")
     document = new_robot(name, links=links, length=length, mass=mass, joints=joints)
     if actuation != "none":
         _drive(document, actuation)
         (_servos if actuation == "servo" else _hydraulics)(document)
+    if sea:
+        take_to_sea(document, read_toml(shipped("robots") / "hypertuna.toml"))
     parse(document, file=f"{name}.toml")
     return HEADER.format(name=name) + commented(document, Robot)
 
@@ -120,7 +127,7 @@ def _hydraulics(document: dict[str, Any]) -> None:
 
 SOURCES = {
     "joints.actuator": "estimate: elliptical sections of the fish's shape, three fifths of the links of the group, "
-    "in three segments",
+    "in three segments, HyperTuna's proportions, which bend as far as its joints; longer segments bend farther",
     "joints.actuator.lever_m": "estimate: 0.45 times the narrowest half width, as HyperTuna's",
     "joints.drive_units": "estimate: as many pairs for the height of the section and the hose as HyperTuna has",
     "joints.bend_max_deg": "estimate: computed of these muscles, without load at the pressure limit",

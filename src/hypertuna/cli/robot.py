@@ -39,6 +39,9 @@ def new(
     mass: Annotated[float | None, opt.number("--mass", "kg", MASS)] = None,
     joints: Annotated[str | None, opt.text("--joints", JOINTS, "NAMES")] = None,
     actuation: Annotated[str, opt.word("--actuation", ACTUATIONS, "What drives the joints.")] = "none",
+    sea: Annotated[
+        bool, typer.Option("--sea", help="Add fins, sections, pilot and wiring: for dive, mission and firmware.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that exists.")] = False,
 ) -> None:
     """Write a robot file to start from: a slender fish whose every value is an estimate, and that swims at once."""
@@ -49,7 +52,7 @@ def new(
     if path.exists() and not force:
         raise InputError("exists already", file=file, fix="give another name, or replace it with --force")
     names = [] if joints is None else [name.strip() for name in joints.split(",")]
-    text = first_robot(path.stem, links=links, length=length, mass=mass, joints=names, actuation=actuation)
+    text = first_robot(path.stem, links=links, length=length, mass=mass, joints=names, actuation=actuation, sea=sea)
     write_atomically(path, text.encode())
     print_lines(_next_lines(load(path)))
 
@@ -63,6 +66,9 @@ def _next_lines(robot: Robot) -> Iterator[Any]:
     yield f"  hypertuna swim --robot {file}"
     if robot.controller is not None:
         yield f"  hypertuna twin --robot {file}"
+    if robot.firmware is not None:
+        yield f"  hypertuna mission box --robot {file}"
+        yield f"  hypertuna firmware params --robot {file}"
     yield f"  hypertuna robot check {file}"
     yield "Replace the estimates by what you measure, and check the file again."
 

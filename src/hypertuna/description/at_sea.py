@@ -1,0 +1,98 @@
+"""What a first robot needs to dive, to fly missions and to run the firmware: estimates from shape and joints."""
+
+import math
+from collections.abc import Mapping
+from itertools import islice
+from typing import Any
+
+from hypertuna.description.shape import ASPECT, DENSITY, Shape
+from hypertuna.errors import InputError
+
+SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 29, 30, 31, 32, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
+ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
+LENGTH = 0.52  # m, of HyperTuna
+POWER = 3.0  # W/kg: HyperTuna's 10 W
+
+SOURCES = {
+    "spatial.com_height_m": "estimate: ballast low in the head, a twelfth of its height, as HyperTuna's",
+    "spatial.volume_m3": "estimate: each link carries itself, mass over density",
+    "spatial.buoyancy_center_m": "estimate: at the centers of mass, so that the robot lies level",
+    "spatial.buoyancy_height_m": "estimate: in the plane of the joints",
+    "spatial.height_m": "estimate: lateral area over length",
+    "spatial.width_m": "estimate: the ellipse of the link's volume",
+    "spatial.drag_vertical": "estimate: Hoerner's ellipse along its longer axis, 0.015 (1 + h/b) + 1.1 b/h",
+    "spatial.added_mass_vertical": "estimate: potential flow, 0.9 for the flow around the ends",
+    "spatial.drag_roll": "estimate: 1.2 for the fin, a plate, a quarter of it for round sections",
+    "spatial.shedding_vertical": "estimate: a bare hull's, as HyperTuna's",
+    "fins": "estimate: three tenths of the length behind the nose; span 0.118 times the length, chord 0.8 times the "
+    "span, as HyperTuna's",
+    "guidance": "estimate: as HyperTuna's, see robots/hypertuna.toml",
+    "guidance.gaits": "estimate: the only gait",
+    "guidance.bias_max_deg": "estimate: half of the gait's amplitudes, as HyperTuna's",
+    "guidance.lookahead_m": "estimate: as HyperTuna's in body lengths",
+    "guidance.depth_lookahead_m": "estimate: as HyperTuna's in body lengths",
+    "guidance.power_w": f"estimate: {POWER:g} W per kg, as HyperTuna's",
+    "firmware": "estimate: as HyperTuna's, see robots/hypertuna.toml; pins of a Teensy 4.1 in their order",
+}
+
+
+def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any]) -> None:
+    """Add space, fins, pilot and microcontroller to a robot with a controller; `tuna` is HyperTuna's document."""
+    links, gait = document["links"], document["gaits"]["cruise"]
+    shape = Shape(sum(links["length_m"]), document["body"]["mass_kg"])
+    document["spatial"] = _spatial(links)
+    document["fins"] = _fins(shape, tuna["fins"])
+    document["servos"] = [*document.get("servos", []), *(s for s in tuna["servos"] if s["drives"] == "pectoral fins")]
+    document["sensors"] += [s for s in tuna["sensors"] if s["quantity"] in ("field", "position")]
+    pilot = {key: value for key, value in tuna["guidance"].items() if key != "speed_m_s"}
+    pilot |= {"gaits": ["cruise"], "bias_max_deg": [round(amplitude / 2, 1) for amplitude in gait["amplitude_deg"]]}
+    pilot |= {key: float(f"{pilot[key] * shape.length / LENGTH:.2g}") for key in ("lookahead_m", "depth_lookahead_m")}
+    document["guidance"] = pilot | {"power_w": float(f"{POWER * shape.mass:.2g}")}
+    document["firmware"] = tuna["firmware"] | _pins(document["joints"])
+    document["sources"] |= SOURCES | {"servos": "estimate: as HyperTuna's fins"} | document["sources"]
+
+
+def _spatial(links: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the table ``[spatial]`` of links as elliptical sections of their height and volume."""
+    volume = [mass / DENSITY for mass in links["mass_kg"]]
+    columns = list(zip(volume, links["lateral_area_m2"], links["length_m"], strict=True))
+    height = [area / length for _, area, length in columns]
+    width = [4 * v / (math.pi * area) for v, area, _ in columns]
+    table = {
+        "com_height_m": [-height[0] / 12] + [0.0] * (len(height) - 1),
+        "volume_m3": volume,
+        "buoyancy_center_m": links["com_m"],
+        "buoyancy_height_m": [0.0] * len(height),
+        "height_m": height,
+        "width_m": width,
+        "drag_vertical": [0.015 * (1 + h / b) + 1.1 * b / h for h, b in zip(height, width, strict=True)],
+        "added_mass_vertical": [0.9] * len(height),
+        "drag_roll": [0.3] * (len(height) - 1) + [1.2],
+    }
+    return {key: [float(f"{x:.4g}") for x in column] for key, column in table.items()} | {"shedding_vertical": 0.28}
+
+
+def _fins(shape: Shape, tuna: Mapping[str, float]) -> dict[str, float]:
+    """Return the table ``[fins]``: HyperTuna's by length, beside the hull."""
+    span = 0.118 * shape.length
+    own = {"x_m": 0.3 * shape.length, "y_m": ASPECT * shape.height / 2 + span / 2, "z_m": 0.0}
+    own |= {"span_m": span, "chord_m": 0.8 * span}
+    return {**tuna} | {key: float(f"{value:.3g}") for key, value in own.items()}
+
+
+def _pins(joints: list[Mapping[str, Any]]) -> dict[str, list[int]]:
+    """Return the pins of servos and analog sensors: two for the circuits of a joint, one where a servo turns it."""
+    sides = [1 if "servo" in group else 2 for group in joints]
+    soft = sides.count(2)
+    analog = iter(ANALOG_PINS)
+    pins = {
+        "servo_pins": list(SERVO_PINS[: sum(sides) + 2]),
+        "bend_pins": list(islice(analog, soft)),
+        "pressure_pins": list(islice(analog, 2 * soft)),
+        "current_pins": list(islice(analog, sum(sides))),
+    }
+    if len(pins["servo_pins"]) < sum(sides) + 2 or len(pins["current_pins"]) < sum(sides):
+        most = 3 if soft else 14
+        rule = f"must be at most {most} joint groups with --sea: a Teensy 4.1 has no more pins"
+        raise InputError(rule, key="--joints", value=f"{len(joints)}", fix="name fewer groups, each of several links")
+    return pins
