@@ -1,5 +1,6 @@
 """What shells and notebooks show: five lines of text, a card without script that names no color of its theme."""
 
+import inspect
 import re
 import subprocess
 import sys
@@ -14,7 +15,10 @@ import pandas as pd
 import pytest
 
 import hypertuna as ht
-from hypertuna.display import Card, card_html, card_text, number
+from hypertuna.actuation.sizing import size_pump
+from hypertuna.display import Card, Displayed, Plotted, Tabular, card_html, card_text, number
+from hypertuna.identification.posterior import posterior
+from hypertuna.simulation.posture_test import posture_test
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
 FEW: dict[str, Any] = {"iterations": 2, "particles": 2}
@@ -29,54 +33,105 @@ def made() -> dict[str, Any]:
     trials = ht.read_trials(TANK / "tank.toml", fish)
     recording = trials.recordings[0]
     mission = ht.read_mission("box")
+    flight = ht.fly(mission, fish, duration=5.0)
+    fit = ht.identify(fish, TANK / "tank.csv", starts=1)
     return {
         "robot": fish,
         "gaits": grid,
         "swim": ht.swim(fish, gait),
-        "from rest": ht.swim(fish, gait, from_rest=4.0),
+        "rest": ht.swim(fish, gait, from_rest=4.0),
         "gradient": ht.gradient(fish, gait),
         "turning": ht.turn(fish, grid),
         "bend": ht.bend(fish, "I", np.linspace(0, 250e3, 5), unload=True),
         "optimum": ht.optimize(fish, maximize="speed", method="gradient", **FEW),
-        "no optimum": ht.optimize(
+        "no-optimum": ht.optimize(
             fish, maximize="speed", method="gradient", limits=ht.gait_limits(fish, speed=9.0), **FEW
         ),
         "front": ht.pareto(fish, population=4, generations=1, polish=False),
-        "fit": ht.identify(fish, TANK / "tank.csv", starts=1),
+        "fit": fit,
         "twin": ht.twin(fish, gait, duration=1.0),
         "dive": ht.dive(fish, gait, duration=4.0),
         "mission": mission,
-        "flight": ht.fly(mission, fish, duration=5.0),
+        "flight": flight,
         "trials": trials,
         "recording": recording,
         "joints": recording.joints,
         "smooth": ht.smooth(recording.joints),
         "track": recording.tracks[0],
+        "gait": gait,
+        "steady": trials.steady[0],
+        "sea": ht.twin_at_sea(fish, gait, duration=4.0),
+        "record": flight.record,
+        "pump": size_pump(fish, frequency=[1, 2], amplitude=(0.2, 0.3)),
+        "posture": posture_test(fish, frequencies=[1.0], angle=(0.1, 0.1), duration=3.0, limits=False),
+        "posterior": posterior(fit, 20),
     }
 
 
+# Classes whose values are no results, or have no table or figure of their own, each with its reason.
+PLAIN = {
+    "InputError": "an error",
+    "Leg": "a leg of a dive, which shows it",
+    "Limit": "an argument: three values",
+    "Pose": "an argument: three values",
+    "Sea": "an argument: three values",
+}
+NO_PLOT = {"Gaits": "plot_sweep draws what they swim", "SteadyRun": "one point of the figure of its trials"}
 KINDS = [
     "robot",
+    "gait",
     "gaits",
     "swim",
-    "from rest",
+    "rest",
     "gradient",
     "turning",
     "bend",
     "optimum",
-    "no optimum",
+    "no-optimum",
     "front",
     "fit",
+    "posterior",
     "twin",
+    "sea",
     "dive",
+    "posture",
     "mission",
     "flight",
+    "record",
     "trials",
+    "steady",
     "recording",
     "joints",
     "smooth",
     "track",
+    "pump",
 ]
+
+
+def public_classes() -> set[str]:
+    """Name the public classes, and those that public functions return; sweeps and replays are xarray's own."""
+    classes = {name for name in ht.__all__ if inspect.isclass(getattr(ht, name))}
+    functions = [getattr(ht, name) for name in ht.__all__ if inspect.isfunction(getattr(ht, name))]
+    returned = {str(inspect.signature(function).return_annotation) for function in functions}
+    others = {"xr.Dataset", "pd.DataFrame", "Figure", "Path", "Array", "None", "list[T]", "tuple[str, ...]"}
+    words = {word for text in returned - others for word in re.findall(r"[A-Z]\w+", text)}
+    return classes | words - {"Callable", "None", "Path"}
+
+
+def test_every_public_result_is_shown_plotted_and_a_table(made: dict[str, Any]) -> None:
+    shown = {kind.__name__: kind for value in made.values() for kind in [type(value)]}
+    assert public_classes() - PLAIN.keys() <= shown.keys(), "no example in `made`"
+    for name, kind in shown.items():
+        assert issubclass(kind, Displayed), name
+        assert issubclass(kind, Tabular), name
+        assert issubclass(kind, Plotted) != (name in NO_PLOT), name
+
+
+def test_a_sweep_is_shown_by_xarray_with_units(made: dict[str, Any]) -> None:
+    sweep = made["turning"].sweep
+    assert "xr-wrap" in sweep._repr_html_()
+    assert all({"units", "flag_meanings"} & {*one.attrs} or one.dtype == bool for one in sweep.data_vars.values())
+    assert all("long_name" in one.attrs for one in [*sweep.data_vars.values(), *sweep.coords.values()])
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -155,7 +210,7 @@ def test_a_gradient_names_the_largest_influence_first(made: dict[str, Any]) -> N
         gradient.influence("sped")
 
 
-PLOTS = ("robot", "swim", "turning", "bend", "optimum", "front", "fit", "twin", "dive", "flight")
+PLOTS = [kind for kind in KINDS if kind not in ("gaits", "steady")]
 
 
 @pytest.mark.parametrize("kind", PLOTS)
@@ -165,15 +220,16 @@ def test_a_result_plots_itself(made: dict[str, Any], kind: str) -> None:
     assert figure._repr_png_().startswith(b"\x89PNG")  # what a notebook shows
 
 
-TABLES = ("swim", "gradient", "turning", "bend", "front", "fit", "twin", "dive")
-
-
-@pytest.mark.parametrize("kind", TABLES)
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_result_is_a_table(made: dict[str, Any], kind: str) -> None:
     table = made[kind].to_dataframe()
     assert isinstance(table, pd.DataFrame)
     assert len(table)
     assert not table.columns.has_duplicates
+    assert not [name for name in table.columns if name.endswith("_rad")]
+    if "time_s" in table:
+        assert table.time_s.is_monotonic_increasing
+        assert table.time_s.is_unique
     assert isinstance(table.index, pd.RangeIndex)
 
 

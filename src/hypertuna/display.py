@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from hypertuna.arguments import checked
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import data_columns
+from hypertuna.io.quantity import Quantity
 from hypertuna.ranges import Range
 
 if TYPE_CHECKING:
@@ -116,14 +117,14 @@ class Plotted(Displayed):
 
 
 class Tabular:
-    """A result that is a table: the class says which dataset, or which columns by name."""
+    """A result that is a table: the class names the function, or is given it, that returns a dataset or columns."""
 
-    _data: ClassVar[Callable[[Any], Any]]
+    _data: ClassVar[str | Callable[[Any], Any]]
 
-    def __init_subclass__(cls, data: Callable[[Any], Any] | None = None, **options: Any) -> None:
+    def __init_subclass__(cls, data: str | Callable[[Any], Any] = "", **options: Any) -> None:
         super().__init_subclass__(**options)
-        if data is not None:
-            cls._data = staticmethod(data)
+        if data:
+            cls._data = data if isinstance(data, str) else staticmethod(data)
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return the result as a table of pandas.
@@ -135,7 +136,8 @@ class Tabular:
         """
         import pandas as pd  # slow to import
 
-        data = type(self)._data(self)
+        make = type(self)._data
+        data = (pkgutil.resolve_name(make) if isinstance(make, str) else make)(self)
         return pd.DataFrame(data) if isinstance(data, dict) else to_dataframe(data)
 
 
@@ -163,6 +165,15 @@ def to_dataframe(data: Any) -> pd.DataFrame:
     table = pd.DataFrame(data_columns(data))
     table.attrs = dict(data.attrs)
     return table
+
+
+def facts_of(summary: Mapping[str, Quantity]) -> list[tuple[str, str]]:
+    """Return the labeled numbers of a summary as facts of a card."""
+    return [
+        (one.label, one.value if isinstance(one.value, str) else number(one.value, one.unit))
+        for one in summary.values()
+        if one.label
+    ]
 
 
 def columns_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:

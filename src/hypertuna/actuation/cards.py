@@ -3,7 +3,27 @@
 import numpy as np
 
 from hypertuna.actuation.bending import Bend
+from hypertuna.actuation.sizing import Sizes
 from hypertuna.display import Card, curve_svg, number
+
+
+def sizes_card(sizes: Sizes) -> Card:
+    """Show what bend and power each case of a pump gives."""
+    columns = ("joint", "frequency", "bore", "bend", "of", "power", "largest pressure", "limits")
+    rows = [
+        (
+            size.joint,
+            number(size.frequency, "Hz"),
+            number(1e3 * size.bore, "mm"),
+            number(float(np.degrees(size.amplitude)), "deg"),
+            number(float(np.degrees(size.command)), "deg"),
+            number(size.power["total"], "W"),
+            number(size.pressure_max / 1e3, "kPa"),
+            ", ".join(size.limits) or "none",
+        )
+        for size in sizes
+    ]
+    return Card(f"Pump: {len(sizes)} cases", (), "", columns, rows)
 
 
 def bend_card(bend: Bend) -> Card:

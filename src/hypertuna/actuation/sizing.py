@@ -15,6 +15,7 @@ from hypertuna.actuation.soft_joint import SMALL, JointModel, joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.changes import changed
 from hypertuna.description.robot import Robot, joint_key, require
+from hypertuna.display import Plotted, Tabular, columns_of
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Column, columns
 from hypertuna.ranges import POSITIVE, Range
@@ -106,6 +107,17 @@ class Size:
         )
 
 
+class Sizes(
+    Plotted,
+    Tabular,
+    list[Size],
+    card="hypertuna.actuation.cards:sizes_card",
+    figure="hypertuna.actuation.plots:plot_pump",
+    data=lambda sizes: columns_of([size.record() for size in sizes]),
+):
+    """Sizes of many cases."""
+
+
 def largest_beat(robot: Robot) -> tuple[float, tuple[float, ...]]:
     """Return the highest frequency [Hz] and the largest amplitude of each joint group [rad] of the description."""
     bounds = require(robot.gait_bounds, "gait_bounds", robot, "give a frequency")
@@ -124,7 +136,7 @@ def size_pump(
     bore: Sequence[float | None] = (None,),
     temperature: Sequence[float | None] = (None,),
     progress: Callable[[int, int], None] | None = None,
-) -> list[Size]:
+) -> Sizes:
     """Size the pump: every joint at every frequency [Hz], line bore [m] and oil temperature [K].
 
     None is the robot's own. `amplitude` [rad] is commanded to the joint groups. In the result joints change fastest,
@@ -138,7 +150,7 @@ def size_pump(
     cases = list(itertools.product(frequency, bore, temperature))
     variants = {d: robot if d is None else with_bore(robot, d) for d in bore}
     built = {(d, t): circuits(variants[d], t) for d in bore for t in temperature}  # checks all input
-    sizes = []
+    sizes = Sizes()
     for k, (f, d, t) in enumerate(cases):
         for j, angle in enumerate(amplitude):
             if robot.joints[j].direct:
@@ -155,14 +167,14 @@ def size_over(
     *,
     progress: Callable[[int, int], None] | None = None,
     **options: Any,
-) -> list[Size]:
+) -> Sizes:
     """Size the pump for every combination of values of keys of the robot's file, as `changed` takes them.
 
     The options are those of `size_pump`; the keys change slowest, the last of them fastest.
     """
     cases = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
     robots = [changed(robot, case, "--over") for case in cases]  # checks all input
-    sizes = []
+    sizes = Sizes()
     for k, (case, other) in enumerate(zip(cases, robots, strict=True)):
         report = progress and partial(_report, progress, k, len(cases))
         sizes += [replace(size, values=case) for size in size_pump(other, progress=report, **options)]

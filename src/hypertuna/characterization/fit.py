@@ -18,6 +18,7 @@ from hypertuna.characterization.unknowns import BORDER, Unknown, keys_of, with_u
 from hypertuna.characterization.unknowns import KINDS as UNKNOWNS
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, parse
+from hypertuna.display import Plotted, Tabular, columns_of
 from hypertuna.errors import InputError
 from hypertuna.identification import estimator
 from hypertuna.identification.estimator import Direction
@@ -37,7 +38,13 @@ PARTS = 100  # of a stage, for the progress
 
 
 @dataclass(frozen=True)
-class BenchFit:
+class BenchFit(
+    Plotted,
+    Tabular,
+    card="hypertuna.characterization.cards:bench_card",
+    figure="hypertuna.characterization.plots:plot_bench",
+    data=lambda fit: columns_of(fit.parameters),
+):
     """A fit of an actuator's unknowns to bench runs."""
 
     robot: Robot  # with the fitted values and their sources

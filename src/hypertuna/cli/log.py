@@ -15,7 +15,7 @@ from hypertuna.io.quantity import Quantity, values_of
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.gpx import check_origin, write_gpx
 from hypertuna.mission.log import write_log
-from hypertuna.mission.log_fields import derived, fields
+from hypertuna.mission.log_fields import record_columns
 from hypertuna.mission.read_log import Log, read_log
 from hypertuna.ranges import Whole
 
@@ -146,9 +146,5 @@ def _lines(log: Log) -> Iterator[Any]:
 def _csv(log: Log) -> Csv:
     """Write a record as comma-separated values."""
     record = log.record
-    columns = {"time_s": record.time} | dict(zip(("x_m", "y_m", "z_m"), record.position.T, strict=True))
-    columns |= {key: values for key, values in derived(record).items() if key != "speed_m_s"}
-    for rows in fields(record.data, record.joints, record.circuits).values():
-        columns |= {row.key: row.of(record) for row in rows}
     facts = {"mission": record.name, "robot": record.robot, **record.facts, "complete": str(log.complete).lower()}
-    return columns_csv(facts, columns, digits=9)
+    return columns_csv(facts, record_columns(record), digits=9)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import accumulate
+from typing import Any
 
 from hypertuna.description.robot import Robot
 from hypertuna.display import Card, number, safe
@@ -39,6 +40,21 @@ def robot_card(robot: Robot) -> Card:
     gaits = f" Gaits: {', '.join(robot.gaits)}." if robot.gaits else ""
     text = f"{robot.description.rstrip('.')}.{gaits}"
     return Card(f"Robot {robot.name}", facts, text, columns, rows, lambda: side_svg(robot))
+
+
+def link_columns(robot: Robot) -> dict[str, Any]:
+    """Return the links of a robot as columns."""
+    links, groups = robot.links, {link: group.name for group in robot.joints for link in group.links}
+    return {
+        "link": links.name,
+        "joint": [groups.get(k) for k in range(len(links.name))],
+        "length_m": links.length,
+        "mass_kg": links.mass,
+        "inertia_kg_m2": links.inertia,
+        "com_m": links.com,
+        "lateral_area_m2": links.lateral_area,
+        "wetted_area_m2": links.wetted_area,
+    }
 
 
 def side_svg(robot: Robot) -> str:

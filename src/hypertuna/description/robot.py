@@ -34,7 +34,7 @@ from hypertuna.description.schema.firmware import Firmware
 from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.description.schema.water import LAWS, Choice, Water
 from hypertuna.description.validation import Place, field_at, fix_for, unit_of, written
-from hypertuna.display import Plotted
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
@@ -62,12 +62,16 @@ class Entry(NamedTuple):
     def numeric(self) -> bool:
         """Whether the value is a number or a list of numbers."""
         values = self.value if isinstance(self.value, list) else [self.value]
-        items = [item for value in values for item in (value if isinstance(value, list) else [value])]
-        return all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in items)
+        return all(type(x) in (int, float) for one in values for x in (one if isinstance(one, list) else [one]))
 
 
 class Robot(
-    Part, Plotted, card="hypertuna.description.card:robot_card", figure="hypertuna.swimming.drawing:plot_robot"
+    Part,
+    Plotted,
+    Tabular,
+    card="hypertuna.description.card:robot_card",
+    figure="hypertuna.swimming.drawing:plot_robot",
+    data="hypertuna.description.card:link_columns",
 ):
     """A robot, described by one TOML file and read by `load`.
 

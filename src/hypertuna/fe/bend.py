@@ -18,6 +18,7 @@ from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
+from hypertuna.display import Plotted, Tabular, columns_of
 from hypertuna.errors import InputError
 from hypertuna.fe.measure import Measured, measure
 from hypertuna.fe.model import FeModel, FeOptions, equilibrium, fe_model
@@ -41,7 +42,13 @@ Each = Callable[[FeModel, int, Measured], None]
 
 
 @dataclass(frozen=True)
-class FeBend:
+class FeBend(
+    Plotted,
+    Tabular,
+    card="hypertuna.fe.cards:fe_card",
+    figure="hypertuna.fe.plots:plot_result",
+    data=lambda bend: columns_of(bend.record()["steps"]),
+):
     """Bend of a joint under the pressure of one side, in three dimensions and without friction."""
 
     robot: Robot

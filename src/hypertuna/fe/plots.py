@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from hypertuna.fe.bend import FeBend
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 
 KILO, MILLILITER = 1e3, 1e-6
@@ -13,6 +14,12 @@ NARROW = 6.0  # inch, below which the legend has one column
 ELEMENTS: dict[str, Any] = POINTS | {"color": COLORS[1], "label": "finite elements", "marker": "o", "zorder": 3}
 ANALYTIC: dict[str, Any] = {"color": FAINT, "lw": 1.2, "ls": (0, (5, 2))}
 ANALYTIC["label"] = "fast model (no friction)"
+
+
+def plot_result(bend: FeBend, *, width: float = WIDTH) -> Figure:
+    """Plot the bend of a joint by finite elements: `width` [inch]."""
+    title = f"Joint {bend.joint} of {bend.robot.name}, {bend.side} side"
+    return plot_fe_bend(bend.pressure, bend.angle, bend.oil, title=title, width=width)
 
 
 @styled

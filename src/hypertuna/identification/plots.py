@@ -56,6 +56,27 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
 
 
 @styled
+def plot_posterior(sampled: Posterior, *, width: float = WIDTH) -> Figure:
+    """Plot the samples of each coefficient as a histogram, with the 95 % interval; width [inch]."""
+    count, columns = len(sampled.free), 3 if width > 5 else 1
+    rows = -(-count // columns)
+    figure = Figure(figsize=(width, 1.5 * rows + 0.5), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for panel, free, name, values in zip(
+        panels, sampled.free, short_names(sampled.free), sampled.samples.T, strict=False
+    ):
+        shown = free.border[1] * values
+        panel.hist(shown, 30, color=COLORS[1], alpha=0.75)
+        for end in np.quantile(shown, (0.025, 0.975)):
+            panel.axvline(end, color=INK, lw=1, ls=(0, (4, 2)))
+        panel.set(xlabel=f"{name}{' [deg]' if free.unit == 'rad' else ''}", yticks=[])
+    for panel in panels[count:]:
+        panel.set_axis_off()
+    figure.suptitle("Posterior; dashed: 95 % interval", x=0.01, ha="left", fontsize=9.5, fontweight="bold")
+    return figure
+
+
+@styled
 def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
     """Plot the correlation of the coefficients; width [inch]."""
     matrix, names = fit.uncertainty.correlation, short_names(fit.free)

@@ -13,6 +13,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, parse
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import Free, bounds_of, from_scale, prior_rows, to_scale
 from hypertuna.identification.experiment import experiment
@@ -32,7 +33,13 @@ MIN_STEPS = Whole(min=10)
 
 
 @dataclass(frozen=True)
-class Posterior:
+class Posterior(
+    Plotted,
+    Tabular,
+    card="hypertuna.identification.cards:posterior_card",
+    figure="hypertuna.identification.plots:plot_posterior",
+    data=lambda sampled: sampled._columns(),
+):
     """Samples from the posterior of a fit, without the burn-in."""
 
     free: tuple[Free, ...]
@@ -45,6 +52,10 @@ class Posterior:
     steps: int
     walkers: int
     sentence: str  # on the length of the chain
+
+    def _columns(self) -> dict[str, Array]:
+        """Return the samples of each coefficient in displayed units, as columns."""
+        return {f.name: f.border[1] * values for f, values in zip(self.free, self.samples.T, strict=True)}
 
     @property
     def record(self) -> dict[str, Any]:

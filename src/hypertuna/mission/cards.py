@@ -2,10 +2,13 @@
 
 import math
 
+from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission
-from hypertuna.display import Card, curve_svg, number
+from hypertuna.display import Card, curve_svg, facts_of, number
 from hypertuna.mission.file import MissionFile
 from hypertuna.mission.flight import Flight, outcome
+from hypertuna.mission.log_fields import record_columns
+from hypertuna.mission.record import MissionRecord
 
 
 def flight_card(flight: Flight) -> Card:
@@ -27,6 +30,11 @@ def flight_card(flight: Flight) -> Card:
     return Card(title, facts, text, picture=lambda: curve_svg(east, north, label, equal=True))
 
 
+def flight_columns(flight: Flight) -> dict[str, Array]:
+    """Return the record of a flight as columns."""
+    return record_columns(flight.record)
+
+
 def mission_card(file: MissionFile) -> Card:
     """Show the course of a mission."""
     mission = file.mission
@@ -44,6 +52,20 @@ def mission_card(file: MissionFile) -> Card:
     label = "course: north [m] over east [m]"
     picture = lambda: curve_svg(east, north, label, equal=True)  # noqa: E731
     return Card(f"Mission {file.name}", facts, file.description, columns, rows, picture)
+
+
+def waypoint_columns(file: MissionFile) -> dict[str, list[float]]:
+    """Return the waypoints of a mission as columns."""
+    columns = zip(*file.mission.waypoints, strict=True)
+    return dict(zip(("x_m", "y_m", "depth_m", "speed_m_s", "radius_m"), map(list, columns), strict=True))
+
+
+def record_card(record: MissionRecord) -> Card:
+    """Show the track of a record from above, and its numbers."""
+    east, north = record.path[:, 0], record.path[:, 1]
+    facts = [("duration", _clock(float(record.time[-1] - record.time[0]))), *facts_of(record.summary())]
+    picture = lambda: curve_svg(east, north, "north [m] over east [m]", equal=True)  # noqa: E731
+    return Card(f"Record of mission {record.name}, {record.robot}", facts, picture=picture)
 
 
 def _length(mission: Mission) -> float:

@@ -16,7 +16,7 @@ from hypertuna.arguments import checked
 from hypertuna.control.mission import Mission, Waypoint, cross, fence_distance, sides
 from hypertuna.description.mistakes import translate
 from hypertuna.description.reference import markdown
-from hypertuna.display import Displayed
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import pose_from
 from hypertuna.io.files import shipped
@@ -29,7 +29,13 @@ TURN = 2 * math.pi
 
 
 @dataclass(frozen=True)
-class MissionFile(Displayed, card="hypertuna.mission.cards:mission_card"):
+class MissionFile(
+    Plotted,
+    Tabular,
+    card="hypertuna.mission.cards:mission_card",
+    figure="hypertuna.mission.plots:plot_course",
+    data="hypertuna.mission.cards:waypoint_columns",
+):
     """A mission file, read and checked."""
 
     name: str

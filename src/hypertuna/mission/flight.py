@@ -16,7 +16,7 @@ from hypertuna.arguments import checked
 from hypertuna.control.mission import fence_distance
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
-from hypertuna.display import Plotted
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.quantity import Column, Quantity, summarized
@@ -41,7 +41,13 @@ MAX_SEEDS = 10_000
 
 
 @dataclass(frozen=True)
-class Flight(Plotted, card="hypertuna.mission.cards:flight_card", figure="hypertuna.mission.plots:plot_flight"):
+class Flight(
+    Plotted,
+    Tabular,
+    card="hypertuna.mission.cards:flight_card",
+    figure="hypertuna.mission.plots:plot_flight",
+    data="hypertuna.mission.cards:flight_columns",
+):
     """A flown mission."""
 
     file: MissionFile

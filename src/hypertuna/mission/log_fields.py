@@ -51,6 +51,15 @@ DERIVED = {
 }
 
 
+def record_columns(record: MissionRecord) -> dict[str, Array]:
+    """Return a record as the columns of its table."""
+    columns = {"time_s": record.time} | dict(zip(("x_m", "y_m", "z_m"), record.position.T, strict=True))
+    columns |= {key: values for key, values in derived(record).items() if key != "speed_m_s"}
+    for rows in fields(record.data, record.joints, record.circuits).values():
+        columns |= {row.key: row.of(record) for row in rows}
+    return columns
+
+
 def derived(record: MissionRecord) -> dict[str, Array]:
     """Return the values of `DERIVED` (T,); the speed is the true or the estimated one."""
     speed = np.zeros(len(record.time))

@@ -7,7 +7,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from hypertuna.arrays import Array
+from hypertuna.control.mission import Mission
 from hypertuna.figures import COLORS, EDGE, FAINT, GRID, INK, TIGHT, WIDTH, styled
+from hypertuna.mission.file import MissionFile
 from hypertuna.mission.flight import Flight
 from hypertuna.mission.record import MissionRecord
 
@@ -24,10 +26,26 @@ def plot_flight(flight: Flight, *, width: float = WIDTH) -> Figure:
 
 
 @styled
+def plot_course(file: MissionFile, *, width: float = WIDTH) -> Figure:
+    """Plot the course of a mission file: `width` [inch]."""
+    mission = file.mission
+    low, high = _bounds(mission)
+    height = min(0.86 * width * (high[1] - low[1]) / (high[0] - low[0]), 0.8 * width)
+    figure = Figure(figsize=(width, height + 1.1), layout="constrained")
+    axes = figure.subplots()
+    _draw_course(axes, mission, low, high)
+    axes.plot(*mission.start, "o", color=INK, ms=5, mfc="white", label="start")
+    axes.plot(*mission.home, "s", color=INK, ms=5, label="home")
+    axes.set_title(f"Course of the mission {file.name}")
+    figure.legend(loc="outside lower left", ncols=4, **TIGHT)
+    return figure
+
+
+@styled
 def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
     """Plot a mission: `width` [inch]."""
     wide = width > NARROW
-    low, high = _bounds(record)
+    low, high = _bounds(record.mission, record.path[:, :2])
     plan = min(0.86 * width * (high[1] - low[1]) / (high[0] - low[0]), (0.8 if wide else 1.2) * width)
     heights = [plan, *((1.5, 1.3) if wide else (1.4, 1.2))][: 3 if record.metered else 2]
     figure = Figure(figsize=(width, sum(heights) + (1.9 if wide else 2.5)), layout="constrained")
@@ -64,10 +82,9 @@ def _caption(record: MissionRecord) -> str:
     return f"{record.name}, {record.robot}\n{numbers}"
 
 
-def _bounds(record: MissionRecord) -> tuple[Array, Array]:
+def _bounds(mission: Mission, *paths: Array) -> tuple[Array, Array]:
     """Corners of the plan: all that is drawn, and a margin."""
-    mission = record.mission
-    points = [record.path[:, :2], np.array([mission.start, mission.home]), np.array(mission.fence).reshape(-1, 2)]
+    points = [*paths, np.array([mission.start, mission.home]), np.array(mission.fence).reshape(-1, 2)]
     points += [
         np.array([[p.x - p.radius, p.y - p.radius], [p.x + p.radius, p.y + p.radius]]) for p in mission.waypoints
     ]
@@ -80,19 +97,23 @@ def _bounds(record: MissionRecord) -> tuple[Array, Array]:
 
 def _draw_plan(axes: Axes, record: MissionRecord, low: Array, high: Array) -> None:
     """Draw the track from above."""
-    mission = record.mission
-    if mission.fence:
-        axes.add_patch(Polygon(mission.fence, fill=False, ec=COLORS[3], lw=1.2, ls=DASHES, label="fence"))
-    axes.plot(*np.array(mission.course).T, color=EDGE, lw=0.8, ls=(0, (1, 2)))
+    _draw_course(axes, record.mission, low, high)
     if record.true:
         axes.plot(*record.path[:, :2].T, color=TRUE, lw=1.5, label="true")
     if "position_estimated" in record.data:
         axes.plot(*record.data["position_estimated"][record.every(1.0)].T, color=BELIEVED, lw=1.0, label="estimated")
+    axes.plot(*record.path[0, :2], "o", color=INK, ms=5, mfc="white", label="start")
+    axes.plot(*record.path[-1, :2], "s", color=INK, ms=5, label="end")
+
+
+def _draw_course(axes: Axes, mission: Mission, low: Array, high: Array) -> None:
+    """Draw the fence, the course and the waypoints from above."""
+    if mission.fence:
+        axes.add_patch(Polygon(mission.fence, fill=False, ec=COLORS[3], lw=1.2, ls=DASHES, label="fence"))
+    axes.plot(*np.array(mission.course).T, color=EDGE, lw=0.8, ls=(0, (1, 2)))
     for k, point in enumerate(mission.waypoints):
         axes.add_patch(Circle((point.x, point.y), point.radius, fill=False, ec=INK, lw=0.9))
         axes.annotate(f"{k + 1}", (point.x, point.y), (5, 5), textcoords="offset points", fontsize=8)
-    axes.plot(*record.path[0, :2], "o", color=INK, ms=5, mfc="white", label="start")
-    axes.plot(*record.path[-1, :2], "s", color=INK, ms=5, label="end")
     axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="east [m]", ylabel="north [m]")
 
 

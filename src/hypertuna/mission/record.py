@@ -16,6 +16,7 @@ from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission
 from hypertuna.description.channels import COUNTED
 from hypertuna.description.robot import Robot
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
 from hypertuna.io.quantity import Quantity, key_of, quantity
@@ -112,7 +113,13 @@ COLUMNS = {name: column for columns in TOPICS.values() for name, column in colum
 
 
 @dataclass(frozen=True)
-class MissionRecord:
+class MissionRecord(
+    Plotted,
+    Tabular,
+    card="hypertuna.mission.cards:record_card",
+    figure="hypertuna.mission.plots:plot_mission",
+    data="hypertuna.mission.log_fields:record_columns",
+):
     """Time series of a mission."""
 
     name: str  # of the mission

@@ -1,5 +1,7 @@
 """What notebooks and shells show of optima and Pareto fronts."""
 
+from typing import Any
+
 import numpy as np
 
 from hypertuna.display import Card, curve_svg, number
@@ -38,6 +40,14 @@ def optimum_card(result: Optimum) -> Card:
     facts = swim_facts(result.swim)
     columns = ("bound or limit", "value", "limit")
     return Card(f"{title}: {gait_text(result.gait)}", facts, text, columns, limits + ends, picture_of(result.swim))
+
+
+def optimum_columns(result: Optimum) -> dict[str, Any]:
+    """Return the best value after each batch of gaits, with the sign of the quantity."""
+    name, factor = result.objective.terms[0]
+    if result.objective.expected is not None:
+        name, factor = "objective", 1.0
+    return {"gaits_swum": result.swum, f"best_{name}": np.sign(factor) * result.history}
 
 
 def front_card(front: Front) -> Card:

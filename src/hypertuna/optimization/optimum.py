@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.display import Plotted
+from hypertuna.display import Plotted, Tabular
 from hypertuna.optimization.constraints import Limit
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import UNUSABLE, Evaluation, Objective, objective
@@ -41,8 +41,10 @@ class Margin:
 @dataclass(frozen=True)
 class Optimum(
     Plotted,
+    Tabular,
     card="hypertuna.optimization.cards:optimum_card",
     figure="hypertuna.optimization.plots:plot_convergence",
+    data="hypertuna.optimization.cards:optimum_columns",
 ):
     """The best gait of a search."""
 

@@ -1,9 +1,12 @@
 """What notebooks and shells show of runs of the twin and of dives."""
 
+from typing import Any
+
 import numpy as np
 
 from hypertuna.display import Card, curve_svg, number
 from hypertuna.simulation.dive import Dive
+from hypertuna.simulation.posture_test import PostureTest
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.swimming.cards import gait_text
@@ -47,6 +50,28 @@ def sea_card(run: SeaRun) -> Card:
         ("heading at the end", number(float(np.degrees(run.heading[-1])), "deg")),
     ]
     return Card(title, facts, picture=lambda: curve_svg(run.time, -run.depth, "height [m] over time [s]"))
+
+
+def posture_columns(test: PostureTest) -> dict[str, list[Any]]:
+    """Return how each joint group reached its set angle at each frequency, as columns."""
+    reach = {(one.joint, one.frequency): one for one in test.reach}
+    far = [reach.get((one.joint, one.frequency)) for one in test.held]
+    return {
+        "frequency_hz": [one.frequency for one in test.held],
+        "joint": [one.name for one in test.held],
+        "set_deg": [float(np.degrees(one.angle)) for one in test.held],
+        "settling_s": [np.nan if one.settling is None else one.settling for one in test.held],
+        "reach_deg": [np.nan if one is None else float(np.degrees(one.amplitude)) for one in far],
+    }
+
+
+def posture_card(test: PostureTest) -> Card:
+    """Show when each joint group settles at its set angle, and the largest that it holds."""
+    columns = ("frequency [Hz]", "joint", "set [deg]", "settles [s]", "holds up to [deg]")
+    table = zip(*posture_columns(test).values(), strict=True)
+    rows = [(number(f), joint, *(number(value) for value in values)) for f, joint, *values in table]
+    text = "Settled: within half a degree of the set angle from then on."
+    return Card(f"Posture test of {test.robot.name} in {test.medium}", (), text, columns, rows)
 
 
 def dive_card(dive: Dive) -> Card:

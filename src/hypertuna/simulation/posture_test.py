@@ -15,6 +15,7 @@ from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
 from hypertuna.ranges import POSITIVE
@@ -87,7 +88,13 @@ class Reach(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PostureTest:
+class PostureTest(
+    Plotted,
+    Tabular,
+    card="hypertuna.simulation.cards:posture_card",
+    figure="hypertuna.simulation.plots:plot_posture",
+    data="hypertuna.simulation.cards:posture_columns",
+):
     """The paper's Fig. 8, computed: joints commanded to a set angle at several frequencies."""
 
     robot: Robot

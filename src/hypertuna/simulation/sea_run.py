@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.display import Displayed
+from hypertuna.display import Plotted
 from hypertuna.frames import angles_of, rotation_of
 from hypertuna.simulation.run import VARIABLES as INNER
 from hypertuna.simulation.run import Run, Variables
@@ -84,7 +84,13 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class SeaRun(Run, Motion, Displayed, card="hypertuna.simulation.cards:sea_card"):
+class SeaRun(
+    Run,
+    Motion,
+    Plotted,
+    card="hypertuna.simulation.cards:sea_card",
+    figure="hypertuna.simulation.plots_sea:plot_sea",
+):
     """A run of the twin at sea."""
 
     sea: Sea
@@ -127,6 +133,6 @@ class SeaRun(Run, Motion, Displayed, card="hypertuna.simulation.cards:sea_card")
         -------
         xarray.Dataset
         """
-        labels = {"side": ("port", "starboard"), "quaternion": ("w", "x", "y", "z")}
+        labels = {"axis": "xyz", "side": ("port", "starboard"), "quaternion": "wxyz"}
         attributes = {"frequency_hz": self.gait.frequency, "seed": self.seed, "status": self.status}
         return self._labeled(VARIABLES, labels, attributes)

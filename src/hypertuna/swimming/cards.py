@@ -28,6 +28,15 @@ def gait_text(gait: Gait) -> str:
     return ", ".join(parts)
 
 
+def gait_card(gait: Gait) -> Card:
+    """Show the frequency and the angles of each joint group."""
+    angles = np.degrees([gait.amplitude, gait.phase, gait.bias]).round(6) + 0.0
+    rows = [(f"{g + 1}", *(f"{angle:.4g}" for angle in row)) for g, row in enumerate(angles.T)]
+    return Card(
+        f"Gait: {gait_text(gait)}", (), "", ("joint group", "amplitude [deg]", "phase [deg]", "bias [deg]"), rows
+    )
+
+
 def swim_facts(swim: Swim) -> list[tuple[str, str]]:
     """Return the six numbers of a swim."""
     facts = [

@@ -11,7 +11,7 @@ import numpy as np
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, robot_of
-from hypertuna.display import Displayed
+from hypertuna.display import Displayed, Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
@@ -20,7 +20,13 @@ MAX_GAITS = 10_000_000  # of a grid: 2 GB of results
 
 
 @dataclass(frozen=True)
-class Gait:
+class Gait(
+    Plotted,
+    Tabular,
+    card="hypertuna.swimming.cards:gait_card",
+    figure="hypertuna.swimming.plots_gait:plot_gait",
+    data=lambda gait: gait_table([gait]),
+):
     """A periodic motion of the joint groups.
 
     Group g bends by alpha_g(t) = bias_g + amplitude_g sin(2 pi frequency t - phase_g), so phase is the lag behind
@@ -102,13 +108,22 @@ def largest(kind: str, group: int) -> float:
     return (math.pi if kind != "phase" else 2 * math.pi * max(1, group)) * (1 + 1e-12)
 
 
+def gait_table(gaits: Sequence[Gait]) -> dict[str, Any]:
+    """Return gaits as columns, angles of each joint group in degrees."""
+    columns: dict[str, Any] = {"frequency_hz": [gait.frequency for gait in gaits]}
+    for kind in KINDS:
+        for g, angles in enumerate(np.degrees([getattr(gait, kind) for gait in gaits]).round(10).T):
+            columns[f"{kind}_{g + 1}_deg"] = angles
+    return columns
+
+
 def lags(gait: Gait) -> list[float]:
     """Return the lags behind the first joint group, within half a turn [rad]."""
     return [math.remainder(phase - gait.phase[0], 2 * math.pi) for phase in gait.phase]
 
 
 @dataclass(frozen=True)
-class Gaits(Displayed, card="hypertuna.swimming.cards:gaits_card"):
+class Gaits(Displayed, Tabular, card="hypertuna.swimming.cards:gaits_card", data=lambda gaits: gait_table(list(gaits))):
     """Many gaits: a list, or a grid."""
 
     frequency: Array  # (gaits,) [Hz]

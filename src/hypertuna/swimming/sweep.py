@@ -14,7 +14,7 @@ from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, robot_of
-from hypertuna.display import Displayed, Tabular
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
 from hypertuna.ranges import POSITIVE_WHOLE, check_choice
@@ -179,9 +179,10 @@ def _index(robot: Robot, name: str, values: Array, unit: str) -> tuple[str, Arra
 
 @dataclass(frozen=True)
 class Gradient(
-    Displayed,
+    Plotted,
     Tabular,
     card="hypertuna.swimming.cards:gradient_card",
+    figure="hypertuna.swimming.plots_gait:plot_gradient",
     data=lambda gradient: gradient._columns(),
 ):
     """Exact derivatives of a settled gait's results."""

@@ -1,11 +1,15 @@
 """What notebooks and shells show of trials."""
 
+from typing import Any
+
 import numpy as np
 
 from hypertuna.display import Card, curve_svg, number
 from hypertuna.swimming.cards import gait_text
+from hypertuna.swimming.gait import gait_table
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.smoothing import SmoothSeries
+from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tracks import JointSeries, Track
 from hypertuna.trials.trials import Trials
 
@@ -19,6 +23,42 @@ def trials_card(trials: Trials) -> Card:
     ]
     rows += [(one.name, f"{len(one.tracks)} tracked runs", "") for one in trials.recordings]
     return Card(f"Trials: {len(trials.runs)} runs", facts, "", ("run", "gait", "speed"), rows)
+
+
+def trial_columns(trials: Trials) -> dict[str, Any]:
+    """Return every run as a row: steady runs with gait and measurements, tracked ones with their duration [s]."""
+    import pandas as pd
+
+    steady = pd.concat([run.to_dataframe() for run in trials.steady]) if trials.steady else pd.DataFrame({"run": []})
+    tracked = {
+        f"{one.name}/{track.run}": float(np.ptp(track.time)) for one in trials.recordings for track in one.tracks
+    }
+    durations = pd.DataFrame({"run": list(tracked), "duration_s": list(tracked.values())})
+    parts = [part for part in (steady, durations) if len(part)]
+    return dict(pd.concat(parts, ignore_index=True).items())
+
+
+def steady_columns(run: SteadyRun) -> dict[str, Any]:
+    """Return a steady run as columns."""
+    names = {"speed": "m_s", "cost_of_transport": "j_per_kg_m"}
+    columns: dict[str, Any] = {"run": [run.name]} | gait_table([run.gait])
+    for key, unit in names.items():
+        for part in (key, f"{key}_sd"):
+            value = getattr(run, part)
+            columns[f"{part}_{unit}"] = [np.nan if value is None else value]
+    return columns | {"repeats": [run.repeats]}
+
+
+def steady_card(run: SteadyRun) -> Card:
+    """Show what a steady run measured."""
+    units = {"speed": "m/s", "cost_of_transport": "J/(kg m)"}
+    facts = [
+        (key.replace("_", " "), number(value, unit) + ("" if sd is None else f" ± {number(sd)}"))
+        for key, unit in units.items()
+        if (value := getattr(run, key)) is not None
+        for sd in [getattr(run, f"{key}_sd")]
+    ]
+    return Card(f"Steady run {run.name}: {gait_text(run.gait)}", [*facts, ("repeats", f"{run.repeats}")])
 
 
 def recording_card(recording: Recording) -> Card:

@@ -24,14 +24,14 @@ from hypertuna.description.schema.base import (
     entry,
     unique,
 )
-from hypertuna.display import Displayed
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import read_toml
 from hypertuna.trials.replay import Pose
 from hypertuna.trials.smoothing import smooth
 from hypertuna.trials.start import Velocity, beat_of, begin_together, begins_in_motion
 from hypertuna.trials.steady import SteadyRun, read_steady
-from hypertuna.trials.tracks import JointSeries, Track, lag_of, read_joints, read_tracks
+from hypertuna.trials.tracks import JointSeries, Track, lag_of, read_joints, read_tracks, series_columns
 
 # --- the schema; keys of the file carry the unit, attributes are SI and radians
 
@@ -148,7 +148,13 @@ class Manifest(Part):
 
 
 @dataclass(frozen=True)
-class Recording(Displayed, card="hypertuna.trials.cards:recording_card"):
+class Recording(
+    Plotted,
+    Tabular,
+    card="hypertuna.trials.cards:recording_card",
+    figure="hypertuna.trials.plots_series:plot_recording",
+    data=lambda recording: series_columns(recording.joints.time, angle=recording.joints.angle),
+):
     """Swims with one joint motion, and the tracks of their runs."""
 
     name: str  # without /

@@ -11,9 +11,9 @@ import numpy as np
 
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.display import Displayed
+from hypertuna.display import Plotted, Tabular
 from hypertuna.ranges import NOT_NEGATIVE
-from hypertuna.trials.tracks import JointSeries
+from hypertuna.trials.tracks import JointSeries, series_columns
 
 DEGREE = 5  # of the splines: accelerations are three times differentiable
 NEIGHBORS = np.array([-3, -2, -1, 1, 2, 3])  # samples in the noise estimate of a sample
@@ -52,12 +52,23 @@ class Harmonics:
 
 
 @dataclass(frozen=True)
-class SmoothSeries(Displayed, card="hypertuna.trials.cards:smooth_card"):
+class SmoothSeries(
+    Plotted,
+    Tabular,
+    card="hypertuna.trials.cards:smooth_card",
+    figure="hypertuna.trials.plots_series:plot_smooth",
+    data=lambda smooth: smooth._columns(),
+):
     """A joint series as functions of time with rates and accelerations."""
 
     series: JointSeries  # as measured
     noise: Array  # (groups,) [rad], standard deviation of the noise
     curves: tuple[Curve, ...]  # angle of each joint group [rad] over time [s]
+
+    def _columns(self) -> dict[str, Array]:
+        """Return the smoothed angles and rates at the samples as columns."""
+        angle, rate, _ = np.moveaxis(self(self.series.time), -1, 0)
+        return series_columns(self.series.time, angle=angle, rate=rate)
 
     def __call__(self, time: Array) -> Array:
         """Evaluate the joint groups: `time` (times,) [s]; returns (times, groups, 3) [rad], [rad/s], [rad/s^2]."""

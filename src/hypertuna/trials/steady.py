@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hypertuna.description.robot import Robot
+from hypertuna.display import Displayed, Tabular
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import Table, read_table
 from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
@@ -27,7 +28,9 @@ MAX_DIGITS = 9  # of a number of repeats
 
 
 @dataclass(frozen=True)
-class SteadyRun:
+class SteadyRun(
+    Displayed, Tabular, card="hypertuna.trials.cards:steady_card", data="hypertuna.trials.cards:steady_columns"
+):
     """Measured speed or cost of transport of a settled gait, or both."""
 
     name: str

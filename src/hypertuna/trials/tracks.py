@@ -9,7 +9,7 @@ import numpy as np
 
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.display import Displayed
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import parse_float, read_table
 from hypertuna.ranges import CELL, check_name
@@ -22,7 +22,13 @@ MAX_LAG, LAGS = 0.1, 401  # of the length of a series, to either side, and shift
 
 
 @dataclass(frozen=True)
-class JointSeries(Displayed, card="hypertuna.trials.cards:series_card"):
+class JointSeries(
+    Plotted,
+    Tabular,
+    card="hypertuna.trials.cards:series_card",
+    figure="hypertuna.trials.plots_series:plot_series",
+    data=lambda series: series_columns(series.time, angle=series.angle),
+):
     """Measured angles of the joint groups over time.
 
     At least 12 samples, all finite, time increasing, without gaps longer than 5 median intervals; else InputError.
@@ -67,12 +73,32 @@ class JointSeries(Displayed, card="hypertuna.trials.cards:series_card"):
 
 
 @dataclass(frozen=True)
-class Track(Displayed, card="hypertuna.trials.cards:track_card"):
+class Track(
+    Plotted,
+    Tabular,
+    card="hypertuna.trials.cards:track_card",
+    figure="hypertuna.trials.plots_series:plot_track",
+    data=lambda track: {
+        "time_s": track.time,
+        "x_m": track.pose[:, 0],
+        "y_m": track.pose[:, 1],
+        "yaw_deg": np.degrees(track.pose[:, 2]),
+    },
+):
     """A tracked run: poses of the center of the head link."""
 
     run: str  # its name
     time: Array  # (frames,) [s]
     pose: Array  # (frames, 3): x, y [m] and the direction that the head faces [rad], counter-clockwise from x
+
+
+def series_columns(time: Array, **values: Array) -> dict[str, Array]:
+    """Return columns of time (times,) [s] and of angles of each joint group (times, groups) [rad, in degrees there]."""
+    columns = {"time_s": time}
+    for name, table in values.items():
+        for g, column in enumerate(np.degrees(table).T):
+            columns[f"{name}_{g + 1}_deg" + "_s" * (name == "rate")] = column
+    return columns
 
 
 @checked

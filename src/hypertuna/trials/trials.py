@@ -13,7 +13,7 @@ import numpy as np
 
 from hypertuna.arguments import checked
 from hypertuna.description.robot import Robot, robot_of
-from hypertuna.display import Displayed
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.trials.importers import import_folder
 from hypertuna.trials.manifest import Recording, parse_manifest, read_manifest
@@ -22,7 +22,13 @@ from hypertuna.trials.steady import SteadyRun, read_steady
 
 
 @dataclass(frozen=True)
-class Trials(Displayed, card="hypertuna.trials.cards:trials_card"):
+class Trials(
+    Plotted,
+    Tabular,
+    card="hypertuna.trials.cards:trials_card",
+    figure="hypertuna.trials.plots_series:plot_trials",
+    data="hypertuna.trials.cards:trial_columns",
+):
     """Measured runs of a robot; names of runs, and of recordings, are unique."""
 
     steady: tuple[SteadyRun, ...] = ()

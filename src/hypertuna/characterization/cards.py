@@ -1,0 +1,22 @@
+"""What notebooks and shells show of a fit to bench runs."""
+
+from hypertuna.characterization.fit import BenchFit, at_border
+from hypertuna.display import Card, number
+
+
+def bench_card(fit: BenchFit) -> Card:
+    """Show the unknowns with their intervals, the errors, and the warnings."""
+    facts = [("rows", f"{len(fit.bench.angle)}")]
+    facts += [(f"{key.replace('_', ' ')} error", number(value)) for key, value in at_border(fit.rms).items()]
+    rows = [
+        (
+            one["name"],
+            number(one["value"], one["unit"].removeprefix("1")),
+            f"{number(one['low'])} to {number(one['high'])}",
+            "yes" if one["determined"] else "no",
+        )
+        for one in fit.parameters
+    ]
+    title = f"Fit of {len(fit.free)} unknowns of {fit.described.name}{'' if fit.converged else ', not converged'}"
+    columns = ("unknown", "value", "95 % interval", "determined")
+    return Card(title, facts, " ".join([fit.stop, *fit.warnings]), columns, rows)

@@ -1,0 +1,17 @@
+"""What notebooks and shells show of the bend of a joint by finite elements."""
+
+import numpy as np
+
+from hypertuna.display import Card, curve_svg, number
+from hypertuna.fe.bend import FeBend
+
+
+def fe_card(bend: FeBend) -> Card:
+    """Show the largest bend, and the curve of the angle over the pressure."""
+    angle, pressure = np.degrees(bend.angle), bend.pressure / 1e3
+    facts = [("elements", f"{bend.elements}"), ("unknowns", f"{bend.unknowns}"), ("material set", bend.material)]
+    if len(angle):
+        facts.insert(0, ("bend", f"{number(float(angle[-1]), 'deg')} at {number(float(pressure[-1]), 'kPa')}"))
+    title = f"Joint {bend.joint} of {bend.robot.name} by finite elements, pressure on the {bend.side} side"
+    picture = lambda: curve_svg(pressure, angle, "bend [deg] over pressure [kPa]", dots=True)  # noqa: E731
+    return Card(title, facts, bend.status_text, picture=picture)

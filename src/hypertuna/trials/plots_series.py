@@ -1,0 +1,105 @@
+"""Figures of measured joint angles, tracked paths and steady runs."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hypertuna.errors import InputError
+from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, sequence, styled
+from hypertuna.trials.manifest import Recording
+from hypertuna.trials.smoothing import SmoothSeries
+from hypertuna.trials.tracks import JointSeries, Track
+from hypertuna.trials.trials import Trials
+
+FINE = 10  # points of a smoothed curve for each sample
+
+
+@styled
+def plot_series(series: JointSeries, *, width: float = WIDTH) -> Figure:
+    """Plot measured joint angles over time: `width` [inch]."""
+    figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
+    _draw_angles(figure.subplots(), series, "-")
+    figure.legend(loc="outside lower left", ncols=5, **TIGHT)
+    return figure
+
+
+@styled
+def plot_smooth(smoothed: SmoothSeries, *, width: float = WIDTH) -> Figure:
+    """Plot measured joint angles as dots, and their smooth curves: `width` [inch]."""
+    figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
+    axes, series = figure.subplots(), smoothed.series
+    _draw_angles(axes, series, ".")
+    time = np.linspace(series.time[0], series.time[-1], FINE * len(series.time))
+    for g, angle in enumerate(np.degrees(smoothed(time)[..., 0]).T):
+        axes.plot(time, angle, color=INK, lw=0.9, label="smoothed" if g == 0 else None)
+    figure.legend(loc="outside lower left", ncols=5, **TIGHT)
+    return figure
+
+
+@styled
+def plot_track(track: Track, *, width: float = WIDTH) -> Figure:
+    """Plot the path of a tracked run from above: `width` [inch]."""
+    figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
+    _draw_tracks(figure.subplots(), [track])
+    figure.legend(loc="outside lower left", ncols=4, **TIGHT)
+    return figure
+
+
+@styled
+def plot_recording(recording: Recording, *, width: float = WIDTH) -> Figure:
+    """Plot the joint angles of a recording, and the paths of its runs: `width` [inch]."""
+    figure = Figure(figsize=(width, 0.8 * width + 0.8), layout="constrained")
+    upper, lower = figure.subplots(2, 1, height_ratios=(1, 1.3))
+    _draw_angles(upper, recording.joints, "-")
+    upper.set_title(f"{recording.name}: measured joint angles")
+    _draw_tracks(lower, recording.tracks)
+    (lines, texts), (more, others) = upper.get_legend_handles_labels(), lower.get_legend_handles_labels()
+    figure.legend([*lines, *more], [*texts, *others], loc="outside lower left", ncols=4, **TIGHT)
+    return figure
+
+
+@styled
+def plot_trials(trials: Trials, *, width: float = WIDTH) -> Figure:
+    """Plot what steady runs measured over the frequency, or the paths of tracked ones: `width` [inch]."""
+    if not trials.steady:
+        figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
+        axes = figure.subplots()
+        _draw_tracks(axes, [track for one in trials.recordings for track in one.tracks])
+        figure.legend(loc="outside lower left", ncols=4, **TIGHT)
+        return figure
+    units = {"speed": "speed [m/s]", "cost_of_transport": "cost of transport [J/(kg m)]"}
+    shown = [key for key in units if any(getattr(run, key) is not None for run in trials.steady)]
+    figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
+    for axes, key in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
+        runs = [run for run in trials.steady if getattr(run, key) is not None]
+        deviations = [getattr(run, f"{key}_sd") or 0.0 for run in runs]
+        frequency, values = [run.gait.frequency for run in runs], [getattr(run, key) for run in runs]
+        axes.errorbar(frequency, values, deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
+        axes.set(xlabel="frequency [Hz]", ylabel=units[key], ylim=(0, None), title=f"{len(runs)} steady runs")
+    return figure
+
+
+def _draw_angles(axes: Axes, series: JointSeries, look: str) -> None:
+    """Draw the angle of each joint group over time."""
+    groups = series.angle.shape[1]
+    colors = COLORS if groups <= len(COLORS) else sequence(groups)
+    for g, angle in enumerate(np.degrees(series.angle).T):
+        axes.plot(series.time, angle, look, color=colors[g], lw=1.2, ms=3, label=f"joint group {g + 1}")
+    axes.set(xlabel="time [s]", ylabel="bend [deg]", title="Measured joint angles")
+
+
+def _draw_tracks(axes: Axes, tracks: Sequence[Track]) -> None:
+    """Draw paths from above."""
+    if not tracks:
+        raise InputError("must hold a tracked run", key="plot", fix="read a manifest with tracks")
+    few = len(tracks) <= len(COLORS) - 2  # joint groups have the first two
+    for k, track in enumerate(tracks):
+        name = track.run if few else "tracked runs" if k == 0 else None
+        axes.plot(
+            *track.pose[:, :2].T, color=COLORS[k + 2] if few else FAINT, lw=1.2, label=f"run {name}" if few else name
+        )
+        axes.plot(*track.pose[0, :2], "o", color=INK, ms=5, mfc="white", label="start" if k == 0 else None)
+    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title="Tracked head, from above")
+    axes.set_adjustable("datalim")
