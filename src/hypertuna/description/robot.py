@@ -73,10 +73,7 @@ class Robot(
     figure="hypertuna.swimming.drawing:plot_robot",
     data="hypertuna.description.card:link_columns",
 ):
-    """A robot, described by one TOML file and read by `load`.
-
-    All quantities are in SI units and radians. A robot is frozen: `using` returns another.
-    """
+    """A robot, described by one TOML file and read by `load`: SI units and radians, frozen; `using` returns another."""
 
     format: Literal[1] = entry("version of this format, 1")
     name: Name = entry("name of the robot")
