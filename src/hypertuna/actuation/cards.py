@@ -15,9 +15,9 @@ def sizes_card(sizes: Sizes) -> Card:
             size.joint,
             number(size.frequency, "Hz"),
             number(1e3 * size.bore, "mm"),
-            number(float(np.degrees(size.amplitude)), "deg"),
+            number(float(np.degrees(size.bend)), "deg"),
             number(float(np.degrees(size.command)), "deg"),
-            number(size.power["total"], "W"),
+            number(size.electrical_power["total"], "W"),
             number(size.pressure_max / 1e3, "kPa"),
             ", ".join(size.limits) or "none",
         )

@@ -59,9 +59,9 @@ def posture_columns(test: PostureTest) -> dict[str, list[Any]]:
     return {
         "frequency_hz": [one.frequency for one in test.held],
         "joint": [one.name for one in test.held],
-        "set_deg": [float(np.degrees(one.angle)) for one in test.held],
+        "angle_set_deg": [float(np.degrees(one.angle_set)) for one in test.held],
         "settling_s": [np.nan if one.settling is None else one.settling for one in test.held],
-        "reach_deg": [np.nan if one is None else float(np.degrees(one.amplitude)) for one in far],
+        "amplitude_max_deg": [np.nan if one is None else float(np.degrees(one.amplitude_max)) for one in far],
     }
 
 

@@ -125,7 +125,8 @@ class MarkerRun:
 def _mean(values: Array) -> Array:
     """Return means over frames (frames, markers, ...); NaN for a marker that none of them shows."""
     count = np.isfinite(values).sum(axis=0)
-    return np.divide(np.nansum(values, axis=0), count, out=np.full(count.shape, np.nan), where=count > 0)
+    means: Array = np.divide(np.nansum(values, axis=0), count, out=np.full(count.shape, np.nan), where=count > 0)
+    return means
 
 
 def read_marker_run(robot: Robot, path: str | Path, *, places: str | Path | None = None, **options: Any) -> MarkerRun:
