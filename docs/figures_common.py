@@ -1,14 +1,34 @@
-"""What the modules of figures share: the paper, its robot, and how a Markdown table is written."""
+"""What the modules of figures share: the paper, its robot and how it swims, and how a Markdown table is written."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 from hypertuna.description.robot import load
+from hypertuna.paper.computed import Trial, swim_published
 from hypertuna.paper.ledger import published
+from hypertuna.swimming.swim import Swim
 
 PAPER = published()
 FISH = load("hypertuna")
+MODELS = ("ideal joints", "joint bandwidth", "ideal joints, areas as printed", "joint bandwidth, areas as printed")
+
+
+@cache
+def trials() -> dict[str, Trial]:
+    """Swim everything that the paper reports, under every reading of its model."""
+    return swim_published(FISH, PAPER, full=True)
+
+
+def swum(gait: str, model: str) -> Swim:
+    """Return how a gait of HyperTuna's file swims."""
+    return trials()[model].gaits[gait]
+
+
+def change(before: float, after: float) -> float:
+    """Return a relative change in percent."""
+    return 100 * (after / before - 1)
 
 
 def told(name: str) -> float:
