@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 LINES, COLUMNS = 5, 100  # of a text
 OPEN = 8  # rows of a table that are not folded
+FAST = 0.5  # s: a shorter call shows no progress
 REFRESH = 0.1  # s between two pictures of a progress bar
 WIDTHS = Range(min=2, max=40, unit="inch")  # of a figure
 SCREEN = 144  # dots per inch of a figure in a notebook
@@ -295,8 +296,8 @@ def progress_bar(what: str = "done") -> Callable[[int, int], None]:
 
     def report(count: int, total: int) -> None:
         nonlocal last
-        now = time.monotonic()
-        if now - last < REFRESH and count < total:
+        now, ended = time.monotonic(), count >= total
+        if now - last < (0 if ended else REFRESH) or (last == begin and now - begin < FAST):
             return
         last = now
         left = (
@@ -306,7 +307,7 @@ def progress_bar(what: str = "done") -> Callable[[int, int], None]:
         if notebook is not None:
             notebook(f'<progress value="{count}" max="{total}"></progress> {html.escape(text)}')
         elif sys.stderr.isatty():
-            print(f"\r{text:<60}", end="\n" if count >= total else "", file=sys.stderr, flush=True)
+            print(f"\r{text:<60}", end="\n" if ended else "", file=sys.stderr, flush=True)
 
     return report
 

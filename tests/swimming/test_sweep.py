@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -80,6 +81,19 @@ def test_netcdf_round_trip(tuna: ht.Robot, tmp_path: Path) -> None:
         xr.testing.assert_equal(found.load(), swept)
         assert found.speed.attrs == swept.speed.attrs
         assert found.attrs["robot_hash"] == tuna.hash
+
+
+def test_ctrl_c_ends_a_sweep_within_a_thousand_gaits(tuna: ht.Robot) -> None:
+    seen: list[int] = []
+
+    def interrupt(done: int, whole: int) -> None:
+        seen.append(done)
+        signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        ht.sweep(tuna, [fastest(tuna)] * 3000, method="beats", beats=1, steps=8, progress=interrupt)
+    assert seen[0] <= 1024
+    assert len(seen) == 1
 
 
 def test_progress_is_reported_to_the_end(tuna: ht.Robot) -> None:

@@ -33,7 +33,7 @@ from hypertuna.swimming.model import parameter_names, parameter_values
 if TYPE_CHECKING:
     import xarray as xr
 
-CHUNK = 16384  # gaits between two reports of progress: bounds the memory that is not result
+CHUNK = 1024  # gaits between two reports of progress, and before Ctrl-C ends a sweep
 
 
 def thread_count(threads: int | None) -> int:
