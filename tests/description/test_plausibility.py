@@ -11,6 +11,7 @@ from hypertuna.actuation.new import first_robot
 from hypertuna.description.new import new_robot
 from hypertuna.description.plausibility import implausible
 from hypertuna.description.robot import load, parse, robots
+from hypertuna.errors import InputError
 
 MINNOW = Path(__file__).parents[2] / "examples" / "minnow.toml"
 FISH = new_robot("fish", links=3, length=0.3, mass=0.85)
@@ -65,6 +66,13 @@ def test_slips_are_told(place: tuple[str, ...], value: Any, sentence: str) -> No
          "0.5 to 10: is it in cm/s? Then write 0.347."),
         (("drive_unit", "braid_angle_deg"), 0.61, "has 0.61 deg; usual are 5 to 54.7: is it in radians? "
          "Then write 34.95"),
+        (("oil", "density_kg_m3"), 0.87, "is it in g/cm^3? Then write 870."),
+        (("joints", 0, "pressure_max_pa"), 250.0, "is it in kPa? Then write 250000."),
+        (("joints", 0, "line", "fill_pressure_pa"), 60.0, "is it in kPa? Then write 60000."),
+        (("joints", 0, "bend_max_deg"), 0.32, "is it in radians? Then write 18.3346."),
+        (("battery", "resistance_ohm"), 35.0, "battery.resistance_ohm has 35 ohm; usual are 0.001 to 1"),
+        (("guidance", "turn_max_deg_s"), 0.3, "guidance.turn_max_deg_s has 0.3 deg/s; usual are 1.6 to 400"),
+        (("firmware", "tilt_max_deg"), 1.05, "is it in radians? Then write 60.1606."),
         (("battery", "capacity_ah"), 3500.0, "battery.capacity_ah has 3500 A h; usual are 0.02 to 500: is it in mAh? "
          "Then write 3.5."),
     ],
@@ -77,3 +85,20 @@ def test_slips_of_hydraulics_are_told(place: tuple[Any, ...], value: Any, senten
     table[place[-1]] = value
     told = implausible(parse(document))
     assert sentence in "\n".join(told)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "sentence"),
+    [
+        (("oil", "bulk_modulus_pa"), 1500.0, "no liquid is softer, but is 1500: give it in Pa, not MPa or bar"),
+        (("joints", 0, "line", "bore_m"), 4.0, "a line is longer than it is wide, but is 4: give both in m"),
+    ],
+)
+def test_what_no_command_could_use_is_refused(place: tuple[Any, ...], value: Any, sentence: str) -> None:
+    document: Any = load("hypertuna").document()
+    table = document
+    for part in place[:-1]:
+        table = table[part]
+    table[place[-1]] = value
+    with pytest.raises(InputError, match=sentence):
+        parse(document)
