@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -336,3 +337,26 @@ def test_dollar_signs_of_names_are_no_formulas_in_figures(tmp_path: Path) -> Non
     text = (tmp_path / "figure.svg").read_text(encoding="utf-8")
     assert "run $\\frac{$" in text
     assert "mathdefault" in text
+
+
+def test_an_option_with_one_value_is_given_once(run) -> None:
+    code, output, error = run("swim", "--gait", "unoptimised-max", "--steps", "64", "--steps", "128")
+    assert (code, output) == (2, "")
+    assert error == "error: --steps must be given once: remove all but one.\n"
+    assert run("turn", "--frequency", "2", "--frequency", "3", "--json")[0] == 2
+    assert run("swim", "--gait", "unoptimised-max", "--json", "--json")[0] == 0  # a flag is the same twice
+
+
+def test_a_sweep_resumes_after_kill(tmp_path: Path) -> None:
+    options = ("--frequency", "1:6:150", "--amplitude", "10:16:20,24", "--phase", "0,0:80:10", "--threads", "1")
+    command = [sys.executable, "-m", "hypertuna", "sweep", *options, "--steps", "16", "-o"]
+    journal = tmp_path / "sweep.journal"
+    killed = subprocess.Popen([*command, "killed.csv", "--checkpoint", journal.name], cwd=tmp_path)
+    while killed.poll() is None and (not journal.exists() or journal.read_bytes().count(b"\n") < 2):
+        time.sleep(0.02)
+    killed.kill()
+    killed.wait()
+    assert killed.returncode == -9
+    for name, more in {"whole.csv": [], "killed.csv": ["--checkpoint", journal.name]}.items():
+        subprocess.run([*command, name, *more], cwd=tmp_path, check=True, capture_output=True)
+    assert (tmp_path / "killed.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()

@@ -326,3 +326,31 @@ def test_a_grid_in_degrees_names_the_bad_angle_in_degrees() -> None:
         Gaits.grid_degrees(frequency=[1], amplitude=[(8, 15), (8, 250)], phase=[(0, 0)])
     with pytest.raises(ht.InputError, match=r"phase must be a list.*write phase=\["):
         Gaits.grid(frequency=[1], amplitude=[(0.1, 0.2)], phase=3)  # type: ignore[arg-type]
+
+
+def test_a_sweep_resumes_to_the_same_bytes(tmp_path: Path, tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hypertuna.swimming.sweep.CHUNK", 2)
+    gaits = Gaits.grid_degrees(frequency=[1, 2, 3, 4, 5], amplitude=[(8, 12)], phase=[(0, 40)])
+    whole = ht.sweep(tuna, gaits, check_rest=True)
+    journal = tmp_path / "sweep.journal"
+
+    def stop(done: int, _: int) -> None:
+        if done == 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        ht.sweep(tuna, gaits, check_rest=True, checkpoint=journal, progress=stop)
+    kept = journal.read_bytes()
+    assert kept.count(b"\n") == 3  # the header, and two chunks
+    resumed = ht.sweep(tuna, gaits, check_rest=True, checkpoint=journal)
+    assert resumed.identical(whole)
+    assert all(resumed[name].dtype == whole[name].dtype for name in whole)
+    assert journal.read_bytes().startswith(kept)
+    with pytest.raises(ht.InputError, match="steps"):
+        ht.sweep(tuna, gaits, check_rest=True, checkpoint=journal, steps=64)
+
+    lines = journal.read_bytes().split(b"\n")
+    lines[2] = lines[2].replace(b"1", b"2", 1)
+    journal.write_bytes(b"\n".join(lines))
+    with pytest.warns(match="damaged"):
+        assert ht.sweep(tuna, gaits, check_rest=True, checkpoint=journal).identical(whole)

@@ -37,6 +37,7 @@ class _Front:
                 typer.echo(context.get_help(), err=True)
                 raise typer.Exit(2) from None
             raise _explained(error, self, context, given) from None
+        _check_once(self, context, given)
         return rest
 
     def get_help_option(self, context: Any) -> Any:
@@ -152,6 +153,17 @@ class App(typer.Typer):
     ) -> Callable[[Callable[..., None]], Callable[..., None]]:
         """Add a command."""
         return super().command(name, **({"cls": Command} | options))
+
+
+def _check_once(command: Any, context: Any, args: list[str]) -> None:
+    """Check that no option with one value is given twice: nobody knows which of them is meant."""
+    if context.resilient_parsing:
+        return
+    _, _, order = command.make_parser(context).parse_args(args=list(args))
+    for param in order:
+        single = param.param_type_name == "option" and not (param.multiple or param.is_flag or param.count)
+        if single and sum(other is param for other in order) > 1:
+            raise InputError("must be given once", key=max(param.opts, key=len), fix="remove all but one")
 
 
 def _name(context: Any) -> str:

@@ -47,7 +47,8 @@ def group(help: str) -> typer.Typer:
     return App(no_args_is_help=True, help=help)
 
 
-SYMBOLS = {"degrees": "deg", "seconds": "s", "C": "degC", "percent": "%"}  # of units in words, for metavars
+SYMBOLS = {"degrees": "deg", "seconds": "s", "C": "degC", "percent": "%", "N m": "N*m"}  # of units, for metavars
+SYMBOLS |= {"parts of 1": "1", "m/s per J/(kg m)": "1"}
 
 
 def _kind(form: str, read: Callable[..., Any]) -> Callable[..., Any]:
@@ -58,7 +59,7 @@ def _kind(form: str, read: Callable[..., Any]) -> Callable[..., Any]:
 
     def declare(name: str, unit: str, help: str, **more: Any) -> Any:
         symbol = SYMBOLS.get(unit, unit)
-        metavar = form.replace("UNIT", "NUMBER" if symbol == "1" or " " in symbol else symbol)
+        metavar = form.replace("UNIT", "NUMBER" if symbol == "1" else symbol)
         return option((name,), help, metavar, lambda text, key: read(text, key, unit, **more))
 
     return declare

@@ -42,6 +42,7 @@ def sweep_command(
         bool, typer.Option("--check-rest", help="Check whether a start from rest leads to each settled beat.")
     ] = False,
     threads: opt.Threads = None,
+    checkpoint: opt.Checkpoint = None,
     files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Swim every combination of frequencies, amplitudes, phases and biases.
@@ -51,9 +52,8 @@ def sweep_command(
     """
     subject = robot.load()
     with progress_bar("swimming") as progress:
-        result = sweep(
-            subject, gaits.grid(subject), threads=threads, steps=steps, check_rest=check_rest, progress=progress
-        )
+        options: dict[str, Any] = {"threads": threads, "steps": steps, "check_rest": check_rest}
+        result = sweep(subject, gaits.grid(subject), **options, checkpoint=checkpoint, progress=progress)
     emit(
         result,
         record=lambda data: provenance(subject) | {"gaits": column_rows(variable_columns(data, _names(data)))},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,10 +13,11 @@ import numpy as np
 
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.provenance import provenance
+from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
+from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import dataset
 from hypertuna.ranges import POSITIVE_WHOLE, check_choice
 from hypertuna.swimming.beat import (
@@ -53,6 +55,7 @@ def sweep(
     method: Literal["newton", "beats"] = "newton",
     beats: int = 50,
     check_rest: bool = False,
+    checkpoint: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Swim many gaits.
@@ -70,6 +73,8 @@ def sweep(
         Solve for the settled beat, or swim this many beats from rest and take the last.
     check_rest : bool
         Whether to check that a start from rest leads to each settled beat, which takes three to four times as long.
+    checkpoint : str or Path, optional
+        File of a journal, from which the same call resumes after an interruption.
     progress : callable, optional
         Called with the number of gaits completed and their total.
 
@@ -96,22 +101,33 @@ def sweep(
     if check_rest and wait >= 0:
         raise InputError("must be by newton to check starts from rest", key="method", value="beats", fix="leave it out")
     threads = thread_count(threads)
-    parts = []
-    for first in range(0, len(gaits), CHUNK):
-        last = min(first + CHUNK, len(gaits))
+    names = (*QUANTITIES, "status", *(_FROM_REST if check_rest else ()))
+
+    def swum(first: int, last: int) -> dict[str, Array]:
         part = Gaits(*(column[first:last] for column in gaits.columns), shape=(last - first,))
         result = settle(robot, part, steps=steps, wait=wait, approach=APPROACH * check_rest, threads=threads)
-        names = (*QUANTITIES, "status")
         if check_rest:
             result |= _from_rest(robot, part, result, steps, threads)
-            names += tuple(_FROM_REST)
-        parts.append({name: result[name] for name in names})
-        if progress is not None:
-            progress(last, len(gaits))
+        return {name: result[name] for name in names}
+
+    parts = []
+    digest = hashlib.sha256(b"".join(np.ascontiguousarray(column).tobytes() for column in gaits.columns)).hexdigest()
+    options = {"gaits": digest, "steps": steps, "wait": wait, "check_rest": check_rest, "chunk": CHUNK}
+    with Journal(checkpoint, journal_header("sweep", robot, options)) as journal:
+        for first in range(0, len(gaits), CHUNK):
+            last = min(first + CHUNK, len(gaits))
+            if checkpoint is None:
+                parts.append(swum(first, last))
+            else:
+                kept = journal.answer([first, last], lambda: swum(first, last))  # noqa: B023 - called at once
+                parts.append({name: np.array(kept[name], _TYPES.get(name, np.float64)) for name in names})
+            if progress is not None:
+                progress(last, len(gaits))
     whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return _dataset(robot, gaits, whole, {"steps": steps, "method": method, "check_rest": int(check_rest)})
 
 
+_TYPES = {"status": np.int8, "reached_from_rest": np.bool_}  # of results that are no float64
 _FROM_REST = {
     "reached_from_rest": {"long_name": "whether a start from rest leads to this beat"},
     "speed_from_rest": {"units": "m/s", "long_name": "speed of the settled beat that a start from rest leads to"},
