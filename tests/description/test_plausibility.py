@@ -37,6 +37,9 @@ def test_nothing_is_unlikely_about_first_robots(actuation: str, links: int, leng
         (("links", "lateral_area_m2"), [136.3, 56.42, 45.32], "links.lateral_area_m2[0] makes link head 909 m high "
          "on average: is it in cm^2? Then write 0.01363."),
         (("links", "mass_kg"), [0.60933, 0.2041, 0.00003657], "links.mass_kg[2] gives link fin "),
+        (("body", "mass_kg"), 8.5, "body.mass_kg is 10 times the sum of the links: check both."),
+        (("links", "com_m"), [0.085, 0.0031, 0.022], "links.com_m[1] is 0.0031 m, at the front end of a link of "
+         "0.075 m: check the unit and the power of ten."),
         (("body", "mass_kg"), 850.0, "body.mass_kg has 850 kg; a slender fish of 0.3 m has about 0.54 kg: check both."),
         (("links", "wetted_area_m2"), [0.00003479, 0.0144, 0.00982], "links.wetted_area_m2[0] is 0.00255 times the "),
         (("water", "density_kg_m3"), 1.0, "water.density_kg_m3 has 1 kg/m^3; usual are 900 to 1300: is it in g/cm^3? "

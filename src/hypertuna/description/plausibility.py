@@ -16,11 +16,11 @@ USUAL: dict[str, tuple[float, float]] = {
     "links.length_m": (0.001, 10.0),
     "water.density_kg_m3": (900.0, 1300.0),
     "water.lumped.added_mass": (0.0, 5.0),
-    "water.strip.added_mass_normal": (0.0, 5.0),
+    "water.strip.added_mass_normal": (0.05, 5.0),
     "water.elongated.added_mass_normal": (0.0, 5.0),
     "water.strip.drag_normal": (0.05, 10.0),
     "water.elongated.drag_normal": (0.05, 10.0),
-    "water.strip.drag_tangential": (0.0, 1.0),
+    "water.strip.drag_tangential": (5e-4, 1.0),
     "water.elongated.drag_tangential": (0.0, 1.0),
     "gaits.frequency_hz": (0.02, 20.0),
     "gaits.amplitude_deg": (1.6, 180.0),
@@ -78,6 +78,10 @@ USUAL: dict[str, tuple[float, float]] = {
     "joints.line.fill_pressure_pa": (1e3, 1e6),
     "joints.actuator.lever_m": (5e-4, 0.2),
     "joints.actuator.spacing_m": (5e-4, 0.2),
+    "water.strip.added_inertia": (0.05, 5.0),
+    "water.strip.drag_beating": (0.2, 20.0),
+    "water.strip.added_mass_tangential": (5e-4, 0.6),
+    "water.strip.edge_lift": (0.1, 2.0),
     "water.strip.edge_height_m": (0.002, 5.0),
     "water.strip.blunt_area_m2": (1e-7, 1.0),
     "servos.idle_current_a": (0.001, 2.0),
@@ -138,6 +142,8 @@ WIDE = 0.6  # width over height of a section whose width is unknown
 DENSITY = (30.0, 10e3)  # kg/m^3, of a link: foam to lead
 SLENDER = (0.004, 1.0)  # height of a link over the length of the body
 FRICTION = (0.1, 12.0)  # wetted over lateral area
+HEAVY = 5.0  # of the whole robot over its links
+FRONT = 0.1  # of a link: centers of mass lie behind it
 BULK = (0.3, 400.0)  # kg/m^3, mass over length cubed
 SWIMMING = (0.01, 20.0)  # lengths per second
 
@@ -177,6 +183,12 @@ def _unlikely_links(robot: Robot) -> Iterator[str]:
     if not BULK[0] <= robot.body.mass / whole**3 <= BULK[1]:
         like = (20 * whole**3, f"{20 * whole**3:.2g}")[1]
         yield f"body.mass_kg has {robot.body.mass:g} kg; a slender fish of {whole:g} m has about {like} kg: check both."
+    if robot.body.mass > HEAVY * math.fsum(links.mass):
+        yield f"body.mass_kg is {robot.body.mass / math.fsum(links.mass):.3g} times the sum of the links: check both."
+    for i, (length, com) in enumerate(zip(links.length, links.com, strict=True)):
+        if com < FRONT * length:
+            slip = _slip(com, "m", (FRONT * length, length))
+            yield f"links.com_m[{i}] is {com:g} m, at the front end of a link of {length:g} m: {slip}."
     volumes = robot.spatial.volume if robot.spatial is not None else (None,) * len(links.name)
     for i, (length, mass, area, wetted, volume) in enumerate(
         zip(links.length, links.mass, links.lateral_area, links.wetted_area, volumes, strict=True)
