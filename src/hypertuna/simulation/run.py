@@ -125,13 +125,7 @@ class Run(Tabular, data=lambda run: run.dataset()):
             NAMES.get(name, name): (("time", dim) if dim else ("time",), self.data[name], unit, text)
             for name, (dim, unit, text) in names.items()
         }
-        places = {
-            "joint": self.joints,
-            "circuit": self.circuits,
-            "drive": self.drives,
-            "servo": self.servos,
-            **coordinates,
-        }
+        places = {dim: getattr(self, f"{dim}s") for dim in ("joint", "circuit", "drive", "servo")} | dict(coordinates)
         time = ("time", self.time, "s", "start of the control tick")
         labels = {name: (name, list(texts)) for name, texts in places.items()}
         data = dataset(variables, {"time": time} | labels, provenance(self.robot) | attributes)
