@@ -141,6 +141,9 @@ def test_commands(run: Run, tmp_path: Path) -> None:
     assert run("firmware", "params", "--robot", "hypertuna", "--check", str(path))[0] == 0
     path.write_text(path.read_text().replace("0.01f", "0.02f"))
     assert run("firmware", "params", "--robot", "hypertuna", "--check", str(path))[0] == 1
+    path.write_bytes(path.read_bytes() + b"\xff")
+    code, _, told = run("firmware", "params", "--robot", "hypertuna", "--check", str(path))
+    assert (code, "must be readable" in told) == (2, True)
     code, told, _ = run("firmware", "faults", "--json")
     assert code == 0
     assert "water in the hull" in told

@@ -11,7 +11,19 @@ NUMBER = re.compile(r"(?<![\w.\"])-?\d+(?:\.\d+)?(?:e-?\d+)?(?![\w.\"])")
 FACTORS = (1e-6, 1e-3, 0.01, 0.1, 0.5, -1.0, 2.0, 10.0, 57.3, 1e3, 1e6)  # units mistaken, above all
 EXTREMES = ("0", "-1", "1e300", "-1e300", "1e-300", "1e-5", "1e5", "nan", "inf", "")
 VALUES = (*EXTREMES, "true", '"x"', "[]", "{}", "1_0", "0x10", "9" * 30)
-SIGNS = ("\0", "\x1b[31m", "\x07", "é", "\u202e", "\udcff", "\ufeff", *"$/\"'\n,;=[]#\\", "[/b]", "", "x" * 5000)
+SIGNS: tuple[str, ...] = (
+    "\0",
+    "\x1b[31m",
+    "\x07",
+    "é",
+    "\u202e",
+    "\udcff",
+    "\ufeff",
+    *"$/\"'\n,;=[]#\\",
+    "[/b]",
+    "",
+    "x" * 5000,
+)
 
 
 def of_text(content: bytes, chance: random.Random) -> bytes:
@@ -93,7 +105,8 @@ def _word(text: str, chance: random.Random) -> str:
     if not words:
         return text
     at = chance.choice(words)
-    return text[: at.start()] + at[0][::-1] + text[at.end() :]
+    word: str = at[0]
+    return text[: at.start()] + word[::-1] + text[at.end() :]
 
 
 def _name(text: str, chance: random.Random) -> str:

@@ -20,7 +20,7 @@ LONGEST = 10.0  # s of processor, of a command
 LONGEST_ERROR = 8000  # characters: a robot's file can have a hundred faults, a block to paste for each missing table
 VARYING = ("seconds",)  # keys of results that differ between two runs
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e]")
-WITHOUT_NUMBERS = re.compile(r"\b(nan|inf)\b")
+WITHOUT_NUMBERS = re.compile(r"\b(nan|inf)\b")  # a robot's file, which is shown, may say so
 
 
 @dataclass(frozen=True)
@@ -81,10 +81,10 @@ def answer(command: str, folder: Path, *, longest: float = LONGEST) -> Answer:
     if seconds > longest:
         problem = problem or f"takes {seconds:.0f} s of processor"
     text, told = output.getvalue(), errors.getvalue()
-    return Answer(code, text, told, seconds, problem or _problem(code, text, told) or _empty_file(folder))
+    return Answer(code, text, told, seconds, problem or _problem(command, code, text, told) or _empty_file(folder))
 
 
-def _problem(code: int, output: str, errors: str) -> str:
+def _problem(command: str, code: int, output: str, errors: str) -> str:
     """Return what no user should meet in an answer."""
     if "Traceback" in errors or "Traceback" in output:
         return errors[-300:]
@@ -100,7 +100,7 @@ def _problem(code: int, output: str, errors: str) -> str:
         return f"{len(errors)} characters of errors"
     if sign := CONTROL.search(output + errors):
         return f"the control character {sign[0]!r}"
-    if code == 0 and (number := WITHOUT_NUMBERS.search(output)):
+    if code == 0 and not command.startswith("robot show") and (number := WITHOUT_NUMBERS.search(output)):
         return f"exit code 0 and {number[0]}"
     if code == 0 and '"settled": true' in output and re.search(r'"(speed_m_s|mechanical_power_w)": null', output):
         return "settled without numbers"

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import free, sample_robots
 from hypertuna.identification.identify import with_fit
@@ -189,3 +190,25 @@ def test_bad_draws_are_refused(tuna: ht.Robot, problem: Problem) -> None:
         over_fit(problem, "mean", samples=4, seed=1)
     with pytest.raises(InputError, match="samples must be from 1 to 10000, but is 0"):
         over_fit(problem, "mean", samples=0, seed=1)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"names": ["w;ater.lumped.drag[7]"]}, r"fit.names w;ater.lumped.drag\[7\] is not a coefficient"),
+        ({"names": ["water.lumped.drag[70]"]}, "must have indices from 0 to 7"),
+        ({"names": ["name"]}, "fit.names name is not a coefficient"),
+        ({"names": ["water.strip.drag_normal[1]"]}, "is not used by model.water = 'lumped'"),
+        ({"scale": ["log"], "lower": [0.0]}, r"fit.lower\[0\] must be greater than 0 in log scale"),
+        ({"value": [1e300]}, r"fit.value\[0\] must be from lower to upper"),
+        ({"covariance": [[-1.0]]}, r"fit.covariance\[0\] must be a row of a covariance"),
+    ],
+)
+def test_a_damaged_fit_is_refused(tuna: ht.Robot, change: dict[str, object], sentence: str) -> None:
+    """Of a robot's table [fit]: nothing that sampling would trip over."""
+    frees = free(tuna, ["water.drag[7]"], bounds={"water.drag[7]": (0.0, 100.0)})
+    fitted = with_fit(tuna, frees, np.array([30.0]), covariance=np.eye(1), trials="a.csv", seed=0, text="fit")
+    document = fitted.document()
+    document["fit"] |= change
+    with pytest.raises(InputError, match=sentence):
+        sample_robots(parse(document), 2, 1)

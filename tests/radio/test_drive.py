@@ -150,6 +150,7 @@ def test_calibration_is_a_straight_line(tmp_path: Path) -> None:
         ("bend_0,1,5\nbend_0,1,6", "must change with the reference"),
         ("bend_0,1,-9\nbend_0,3,0\nbend_0,2,9", "must follow the reference on a straight line, but is off it by"),
         ("band_0,1,5", "line 2, sensor must name a sensor"),
+        ("bend_0,-1e300,5", "line 2, counts must be from -1e.12 to 1e.12, but is -1e.300"),
         ("bend_0,x,5", "line 2, counts must be a finite number"),
     ],
 )

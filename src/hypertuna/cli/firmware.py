@@ -1,7 +1,6 @@
 """The commands `hypertuna firmware params | faults`."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -12,6 +11,7 @@ from hypertuna.cli.console import print_json, print_lines, print_written, table
 from hypertuna.cli.emit import made_by
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table, header
 from hypertuna.io.files import write_atomically
+from hypertuna.io.tables import read_text
 
 firmware_app = opt.group("Firmware: parameters from a robot's description, list of faults.")
 
@@ -45,7 +45,7 @@ def params(
         print_written(output)
     if check is None:
         return
-    if Path(check).read_text() != header(parameters):
+    if read_text(check, "a C++ header") != header(parameters):
         fix = f"write it again with hypertuna firmware params --robot {robot} -o {check}"
         typer.echo(f"{check} differs: {fix}", err=True)
         raise typer.Exit(1)

@@ -202,6 +202,9 @@ def sample_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
     if fit is None:
         fix = "give a file that `hypertuna identify -o` wrote"
         raise InputError("must have a table [fit] to sample from", file=robot.file, fix=fix)
+    for name in fit.names:
+        if name.partition("[")[0] not in NUISANCES:
+            Names(robot).resolve(name, "fit.names")
     frees = [
         Free(name, lower, upper, value, scale)
         for name, lower, upper, value, scale in zip(fit.names, fit.lower, fit.upper, fit.value, fit.scale, strict=True)

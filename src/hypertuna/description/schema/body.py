@@ -257,6 +257,20 @@ class Fitted(Part, table="fit"):
         for name, column in columns.items():
             text, value = f"must be {count} long, like fit.names", f"{len(column)} long"
             yield Check(len(column) == count, name, text, "identify again", value)
+        for i, (low, value, high) in enumerate(zip(self.lower, self.value, self.upper, strict=False)):
+            text = f"must be from lower to upper, {low:g} to {high:g}"
+            slack = 1e-9 * max(abs(low), abs(high))  # of rounding
+            yield Check(low - slack <= value <= high + slack, f"value[{i}]", text, "identify again", f"{value:g}")
+        for i, (low, scale) in enumerate(zip(self.lower, self.scale, strict=False)):
+            yield Check(
+                scale != "log" or low > 0, f"lower[{i}]", "must be greater than 0 in log scale", "identify again"
+            )
+        slack = 1e-6 * max((abs(x) for row in self.covariance for x in row), default=0.0)
+        for i, row in enumerate(self.covariance):
+            pairs = [(row[k], self.covariance[k][i]) for k in range(i) if k < len(row) and i < len(self.covariance[k])]
+            good = all(abs(a - b) <= slack for a, b in pairs) and min(row[i : i + 1], default=0.0) >= 0
+            text = "must be a row of a covariance: symmetric, no variance below 0"
+            yield Check(good, f"covariance[{i}]", text, "identify again")
 
 
 def sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None) -> Iterator[Check]:
