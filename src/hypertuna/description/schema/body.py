@@ -257,10 +257,9 @@ class Fitted(Part, table="fit"):
         for name, column in columns.items():
             text, value = f"must be {count} long, like fit.names", f"{len(column)} long"
             yield Check(len(column) == count, name, text, "identify again", value)
-        for i, (low, at, high) in enumerate(zip(self.lower, self.value, self.upper, strict=False)):
-            text = f"must be from lower to upper, {low:g} to {high:g}"
-            slack = 1e-9 * max(abs(low), abs(high))  # of rounding
-            yield Check(low - slack <= at <= high + slack, f"value[{i}]", text, "identify again", f"{at:g}")
+        for i, (low, found, high) in enumerate(zip(self.lower, self.value, self.upper, strict=False)):
+            text, slack = f"must be from lower to upper, {low:g} to {high:g}", 1e-9 * max(abs(low), abs(high))
+            yield Check(low - slack <= found <= high + slack, f"value[{i}]", text, "identify again", f"{found:g}")
         for i, (low, scale) in enumerate(zip(self.lower, self.scale, strict=False)):
             yield Check(
                 scale != "log" or low > 0, f"lower[{i}]", "must be greater than 0 in log scale", "identify again"
