@@ -238,7 +238,7 @@ def test_bad_input_is_told_in_a_sentence(tuna: ht.Robot) -> None:
         ),
         (
             {"phase": [(0.0, 0.0), (0.0,)]},
-            "phase must be 2 long, as amplitude is, but is 1 long: give one value per joint group.",
+            "phase[1] must be 2 long, as phase[0] is, but is 1 long: give one angle per joint group.",
         ),
         (
             {"bias": [(0.0, float("nan"))]},
