@@ -51,6 +51,7 @@ def made() -> dict[str, Any]:
         "front": ht.pareto(fish, population=4, generations=1, polish=False),
         "fit": fit,
         "twin": ht.twin(fish, gait, duration=1.0),
+        "dry twin": ht.twin(TANK.parent / "servofish.toml", "cruise", duration=1.0),  # servos alone, no oil
         "dive": ht.dive(fish, gait, duration=4.0),
         "mission": mission,
         "flight": flight,
@@ -93,6 +94,7 @@ KINDS = [
     "fit",
     "posterior",
     "twin",
+    "dry twin",
     "sea",
     "dive",
     "posture",

@@ -122,6 +122,12 @@ def test_no_weight_and_a_speed_out_of_reach_is_the_fastest_gait(tuna: ht.Robot, 
     assert "instead of the expected 5 m/s" in best.remark
 
 
+def test_a_gait_that_is_cheap_since_it_hardly_swims_is_remarked(tuna: ht.Robot) -> None:
+    remark = "The gait hardly swims"
+    assert remark in optimize(ht.load("examples/myfish.toml"), minimize="cost_of_transport", method="gradient").remark
+    assert remark not in optimize(tuna, speed=0.4, method="gradient").remark
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_limits_are_kept_and_those_that_hold_are_named(tuna: ht.Robot, method: str) -> None:
     ideal = tuna.using(joints="ideal")

@@ -14,6 +14,13 @@ from hypertuna.errors import InputError, did_you_mean
 R = TypeVar("R")
 
 MAX_NAMED = 5  # bad rows in an error
+# What to do about errors of `tomllib`, which names the line where it gave up.
+TOML_FIXES = {
+    "Unclosed array": "close the bracket that opens there or on a line above, and write decimals with a point",
+    "Cannot overwrite a value": "a key is there twice: delete one of the two lines",
+    "Expected newline": "write one key a line, and decimals with a point",
+    "Cannot declare": "a table is there twice: put its keys under one heading",
+}
 
 
 def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
@@ -36,7 +43,7 @@ def read_toml(path: str | Path, *, file: str | None = None) -> dict[str, Any]:
     try:
         return tomllib.loads(content)
     except (ValueError, RecursionError) as error:
-        fix = "correct that line"
+        fix = next((fix for words, fix in TOML_FIXES.items() if words in str(error)), "correct that line")
         raise InputError("must be valid TOML", file=file or str(path), value=f"not ({error})", fix=fix) from None
 
 

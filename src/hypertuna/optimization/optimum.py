@@ -21,6 +21,7 @@ NEAR = 5e-3  # relative distance at which a limit or bound counts as active
 MET = 5e-3  # relative error at which an expected speed counts as met
 FLAT = 5e-3  # relative difference of values that are near the best
 WIDE = 0.1  # part of its bounds over which a coordinate near the best is remarked
+IDLE = 0.05  # body lengths per beat: a gait with less hardly swims
 PLACES = 25  # points from the best to each bound
 
 
@@ -120,7 +121,15 @@ def make_optimum(
         bounds=bounds if feasible else {},
         near_best=near,
         weight_threshold=_weight_threshold(problem, best) if exact else None,
-        remark=" ".join(filter(None, [missed or _flat(space, near), "" if result is None else _elsewhere(result)])),
+        remark=" ".join(
+            filter(
+                None,
+                [
+                    missed or _flat(space, near),
+                    *(() if result is None else (_idle(target, result), _elsewhere(result))),
+                ],
+            )
+        ),
     )
 
 
@@ -151,6 +160,16 @@ def _reach(places: Array, reserve: Array) -> float:
     k = used_up[0]
     place, part = (places[k - 1], reserve[k - 1]) if k else (0.0, 1.0)
     return float(place + part / (part - reserve[k]) * (places[k] - place))  # no further where a limit ends it
+
+
+def _idle(target: Objective, result: Swim) -> str:
+    """Return a sentence if a gait is cheap since it hardly swims."""
+    if not target.name.startswith("cost_of_transport") or result.stride_length > IDLE:
+        return ""
+    return (
+        f"The gait hardly swims, {result.stride_length:.1g} body lengths a beat: the cost of transport falls with the "
+        "speed. Give the least speed that the robot must reach, or the speed at which it swims."
+    )
 
 
 def _elsewhere(result: Swim) -> str:

@@ -20,7 +20,7 @@ def twin_card(run: TwinRun) -> Card:
     facts = [("speed", f"{number(run.speed, 'm/s')} ({number(run.speed_bl, 'BL/s', 2)})")] if swims else []
     facts += [("electrical power", number(run.electrical_power, "W"))]
     facts += [("cost of transport", number(run.cost_of_transport, "J/(kg m)"))] if swims else []
-    facts += [("largest pressure", number(float(run.pressure_max.max()) / 1e3, "kPa"))]
+    facts += [("largest pressure", number(float(run.pressure_max.max()) / 1e3, "kPa"))] if run.circuits else []
     facts += [("change per beat", number(100 * run.change_per_beat, "%", 2)), ("duration", number(run.duration, "s"))]
     swings = zip(run.joints, np.degrees(run.gait.amplitude), np.degrees(run.swing), strict=True)
     rows = [(joint, f"{target:.3g}", f"{reached:.3g}") for joint, target, reached in swings]
