@@ -94,7 +94,7 @@ def _check_count(robot: Robot, key: str, points: Points, count: int) -> None:
             rule = "must be one value" if key == "frequency" else f"must be {count} values, for joint groups {groups}"
             given = f"but has {len(point)} ({', '.join(f'{x:g}' for x in point)})"
             fix = "give one number" if count == 1 else f"give {count}, separated by commas"
-            fix += ", such as " + "0," * (count - 1) + "0:90:10" if 1 < min(count, len(points)) else ""
+            fix += ", such as " + "0," * (count - 1) + "0:90:10" if min(count, len(points)) > 1 else ""
             raise InputError(f"{rule}, {given}", key=f"--{key}", fix=fix)
 
 

@@ -82,6 +82,8 @@ def variable_columns(data: xr.Dataset, names: Mapping[str, str] | Iterable[str])
     columns: dict[str, Any] = {}
     for name, head in names.items():
         variable, over = data[name], [dim for dim in data[name].dims if dim in labels]
+        if not all(labels[dim].size for dim in over):
+            continue
         unit, values = _unit_and_values(variable)
         whole = variable.copy(data=values).expand_dims({dim: n for dim, n in rows.items() if dim not in variable.dims})
         table = whole.transpose(*over, *rows).values.reshape(*(len(labels[dim]) for dim in over), -1)
