@@ -1,16 +1,10 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
-#include "hypertuna/host/load_model.hpp"
+#include "hypertuna/host/directions.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
-
-int parameter_count(const Model& model) {
-    int count = 0;
-    for (const ParameterColumn& column : parameter_columns(model)) count += column.count;
-    return count;
-}
 
 static std::vector<std::string> parameter_names(const Model& model) {
     std::vector<std::string> names;

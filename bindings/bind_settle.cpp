@@ -8,7 +8,7 @@
 #include <system_error>
 #include <thread>
 
-#include "hypertuna/swimming/parameters.hpp"
+#include "hypertuna/host/directions.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
@@ -129,19 +129,9 @@ static Output settle_batch(const Model& model, const Frequency& frequency, const
     return rows;
 }
 
-/// Sort directions by whether they change parameters that the shape of the body depends on, with a gait or without.
-static Directions sort_directions(const Model& model, const Input<2>& along, bool of_gait) {
+static Directions checked_directions(const Model& model, const Input<2>& along, bool of_gait) {
     check_extent("directions", along.shape(0), parameter_count(model));
-    const int count = static_cast<int>(along.shape(1));
-    Directions directions{along.data(), count, {}, {}};
-    if (of_gait) directions.still = {-3, -2, -1};
-    const int end = shape_parameters(model.groups, model.links), begin = of_gait ? 0 : end - 2 * model.links;
-    for (int k = 0; k < count; ++k) {
-        bool moves = false;
-        for (int i = begin; i < end; ++i) moves |= along.data()[i * count + k] != 0;
-        (moves ? directions.moving : directions.still).push_back(k);
-    }
-    return directions;
+    return sort_directions(model, along.data(), int(along.shape(1)), of_gait);
 }
 
 static Output gradient(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
@@ -150,7 +140,7 @@ static Output gradient(const Model& model, const Frequency& frequency, const Per
     check_steps(steps);
     check_extent("momentum", momentum.shape(0), frequency.shape(0));
     check_extent("momentum", momentum.shape(1), 3);
-    const Directions directions = sort_directions(model, along, true);
+    const Directions directions = checked_directions(model, along, true);
     const Kernel& use = kernel();
     Output rows = zeros({frequency.shape(0), names(use.gradient_output).size(), 3 + along.shape(1)});
     const nb::gil_scoped_release unlocked;
@@ -166,7 +156,7 @@ static NamedArrays track(const Model& model, const Input<3>& joints, const Input
     check_extent("joints", joints.shape(1), model.links);
     check_extent("joints", joints.shape(2), 3);
     if (twist) check_extent("twist", twist->shape(0), 3);
-    Directions directions = sort_directions(model, along, false);
+    Directions directions = checked_directions(model, along, false);
     if (twist) directions.still.insert(directions.still.begin(), {-3, -2, -1});
     const std::size_t steps = joints.shape(0) / 2;
     Output pose = zeros({steps + 1, 3}), rate = zeros({steps + 1, 3}),

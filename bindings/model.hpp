@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "kernels.hpp"
+#include "hypertuna/host/kernels.hpp"
 
 namespace hypertuna {
 

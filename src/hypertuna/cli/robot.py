@@ -1,4 +1,4 @@
-"""The commands `hypertuna robot new | check | show | keys | schema`."""
+"""The commands `hypertuna robot new | check | show | keys | image | schema`."""
 
 import shlex
 from collections.abc import Iterator
@@ -123,6 +123,20 @@ def show(robot: RobotFile, as_json: opt.AsJson = False, plot: opt.Plot = None) -
         figure="hypertuna.swimming.drawing:plot_robot",
         as_json=as_json,
     )
+
+
+@robot_app.command()
+def image(
+    robot: RobotFile,
+    output: Annotated[str, opt.file("-o", "--output", help="File to write.", suffixes=(".robot",))],
+) -> None:
+    """Write a robot for programs without Python: what `hosts/hypertuna.h` swims and simulates."""
+    from hypertuna.io.files import write_atomically
+    from hypertuna.simulation.image import robot_image
+
+    data = robot_image(load(robot))
+    write_atomically(output, data)
+    print_lines([f"written: {output}, {len(data)} bytes"])
 
 
 def _check_record(robot: Robot) -> dict[str, Any]:

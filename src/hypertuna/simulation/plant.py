@@ -61,6 +61,17 @@ def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
     # In air: no density, no added mass, no drag that needs no density.
     dry = {"water.density": [0.0], **{f"water.{law}.{name}": none for name in LAWS[law].dry}}
     model = core_model(robot, None if medium == "water" else dry)
+    plant = _core.Plant(model, _plant_columns(robot, oil, models))
+    fastest, stiffest = _fastest(robot, plant, medium == "air", oil, models)
+    return Parts(plant, fastest, stiffest, sensor_columns(robot), oil.temperature)
+
+
+def plant_columns(robot: Robot, temperature: float | None = None) -> dict[str, Any]:
+    """Return the columns that the core makes a robot's plant from, at a temperature of its oil [K]."""
+    return _plant_columns(robot, circuits(robot, temperature), _viscous(robot))
+
+
+def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) -> dict[str, Any]:
     still = [servo for servo in robot.servos if servo.drives != DRIVES]
     columns: dict[str, Any] = {
         "share": _shares(robot),
@@ -76,9 +87,7 @@ def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
         columns |= {"hinge.stiffness": robot.hinge.stiffness, "hinge.damping": robot.hinge.damping}
     if robot.spatial is not None and robot.fins is not None:
         columns |= space_columns(robot)
-    plant = _core.Plant(model, columns)
-    fastest, stiffest = _fastest(robot, plant, medium == "air", oil, models)
-    return Parts(plant, fastest, stiffest, sensor_columns(robot), oil.temperature)
+    return columns
 
 
 def _viscous(robot: Robot) -> tuple[JointModel, ...]:

@@ -68,6 +68,11 @@ def _current(key: str, values: Any) -> tuple[float, float]:
 def world_at_sea(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = ()) -> _core.World:
     """Build the world around a robot at sea; in the gaps [s] there are no satellites."""
     space_columns(robot)  # raises where a table is missing
+    return _core.World(sea_columns(robot, sea) | {"gaps": np.array(gaps, dtype=np.float64).reshape(-1, 2)})
+
+
+def sea_columns(robot: Robot, sea: Sea) -> dict[str, Any]:
+    """Columns of the world around a robot at sea."""
     east, north = sea.shear
     numbers = {
         "density": robot.water.density,
@@ -81,8 +86,7 @@ def world_at_sea(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = (
         "field_north": math.cos(sea.dip),
         "field_up": -math.sin(sea.dip),
     }
-    columns: dict[str, Any] = {f"sea.{name}": value for name, value in numbers.items()}
-    return _core.World(columns | {"gaps": np.array(gaps, dtype=np.float64).reshape(-1, 2)})
+    return {f"sea.{name}": value for name, value in numbers.items()}
 
 
 def space_columns(robot: Robot) -> dict[str, Any]:

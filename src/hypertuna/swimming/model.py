@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,8 @@ def core_model(robot: Robot, columns: Mapping[str, Sequence[float]] | None = Non
     values of the description (a slender rod's inertia, the robot's mass) stay as they are.
     """
     if columns is not None:
-        return _make(robot, columns)
-    return cached(robot, "core_model", lambda: _make(robot, {}))
+        return _core.Model(robot.model.water, model_columns(robot, columns))
+    return cached(robot, "core_model", lambda: _core.Model(robot.model.water, model_columns(robot, {})))
 
 
 def parameter_names(robot: Robot) -> tuple[str, ...]:
@@ -81,8 +82,8 @@ def _columns(robot: Robot) -> dict[str, tuple[str, Sequence[float]]]:
     return columns
 
 
-def _make(robot: Robot, changes: Mapping[str, Sequence[float]]) -> _core.Model:
-    """Make the model of a robot with other values for some columns."""
+def model_columns(robot: Robot, changes: Mapping[str, Sequence[float]]) -> dict[str, Any]:
+    """Return the columns that the core makes a robot's model from, with other values for some."""
     group = [-1] * len(robot.links.name)
     share = [0.0] * len(robot.links.name)
     for g, joint_group in enumerate(robot.joints):
@@ -98,4 +99,4 @@ def _make(robot: Robot, changes: Mapping[str, Sequence[float]]) -> _core.Model:
     coefficients = dict(getattr(robot.water, robot.model.water))
     flags = {name: float(value) for name, value in coefficients.items() if isinstance(value, bool)}
     body = {"body_length": robot.body.length, "joint_group": group, "joint_share": share}
-    return _core.Model(robot.model.water, values | flags | body)
+    return values | flags | body

@@ -1,5 +1,5 @@
 /// The kernels, compiled once for each instruction set: HYPERTUNA_ARCH names it.
-#include "kernels.hpp"
+#include "hypertuna/host/kernels.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -14,7 +14,7 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 inline constexpr int lanes = 8;
 #elif defined(__AVX__)
 inline constexpr int lanes = 4;
-#elif defined(__SSE4_2__) || defined(__aarch64__)
+#elif defined(__SSE4_2__) || defined(__aarch64__) || defined(__wasm_simd128__)
 inline constexpr int lanes = 2;
 #else
 inline constexpr int lanes = 1;

@@ -59,6 +59,4 @@ struct Kernel {
     const char* (*gradient_output)(int);  // name of an output, null after the last
 };
 
-int parameter_count(const Model& model);
-
 }  // namespace hypertuna

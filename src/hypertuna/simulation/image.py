@@ -1,0 +1,81 @@
+"""Robot image: all columns that the core needs of a robot, in one file that any host of the core reads.
+
+`hosts/image.hpp` reads what `robot_image` writes; the layout is described there.
+"""
+
+import itertools
+import json
+import struct
+import zlib
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from hypertuna import _core
+from hypertuna.control.sensors import sensor_columns
+from hypertuna.description.robot import Robot
+from hypertuna.description.schema.water import LAWS
+from hypertuna.io.files import version
+from hypertuna.simulation.plant import controller_of, parts_of, plant_columns, steps_of
+from hypertuna.simulation.sea import Sea, sea_columns
+from hypertuna.swimming.model import model_columns
+
+MAGIC, VERSION = b"HTROBOT\0", 1
+
+
+def robot_image(robot: Robot) -> bytes:
+    """Return the image of a robot: its models in water, and its twin where it has a controller.
+
+    Model 0 is the robot's own choice; the others are those of its water laws and kinds of joints.
+    """
+    models = list(_models(robot))
+    columns: dict[str, Any] = {}
+    for k, model in enumerate(models):
+        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass}
+        columns |= {f"models.{k}.{name}": value for name, value in own.items()}
+    if robot.controller is not None:
+        steps = steps_of(1 / robot.controller.rate, parts_of(robot, "water", None), robot)
+        columns |= {f"plant.{name}": value for name, value in plant_columns(robot).items()}
+        columns |= {f"controller.{name}": value for name, value in controller_of(robot).items()}
+        columns |= {f"sensors.{name}": value for name, value in sensor_columns(robot).items()}
+        columns |= {f"world.{name}": value for name, value in sea_columns(robot, Sea()).items()}
+        columns |= {"run.steps": steps}
+    text = {
+        "made_by": f"hypertuna {version()}",
+        "robot": robot.name,
+        "joints": [group.name for group in robot.joints],
+        "links": list(robot.links.name),
+        "models": [{"water": model.model.water, "joints": model.model.joints} for model in models],
+    }
+    return pack(columns, json.dumps(text, ensure_ascii=False))
+
+
+def pack(columns: Mapping[str, Any], text: str) -> bytes:
+    """Return columns of numbers, each of one or two dimensions, and a text as an image."""
+    arrays = {name: np.atleast_1d(np.asarray(value, dtype="<f8")) for name, value in columns.items()}
+    names = [name.encode() for name in arrays]
+    shapes = [(len(array), *array.shape[1:], *(1,) * (2 - array.ndim)) for array in arrays.values()]
+    entries = b"".join(struct.pack("<3I", *shape, len(name)) for shape, name in zip(shapes, names, strict=True))
+    numbers = np.concatenate([array.ravel() for array in arrays.values()])
+    written = text.encode()
+    sizes = struct.pack("<4I", len(arrays), sum(map(len, names)), len(written), len(numbers))
+    head = entries + b"".join(names) + written
+    body = sizes + head + bytes(-len(head) % 8) + numbers.tobytes()
+    return MAGIC + struct.pack("<2I", VERSION, zlib.crc32(body)) + body
+
+
+def _law(robot: Robot) -> int:
+    """Place of a robot's water law in the core's list."""
+    return list(dict(_core.water_laws())).index(robot.model.water)
+
+
+def _models(robot: Robot) -> Iterator[Robot]:
+    """Yield the robot with each of its water laws and kinds of joints, its own choice first."""
+    yield robot
+    own = (robot.model.water, robot.model.joints)
+    waters = [water for water in LAWS if getattr(robot.water, water) is not None]
+    kinds = ["ideal"] if any(group.bandwidth is None for group in robot.joints) else ["bandwidth", "ideal"]
+    for water, joints in itertools.product(waters, kinds):
+        if (water, joints) != own:
+            yield robot.using(water=water, joints=joints)

@@ -1,0 +1,177 @@
+"""The C interface says what Python says: settled gaits, derivatives, paths, twins; and refuses damaged images."""
+
+import json
+import struct
+import zlib
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from host_library import Robot, Twin
+from hypertuna.simulation.image import robot_image
+from hypertuna.simulation.run import CONDITIONS
+from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
+from hypertuna.swimming.gait import Gait, Gaits
+from hypertuna.swimming.model import core_model
+
+ROBOTS = ("hypertuna", "rexeel", "examples/myfish.toml")
+SAME = 1e-10  # relative: both are the same arithmetic but for its order
+ITERATED = {"distance", "change", "beats", "arrived", "approach_beats"}  # rounding itself, or how it was come by
+ROUNDING = {"turn_rate": 1e-10, "turn_radius": 1e-9, "spectral_radius": 1e-10}  # where the number itself is zero
+
+
+def random_gaits(robot: ht.Robot, count: int, seed: int) -> list[Gait]:
+    """Draw gaits of a robot: 0.5 to 5 Hz, bends to 35 deg, any phases, some with a bias."""
+    chance, groups = np.random.default_rng(seed), len(robot.joints)
+
+    def angles(low: float, high: float) -> tuple[float, ...]:
+        return tuple(np.radians(chance.uniform(low, high, groups)).tolist())
+
+    def gait() -> Gait:
+        bias = angles(-8, 8) if chance.random() < 0.5 else (0.0,) * groups
+        return Gait(frequency=chance.uniform(0.5, 5), amplitude=angles(3, 35), phase=angles(-90, 90), bias=bias)
+
+    return [gait() for _ in range(count)]
+
+
+def loaded(robot: ht.Robot) -> Robot:
+    """Read a robot's image."""
+    read = Robot.read(robot_image(robot))
+    assert isinstance(read, Robot)
+    return read
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_settled_gaits_are_those_of_python(name: str) -> None:
+    """1,000 gaits over all robots, water laws and joint models."""
+    robot = ht.load(name)
+    host = loaded(robot)
+    models = json.loads(host.text)["models"]
+    gaits = random_gaits(robot, 334 // len(models) + 1, seed=7)
+    for k, choice in enumerate(models):
+        here = robot.using(**choice)
+        ours, theirs = settle(here, Gaits.of(gaits)), host.swim(k, gaits)
+        assert np.array_equal(theirs.pop("status"), ours["status"])
+        sure = ours["status"] == STATUSES.index("settled")  # elsewhere rounding grows from beat to beat
+        assert sure.mean() > 0.8
+        for values in (ours, theirs):
+            values["turn_radius"] = 1 / values["turn_radius"]  # 0 for a straight path
+        for quantity in theirs.keys() - ITERATED:
+            mine, yours = ours[quantity][sure], theirs[quantity][sure]
+            assert yours == pytest.approx(mine, rel=SAME, abs=ROUNDING.get(quantity, 0.0), nan_ok=True), quantity
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_derivatives_are_those_of_python(name: str) -> None:
+    robot = ht.load(name)
+    host, gaits = loaded(robot), random_gaits(robot, 20, seed=8)
+    batch = Gaits.of(gaits)
+    beats = settle(robot, batch)
+    width = 1 + 3 * len(robot.joints)
+    ours = directional_derivatives(robot, batch, beats, np.eye(len(core_model(robot).parameter_names()), width))
+    compared = 0
+    for k, gait in enumerate(gaits):
+        if STATUSES[beats["status"][k]] != "settled" or beats["distance"][k] > 1e-10:
+            continue
+        for quantity, values in host.gradient(0, gait).items():
+            wanted = ours[quantity][k]
+            if quantity == "torque_peak" and not any(gait.bias):  # left or right is the larger: by rounding alone
+                values, wanted = values[: -len(gait.bias)], wanted[: -len(gait.bias)]
+            assert values == pytest.approx(wanted, rel=1e-8, abs=1e-9 * np.abs(wanted).max()), (k, quantity)
+            compared += 1
+    assert compared > 50
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_path_of_a_beat_is_that_of_python(name: str) -> None:
+    robot = ht.load(name)
+    gait = random_gaits(robot, 1, seed=9)[0]
+    data, rows = ht.swim(robot, gait).trajectory, loaded(robot).path(0, gait, 128)
+    for column, variable in enumerate(("time", "x", "y", "heading")):
+        assert rows[:, column] == pytest.approx(data[variable].values, rel=1e-9, abs=1e-9)
+    bends = rows[:, 4:][:, [link for group in robot.joints for link in group.links]]
+    assert np.ptp(bends, axis=0) == pytest.approx(2 * np.ptp(bends, axis=0) / 2)
+    assert np.abs(bends).max() > 0.01
+
+
+# --- the twin
+
+
+def test_twin_runs_as_in_python() -> None:
+    """The same bits: 3 s in the plane with noise of the sensors, seed 5."""
+    robot = ht.load("hypertuna")
+    gait = ht.Gait.from_degrees(frequency=2, amplitude=(10, 15), phase=(0, 40))
+    run = ht.twin(robot, gait, duration=3, seed=5, start="rest")
+    twin = Twin(loaded(robot), seed=5)
+    twin.command(gait)
+    for until in (100, 250, 300):
+        last = twin.advance(until - (0 if until == 100 else {250: 100, 300: 250}[until]))
+        for name, values in last.items():
+            if name in ("surge", "sway", "yaw"):
+                continue
+            ours = np.atleast_1d(run.data[name][until - 1]) if name in run.data else values
+            assert values == pytest.approx(ours, rel=1e-9, abs=1e-9), (until, name)
+
+
+def test_saved_twin_goes_on_to_the_same_bits() -> None:
+    robot = loaded(ht.load("examples/servofish.toml"))
+    gait = ht.Gait.from_degrees(frequency=2, amplitude=(16, 24), phase=(0, 40))
+    twin = Twin(robot, seed=3)
+    twin.command(gait)
+    twin.advance(50)
+    state = twin.state
+    first = twin.advance(70)
+    assert twin.restore(state)
+    assert not twin.restore(state[:-1])
+    again = twin.advance(70)
+    assert all(np.array_equal(first[name], again[name], equal_nan=True) for name in first)
+
+
+def test_broken_sensor_is_told_by_the_controller() -> None:
+    robot = ht.load("hypertuna")
+    twin = Twin(loaded(robot), seed=1)
+    twin.command(ht.Gait.from_degrees(frequency=1, amplitude=(10, 10), phase=(0, 40)))
+    fault = 1 << list(CONDITIONS).index("bend_fault")
+    assert not int(twin.advance(100)["status"][0]) & fault
+    twin.fail(2, 0, 0)  # the bend sensor of the first joint, open
+    assert int(twin.advance(100)["status"][0]) & fault
+
+
+def test_robot_without_a_controller_has_no_twin() -> None:
+    assert Twin(loaded(ht.load("rexeel"))).fault.startswith("twin: the robot has no controller")
+
+
+# --- images
+
+
+def test_damaged_images_are_refused_with_a_sentence() -> None:
+    image = robot_image(ht.load("rexeel"))
+    for size in (0, 7, 31, 32, len(image) - 8, len(image) - 1):
+        assert isinstance(Robot.read(image[:size]), str), size
+    for place in range(len(image)):
+        damaged = image[:place] + bytes([image[place] ^ 0x10]) + image[place + 1 :]
+        assert isinstance(Robot.read(damaged), str), place
+
+
+def test_images_with_good_checksums_and_damaged_columns_are_refused_or_read() -> None:
+    """Names, sizes and numbers of any kind: a robot or a sentence, and a swim that ends."""
+    image, chance = robot_image(ht.load("examples/servofish.toml")), np.random.default_rng(4)
+    gait = ht.Gait.from_degrees(frequency=2, amplitude=(16, 24), phase=(0, 40))
+    refused = 0
+    for _ in range(1000):
+        body = bytearray(image[16:])
+        for place in chance.integers(0, len(body), 3):
+            body[place] = chance.integers(0, 256)
+        read = Robot.read(image[:12] + struct.pack("<I", zlib.crc32(body)) + bytes(body))
+        refused += isinstance(read, str)
+        if isinstance(read, Robot) and read.lib.ht_robot_groups(read.handle) == 2:
+            read.swim(0, [gait])
+    assert 50 < refused < 1000
+
+
+def test_other_versions_are_named() -> None:
+    image = robot_image(ht.load("rexeel"))
+    sentence = Robot.read(image[:8] + struct.pack("<I", 2) + image[12:])
+    assert sentence == "image: has version 2, but must have version 1; write it with this version of hypertuna"
+    assert Robot.read(b"PK\3\4" + image[4:]) == "image: is not a robot image; write one with `hypertuna robot image`"
