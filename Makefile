@@ -14,7 +14,7 @@ define install
 endef
 
 # all that the wheel is made of
-SOURCES := $(shell find src core/include bindings robots missions data firmware/mavlink CMakeLists.txt pyproject.toml \
+SOURCES := $(shell find src core/include core/src bindings robots missions data firmware/mavlink CMakeLists.txt pyproject.toml \
   -type f -not -name '*.pyc' -not -name '*.so')
 
 MACHINE_PATH := $(PATH)
@@ -61,7 +61,7 @@ $(VENV)/.installed-%: $(VENV)/.tools | $(VENV)/.installed
 
 # --- what to run
 
-.PHONY: dev demo test test-cpp test-sanitized test-python test-fe test-firmware bench bench-json firmware system-deps lint format stub
+.PHONY: dev demo test test-cpp hosts test-sanitized test-python test-fe test-firmware bench bench-json firmware system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -72,7 +72,7 @@ demo: $(VENV)/.wheel ## install hypertuna and write a page with what it computes
 	@echo '  hypertuna swim --robot hypertuna --gait unoptimised-max'
 	@echo '  hypertuna robot new myfish.toml --links 3 --length 0.3 --mass 0.85'
 
-test: test-cpp test-python ## C++ and Python tests
+test: test-cpp hosts test-python ## C++ and Python tests
 
 # $(call run-cpp-tests,FOLDER,OPTIONS): build and run core/tests, or only TEST
 define run-cpp-tests
@@ -83,6 +83,10 @@ endef
 
 test-cpp: $(VENV)/.tools ## C++ tests alone, or one: make test-cpp TEST=name
 	$(call run-cpp-tests,build/cpp)
+
+hosts: $(VENV)/.tools ## C interface of hosts/hypertuna.h as a library: build/hosts/libhypertuna.so
+	@cmake -S . -B build/hosts -G Ninja -DHYPERTUNA_BUILD_HOSTS=ON -DHYPERTUNA_WERROR=ON > /dev/null
+	@cmake --build build/hosts >&2
 
 test-sanitized: $(VENV)/.tools ## C++ tests with the address and undefined-behavior sanitizers
 	$(call run-cpp-tests,build/sanitized,-DHYPERTUNA_SANITIZE=ON)
@@ -130,7 +134,7 @@ system-deps: ## Arm compiler and emulator by apt, for firmware: 430 MB to fetch,
 	apt-get install -y -qq --no-install-recommends gcc-arm-none-eabi libnewlib-arm-none-eabi \
 	  libstdc++-arm-none-eabi-newlib qemu-system-arm
 
-CPP = $(shell find core bindings benchmarks firmware/app firmware/boards firmware/tests -name '*.[ch]pp' -not -path '*/arduino/*')
+CPP = $(shell find core bindings hosts benchmarks firmware/app firmware/boards firmware/tests -name '*.[ch]pp' -not -path '*/arduino/*')
 
 lint: $(VENV)/.installed-lint ## ruff, mypy, import-linter, clang-format
 	@ruff check

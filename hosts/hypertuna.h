@@ -13,6 +13,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#if defined(__GNUC__)
+#define HT_API __attribute__((visibility("default")))
+#else
+#define HT_API
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -22,32 +28,32 @@ typedef struct ht_twin ht_twin;
 
 /* --- the robot ------------------------------------------------------------------------------------------------- */
 
-ht_robot* ht_robot_read(const unsigned char* image, size_t size, char* fault, size_t room);
-void ht_robot_free(ht_robot* robot);
+HT_API ht_robot* ht_robot_read(const unsigned char* image, size_t size, char* fault, size_t room);
+HT_API void ht_robot_free(ht_robot* robot);
 
 /* The image's text: JSON with the names of robot, joints, models and gaits. */
-const char* ht_robot_text(const ht_robot* robot, size_t* size);
-int ht_robot_groups(const ht_robot* robot);
-int ht_robot_links(const ht_robot* robot);
+HT_API const char* ht_robot_text(const ht_robot* robot, size_t* size);
+HT_API int ht_robot_groups(const ht_robot* robot);
+HT_API int ht_robot_links(const ht_robot* robot);
 /* Models of the robot in water: water laws with joints of each kind, named in the text. 0 is the robot's own choice. */
-int ht_robot_models(const ht_robot* robot);
+HT_API int ht_robot_models(const ht_robot* robot);
 
 /* --- swimming: settled gaits ------------------------------------------------------------------------------------ */
 
 /* Name of a quantity of a settled gait, of one that has derivatives; null after the last. */
-const char* ht_quantity(int index);
-const char* ht_derivative(int index);
+HT_API const char* ht_quantity(int index);
+HT_API const char* ht_derivative(int index);
 
 /* Settled beats of gaits (count, 1 + 3 G): quantities (count, as many as ht_quantity names). With `follow` a start from
  * rest is followed to each, which takes a hundred times as long: `arrived` is 1 where it comes there. */
-void ht_swim(const ht_robot* robot, int model, const double* gaits, int count, int follow, double* quantities);
+HT_API void ht_swim(const ht_robot* robot, int model, const double* gaits, int count, int follow, double* quantities);
 
 /* Derivatives of quantities of a settled gait by its gait's numbers (as many as ht_derivative names, 1 + 3 G). */
-void ht_gradient(const ht_robot* robot, int model, const double* gait, double* derivatives);
+HT_API void ht_gradient(const ht_robot* robot, int model, const double* gait, double* derivatives);
 
 /* Path of a settled beat: rows of time [s], x, y [m] and heading [rad] of the nose, and the bend of the front joint of
  * each link [rad], steps + 1 of them (128 a beat is usual). */
-void ht_path(const ht_robot* robot, int model, const double* gait, int steps, double* rows);
+HT_API void ht_path(const ht_robot* robot, int model, const double* gait, int steps, double* rows);
 
 /* --- the twin: the whole robot from command to wake ------------------------------------------------------------ */
 
@@ -61,25 +67,25 @@ typedef struct {
     double bottom;     /* m of depth; infinite in deep water */
 } ht_start;
 
-ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* fault, size_t room);
-void ht_twin_free(ht_twin* twin);
+HT_API ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* fault, size_t room);
+HT_API void ht_twin_free(ht_twin* twin);
 
 /* From now on: a gait and the angles of the two fins [rad]; `armed` 0 lets the tail rest. */
-void ht_twin_command(ht_twin* twin, const double* gait, const double fins[2], int armed);
+HT_API void ht_twin_command(ht_twin* twin, const double* gait, const double fins[2], int armed);
 /* Sensor channels `first` to `last` fail in a way (1 stuck, 2 open, 3 spikes, 4 not a number; 0 mends) from now on. */
-void ht_twin_break(ht_twin* twin, int kind, int first, int last);
+HT_API void ht_twin_break(ht_twin* twin, int kind, int first, int last);
 /* Make control ticks; returns how many were made: fewer where the plant left what a robot can do. */
-int ht_twin_advance(ht_twin* twin, int ticks);
+HT_API int ht_twin_advance(ht_twin* twin, int ticks);
 
 /* Name and count of numbers of a column of what the last tick saw; null after the last. */
-const char* ht_twin_column(const ht_twin* twin, int index, int* width);
+HT_API const char* ht_twin_column(const ht_twin* twin, int index, int* width);
 /* All columns of the last tick, one after another. */
-void ht_twin_read(const ht_twin* twin, double* row);
+HT_API void ht_twin_read(const ht_twin* twin, double* row);
 
 /* All that the twin goes on from, as bytes of this size. ht_twin_restore returns 0 where the size is another. */
-size_t ht_twin_state_size(const ht_twin* twin);
-void ht_twin_save(const ht_twin* twin, unsigned char* state);
-int ht_twin_restore(ht_twin* twin, const unsigned char* state, size_t size);
+HT_API size_t ht_twin_state_size(const ht_twin* twin);
+HT_API void ht_twin_save(const ht_twin* twin, unsigned char* state);
+HT_API int ht_twin_restore(ht_twin* twin, const unsigned char* state, size_t size);
 
 #ifdef __cplusplus
 }

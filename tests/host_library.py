@@ -1,4 +1,4 @@
-"""The C interface of hosts/hypertuna.h, called as any program would: the shared library that the C++ tests build."""
+"""The C interface of hosts/hypertuna.h, called as any program would: as the shared library of `make hosts`."""
 
 import ctypes
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ import pytest
 from hypertuna.arrays import Array
 from hypertuna.swimming.gait import Gait
 
-LIBRARY = Path(__file__).parents[1] / "build/cpp/libhypertuna_host.so"
+LIBRARY = Path(__file__).parents[1] / "build/hosts/libhypertuna.so"
 ROOM = 400  # bytes of a sentence
 GROUPS = ("amplitude", "phase", "bias")
 
@@ -33,7 +33,7 @@ class Start(ctypes.Structure):
 def library() -> ctypes.CDLL:
     """Load the library, or skip."""
     if not LIBRARY.is_file():
-        pytest.skip("the library of the C interface is not built: run `make test-cpp`")
+        pytest.skip("the library of the C interface is not built: run `make hosts`")
     lib = ctypes.CDLL(str(LIBRARY))
     for name in ("ht_robot_read", "ht_twin_create"):
         getattr(lib, name).restype = ctypes.c_void_p
