@@ -102,7 +102,9 @@ int ht_robot_links(const ht_robot* robot) { return robot->models[0].model.links;
 int ht_robot_models(const ht_robot* robot) { return int(robot->models.size()); }
 
 const char* ht_quantity(int index) { return 0 <= index && index < quantity_count ? quantities[index].name : nullptr; }
-const char* ht_derivative(int index) { return 0 <= index && index < derivative_count ? derivatives[index] : nullptr; }
+const char* ht_derivative(int index) {
+    return 0 <= index && index < derivative_count ? derivatives[index].name : nullptr;
+}
 
 void ht_swim(const ht_robot* robot, int model, const double* gaits, int count, int follow, double* out) {
     swim(robot->models[model], gaits, count, follow != 0, out);

@@ -95,22 +95,22 @@ inline constexpr HostQuantity quantities[] = {
     HYPERTUNA_QUANTITY("status", double(int(verdict(row)))),
     HYPERTUNA_QUANTITY("speed", speed),
     HYPERTUNA_QUANTITY("speed_bl", speed / host.model.length),
-    HYPERTUNA_QUANTITY("power", row["power"]),
-    HYPERTUNA_QUANTITY("power_positive", row["power_positive"]),
-    HYPERTUNA_QUANTITY("loss", row["loss"]),
+    HYPERTUNA_QUANTITY("mechanical_power", row["power"]),
+    HYPERTUNA_QUANTITY("mechanical_power_positive", row["power_positive"]),
+    HYPERTUNA_QUANTITY("power_to_water", row["loss"]),
     HYPERTUNA_QUANTITY("cost_of_transport", row["power"] / weight),
     HYPERTUNA_QUANTITY("cost_of_transport_positive", row["power_positive"] / weight),
     HYPERTUNA_QUANTITY("efficiency", row["power"] > 0 ? row["towed_power"] / row["power"] : std::nan("")),
     HYPERTUNA_QUANTITY("strouhal", frequency* row["excursion"] / std::abs(speed)),
     HYPERTUNA_QUANTITY("stride_length", speed / (frequency * host.model.length)),
-    HYPERTUNA_QUANTITY("excursion", row["excursion"]),
+    HYPERTUNA_QUANTITY("tail_excursion", row["excursion"]),
     HYPERTUNA_QUANTITY("torque_peak", row["torque_peak"]),
     HYPERTUNA_QUANTITY("rate_peak", row["rate_peak"]),
     HYPERTUNA_QUANTITY("turn_rate", row["turn"] * frequency),
     HYPERTUNA_QUANTITY("turn_radius", straight* host.model.length <= row["radius"] ? HUGE_VAL : row["radius"]),
     HYPERTUNA_QUANTITY("spectral_radius", spectral_radius(row.row + SettledRow::place("m_00"))),
-    HYPERTUNA_QUANTITY("change", row["residual"]),
-    HYPERTUNA_QUANTITY("distance", row["distance"]),
+    HYPERTUNA_QUANTITY("change_per_beat", row["residual"]),
+    HYPERTUNA_QUANTITY("distance_to_settled", row["distance"]),
     HYPERTUNA_QUANTITY("beats", row["beats"]),
     HYPERTUNA_QUANTITY("arrived", double(row["approach"] < kernel_portable.arrived_distance)),
     HYPERTUNA_QUANTITY("approach_beats", row["approach_beats"]),
@@ -152,16 +152,22 @@ inline void swim(const HostModel& host, const double* gaits, int count, bool fol
 
 // --- derivatives
 
-inline constexpr const char* derivatives[] = {"speed",
-                                              "power",
-                                              "power_positive",
-                                              "loss",
-                                              "torque_peak",
-                                              "rate_peak",
-                                              "excursion",
-                                              "cost_of_transport",
-                                              "cost_of_transport_positive",
-                                              "strouhal"};
+/// A derivative that the kernel has under a name of its own, or a quantity over the speed that has none.
+struct HostDerivative {
+    const char *name, *output;
+};
+inline constexpr HostDerivative derivatives[] = {
+    {"speed", "speed"},
+    {"mechanical_power", "power"},
+    {"mechanical_power_positive", "power_positive"},
+    {"power_to_water", "loss"},
+    {"torque_peak", "torque_peak"},
+    {"rate_peak", "rate_peak"},
+    {"tail_excursion", "excursion"},
+    {"cost_of_transport", nullptr},
+    {"cost_of_transport_positive", nullptr},
+    {"strouhal", nullptr},
+};
 inline constexpr int derivative_count = sizeof(derivatives) / sizeof(derivatives[0]);
 
 /// Solve a x = b for n right-hand sides (3, n) by Gauss with pivots; false where a is singular.
@@ -228,22 +234,22 @@ inline void gait_gradient(const HostModel& host, const double* gait, double* out
         return sum;
     };
     const double frequency = gait[0], weight = host.mass * std::abs(speed);
-    for (int d = 0; d < derivative_count; ++d)
+    // d(a / |U|) = da / |U| - a / |U| dU / U
+    const auto over_speed = [&](double change, double value, int j) {
+        return change - value * total("speed", j) / speed;
+    };
+    for (const auto& [derivative, output] : derivatives)
         for (int j = 0; j < numbers; ++j) {
-            const std::string_view name = derivatives[d];
-            // d(a / |U|) = da / |U| - a / |U| dU / U
-            const auto over_speed = [&](double change, double value) {
-                return change - value * total("speed", j) / speed;
-            };
-            if (name == "cost_of_transport")
-                *out++ = over_speed(total("power", j) / weight, row["power"] / weight);
-            else if (name == "cost_of_transport_positive")
-                *out++ = over_speed(total("power_positive", j) / weight, row["power_positive"] / weight);
+            const std::string_view name = derivative;
+            if (output)
+                *out++ = total(output, j);
             else if (name == "strouhal")
                 *out++ = over_speed(((j == 0) * row["excursion"] + frequency * total("excursion", j)) / std::abs(speed),
-                                    frequency * row["excursion"] / std::abs(speed));
-            else
-                *out++ = total(name, j);
+                                    frequency * row["excursion"] / std::abs(speed), j);
+            else {
+                const char* const power = name == "cost_of_transport" ? "power" : "power_positive";
+                *out++ = over_speed(total(power, j) / weight, row[power] / weight, j);
+            }
         }
 }
 

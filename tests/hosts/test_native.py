@@ -17,7 +17,7 @@ from hypertuna.swimming.model import core_model
 
 ROBOTS = ("hypertuna", "rexeel", "examples/myfish.toml")
 SAME = 1e-10  # relative: both are the same arithmetic but for its order
-ITERATED = {"distance", "change", "beats", "arrived", "approach_beats"}  # rounding itself, or how it was come by
+ITERATED = {"distance_to_settled", "change_per_beat", "beats", "arrived", "approach_beats"}  # rounding itself, or how it was come by
 ROUNDING = {"turn_rate": 1e-10, "turn_radius": 1e-9, "spectral_radius": 1e-10}  # where the number itself is zero
 
 
@@ -72,7 +72,7 @@ def test_derivatives_are_those_of_python(name: str) -> None:
     ours = directional_derivatives(robot, batch, beats, np.eye(len(core_model(robot).parameter_names()), width))
     compared = 0
     for k, gait in enumerate(gaits):
-        if STATUSES[beats["status"][k]] != "settled" or beats["distance"][k] > 1e-10:
+        if STATUSES[beats["status"][k]] != "settled" or beats["distance_to_settled"][k] > 1e-10:
             continue
         for quantity, values in host.gradient(0, gait).items():
             wanted = ours[quantity][k]
