@@ -131,11 +131,11 @@ def sizes() -> list[Size]:
 
 def test_size_by_its_parts(tuna: ht.Robot, sizes: list[Size]) -> None:
     for size in sizes:
-        assert size.corner == pytest.approx(1 / (2 * np.pi * size.resistance * size.capacity))
-        assert size.resonance == pytest.approx(1 / (2 * np.pi * np.sqrt(size.inertance * size.capacity)))
+        assert size.corner == pytest.approx(1 / (2 * np.pi * size.line_resistance * size.capacity))
+        assert size.resonance == pytest.approx(1 / (2 * np.pi * np.sqrt(size.line_inertance * size.capacity)))
         # Quality factor 1 / (2 zeta) of R, L, C in series.
-        reactance = np.sqrt(size.inertance / size.capacity)
-        assert size.damping == pytest.approx(size.resistance / (2 * reactance))
+        reactance = np.sqrt(size.line_inertance / size.capacity)
+        assert size.damping_ratio == pytest.approx(size.line_resistance / (2 * reactance))
         # The cylinder's air and oil are stiffer than the muscles: the line rings higher with them, and is damped less.
         assert size.ring / size.resonance == pytest.approx(size.damping_ratio / size.ring_damping_ratio)
         assert size.ring > 2 * size.resonance
@@ -152,13 +152,13 @@ def test_pressure_limit_is_kept_and_named(sizes: list[Size]) -> None:
         assert size.pressure_max <= 250e3
         assert (size.command_fraction < 1) == ("pressure" in size.limits)
         assert size.pressure_min >= -95e3
-        assert 0 < size.amplitude < size.command
+        assert 0 < size.bend < size.command
 
 
 def test_warm_oil_and_wide_lines_leave_more_bend(sizes: list[Size]) -> None:
     for joint in ("I", "II"):
         (narrow, narrow_warm), (wide, wide_warm) = np.reshape(
-            [size.amplitude for size in sizes if size.joint == joint], (2, 2)
+            [size.bend for size in sizes if size.joint == joint], (2, 2)
         )
         assert narrow < min(narrow_warm, wide)
         assert narrow_warm < 1.01 * wide_warm  # warm oil leaves little to win
@@ -167,7 +167,7 @@ def test_warm_oil_and_wide_lines_leave_more_bend(sizes: list[Size]) -> None:
 def test_slow_beats_lose_only_what_gives(tuna: ht.Robot) -> None:
     stiff = changed(tuna, line={"compliance_m3_pa": 0.0}, oil={"air": 1e-6})
     (size, _) = size_pump(stiff, frequency=[0.25], amplitude=np.radians([10, 10]))
-    assert size.amplitude == pytest.approx(size.command, rel=5e-3)
+    assert size.bend == pytest.approx(size.command, rel=5e-3)
     assert size.limits == ()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
-from hypertuna.actuation.sizing import largest_beat, size_pump
+from hypertuna.actuation.sizing import largest_beat, size_over, size_pump
+from hypertuna.cli.pump import _verdict
 from program import Run
 
 PUMP = ("pump", "--robot", "hypertuna")
@@ -126,4 +128,32 @@ def test_any_key_of_the_robot_can_vary(run: Run, tmp_path: Path) -> None:
     assert len(rows) == 1 + len(sizes)
     shown = run(*over)[1].splitlines()
     assert shown[1] == f"over {key} and joints.I.actuator.lever_m"
-    assert len(shown) == 2 + 2 + len(sizes)
+    assert shown[3 + len(sizes)].startswith("II ")
+    assert shown[4 + len(sizes)].startswith("limits: c compliance")
+
+
+def test_the_figure_runs_along_the_key_with_most_values(run: Run, tmp_path: Path) -> None:
+    over = ("--over", "pump.crank_m=0.012:0.024:2", "--over", "servos.torque_n_m=0.8:1.6:3")
+    assert run(*PUMP, "--frequency", "3", *over, "--plot", str(tmp_path / "pump.svg"))[0] == 0
+    text = (tmp_path / "pump.svg").read_text()
+    assert "torque [N m]" in text
+    assert "crank 0.012 m" in text
+    assert "bore of the lines" not in text
+    assert "at the pressure limit" not in text  # no case is
+
+
+def test_missed_bend_has_a_limit_and_the_sweep_a_verdict(run: Run) -> None:
+    over = ("--frequency", "3", "--over", "servos.torque_n_m=0.8:1.6:2")
+    output = " ".join(run(*PUMP, *over)[1].split())
+    assert "nothing" not in output
+    assert "limits: v a servo that is too slow or too weak; c compliance of lines, oil and air" in output
+    assert "No case reaches 95 % of the bend with torque for the pressure limit; the largest bend is" in output
+
+
+def test_the_smallest_case_that_reaches_the_bend_is_named() -> None:
+    tuna = ht.load("hypertuna")
+    sizes = size_over(tuna, {"pump.crank_m": [0.024, 0.012]}, frequency=[1.0], amplitude=np.radians([10, 10]))
+    whole = [replace(size, bend=size.command) for size in sizes]
+    sentence = "2 of 2 cases reach 95 % of the bend with torque for the pressure limit; the smallest is "
+    assert _verdict(whole) == f"{sentence}pump.crank_m = 0.012."
+    assert _verdict([*sizes[:2], *whole[2:]]).startswith("1 of 2 cases reach")

@@ -10,7 +10,7 @@ from matplotlib.ticker import LogLocator
 from hypertuna.actuation.bending import Bend
 from hypertuna.actuation.sizing import Size
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
-from hypertuna.io.quantity import columns
+from hypertuna.io.quantity import columns, suffix
 
 DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))
 
@@ -53,26 +53,47 @@ def _draw_loop(axes: Axes, bend: Bend) -> None:
 
 
 DASHED = (0, (4, 3))
-# What a figure may run along, in this order: column, label and text of a value.
-AXES = (
+# What a figure may run along beside the keys that vary, in this order: column, label and text of a value.
+Axis = tuple[str, str, str]
+AXES: tuple[Axis, ...] = (
     ("bore_mm", "bore of the lines [mm]", "{:.3g} mm"),
     ("frequency_hz", "beat frequency [Hz]", "{:.3g} Hz"),
     ("temperature_c", "temperature of the oil [°C]", "{:.3g} °C"),
 )
 
 
+KEY_UNITS = ("N m", "rad/s", "m^2/s", "kg/m^3", "m^3/Pa", "kg m^2", "m^3", "Pa", "Hz", "deg", "kg", "m", "V", "A", "C")
+
+
+def _key_axis(key: str) -> Axis:
+    """Return the axis of a key of the robot's file: its words and its unit."""
+    name = key.rpartition(".")[2]
+    unit = next((unit for unit in KEY_UNITS if name.endswith(suffix(unit))), "")
+    words = name.removesuffix(suffix(unit)).replace("_", " ")
+    return key, f"{words} [{unit}]" if unit else words, f"{words} {{:.4g}} {unit}".rstrip()
+
+
+def _axes(sizes: Sequence[Size]) -> list[Axis]:
+    """Return all axes, that of the figure first: the key with most values, else the first of `AXES` that varies."""
+    keys = [_key_axis(key) for key in sizes[0].values]
+    axes = [*keys, *AXES]
+    count = {axis: len({_value(size, axis[0]) for size in sizes}) for axis in axes}
+    return sorted(axes, key=lambda axis: (count[axis] < 2, -count[axis] if axis in keys else 0))
+
+
 @styled
 def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
     """Plot the bend reached, and below it the corner of the line or the power, one column for each joint.
 
-    Along bore, frequency or temperature, the first that varies; a line for each value of the others. Open marks are at
-    the pressure limit. The corner does not depend on the frequency: along that, power is below.
+    Along the key that varies with most values, else along bore, frequency or temperature, the first that varies; a line
+    for each value of the others. Open marks are at the pressure limit. The corner does not depend on the frequency, nor
+    on most keys: along them, power is below.
     """
     joints = list(dict.fromkeys(size.joint for size in sizes))
-    (along, xlabel, _), *across = sorted(AXES, key=lambda axis: len({_value(size, axis[0]) for size in sizes}) < 2)
+    (along, xlabel, _), *across = _axes(sizes)
     lines = list(dict.fromkeys(_values(size, across) for size in sizes))
     varied = [axis for axis in across if len({_value(size, axis[0]) for size in sizes}) > 1]
-    powers = along == "frequency_hz"
+    powers = along == "frequency_hz" or along in sizes[0].values
     figure = Figure(figsize=(width, 0.62 * width + 0.5), layout="constrained")
     panels = figure.subplots(2, len(joints), sharex=True, sharey="row", squeeze=False)
     for column, joint in enumerate(joints):
@@ -90,7 +111,7 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
             panels[0, column].plot(np.compress(limited, x), np.compress(limited, bend), **hollow)
             below = [size.electrical_power["total"] if powers else size.corner for size in chosen]
             panels[1, column].plot(x, below, **marks)
-        same = [axis[2].format(_value(mine[0], axis[0])) for axis in across if axis not in varied]
+        same = [axis[2].format(_value(mine[0], axis[0])) for axis in across if axis in AXES and axis not in varied]
         command = float(np.degrees(mine[0].command))
         panels[0, column].axhline(command, color=INK, lw=1, ls=DASHED)
         panels[0, column].set(title=", ".join([f"Joint {joint}: {command:.3g}°", *same]))
@@ -108,17 +129,20 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
         panels[1, 0].yaxis.set_minor_formatter("")
     handles, texts = panels[0, 0].get_legend_handles_labels()
     handles.append(panels[0, 0].plot([], [], color=INK, lw=1, ls=DASHED)[0])
-    handles.append(panels[0, 0].plot([], [], "o", color=FAINT, mfc="white")[0])
-    texts += ["commanded", "at the pressure limit"]
-    figure.legend(handles, texts, loc="outside upper center", ncols=7 if width >= WIDTH else 4, **TIGHT)
+    texts.append("commanded")
+    if any("pressure" in size.limits for size in sizes):
+        handles.append(panels[0, 0].plot([], [], "o", color=FAINT, mfc="white")[0])
+        texts.append("at the pressure limit")
+    long = max(map(len, texts)) > 22 or width < WIDTH
+    figure.legend(handles, texts, loc="outside upper center", ncols=4 if long else 7, **TIGHT)
     return figure
 
 
 def _value(size: Size, column: str) -> float:
     """Return a value of an axis, rounded so that equal ones compare equal."""
-    return round(float(columns(size)[column]), 9)
+    return round(float(size.values[column] if column in size.values else columns(size)[column]), 9)
 
 
-def _values(size: Size, axes: Sequence[tuple[str, str, str]]) -> tuple[float, ...]:
+def _values(size: Size, axes: Sequence[Axis]) -> tuple[float, ...]:
     """Return the values of axes."""
     return tuple(_value(size, column) for column, *_ in axes)

@@ -28,7 +28,8 @@ STABLE = 1.5  # stiffness times step; Runge-Kutta is stable up to 2.7
 STIFF = 1e6  # Pa, pressure at which a step must be stable
 FLOWS = 200  # instants of a beat at which the joint's flow is computed
 HALVINGS = 8  # of the interval of the command, to keep the pressure at its limit
-SLOW_SERVO = 0.95  # fraction of its command below which a servo limits the beat
+REACHED = 0.95  # fraction of what is asked for, below which servo, compliance or line limit the bend
+SETTLED = 0.5  # s, longer than servos take to a constant angle
 DURATION_MAX = 80.0  # s of a run
 LAMINAR = 2300  # Reynolds number up to which a line's flow is laminar
 DEEP_SUCTION = 0.8  # of the cavitation pressure: air expands there and the joint's passive side no longer follows
@@ -71,7 +72,7 @@ class Size:
     command_fraction: Annotated[float, Column()]  # for the servos, less than 1 at the pressure limit
     pressure_max: Annotated[float, Column("kPa")]  # Pa, of the cylinders
     pressure_min: Annotated[float, Column("kPa")]  # Pa
-    limits: tuple[str, ...]  # what limits the bend: "pressure", "suction", "servo"
+    limits: tuple[str, ...]  # what limits the bend: "pressure", "suction", "servo", "compliance", "line"
     electrical_power: dict[str, float]  # W, mean electrical power of both servos: ``total`` and its shares `POWERS`
     values: Mapping[str, float] = field(default_factory=dict)  # of the keys of the robot's file that `size_over` varies
 
@@ -79,6 +80,11 @@ class Size:
     def turbulent(self) -> bool:
         """Whether the line's flow is turbulent, so that the drop is underestimated."""
         return self.reynolds > LAMINAR
+
+    @property
+    def reached(self) -> bool:
+        """Whether the bend is 95 % of the command at least, by servos that hold the pressure limit."""
+        return self.bend >= REACHED * self.command and self.torque <= self.torque_limit
 
     @property
     def torque_margin(self) -> float:
@@ -209,7 +215,13 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
     time, period = _times(frequency, line["line_resistance"] * line["capacity_rest"])
     target = _target(hydraulics, model, j, amplitude * np.sin(2 * np.pi * frequency * time))
     rows = np.ascontiguousarray(hydraulics.values[2 * j : 2 * j + 2])
-    run, fraction = _limited(robot, rows, model, supply, _held(robot, target, time), frequency, period, limit)
+    simulate = _simulation(robot, rows, model, supply, time[1], len(time))
+    run, fraction = _limited(simulate, _held(robot, target, time), period, limit)
+    last = target[-period:]
+    rest = math.ceil((SETTLED + LAGS * line["line_resistance"] * line["capacity_rest"]) / time[1])
+    ends = [last[round(share * period)] * fraction for share in (0.25, 0.75)]
+    slow = [simulate(np.tile(end, (rest, 1)))["bend"][-1] for end in ends]
+    static = abs(slow[0] - slow[1]) / 2
     volume = model.hold(amplitude * np.sin(2 * np.pi * np.linspace(0, 1, FLOWS + 1)))["volume"]
     flow = float(np.abs(np.diff(volume, axis=0)).max() * FLOWS * frequency)
     size = Size(
@@ -223,8 +235,8 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
         reynolds=4 * flow / (np.pi * hose.bore * hydraulics.viscosity),
         command_fraction=fraction,
         **line,
-        **_servo(column, rows[0], target[-period:], time[1], supply / column["voltage"], limit),
-        **_beat(column, run, fraction * target[-period:], frequency, time[1], fraction),
+        **_servo(column, rows[0], last, time[1], supply / column["voltage"], limit),
+        **_beat(column, run, fraction * last, frequency, time[1], fraction, amplitude, static),
     )
     bad = [key for key, value in size.record().items() if isinstance(value, float) and not math.isfinite(value)]
     if bad:
@@ -249,19 +261,32 @@ def _servo(
 
 
 def _beat(
-    column: dict[str, float], run: dict[str, Array], target: Array, frequency: float, interval: float, fraction: float
+    column: dict[str, float],
+    run: dict[str, Array],
+    target: Array,
+    frequency: float,
+    interval: float,
+    fraction: float,
+    command: float,
+    static: float,
 ) -> dict[str, Any]:
-    """Evaluate the last beat of a run, and what limits it."""
+    """Evaluate the last beat of a run, and what limits it; static: the bend [rad] that its servo angles would hold."""
     period, rows = len(target), len(run["bend"])
     clock = np.exp(-2j * np.pi * frequency * interval * np.arange(rows - period, rows))
     harmonic = complex(2j * np.mean(run["bend"][-period:] * clock))
     commanded, actual = (abs(np.mean(angle[-period:] * clock[:, None], axis=0)) for angle in (target, run["angle"]))
     pressure = run["pump_pressure"][-period:]
+    followed = float(np.min(actual / commanded))
+    kept = {"servo": followed, "compliance": static / (fraction * command)}  # of what is asked for
+    kept["line"] = abs(harmonic) / (static * min(1.0, followed))
+    least = min(kept, key=kept.__getitem__)
+    missed = abs(harmonic) < REACHED * command
     limits = {
         "pressure": fraction < 1,
         "suction": pressure.min() < DEEP_SUCTION * column["cavitation"],
-        "servo": (actual < SLOW_SERVO * commanded).any(),
+        **{name: part < REACHED for name, part in kept.items()},
     }
+    limits[least] |= missed and not any(limits.values())  # several small ones
     shares = {"total": "power"} | {name: f"power_{name}" for name in POWERS}
     return {
         "bend": abs(harmonic),
@@ -329,41 +354,43 @@ def _held(robot: Robot, target: Array, time: Array) -> Array:
     return np.stack([np.interp(tick, time, side) for side in target.T], axis=1)
 
 
-def _limited(
-    robot: Robot,
-    rows: Array,
-    model: JointModel,
-    supply: float,
-    target: Array,
-    frequency: float,
-    period: int,
-    limit: float,
-) -> tuple[dict[str, Array], float]:
-    """Run a beat, with the largest fraction of the command at which the cylinders stay below the pressure limit."""
-    interval = 1 / (period * frequency)
+def _simulation(
+    robot: Robot, rows: Array, model: JointModel, supply: float, interval: float, count: int
+) -> Callable[[Array], dict[str, Array]]:
+    """Return the run of a joint for targets (rows, 2) at an interval [s], of which `count` are not too many."""
     step = STABLE / _core.circuit_stiffness(rows[0], STIFF, 0.0)
     if not step >= SHORTEST:
         rule = f"must not be so stiff that a run needs steps of less than {SHORTEST:g} s"
         key, value = f"{joint_key(robot, model.name)}.line", f"so stiff that it needs {step:.1g} s"
         raise InputError(rule, file=robot.file or None, key=key, value=value, fix=f"describe {SOFTER}")
     steps = max(1, math.ceil(interval / step))
-    if steps * len(target) > MAX_STEPS:
+    if steps * count > MAX_STEPS:
         rule = f"must not be so narrow and so stiff that a run needs more than {MAX_STEPS} steps"
-        value = f"{steps * len(target)} steps for {interval * len(target):.3g} s"
+        value = f"{steps * count} steps for {interval * count:.3g} s"
         fix = "give wider or shorter lines, warmer oil, or a higher frequency"
         raise InputError(
             rule, file=robot.file or None, key=f"{joint_key(robot, model.name)}.line", value=value, fix=fix
         )
-    options: dict[str, Any] = {"supply": supply, "interval": interval, "steps": steps}
 
-    def run(fraction: float) -> dict[str, Array]:
-        return _core.run_pair(rows, model.row, target=np.ascontiguousarray(fraction * target), **options)
+    def run(target: Array) -> dict[str, Array]:
+        rows_of = np.ascontiguousarray(target)
+        result: dict[str, Array] = _core.run_pair(
+            rows, model.row, target=rows_of, supply=supply, interval=interval, steps=steps
+        )
+        return result
 
-    whole, low, high = run(1.0), 0.0, 1.0
+    return run
+
+
+def _limited(
+    run: Callable[[Array], dict[str, Array]], target: Array, period: int, limit: float
+) -> tuple[dict[str, Array], float]:
+    """Run a beat, with the largest fraction of the command at which the cylinders stay below the pressure limit."""
+    whole, low, high = run(target), 0.0, 1.0
     if whole["pump_pressure"][-period:].max() <= limit:
         return whole, 1.0
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        within = run(middle)["pump_pressure"][-period:].max() <= limit
+        within = run(middle * target)["pump_pressure"][-period:].max() <= limit
         low, high = (middle, high) if within else (low, middle)
-    return run(low), low
+    return run(low * target), low

@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 from hypertuna.actuation.hydraulics import circuits
-from hypertuna.actuation.sizing import Size, largest_beat, size_over
+from hypertuna.actuation.sizing import REACHED, Size, largest_beat, size_over
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.command import listed
-from hypertuna.cli.console import progress_bar, table
+from hypertuna.cli.console import counted, progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.twin import kelvin
 from hypertuna.description.provenance import provenance
@@ -19,8 +19,14 @@ from hypertuna.io.files import dataset
 from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.swimming.gait import named_gait
 
-LIMITS = {"pressure": "the pressure limit", "suction": "suction", "servo": "a servo that is too slow"}
-LETTERS = {"pressure": "p", "suction": "s", "servo": "v"}
+LIMITS = {
+    "pressure": "the pressure limit",
+    "suction": "suction",
+    "servo": "a servo that is too slow or too weak",
+    "compliance": "compliance of lines, oil and air",
+    "line": "the oil line, which lags",
+}
+LETTERS = {"pressure": "p", "suction": "s", "servo": "v", "compliance": "c", "line": "l"}
 TURBULENT = "turbulent: the pressure drop is underestimated"  # of a line beyond the laminar law
 
 
@@ -134,10 +140,19 @@ def _lines(robot: Robot, sizes: list[Size]) -> Iterator[Any]:
         else:
             yield _case_table(cases)
     if len(sizes) > len(beats):
-        legend = "; ".join(f"{letter} {LIMITS[name]}" for name, letter in LETTERS.items())
-        if any(size.turbulent for size in sizes):
-            legend += f"; t {TURBULENT}"
-        yield f"bend reached [deg] (corner of the line [Hz]); {legend}"
+        yield f"bend reached [deg] (corner of the line [Hz]); limits: {_legend(sizes)}"
+
+
+def _letters(size: Size) -> str:
+    """Write the limits of a case in letters."""
+    return "".join(LETTERS[name] for name in _limits(size)) + "t" * size.turbulent
+
+
+def _legend(sizes: list[Size]) -> str:
+    """Tell what the letters of these cases mean."""
+    used = "".join(map(_letters, sizes))
+    meanings = {letter: LIMITS[name] for name, letter in LETTERS.items()} | {"t": TURBULENT}
+    return "; ".join(f"{letter} {text}" for letter, text in meanings.items() if letter in used) or "none"
 
 
 def _over_lines(sizes: list[Size]) -> Iterator[Any]:
@@ -148,11 +163,12 @@ def _over_lines(sizes: list[Size]) -> Iterator[Any]:
     heads += ["bore\n[mm]"] * (len(bores) > 1) + ["oil\n[C]"] * (len(temperatures) > 1)
     heads += [
         "bend\n[deg]",
+        "of\n[deg]",
         "torque\nof limit",
         "servo speed\nof limit",
         "stroke\nof limit",
         "power\n[W]",
-        "\nlimited by",
+        "\nlimits",
     ]
     rows = []
     for size in sizes:
@@ -164,9 +180,36 @@ def _over_lines(sizes: list[Size]) -> Iterator[Any]:
             size.servo_speed / size.servo_speed_limit,
             size.stroke / size.stroke_limit,
         )
-        row += [f"{math.degrees(size.bend):.1f}", *(f"{100 * load:.0f} %" for load in loads)]
-        rows.append([*row, f"{size.electrical_power['total']:.3g}", ", ".join(_limits(size)) or "nothing"])
+        row += [
+            f"{math.degrees(size.bend):.1f}",
+            f"{math.degrees(size.command):.3g}",
+            *(f"{100 * load:.0f} %" for load in loads),
+        ]
+        rows.append([*row, f"{size.electrical_power['total']:.3g}", _letters(size) or "none"])
     yield table(heads, rows, left=(0, len(heads) - 1))
+    yield f"limits: {_legend(sizes)}"
+    if any(size.torque > size.torque_limit for size in sizes):
+        yield "torque above 100 %: the servo stalls below the pressure limit"
+    yield _verdict(sizes), "bold"
+
+
+def _verdict(sizes: list[Size]) -> str:
+    """Name the smallest values with which all joints reach their bend in all beats, or the best ones."""
+    cases: dict[tuple[float, ...], list[Size]] = {}
+    for size in sizes:
+        cases.setdefault(tuple(size.values.values()), []).append(size)
+    asked = f"{100 * REACHED:g} % of the bend with torque for the pressure limit"
+    good = sorted(values for values, own in cases.items() if all(size.reached for size in own))
+    if good:
+        return f"{len(good)} of {counted(len(cases), 'case')} reach {asked}; the smallest is {_values(sizes, good[0])}."
+    best = max(cases, key=lambda values: min(size.bend / size.command for size in cases[values]))
+    share = min(size.bend / size.command for size in cases[best])
+    return f"No case reaches {asked}; the largest bend is {100 * share:.0f} %, with {_values(sizes, best)}."
+
+
+def _values(sizes: list[Size], values: Sequence[float]) -> str:
+    """Write the values of the keys that vary."""
+    return listed([f"{key} = {value:.4g}" for key, value in zip(sizes[0].values, values, strict=True)])
 
 
 def _servo_lines(size: Size) -> Iterator[Any]:
@@ -196,7 +239,7 @@ def _case_lines(size: Size) -> Iterator[str]:
         "bend, reached": f"{record['bend_deg']:.3g} deg, {record['lag_deg']:.3g} deg late",
         "command fraction": f"{100 * size.command_fraction:.3g} % of the whole",
         "max pressure, of cylinders": f"{record['pressure_max_kpa']:.0f} kPa; min {record['pressure_min_kpa']:.0f} kPa",
-        "limited by": " and ".join(LIMITS[name] for name in _limits(size)) or "nothing",
+        "limited by": "; ".join(LIMITS[name] for name in _limits(size)) or "nothing",
         "electrical power, both servos": f"{size.electrical_power['total']:.3g} W: {shares}",
     }
     for name, text in rows.items():
@@ -218,5 +261,4 @@ def _case_table(cases: list[Size]) -> Any:
 
 def _cell(size: Size) -> str:
     """Write a case in a few letters."""
-    letters = "".join(LETTERS[name] for name in _limits(size)) + "t" * size.turbulent
-    return f"{math.degrees(size.bend):.1f}{letters} ({size.corner:.2g})"
+    return f"{math.degrees(size.bend):.1f}{_letters(size)} ({size.corner:.2g})"
