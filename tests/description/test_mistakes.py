@@ -7,7 +7,7 @@ import pytest
 
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import load, parse
-from hypertuna.errors import InputErrors
+from hypertuna.errors import InputError, InputErrors
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
 
@@ -155,6 +155,14 @@ def test_every_key_that_a_table_lacks_is_in_the_block() -> None:
     assert block["guidance"] == gone
     assert block["controller"].items() <= load("hypertuna").document()["controller"].items()
     assert len(block["controller"]) == 14
+
+
+def test_a_pair_without_its_second_value_is_told() -> None:
+    """A missing value of a list has no key to paste."""
+    document = load("hypertuna").document()
+    document["gait_bounds"]["amplitude_deg"][0] = [0.0]
+    with pytest.raises(InputError, match=r"gait_bounds.amplitude_deg\[0\]\[1\] is missing"):
+        parse(document)
 
 
 def test_errors_survive_the_way_between_processes() -> None:

@@ -45,11 +45,13 @@ def state() -> str:
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
 
 
-def work(line: Connection, folder: str) -> None:
-    """Judge the files that come through a pipe."""
+def work(line: Connection, folder: str, parent: int) -> None:
+    """Judge the files that come through a pipe, until the parent has ended."""
     limit_memory(MEMORY)
     tempfile.tempdir = folder
-    while True:
+    while os.getppid() == parent:
+        if not line.poll(5.0):
+            continue
         k, seed = line.recv()
         begin = time.process_time()
         verdict = judged(CASES[k], seed)
@@ -68,7 +70,8 @@ class Worker:
 
     def __post_init__(self) -> None:
         self.line, other = multiprocessing.Pipe()
-        self.process = multiprocessing.get_context("fork").Process(target=work, args=(other, self.folder), daemon=True)
+        arguments = (other, self.folder, os.getpid())
+        self.process = multiprocessing.get_context("fork").Process(target=work, args=arguments, daemon=True)
         self.process.start()
         other.close()
 

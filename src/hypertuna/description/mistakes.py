@@ -226,7 +226,7 @@ def _paste(missing: list[Place], model: Model, first: Mapping[str, Any], valid: 
     parts: dict[str, dict[str, Any]] = {}
     for place in missing:
         value = _at(first, place) or _at(valid, place)
-        if value is None:
+        if value is None or isinstance(place[-1], int):  # a value of a list is no key to paste
             continue
         names = [part for part in place[:-1] if isinstance(part, str)]
         index = next((part for part in reversed(place) if isinstance(part, int)), None)
