@@ -92,7 +92,8 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     near = difflib.get_close_matches(word[:LONGEST], names, n=1)
     if near:
         return f"did you mean {near[0]}?"
-    return f"use one of {', '.join(names[:12])}{', ...' * (len(names) > 12)}" if names else "remove it"
+    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+    return f"use one of {', '.join(names[:12])}{more}" if names else "remove it"
 
 
 def escaped(text: str, keep: str = "") -> str:

@@ -180,3 +180,17 @@ def test_a_law_without_free_coefficients_of_its_own_is_told(run: Run, tank: str)
     told = json.loads(run("identify", tank, *options, "--starts", "1", "--json")[1])
     for law in ("strip", "lumped"):
         assert told["laws"][law]["warnings"][0].startswith("The lumped law has no free water coefficient of its own")
+
+
+def test_speeds_in_another_unit_are_refused_before_the_fit(run: Run, tank: str, tmp_path: Path) -> None:
+    """Centimeters a second would be fitted by a drag of a ten thousandth, without a word."""
+    with open(tank, newline="") as file:
+        head, *rows = csv.reader(file)
+    at, wrong, output = head.index("speed_m_s"), tmp_path / "cm.csv", tmp_path / "fit.toml"
+    with wrong.open("w", newline="") as file:
+        scaled = [[*row[:at], 100 * float(row[at]), *row[at + 1 :]] for row in rows]
+        csv.writer(file).writerows([head, *scaled])
+    code, _, errors = run("identify", str(wrong), "--free", "joints.bandwidth", "-o", str(output))
+    assert code == 2
+    assert "cm.csv: the measured speeds are 100 times those of the model: check the unit, m/s." in errors
+    assert not output.exists()

@@ -42,10 +42,11 @@ MISTAKES = {
     "trials check .": ". holds no known published files: give a CSV file, a manifest, or the folder with "
     "*deg_hardware_motor_angles.csv and *deg_hardware_trajectories.csv of "
     "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot.",
-    "trials check poses.csv": "poses.csv has a column of time, and is no table of steady runs: name a recording over "
-    "time in a manifest, `[[recordings]]`; a row of this table is a run.",
-    "trials check percent.csv": "percent.csv: line 2, speed_cm_s is not a known column: convert the numbers as well; "
-    "did you mean speed_m_s?",
+    "trials check poses.csv": "poses.csv has a column of time, and is no table of steady runs: tracks of head or "
+    "markers belong in a manifest, `[[recordings]]` (trials import markers makes one). One tracked point gives only a "
+    "speed: measure it, and write a row of a table of steady runs.",
+    "trials check percent.csv": "percent.csv: line 2, speed_cm_s is not a known column: did you mean "
+    "speed_m_s? Then divide the numbers by 100.",
     "trials import markers poses.csv -o markers.toml": "poses.csv must have at least two markers, but is 1: name "
     "columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ....",
     "replay angles.csv": "--columns must be given with a CSV file: name the columns of angles, or give a manifest.",

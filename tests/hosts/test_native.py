@@ -17,7 +17,13 @@ from hypertuna.swimming.model import core_model
 
 ROBOTS = ("hypertuna", "rexeel", "examples/myfish.toml")
 SAME = 1e-10  # relative: both are the same arithmetic but for its order
-ITERATED = {"distance_to_settled", "change_per_beat", "beats", "arrived", "approach_beats"}  # rounding itself, or how it was come by
+ITERATED = {
+    "distance_to_settled",
+    "change_per_beat",
+    "beats",
+    "arrived",
+    "approach_beats",
+}  # rounding itself, or how it was come by
 ROUNDING = {"turn_rate": 1e-10, "turn_radius": 1e-9, "spectral_radius": 1e-10}  # where the number itself is zero
 
 

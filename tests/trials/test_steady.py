@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 
 import hypertuna as ht
 from hypertuna.description.robot import parse
+from hypertuna.errors import did_you_mean
+from hypertuna.io.tables import conversion
 from hypertuna.trials.steady import read_steady
 from hypertuna.trials.trials import read_trials
 from told import told, tried, write
@@ -139,7 +141,7 @@ def test_many_bad_rows_are_reported_together(tmp_path, tuna):
         (
             [HEAD.replace("_I_", "_Y_"), "6,16,25,40,1"],
             "line 1, amplitude_Y_deg is not a known column: in KIND_GROUP_deg, GROUP is a joint group of hypertuna by "
-            "name or number (I, II): did you mean amplitude_I_deg?",
+            "name or number (I, II); choose the robot that swam with --robot: did you mean amplitude_I_deg?",
         ),
         (
             [f"{HEAD},phase_2_deg", "6,16,25,40,1,40"],
@@ -190,3 +192,32 @@ def test_any_bytes_are_runs_or_one_sentence(tmp_path_factory, tuna, content):
     runs, sentence = tried(read_steady, path, tuna)
     assert runs or str(path) in sentence
     assert all(math.isfinite(run.speed) and run.gait.frequency > 0 for run in runs or ())
+
+
+def test_all_bad_columns_are_told_at_once(tmp_path, tuna):
+    head = HEAD.replace("speed_m_s", "speed_cm_s").replace("phase_II", "phase").replace("frequency", "freqency")
+    with pytest.raises(ht.InputError) as error:
+        read_steady(write(tmp_path / "tank.csv", head, "6,16,25,40,58"), tuna)
+    told_once = str(error.value)
+    assert "tank.csv has 3 mistakes:" in told_once
+    assert "speed_cm_s is not a known column: did you mean speed_m_s? Then divide the numbers by 100." in told_once
+    assert "did you mean phase_II_deg?" in told_once  # not of the first joint, whose phase is 0
+    assert "did you mean frequency_hz?" in told_once
+
+
+@pytest.mark.parametrize(
+    ("column", "near", "text"),
+    [
+        ("speed_mm_s", "speed_m_s", " Then divide the numbers by 1000"),
+        ("pressure_pa", "pressure_kpa", " Then divide the numbers by 1000"),
+        ("pressure_bar", "pressure_kpa", " Then multiply the numbers by 100"),
+        ("angle_rad", "angle_deg", " Then multiply the numbers by 57.2958"),
+        ("sped_m_s", "speed_m_s", ""),
+    ],
+)
+def test_another_unit_has_a_factor(column, near, text):
+    assert conversion(column, near) == text
+
+
+def test_many_names_end_with_how_many_more():
+    assert did_you_mean("xyz", map(str, range(10, 30))).endswith("20, 21 and 8 more")

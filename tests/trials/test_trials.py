@@ -328,8 +328,8 @@ def test_check_says_what_is_there(tmp_path):
     ("row", "sentence"),
     [
         ("2,16,25,0,{speed}", ""),
-        ("2,16,25,0,{fast}", "the measured speeds are 1e+02 times those of the model: check the unit, m/s."),
-        ("2,16,25,0,{slow}", "the measured speeds are 1/1e+03 of those of the model: check the unit, m/s."),
+        ("2,16,25,0,{fast}", "the measured speeds are 100 times those of the model: check the unit, m/s."),
+        ("2,16,25,0,{slow}", "the measured speeds are 1/1000 of those of the model: check the unit, m/s."),
         ("2,0.28,0.44,0,{speed}", "the largest amplitude is 0.44 deg: is it in radians? Then write 25.2."),
     ],
 )

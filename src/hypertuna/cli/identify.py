@@ -16,11 +16,13 @@ from hypertuna.cli.emit import emit
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
 from hypertuna.description.writer import write_robot
+from hypertuna.errors import InputErrors
 from hypertuna.identification.identify import Fit, compare, identify
 from hypertuna.identification.names import split_names
 from hypertuna.identification.posterior import Posterior, check_posterior, posterior, with_posterior
 from hypertuna.identification.tables import coefficient_table, error_table, law_table
 from hypertuna.ranges import check_name
+from hypertuna.trials.plausibility import implausible_runs
 from hypertuna.trials.trials import read_trials
 
 
@@ -153,6 +155,8 @@ def identify_command(
         check_posterior(samples, search.loss)
     fish = robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
+    if doubts := implausible_runs(runs.steady, fish):
+        raise InputErrors(doubts) if len(doubts) > 1 else doubts[0]
     with progress_bar("fitting") as progress:
         options = search.arguments() | {"progress": progress}
         names = None if free is None else split_names(free)

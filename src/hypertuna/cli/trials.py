@@ -45,7 +45,12 @@ def check(
         fish = robot.load()
         trials = read_trials(files, fish)
     summary = _summary(trials, fish)
-    emit(summary, record=lambda facts: {"valid": True} | provenance(fish) | facts, lines=_lines, as_json=as_json)
+    emit(
+        summary,
+        record=lambda facts: {"valid": True} | provenance(fish) | facts,
+        lines=lambda facts: _lines(facts, fish.name),
+        as_json=as_json,
+    )
 
 
 class _Import(Group):
@@ -182,7 +187,7 @@ def _summary(trials: Trials, robot: Robot) -> dict[str, Any]:
         "runs": len(trials.runs),
         "steady": [_steady(file, [run for run in trials.steady if run.file == file], robot) for file in files],
         "recordings": [_recording(recording) for recording in trials.recordings],
-        "warnings": implausible_runs(trials.steady, robot),
+        "warnings": [str(doubt) for doubt in implausible_runs(trials.steady, robot)],
     }
 
 
@@ -223,7 +228,7 @@ def _recording(recording: Recording) -> dict[str, Any]:
     }
 
 
-def _lines(summary: dict[str, Any]) -> Iterator[Any]:
+def _lines(summary: dict[str, Any], robot: str) -> Iterator[Any]:
     """Lay out the content of trials."""
     for steady in summary["steady"]:
         yield f"{steady['file']}: {counted(steady['runs'], 'steady run')} of {counted(steady['swims'], 'swim')}"
@@ -250,4 +255,4 @@ def _lines(summary: dict[str, Any]) -> Iterator[Any]:
             yield f"  ended near a wall: {', '.join(recording['ended_by_a_wall'])}"
     for sentence in summary["warnings"]:
         yield f"unlikely: {sentence}", "yellow"
-    yield f"{counted(summary['runs'], 'run')} in all"
+    yield f"{counted(summary['runs'], 'run')} in all, checked against the model of {robot}"

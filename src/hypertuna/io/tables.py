@@ -9,11 +9,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from hypertuna.errors import InputError, did_you_mean
+from hypertuna.errors import InputError, InputErrors, did_you_mean
 
 R = TypeVar("R")
 
 MAX_NAMED = 5  # bad rows in an error
+# Ends of names of columns, by what they measure: the size of a unit in one of them.
+UNITS: tuple[dict[str, float], ...] = (
+    {"m_s": 1, "cm_s": 1e-2, "mm_s": 1e-3, "km_h": 1 / 3.6},
+    {"m": 1, "cm": 1e-2, "mm": 1e-3, "km": 1e3},
+    {"pa": 1, "kpa": 1e3, "mpa": 1e6, "mbar": 1e2, "bar": 1e5},
+    {"deg": 1, "rad": 180 / math.pi},
+    {"hz": 1, "mhz": 1e-3, "rpm": 1 / 60},
+    {"s": 1, "ms": 1e-3, "min": 60},
+    {"ml": 1, "l": 1e3, "mm3": 1e-3, "m3": 1e6},
+)
 # What to do about errors of `tomllib`, which names the line where it gave up.
 TOML_FIXES = {
     "Unclosed array": "close the bracket that opens there or on a line above, and write decimals with a point",
@@ -66,22 +76,33 @@ class Table:
     ) -> list[str]:
         """Return the key of each column; check that all are known, given once, and none missing.
 
-        known: key by name of a column; required: name by key; fix: for a missing column; hint: for an unknown one.
+        known: key by name of a column; required: name by key; fix: for a missing column; hint: for an unknown one, in
+        place of the nearest name. All errors are reported together.
         """
         keys: list[str] = []
+        errors: list[InputError] = []
+        suggested: set[str] = set()
         for column in self.head:
             place = f"line {self.line}, {column}"
             if column not in known:
-                near = did_you_mean(column, [c for c, key in known.items() if c not in self.head and key not in keys])
-                raise InputError("is not a known column", file=self.file, key=place, fix=hint(column) + near)
+                free = [c for c, key in known.items() if c not in self.head and key not in keys]
+                near = did_you_mean(column, free)
+                name = near.removeprefix("did you mean ").removesuffix("?")
+                suggested.add(known.get(name, ""))
+                text = hint(column) or near + conversion(column, name)
+                errors.append(InputError("is not a known column", file=self.file, key=place, fix=text))
+                continue
             if known[column] in keys:
-                value = f"{self.head[keys.index(known[column])]}, too"
+                value = f"{self.head[[known.get(c) for c in self.head].index(known[column])]}, too"
                 rule, other = "must appear only once", "remove one of the two"
-                raise InputError(rule, file=self.file, key=place, value=value, fix=other)
+                errors.append(InputError(rule, file=self.file, key=place, value=value, fix=other))
             keys.append(known[column])
         for key, column in required.items():
-            if key not in keys:
-                raise InputError("must be a column", file=self.file, key=column, value="missing", fix=fix)
+            if key not in keys and key not in suggested:
+                errors.append(InputError("must be a column", file=self.file, key=column, value="missing", fix=fix))
+        if errors:
+            # more mistakes than columns: another file, or that of another robot
+            raise InputErrors(errors) if 1 < len(errors) <= len(self.head) else errors[0]
         return keys
 
     def check_once(self, names: Iterable[str]) -> None:
@@ -138,6 +159,16 @@ def read_table(path: str | Path) -> Table:
             raise InputError(rule, file=file, value=f"separated by {name}", fix=fix)
     (line, head), *rows = ((n, _cells(line, file, n)) for n, line in content)
     return Table(file, line, head, rows)
+
+
+def conversion(column: str, near: str) -> str:
+    """Return what to do to the numbers of a column whose name has another unit than the nearest name, or nothing."""
+    for units in UNITS:
+        own, other = (max((u for u in units if name.endswith(f"_{u}")), key=len, default="") for name in (column, near))
+        if own and other and own != other and column.removesuffix(own) == near.removesuffix(other):
+            factor = units[own] / units[other]
+            return f" Then {'multiply' if factor > 1 else 'divide'} the numbers by {max(factor, 1 / factor):.6g}"
+    return ""
 
 
 def parse_float(text: str) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
 from hypertuna.swimming.sweep import sweep
 from hypertuna.trials.steady import SteadyRun
 
@@ -13,18 +14,17 @@ FAR = 10.0  # times the model's, or a part of it: more than any coefficient is w
 RADIANS = math.radians(1.6)  # rad, amplitude: angles of beats in radians look like degrees below it
 
 
-def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> list[str]:
-    """Return a sentence for each file of steady runs that is far from the robot's model."""
-    sentences = []
+def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> list[InputError]:
+    """Return a doubt about each file of steady runs that is far from the robot's model."""
+    doubts = []
     for file in dict.fromkeys(run.file for run in runs):
         own = [run for run in runs if run.file == file]
         largest = max(max(run.gait.amplitude) for run in own)
         if 0 < largest < RADIANS:
             meant = math.degrees(math.degrees(largest))
-            sentences.append(
-                f"{file}: the largest amplitude is {math.degrees(largest):.3g} deg: is it in radians? Then write "
-                f"{meant:.3g}."
-            )
+            fix = f"is it in radians? Then write {meant:.3g}"
+            key, rule = "the largest amplitude", f"is {math.degrees(largest):.3g} deg"
+            doubts.append(InputError(rule, file=file, key=key, fix=fix))
             continue
         measured = [run for run in own if run.speed]
         if not measured:
@@ -33,6 +33,7 @@ def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> list[str]:
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = float(np.nanmedian(np.abs(np.array([run.speed for run in measured], dtype=float) / computed)))
         if math.isfinite(ratio) and not 1 / FAR <= ratio <= FAR:
-            times = f"{ratio:.2g} times" if ratio > 1 else f"1/{1 / ratio:.2g} of"
-            sentences.append(f"{file}: the measured speeds are {times} those of the model: check the unit, m/s.")
-    return sentences
+            size = float(f"{max(ratio, 1 / ratio):.2g}")
+            rule = f"are {size:g} times those of the model" if ratio > 1 else f"are 1/{size:g} of those of the model"
+            doubts.append(InputError(rule, file=file, key="the measured speeds", fix="check the unit, m/s"))
+    return doubts

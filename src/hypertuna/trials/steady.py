@@ -1,11 +1,12 @@
 """Steady runs: measured speed and cost of transport of gaits, read from CSV files."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from hypertuna.description.robot import Robot
 from hypertuna.display import Displayed, Tabular
-from hypertuna.errors import InputError, shown
+from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import Table, read_table
 from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
 from hypertuna.swimming.gait import Gait
@@ -86,14 +87,18 @@ def _keys(table: Table, robot: Robot) -> list[str]:
     angles = {f"{kind}_{name}_deg": f"{kind}[{g}]" for kind in ANGLES for name, g in groups.items()}
     required = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in ANGLES[:2] for g, name in enumerate(names)}
     del required["phase[0]"]  # 0 by definition
+    said: set[str] = set()
     if {"time_s", "time", "t"} & {*table.head}:
-        fix = "name a recording over time in a manifest, `[[recordings]]`; a row of this table is a run"
+        fix = (
+            "tracks of head or markers belong in a manifest, `[[recordings]]` (trials import markers makes one). One "
+            "tracked point gives only a speed: measure it, and write a row of a table of steady runs"
+        )
         raise InputError("has a column of time, and is no table of steady runs", file=table.file, fix=fix)
     keys = table.keys(
         {column: key for key, column in COLUMNS.items()} | angles,
         {"frequency": COLUMNS["frequency"]} | required,
         fix=f"add it; {rule}",
-        hint=lambda column: _hint(column, rule),
+        hint=lambda column: _hint(column, f"{rule}; choose the robot that swam with --robot: ", angles, said),
     )
     if not set(MEASURED) & set(keys):
         either = " or ".join(COLUMNS[key] for key in MEASURED)
@@ -101,15 +106,15 @@ def _keys(table: Table, robot: Robot) -> list[str]:
     return keys
 
 
-def _hint(column: str, rule: str) -> str:
-    """Return what to know of an unknown column before the nearest name."""
-    if column.startswith(ANGLES):
-        return f"{rule}; choose the robot that swam with --robot: "
-    known = (
-        name for key, name in COLUMNS.items() if column.startswith(f"{key}_") and not column.startswith(f"{key}_sd")
-    )
-    name = next(known, None)
-    return "convert the numbers as well; " if name else ""
+def _hint(column: str, rule: str, angles: Mapping[str, str], said: set[str]) -> str:
+    """Return what to do about an unknown column of angles, the rule once; nothing for others."""
+    if not column.startswith(ANGLES):
+        return ""
+    # one phase without a joint group: not that of the first, which is 0 by definition
+    names = [name for name in angles if not (column.startswith("phase") and angles[name] == "phase[0]")]
+    text = f"{'' if rule in said else rule}{did_you_mean(column, names or angles)}"
+    said.add(rule)
+    return text
 
 
 def _run(cells: dict[str, str], robot: Robot, file: str, line: int) -> SteadyRun:
