@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -212,6 +213,33 @@ def test_what_stops_the_program_is_told_without_a_traceback(
     monkeypatch.setattr("hypertuna.cli.swim.swim", stop)
     got, output, errors = run(*SWIM, *FAST)
     assert (got, output, errors.lstrip("\n")) == (code, "", told)
+
+
+@pytest.mark.parametrize(
+    ("function", "parts", "arguments"),
+    [
+        ("mission.fly_seeds", "flights are", ("mission", "box", "--seeds", "0:5", "-o", "all.csv")),
+        ("sweep.sweep", "gaits are", ("sweep", "--gait", "optimised-max", "-o", "all.csv")),
+        ("optimize.optimize", "gaits are", ("optimize", "--maximize", "speed", "-o", "all.toml")),
+        ("pareto.pareto", "rounds are", ("pareto", "-o", "all.csv")),
+    ],
+    ids=lambda value: value.partition(".")[0] if isinstance(value, str) else "",
+)
+def test_ctrl_c_tells_what_is_done_and_writes_nothing(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, function: str, parts: str, arguments: tuple[str, ...]
+) -> None:
+    def stop(*_: object, **options: Any) -> None:
+        report = options["report" if "report" in options else "progress"]
+        report(2, 5)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(f"hypertuna.cli.{function}", stop)
+    monkeypatch.chdir(tmp_path)
+    done = f"interrupted: 2 of 5 {parts} done"
+    again = " and kept in f; run the same command again to go on\n"
+    assert run(*arguments, "--checkpoint", "f") == (130, "", done + again)
+    assert run(*arguments) == (130, "", f"{done}, but not kept: --checkpoint FILE keeps them\n")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import typer
 
+from hypertuna.cli import streams
 from hypertuna.errors import InputError, escaped
 
 if TYPE_CHECKING:
@@ -122,16 +123,22 @@ def counted(number: int, noun: str) -> str:
 
 
 @contextlib.contextmanager
-def progress_bar(what: str, *, slow: bool = False) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(
+    what: str, *, slow: bool = False, parts: str = "", checkpoint: str | Path | None = None
+) -> Iterator[Callable[[int, int], None]]:
     """Yield a function of count and total that shows progress on the terminal once the work takes a second.
 
-    For `slow` parts progress is shown at once, and as lines where the error output is no terminal.
+    For `slow` parts progress is shown at once, and as lines where the error output is no terminal. With the name of its
+    `parts`, Ctrl-C tells how many are done and where they are kept.
     """
     start, terminal = time.monotonic(), sys.stderr.isatty()
     bar: Any = None
+    done = ""
 
     def report(count: int, total: int) -> None:
-        nonlocal bar
+        nonlocal bar, done
+        if count:
+            done = f"{count} of {counted(total, parts)} {'is' if count == 1 else 'are'} done"
         elapsed = time.monotonic() - start
         if terminal and bar is None and (slow or elapsed >= PATIENCE):
             bar = _bar(what)
@@ -143,6 +150,11 @@ def progress_bar(what: str, *, slow: bool = False) -> Iterator[Callable[[int, in
 
     try:
         yield report
+    except BaseException:
+        if done and parts:
+            again = f" and kept in {checkpoint}; run the same command again to go on"
+            streams.state["done"] = done + (again if checkpoint else ", but not kept: --checkpoint FILE keeps them")
+        raise
     finally:
         if bar is not None:
             bar.stop()

@@ -157,7 +157,7 @@ def identify_command(
     runs = read_trials(trials, fish)
     if doubts := implausible_runs(runs.steady, fish):
         raise InputErrors(doubts) if len(doubts) > 1 else doubts[0]
-    with progress_bar("fitting") as progress:
+    with progress_bar("fitting", parts="stage", checkpoint=search.checkpoint) as progress:
         options = search.arguments() | {"progress": progress}
         names = None if free is None else split_names(free)
         by_law: dict[str, Fit] = (
@@ -170,7 +170,7 @@ def identify_command(
     if samples is not None:
         file = Path(search.checkpoint) if search.checkpoint else None
         own = file and file.with_stem(f"{file.stem}-posterior")
-        with progress_bar("sampling") as progress:
+        with progress_bar("sampling", parts="step", checkpoint=own) as progress:
             sampled = posterior(fit, samples, threads=search.threads, checkpoint=own, progress=progress)
     fitted = fit.robot if sampled is None else with_posterior(fit, sampled)
     if output is not None:

@@ -13,6 +13,7 @@ from hypertuna.cli.streams import (
     drop_unwritable_output,
     end_on_signals,
     open_streams,
+    state,
     tell,
     was_interrupted,
 )
@@ -164,7 +165,7 @@ def main() -> None:
     code = _run()
     if was_interrupted() or code == INTERRUPTED:
         code = INTERRUPTED
-        tell("interrupted\n")
+        tell(f"interrupted: {state['done']}\n" if state["done"] else "interrupted\n")
     drop_unwritable_output()
     sys.exit(code)
 

@@ -14,14 +14,13 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, counted, progress_bar, summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.parsing import whole_number as read_whole_number
-from hypertuna.cli.streams import was_interrupted
 from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import rows_csv
 from hypertuna.io.quantity import quantity, values_of
 from hypertuna.mission.file import MissionFile, missions, read_mission
-from hypertuna.mission.flight import Flight, Interrupted, Outcome, fly, fly_seeds, outcome
+from hypertuna.mission.flight import Flight, Outcome, fly, fly_seeds, outcome
 from hypertuna.mission.gpx import check_origin, write_gpx
 from hypertuna.mission.run import expected
 
@@ -53,6 +52,7 @@ def mission_command(
         typer.Argument(
             metavar="FILE.toml",
             help=f"Mission file, or name of a mission that comes with hypertuna: {', '.join(missions())}.",
+            autocompletion=lambda incomplete: opt.starting(missions(), incomplete),
         ),
     ],
     robot: opt.MissionRobot,
@@ -114,7 +114,7 @@ def mission_command(
     if gpx is not None:
         check_origin(file.origin, file.file)
     log = None if output is None else Path(output)
-    with progress_bar("flying [s]") as progress:
+    with progress_bar("flying [s]", parts="second", checkpoint=checkpoint) as progress:
         flight = fly(
             file,
             fish,
@@ -192,14 +192,8 @@ def _fly_many(
     file: MissionFile, robot: Robot, seeds: Sequence[int], options: dict[str, Any], output: str | None, as_json: bool
 ) -> None:
     """Fly many seeds, and summarize them."""
-    try:
-        with progress_bar("flying") as progress:
-            outcomes, interrupted = fly_seeds(file, robot, seeds, **options, report=progress), False
-    except Interrupted as error:
-        outcomes, interrupted = error.outcomes, True
-        was_interrupted()  # what follows is not interrupted again
-        if not outcomes:
-            raise
+    with progress_bar("flying", parts="flight", checkpoint=options["checkpoint"]) as progress:
+        outcomes = fly_seeds(file, robot, seeds, **options, report=progress)
     facts = made_by(robot, mission=file.name, mission_hash=file.hash)
 
     def row(one: Outcome) -> dict[str, Any]:
@@ -212,11 +206,8 @@ def _fly_many(
         csv=lambda all_: rows_csv(facts, map(row, all_)),
         output=output,
         as_json=as_json,
-        failed=not interrupted and any(one.status != "done" for one in outcomes),
+        failed=any(one.status != "done" for one in outcomes),
     )
-    if interrupted:
-        typer.echo(f"{len(outcomes)} of {counted(len(seeds), 'flight')} had ended", err=True)
-        raise KeyboardInterrupt
 
 
 def _statistics(outcomes: Sequence[Outcome]) -> dict[str, Any]:
@@ -231,7 +222,7 @@ def _statistics(outcomes: Sequence[Outcome]) -> dict[str, Any]:
 def _many_lines(title: str, outcomes: Sequence[Outcome]) -> Iterator[Any]:
     """Lay out many flights as minimum, mean and maximum."""
     statistics = _statistics(outcomes)
-    yield f"{title}: {len(outcomes)} flights", "bold"
+    yield f"{title}: {counted(len(outcomes), 'flight')}", "bold"
     rows = (
         (quantity.label, *(f"{value:.4g}" for value in statistics[key].values()), quantity.unit)
         for key, quantity in outcomes[0].summary().items()

@@ -55,7 +55,7 @@ def optimize_command(
     if output is not None:  # tried before the search, whose result must not be lost
         groups = [0.0] * len(subject.joints)
         robot_text(_with_best(subject, Gait.from_degrees(frequency=1.0, amplitude=groups, phase=groups)))
-    with progress_bar("optimizing") as progress:
+    with progress_bar("optimizing", parts="gait", checkpoint=checkpoint) as progress:
         result = optimize(
             subject, limits=kept, checkpoint=checkpoint, progress=progress, **search.arguments(), **vars(robust)
         )

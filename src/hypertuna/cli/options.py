@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 # --- how options are declared. Values are read in callbacks, which know the option's name: bad ones are an InputError.
 
 
-def option(names: Sequence[str], help: str, metavar: str, read: Callable[[str, str], Any]) -> Any:
+def option(names: Sequence[str], help: str, metavar: str, read: Callable[[str, str], Any], **more: Any) -> Any:
     """Declare an option whose text `read` turns into a value, given the text and the option's name."""
 
     def callback(param: typer.CallbackParam, value: Any) -> Any:
@@ -34,7 +34,7 @@ def option(names: Sequence[str], help: str, metavar: str, read: Callable[[str, s
             return [read(part, key) if isinstance(part, str) else part for part in value]
         return read(value, key) if isinstance(value, str) else value
 
-    return typer.Option(*names, help=help, metavar=metavar, parser=_as_typed, callback=callback)
+    return typer.Option(*names, help=help, metavar=metavar, parser=_as_typed, callback=callback, **more)
 
 
 def _as_typed(value: str) -> str:
@@ -82,11 +82,11 @@ def whole_number(name: str, help: str) -> Any:
 def word(name: str, words: Sequence[str], help: str) -> Any:
     """Declare an option that takes one of several words, which the shell completes."""
     declared = option((name,), help, f"[{'|'.join(words)}]", lambda text, key: check_choice(text, words, key))
-    declared.autocompletion = lambda incomplete: _starting(words, incomplete)
+    declared.autocompletion = lambda incomplete: starting(words, incomplete)
     return declared
 
 
-def _starting(words: Sequence[str], incomplete: str) -> list[str]:
+def starting(words: Sequence[str], incomplete: str) -> list[str]:
     """Return the words that a word may become."""
     return [word for word in words if word.startswith(incomplete)]
 
@@ -138,7 +138,7 @@ def _robots(incomplete: str) -> list[str]:
     """Return the robots that a name may become."""
     from hypertuna.description.robot import robots
 
-    return _starting(robots(), incomplete)
+    return starting(robots(), incomplete)
 
 
 def _gaits(context: typer.Context, incomplete: str) -> list[str]:
@@ -146,7 +146,18 @@ def _gaits(context: typer.Context, incomplete: str) -> list[str]:
     from hypertuna.description.robot import load
 
     with contextlib.suppress(InputError):
-        return _starting([*load(context.params.get("robot") or ROBOT).gaits], incomplete)
+        return starting([*load(context.params.get("robot") or ROBOT).gaits], incomplete)
+    return []
+
+
+def _keys(context: typer.Context, incomplete: str) -> list[str]:
+    """Return the keys that one of the robot typed before may become; a name with a space would be two words."""
+    from hypertuna.description.changes import settable
+    from hypertuna.description.robot import load
+
+    with contextlib.suppress(InputError):
+        keys = settable(load(context.params.get("robot") or ROBOT))
+        return [f"{key}=" for key in starting(keys, incomplete) if " " not in key]
     return []
 
 
@@ -167,7 +178,11 @@ RobotName = Annotated[str, robot_name(envvar="HYPERTUNA_ROBOT")]
 Changes = Annotated[
     list[Any] | None,
     option(
-        ("--set",), "Value of a key of the robot's file, such as joints.II.line.bore_m=0.005.", "KEY=VALUE", _change
+        ("--set",),
+        "Value of a key of the robot's file, such as joints.II.line.bore_m=0.005.",
+        "KEY=VALUE",
+        _change,
+        autocompletion=_keys,
     ),
 ]
 GaitName = Annotated[

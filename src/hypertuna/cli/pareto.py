@@ -52,7 +52,7 @@ def pareto_command(
     The exit code is 0 for a front, 1 if no gait satisfies all limits, 2 for bad input.
     """
     subject = robot.load()
-    with progress_bar("evolving") as progress:
+    with progress_bar("evolving", parts="round", checkpoint=checkpoint) as progress:
         front = pareto(
             subject,
             [name.strip() for name in objectives.split(",")],

@@ -9,7 +9,7 @@ import threading
 import unicodedata
 import warnings
 from types import FrameType
-from typing import TextIO
+from typing import Any, TextIO
 
 from hypertuna.errors import DamageWarning
 
@@ -17,7 +17,7 @@ INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
 PLAIN = {"−": "-", "–": "-", "—": "-", "…": "...", "×": "x", "·": " ", "°": "deg", "±": "+-", "≈": "~", "’": "'"}
 PLAIN |= {"÷": "/", "µ": "u", "η": "eta", "π": "pi", "→": "->", "≤": "<=", "≥": ">=", "✓": "ok", "✗": "no", "≠": "!="}
 LOADING, SWALLOWED = 0.02, 1.0  # s until an interrupt comes again
-state = {"interrupted": False}
+state: dict[str, Any] = {"interrupted": False, "done": ""}  # whether Ctrl-C came; what was done by then
 
 
 def open_streams() -> None:
@@ -64,7 +64,7 @@ def tell(text: str, file: TextIO | None = None) -> None:
 
 def end_on_signals() -> None:
     """Let SIGTERM and a closed terminal end the program as Ctrl-C does, unless nohup holds the signal back."""
-    state["interrupted"] = False
+    state.update(interrupted=False, done="")
     if threading.current_thread() is not threading.main_thread():
         return
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
@@ -90,7 +90,7 @@ def was_interrupted() -> bool:
     """Whether there was an interrupt, which is then taken as received and does not come again."""
     if state["interrupted"] and hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0)
-    return state["interrupted"]
+    return bool(state["interrupted"])
 
 
 def drop_unwritable_output() -> None:

@@ -51,7 +51,7 @@ def sweep_command(
     those whose settled beat a start from rest does not lead to.
     """
     subject = robot.load()
-    with progress_bar("swimming") as progress:
+    with progress_bar("swimming", parts="gait", checkpoint=checkpoint) as progress:
         options: dict[str, Any] = {"threads": threads, "steps": steps, "check_rest": check_rest}
         result = sweep(subject, gaits.grid(subject), **options, checkpoint=checkpoint, progress=progress)
     emit(

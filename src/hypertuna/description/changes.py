@@ -37,6 +37,23 @@ def changed(robot: Robot, values: Mapping[str, Any], option: str = "--set") -> R
         raise InputErrors(named) from None
 
 
+def settable(robot: Robot) -> list[str]:
+    """Return the keys of all values in a robot's file, as `changed` takes them; sources are texts, not values."""
+    return _settable({key: part for key, part in robot.document().items() if key != "sources"}, "")
+
+
+def _settable(node: Any, key: str) -> list[str]:
+    """Return the keys of the values below a node; the tables of a list by name, or by index."""
+    if isinstance(node, dict):
+        parts = node.items()
+    elif isinstance(node, list) and node and all(isinstance(part, dict) for part in node):
+        named = [next((str(part[name]) for name in NAMES if name in part), f"[{k}]") for k, part in enumerate(node)]
+        parts = zip(named, node, strict=True)
+    else:
+        return [key]
+    return [leaf for name, part in parts for leaf in _settable(part, f"{key}.{name}".replace(".[", "[").lstrip("."))]
+
+
 def _fix(error: InputError, values: Mapping[str, Any]) -> str | None:
     """Return the fix of an error: a decimal point where a comma has made two numbers of one."""
     pairs = [v for v in values.values() if isinstance(v, list) and len(v) == 2 and all(isinstance(x, int) for x in v)]

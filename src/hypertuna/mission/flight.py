@@ -57,14 +57,6 @@ class Flight(
     status: str  # "done"; "home" before all waypoints were reached; "hold", "given up" or "diverged"
 
 
-class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during many flights; `outcomes` are those of the flights that had ended."""
-
-    def __init__(self, outcomes: list[Outcome]) -> None:
-        super().__init__()
-        self.outcomes = outcomes
-
-
 OUTCOME = {
     "waypoints_reached": Column(),
     "duration": Column("s"),
@@ -183,7 +175,7 @@ def fly_seeds(
     checkpoint: str | Path | None = None,
     report: Report | None = None,
 ) -> list[Outcome]:
-    """Fly a mission with many seeds; Ctrl-C raises `Interrupted` with those that have ended."""
+    """Fly a mission with many seeds; the journal keeps those that have ended at Ctrl-C."""
     if not 1 <= len(seeds) <= MAX_SEEDS:
         rule = f"must be from 1 to {MAX_SEEDS} seeds"
         raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
@@ -209,14 +201,10 @@ def fly_seeds(
                 outcomes.append(Outcome(**journal.answer(seed, lambda seed=seed: work[seed].result())))  # type: ignore[misc]  # a default argument is not inferred
                 if report is not None:
                     report(k + 1, len(seeds))
-        except BaseException as error:
+        except BaseException:
             stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
-            if not isinstance(error, KeyboardInterrupt):
-                raise
-            later = (work[seed] for seed in seeds[len(outcomes) :] if seed in work)
-            ended = (one for one in later if one.done() and not one.cancelled() and one.exception() is None)
-            raise Interrupted([*outcomes, *(Outcome(**one.result()) for one in ended)]) from None
+            raise
     pool.shutdown()
     return outcomes
 
