@@ -25,8 +25,16 @@ from hypertuna.identification.estimator import Direction
 from hypertuna.identification.loss import interval_factor, residual_scale
 
 STARTS = 3
-TOLERANCE, ROUGH = 1e-6, 1e-3  # relative change that ends a search, and a rough one
 MAX_EVALUATIONS = 100  # of one search
+KNOWN = 2.0  # factor to either side of a value, beyond which it does not count as determined
+STOPS = {
+    0: f"The search was stopped after {MAX_EVALUATIONS} evaluations before it had converged",
+    1: "The search converged: the error has no slope any more",
+    2: "The search converged: the error does not change any more",
+    3: "The search converged: the unknowns do not change any more",
+    4: "The search converged: neither error nor unknowns change any more",
+}
+TOLERANCE, ROUGH = 1e-6, 1e-3  # relative change that ends a search, and a rough one
 INSIDE = 1e-6  # of the allowed range: distance of a start from its bounds
 FIRST_LEVEL = {"angle": math.radians(1.0), "volume": 1e-7}  # rad, m^3: noise levels before the residuals are known
 MIN_LEVEL = {"angle": math.radians(1e-4), "volume": 1e-11}  # the resolution of instruments
@@ -82,7 +90,7 @@ class BenchFit(
             unit, factor = BORDER[one.unit]
             sizes = {"described": one.described, "value": value, "low": low, "high": high}
             bounds = {"lower": one.lower * factor, "upper": one.upper * factor}
-            judged = {"narrowing": narrowing, "determined": bool(narrowing >= DETERMINED)}
+            judged = {"narrowing": narrowing, "determined": _determined(narrowing, low, high)}
             facts = {"unit": unit, "counted": UNKNOWNS[one.kind].counted} | bounds | judged
             rows.append({"name": one.name} | {key: size * factor for key, size in sizes.items()} | facts)
         return rows
@@ -110,6 +118,11 @@ class BenchFit(
         """Correlation (n, n) of the logarithms."""
         sd = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(sd, sd))
+
+
+def _determined(narrowing: float, low: float, high: float) -> bool:
+    """Whether the bench determines a value: it narrows its interval threefold, to a factor of 2 to either side."""
+    return bool(narrowing >= DETERMINED and high <= KNOWN**2 * low)
 
 
 def at_border(levels: Mapping[str, float]) -> dict[str, float]:
@@ -187,8 +200,7 @@ def _search(
         gtol=tolerance,
         max_evaluations=MAX_EVALUATIONS,
     )
-    stop = str(result["message"]).rstrip(".")
-    return result | {"stop": stop, "evaluations": int(result["nfev"])}
+    return result | {"stop": STOPS[result["status"]], "evaluations": int(result["nfev"])}
 
 
 def _levels(problem: BenchProblem, z: Array, levels: dict[str, float]) -> dict[str, float]:
@@ -247,7 +259,11 @@ def _result(
         narrowing=1 / estimate.sd,
         covariance=np.outer(problem.prior_sd, problem.prior_sd) * estimate.covariance,
         directions=directions,
-        combinations=combinations(problem.free, z, directions, estimate.covariance, points, quantile),
+        combinations=tuple(
+            one
+            for one in combinations(problem.free, z, directions, estimate.covariance, points, quantile)
+            if one.high <= KNOWN**2 * one.low
+        ),
         angle=angle,
         volume=volume,
         noise=levels,
@@ -271,9 +287,10 @@ def _check_freedom(problem: BenchProblem, freedom: float) -> None:
     """Check that noise which is not stated can be estimated from the residuals."""
     if freedom < MIN_FREEDOM:
         rows = len(problem.measured)
-        rule = "must be stated where the rows can be met exactly: their noise cannot be estimated"
-        value, fix = f"left out in a bench of {rows} row{'s' * (rows > 1)}", "add the column, or measure more rows"
-        raise InputError(rule, file=problem.bench.files[0], key="angle_sd_deg", value=value, fix=fix)
+        n = len(problem.free)
+        rule = f"must be a column: {rows} row{'s' * (rows > 1)} are too few for {n} unknowns to estimate their noise"
+        fix = f"add a column angle_sd_deg, such as 0.5, or measure {n + math.ceil(MIN_FREEDOM)} rows"
+        raise InputError(rule, file=problem.bench.files[0], key="angle_sd_deg", fix=fix)
 
 
 def _with_sources(fit: BenchFit) -> Robot:
@@ -283,7 +300,8 @@ def _with_sources(fit: BenchFit) -> Robot:
     files = ", ".join(dict.fromkeys(fit.bench.files))
     texts: dict[str, list[str]] = {}
     for one, value, low, high, narrowing in zip(fit.free, fit.values, fit.low, fit.high, fit.narrowing, strict=True):
-        note = "" if narrowing >= DETERMINED else "; free by itself, the bench determines combinations only"
+        alone = _determined(narrowing, low, high)
+        note = "" if alone else "; not determined by itself, one of many values that fit as well"
         ends = f"95 % from {low / one.described:.3g} to {high / one.described:.3g}"
         for key in keys_of(fit.described, one):
             texts.setdefault(key, []).append(f"{one.name} {value / one.described:.3g} ({ends}{note})")

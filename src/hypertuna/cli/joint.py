@@ -141,14 +141,17 @@ def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Any]:
     joints = f"joint{'s' * (len(bench.joints) > 1)} {' and '.join(fit.described.joints[j].name for j in bench.joints)}"
     rms = ", ".join(f"{key.replace('_', f' {value:.2g} ')}" for key, value in at_border(fit.rms).items())
     yield f"{fit.robot.name}, {joints}: {counted(len(bench.angle), 'row')}", "bold"
+    alone = sum(row["determined"] for row in fit.parameters)
+    many = "" if alone == n else "; the fitted values are one of many sets that fit as well"
+    yield f"The bench determines {alone} of {n} unknowns, and {counted(known, 'combination')} of them{many}.", "bold"
     yield f"rms of the residuals: {rms}"
     yield _unknown_table(fit)
-    yield f"The bench determines {known} of {n} combinations of the unknowns, {n - known} stay free.", "bold"
     rows = [
         [one.text, f"{one.value:.3g}", f"{one.low:.3g} .. {one.high:.3g}, {_half(math.log(one.high / one.low) / 2)}"]
         for one in fit.combinations
     ]
-    yield table(["combination, over the described one", "value", "95 % interval"], rows, fold=0)
+    if rows:
+        yield table(["combination, over the described one", "value", "95 % interval"], rows, fold=0)
     used = {name for one in fit.combinations for name in one.exponents}
     for name, meaning in FACTORS.values():
         if name in used:
@@ -174,7 +177,7 @@ def _unknown_table(fit: BenchFit) -> Any:
     for row in fit.parameters:
         interval = f"{row['low']:.3g} .. {row['high']:.3g}"
         unit = row["counted"] or row["unit"].removeprefix("1")
-        remark = ("" if row["determined"] else "free", "yellow")
+        remark = ("" if row["determined"] else "not determined", "yellow")
         rows.append([row["name"], f"{row['described']:.3g}", f"{row['value']:.3g}", interval, unit, remark])
     return table(["unknown", "described", "fitted", "95 % interval", "unit", ""], rows, left=(0, 4, 5), fold=0)
 

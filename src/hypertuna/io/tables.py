@@ -86,10 +86,10 @@ class Table:
             place = f"line {self.line}, {column}"
             if column not in known:
                 free = [c for c, key in known.items() if c not in self.head and key not in keys]
-                near = did_you_mean(column, free)
-                name = near.removeprefix("did you mean ").removesuffix("?")
+                text = hint(column) or did_you_mean(column, free)
+                name = text.partition("did you mean ")[2].removesuffix("?")
                 suggested.add(known.get(name, ""))
-                text = hint(column) or near + conversion(column, name)
+                text += conversion(column, name)
                 errors.append(InputError("is not a known column", file=self.file, key=place, fix=text))
                 continue
             if known[column] in keys:

@@ -111,7 +111,8 @@ def _hint(column: str, rule: str, angles: Mapping[str, str], said: set[str]) -> 
     if not column.startswith(ANGLES):
         return ""
     # one phase without a joint group: not that of the first, which is 0 by definition
-    names = [name for name in angles if not (column.startswith("phase") and angles[name] == "phase[0]")]
+    own = {key: name for name, key in angles.items()}  # names of groups come after their numbers
+    names = [name for key, name in own.items() if not (column.startswith("phase") and key == "phase[0]")]
     text = f"{'' if rule in said else rule}{did_you_mean(column, names or angles)}"
     said.add(rule)
     return text
