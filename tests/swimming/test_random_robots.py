@@ -48,7 +48,7 @@ def test_both_beats_are_returned_where_a_start_from_rest_leads_elsewhere(seed: i
     assert other is not None
     assert other.settled
     assert other.speed != pytest.approx(swim.speed, rel=0.1)
-    assert f"A start from rest leads elsewhere: to {other.speed:.4g} m/s in " in swim.status_text
+    assert f"From rest the robot settles into another motion instead: {other.speed:.4g} m/s, in " in swim.status_text
     waited = ht.swim(robot, gait, from_rest=(BEATS + 0.5) / gait.frequency)
     assert waited.settled  # though it is not where Newton's method ends
     assert waited.speed == pytest.approx(other.speed, rel=1e-3)

@@ -16,7 +16,7 @@ from scipy.signal import resample
 
 import hypertuna as ht
 from hypertuna.io.files import write_netcdf
-from hypertuna.swimming.beat import STATUSES
+from hypertuna.swimming.beat import STATUSES, status_text
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.trajectory import body_points
 from models import MODELS, changed, fastest, later, turning
@@ -111,10 +111,25 @@ def test_a_settled_gait_says_so(tuna: ht.Robot) -> None:
     assert swim.change_per_beat < 1e-8
     assert abs(swim.multipliers[0]) == swim.spectral_radius < 1
     expected = (
-        rf"The gait is settled: consecutive beats agree .* shrinks to {swim.spectral_radius:.3g} of itself each beat\. "
-        r"A start from rest leads there in \d+ beats\."
+        r"The gait is settled: consecutive beats agree .* "
+        rf"decays by {100 * (1 - swim.spectral_radius):.0f} % each beat\. "
+        r"From rest the robot reaches this motion in \d+ beats\."
     )
     assert re.fullmatch(expected, swim.status_text)
+
+
+@pytest.mark.parametrize(
+    ("status", "radius", "words"),
+    [
+        ("settled", 0.754, "a disturbance decays by 25 % each beat."),
+        ("settled", 0.9998, "a disturbance decays slowly, by 0.02 % each beat."),
+        ("settled", 0.9999999, "a disturbance hardly decays."),
+        ("unstable", 1.012, "a disturbance grows by 1.2 % each beat, so the robot will not stay in it."),
+        ("unstable", 3.2, "a disturbance grows to 3.2 times its size each beat, so the robot will not stay in it."),
+    ],
+)
+def test_how_a_disturbance_goes_on(status: str, radius: float, words: str) -> None:
+    assert status_text(status, 5, 1e-9, radius).endswith(words)
 
 
 @pytest.mark.parametrize("from_rest", [None, 5.0])
@@ -124,7 +139,7 @@ def test_a_gait_that_diverges_is_not_settled(from_rest: float | None) -> None:
     swim = ht.swim(stiff, fastest(stiff), steps=8, from_rest=from_rest)
     assert swim.status == "diverged"
     assert not swim.settled
-    assert "diverged" in swim.status_text
+    assert "check the robot first (`hypertuna robot check FILE`)" in swim.status_text
     assert swim.status_text.endswith(".")
 
 

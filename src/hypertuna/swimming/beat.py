@@ -195,16 +195,32 @@ def status_text(status: str, beats: float, distance: float, spectral_radius: flo
     """Return the verdict on a search for the settled beat as a sentence."""
     if status == "settled":
         text = f"The gait is settled: consecutive beats agree to {distance:.1e} of the distance traveled"
-        shrinks = f"; a disturbance shrinks to {spectral_radius:.3g} of itself each beat"
-        return f"{text}{'' if np.isnan(spectral_radius) else shrinks}."
+        decays = f"; {_decay(spectral_radius)}"
+        return f"{text}{'' if np.isnan(spectral_radius) else decays}."
     if status == "unstable":
-        text = f"The gait is periodic but unstable: a disturbance grows {spectral_radius:.3g} times each beat"
-        return f"{text}, so the robot will leave it."
+        text = f"The gait is periodic but unstable: a disturbance grows {_growth(spectral_radius)} each beat"
+        return f"{text}, so the robot will not stay in it."
     if status == "unsettled":
         off = f"it is still off by {distance:.1e} of the distance traveled in a beat"
         return f"The gait is unsettled after {beats:.0f} beats: {off}."
-    fix = "use more steps per beat, or check the coefficients"
-    return f"The gait diverged within {beats:.0f} beats: its speeds left all bounds; {fix}."
+    fix = "check the robot first (`hypertuna robot check FILE`), then use more steps per beat"
+    return f"The gait diverged within {beats:.0f} beats: its speeds grew beyond all bounds; {fix}."
+
+
+def _growth(spectral_radius: float) -> str:
+    """Describe how fast a disturbance of an unstable beat grows."""
+    small = f"by {100 * (spectral_radius - 1):.2g} %"
+    return small if spectral_radius < 2 else f"to {spectral_radius:.3g} times its size"
+
+
+def _decay(spectral_radius: float) -> str:
+    """Describe how fast a disturbance of a settled beat decays."""
+    loss = 100 * (1 - spectral_radius)
+    if loss < 0.01:
+        return "a disturbance hardly decays"
+    if loss < 5:
+        return f"a disturbance decays slowly, by {loss:.2g} % each beat"
+    return f"a disturbance decays by {loss:.0f} % each beat"
 
 
 def _multipliers(monodromy: Array) -> NDArray[np.complex128]:

@@ -266,11 +266,11 @@ def _start_text(here: Swim, reached: bool, elsewhere: Swim | None, beats: int) -
     """Return the status as a sentence, and where a start from rest leads."""
     if elsewhere is not None:
         where = f"{elsewhere.speed:.4g} m/s" if math.isfinite(elsewhere.speed) else "a body that spins"
-        start = f"A start from rest leads elsewhere: to {where} in {beats} beats."
+        start = f"From rest the robot settles into another motion instead: {where}, in {beats} beats."
     elif here.settled and reached:
-        start = f"A start from rest leads there in {beats} beats."
+        start = f"From rest the robot reaches this motion in {beats} beats."
     elif here.settled:
-        start = f"A start from rest has neither come there within {APPROACH} beats nor settled elsewhere."
+        start = f"From rest the robot settles neither into this motion nor into another within {APPROACH} beats."
     else:
         return here.status_text
     return f"{here.status_text} {start}"
