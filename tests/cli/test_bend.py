@@ -94,12 +94,12 @@ def test_the_figure_shows_both_branches_and_all_materials(run: Run, tuna: ht.Rob
     picture = tmp_path / "bend.svg"
     assert run(*BEND, "--unload", "--plot", str(picture))[0] == 0
     text = picture.read_text()
-    lines = ("fe, loading", "fe, unloading", "datasheet set", "tensile set")
+    lines = ("fe set, loading", "fe set, unloading", "datasheet set", "tensile set")
     for words in (*lines, "gauge pressure [kPa]", "bend [deg]"):
         assert f"<!-- {words} -->" in text
     sets = {name: bend(tuna, "II", [1e5, 2e5, 2.5e5], material=name) for name in MATERIAL_SETS}
     axes = plot_bend(sets["fe"], sets).axes[0]
-    assert {line.get_label() for line in axes.lines} >= {"fe, loading", "datasheet set", "tensile set"}
+    assert {line.get_label() for line in axes.lines} >= {"fe set, loading", "datasheet set", "tensile set"}
     np.testing.assert_allclose(axes.lines[-1].get_xydata(), [[250, 31.2]])  # what the description says of this joint
 
 
@@ -132,3 +132,9 @@ def test_without_the_way_back_there_is_no_loop(run: Run) -> None:
     told = json.loads(run("joint", "bend", "--robot", "hypertuna", "--joint", "I", "--json")[1])
     assert told["loop_area_kpa_deg"] is None
     assert told["friction_loss_j"] is None
+
+
+def test_a_sample_of_the_pressures_is_told(run: Run) -> None:
+    asked = ("joint", "bend", "--robot", "hypertuna", "--joint", "I", "--pressure")
+    assert "11 of 26 pressures; -o FILE.csv and --json have all" in run(*asked, "0:250:26")[1]
+    assert "pressures; -o" not in run(*asked, "0:250:11")[1]

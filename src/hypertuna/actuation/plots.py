@@ -45,7 +45,7 @@ def _draw_loop(axes: Axes, bend: Bend) -> None:
     """Draw loading and unloading, with an arrow in the middle of each."""
     for color, (text, (pressure, angle)) in zip((COLORS[1], COLORS[0]), bend.branches.items(), strict=False):
         points = np.stack([pressure / 1e3, np.degrees(angle)], axis=1)
-        axes.plot(*points.T, "-", color=color, zorder=3, label=f"{bend.material}, {text}")
+        axes.plot(*points.T, "-", color=color, zorder=3, label=f"{bend.material} set, {text}")
         middle = len(points) // 2
         if len(bend.branches) > 1 and 0 < middle < len(points) - 1:
             style = {"arrowstyle": "-|>", "color": color, "lw": 0, "mutation_scale": 13}

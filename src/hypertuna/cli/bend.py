@@ -172,6 +172,8 @@ def _lines(bends: Bends) -> Iterator[Any]:
     equations = "" if first.law == "corrected" else ", equations as printed"
     yield f"{first.robot.name}: joint {first.joint}, {first.side} side{material}{equations}", "bold"
     yield table(["pressure\n[kPa]", *columns], rows, left=())
+    if count > ROWS:
+        yield f"{ROWS} of {count} pressures; -o FILE.csv and --json have all", "dim"
     if math.isfinite(squared := first.r_squared()):
         yield f"line over 100 to 250 kPa, loading: R^2 = {squared:.4f}"
     if first.unload_angle is not None:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.posterior import Posterior
@@ -17,8 +18,13 @@ def coefficient_table(fit: Fit, sampled: Posterior | None = None) -> Table:
     for k, row in enumerate(fit.parameters):
         remark = f"on its {row['bound']} bound" if row["bound"] else "" if row["determined"] else "not determined"
         intervals = (f"{part['low']:.4g} .. {part['high']:.4g}" for part in (row, *samples[k : k + 1]))
-        rows.append([row["name"], f"{row['value']:.5g}", *intervals, row["unit"].removeprefix("1"), remark])
+        rows.append([row["name"], f"{row['value']:.5g}", *intervals, _unit(row), remark])
     return ["coefficient", "value", "95 % interval", *(["posterior"] if samples else []), "unit", ""], rows
+
+
+def _unit(row: Mapping[str, Any]) -> str:
+    """Write the unit of a coefficient; a common one is a factor on the values of the robot."""
+    return "x described" if row["name"].endswith("=common") else row["unit"].removeprefix("1")
 
 
 def error_table(fit: Fit) -> Table:
