@@ -23,7 +23,7 @@ ITERATED = {
     "beats",
     "arrived",
     "approach_beats",
-}  # rounding itself, or how it was come by
+}  # rounding, or its way there
 ROUNDING = {"turn_rate": 1e-10, "turn_radius": 1e-9, "spectral_radius": 1e-10}  # where the number itself is zero
 
 
