@@ -48,6 +48,20 @@ class _Front:
             option.help = "Show this help and exit."
         return option
 
+    def format_panels(self, context: Any, formatter: Any) -> None:
+        """Write the options into the help, in panels."""
+        home = {name: title for title, names in PANELS.items() for name in names}
+        panels: dict[str, list[Any]] = {"Arguments": [], "Robot": [], "Gait": [], "Options": [], "Output": []}
+        params: list[Any] = self.get_params(context)  # type: ignore[attr-defined]  # of typer's command, as above
+        for param in params:
+            if (record := param.get_help_record(context)) is not None:
+                title = "Arguments" if param.param_type_name == "argument" else home.get(param.name or "", "Options")
+                panels[title].append(record)
+        for title, rows in panels.items():
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
 
 class Command(_Front, TyperCommand):
     """A command."""
@@ -62,17 +76,8 @@ class Command(_Front, TyperCommand):
         return rest
 
     def format_options(self, context: Any, formatter: Any) -> None:
-        """Write the options into the help, in panels."""
-        home = {name: title for title, names in PANELS.items() for name in names}
-        panels: dict[str, list[Any]] = {"Arguments": [], "Robot": [], "Gait": [], "Options": [], "Output": []}
-        for param in self.get_params(context):
-            if (record := param.get_help_record(context)) is not None:
-                title = "Arguments" if param.param_type_name == "argument" else home.get(param.name or "", "Options")
-                panels[title].append(record)
-        for title, rows in panels.items():
-            if rows:
-                with formatter.section(title):
-                    formatter.write_dl(rows)
+        """Write the options into the help."""
+        self.format_panels(context, formatter)
 
 
 class Group(_Front, TyperGroup):
@@ -84,8 +89,18 @@ class Group(_Front, TyperGroup):
             name = _name(context)
             fix = did_you_mean(args[0], self.commands)
             fix = fix if fix.endswith("?") else f"`{name} --help` lists the commands"
+            if "." in args[0] and "info" in self.commands:
+                fix = f"did you mean `{name} info {args[0]}`?"
             raise InputError(f"is not a command of `{name}`", key=args[0], fix=fix)
         return super().resolve_command(context, args)
+
+    def format_options(self, context: Any, formatter: Any) -> None:
+        """Write the options into the help, in the panels of a command if it is one itself; and the commands."""
+        if self.invoke_without_command and len(self.params) > 1:
+            self.format_panels(context, formatter)
+            self.format_commands(context, formatter)
+        else:
+            super().format_options(context, formatter)
 
     def format_commands(self, context: Any, formatter: Any) -> None:
         """Write the commands into the help, with the first paragraph of each."""

@@ -139,7 +139,8 @@ def _lines(log: Log) -> Iterator[Any]:
     yield summary_table(extent | summary)
     yield f"messages: {', '.join(f'{topic} {count}' for topic, count in log.messages.items())}", "dim"
     for key, value in log.record.facts.items():
-        yield f"{key}: {value}", "dim"
+        if value:
+            yield f"{key}: {value}", "dim"
     yield log.sentence, "green" if log.complete else "yellow"
 
 

@@ -186,6 +186,15 @@ def _lines(flight: Flight) -> Iterator[Any]:
     for reason, time in one.reasons.items():
         yield f"{time:8.1f} s  {reason.replace('_', ' ')}", "dim"
     yield _sentence(flight, one), "green" if flight.status == "done" else "yellow"
+    mission = flight.record.mission
+    radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
+    if flight.status == "done" and one.goal_distance > radius:
+        goal = "the last waypoint" if mission.stay else "home"
+        yield (
+            f"It is {one.goal_distance:.3g} m from {goal}, beyond the radius of {radius:g} m: the pilot judges by its "
+            "estimated position.",
+            "dim",
+        )
 
 
 def _fly_many(
@@ -226,6 +235,7 @@ def _many_lines(title: str, outcomes: Sequence[Outcome]) -> Iterator[Any]:
     rows = (
         (quantity.label, *(f"{value:.4g}" for value in statistics[key].values()), quantity.unit)
         for key, quantity in outcomes[0].summary().items()
+        if math.isfinite(quantity.value)  # there is no distance to a fence without one
     )
     yield table(["", "min", "mean", "max", ""], rows, left=(0, 4))
     endings = ", ".join(f"{count} {status}" for status, count in statistics["status"].items())

@@ -9,6 +9,7 @@ import typer
 
 from hypertuna.actuation.hydraulics import with_bore
 from hypertuna.cli import options as opt
+from hypertuna.cli.command import listed
 from hypertuna.cli.console import summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import GaitOptions, check_duration, gait_degrees, gait_text
@@ -159,6 +160,10 @@ def _lines(run: TwinRun) -> Iterator[Any]:
     yield summary_table(summary, digits=3)
     yield ""
     yield _joint_table(run)
+    servos = [group.name for group in run.robot.joints if group.servo is not None]
+    if servos and run.closed_loop:
+        lag = "the swing error and the lag of the phase are the servo's own"
+        yield f"No sensor reads the bend of {listed(servos)}, so the controller does not correct it: {lag}.", "dim"
     yield ""
     if run.circuits:
         yield from _pressure_lines(run)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 BEATS = 4  # of a straight path
 MAX_BEATS = 80  # of a turn
+MAP = 6  # values along both axes of a grid from which on a map shows it: lines would cross too often
 
 
 @styled
@@ -81,6 +82,8 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     if grid.sizes["frequency"] == 1 and grid.sizes["phase"] == 1:
         raise InputError("must show several frequencies or phases", key="plot", fix="give a range, such as 1:6:6")
     grid = grid.isel(bias=0).where(grid.settled.isel(bias=0))
+    if min(grid.sizes["frequency"], grid.sizes["phase"]) >= MAP:
+        return _maps(grid, width)
     phases, phase_texts = _levels(grid, "phase")
     along_phase = grid.sizes["frequency"] == 1
     along = "phase" if along_phase else "frequency"
@@ -104,8 +107,8 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
             axes.set_ylabel(label)
             axes.set_title(f"amplitude {amplitude}" if axes is panels[row, 0] else "")
             axes.set_xlabel(xlabel if row == rows - 1 else "")
-    if not along_phase:
-        panels[0, 0].set_xticks(x if len(x) <= 12 else panels[0, 0].get_xticks())
+    if not along_phase and len(x) <= 6:  # tick labels of more would run together
+        panels[0, 0].set_xticks(x)
     handles, texts = panels[0, 0].get_legend_handles_labels()
     title = "" if along_phase else "phase difference"
     if len(texts) <= 12:
@@ -113,6 +116,29 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     else:
         bar = ScalarMappable(Normalize(phases.min(), phases.max()), SEQUENCE)
         figure.colorbar(bar, ax=panels, location="top", aspect=60, fraction=0.03, label=f"{title} [deg]")
+    return figure
+
+
+def _maps(grid: xr.Dataset, width: float) -> Figure:
+    """Draw a map over frequency and phase for each amplitude: speed and cost of transport."""
+    phases, amplitudes = _levels(grid, "phase")[0], _levels(grid, "amplitude")[1]
+    rows, dims = len(amplitudes), ("amplitude", "phase", "frequency")
+    figure = Figure(figsize=(width, 0.6 + 0.36 * width * rows), layout="constrained")
+    panels = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
+    for column, (quantity, label) in enumerate({"speed": "speed [m/s]", "cost_of_transport": "COT [J/(kg m)]"}.items()):
+        values = grid[quantity].transpose(*dims).values
+        values = np.where(np.isfinite(values) & (grid.speed.transpose(*dims).values > 0), values, np.nan)
+        finite = values[np.isfinite(values)]
+        part = 1.0 if quantity == "speed" else 0.95  # near rest the cost has no bound
+        low, high = (finite.min(), np.quantile(finite, part)) if len(finite) else (0.0, 1.0)
+        for row, amplitude in enumerate(amplitudes):
+            axes = panels[row, column]
+            image = axes.pcolormesh(grid.frequency.values, phases, values[row], cmap=SEQUENCE, vmin=low, vmax=high)
+            axes.grid(visible=False)
+            axes.set_title(f"amplitude {amplitude}" if column == 0 else "")
+            axes.set_xlabel("frequency [Hz]" if row == rows - 1 else "")
+            axes.set_ylabel("phase difference [deg]" if column == 0 else "")
+        figure.colorbar(image, ax=panels[:, column], label=label, extend="neither" if part == 1 else "max")
     return figure
 
 
