@@ -45,10 +45,10 @@ def settable(robot: Robot) -> list[str]:
 def _settable(node: Any, key: str) -> list[str]:
     """Return the keys of the values below a node; the tables of a list by name, or by index."""
     if isinstance(node, dict):
-        parts = node.items()
+        parts = list(node.items())
     elif isinstance(node, list) and node and all(isinstance(part, dict) for part in node):
         named = [next((str(part[name]) for name in NAMES if name in part), f"[{k}]") for k, part in enumerate(node)]
-        parts = zip(named, node, strict=True)
+        parts = list(zip(named, node, strict=True))
     else:
         return [key]
     return [leaf for name, part in parts for leaf in _settable(part, f"{key}.{name}".replace(".[", "[").lstrip("."))]
