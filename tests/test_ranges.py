@@ -58,7 +58,7 @@ def test_unknown_names_get_the_nearest() -> None:
     [
         ("pump", r"add the table \[pump\]"),
         ("joints.I.line", r"add the table \[joints\.line\]"),
-        ("servos[1].voltage_v", "give the voltage of torque and speed in V"),
+        ("servos[1].voltage_v", r"give the voltage of torque and speed \[V\]"),
     ],
 )
 def test_a_missing_value_is_named_with_its_fix_from_the_schema(key: str, fix: str) -> None:

@@ -11,6 +11,11 @@ from program import Run
 REPOSITORY = Path(__file__).parents[2]
 
 # What is typed behind `hypertuna` in the folder below, and the answer behind "error: ".
+SENSORS = "[[sensors]] for rate, acceleration, depth, field, position"
+AT_SEA = (
+    "copy them and their lines of [sources] from a robot of this size; `hypertuna robot new own-sea.toml "
+    "--lengths 0.15,0.075,0.075 --mass 0.54 --joints J1,J2 --actuation servo --sea` writes it."
+)
 MISTAKES = {
     "robot chekc own.toml": "chekc is not a command of `hypertuna robot`: did you mean check?",
     "robot check box.toml": "box.toml is a mission, not a robot: `hypertuna mission box.toml` flies it.",
@@ -64,11 +69,13 @@ MISTAKES = {
     "pump --robot own.toml": "own.toml: pump is missing: add the table [pump].",
     "twin --robot own.toml": "own.toml: controller is missing: add the table [controller].",
     "mission tank.toml": "tank.toml is a manifest of trials, not a mission: `hypertuna identify tank.toml` reads it.",
-    "mission box --robot own.toml": "own.toml: controller is missing: add the table [controller].",
+    "mission box --robot own.toml": "own.toml: [battery], [controller], [spatial], [fins], [guidance], "
+    f"{SENSORS} are missing: {AT_SEA}",
     "log info flight.mcap": "flight.mcap must be a readable file, but is not (No such file or directory): give the "
     "path of a .mcap file.",
     "log info tank.csv": "tank.csv must be an MCAP file, but is something else: give a .mcap file.",
-    "firmware params --robot own.toml": "own.toml: firmware is missing: add the table [firmware].",
+    "firmware params --robot own.toml": "own.toml: [battery], [controller], [guidance], [firmware], "
+    f"{SENSORS} are missing: {AT_SEA}",
 }
 
 

@@ -118,7 +118,7 @@ MISTAKES = {
     "swim --gait optimised-0.3 --set body.mass_kg=3,3": "--set: body.mass_kg must be a number, but is [3, 3]: write a"
     " decimal point, 3.3.",
     "swim --gait optimised-0.3 --set joints.I.bandwidth_hz=fast": "--set: joints[0].bandwidth_hz must be a number, "
-    "but is 'fast': give the bandwidth of the first-order lag in Hz.",
+    "but is 'fast': give the bandwidth of the first-order lag [Hz].",
     "swim --gait optimised-0.3 --duration 10": "--duration is not an option of `hypertuna swim`: `hypertuna swim "
     "--help` lists the options.",
     "sweep --frequency 1:6:6 --amplitude 16,25 --phase 0,40 -o sweep.xlsx": "--output must end in .nc or .csv, but is"
@@ -159,7 +159,9 @@ MISTAKES = {
     "twin --gait optimised-0.3 --line-bore 0.004": "--line-bore must be from 1 to 20 mm, but is 0.004: give it in mm.",
     "posture-test --angle 20,20,20": "angle must be 2 values, for joint groups I, II, but is 3 long: give one angle "
     "for each.",
-    "dive --robot rexeel --gait wave-10": "robots/rexeel.toml: controller is missing: add the table [controller].",
+    "dive --robot rexeel --gait wave-10": "robots/rexeel.toml: [battery], [controller], [spatial], [fins] are missing: "
+    "copy them and their lines of [sources] from a robot of this size; `hypertuna robot new rexeel-sea.toml --lengths "
+    "0.12,0.098,0.098,0.098,0.098,0.098 --mass 0.892 --joints 1,2,3,4,5 --actuation servo --sea` writes it.",
     "dive --gait optimised-0.3 --fins 450": "fins must be at most 45 deg, the controller.fin_max_deg, but is 450 deg:"
     " give less.",
     "mission": "`hypertuna mission` needs FILE.toml (mission file, or name of a mission that comes with hypertuna: "

@@ -73,7 +73,7 @@ BAD = [
     (
         "mass_kg = [0.5, 0.3, 0.1]",
         "mass_kg = [0.5, -0.3, 0.1]",
-        "links.mass_kg[1] must be greater than 0, but is -0.3: give the mass of each link in kg.",
+        "links.mass_kg[1] must be greater than 0, but is -0.3: give the mass of each link [kg].",
     ),
     (
         "length_m = 0.6",
@@ -95,6 +95,11 @@ BAD = [
         "gaits.wave.zzz is not a known key: use one of frequency_hz, amplitude_deg, phase_deg, bias_deg.",
     ),
     (
+        "length_m = [0.3, 0.2, 0.1]",
+        "length_m = [0.3, 0.3]",
+        "links.length_m must be 3 long, one value per link, as in the other columns, but is 2 long: give 3 values.",
+    ),
+    (
         "mass_kg = [0.5, 0.3, 0.1]",
         "mass_kg = [0.5, 0.3]",
         "links.mass_kg must be 3 long, one value per link in links.length_m, but is 2 long: give 3 values.",
@@ -112,13 +117,13 @@ BAD = [
     (
         "density_kg_m3 = 1000.0",
         "density_kg_m3 = nan",
-        "water.density_kg_m3 must be a finite number, but is nan: give the density of the water in kg/m^3.",
+        "water.density_kg_m3 must be a finite number, but is nan: give the density of the water [kg/m^3].",
     ),
     (
         "com_m = [0.15, 0.1",
         "com_m = [0.15, inf",
         "links.com_m[1] must be a finite number, but is inf: "
-        "give the distance of each center of mass from the link's front end in m.",
+        "give the distance of each center of mass from the link's front end [m].",
     ),
     (
         "com_m = [0.15, 0.1",
@@ -129,17 +134,17 @@ BAD = [
     (
         "frequency_hz = 1.0",
         "frequency_hz = 0",
-        "gaits.wave.frequency_hz must be greater than 0, but is 0: give the beat frequency in Hz.",
+        "gaits.wave.frequency_hz must be greater than 0, but is 0: give the beat frequency [Hz].",
     ),
     (
         "frequency_hz = 1.0",
         'frequency_hz = "fast"',
-        "gaits.wave.frequency_hz must be a number, but is 'fast': give the beat frequency in Hz.",
+        "gaits.wave.frequency_hz must be a number, but is 'fast': give the beat frequency [Hz].",
     ),
     (
         "frequency_hz = 1.0",
         "frequency_hz = true",
-        "gaits.wave.frequency_hz must be a number, but is true: give the beat frequency in Hz.",
+        "gaits.wave.frequency_hz must be a number, but is true: give the beat frequency [Hz].",
     ),
     (
         "links = [1]",
@@ -154,7 +159,7 @@ BAD = [
     (
         "density_kg_m3 = 1000.0",
         "density_kg_m3 = 0",
-        "water.density_kg_m3 must be greater than 0, but is 0: give the density of the water in kg/m^3.",
+        "water.density_kg_m3 must be greater than 0, but is 0: give the density of the water [kg/m^3].",
     ),
     (
         "links = [2]",
@@ -185,7 +190,7 @@ BAD = [
     (
         "amplitude_max_deg = 30.0",
         "amplitude_max_deg = 200.0",
-        "joints[1].amplitude_max_deg must be at most 180, but is 200.0: give the largest commanded amplitude in deg.",
+        "joints[1].amplitude_max_deg must be at most 180, but is 200.0: give the largest commanded amplitude [deg].",
     ),
     (
         'water = "strip"',
@@ -212,7 +217,7 @@ BAD = [
     (
         "[gaits.wave]",
         '[gaits."0.5 Hz"]\nbias_deg = ["left", 0.0]',
-        "gaits.\"0.5 Hz\".bias_deg[0] must be a number, but is 'left': give the mean angle of each joint group in deg.",
+        "gaits.\"0.5 Hz\".bias_deg[0] must be a number, but is 'left': give the mean angle of each joint group [deg].",
     ),
     (
         "links = [2]",

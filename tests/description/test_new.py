@@ -107,3 +107,39 @@ def test_a_robot_at_sea_needs_an_actuation_and_pins() -> None:
         first_robot("fish", sea=True)
     with pytest.raises(InputError, match="--joints must be at most 3 joint groups with --sea"):
         first_robot("fish", links=5, actuation="hydraulic", sea=True)
+
+
+def test_lengths_of_links_are_kept() -> None:
+    document = new_robot("fish", lengths=[0.14, 0.09, 0.09], mass=0.9)
+    assert document["links"]["length_m"] == [0.14, 0.09, 0.09]
+    assert document["sources"]["links.length_m"].startswith("as given")
+    with pytest.raises(InputError, match=r"--lengths must be greater than 0, but is 0"):
+        new_robot("fish", lengths=[0.1, 0])
+
+
+def test_a_robot_of_servos_has_a_battery_of_two_cells_and_limits_to_match() -> None:
+    document = tomllib.loads(first_robot("fish", length=0.32, mass=0.9, actuation="servo", sea=True))
+    battery = document["battery"]
+    assert (battery["cells"], battery["series"], battery["voltage_v"]) == (2, 2, 3.7)
+    assert "converter_v" not in battery
+    empty, low = document["firmware"]["voltage_empty_v"], document["controller"]["voltage_low_v"]
+    assert 2 * 3.2 <= empty < low < 2 * battery["voltage_v"]
+
+
+@pytest.mark.parametrize("actuation", ["none", "servo", "hydraulic"])
+def test_what_a_robot_lacks_at_sea_is_what_the_command_writes(actuation: str) -> None:
+    robot = parse(tomllib.loads(first_robot("fish", length=0.32, mass=0.9, actuation=actuation)))
+    with pytest.raises(InputError) as caught:
+        firmware_table(robot)
+    assert "[guidance], [firmware], [[sensors]] for" in str(caught.value)
+    assert "hypertuna robot new fish-sea.toml --lengths 0.16,0.08,0.08 --mass 0.9" in str(caught.value)
+    sea = (
+        {}
+        if actuation == "none"
+        else tomllib.loads(first_robot("fish-sea", lengths=[0.16, 0.08, 0.08], mass=0.9, actuation=actuation, sea=True))
+    )
+    document = robot.document()
+    for table in ("guidance", "firmware", "sensors") if sea else ():
+        document[table] = sea[table]
+    if sea:
+        assert "namespace" in header(firmware_table(parse(document)))

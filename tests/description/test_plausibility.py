@@ -37,7 +37,7 @@ def test_nothing_is_unlikely_about_first_robots(actuation: str, links: int, leng
         (("links", "lateral_area_m2"), [136.3, 56.42, 45.32], "links.lateral_area_m2[0] makes link head 909 m high "
          "on average: is it in cm^2? Then write 0.01363."),
         (("links", "mass_kg"), [0.60933, 0.2041, 0.00003657], "links.mass_kg[2] gives link fin "),
-        (("body", "mass_kg"), 8.5, "body.mass_kg is 10 times the sum of the links: check both."),
+        (("body", "mass_kg"), 8.5, "body.mass_kg is 8.5 kg, but links.mass_kg adds up to 0.85 kg: check both."),
         (("links", "com_m"), [0.085, 0.0031, 0.022], "links.com_m[1] is 0.0031 m, at the front end of a link of "
          "0.075 m: check the unit and the power of ten."),
         (("body", "mass_kg"), 850.0, "body.mass_kg has 850 kg; a slender fish of 0.3 m has about 0.54 kg: check both."),
@@ -105,3 +105,32 @@ def test_what_no_command_could_use_is_refused(place: tuple[Any, ...], value: Any
     table[place[-1]] = value
     with pytest.raises(InputError, match=sentence):
         parse(document)
+
+
+def changed_fish(table: str, key: str, value: Any) -> list[str]:
+    """Return what is unlikely about a fish with another value of a table."""
+    document: Any = copy.deepcopy(FISH)
+    document[table][key] = value
+    document["sources"] = {}
+    return implausible(parse(document))
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("mm", 1000), ("cm", 100)])
+def test_a_slip_of_unit_in_the_lengths_is_told_once_and_blames_no_key_that_is_not_written(
+    unit: str, factor: float
+) -> None:
+    (told,) = changed_fish("links", "length_m", [0.15 * factor, 0.075 * factor, 0.075 * factor])
+    assert told.endswith(f"is it in {unit}? Then write [0.15, 0.075, 0.075].")
+
+
+def test_links_that_lack_a_third_of_the_mass_are_told() -> None:
+    (told,) = changed_fish("links", "mass_kg", [0.35, 0.18, 0.03657])
+    assert told == "body.mass_kg is 0.85 kg, but links.mass_kg adds up to 0.5666 kg: check both."
+
+
+def test_a_fin_larger_than_the_fish_is_told() -> None:
+    document = tomllib.loads(first_robot("fish", actuation="servo", sea=True))
+    document["fins"] |= {"span_m": 0.9, "y_m": 0.5}
+    document["water"]["strip"]["edge_height_m"] = 0.9
+    told = implausible(parse(document))
+    assert [sentence.split(" has ")[0] for sentence in told] == ["fins.span_m", "water.strip.edge_height_m"]

@@ -160,7 +160,7 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
         ("waypoints.0.speed_m_s", 0.0, "waypoints[0].speed_m_s must be greater than 0, but is 0.0: give the speed"),
         ("waypoints.0.speed_m_s", 30.0, "waypoints[0].speed_m_s must be at most 5, but is 30.0"),
         ("waypoints.0.radius_m", -1.0, "waypoints[0].radius_m must be greater than 0, but is -1.0"),
-        ("waypoints.0.x_m", "ten", "waypoints[0].x_m must be a number, but is 'ten': give the east of the origin in m"),
+        ("waypoints.0.x_m", "ten", "waypoints[0].x_m must be a number, but is 'ten': give the east of the origin [m]"),
         ("waypoints.0.x_m", math.nan, "waypoints[0].x_m must be a finite number"),
         ("waypoints.0.x_m", ..., "waypoints[0] must have x_m and y_m: give the two in m"),
         ("waypoints.0.latitude_deg", 43.0, "waypoints[0] must be x_m and y_m, or latitude_deg and longitude_deg, not"),

@@ -32,6 +32,9 @@ NARROW = 0.0142  # m, half width of HyperTuna's narrowest section, which its mus
 STROKE = 0.6  # of the crank: what the largest bend takes of the piston's way to one side
 AIR = 0.01  # of the oil's volume
 REACH = 1.2  # control may command so much more than the largest bend
+CELL = {"voltage_v": 3.7, "charged_v": 4.2}  # of lithium polymer
+LOW_V = 3.4  # of such a cell, at which a status warns
+CHARGE, STRING = 15.0, 5.0  # W h per kg of robot, as HyperTuna's; A h of a string at most
 SENSORS = {
     "servo": ("rate", "acceleration", "current", "voltage", "depth"),
     "hydraulic": ("rate", "acceleration", "current", "bend", "pressure", "voltage", "depth"),
@@ -46,16 +49,17 @@ def first_robot(
     length: float = 0.3,
     mass: float | None = None,
     joints: Sequence[str] = (),
+    lengths: Sequence[float] = (),
     actuation: str = "none",
     sea: bool = False,
 ) -> str:
-    """Return the text of a robot file that swims at once; `length` [m], `mass` [kg], names of the `joints`.
+    """Return the text of a robot file that swims at once; sizes as in `new_robot`.
 
     `actuation` is "none", "servo" or "hydraulic"; `sea` adds what dives, missions and the firmware need.
     """
     if sea and actuation == "none":
         raise InputError("needs an actuation", key="--sea", fix="add --actuation servo or --actuation hydraulic")
-    document = new_robot(name, links=links, length=length, mass=mass, joints=joints)
+    document = new_robot(name, links=links, length=length, mass=mass, joints=joints, lengths=lengths)
     if actuation != "none":
         _drive(document, actuation)
         (_servos if actuation == "servo" else _hydraulics)(document)
@@ -87,10 +91,21 @@ def _servos(document: dict[str, Any]) -> None:
     """Put a servo on the axle of each joint."""
     for key in ("pressure_step_pa", "pressure_soft_pa", "pressure_hard_pa"):
         del document["controller"][key]
+    charge = CHARGE * document["body"]["mass_kg"] / (2 * CELL["voltage_v"])
+    strings = math.ceil(charge / STRING)
+    cell = CELL | {"capacity_ah": float(f"{charge / strings:.2g}")}
+    cell["resistance_ohm"] = float(f"{0.04 / cell['capacity_ah']:.2g}")
+    document["battery"] = {"cells": 2 * strings, "series": 2} | cell | {"usable": 0.9}
+    document["controller"]["voltage_low_v"] = 2 * LOW_V
     for group, torque in zip(document["joints"], _torques(document), strict=True):
         servo = {"torque_n_m": torque, "speed_rad_s": SERVO_SPEED, "voltage_v": SERVO_V}
         group["servo"] = servo | {"idle_current_a": 0.05, "friction_n_m": float(f"{0.04 * torque:.2g}")}
     document["sources"] |= {
+        "battery": "estimate: two cells of lithium polymer in series, for servos of 7.4 V; data sheets: 3.7 V, 4.2 V "
+        "full, 0.04 ohm A h, nine tenths of the charge usable",
+        "battery.cells": f"estimate: a string of two for every {STRING:g} A h",
+        "battery.capacity_ah": f"estimate: {CHARGE:g} W h per kg of robot, as HyperTuna's",
+        "controller.voltage_low_v": f"estimate: {LOW_V:g} V per cell, a fifth of the charge",
         "joints.servo": "estimate: data sheets of digital servos: 0.13 to 0.15 s for 60 degrees at 7.4 V, 5 to 100 mA "
         "at rest, friction of 4 % of the stall torque",
         "joints.servo.torque_n_m": f"estimate: {RESERVE:g} times the largest torque of the gait",

@@ -1,5 +1,6 @@
 """The commands `hypertuna robot new | check | show | keys | image | schema`."""
 
+import re
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +19,7 @@ from hypertuna.errors import InputError, did_you_mean
 
 robot_app = opt.group("Robot descriptions: begin one, check a file, show a robot, print the format.")
 
+LENGTHS = "Lengths of the links in m, head to tail, separated by commas; instead of --links and --length."
 MASS = "Mass of the robot in kg. (default: that of a slender fish of its length)"
 JOINTS = "Names of the joint groups, head to tail, separated by commas. (default: one for each link behind the head)"
 ACTUATIONS = ("none", "servo", "hydraulic")
@@ -33,9 +35,13 @@ def new(
         str, typer.Argument(metavar="FILE.toml", help="File to write; its name is the robot's.", show_default=False)
     ],
     links: Annotated[
-        int, opt.whole_number("--links", "Number of rigid links: the head and one behind each joint.")
-    ] = 3,
-    length: Annotated[float, opt.number("--length", "m", "Length from nose to tail tip in m.")] = 0.3,
+        int | None,
+        opt.whole_number("--links", "Number of rigid links: the head and one behind each joint. (default: 3)"),
+    ] = None,
+    length: Annotated[
+        float | None, opt.number("--length", "m", "Length from nose to tail tip in m. (default: 0.3)")
+    ] = None,
+    lengths: Annotated[str | None, opt.text("--lengths", LENGTHS, "M,M,...")] = None,
     mass: Annotated[float | None, opt.number("--mass", "kg", MASS)] = None,
     joints: Annotated[str | None, opt.text("--joints", JOINTS, "NAMES")] = None,
     actuation: Annotated[str, opt.word("--actuation", ACTUATIONS, "What drives the joints.")] = "none",
@@ -52,9 +58,19 @@ def new(
     if path.exists() and not force:
         raise InputError("exists already", file=file, fix="give another name, or replace it with --force")
     names = [] if joints is None else [name.strip() for name in joints.split(",")]
-    text = first_robot(path.stem, links=links, length=length, mass=mass, joints=names, actuation=actuation, sea=sea)
+    size = _size(links, length, lengths)
+    text = first_robot(path.stem, **size, mass=mass, joints=names, actuation=actuation, sea=sea)
     write_atomically(path, text.encode())
     print_lines(_next_lines(load(path)))
+
+
+def _size(links: int | None, length: float | None, lengths: str | None) -> dict[str, Any]:
+    """Return links and length, or the lengths of the links, as far as they are given."""
+    if lengths is not None:
+        if given := "--links" * (links is not None) or "--length" * (length is not None):
+            raise InputError("must not stand beside --lengths", key=given, fix="leave it out: it follows")
+        return {"lengths": parsing.numbers(lengths, "--lengths", "m")}
+    return {key: value for key, value in {"links": links, "length": length}.items() if value is not None}
 
 
 def _next_lines(robot: Robot) -> Iterator[Any]:
@@ -147,11 +163,37 @@ def _check_record(robot: Robot) -> dict[str, Any]:
 def _check_lines(robot: Robot) -> Iterator[Any]:
     """Summarize a valid description."""
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group"), (len(robot.gaits), "gait")
-    yield f"{robot.file}: valid; {', '.join(counted(number, noun) for number, noun in parts)}"
-    for sentence in implausible(robot):
+    unlikely = implausible(robot)
+    first = (
+        f"{counted(len(unlikely), 'value')} {'is' if len(unlikely) == 1 else 'are'} unlikely, but the file is "
+        * bool(unlikely)
+    )
+    yield f"{robot.file}: {first}valid; {', '.join(counted(number, noun) for number, noun in parts)}"
+    for sentence in unlikely:
         yield f"unlikely: {sentence}", "yellow"
-    yield f"estimated: {', '.join(entry.key for entry in robot.entries() if entry.estimate) or 'nothing'}"
+    tables, keys = _estimates(robot)
+    found = [f"all of {', '.join(tables)}"] * bool(tables) + [", ".join(keys)] * bool(keys)
+    yield f"estimated: {'; '.join(found) or 'nothing'}"
     yield f"without a source: {', '.join(robot.unsourced()) or 'nothing'}"
+
+
+def _estimates(robot: Robot) -> tuple[list[str], list[str]]:
+    """Return the tables of which every given number is an estimate, and the keys of other such numbers."""
+    entries = [(re.sub(r"\[\d+\]", "", entry.key), entry) for entry in robot.entries() if not entry.default]
+    tables: dict[str, None] = {}
+    keys: dict[str, None] = {}
+    for plain, entry in entries:
+        if not (entry.estimate and entry.numeric):
+            continue
+        names = plain.split(".")
+        for part in (".".join(names[:n]) for n in range(1, len(names) + 1)):
+            numbers = [e for key, e in entries if e.numeric and f"{key}.".startswith(f"{part}.")]
+            if numbers and all(e.estimate for e in numbers):
+                (keys if part == plain else tables)[part] = None
+                break
+        else:
+            keys[entry.key] = None
+    return list(tables), list(keys)
 
 
 def _lines(robot: Robot) -> Iterator[Any]:

@@ -1,10 +1,13 @@
-"""What a first robot needs to dive, to fly missions and to run the firmware: estimates from shape and joints."""
+"""What a robot needs to dive, to fly missions and to run the firmware: estimates from shape and joints."""
 
 import math
+import shlex
 from collections.abc import Mapping
 from itertools import islice
 from typing import Any
 
+from hypertuna.description.channels import CHANNELS
+from hypertuna.description.robot import Robot
 from hypertuna.description.shape import ASPECT, DENSITY, Shape
 from hypertuna.errors import InputError
 
@@ -33,7 +36,32 @@ SOURCES = {
     "guidance.depth_lookahead_m": "estimate: as HyperTuna's in body lengths",
     "guidance.power_w": f"estimate: {POWER:g} W per kg, as HyperTuna's",
     "firmware": "estimate: as HyperTuna's, see robots/hypertuna.toml; pins of a Teensy 4.1 in their order",
+    "firmware.voltage_empty_v": "estimate: 15/16 of controller.voltage_low_v, as HyperTuna's",
 }
+
+
+def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
+    """Check that a robot has some tables, and the sensors of a pilot; else name all that are missing, and a source."""
+    absent = [f"[{table}]" for table in tables if getattr(robot, table) is None]
+    sensors = {sensor.quantity for sensor in robot.sensors}
+    quantities = ("rate", "acceleration", *(name for name, channel in CHANNELS.items() if channel.pilot))
+    unmeasured = [name for name in quantities if pilot and name not in sensors]
+    if unmeasured:
+        absent.append(f"[[sensors]] for {', '.join(unmeasured)}")
+    if not absent:
+        return
+    hydraulic = any(group.actuator is not None for group in robot.joints)
+    options = {
+        "lengths": ",".join(f"{length:g}" for length in robot.links.length),
+        "mass": f"{robot.body.mass:g}",
+        "joints": ",".join(group.name for group in robot.joints),
+        "actuation": "hydraulic" if hydraulic else "servo",
+    }
+    command = ["hypertuna", "robot", "new", f"{robot.name}-sea.toml"]
+    command += [word for name, value in options.items() for word in (f"--{name}", value)]
+    fix = f"copy them and their lines of [sources] from a robot of this size; `{shlex.join(command)} --sea` writes it"
+    rule = "is missing" if len(absent) == 1 else "are missing"
+    raise InputError(rule, file=robot.file or None, key=", ".join(absent), fix=fix)
 
 
 def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any]) -> None:
@@ -49,6 +77,8 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any]) -> None:
     pilot |= {key: float(f"{pilot[key] * shape.length / LENGTH:.2g}") for key in ("lookahead_m", "depth_lookahead_m")}
     document["guidance"] = pilot | {"power_w": float(f"{POWER * shape.mass:.2g}")}
     document["firmware"] = tuna["firmware"] | _pins(document["joints"])
+    empty, low = tuna["firmware"]["voltage_empty_v"], tuna["controller"]["voltage_low_v"]
+    document["firmware"]["voltage_empty_v"] = round(document["controller"]["voltage_low_v"] * empty / low, 1)
     document["sources"] |= SOURCES | {"servos": "estimate: as HyperTuna's fins"} | document["sources"]
 
 

@@ -75,10 +75,18 @@ def new_robot(
     """Return a document for `parse`: a fish of a number of links, a length [m] and a mass [kg] that swims.
 
     `joints` names the joint groups, head to tail; they share the links behind the head (default: one for each link).
-    `lengths` are those of the links, if they are known.
+    `lengths` [m] are those of the links, in place of `links` and `length`.
     """
-    LINKS.check(links, "--links", "a head, and one link behind each joint")
-    LENGTH.check(length, "--length", "give the length of the robot in m")
+    key = "--lengths" if lengths else ""
+    if lengths:
+        links, length = (
+            len(lengths),
+            math.fsum(Range(above=0).check(one, "--lengths", "give the length of each link in m") for one in lengths),
+        )
+    LINKS.check(links, key or "--links", "a head, and one link behind each joint")
+    LENGTH.check(
+        length, key or "--length", f"give {'the length of each link' if key else 'the length of the robot'} in m"
+    )
     mass = float(f"{FULL * length**3:.2g}") if mass is None else mass
     Range(above=0).check(mass, "--mass", "give the mass of the robot in kg")
     shape = Shape(length, mass)
@@ -107,7 +115,7 @@ def new_robot(
             "amplitude_deg": [[0.0, round(1.5 * a, 1)] for a in wave["amplitude_deg"]],
             "phase_deg": [[0.0, 0.0], *[[0.0, 180.0]] * (len(groups) - 1)],
         },
-        "sources": dict(SOURCES),
+        "sources": SOURCES | ({"links.length_m": "as given to `hypertuna robot new`"} if key else {}),
     }
 
 

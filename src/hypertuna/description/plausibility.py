@@ -142,7 +142,8 @@ WIDE = 0.6  # width over height of a section whose width is unknown
 DENSITY = (30.0, 10e3)  # kg/m^3, of a link: foam to lead
 SLENDER = (0.004, 1.0)  # height of a link over the length of the body
 FRICTION = (0.1, 12.0)  # wetted over lateral area
-HEAVY = 5.0  # of the whole robot over its links
+HEAVY = 1.3  # of the whole robot over its links
+HIGH = 0.7  # of fins and sections over the length of the robot
 FRONT = 0.1  # of a link: centers of mass lie behind it
 BULK = (0.3, 400.0)  # kg/m^3, mass over length cubed
 SWIMMING = (0.01, 20.0)  # lengths per second
@@ -150,14 +151,29 @@ SWIMMING = (0.01, 20.0)  # lengths per second
 
 def implausible(robot: Robot) -> list[str]:
     """Return a sentence for each unlikely value of a robot, none if all are likely."""
-    return [*_unusual(robot), *_unlikely_links(robot), *_unlikely_speeds(robot)]
+    if (slip := _unit_of_lengths(robot)) is not None:
+        return [slip, *(told for told in _unusual(robot) if "s.length_m" not in told)]  # comparisons would repeat it
+    return [*_unusual(robot), *_unlikely_links(robot), *_unlikely_sizes(robot), *_unlikely_speeds(robot)]
+
+
+def _unit_of_lengths(robot: Robot) -> str | None:
+    """Return a sentence on links that are too long for the mass, if another unit explains it."""
+    whole, mass = math.fsum(robot.links.length), robot.body.mass
+    for unit, factor in SLIPS["m"].items() if mass / whole**3 < BULK[0] else ():
+        if BULK[0] <= mass / (factor * whole) ** 3 <= BULK[1]:
+            lengths = ", ".join(f"{factor * length:.6g}" for length in robot.links.length)
+            return (
+                f"links.length_m adds up to {whole:g} m, in a robot of {mass:g} kg: is it in {unit}? "
+                f"Then write [{lengths}]."
+            )
+    return None
 
 
 def _unusual(robot: Robot) -> Iterator[str]:
     """Compare single values with usual ones."""
     for entry in robot.entries():
         usual = USUAL.get(_plain(robot, entry.key))
-        if usual is None:
+        if usual is None or entry.default:
             continue
         numbers = [*_numbers(entry.value)]
         bad = [x for x in numbers if not usual[0] <= x <= usual[1] and x != 0]
@@ -183,8 +199,8 @@ def _unlikely_links(robot: Robot) -> Iterator[str]:
     if not BULK[0] <= robot.body.mass / whole**3 <= BULK[1]:
         like = (20 * whole**3, f"{20 * whole**3:.2g}")[1]
         yield f"body.mass_kg has {robot.body.mass:g} kg; a slender fish of {whole:g} m has about {like} kg: check both."
-    if robot.body.mass > HEAVY * math.fsum(links.mass):
-        yield f"body.mass_kg is {robot.body.mass / math.fsum(links.mass):.3g} times the sum of the links: check both."
+    if robot.body.mass > HEAVY * (total := math.fsum(links.mass)):
+        yield f"body.mass_kg is {robot.body.mass:g} kg, but links.mass_kg adds up to {total:.4g} kg: check both."
     for i, (length, com) in enumerate(zip(links.length, links.com, strict=True)):
         if com < FRONT * length:
             slip = _slip(com, "m", (FRONT * length, length))
@@ -208,6 +224,23 @@ def _unlikely_links(robot: Robot) -> Iterator[str]:
             of = "its volume" if volume else f"an ellipse {WIDE:g} times as wide as high"
             slip = _slip(mass, "kg", (mass * DENSITY[0] / density, mass * DENSITY[1] / density))
             yield f"links.mass_kg[{i}] gives link {links.name[i]} {density:.3g} kg/m^3, by {of}: {slip}."
+
+
+def _unlikely_sizes(robot: Robot) -> Iterator[str]:
+    """Compare fins and sections with the length of the robot."""
+    whole, fins, strip, spatial = robot.body.length, robot.fins, robot.water.strip, robot.spatial
+    sizes = {
+        "body.height_m": robot.body.height or 0.0,
+        "fins.span_m": fins.span if fins else 0.0,
+        "fins.chord_m": fins.chord if fins else 0.0,
+        "water.strip.edge_height_m": strip.edge_height if strip else 0.0,
+        "spatial.height_m": max(spatial.height) if spatial else 0.0,
+        "spatial.width_m": max(spatial.width) if spatial else 0.0,
+    }
+    for key, size in sizes.items():
+        if size > HIGH * whole:
+            slip = _slip(size, "m", (0.05 * whole, HIGH * whole))
+            yield f"{key} has {size:g} m, in a robot {whole:g} m long: {slip}."
 
 
 def _unlikely_speeds(robot: Robot) -> Iterator[str]:

@@ -93,7 +93,7 @@ def fix_of(field: FieldInfo | None) -> str | None:
     if field is None or field.description is None:
         return None
     unit, meaning = unit_of(field), re.sub(r" \(default: .*\)$", "", field.description)
-    return f"give the {re.split(', which|[:;]', meaning)[0]} in {unit}" if unit else f"give the {meaning}"
+    return f"give the {re.split(', which|[:;]', meaning)[0]} [{unit}]" if unit else f"give the {meaning}"
 
 
 def is_table(annotation: Any) -> bool:

@@ -19,6 +19,7 @@ from hypertuna.actuation.hydraulics import drive_names
 from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.guidance import GaitTable, gait_table, pilot_columns
 from hypertuna.control.sensors import sensor_absent
+from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.firmware import Firmware
@@ -132,6 +133,7 @@ LIMITS = (  # of the supervisor, in the order of firmware/app/vehicle/parameters
 
 def firmware_table(robot: Robot, table: GaitTable | None = None) -> FirmwareTable:
     """Compute the numbers of a robot's firmware; needs the tables of controller, pilot, sensors and [firmware]."""
+    require_at_sea(robot, "battery", "controller", "guidance", "firmware")
     wired = require(robot.firmware, "firmware", robot)
     table = gait_table(robot) if table is None else table
     columns = {

@@ -16,6 +16,7 @@ from hypertuna.control.guidance import GaitTable, gait_table, mission_columns, p
 from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.control.sensors import fault_texts, fault_times, pilot_sensor_columns
 from hypertuna.control.sensors import faults as read_faults
+from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError
 from hypertuna.ranges import POSITIVE_WHOLE, Range, check_name
@@ -84,6 +85,7 @@ def mission_start(
     duration: float | None = None,
 ) -> MissionStart:
     """Check a mission against a robot and collect the arguments of the core."""
+    require_at_sea(robot, "battery", "controller", "spatial", "fins", "guidance")
     control = require(robot.controller, "controller", robot)
     tick = 1 / control.rate
     table = gait_table(robot)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from hypertuna import _core
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
+from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.robot import Robot, require, robot_of
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, shown
@@ -180,6 +181,7 @@ def twin_at_sea(
     True
     """
     robot = robot_of(robot)
+    require_at_sea(robot, "battery", "controller", "spatial", "fins", pilot=False)
     gait = gait_of(robot, gait)
     control = require(robot.controller, "controller", robot)
     fields = run_command(

@@ -84,7 +84,12 @@ class Links(Part, table="links"):
     )
 
     def _checks(self) -> Iterator[Check]:
-        yield from same_length(self, "links", len(self.length), "link in links.length_m")
+        counts = [len(column) for name in self.model_fields_set if isinstance(column := getattr(self, name), tuple)]
+        count = max(dict.fromkeys([len(self.length), *counts]), key=counts.count)  # of most columns
+        odd = count != len(self.length)
+        yield from same_length(
+            self, "links", count, "link, as in the other columns" if odd else "link in links.length_m"
+        )
         yield from unique(self.name, "links.name[{}]")
         fix = "correct the link's mass and length"
         for i, inertia in enumerate(self.inertia):  # the default is not checked by its type

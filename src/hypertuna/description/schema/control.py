@@ -130,7 +130,7 @@ class Guidance(Part, table="guidance"):
     current_walk: Positive = entry("standard deviation of the current's change within 1 s, a random walk", "m/s")
     current_error: Positive = entry("standard deviation of the current before any fix", "m/s")
     factor_error: PositiveFraction = entry("standard deviation of the speed factor: speed over that of the gait table")
-    factor_walk: Positive = entry("standard deviation of that factor's change within 1 s, a random walk")
+    factor_walk: Positive = entry("standard deviation of the speed factor's change within 1 s, a random walk")
     start_error: Positive = entry("standard deviation of the start's position", "m")
 
     bias_max: tuple[PositiveDegrees, ...] = entry("largest tail bias that steers, of each joint group", "deg")
@@ -154,7 +154,7 @@ class Guidance(Part, table="guidance"):
         "distance to the fence at which the robot turns, added to twice the position's standard deviation", "m"
     )
     error_max: Positive = entry("position error at which the robot surfaces for a fix", "m")
-    error_near: Positive = entry("the same near the fence", "m")
+    error_near: Positive = entry("position error near the fence at which the robot surfaces for a fix", "m")
     error_lost: Positive = entry("position error without any fix at which the robot goes home", "m")
     drift_error_max: Positive = entry("growth rate of the position error below which a dive begins", "m/s")
     fix_timeout: Positive = entry("longest wait at the surface for a fix", "s")
@@ -162,8 +162,8 @@ class Guidance(Part, table="guidance"):
     sensor_timeout: Positive = entry("time without readings after which a sensor is lost", "s")
     compass_timeout: Positive = entry("time without a compass after which the robot surfaces", "s")
     fin_tilt: PositiveDegrees = entry("roll that reveals a fin that does not follow", "deg")
-    fin_min: PositiveDegrees = entry("fin angle above which that roll is monitored", "deg")
-    fin_after: Positive = entry("time of such roll after which the fin is lost", "s")
+    fin_min: PositiveDegrees = entry("fin angle above which the roll is monitored", "deg")
+    fin_after: Positive = entry("time of the roll after which the fin is lost", "s")
     single_fin_max: PositiveDegrees = entry("largest angle of the fin that still works", "deg")
     response_time: Positive = entry("time within which the depth must respond to fins at their limit", "s")
     response_depth: Positive = entry("change of depth that counts as a response", "m")

@@ -53,9 +53,11 @@ class Firmware(Part, table="firmware", keys=_analog_pins()):
     imu_serial: Count = entry("number of the serial port of the IMU")
     position_serial: Count = entry("number of the serial port of the satellite receiver")
     radio_serial: Count = entry("number of the serial port of the radio")
-    radio_baud: Count = entry("rate of that port", "bit/s")
+    radio_baud: Count = entry("rate of the radio's serial port", "bit/s")
     analog_low: Fraction = entry("fraction of the converter's range that is the lower end of an analog sensor's range")
-    analog_high: PositiveFraction = entry("the same at the upper end")
+    analog_high: PositiveFraction = entry(
+        "fraction of the converter's range that is the upper end of an analog sensor's range"
+    )
 
     manual_timeout: Positive = entry("time without a joystick after which the tail rests", "s")
     link_timeout: Positive = entry("time without the ground station after which a gait ends", "s")
@@ -63,12 +65,12 @@ class Firmware(Part, table="firmware", keys=_analog_pins()):
     voltage_empty: Positive = entry("battery voltage at which the tail rests for good", "V")
     voltage_after: Positive = entry("time of low voltage before the supervisor acts", "s")
     tilt_max: PositiveDegrees = entry("roll or pitch beyond which the tail rests", "deg")
-    tilt_after: Positive = entry("time of such a tilt before the supervisor acts", "s")
+    tilt_after: Positive = entry("time of a larger roll or pitch before the supervisor acts", "s")
     leak_after: Positive = entry("time of a leak before the supervisor acts", "s")
     rise_depth: Positive = entry("depth from which a robot without a mission surfaces on return home", "m")
     watchdog: Positive = entry("time without a tick after which the watchdog restarts the firmware", "s")
     link_rate: Positive = entry("rate of the radio over the air", "bit/s")
-    link_share: PositiveFraction = entry("fraction of that rate for telemetry")
+    link_share: PositiveFraction = entry("fraction of the radio's rate for telemetry")
     system_id: Count = entry("number of the robot in MAVLink, 1 to 250")
 
     def analog_pins(self, quantity: str) -> tuple[int, ...]:
