@@ -179,7 +179,9 @@ def _check_lines(robot: Robot) -> Iterator[Any]:
 
 def _estimates(robot: Robot) -> tuple[list[str], list[str]]:
     """Return the tables of which every given number is an estimate, and the keys of other such numbers."""
-    entries = [(re.sub(r"\[\d+\]", "", entry.key), entry) for entry in robot.entries() if not entry.default]
+    entries = [
+        (re.sub(r"\[\d+\]", "", entry.key), entry) for entry in robot.entries() if entry.estimate or not entry.default
+    ]
     tables: dict[str, None] = {}
     keys: dict[str, None] = {}
     for plain, entry in entries:
