@@ -89,7 +89,7 @@ def test_limits_and_bounds_of_the_command_line_hold(run: Run) -> None:
 
 def test_resumes_after_a_kill_to_the_same_front(run: Run, tmp_path: Path) -> None:
     journal = tmp_path / "run.jsonl"
-    arguments = (*SMALL, "--generations", "8", "--json")
+    arguments = (*SMALL[:-1], "8", "--json")
     checkpoint = ("--checkpoint", str(journal))
     command = [sys.executable, "-m", "hypertuna", *arguments, *checkpoint]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as killed:

@@ -107,10 +107,22 @@ def test_options_reach_the_twin(run: Run, monkeypatch: pytest.MonkeyPatch, short
     np.testing.assert_allclose(given["gait"].bias, np.radians([1, 2]))
 
 
+def _with(command: tuple[str, ...], options: tuple[str, ...]) -> list[str]:
+    """Return a command with its first option's value replaced, or with the options added."""
+    words = list(command)
+    if options[0] in words:
+        at = words.index(options[0])
+        del words[at : at + 2]
+    return [*words, *options]
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--amplitude", "12"), "--amplitude must be of one gait, but is 12,20 and 12: give one"),
+        (
+            ("--amplitude", "12,20", "--amplitude", "12"),
+            "--amplitude must be of one gait, but is 12,20 and 12: give one",
+        ),
         (("--duration", "0"), "duration must be"),
         (("--duration", "1e9"), "duration must be"),
         (("--duration", "x"), "--duration must be a number, but is 'x'"),
@@ -134,7 +146,7 @@ def test_options_reach_the_twin(run: Run, monkeypatch: pytest.MonkeyPatch, short
     ],
 )
 def test_bad_input_is_one_sentence(run: Run, options: tuple[str, ...], told: str, tmp_path: Path) -> None:
-    code, output, errors = run(*SHORT, *options)
+    code, output, errors = run(*_with(SHORT, options))
     assert code == 2
     assert output == ""
     assert told in errors
@@ -203,6 +215,6 @@ def test_posture_test_tells_fig_8(run: Run, fig8: PostureTest, tmp_path: Path) -
     ],
 )
 def test_posture_test_refuses(run: Run, options: tuple[str, ...], told: str) -> None:
-    code, _, errors = run(*FIG8, *options)
+    code, _, errors = run(*_with(FIG8, options))
     assert code == 2
     assert told in errors
