@@ -159,7 +159,7 @@ def test_a_straight_gait_may_be_unstable() -> None:
     assert straight.status == "unstable"
     assert not straight.settled
     assert straight.spectral_radius > 1
-    assert f"grows {straight.spectral_radius:.3g} times each beat" in straight.status_text
+    assert f"grows by {100 * (straight.spectral_radius - 1):.2g} % each beat" in straight.status_text
     # A tiny bias is such a disturbance: the robot ends on a circle, far from anything that the bias itself would do.
     gone = ht.sweep(robot, [replace(gait, bias=(0.0, 1e-6))], method="beats", beats=2000)
     assert abs(float(gone.turn_rate[0])) > 1e3 * 1e-6 * gait.frequency
@@ -326,7 +326,7 @@ def test_netcdf_round_trip(tuna: ht.Robot, tmp_path: Path) -> None:
 
 def test_the_clock_of_all_groups_together_is_arbitrary(tuna: ht.Robot) -> None:
     gait = fastest(tuna)
-    assert ht.swim(tuna, later(gait, 1.0)).speed == pytest.approx(ht.swim(tuna, gait).speed, rel=1e-9)
+    assert ht.swim(tuna, later(gait, 0.6)).speed == pytest.approx(ht.swim(tuna, gait).speed, rel=1e-9)
 
 
 @pytest.mark.parametrize(
