@@ -47,7 +47,7 @@ def dive_table() -> str:
         lift, drag = coefficients(angle)
         speeds = f"{down.speed:.3f}", f"{up.speed:.3f}"
         body.append(
-            [f"{angle}", f"{lift:.2f}", f"{drag:.2f}", f"{100 * down.rate:.1f}", f"{-100 * up.rate:.1f}", *speeds]
+            [f"{angle}", f"{lift:.2f}", f"{drag:.2f}", f"{100 * down.depth_rate:.1f}", f"{-100 * up.depth_rate:.1f}", *speeds]
         )
     head = ["fins [deg]", "$C_L$", "$C_D$", "down [cm/s]", "up [cm/s]", "speed down [m/s]", "speed up [m/s]"]
     return rows(head, body, 0)
@@ -64,7 +64,7 @@ def plot_fins() -> Figure:
     force.plot(angles, drag, color=COLORS[1], ls="--", label="drag")
     force.set(xlabel="angle of attack [deg]", ylabel="coefficient", xlim=(0, 90), ylim=(0, None))
     for leg, (name, mark) in enumerate((("down", "o-"), ("up", "s--"))):
-        rates = [100 * abs(result.legs[leg].rate) for result in dives()]
+        rates = [100 * abs(result.legs[leg].depth_rate) for result in dives()]
         rate.plot(ANGLES, rates, mark, color=COLORS[leg], ms=4, label=name)
     rate.set(xlabel="angle of the fins [deg]", ylabel="rate of the depth [cm/s]", xlim=(0, 48), ylim=(0, None))
     for axes in (force, rate):

@@ -145,7 +145,6 @@ MISTAKES = {
     "joint bend --joint III": "joint must be a joint of hypertuna, but is 'III': did you mean II?",
     "joint bend --joint 3": "joint must be a joint of hypertuna, but is '3': use one of I, II.",
     "joint bend --joint II --pressure 250000": "--pressure must be at most 2000, but is 250000: give it in kPa.",
-    "fe bend --joint I --mesh 2": "mesh must be a known mesh, but is '2': use one of coarse, medium, fine.",
     "pump --bore 0.004": "--bore must be from 1 to 20 mm, but is 0.004: give it in mm.",
     "pump --over joints.I.line.bore=0.003,0.004": "--over: joints[0].line.bore is not a known key: did you mean "
     "bore_m?",

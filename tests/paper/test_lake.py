@@ -44,7 +44,7 @@ def test_the_mission_proves_nothing_where_it_agrees(record: dict[str, object]) -
     _, picture, text = sections(Lake(record | {"distance_m": 670.0}))[0].parts
     assert isinstance(picture, Picture)
     assert "fence" in picture.svg
-    assert "It takes 30 min for 670 m" in str(text)
+    assert "In the first 30 min it covers 670 m" in str(text)
 
 
 def test_what_was_stored_of_another_robot_does_not_count(

@@ -31,8 +31,8 @@ def test_legs_are_what_the_run_says() -> None:
     run, late = done.run, slice(400, 800)
     assert down.right
     assert up.right
-    assert down.rate == pytest.approx((run.depth[799] - run.depth[400]) / 3.99, rel=1e-6)
-    assert down.rate == pytest.approx(run.sink[late].mean(), rel=0.01)
+    assert down.depth_rate == pytest.approx((run.depth[799] - run.depth[400]) / 3.99, rel=1e-6)
+    assert down.depth_rate == pytest.approx(run.sink[late].mean(), rel=0.01)
     assert down.speed == pytest.approx(run.speed[late].mean())
     assert (down.depth[0], up.depth[1]) == (run.depth[0], run.depth[-1])
     assert np.radians(-45) == pytest.approx(run.data["fin"][750].mean(), abs=1e-6)
@@ -44,7 +44,7 @@ def test_more_fin_is_a_faster_dive_up_to_the_peak_of_the_lift() -> None:
     """Down and up; from 30 deg on the rate stays within a tenth, as the lift of plates of aspect ratio 2.5 does."""
     dives = [ht.dive(ROBOT, SWIMS, angle=np.radians(angle), duration=20, depth=3) for angle in (10, 20, 30, 45)]
     for leg in (0, 1):
-        rates = [abs(dive.legs[leg].rate) for dive in dives]
+        rates = [abs(dive.legs[leg].depth_rate) for dive in dives]
         assert rates[0] < 0.7 * rates[1] < 0.7 * rates[2]
         assert rates[3] == pytest.approx(rates[2], rel=0.1)
 

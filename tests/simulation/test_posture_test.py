@@ -150,18 +150,20 @@ def test_reach_is_the_limit_and_says_what_it_is(tuna: ht.Robot, monkeypatch: pyt
     # A joint that makes 15 deg holds any set angle up to 15.5 deg within half a degree.
     monkeypatch.setattr(posture, "twin", beating(0.2, math.radians(15)))
     far = reach(tuna, 1, 3.0)
-    assert math.degrees(far.amplitude) == pytest.approx(15.5, abs=0.51)
+    assert math.degrees(far.amplitude_max) == pytest.approx(15.5, abs=0.51)
     assert far.limits == ("pressure_soft",)
     monkeypatch.setattr(posture, "twin", beating(0.2, 9.0))
     free = reach(tuna, 1, 3.0)
-    assert math.degrees(free.amplitude) == pytest.approx(31.2)  # the largest bend of the description: no more is tried
+    assert math.degrees(free.amplitude_max) == pytest.approx(
+        31.2
+    )  # the largest bend of the description: no more is tried
     assert free.limits == ()
 
 
 def test_a_run_that_diverges_holds_nothing(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = beating(0.2, 9.0)
     monkeypatch.setattr(posture, "twin", lambda *a, **k: replace(whole(*a, **k), status="diverged"))
-    assert reach(tuna, 0, 3.0).amplitude == 0
+    assert reach(tuna, 0, 3.0).amplitude_max == 0
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ def test_a_stiffer_plant_gets_the_steps_that_it_needs() -> None:
     coarse = twin(stiff, gait, duration=0.5, step=1 / 3000)  # the step of the shipped robot
     assert run.step < coarse.step == small_run().step
     assert run.pressure_peak == pytest.approx(fine.pressure_peak, rel=5e-3)
-    assert run.swing == pytest.approx(fine.amplitude, rel=1e-3)
+    assert run.swing == pytest.approx(fine.swing, rel=1e-3)
     assert coarse.pressure_peak > 1.1 * fine.pressure_peak, "it rings, and nothing else tells"
 
 
@@ -241,7 +241,7 @@ def test_a_command_at_the_controllers_bounds_is_taken() -> None:
         ({"duration": "3"}, "duration must be a number, but is '3' (str)"),
         ({"temperature": "cold"}, "temperature must be a number, but is 'cold' (str)"),
         ({"command_lost_at": float("nan")}, "command_lost_at must be a finite number, but is nan"),
-        ({"step": True}, "step must be a number, but is true (bool)"),
+        ({"step": True}, "step must be a number, but is True (bool)"),
         ({"faults": [3]}, "faults must be text or a list of them, but is [3] (list)"),
         ({"robot": changed("hinge", link=7, stiffness_n_m_per_rad=1e12)}, "hinge.stiffness_n_m_per_rad must not be so"),
         ({"gait": command(9, (6, 9))}, "frequency must be at most 8 Hz, the controller.frequency_max_hz of hypertuna"),

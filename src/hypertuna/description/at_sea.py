@@ -59,7 +59,10 @@ def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
     }
     command = ["hypertuna", "robot", "new", f"{robot.name}-sea.toml"]
     command += [word for name, value in options.items() for word in (f"--{name}", value)]
-    fix = f"copy them and their lines of [sources] from a robot of this size; `{shlex.join(command)} --sea` writes it"
+    them, their = ("it", "its") if len(absent) == 1 else ("them", "their")
+    fix = (
+        f"copy {them} and {their} lines of [sources] from a robot of this size; `{shlex.join(command)} --sea` writes it"
+    )
     rule = "is missing" if len(absent) == 1 else "are missing"
     raise InputError(rule, file=robot.file or None, key=", ".join(absent), fix=fix)
 

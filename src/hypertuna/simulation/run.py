@@ -127,7 +127,7 @@ class Run(Tabular, data=lambda run: run.dataset()):
         }
         places = {dim: getattr(self, f"{dim}s") for dim in ("joint", "circuit", "drive", "servo")} | dict(coordinates)
         time = ("time", self.time, "s", "start of the control tick")
-        labels = {name: (name, np.array(texts, dtype=str)) for name, texts in places.items()}
+        labels = {name: (name, np.array(list(texts), dtype=str)) for name, texts in places.items()}
         data = dataset(variables, {"time": time} | labels, provenance(self.robot) | attributes)
         flags = {"flag_masks": [1 << bit for bit in range(len(CONDITIONS))], "flag_meanings": " ".join(CONDITIONS)}
         data["status"] = data["status"].astype(np.int64).assign_attrs(flags)
