@@ -47,7 +47,14 @@ def dive_table() -> str:
         lift, drag = coefficients(angle)
         speeds = f"{down.speed:.3f}", f"{up.speed:.3f}"
         body.append(
-            [f"{angle}", f"{lift:.2f}", f"{drag:.2f}", f"{100 * down.depth_rate:.1f}", f"{-100 * up.depth_rate:.1f}", *speeds]
+            [
+                f"{angle}",
+                f"{lift:.2f}",
+                f"{drag:.2f}",
+                f"{100 * down.depth_rate:.1f}",
+                f"{-100 * up.depth_rate:.1f}",
+                *speeds,
+            ]
         )
     head = ["fins [deg]", "$C_L$", "$C_D$", "down [cm/s]", "up [cm/s]", "speed down [m/s]", "speed up [m/s]"]
     return rows(head, body, 0)

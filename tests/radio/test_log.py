@@ -1,6 +1,7 @@
 """From the radio to coefficients: what a log of a tank run and of a bench test tells."""
 
 import runpy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ pytest.importorskip("foxglove", reason="logs need the extra log")
 import hypertuna as ht
 from hypertuna.characterization.data import read_bench
 from hypertuna.errors import InputError
+from hypertuna.io.mcap import read_messages
 from hypertuna.radio.dialect import dialect, dialect_file
 from hypertuna.radio.log import RadioLogWriter, read_radio_log
 from models import changed
@@ -54,7 +56,7 @@ def test_a_bench_test_gives_the_rows_of_its_csv(tmp_path: Path) -> None:
     assert len(bench.angle) > 100
 
 
-def test_what_lacks_is_told(tmp_path: Path) -> None:
+def test_what_lacks_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, fish = tmp_path / "empty.mcap", ht.load("hypertuna")
     gait = ht.Gait.from_degrees(frequency=2, amplitude=(10, 15), phase=(0, 0))
     with RadioLogWriter(path, fish.name) as log:
@@ -64,6 +66,12 @@ def test_what_lacks_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"HYDRAULICS must have messages"):
         read_bench(path, fish)
     assert read_radio_log(path).fields["GAIT"]["frequency"] == 2000
+    messages = read_messages(path)
+    contents = {topic: [b'{"frequency": 2\x00}'] for topic in messages.contents}
+    with monkeypatch.context() as damage:
+        damage.setattr("hypertuna.radio.log.read_messages", lambda _: replace(messages, contents=contents))
+        with pytest.raises(InputError, match=r"topics must have messages in hypertuna's format"):
+            read_radio_log(path)
     whole = path.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(InputError, match="must"):

@@ -56,6 +56,20 @@ def test_a_stiffer_plant_gets_the_steps_that_it_needs() -> None:
     assert coarse.pressure_peak > 1.1 * fine.pressure_peak, "it rings, and nothing else tells"
 
 
+def test_a_robot_that_does_not_move_has_no_cost_of_transport() -> None:
+    document = ht.load("examples/servofish.toml").document()
+    document["controller"]["smoothing_s"] = 1e5  # the tail has not begun to beat
+    run = twin(parse(document), "cruise", duration=1)
+    assert run.speed == 0
+    assert run.cost_of_transport == np.inf
+
+
+def test_areas_beyond_measure_give_a_run_that_diverged() -> None:
+    document = ROBOT.document()
+    document["links"]["lateral_area_m2"][-1] = 1e300
+    assert twin(parse(document), SMALL, duration=0.5).status == "diverged"
+
+
 def test_a_hinge_that_hardly_gives_is_a_stiff_plant_too() -> None:
     robot = changed("hinge", link=7, stiffness_n_m_per_rad=5000.0, damping_n_m_s_per_rad=1.0)
     run = twin(robot, SMALL, duration=0.3)

@@ -17,6 +17,7 @@ from hypertuna.io.files import version
 from hypertuna.io.mcap import LINK, METADATA, NANO, McapWriter, read_messages
 
 TOPIC = "/mavlink/"
+MALFORMED = (ValueError, KeyError, TypeError, IndexError, AttributeError)  # what reading a damaged message raises
 FLUSH = 2.0  # s of a log that a crash may cost
 
 
@@ -82,11 +83,15 @@ def read_radio_log(path: str | Path) -> RadioLog:
     if messages.metadata is None or LINK not in messages.metadata:
         fix = "give one that `hypertuna radio log` or `hypertuna radio drive` wrote"
         raise InputError("must be a log of the radio: it lacks the metadata", file=str(path), fix=fix)
-    head = json.loads(messages.metadata[LINK])
     topics = {topic.removeprefix(TOPIC): topic for topic in messages.times if topic.startswith(TOPIC)}
     stamps = {name: np.array(messages.times[topic], dtype=np.int64) for name, topic in topics.items()}
     first = min((int(times[0]) for times in stamps.values()), default=0)
-    fields = {name: _columns([*map(json.loads, messages.contents[topic])]) for name, topic in topics.items()}
+    try:
+        head = json.loads(messages.metadata[LINK])
+        fields = {name: _columns([*map(json.loads, messages.contents[topic])]) for name, topic in topics.items()}
+    except MALFORMED:
+        rule = "must have messages in hypertuna's format"
+        raise InputError(rule, file=str(path), key="topics", fix="record the log again") from None
     seconds = {name: (times - first) / NANO for name, times in stamps.items()}
     return RadioLog(str(head.get("robot", "")), seconds, fields, not messages.fault, str(path))
 

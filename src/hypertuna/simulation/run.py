@@ -250,7 +250,7 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
     @property
     def cost_of_transport(self) -> float:
         """Electrical power over mass and speed [J/(kg m)] (Eq. 38, with the mass that it forgets)."""
-        return self.electrical_power / (self.robot.body.mass * self.speed)
+        return self.electrical_power / (self.robot.body.mass * self.speed) if self.speed else math.inf
 
     @property
     def pressure_max(self) -> Array:

@@ -19,14 +19,15 @@ from hypertuna.description.schema.base import (
     NotNegative,
     NotNegativeDegrees,
     Part,
-    Real,
     Text,
     entry,
+    number,
     unique,
 )
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import read_toml
+from hypertuna.ranges import CELL
 from hypertuna.trials.replay import Pose
 from hypertuna.trials.smoothing import smooth
 from hypertuna.trials.start import Velocity, beat_of, begin_together, begins_in_motion
@@ -34,6 +35,8 @@ from hypertuna.trials.steady import SteadyRun, read_steady
 from hypertuna.trials.tracks import JointSeries, Track, lag_of, read_joints, read_tracks, series_columns
 
 # --- the schema; keys of the file carry the unit, attributes are SI and radians
+
+Real = Annotated[float, number(CELL)]  # as numbers in tables of measurements
 
 
 class Joints(Part):

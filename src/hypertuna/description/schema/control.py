@@ -3,7 +3,7 @@
 import math
 from collections.abc import Collection, Iterator, Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.schema.base import (
@@ -17,9 +17,13 @@ from hypertuna.description.schema.base import (
     Real,
     Text,
     entry,
+    number,
     same_length,
 )
 from hypertuna.errors import did_you_mean
+from hypertuna.ranges import Range
+
+Smoothing = Annotated[float, number(Range(min=1e-3))]  # s: the controller divides by it
 
 
 class Controller(Part, table="controller"):
@@ -30,7 +34,7 @@ class Controller(Part, table="controller"):
     rate: Positive = entry("control rate", "Hz")
     convergence: Positive = entry("rate at which an oscillator converges to its limit cycle", "1/s")
     coupling: Positive = entry("rate at which oscillators converge to their phase difference", "1/s")
-    smoothing: Positive = entry("time constant with which amplitude, bias and frequency follow a command", "s")
+    smoothing: Smoothing = entry("time constant with which amplitude, bias and frequency follow a command", "s")
     learning: PositiveFraction = entry("weight of a new beat in the corrections of amplitude and bias")
     frequency_max: Positive = entry("highest beat frequency of a command", "Hz")
     fin_max: PositiveDegrees = entry("largest angle of the pectoral fins to either side", "deg")
