@@ -16,6 +16,7 @@ _NOUNS = {
     "boolean": ("`true` or `false`", "`true` or `false`"),
 }
 _LIMITS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+BEYOND = 1e12  # a limit that only keeps slips out and needs no word
 
 
 class Key(NamedTuple):
@@ -163,5 +164,6 @@ def _value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
     if entries := rule.get("additionalProperties"):
         return f"{_value_in_words(entries, 1)} by name"
     noun = _NOUNS.get(rule.get("type", ""), ("table", "tables"))[number]
-    limits = (f"{sign} {rule[name]:g}" for name, sign in _LIMITS.items() if name in rule)
+    known = {name: rule[name] for name in _LIMITS if name in rule and abs(rule[name]) < BEYOND}
+    limits = (f"{_LIMITS[name]} {limit:g}" for name, limit in known.items())
     return f"{noun} {' and '.join(limits)}".strip()
