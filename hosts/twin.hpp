@@ -15,7 +15,7 @@ struct TwinParts {
     int steps;  // Runge-Kutta steps of a tick
 };
 
-/// A twin, whatever its body.
+/// A twin with a body of any kind.
 class LiveTwin {
   public:
     Command<double> command{};

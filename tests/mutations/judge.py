@@ -121,5 +121,5 @@ def _steady(value: Any) -> Any:
 
 
 def limit_memory(size: int) -> None:
-    """Let this process have so many bytes of memory: a file that needs more is told apart."""
+    """Limit the memory of this process, in bytes; a file that needs more is counted as a fault."""
     resource.setrlimit(resource.RLIMIT_DATA, (size, size))

@@ -149,7 +149,7 @@ def _letters(size: Size) -> str:
 
 
 def _legend(sizes: list[Size]) -> str:
-    """Tell what the letters of these cases mean."""
+    """Explain the letters of these cases."""
     used = "".join(map(_letters, sizes))
     meanings = {letter: LIMITS[name] for name, letter in LETTERS.items()} | {"t": TURBULENT}
     return "; ".join(f"{letter} {text}" for letter, text in meanings.items() if letter in used) or "none"
