@@ -3,16 +3,19 @@
 import json
 import struct
 import zlib
+from typing import Any
 
 import numpy as np
 import pytest
 
 import hypertuna as ht
 from host_library import Robot, Twin
+from hypertuna.description.robot import parse
+from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.simulation.image import robot_image
 from hypertuna.simulation.run import CONDITIONS
 from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
-from hypertuna.swimming.gait import Gait, Gaits
+from hypertuna.swimming.gait import KINDS, Gait, Gaits
 from hypertuna.swimming.model import core_model
 
 ROBOTS = ("hypertuna", "rexeel", "examples/myfish.toml")
@@ -181,3 +184,77 @@ def test_other_versions_are_named() -> None:
     sentence = Robot.read(image[:8] + struct.pack("<I", 2) + image[12:])
     assert sentence == "image: has version 2, but must have version 1; write it with this version of hypertuna"
     assert Robot.read(b"PK\3\4" + image[4:]) == "image: is not a robot image; write one with `hypertuna robot image`"
+
+
+# --- the text
+
+
+def text_of(name: str) -> dict[str, Any]:
+    """Return the text of a robot's image."""
+    text: dict[str, Any] = json.loads(text_in(robot_image(ht.load(name))))
+    return text
+
+
+def text_in(image: bytes) -> str:
+    """Read the text out of an image, without the library."""
+    count, names, size, _ = struct.unpack("<4I", image[16:32])
+    start = 32 + 12 * count + names
+    return image[start : start + size].decode()
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_text_describes_the_body(name: str) -> None:
+    robot, text = ht.load(name), text_of(name)
+    assert (text["robot"], text["length"], text["mass"]) == (robot.name, robot.body.length, robot.body.mass)
+    columns = {key: [link[key] for link in text["links"]] for key in text["links"][0]}
+    assert columns["name"] == list(robot.links.name)
+    assert sum(columns["length"]) == pytest.approx(robot.body.length)
+    areas = np.multiply(columns["height"], columns["length"])
+    assert areas == pytest.approx(robot.links.lateral_area, rel=0.02)  # [spatial] is rounded
+    assert all(0 < width <= height for width, height in zip(columns["width"], columns["height"], strict=True))
+    assert [link for joint in text["joints"] for link in joint["links"]] == [k for g in robot.joints for k in g.links]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_text_has_the_limits_of_optimizers_and_room_around_them(name: str) -> None:
+    robot, text = ht.load(name), text_of(name)
+    space = gait_bounds(robot)
+
+    def flat(bounds: dict[str, Any]) -> np.ndarray:
+        return np.array([bounds["frequency"], *bounds["amplitude"], *bounds["phase"], *bounds["bias"]])
+
+    limits, ranges = flat(text["limits"]), flat(text["ranges"])
+    assert limits == pytest.approx(np.stack([space.low, space.high], axis=1))
+    assert (ranges[:, 0] <= limits[:, 0]).all()
+    assert (limits[:, 1] <= ranges[:, 1]).all()
+    for gait in text["gaits"]:
+        values = np.array([gait["frequency"], *gait["amplitude"], *gait["phase"], *gait["bias"]])
+        assert values.tolist() == ht.named_gait(robot, gait["name"]).values.tolist()
+        assert ((ranges[:, 0] <= values) & (values <= ranges[:, 1])).all(), gait["name"]
+    tops = [[high for _, high in text["ranges"][kind]] for kind in KINDS]
+    assert ht.Gait(text["ranges"]["frequency"][1], *tops)  # what the knobs reach is a gait
+
+
+def test_text_of_a_robot_without_bounds_and_gaits_has_knobs() -> None:
+    document = ht.load("rexeel").document()
+    for key in ("gaits", "gait_bounds"):
+        del document[key], document["sources"][key]
+    text = json.loads(text_in(robot_image(parse(document))))
+    assert text["limits"] is None
+    assert text["gaits"] == []
+    assert text["ranges"]["frequency"] == [0.1, 5.0]
+    assert text["ranges"]["amplitude"] == [[0.0, pytest.approx(np.pi / 4)]] * 5
+
+
+def test_published_numbers_are_those_of_the_robot_and_its_own_gaits() -> None:
+    gaits = {gait["name"]: gait["published"] for gait in text_of("hypertuna")["gaits"]}
+    assert gaits["optimised-max"]["speed"]["value"] == 0.582
+    assert gaits["optimised-max"]["speed"]["kind"] == "measured"
+    assert gaits["unoptimised-max"]["electrical_power"]["value"] == 22.45
+    assert gaits["turning"]["turn_radius_bl"]["value"] == 0.47
+    assert sum("speed" in numbers for numbers in gaits.values()) == 8
+    assert all(not gait["published"] for name in ROBOTS[1:] for gait in text_of(name)["gaits"])
+    document = ht.load("hypertuna").document()
+    document["gaits"]["optimised-max"]["frequency_hz"] = 5.0
+    changed = json.loads(text_in(robot_image(parse(document))))["gaits"]
+    assert not next(gait for gait in changed if gait["name"] == "optimised-max")["published"]

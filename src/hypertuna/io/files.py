@@ -8,6 +8,7 @@ import io
 import json
 import os
 import tempfile
+import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -182,3 +183,9 @@ def shipped(name: str) -> Path:
     package = Path(__file__).parents[1]  # in a wheel; in a source tree the folders stand at its root
     root = package.parents[1]
     return next(path for base in (package, root, root / "firmware") if (path := base / name).is_dir())
+
+
+@functools.cache
+def published(name: str = "published") -> dict[str, Any]:
+    """Read a file of data/published: "published" for the paper's numbers, "others" for other fish and robots."""
+    return tomllib.loads((shipped("data/published") / f"{name}.toml").read_text(encoding="utf-8"))

@@ -1,15 +1,13 @@
 """The entries of the ledger: a number of the paper, ours beside it, and the rules of the verdict."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatch
-from functools import cache
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from hypertuna.io.files import shipped
+from hypertuna.io.files import published as published
 
 Class: TypeAlias = Literal["prediction", "fitted", "calibrated", "in sight", "input", "at a bound"]
 CLASSES: dict[Class, str] = {  # of computed numbers: whether they could have come out otherwise
@@ -145,12 +143,6 @@ class Entry:
     def seeds_text(self) -> str:
         """How many of the seeds agree; empty without noise or a published number."""
         return "" if self.seeds is None or self.seeds.passed is None else f"{self.seeds.passed} of {self.seeds.count}"
-
-
-@cache
-def published(name: str = "published") -> dict[str, Any]:
-    """Read a file of data/published: "published" for the paper's numbers, "others" for other fish and robots."""
-    return tomllib.loads((shipped("data/published") / f"{name}.toml").read_text(encoding="utf-8"))
 
 
 def published_value(key: str) -> float:

@@ -17,6 +17,7 @@ from hypertuna.control.sensors import sensor_columns
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
 from hypertuna.io.files import version
+from hypertuna.simulation.image_text import robot_facts
 from hypertuna.simulation.plant import controller_of, parts_of, plant_columns, steps_of
 from hypertuna.simulation.sea import Sea, sea_columns
 from hypertuna.swimming.model import model_columns
@@ -41,13 +42,7 @@ def robot_image(robot: Robot) -> bytes:
         columns |= {f"sensors.{name}": value for name, value in sensor_columns(robot).items()}
         columns |= {f"world.{name}": value for name, value in sea_columns(robot, Sea()).items()}
         columns |= {"run.steps": steps}
-    text = {
-        "made_by": f"hypertuna {version()}",
-        "robot": robot.name,
-        "joints": [group.name for group in robot.joints],
-        "links": list(robot.links.name),
-        "models": [{"water": model.model.water, "joints": model.model.joints} for model in models],
-    }
+    text = {"made_by": f"hypertuna {version()}"} | robot_facts(robot, models)
     return pack(columns, json.dumps(text, ensure_ascii=False))
 
 

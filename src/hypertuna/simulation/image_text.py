@@ -1,0 +1,120 @@
+"""Text of a robot image: what a program without Python shows of a robot, and between which bounds its gaits lie.
+
+All in SI units and radians, as in the rest of the image; keys are those of the robot's file without units.
+"""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from hypertuna.description.robot import Robot, load
+from hypertuna.description.schema.body import JointGroup, NamedGait
+from hypertuna.description.shape import ASPECT
+from hypertuna.io.files import published
+from hypertuna.swimming.gait import KINDS
+from hypertuna.swimming.outline import FIN, GIRTH, PEDUNCLE
+
+FREQUENCIES = (0.1, 5.0)  # Hz, of a knob for a robot that states neither bounds nor gaits
+BEND = math.pi / 4  # rad, of a knob for a joint group that states neither bounds, gaits nor its largest amplitude
+FINS = ("x", "y", "z", "span", "chord")
+PUBLISHED = "hypertuna"  # the robot whose gaits data/published has numbers of
+MEASURES = {  # ids in data/published besides speed/GAIT: quantity and gait
+    "power/fastest": ("electrical_power", "unoptimised-max"),
+    "cost-of-transport/minimum": ("electrical_cost_of_transport", "unoptimised-max"),
+    "power/lake": ("electrical_power", "optimised-0.5"),
+    "turning/radius-bl": ("turn_radius_bl", "turning"),
+}
+
+
+def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
+    """Return what the text of an image says of a robot that swims by `models`."""
+    return {
+        "robot": robot.name,
+        "description": robot.description,
+        "hash": robot.hash,
+        "length": robot.body.length,
+        "mass": robot.body.mass,
+        "links": _links(robot),
+        "tail": _tail(robot),
+        "fins": None if robot.fins is None else {key: getattr(robot.fins, key) for key in FINS},
+        "outline": {"girth": GIRTH, "fin": FIN, "peduncle": PEDUNCLE},
+        "joints": [_joint(group) for group in robot.joints],
+        "limits": _limits(robot),
+        "ranges": _ranges(robot),
+        "gaits": [_gait(robot, name, gait) for name, gait in robot.gaits.items()],
+        "models": [{"water": model.model.water, "joints": model.model.joints} for model in models],
+    }
+
+
+def _links(robot: Robot) -> list[dict[str, Any]]:
+    """Return the links, nose to tail; without [spatial], height is the mean one and width follows from it."""
+    links, spatial = robot.links, robot.spatial
+    heights = [area / length for area, length in zip(links.lateral_area, links.length, strict=True)]
+    widths = [ASPECT * height for height in heights]
+    columns = {
+        "name": links.name,
+        "length": links.length,
+        "height": heights if spatial is None else spatial.height,
+        "width": widths if spatial is None else spatial.width,
+        "mass": links.mass,
+        "com": links.com,
+    }
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def _tail(robot: Robot) -> dict[str, Any]:
+    """Return the span of the tail at its trailing edge; None where no water law has one."""
+    strip = robot.water.strip
+    return {"edge_height": (strip.edge_height or None) if strip is not None else None}
+
+
+def _joint(group: JointGroup) -> dict[str, Any]:
+    """Return a joint group; None for what its file does not say."""
+    keys = ("name", "links", "share", "bandwidth", "phase_offset", "amplitude_max", "bend_max")
+    return {key: getattr(group, key) for key in keys} | {"direct": group.direct}
+
+
+def _limits(robot: Robot) -> dict[str, Any] | None:
+    """Return the lowest and highest value of each part of a gait that optimizers search; None without bounds."""
+    bounds = robot.gait_bounds
+    return None if bounds is None else {key: getattr(bounds, key) for key in ("frequency", *KINDS)}
+
+
+def _ranges(robot: Robot) -> dict[str, Any]:
+    """Return the lowest and highest value of each knob: the limits, the robot's gaits, and room to turn.
+
+    A bias may be as large as an amplitude, and a lag half a turn to either side; the first joint group has the clock.
+    """
+    limits, gaits = robot.gait_bounds, list(robot.gaits.values())
+    hertz = [gait.frequency for gait in gaits] + list(limits.frequency if limits else ())
+    ranges: dict[str, Any] = {"frequency": _span(hertz or FREQUENCIES)} | {kind: [] for kind in KINDS}
+    for g, group in enumerate(robot.joints):
+        known = {kind: [getattr(gait, kind)[g] for gait in gaits] for kind in KINDS}
+        for kind in KINDS if limits else ():
+            known[kind] += getattr(limits, kind)[g]
+        largest = max([*known["amplitude"], group.amplitude_max or 0.0]) or BEND
+        ranges["amplitude"].append((0.0, largest))
+        ranges["phase"].append(_span([*known["phase"], *((-math.pi, math.pi) if g else (0.0,))]))
+        ranges["bias"].append(_span([*known["bias"], -largest, largest]))
+    return ranges
+
+
+def _span(values: Iterable[float]) -> tuple[float, float]:
+    """Return the lowest and highest of some values."""
+    known = sorted(values)
+    return known[0], known[-1]
+
+
+def _gait(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
+    """Return a gait of the robot's file, with the numbers that are published of it."""
+    parts = {key: getattr(gait, key) for key in ("frequency", *KINDS)}
+    return {"name": name} | parts | {"published": _published(robot, name, gait)}
+
+
+def _published(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
+    """Return the published numbers of a gait by quantity: value, unit, kind and source."""
+    if robot.name != PUBLISHED or load(PUBLISHED).gaits.get(name) != gait:
+        return {}
+    places = {f"speed/{name}": "speed"} | {key: quantity for key, (quantity, of) in MEASURES.items() if of == name}
+    facts = {quantity: published()["values"].get(key, {}) for key, quantity in places.items()}
+    return {quantity: fact for quantity, fact in facts.items() if "value" in fact}
