@@ -34,6 +34,11 @@ def test_committed_header_is_what_the_description_makes(table) -> None:
     np.testing.assert_allclose(found, wanted, rtol=3e-7, atol=1e-12)
 
 
+def test_page_counts_the_numbers_and_parameters(table) -> None:
+    page = " ".join((FIRMWARE.parent / "docs" / "firmware.md").read_text().split())
+    assert f"{len(table.fields)} for HyperTuna, {len(table.parameters)} of them parameters" in page
+
+
 def test_every_number_is_the_columns(table) -> None:
     robot = table.robot
     columns = {"controller": controller_columns(robot), "pilot": pilot_columns(robot)}

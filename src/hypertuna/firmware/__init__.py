@@ -1,5 +1,5 @@
 """Firmware and what runs it.
 
 parameters (numbers from the description), lockstep (messages with a twin), boards, scenario, channel and relay (the
-modelled radio), in_the_loop, black_box.
+modeled radio), in_the_loop, black_box.
 """

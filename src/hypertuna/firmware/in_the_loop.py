@@ -48,7 +48,7 @@ class FirmwareRun:
     duration: float  # wall-clock time [s]
     mission_run: MissionRun | None = field(repr=False)  # of the twin
     compared: bool = True  # whether the same firmware ran on this machine
-    # counters of the packets of "robot" and "ground" (`Air.counters`); empty without a modelled radio
+    # counters of the packets of "robot" and "ground" (`Air.counters`); empty without a modeled radio
     air: dict[str, dict[str, int]] = field(default_factory=dict)
 
     @property
@@ -107,7 +107,7 @@ def firmware_in_the_loop(
     """Run the firmware of a robot on a board.
 
     With `radio` (a port), commands over the radio reach the board alone: the firmware on this machine does not run.
-    `air` puts the modelled radio between board and ground. `ticks`: until the mission is done, or 6000, if omitted.
+    `air` puts the modeled radio between board and ground. `ticks`: until the mission is done, or 6000, if omitted.
     """
     for key, number in (("ticks", ticks), ("seed", seed), ("radio", radio)):
         if number is not None:

@@ -1,4 +1,4 @@
-"""Relay: the modelled radio between a board's serial port and a ground station, tick by tick."""
+"""Relay: the modeled radio between a board's serial port and a ground station, tick by tick."""
 
 import contextlib
 import socket
@@ -34,7 +34,7 @@ def radio_model(text: str) -> RadioModel:
 
 
 class Relay:
-    """Carry bytes between a board and a ground station (UDP, `port`) over the modelled radio."""
+    """Carry bytes between a board and a ground station (UDP, `port`) over the modeled radio."""
 
     def __init__(self, board: str, port: int, model: RadioModel, *, seed: int = 0) -> None:
         self.air = Air(model, seed=seed)
