@@ -88,6 +88,22 @@ hosts: $(VENV)/.tools ## C interface of hosts/hypertuna.h as a library: build/ho
 	@cmake -S . -B build/hosts -G Ninja -DHYPERTUNA_BUILD_HOSTS=ON -DHYPERTUNA_WERROR=ON > /dev/null
 	@cmake --build build/hosts >&2
 
+# The same interface for browsers. Neither paths nor times go into it: built anew anywhere it has the same bytes.
+WASM := -target wasm32-wasi -mexec-model=reactor -msimd128
+EXPORTS = malloc free $(sort $(shell sed -n 's/^HT_API [a-z_ *]*[ *]\(ht_[a-z_]*\)[^a-z_].*/\1/p' hosts/hypertuna.h))
+ZIG = ZIG_GLOBAL_CACHE_DIR=$(abspath build/zig) ZIG_LOCAL_CACHE_DIR=$(abspath build/zig) $(BIN)/python -m ziglang c++ $(WASM)
+
+.PHONY: studio-core
+studio-core: build/studio/core.wasm ## C interface of hosts/hypertuna.h for browsers: build/studio/core.wasm
+
+build/studio/core.wasm: build/studio/host.o build/studio/kernels.o
+	@$(ZIG) -s $(EXPORTS:%=-Wl,--export=%) $^ -o $@
+
+build/studio/%.o: $(VENV)/.installed-studio $(shell find core/include core/src hosts -type f)
+	@mkdir -p $(@D)
+	@$(ZIG) -std=c++20 -O3 -g0 -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden -Icore/include -c -o $@ \
+	  $(or $(wildcard hosts/$*.cpp),core/src/$*.cpp)
+
 test-sanitized: $(VENV)/.tools ## C++ tests with the address and undefined-behavior sanitizers
 	$(call run-cpp-tests,build/sanitized,-DHYPERTUNA_SANITIZE=ON)
 
