@@ -102,6 +102,19 @@ def test_a_first_robot_at_sea_dives_flies_a_mission_and_has_firmware(actuation: 
     assert fly(read_mission("box"), robot, duration=20.0).status == "given up"  # out of time
 
 
+@pytest.mark.parametrize("actuation", ["servo", "hydraulic"])
+def test_the_pilot_of_a_first_robot_steers_within_its_bends_and_on_its_own_scales(actuation: str) -> None:
+    document = tomllib.loads(first_robot("fish", actuation=actuation, sea=True))
+    pilot, amplitude = document["guidance"], document["gaits"]["cruise"]["amplitude_deg"]
+    for bias, swing, group in zip(pilot["bias_max_deg"], amplitude, document["joints"], strict=True):
+        assert 0 < bias <= swing / 2 + 0.05
+        assert swing + bias <= group["bend_max_deg"] + 0.05
+    speed = swim(parse(document), named_gait(parse(document), "cruise")).speed
+    # as HyperTuna, at 0.298 m/s: 25 s to answer to the fins, steering from 0.1 m/s
+    assert pilot["response_time_s"] == pytest.approx(25 * 0.298 / speed, rel=0.06)
+    assert pilot["speed_min_m_s"] == pytest.approx(0.1 / 0.298 * speed, rel=0.06)
+
+
 def test_a_robot_at_sea_needs_an_actuation_and_pins() -> None:
     with pytest.raises(InputError, match="--sea needs an actuation: add --actuation servo"):
         first_robot("fish", sea=True)

@@ -249,7 +249,15 @@ def test_more_speed_than_the_gaits_have_is_told(path: Path, run: Run, tmp_path: 
     )
     assert found
     assert told["expected_s"] == pytest.approx(usual["expected_s"] * 0.25 / float(found[1]), rel=5e-3)
-    assert "asked" not in usual["status_text"]
+    assert "fastest" not in usual["status_text"]
+
+
+def test_more_speed_on_the_way_home_than_the_gaits_have_is_told(path: Path, run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "home.toml"
+    legs = re.sub(r"speed_m_s = .*", "speed_m_s = 0.25", path.read_text().replace("stay = true\n", ""))
+    file.write_text(legs + "\n[home]\nx_m = 0.0\ny_m = 0.0\nspeed_m_s = 2.5\n")
+    told = json.loads(run("mission", str(file), "--duration", "2", "--json")[1])
+    assert " [home] commands 2.5 m/s, but the fastest gait reaches" in told["status_text"]
 
 
 def test_a_killed_command_goes_on(path: Path, run: Run, tmp_path: Path, flight: Flight) -> None:

@@ -64,7 +64,9 @@ def first_robot(
         _drive(document, actuation)
         (_servos if actuation == "servo" else _hydraulics)(document)
     if sea:
-        take_to_sea(document, read_toml(shipped("robots") / "hypertuna.toml"))
+        robot = parse(document)
+        speed = swim(robot, named_gait(robot, "cruise")).speed
+        take_to_sea(document, read_toml(shipped("robots") / "hypertuna.toml"), speed)
     parse(document, file=f"{name}.toml")
     return HEADER.format(name=name) + commented(document, Robot)
 

@@ -168,11 +168,12 @@ def _record(flight: Flight) -> dict[str, Any]:
 def _sentence(flight: Flight, one: Outcome) -> str:
     """Describe the end of a flight, and whether the mission asks for more speed than the gaits have."""
     mission, fastest = flight.record.mission, gait_table(flight.robot).speed[-1]
-    asked = max(mission.speeds)
-    beyond = f" The mission commands {asked:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
+    asked = max(point.speed for point in mission.waypoints)
+    command, speed = ("The mission commands", asked) if fastest < asked else ("[home] commands", mission.home_speed)
+    beyond = f" {command} {speed:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
     endings = ENDINGS | {"home": f"The robot came home early (waypoints reached: {one.waypoints_reached})"}
     reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
-    return f"{endings[one.status]} after {one.duration:.4g} s{reasons}.{beyond if fastest < asked else ''}"
+    return f"{endings[one.status]} after {one.duration:.4g} s{reasons}.{beyond if fastest < max(mission.speeds) else ''}"
 
 
 def _lines(flight: Flight) -> Iterator[Any]:

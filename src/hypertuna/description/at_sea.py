@@ -13,8 +13,14 @@ from hypertuna.errors import InputError
 
 SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 29, 30, 31, 32, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
 ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
-LENGTH = 0.52  # m, of HyperTuna
+LENGTH, SPEED = 0.52, 0.298  # m and m/s, of HyperTuna and its slowest gait
 POWER = 3.0  # W/kg: HyperTuna's 10 W
+
+# keys of the pilot by what they scale with: length, speed, time over a given way, rate of body lengths
+LENGTHS = ("lookahead_m", "depth_lookahead_m")
+SPEEDS = ("speed_min_m_s", "blind_speed_m_s")
+TIMES = ("response_time_s",)
+RATES = ("heading_rate_1_s", "heading_integral_1_s", "depth_integral_1_s", "turn_max_deg_s")
 
 SOURCES = {
     "spatial.com_height_m": "estimate: ballast low in the head, a twelfth of its height, as HyperTuna's",
@@ -31,9 +37,17 @@ SOURCES = {
     "span, as HyperTuna's",
     "guidance": "estimate: as HyperTuna's, see robots/hypertuna.toml",
     "guidance.gaits": "estimate: the only gait",
-    "guidance.bias_max_deg": "estimate: half of the gait's amplitudes, as HyperTuna's",
+    "guidance.bias_max_deg": "estimate: half of the gait's amplitudes, as HyperTuna's, as far as the joints bend",
     "guidance.lookahead_m": "estimate: as HyperTuna's in body lengths",
     "guidance.depth_lookahead_m": "estimate: as HyperTuna's in body lengths",
+    **dict.fromkeys(
+        ("guidance.heading_rate_1_s", "guidance.heading_integral_1_s", "guidance.depth_integral_1_s"),
+        "estimate: as HyperTuna's in body lengths traveled",
+    ),
+    "guidance.turn_max_deg_s": "estimate: as HyperTuna's in body lengths traveled",
+    "guidance.response_time_s": "estimate: HyperTuna's way at this robot's speed",
+    "guidance.speed_min_m_s": "estimate: a third of the gait's speed, as HyperTuna's",
+    "guidance.blind_speed_m_s": "estimate: 0.84 of the gait's speed, as HyperTuna's",
     "guidance.power_w": f"estimate: {POWER:g} W per kg, as HyperTuna's",
     "firmware": "estimate: as HyperTuna's, see robots/hypertuna.toml; pins of a Teensy 4.1 in their order",
     "firmware.voltage_empty_v": "estimate: 15/16 of controller.voltage_low_v, as HyperTuna's",
@@ -67,8 +81,12 @@ def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
     raise InputError(rule, file=robot.file or None, key=", ".join(absent), fix=fix)
 
 
-def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any]) -> None:
-    """Add space, fins, pilot and microcontroller to a robot with a controller; `tuna` is HyperTuna's document."""
+def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], speed: float) -> None:
+    """Add space, fins, pilot and microcontroller to a robot with a controller.
+
+    `tuna` is HyperTuna's document, `speed` [m/s] that of the robot's gait: its pilot is HyperTuna's on the robot's own
+    scales of length, speed and time.
+    """
     links, gait = document["links"], document["gaits"]["cruise"]
     shape = Shape(sum(links["length_m"]), document["body"]["mass_kg"])
     document["spatial"] = _spatial(links)
@@ -76,8 +94,11 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any]) -> None:
     document["servos"] = [*document.get("servos", []), *(s for s in tuna["servos"] if s["drives"] == "pectoral fins")]
     document["sensors"] += [s for s in tuna["sensors"] if s["quantity"] in ("field", "position")]
     pilot = {key: value for key, value in tuna["guidance"].items() if key != "speed_m_s"}
-    pilot |= {"gaits": ["cruise"], "bias_max_deg": [round(amplitude / 2, 1) for amplitude in gait["amplitude_deg"]]}
-    pilot |= {key: float(f"{pilot[key] * shape.length / LENGTH:.2g}") for key in ("lookahead_m", "depth_lookahead_m")}
+    bends = [(a, group["bend_max_deg"]) for a, group in zip(gait["amplitude_deg"], document["joints"], strict=True)]
+    pilot |= {"gaits": ["cruise"], "bias_max_deg": [round(min(a / 2, bend - a), 1) for a, bend in bends]}
+    longer, faster = shape.length / LENGTH, speed / SPEED
+    scales = {longer: LENGTHS, faster: SPEEDS, 1 / faster: TIMES, faster / longer: RATES}
+    pilot |= {key: float(f"{scale * pilot[key]:.2g}") for scale, keys in scales.items() for key in keys}
     document["guidance"] = pilot | {"power_w": float(f"{POWER * shape.mass:.2g}")}
     document["firmware"] = tuna["firmware"] | _pins(document["joints"])
     empty, low = tuna["firmware"]["voltage_empty_v"], tuna["controller"]["voltage_low_v"]
