@@ -171,9 +171,10 @@ def _sentence(flight: Flight, one: Outcome) -> str:
     asked = max(point.speed for point in mission.waypoints)
     command, speed = ("The mission commands", asked) if fastest < asked else ("[home] commands", mission.home_speed)
     beyond = f" {command} {speed:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
+    beyond = beyond if fastest < max(mission.speeds) else ""
     endings = ENDINGS | {"home": f"The robot came home early (waypoints reached: {one.waypoints_reached})"}
     reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
-    return f"{endings[one.status]} after {one.duration:.4g} s{reasons}.{beyond if fastest < max(mission.speeds) else ''}"
+    return f"{endings[one.status]} after {one.duration:.4g} s{reasons}.{beyond}"
 
 
 def _lines(flight: Flight) -> Iterator[Any]:
