@@ -1,0 +1,128 @@
+// The core in WebAssembly: calls of the C interface, hosts/hypertuna.h.
+
+/** Runge-Kutta steps of a beat. */
+export const STEPS = 128;
+
+const FAULT_ROOM = 512; // bytes of a sentence
+
+interface Exports {
+  memory: WebAssembly.Memory;
+  malloc(size: number): number;
+  free(place: number): void;
+  _initialize?(): void;
+  ht_robot_read(image: number, size: number, fault: number, room: number): number;
+  ht_robot_text(robot: number, size: number): number;
+  ht_robot_groups(robot: number): number;
+  ht_robot_links(robot: number): number;
+  ht_quantity(index: number): number;
+  ht_derivative(index: number): number;
+  ht_swim(robot: number, model: number, gaits: number, count: number, follow: number, quantities: number): void;
+  ht_gradient(robot: number, model: number, gait: number, derivatives: number): void;
+  ht_path(robot: number, model: number, gait: number, steps: number, rows: number): void;
+}
+
+/** Functions of the system that the core's library names and never needs: there are no files in a page. */
+function withoutSystem(module: WebAssembly.Module): WebAssembly.Imports {
+  const imports: Record<string, Record<string, () => number>> = {};
+  for (const { module: room, name } of WebAssembly.Module.imports(module)) {
+    imports[room] ??= {};
+    imports[room][name] = () => 0;
+  }
+  return imports;
+}
+
+/** One instance of the core. */
+export class Core {
+  readonly quantities: string[];
+  readonly derivatives: string[];
+
+  private constructor(private readonly wasm: Exports) {
+    wasm._initialize?.();
+    this.quantities = this.names(wasm.ht_quantity);
+    this.derivatives = this.names(wasm.ht_derivative);
+  }
+
+  static async start(module: WebAssembly.Module): Promise<Core> {
+    const instance = await WebAssembly.instantiate(module, withoutSystem(module));
+    return new Core(instance.exports as unknown as Exports);
+  }
+
+  /** Read a robot's image; throws the core's sentence where it is none. */
+  read(image: Uint8Array): CoreRobot {
+    const { wasm } = this;
+    const place = wasm.malloc(image.length + FAULT_ROOM);
+    new Uint8Array(wasm.memory.buffer).set(image, place);
+    const fault = place + image.length;
+    const robot = wasm.ht_robot_read(place, image.length, fault, FAULT_ROOM);
+    const sentence = robot === 0 ? this.text(fault) : "";
+    wasm.free(place);
+    if (robot === 0) throw new Error(sentence);
+    return new CoreRobot(wasm, robot, this);
+  }
+
+  private names(name: (index: number) => number): string[] {
+    const names: string[] = [];
+    for (let place = name(0); place !== 0; place = name(names.length)) names.push(this.text(place));
+    return names;
+  }
+
+  /** A text that ends with a zero. */
+  private text(place: number): string {
+    const bytes = new Uint8Array(this.wasm.memory.buffer, place);
+    return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
+  }
+}
+
+/** A robot in the core's memory. */
+export class CoreRobot {
+  readonly text: string;
+  private readonly numbers: number; // of a gait
+  private readonly links: number;
+
+  constructor(
+    private readonly wasm: Exports,
+    private readonly robot: number,
+    private readonly core: Core,
+  ) {
+    const size = wasm.malloc(4);
+    const place = wasm.ht_robot_text(robot, size);
+    const length = new DataView(wasm.memory.buffer).getUint32(size, true);
+    this.text = new TextDecoder().decode(new Uint8Array(wasm.memory.buffer, place, length).slice());
+    wasm.free(size);
+    this.numbers = 1 + 3 * wasm.ht_robot_groups(robot);
+    this.links = wasm.ht_robot_links(robot);
+  }
+
+  /** Quantities of settled gaits, a row each. */
+  swim(model: number, gaits: Float64Array, follow: boolean): Float64Array {
+    const count = gaits.length / this.numbers;
+    return this.with(gaits, count * this.core.quantities.length, (from, to) =>
+      this.wasm.ht_swim(this.robot, model, from, count, follow ? 1 : 0, to),
+    );
+  }
+
+  /** Derivatives of quantities by a gait's numbers, a row per quantity. */
+  gradient(model: number, gait: Float64Array): Float64Array {
+    return this.with(gait, this.core.derivatives.length * this.numbers, (from, to) =>
+      this.wasm.ht_gradient(this.robot, model, from, to),
+    );
+  }
+
+  /** Rows of time, x, y and heading of the nose, and the bend in front of each link, over a beat. */
+  path(model: number, gait: Float64Array): Float64Array {
+    return this.with(gait, (STEPS + 1) * (4 + this.links), (from, to) =>
+      this.wasm.ht_path(this.robot, model, from, STEPS, to),
+    );
+  }
+
+  /** Call the core with numbers, and return those that it writes. */
+  private with(given: Float64Array, count: number, call: (from: number, to: number) => void): Float64Array {
+    const from = this.wasm.malloc(8 * (given.length + count));
+    const to = from + 8 * given.length;
+    new Float64Array(this.wasm.memory.buffer, from, given.length).set(given);
+    call(from, to);
+    const written = new Float64Array(this.wasm.memory.buffer, to, count).slice();
+    this.wasm.free(from);
+    return written;
+  }
+}

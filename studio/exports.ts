@@ -1,0 +1,32 @@
+// A gait and a beat as files: the same names and units as the robot files and tables of hypertuna.
+import { plain } from "./quantities.ts";
+import { DEGREE, type Gait, KINDS, type Robot } from "./robot.ts";
+
+/** A gait as a table of a robot's file, `[gaits.studio]`. */
+export function gaitToml(robot: Robot, gait: Gait): string {
+  const kinds = gait.bias.some((angle) => angle !== 0) ? KINDS : KINDS.slice(0, 2);
+  const real = (value: number): string => (Number.isInteger(value) ? value.toFixed(1) : String(value));
+  const angles = kinds.map(
+    (kind) => `${kind}_deg = [${gait[kind].map((angle) => real(plain(angle / DEGREE))).join(", ")}]`,
+  );
+  return [
+    `# A gait of ${robot.robot}: goes into the robot's file; \`hypertuna swim --robot FILE --gait studio\` swims it.`,
+    "[gaits.studio]",
+    `frequency_hz = ${real(plain(gait.frequency))}`,
+    ...angles,
+    "",
+  ].join("\n");
+}
+
+/** A beat as CSV: place and heading of the nose, and the bend of each joint. */
+export function beatTable(robot: Robot, path: Float64Array): string {
+  const width = 4 + robot.links.length;
+  const names = ["time_s", "x_m", "y_m", "heading_deg", ...robot.joints.map(({ name }) => `bend_${name}_deg`)];
+  const lines = [names.join(",")];
+  for (let k = 0; k < path.length; k += width) {
+    const [time, x, y, heading = 0, ...bends] = path.subarray(k, k + width);
+    const groups = robot.joints.map(({ links }) => links.reduce((sum, link) => sum + (bends[link] ?? 0), 0));
+    lines.push([time, x, y, ...[heading, ...groups].map((angle) => angle / DEGREE)].join(","));
+  }
+  return `${lines.join("\n")}\n`;
+}

@@ -1,0 +1,34 @@
+// Files in and out of the page.
+
+/** Bytes of a text that holds them packed: gzip, base64. */
+export async function packedBytes(text: string): Promise<Uint8Array<ArrayBuffer>> {
+  const packed = Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+function save(content: Blob, name: string): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(content);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+export function saveText(text: string, name: string): void {
+  save(new Blob([text], { type: "text/plain" }), name);
+}
+
+/** Save a canvas with a line of text in its upper left corner. */
+export function savePicture(canvas: HTMLCanvasElement, text: string, name: string): void {
+  const copy = document.createElement("canvas");
+  [copy.width, copy.height] = [canvas.width, canvas.height];
+  const pen = copy.getContext("2d");
+  if (pen === null) return;
+  const unit = canvas.width / canvas.clientWidth;
+  pen.drawImage(canvas, 0, 0);
+  pen.font = `${13 * unit}px system-ui, sans-serif`;
+  pen.fillStyle = getComputedStyle(canvas).getPropertyValue("--ink");
+  pen.fillText(text, 16 * unit, 26 * unit);
+  copy.toBlob((content) => content && save(content, name));
+}

@@ -1,0 +1,417 @@
+// The picture: the robot from above in its water, to scale, with its path.
+import { at, beside, type Point, Shape, type Station } from "./body.ts";
+import { type Beat, Motion } from "./motion.ts";
+import type { Robot } from "./robot.ts";
+
+const PATH = 32; // points of the tail's path in a beat
+const GHOSTS = 12; // midlines in a beat
+const LAYERS = 12; // of the shading
+const TRAIL = 9; // body lengths that the tail's path is kept for
+const LIFT = 0.34; // how far heights lean up in the picture, so that fins are seen from above
+const SPACING = 0.17; // of specks in the water, body lengths
+const WIDE = 2.7; // width of the picture, body lengths
+const NARROW = 2.0; // of a picture on a phone
+const PHONE = 560; // px
+
+export interface Shown {
+  tempo: number; // 1 is true, 0 stands still
+  midlines: boolean;
+  path: boolean;
+}
+
+interface Colors {
+  high: string;
+  low: string;
+  speck: string;
+  ink: string;
+  faint: string;
+  back: string;
+  flank: string;
+  fin: string;
+  path: string;
+  shadow: string;
+  eye: string;
+}
+
+export class Stage {
+  readonly shown: Shown = { tempo: 1, midlines: false, path: true };
+  private readonly motion = new Motion();
+  private readonly pen: CanvasRenderingContext2D;
+  private robot: Robot | null = null;
+  private shape: Shape | null = null;
+  private trail: Point[] = [];
+  private camera: Point = { x: 0, y: 0 };
+  private before = 0;
+  private stale = true;
+  private colors: Colors;
+
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    const pen = canvas.getContext("2d");
+    if (pen === null) throw new Error("this browser draws no canvas");
+    this.pen = pen;
+    this.colors = colorsOf(canvas);
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  /** Swim a settled beat from now on. */
+  swim(robot: Robot, beat: Beat): void {
+    if (this.robot !== robot) {
+      this.robot = robot;
+      this.shape = new Shape(robot);
+      this.motion.beat = null;
+      this.trail = [];
+    }
+    const first = this.motion.beat === null;
+    this.motion.change(beat);
+    if (first) this.camera = this.target();
+    this.stale = true;
+  }
+
+  /** Draw again, in the colors of the page's theme. */
+  refresh(): void {
+    this.colors = colorsOf(this.canvas);
+    this.stale = true;
+  }
+
+  private resize(): void {
+    const { clientWidth, clientHeight } = this.canvas;
+    const ratio = Math.min(2, devicePixelRatio);
+    this.canvas.width = Math.max(1, Math.round(clientWidth * ratio));
+    this.canvas.height = Math.max(1, Math.round(clientHeight * ratio));
+    this.stale = true;
+  }
+
+  private frame(now: number): void {
+    const passed = Math.min(0.1, (now - this.before) / 1000);
+    this.before = now;
+    const { tempo } = this.shown;
+    if (this.motion.beat !== null && (tempo > 0 || this.stale)) {
+      this.advance(passed);
+      this.draw();
+      this.stale = tempo === 0 && this.motion.unsettled;
+    }
+    requestAnimationFrame((later) => this.frame(later));
+  }
+
+  private advance(passed: number): void {
+    const { tempo } = this.shown;
+    // in small steps, so that the path of the tail is smooth where frames are few
+    const parts = Math.max(1, Math.ceil(passed * tempo * (this.motion.beat?.frequency ?? 1) * PATH));
+    for (let k = 0; k < parts; k++) {
+      this.motion.advance((passed * tempo) / parts, passed / parts);
+      if (tempo > 0) this.leave();
+    }
+    const target = this.target();
+    const part = tempo === 0 ? 1 : -Math.expm1(-passed / 0.25);
+    this.camera = {
+      x: this.camera.x + part * (target.x - this.camera.x),
+      y: this.camera.y + part * (target.y - this.camera.y),
+    };
+  }
+
+  /** Keep the path of the tail tip. */
+  private leave(): void {
+    const tip = this.stations().at(-1);
+    if (tip === undefined || this.shape === null) return;
+    this.trail.push({ x: tip.x, y: tip.y });
+    const far = TRAIL * this.shape.length;
+    while (this.trail.length > 2 && distance(this.trail[0] ?? tip, tip) > far) this.trail.shift();
+    if (this.trail.length > 3000) this.trail.shift();
+  }
+
+  /** What the picture follows: the middle of the body on the mean path. */
+  private target(): Point {
+    const { x, y, heading } = this.motion.mean;
+    const half = 0.5 * (this.shape?.length ?? 1);
+    return { x: x + half * Math.cos(heading), y: y + half * Math.sin(heading) };
+  }
+
+  private stations(): Station[] {
+    const { pose, bends } = this.motion.now();
+    return this.shape?.stations(pose, bends) ?? [];
+  }
+
+  // --- drawing
+
+  private get scale(): number {
+    const wide = this.canvas.clientWidth < PHONE ? NARROW : WIDE;
+    return this.canvas.width / (wide * (this.shape?.length ?? 1));
+  }
+
+  /** Place on the canvas of a point in the water, at a height above the joints. */
+  private place(point: Point, height = 0): [number, number] {
+    const { scale, camera, canvas } = this;
+    return [
+      canvas.width / 2 + (point.x - camera.x) * scale,
+      canvas.height / 2 - (point.y - camera.y + LIFT * height) * scale,
+    ];
+  }
+
+  private line(points: Iterable<Point>, height = 0): Path2D {
+    const path = new Path2D();
+    for (const point of points) path.lineTo(...this.place(point, height));
+    return path;
+  }
+
+  private draw(): void {
+    const { shape, robot } = this;
+    if (shape === null || robot === null) return;
+    const stations = this.stations();
+    this.water(shape.length);
+    if (this.shown.path) this.paths(shape.length);
+    if (this.shown.midlines) this.midlines(shape);
+    this.shadow(stations, shape.length);
+    const high = robot.tail.edge_height;
+    if (high !== null) this.caudal(stations, shape, high, -1);
+    if (robot.fins !== null) this.pectoral(stations, robot.fins, shape.length);
+    this.body(stations, shape);
+    if (high !== null) this.caudal(stations, shape, high, 1);
+    this.scaleBar(shape.length);
+  }
+
+  private water(length: number): void {
+    const { pen, canvas, colors, camera, scale } = this;
+    const shade = pen.createRadialGradient(
+      canvas.width * 0.5,
+      canvas.height * 0.35,
+      0,
+      canvas.width * 0.5,
+      canvas.height * 0.5,
+      canvas.width * 0.75,
+    );
+    shade.addColorStop(0, colors.high);
+    shade.addColorStop(1, colors.low);
+    pen.fillStyle = shade;
+    pen.fillRect(0, 0, canvas.width, canvas.height);
+    // specks at rest in the water, one in each cell of a grid
+    const cell = SPACING * length;
+    const [wide, high] = [canvas.width / scale / 2, canvas.height / scale / 2];
+    pen.fillStyle = colors.speck;
+    for (let i = Math.floor((camera.x - wide) / cell); i <= (camera.x + wide) / cell; i++)
+      for (let j = Math.floor((camera.y - high) / cell); j <= (camera.y + high) / cell; j++) {
+        const [a, b, c] = [scatter(i, j, 1), scatter(i, j, 2), scatter(i, j, 3)];
+        const [x, y] = this.place({ x: (i + a) * cell, y: (j + b) * cell });
+        pen.globalAlpha = 0.15 + 0.5 * c * c;
+        pen.beginPath();
+        pen.arc(x, y, scale * length * (0.0018 + 0.0028 * c), 0, 7);
+        pen.fill();
+      }
+    pen.globalAlpha = 1;
+  }
+
+  /** The path of the tail tip, fading; and the mean path of the nose. */
+  private paths(length: number): void {
+    const { pen, colors, scale, trail } = this;
+    pen.lineCap = "round";
+    pen.strokeStyle = colors.path;
+    pen.lineWidth = Math.max(1.2, 0.006 * length * scale);
+    const group = Math.ceil(trail.length / 24);
+    for (let k = 0; k + 1 < trail.length; k += group) {
+      pen.globalAlpha = 0.6 * ((k + group) / trail.length) ** 1.5;
+      pen.stroke(this.line(trail.slice(k, k + group + 1)));
+    }
+    pen.globalAlpha = 0.55;
+    pen.strokeStyle = colors.faint;
+    pen.lineWidth = Math.max(1, 0.002 * length * scale);
+    pen.setLineDash([6, 6].map((dash) => dash * Math.max(1, scale * length * 0.002)));
+    pen.stroke(this.meanPath(length));
+    pen.setLineDash([]);
+    pen.globalAlpha = 1;
+  }
+
+  private meanPath(length: number): Path2D {
+    const { center, base, mean } = this.motion;
+    if (center !== null) {
+      const path = new Path2D();
+      path.arc(...this.place(center), distance(center, base) * this.scale, 0, 7);
+      return path;
+    }
+    const way = this.motion.beat?.step ?? { x: 1, y: 0 };
+    const angle = Math.atan2(way.y, way.x) + base.heading;
+    const far = 3 * length;
+    const end = (side: number): Point => ({
+      x: mean.x + side * far * Math.cos(angle),
+      y: mean.y + side * far * Math.sin(angle),
+    });
+    return this.line([end(0.05), end(1)]);
+  }
+
+  /** Midlines over a beat, in the frame that follows the mean motion. */
+  private midlines(shape: Shape): void {
+    const { pen, colors, motion } = this;
+    pen.strokeStyle = colors.ink;
+    pen.lineWidth = Math.max(1, 0.0022 * shape.length * this.scale);
+    pen.globalAlpha = 0.3;
+    for (let k = 0; k < GHOSTS; k++) {
+      const { pose, bends } = motion.ghost(k / GHOSTS);
+      pen.stroke(this.line(shape.stations(pose, bends)));
+    }
+    pen.globalAlpha = 1;
+  }
+
+  private outline(stations: readonly Station[], side: number, lean: number): Path2D {
+    const near = stations.map((station) => beside(station, side + lean));
+    const far = stations.map((station) => beside(station, lean - side)).reverse();
+    const path = this.line([...near, ...far]);
+    path.closePath();
+    return path;
+  }
+
+  private shadow(stations: readonly Station[], length: number): void {
+    const { pen, colors, scale } = this;
+    pen.save();
+    pen.translate(0.03 * length * scale, 0.05 * length * scale);
+    pen.filter = "blur(6px)";
+    pen.fillStyle = colors.shadow;
+    pen.fill(this.outline(stations, 1, 0));
+    pen.restore();
+  }
+
+  /** The body, shaded by nested outlines that lean to the light. */
+  private body(stations: readonly Station[], shape: Shape): void {
+    const { pen, colors } = this;
+    for (let k = 0; k < LAYERS; k++) {
+      const t = k / (LAYERS - 1);
+      pen.fillStyle = mixed(colors.flank, colors.back, Math.min(1, 1.25 * t ** 0.8));
+      pen.fill(this.outline(stations, Math.sqrt(1 - t * t * 0.97), 0.1 * t));
+    }
+    const back = stations.filter(({ part }) => part > 0.32 && part < 0.5);
+    if (shape.fin < 1) this.ridge(back, shape);
+    this.gloss(stations);
+    this.eyes(stations, shape.length);
+  }
+
+  /** The dorsal fin: a thin blade on the back. */
+  private ridge(back: readonly Station[], shape: Shape): void {
+    const { pen, colors } = this;
+    const [front, end] = [back[0], back.at(-1)];
+    if (front === undefined || end === undefined) return;
+    const place = (part: number, height: number): [number, number] =>
+      this.place(at(back, front.part + part * (end.part - front.part)), height * shape.length);
+    const path = new Path2D();
+    path.moveTo(...place(0, 0));
+    path.quadraticCurveTo(...place(0.55, 0.03), ...place(0.9, 0.085));
+    path.quadraticCurveTo(...place(0.78, 0.02), ...place(1, 0));
+    path.closePath();
+    pen.fillStyle = colors.fin;
+    pen.globalAlpha = 0.85;
+    pen.fill(path);
+    pen.globalAlpha = 1;
+  }
+
+  /** Light along the back. */
+  private gloss(stations: readonly Station[]): void {
+    const { pen } = this;
+    const lit = stations.filter(({ part }) => part > 0.03 && part < 0.7);
+    pen.fillStyle = "#ffffff";
+    for (const side of [0.16, 0.1, 0.05]) {
+      pen.globalAlpha = 0.07;
+      const near = lit.map((station) => beside(station, -0.42 - side));
+      const far = lit.map((station) => beside(station, -0.42 + side)).reverse();
+      pen.fill(this.line([...near, ...far]));
+    }
+    pen.globalAlpha = 1;
+  }
+
+  private eyes(stations: readonly Station[], length: number): void {
+    const { pen, colors, scale } = this;
+    const head = at(stations, 0.075);
+    for (const side of [-0.82, 0.82]) {
+      const [x, y] = this.place(beside(head, side));
+      pen.fillStyle = colors.eye;
+      pen.beginPath();
+      pen.ellipse(x, y, 0.0105 * length * scale, 0.0065 * length * scale, -head.angle, 0, 7);
+      pen.fill();
+    }
+  }
+
+  /** One lobe of the caudal fin, up (1) or down (-1): a crescent that leans into the picture. */
+  private caudal(stations: readonly Station[], shape: Shape, height: number, side: number): void {
+    const { pen, colors } = this;
+    const root = shape.fin + 0.12 * (1 - shape.fin);
+    const place = (part: number, rise: number): [number, number] =>
+      this.place(at(stations, root + part * (1 - root)), (side * rise * height) / 2);
+    const lobe = new Path2D();
+    lobe.moveTo(...place(0, 0.04));
+    lobe.quadraticCurveTo(...place(0.35, 0.55), ...place(1, 1));
+    lobe.quadraticCurveTo(...place(0.62, 0.45), ...place(0.68, 0));
+    lobe.closePath();
+    pen.fillStyle = side > 0 ? colors.fin : mixed(colors.fin, colors.flank, 0.45);
+    pen.globalAlpha = 0.92;
+    pen.fill(lobe);
+    pen.globalAlpha = 1;
+  }
+
+  private pectoral(
+    stations: readonly Station[],
+    fin: { x: number; y: number; span: number; chord: number },
+    length: number,
+  ): void {
+    const { pen, colors } = this;
+    pen.fillStyle = colors.fin;
+    pen.globalAlpha = 0.8;
+    for (const side of [-1, 1]) {
+      const on = (along: number, across: number): [number, number] => {
+        const station = at(stations, (fin.x + along) / length);
+        return this.place(beside({ ...station, half: 1 }, side * across));
+      };
+      const [root, tip, chord] = [fin.y - fin.span / 2, fin.y + fin.span / 2, fin.chord];
+      const path = new Path2D();
+      path.moveTo(...on(-0.55 * chord, root * 0.85));
+      path.quadraticCurveTo(...on(-0.3 * chord, root + 0.75 * fin.span), ...on(0.75 * chord, tip));
+      path.quadraticCurveTo(...on(0.35 * chord, root + 0.3 * fin.span), ...on(0.35 * chord, root * 0.85));
+      path.closePath();
+      pen.fill(path);
+    }
+    pen.globalAlpha = 1;
+  }
+
+  /** A bar of 1, 2 or 5 times a power of ten, about a sixth of the body. */
+  private scaleBar(length: number): void {
+    const { pen, canvas, colors, scale } = this;
+    const power = 10 ** Math.floor(Math.log10(length / 5));
+    const bar = Math.max(...[1, 2, 5].map((step) => step * power).filter((step) => step <= length / 5));
+    const unit = canvas.width / this.canvas.clientWidth;
+    const [x, y] = [16 * unit, canvas.height - 18 * unit];
+    pen.fillStyle = colors.ink;
+    pen.fillRect(x, y, bar * scale, 2 * unit);
+    pen.font = `${12 * unit}px system-ui, sans-serif`;
+    pen.fillText(`${Math.round(bar * 1000)} mm`, x + bar * scale + 8 * unit, y + 5 * unit);
+  }
+}
+
+const distance = (a: Point, b: Point): number => Math.hypot(a.x - b.x, a.y - b.y);
+
+/** A number from 0 to 1 that belongs to a cell. */
+function scatter(i: number, j: number, salt: number): number {
+  let h = Math.imul(i, 374761393) + Math.imul(j, 668265263) + Math.imul(salt, 1274126177);
+  h = Math.imul(h ^ (h >>> 13), 1274126177);
+  return ((h ^ (h >>> 16)) >>> 0) / 2 ** 32;
+}
+
+/** A color between two of the form #rrggbb. */
+function mixed(a: string, b: string, part: number): string {
+  const channel = (color: string, k: number): number => Number.parseInt(color.slice(1 + 2 * k, 3 + 2 * k), 16);
+  const parts = [0, 1, 2].map((k) => Math.round(channel(a, k) + part * (channel(b, k) - channel(a, k))));
+  return `rgb(${parts.join(",")})`;
+}
+
+function colorsOf(canvas: HTMLCanvasElement): Colors {
+  const style = getComputedStyle(canvas);
+  const color = (name: string): string => style.getPropertyValue(`--${name}`).trim();
+  return {
+    high: color("water-high"),
+    low: color("water-low"),
+    speck: color("speck"),
+    ink: color("ink"),
+    faint: color("faint"),
+    back: color("back"),
+    flank: color("flank"),
+    fin: color("fin"),
+    path: color("sky"),
+    shadow: color("shadow"),
+    eye: color("eye"),
+  };
+}

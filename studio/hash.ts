@@ -1,0 +1,55 @@
+// Everything that the page shows is in its address: #robot=hypertuna&frequency=6&amplitude=16,25&phase=0,40
+import { plain } from "./quantities.ts";
+import { DEGREE, type Gait, KINDS } from "./robot.ts";
+
+export interface Address {
+  robot: string;
+  gait: Gait;
+  water: string;
+  joints: string;
+  of: string; // quantity of gradients and map
+  view: string;
+  tempo: number; // of the motion on the screen: 1 is true, 0 stands still
+  over: [number, number]; // parameters that the map is over
+}
+
+export function written(address: Address): string {
+  const { robot, gait, water, joints, of, view, tempo, over } = address;
+  const parts: Record<string, string> = { robot, frequency: String(plain(gait.frequency)) };
+  for (const kind of KINDS) parts[kind] = gait[kind].map((angle) => plain(angle / DEGREE)).join(",");
+  Object.assign(parts, { water, joints, of, view, tempo: String(tempo), over: over.join(",") });
+  const safe = (value: string): string => encodeURIComponent(value).replaceAll("%2C", ",");
+  return `#${Object.entries(parts)
+    .map(([key, value]) => `${key}=${safe(value)}`)
+    .join("&")}`;
+}
+
+/** Read an address; what it leaves out or misspells is absent. */
+export function read(hash: string): Partial<Address> {
+  const parts = new URLSearchParams(hash.replace(/^#/, ""));
+  const address: Partial<Address> = {};
+  for (const key of ["robot", "water", "joints", "of", "view"] as const) {
+    const value = parts.get(key);
+    if (value !== null) address[key] = value;
+  }
+  const gait = gaitIn(parts);
+  if (gait !== null) address.gait = gait;
+  const [tempo] = numbers(parts.get("tempo"));
+  if (tempo !== undefined) address.tempo = Math.min(1, Math.max(0, tempo));
+  const [first, second] = numbers(parts.get("over"));
+  if (first !== undefined && second !== undefined) address.over = [first, second];
+  return address;
+}
+
+function gaitIn(parts: URLSearchParams): Gait | null {
+  const [frequency] = numbers(parts.get("frequency"));
+  const [amplitude, phase, bias] = KINDS.map((kind) => numbers(parts.get(kind)).map((angle) => angle * DEGREE));
+  if (frequency === undefined || frequency <= 0 || !amplitude || !phase || !bias || amplitude.length === 0) return null;
+  return { frequency, amplitude, phase, bias: bias.length ? bias : amplitude.map(() => 0) };
+}
+
+function numbers(text: string | null): number[] {
+  if (text === null || text === "") return [];
+  const values = text.split(",").map(Number);
+  return values.every(Number.isFinite) ? values : [];
+}

@@ -1,0 +1,120 @@
+// The knobs: a range, a number and the exact gradient for each parameter of a gait.
+import { digits, plain } from "./quantities.ts";
+import type { Parameter } from "./robot.ts";
+
+interface Knob {
+  parameter: Parameter;
+  range: HTMLInputElement;
+  number: HTMLInputElement;
+  gradient: HTMLElement;
+}
+
+export class Knobs {
+  private knobs: Knob[] = [];
+
+  /** `turned` hears the place in the gait's row and the value in SI units. */
+  constructor(
+    private readonly room: HTMLElement,
+    private readonly turned: (index: number, value: number) => void,
+  ) {}
+
+  /** Lay out the knobs of a robot: what the optimizer may change first, the rest folded. */
+  layOut(parameters: Parameter[]): void {
+    const open = parameters.filter(({ free, kind }) => free || (kind !== "bias" && kind !== "phase"));
+    const folded = parameters.filter((parameter) => !open.includes(parameter));
+    this.knobs = [];
+    this.room.replaceChildren(...this.groups(open));
+    if (folded.length === 0) return;
+    const more = element("details", "more");
+    more.append(element("summary", "", "Bias of the joints, to turn; phase of the first"), ...this.groups(folded));
+    this.room.append(more);
+  }
+
+  /** Show a gait. */
+  show(row: ArrayLike<number>): void {
+    for (const { parameter, range, number } of this.knobs) {
+      const value = plain((row[parameter.index] ?? 0) / parameter.size);
+      const [low, high] = parameter.range;
+      range.min = String(Math.min(low, value));
+      range.max = String(Math.max(high, value));
+      range.value = String(value);
+      range.style.setProperty("--at", String((value - Number(range.min)) / (Number(range.max) - Number(range.min))));
+      range.setAttribute("aria-valuetext", `${digits(value)} ${parameter.unit}`);
+      if (document.activeElement !== number) number.value = String(Number(value.toPrecision(5)));
+    }
+    const turned = this.knobs.some(({ parameter }) => parameter.kind === "bias" && (row[parameter.index] ?? 0) !== 0);
+    const more = this.room.querySelector("details");
+    if (turned && more !== null) more.open = true;
+  }
+
+  /** Show the derivatives of a quantity by each parameter [unit per Hz or rad]. */
+  gradient(derivatives: ArrayLike<number>, unit: string): void {
+    const reach = this.knobs.map(({ parameter }) => {
+      const [low, high] = parameter.range;
+      return Math.abs((derivatives[parameter.index] ?? 0) * parameter.size * (high - low));
+    });
+    const most = Math.max(...reach.filter(Number.isFinite));
+    this.knobs.forEach(({ parameter, gradient }, k) => {
+      const value = (derivatives[parameter.index] ?? Number.NaN) * parameter.size;
+      const noise = !((reach[k] ?? 0) > 1e-9 * most);
+      const shown = noise && Number.isFinite(value) ? 0 : value;
+      const sign = shown > 0 ? "+" : "";
+      gradient.textContent = `${sign}${digits(shown, 3)}${unit === "" ? "" : ` ${unit}`} per ${parameter.unit}`;
+      gradient.dataset.way = shown > 0 ? "up" : shown < 0 ? "down" : "none";
+    });
+  }
+
+  private groups(parameters: Parameter[]): HTMLElement[] {
+    return parameters.map((parameter) => this.knob(parameter));
+  }
+
+  private knob(parameter: Parameter): HTMLElement {
+    const { knob: name, label, unit, limits } = parameter;
+    const id = `knob-${name}`;
+    const row = element("div", "knob");
+    const title = element("label", "", label);
+    title.htmlFor = id;
+    const range = element("input");
+    Object.assign(range, {
+      type: "range",
+      id,
+      step: "any",
+      min: String(parameter.range[0]),
+      max: String(parameter.range[1]),
+    });
+    range.dataset.knob = name;
+    const number = element("input");
+    Object.assign(number, { type: "number", step: "any" });
+    number.setAttribute("aria-label", `${label} [${unit}]`);
+    const gradient = element("output", "gradient");
+    gradient.htmlFor.add(id);
+    if (limits !== null && parameter.free) range.title = `${limits[0]} to ${limits[1]} ${unit} when optimized`;
+    const field = element("span", "field");
+    field.append(number, element("span", "unit", unit));
+    row.append(title, field, range, gradient);
+    range.addEventListener("input", () => this.turned(parameter.index, range.valueAsNumber * parameter.size));
+    number.addEventListener("input", () => this.type(parameter, number.valueAsNumber));
+    number.addEventListener("blur", () => this.type(parameter, number.valueAsNumber));
+    this.knobs.push({ parameter, range, number, gradient });
+    return row;
+  }
+
+  /** Take a number that was typed, within what the knob reaches. */
+  private type(parameter: Parameter, value: number): void {
+    if (Number.isNaN(value)) return;
+    const [low, high] = parameter.range;
+    this.turned(parameter.index, Math.min(high, Math.max(low, value)) * parameter.size);
+  }
+}
+
+/** An element with a class and a text. */
+export function element<K extends keyof HTMLElementTagNameMap>(
+  name: K,
+  style = "",
+  text = "",
+): HTMLElementTagNameMap[K] {
+  const made = document.createElement(name);
+  if (style !== "") made.className = style;
+  if (text !== "") made.textContent = text;
+  return made;
+}

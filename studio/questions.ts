@@ -1,0 +1,51 @@
+// What the page asks a worker, and how it asks.
+
+export type Question =
+  | { kind: "start"; module: WebAssembly.Module }
+  | { kind: "load"; robot: string; image: Uint8Array }
+  | { kind: "beat"; robot: string; model: number; gait: Float64Array; follow: boolean }
+  | { kind: "point"; robot: string; model: number; gait: Float64Array }
+  | { kind: "sweep"; robot: string; model: number; gaits: Float64Array };
+
+export type Answer =
+  | { kind: "start"; quantities: string[]; derivatives: string[] }
+  | { kind: "load"; text: string }
+  | { kind: "beat"; quantities: Float64Array; derivatives: Float64Array; path: Float64Array }
+  | { kind: "point"; quantities: Float64Array; derivatives: Float64Array }
+  | { kind: "sweep"; quantities: Float64Array };
+
+export type Reply = { id: number; answer: Answer } | { id: number; fault: string };
+
+type AnswerTo<K extends Question["kind"]> = Extract<Answer, { kind: K }>;
+
+interface Waiting {
+  resolve(answer: Answer): void;
+  reject(fault: Error): void;
+}
+
+/** A worker with the core. */
+export class Calculator {
+  private readonly worker: Worker;
+  private readonly waiting = new Map<number, Waiting>();
+  private last = 0;
+
+  constructor(script: string) {
+    this.worker = new Worker(script);
+    this.worker.onmessage = ({ data }: MessageEvent<Reply>) => this.take(data);
+  }
+
+  ask<K extends Question["kind"]>(question: Question & { kind: K }): Promise<AnswerTo<K>> {
+    const id = ++this.last;
+    return new Promise<Answer>((resolve, reject) => {
+      this.waiting.set(id, { resolve, reject });
+      this.worker.postMessage({ id, question });
+    }) as Promise<AnswerTo<K>>;
+  }
+
+  private take(reply: Reply): void {
+    const waiting = this.waiting.get(reply.id);
+    this.waiting.delete(reply.id);
+    if ("answer" in reply) waiting?.resolve(reply.answer);
+    else waiting?.reject(new Error(reply.fault));
+  }
+}

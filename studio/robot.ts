@@ -1,0 +1,117 @@
+// What the page knows of a robot: the text of its image. SI units and radians.
+
+export type Range = readonly [number, number];
+
+export interface Published {
+  value: number;
+  unit: string;
+  kind: string; // "measured", "target", ...
+  source: string;
+}
+
+export interface Gait {
+  frequency: number; // Hz
+  amplitude: number[]; // rad, of each joint group, as phase and bias
+  phase: number[];
+  bias: number[];
+}
+
+export interface NamedGait extends Gait {
+  name: string;
+  published: Record<string, Published>; // by quantity
+}
+
+/** A range of each parameter of a gait. */
+interface Ranges {
+  frequency: Range;
+  amplitude: Range[]; // of each joint group, as phase and bias
+  phase: Range[];
+  bias: Range[];
+}
+
+export interface Robot {
+  robot: string;
+  description: string;
+  length: number; // m
+  mass: number; // kg
+  links: { name: string; length: number; width: number | null; height: number | null }[];
+  tail: { edge_height: number | null }; // m: height of the caudal fin where the last link is one
+  fins: { x: number; y: number; span: number; chord: number } | null; // pectoral fins [m]
+  joints: { name: string; links: number[] }[];
+  models: { water: string; joints: string }[]; // the robot's own choice first
+  limits: Ranges | null; // that the optimizer searches
+  ranges: Ranges; // that the knobs reach
+  gaits: NamedGait[];
+}
+
+export const KINDS = ["amplitude", "phase", "bias"] as const;
+export type Kind = (typeof KINDS)[number];
+
+export const DEGREE = Math.PI / 180;
+
+/** A gait as a row of numbers, as the core takes it: [Hz], [rad]. */
+export function rowOf(gait: Gait): Float64Array {
+  return Float64Array.of(gait.frequency, ...gait.amplitude, ...gait.phase, ...gait.bias);
+}
+
+export function gaitOf(row: ArrayLike<number>): Gait {
+  const [frequency = 1, ...angles] = Array.from(row);
+  const groups = angles.length / 3;
+  const part = (k: number): number[] => angles.slice(k * groups, (k + 1) * groups);
+  return { frequency, amplitude: part(0), phase: part(1), bias: part(2) };
+}
+
+/** One number of a gait: what a knob turns. */
+export interface Parameter {
+  index: number; // in the row
+  knob: string; // its name on the page: "amplitude-0"
+  label: string;
+  kind: Kind | "frequency";
+  joint: string | null; // name of the joint group
+  unit: "Hz" | "deg";
+  size: number; // of the unit [Hz or rad]
+  range: Range; // in the unit
+  limits: Range | null; // of the optimizer, in the unit
+  free: boolean; // whether the optimizer may change it
+}
+
+/** The parameters of a robot's gaits, in the order of the row. */
+export function parametersOf(robot: Robot): Parameter[] {
+  const angles = KINDS.flatMap((kind) => robot.joints.map((_, group) => ({ kind, group })));
+  return [{ kind: "frequency" as const, group: 0 }, ...angles].map(({ kind, group }, index) => {
+    const size = kind === "frequency" ? 1 : DEGREE;
+    const range = (ranges: Ranges): Range => {
+      const [low, high] = (kind === "frequency" ? ranges.frequency : ranges[kind][group]) ?? [0, 0];
+      return [rounded(low / size), rounded(high / size)];
+    };
+    const limits = robot.limits && range(robot.limits);
+    const joint = robot.joints[group]?.name ?? "";
+    return {
+      index,
+      knob: kind === "frequency" ? kind : `${kind}-${group}`,
+      label: kind === "frequency" ? kind : `${kind} of joint ${joint}`,
+      kind,
+      joint: kind === "frequency" ? null : joint,
+      unit: kind === "frequency" ? "Hz" : "deg",
+      size,
+      range: range(robot.ranges),
+      limits,
+      free: limits !== null && limits[0] < limits[1],
+    };
+  });
+}
+
+const rounded = (value: number): number => Math.round(1e9 * value) / 1e9;
+
+/** Place of a pair of water law and joint model; -1 where the robot has none. */
+export function modelOf(robot: Robot, water: string, joints: string): number {
+  return robot.models.findIndex((model) => model.water === water && model.joints === joints);
+}
+
+/** Read a robot's text. */
+export function robotOf(text: string): Robot {
+  const robot = JSON.parse(text) as Robot;
+  if (robot.ranges === undefined)
+    throw new Error("the image is of an older program: write it anew with `hypertuna robot image`");
+  return robot;
+}

@@ -1,0 +1,53 @@
+// Numbers, beside the page: answers questions about robots one by one.
+import { Core, type CoreRobot } from "./core.ts";
+import type { Answer, Question, Reply } from "./questions.ts";
+
+let core: Core;
+const robots = new Map<string, CoreRobot>();
+
+function robot(name: string): CoreRobot {
+  const found = robots.get(name);
+  if (found === undefined) throw new Error(`no robot ${name} was loaded`);
+  return found;
+}
+
+async function answer(question: Question): Promise<Answer> {
+  switch (question.kind) {
+    case "start":
+      core = await Core.start(question.module);
+      return { kind: "start", quantities: core.quantities, derivatives: core.derivatives };
+    case "load": {
+      const read = core.read(question.image);
+      robots.set(question.robot, read);
+      return { kind: "load", text: read.text };
+    }
+    case "beat": {
+      const { model, gait, follow } = question;
+      const swimmer = robot(question.robot);
+      const quantities = swimmer.swim(model, gait, follow);
+      return { kind: "beat", quantities, derivatives: swimmer.gradient(model, gait), path: swimmer.path(model, gait) };
+    }
+    case "point": {
+      const swimmer = robot(question.robot);
+      const quantities = swimmer.swim(question.model, question.gait, false);
+      return { kind: "point", quantities, derivatives: swimmer.gradient(question.model, question.gait) };
+    }
+    case "sweep":
+      return { kind: "sweep", quantities: robot(question.robot).swim(question.model, question.gaits, false) };
+  }
+}
+
+// In order of arrival: a robot is loaded before it is asked about.
+let last: Promise<void> = Promise.resolve();
+
+self.onmessage = ({ data }: MessageEvent<{ id: number; question: Question }>): void => {
+  last = last.then(async () => {
+    let reply: Reply;
+    try {
+      reply = { id: data.id, answer: await answer(data.question) };
+    } catch (error) {
+      reply = { id: data.id, fault: error instanceof Error ? error.message : String(error) };
+    }
+    self.postMessage(reply);
+  });
+};
