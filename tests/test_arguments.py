@@ -77,6 +77,7 @@ def base() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         "grid_degrees": (ht.Gaits.grid_degrees, {"frequency": [1], "amplitude": [(1, 1)], "phase": [(0, 1)]}),
         "plot_sweep": (ht.plot_sweep, {"grid": ht.sweep(fish, GRID, steps=16)}),
         "to_dataframe": (ht.to_dataframe, {"data": replayed}),
+        "studio": (ht.studio, both | {"height": 500}),
         "report": (ht.report, {"results": ht.swim(fish, GAIT), "path": "swim.html"}),
         "read_joints": (
             ht.read_joints,
@@ -121,6 +122,7 @@ NAMES = [
     "grid_degrees",
     "plot_sweep",
     "to_dataframe",
+    "studio",
     "report",
     "read_joints",
 ]

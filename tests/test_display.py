@@ -77,6 +77,7 @@ PLAIN = {
     "Limit": "an argument: three values",
     "Pose": "an argument: three values",
     "Sea": "an argument: three values",
+    "Studio": "a page, not a result",
 }
 NO_PLOT = {"Gaits": "plot_sweep draws what they swim", "SteadyRun": "one point of the figure of its trials"}
 KINDS = [

@@ -20,6 +20,8 @@ from .optimization.optimum import Optimum as Optimum
 from .optimization.pareto import Front as Front
 from .optimization.pareto import pareto as pareto
 from .reports.results import report as report
+from .reports.studio import Studio as Studio
+from .reports.studio import studio as studio
 from .simulation.dive import Dive as Dive
 from .simulation.dive import Leg as Leg
 from .simulation.dive import dive as dive

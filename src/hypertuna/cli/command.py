@@ -200,6 +200,8 @@ def _explained(error: Any, command: Any, context: Any, args: list[str]) -> Input
         near = difflib.get_close_matches(error.option_name, known, n=1)
         longer = [option for option in known if option.startswith(error.option_name)]
         fix = f"did you mean {(longer or near)[0]}?" if longer or near else f"`{name} --help` lists the options"
+        if error.option_name == "--robot" and any(param.name == "robot" for param in command.get_params(context)):
+            fix = f"write the robot alone, such as `{name} hypertuna`"
         if context.parent is None:
             fix = f"write options behind a command, such as `hypertuna swim {error.option_name} ...`"
             fix = "did you mean --version?" if error.option_name.lower() == "-v" else fix

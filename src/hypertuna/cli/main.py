@@ -27,6 +27,10 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
     },
     "Swim": {
         "swim": ("swim:swim_command", "Swim one gait: its settled beat, or from rest."),
+        "studio": (
+            "studio:studio_command",
+            "Turn the knobs of a swimming robot in the browser: a page of this machine alone, until Ctrl-C.",
+        ),
         "sweep": ("sweep:sweep_command", "Swim every combination of frequencies, amplitudes, phases and biases."),
         "turn": ("turn:turn_command", "Turn by a one-sided beat: radius against phase, bias and frequency."),
         "replay": (

@@ -1,0 +1,153 @@
+"""The command `hypertuna studio`."""
+
+import os
+import sys
+import threading
+import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Annotated, Any
+
+import typer
+
+from hypertuna.cli import options as opt
+from hypertuna.cli import streams
+from hypertuna.cli.emit import emit
+from hypertuna.description.robot import load
+from hypertuna.errors import InputError
+from hypertuna.ranges import Whole
+from hypertuna.swimming.gait import named_gait
+
+HERE = "127.0.0.1"  # the page is for this machine alone
+NAMES = (HERE, "localhost")  # by which a browser may ask for it
+PORTS = Whole(min=1, max=65535)
+# What the page may do: run what is in it, in Workers too; fetch nothing from anywhere.
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; "
+    "style-src 'unsafe-inline'; img-src data: blob:; media-src data: blob:; font-src data:; connect-src data: blob:; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+HEADERS = {
+    "Content-Type": "text/html; charset=utf-8",
+    "Content-Security-Policy": POLICY,
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+def studio_command(
+    robot: Annotated[
+        str,
+        typer.Argument(
+            metavar="ROBOT",
+            help="Name of a robot that comes with hypertuna, or path of its file, a fitted one too.",
+            envvar="HYPERTUNA_ROBOT",
+            show_default=False,
+        ),
+    ] = opt.ROBOT,
+    gait: Annotated[
+        str | None, opt.text("--gait", "Gait at the start, one of the robot's file. (default: its first)", "NAME")
+    ] = None,
+    port: Annotated[int | None, opt.whole_number("--port", "Port of the address. (default: a free one)")] = None,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Print the address; open no browser.")] = False,
+    output: Annotated[
+        str | None,
+        opt.file(
+            *("-o", "--output"), help="Write the page to this .html file instead of serving it.", suffixes=(".html",)
+        ),
+    ] = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Turn the knobs of a swimming robot in the browser: a page of this machine alone, until Ctrl-C."""
+    from hypertuna.reports.studio import Studio, studio_page
+
+    subject = load(robot)
+    start = None if gait is None else named_gait(subject, gait)
+    if output is not None:
+        _check_output(port, no_open)
+        Studio(subject, start, 0).save(output)
+        emit({"file": output}, record=dict, lines=lambda _: (), written=(output,), as_json=as_json)
+        return
+    if port is not None:
+        PORTS.check(port, "--port", "leave it out for a free one")
+    page = studio_page(subject, start).encode()
+    with _server(page, port or 0) as server:
+        address = f"http://{HERE}:{server.server_port}/"
+        streams.state["done"] = f"the studio at {address} is closed"
+        emit({"address": address}, record=dict, lines=lambda one: _lines(one["address"]), as_json=as_json)
+        if not no_open:
+            _open(address)
+        server.serve_forever()
+
+
+def _check_output(port: int | None, no_open: bool) -> None:
+    """Refuse options of the server beside a file to write."""
+    for key, given in {"--port": port is not None, "--no-open": no_open}.items():
+        if given:
+            fix = "leave it out with --output, or leave --output out"
+            raise InputError("applies to a page that is served", key=key, fix=fix)
+
+
+def _lines(address: str) -> Iterator[Any]:
+    """Tell the address."""
+    yield f"studio: {address}", "bold"
+    yield "This machine alone can open it. Ctrl-C ends it."
+
+
+@contextmanager
+def _server(page: bytes, port: int) -> Iterator[ThreadingHTTPServer]:
+    """Serve a page on this machine alone; port 0 is a free one."""
+    try:
+        server = ThreadingHTTPServer((HERE, port), _handler(page))
+    except OSError as error:
+        reason = f"not ({error.strerror})"
+        fix = "give another one, or leave it out for a free one"
+        raise InputError("must be a free port", key="--port", value=f"{port}, {reason}", fix=fix) from None
+    with server:
+        yield server
+
+
+def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
+    """Make a handler of requests: the page at /, nothing else."""
+
+    class Handler(BaseHTTPRequestHandler):
+        server_version, sys_version = "hypertuna", ""
+
+        def do_GET(self) -> None:
+            self._answer(body=True)
+
+        def do_HEAD(self) -> None:
+            self._answer(body=False)
+
+        def log_message(self, *_: Any) -> None:
+            """Leave the terminal to the address."""
+
+        def _answer(self, body: bool) -> None:
+            """Send the page, or what is wrong with the request."""
+            # Another site's name that leads here must not read the robot.
+            if self.headers.get("Host", "").rpartition(":")[0] not in NAMES:
+                self.send_error(HTTPStatus.FORBIDDEN)
+            elif self.path == "/favicon.ico":
+                self.send_response(HTTPStatus.NO_CONTENT)
+                self.end_headers()
+            elif self.path.partition("?")[0] != "/":
+                self.send_error(HTTPStatus.NOT_FOUND)
+            else:
+                self.send_response(HTTPStatus.OK)
+                for name, value in HEADERS.items():
+                    self.send_header(name, value)
+                self.send_header("Content-Length", f"{len(page)}")
+                self.end_headers()
+                if body:
+                    self.wfile.write(page)
+
+    return Handler
+
+
+def _open(address: str) -> None:
+    """Open the browser of the desktop, if there is one; one of the terminal would take the terminal."""
+    desktop = sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
+    if desktop:
+        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()

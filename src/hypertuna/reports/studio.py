@@ -1,0 +1,128 @@
+"""The studio: a self-contained page on which a robot swims in the browser, by the core as WebAssembly."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import html
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hypertuna.arguments import checked
+from hypertuna.description.robot import Robot, robot_of
+from hypertuna.errors import InputError
+from hypertuna.io.files import shipped, write_atomically
+from hypertuna.ranges import Whole
+from hypertuna.simulation.image import robot_image
+from hypertuna.swimming.cards import gait_text
+from hypertuna.swimming.gait import KINDS, Gait, gait_of
+
+PAGE = "studio.html"
+HEIGHTS = Whole(min=200, max=4000)  # px, of a frame in a notebook
+_ROBOTS = re.compile(r'(<script type="application/json" id="robots">)(.*?)(</script>)', re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Studio:
+    """A robot on a page that swims it in the browser; a notebook shows the page."""
+
+    robot: Robot
+    gait: Gait | None  # at the start; None for the robot's first
+    height: int  # of the frame in a notebook [px]
+
+    @property
+    def html(self) -> str:
+        """The page: one file that needs no other, and no network."""
+        return studio_page(self.robot, self.gait)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page, completely or not at all.
+
+        Parameters
+        ----------
+        path : str or Path
+            Of the page; replaced if it exists.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
+        return write_atomically(path, self.html.encode())
+
+    def __repr__(self) -> str:
+        gait = f" at {gait_text(self.gait)}" if self.gait is not None else ""
+        return f"Studio of {self.robot.name}{gait}\nA notebook shows it; save(path) writes the page."
+
+    def _repr_html_(self) -> str:
+        title = html.escape(f"Studio of {self.robot.name}")
+        style = f"width: 100%; height: {self.height}px; border: 0"
+        return f'<iframe title="{title}" style="{style}" srcdoc="{html.escape(self.html)}"></iframe>'
+
+
+@checked
+def studio(robot: Robot | str | Path, gait: Gait | str | None = None, *, height: int = 720) -> Studio:
+    """Show a robot that swims in a notebook, with a knob for each part of its gait.
+
+    The page computes in the browser, by the same core as Python, and needs no network.
+
+    Parameters
+    ----------
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
+    gait : Gait or str, optional
+        Gait at the start, or the name of one of the robot's; left out, it is the robot's first.
+    height : int
+        Height of the frame [px].
+
+    Returns
+    -------
+    Studio
+        A notebook shows it; its ``save`` writes the page to a file.
+
+    Raises
+    ------
+    InputError
+        If the gait does not fit the robot, or an argument is out of range.
+    """
+    robot = robot_of(robot)
+    known = None if gait is None else gait_of(robot, gait)
+    return Studio(robot, known, HEIGHTS.check(height, "height", "give the height of the frame in pixels"))
+
+
+def studio_page(robot: Robot, gait: Gait | None = None) -> str:
+    """Return the page of the studio with a robot put first, beside those that the page comes with."""
+    before, tag, content, end, after = _parts()
+    image = base64.b64encode(gzip.compress(robot_image(robot), mtime=0)).decode()
+    others = [one for one in json.loads(content)["robots"] if one["name"] != robot.name]
+    start: dict[str, Any] = {"robot": robot.name}
+    if gait is not None:
+        start["gait"] = {key: getattr(gait, key) for key in ("frequency", *KINDS)}
+    data = {"robots": [{"name": robot.name, "image": image}, *others], "start": start}
+    # Nothing in the data may end the element of the script that holds it.
+    return "".join((before, tag, json.dumps(data).replace("<", "\\u003c"), end, after))
+
+
+def _parts() -> tuple[str, str, str, str, str]:
+    """Return the page that ships with the package, cut where its robots stand."""
+    page = shipped_page()
+    found = _ROBOTS.search(page)
+    if found is None:
+        raise InputError("has no place for robots", file=f"data/studio/{PAGE}", fix="build it anew: make studio")
+    return page[: found.start()], found[1], found[2], found[3], page[found.end() :]
+
+
+def shipped_page() -> str:
+    """Return the page that ships with the package."""
+    try:
+        return (shipped("data/studio") / PAGE).read_text(encoding="utf-8")
+    except (StopIteration, FileNotFoundError):
+        fix = "install hypertuna anew, or run `make studio` in its source tree"
+        raise InputError("is missing", file=f"data/studio/{PAGE}", fix=fix) from None
