@@ -207,7 +207,7 @@ def test_errors_are_relative_for_steady_runs() -> None:
     told = errors(data, off)
     assert told.rms == pytest.approx({"speed_relative": 0.1})
     assert told.max == pytest.approx({"speed_relative": 0.1})
-    assert told.runs[0]["speed_measured"] == data.measured[0]
+    assert told.runs[0]["speed_measured_m_s"] == data.measured[0]
     assert [run.get("status") for run in told.runs] == [None, None, "not settled", None, None]
 
 

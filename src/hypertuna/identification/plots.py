@@ -11,11 +11,11 @@ from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 from hypertuna.identification.coefficients import Free, bounds_of, to_scale
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.posterior import Posterior
-from hypertuna.identification.residuals import LABELS
+from hypertuna.identification.residuals import LABELS, STEADY
+from hypertuna.io import quantity
 
 DARK = 0.85  # correlation above which the text of a cell is white
 PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}
-AXES = {"speed": ("speed", "m/s"), "cost_of_transport": ("cost of transport", "J/(kg m)")}
 
 
 def short_names(frees: Sequence[Free]) -> list[str]:
@@ -107,22 +107,24 @@ def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
 def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
     """Plot computed against measured speed and cost of transport, of training and validation; width [inch]."""
     runs = [run for part in fit.parts.values() for run in part.runs]
-    kinds = [kind for kind in AXES if any(f"{kind}_measured" in run for run in runs)]
+    names = {
+        kind: [quantity.key_of(f"{kind}_{of}", unit) for of in ("measured", "computed")]
+        for kind, unit in STEADY.items()
+    }
+    kinds = [kind for kind in STEADY if any(names[kind][0] in run for run in runs)]
     figure = Figure(figsize=(width, width / len(kinds) + 0.4), layout="constrained")
     for axes, kind in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
         ends: list[float] = []
         for name, part in fit.parts.items():
-            names = f"{kind}_measured", f"{kind}_computed"
-            pairs = np.array([[run[name] for name in names] for run in part.runs if names[0] in run])
+            pairs = np.array([[run[key] for key in names[kind]] for run in part.runs if names[kind][0] in run])
             if len(pairs):
                 color, marker = PARTS[name]
-                label = name if kind == kinds[0] else None
-                axes.plot(*pairs.T, marker, color=color, label=label, alpha=0.8, **POINTS)
+                part_label = name if kind == kinds[0] else None
+                axes.plot(*pairs.T, marker, color=color, label=part_label, alpha=0.8, **POINTS)
                 ends += [float(pairs.min()), float(pairs.max())]
         line = [min(ends), max(ends)]
         axes.plot(line, line, color=FAINT, lw=1, zorder=0)
-        title, unit = AXES[kind]
-        axes.set(title=title, xlabel=f"measured ({unit})", ylabel="computed", aspect="equal")
+        axes.set(title=quantity.label(kind), xlabel=f"measured ({STEADY[kind]})", ylabel="computed", aspect="equal")
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
 

@@ -11,11 +11,13 @@ from hypertuna.arrays import Array
 from hypertuna.identification.experiment import KINDS, Experiment
 from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.prediction import Prediction, weighted
+from hypertuna.io.quantity import key_of
 
 MAX_ITERATIONS, SAME_LEVEL = 200, 1e-6  # of the fixed-point iteration for the likeliest noise level
 ERRORS = {  # name of the error by kind of measurement, with the unit
     kind: f"{kind}_{unit}" for kind, unit in zip(KINDS, ("relative", "relative", "m", "m", "deg"), strict=True)
 }
+STEADY = {"speed": "m/s", "cost_of_transport": "J/(kg m)"}  # measured of steady runs
 LABELS = {  # label, displayed unit, and displayed units per unit of the error
     "speed_relative": ("speed", "%", 100.0),
     "cost_of_transport_relative": ("cost of transport", "%", 100.0),
@@ -126,7 +128,7 @@ def errors(data: Experiment, prediction: Prediction) -> Errors:
     per_run: list[dict[str, Any]] = [{"run": name} for name in data.trials.runs]
     rms, largest = {}, {}
     for k, (name, label) in enumerate(ERRORS.items()):
-        steady = k < 2
+        steady = name in STEADY
         own = np.flatnonzero((kinds == k) & ((data.measured != 0) | (not steady)))
         if not len(own):
             continue
@@ -137,7 +139,8 @@ def errors(data: Experiment, prediction: Prediction) -> Errors:
         for r in np.unique(run):
             first = int(np.argmax(run == r))
             if steady:
-                values = {f"{name}_measured": float(measured[first]), f"{name}_computed": float(computed[first])}
+                pair = {"measured": measured, "computed": computed}
+                values = {key_of(f"{name}_{of}", STEADY[name]): float(numbers[first]) for of, numbers in pair.items()}
                 per_run[r] |= values | {label: float(error[first])}
             else:
                 per_run[r] |= {f"{label}_rms": float(np.sqrt(np.mean(error[run == r] ** 2)))}
