@@ -61,7 +61,7 @@ $(VENV)/.installed-%: $(VENV)/.tools | $(VENV)/.installed
 
 # --- what to run
 
-.PHONY: dev demo test test-cpp hosts test-sanitized test-python test-fe test-firmware bench bench-json firmware system-deps lint format stub
+.PHONY: dev demo test test-cpp test-studio hosts test-sanitized test-python test-fe test-firmware bench bench-json firmware system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -119,6 +119,11 @@ studio: studio-core $(VENV)/.installed studio/node_modules/.package-lock.json ##
 studio/node_modules/.package-lock.json: studio/package-lock.json
 	@command -v npm > /dev/null || { echo 'npm is not installed: Node.js 20 or later brings it' >&2; exit 1; }
 	@cd studio && npm ci --silent
+
+test-studio: $(VENV)/.installed studio/node_modules/.package-lock.json ## tests of the studio's page in Chromium; pictures in build/studio/shots
+	@command -v "$${CHROMIUM:-/usr/bin/chromium}" > /dev/null || \
+	  { echo 'Chromium is not installed: `apt-get install chromium`, or CHROMIUM=/path/to/it' >&2; exit 1; }
+	@node --test --test-concurrency=1 --test-reporter=spec studio/tests/*.test.mjs
 
 test-sanitized: $(VENV)/.tools ## C++ tests with the address and undefined-behavior sanitizers
 	$(call run-cpp-tests,build/sanitized,-DHYPERTUNA_SANITIZE=ON)

@@ -1,0 +1,107 @@
+// What the tests share: a browser, the page opened from its file, and what one does and reads on it.
+import { execFileSync } from "node:child_process";
+import { mkdirSync } from "node:fs";
+import { fileURLToPath } from "node:url";
+import { chromium } from "playwright-core";
+
+const ROOT = fileURLToPath(new URL("../../", import.meta.url));
+export const PAGE = process.env.STUDIO_PAGE ?? `${ROOT}data/studio/studio.html`;
+export const SHOTS = `${ROOT}build/studio/shots`;
+export const SIZES = { wide: { width: 1440, height: 1000 }, phone: { width: 390, height: 844 } };
+const PATIENCE = 20_000; // ms: a machine of a tenth of the speed passes
+
+/** Start the browser of the machine. */
+export function browser() {
+  return chromium.launch({
+    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    args: ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"],
+  });
+}
+
+/**
+ * Open the page from its file and wait for the first fish.
+ * What it says and asks for is in `faults`: messages of the console and requests to anywhere but itself.
+ */
+export async function open(chrome, { hash = "", file = PAGE, ...options } = {}) {
+  const context = await chrome.newContext({ viewport: SIZES.wide, reducedMotion: "reduce", ...options });
+  const page = await context.newPage();
+  page.setDefaultTimeout(PATIENCE);
+  const faults = watch(page);
+  await page.goto(`file://${file}${hash}`);
+  await settled(page);
+  return { page, faults, close: () => context.close() };
+}
+
+/** Note what a page must not do. */
+export function watch(page) {
+  const faults = [];
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) faults.push(`console: ${message.text()}`);
+  });
+  page.on("pageerror", (error) => faults.push(`error: ${error.message}`));
+  page.on("request", (request) => {
+    const { protocol } = new URL(request.url());
+    if (!["file:", "blob:", "data:"].includes(protocol)) faults.push(`request: ${request.url()}`);
+  });
+  return faults;
+}
+
+/** Wait until a fish is shown and no answer is outstanding. */
+export async function settled(page) {
+  await page.waitForSelector('html[data-ready="1"][data-busy="0"]', { state: "attached" });
+}
+
+/** Turn a knob to a value in its unit, or to its "min" or "max". */
+export async function turn(page, knob, value) {
+  await page.locator(`[data-knob="${knob}"]`).evaluate((input, to) => {
+    for (let room = input.closest("details"); room; room = room.parentElement.closest("details")) room.open = true;
+    input.value = to === "min" || to === "max" ? input[to] : String(to);
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  }, value);
+  await settled(page);
+}
+
+/** Names of all knobs. */
+export function knobs(page) {
+  return page.locator("[data-knob]").evaluateAll((inputs) => inputs.map((input) => input.dataset.knob));
+}
+
+/** Values of all knobs, in their units. */
+export function setting(page) {
+  return page
+    .locator("[data-knob]")
+    .evaluateAll((inputs) => Object.fromEntries(inputs.map((input) => [input.dataset.knob, Number(input.value)])));
+}
+
+/** The page's numbers in SI units by name, and its status. */
+export async function numbers(page) {
+  await settled(page);
+  return page.evaluate(() => {
+    const shown = [...document.querySelectorAll("[data-quantity]")];
+    const values = shown.map(({ dataset }) => [dataset.quantity, Number(dataset.value)]);
+    return { ...Object.fromEntries(values), status: document.querySelector("[data-status]").dataset.status };
+  });
+}
+
+/** Choose an option of a list of the page. */
+export async function choose(page, list, value) {
+  await page.locator(list).selectOption(value);
+  await settled(page);
+}
+
+/** The sentence of an error, "" where there is none. */
+export function told(page) {
+  return page.locator('[role="alert"]').evaluate((box) => (box.hidden ? "" : box.textContent.trim()));
+}
+
+/** Keep a picture of the page for eyes. */
+export async function picture(page, name) {
+  mkdirSync(SHOTS, { recursive: true });
+  await page.screenshot({ path: `${SHOTS}/${name}.png`, fullPage: true });
+}
+
+/** Run the program; return its JSON object. */
+export function hypertuna(...words) {
+  const program = process.env.HYPERTUNA ?? "hypertuna";
+  return JSON.parse(execFileSync(program, [...words, "--json"], { encoding: "utf8", maxBuffer: 2 ** 26 }));
+}
