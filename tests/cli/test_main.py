@@ -141,6 +141,23 @@ def test_sweep_of_many_shows_the_best(run: Run) -> None:
     assert len(output.splitlines()) < 10
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--amplitude", "8,15", "--amplitude", "16,25", "--phase", "0,0:100:2"),
+        ("--amplitude", "8,15", "--amplitude", "16,25", "--phase", "0,0:100:2", "--bias", "0,0:2:2"),
+        ("--amplitude", "8,15", "--amplitude", "16,25", "--phase", "0,0:100:11"),
+    ],
+)
+def test_sweep_fits_80_columns(run: Run, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    _, output, _ = run("sweep", "--robot", "hypertuna", "--frequency", "5:6:2", *arguments)
+    rows = [line for line in output.splitlines()[1:] if any(digit in line for digit in "0123456789")]
+    assert len(rows) in (2, 8, 16)
+    assert all(row.endswith(" settled") for row in rows)
+    assert "amplit" not in output.replace("amplitude", "")
+
+
 def test_version(run: Run) -> None:
     assert run("--version") == (0, f"hypertuna {version()}\n", "")
     _, output, _ = run("version")

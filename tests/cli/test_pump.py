@@ -147,13 +147,18 @@ def test_missed_bend_has_a_limit_and_the_sweep_a_verdict(run: Run) -> None:
     output = " ".join(run(*PUMP, *over)[1].split())
     assert "nothing" not in output
     assert "limits: v a servo that is too slow or too weak; c compliance of lines, oil and air" in output
-    assert "No case reaches 95 % of the bend with torque for the pressure limit; the largest bend is" in output
+    assert (
+        "No case reaches 95 % of the commanded bend with enough torque for the pressure limit; the best one reaches"
+        in output
+    )
 
 
 def test_the_smallest_case_that_reaches_the_bend_is_named() -> None:
     tuna = ht.load("hypertuna")
     sizes = size_over(tuna, {"pump.crank_m": [0.024, 0.012]}, frequency=[1.0], amplitude=np.radians([10, 10]))
     whole = [replace(size, bend=size.command) for size in sizes]
-    sentence = "2 of 2 cases reach 95 % of the bend with torque for the pressure limit; the smallest is "
+    sentence = (
+        "2 of 2 cases reach 95 % of the commanded bend with enough torque for the pressure limit; the smallest has "
+    )
     assert _verdict(whole) == f"{sentence}pump.crank_m = 0.012."
     assert _verdict([*sizes[:2], *whole[2:]]).startswith("1 of 2 cases reach")

@@ -14,7 +14,7 @@ import pytest
 
 from hypertuna.cli.main import main
 from hypertuna.paper.computed import OURS, PAPER
-from hypertuna.paper.ledger import CLASSES
+from hypertuna.paper.ledger import CLASSES, MARKS
 from hypertuna.paper.page import ledger_html
 from hypertuna.paper.reproduce import Ledger, ledger_record
 from hypertuna.reports.html import Picture, Section, Table
@@ -145,7 +145,7 @@ def test_the_command(
 
     monkeypatch.setattr("hypertuna.cli.paper.reproduce", computed)
     monkeypatch.setattr("hypertuna.paper.page.ledger_sections", lambda _: [])
-    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setattr(sys, "argv", ["hypertuna", "paper", "--json"])
     with pytest.raises(SystemExit) as done:
         main()
@@ -166,3 +166,8 @@ def test_the_command(
     output = capsys.readouterr().out
     assert all(entry.id in output for entry in ledger.entries)
     assert asked == [False, True, False]
+    models, lines = ledger.summary["speeds"], [line.split() for line in output.splitlines()]
+    rows = [entry for entry in ledger.entries if entry.model in models]
+    for e in rows:  # each on one line of 80 columns
+        row = [*e.model.split(), MARKS[e.verdict], e.computed_text, *e.error.split(), *e.seeds_text.split()]
+        assert row in lines, " ".join(row)

@@ -29,15 +29,17 @@ def paper_command(
     output: Annotated[
         str | None,
         typer.Option(
-            "-o", "--output", help="Write index.html, ledger.json and the plots to this folder, and print sums only."
+            "-o",
+            "--output",
+            help="Write index.html, ledger.json and the plots to this folder, and print a summary only.",
         ),
     ] = None,
     full: Annotated[
         bool,
         typer.Option(
             "--full",
-            help="Add the areas as Table II prints them, fits from more starts, the twin with other oil lines; "
-            "recompute the finite elements, the lake and the 32 seeds, which are stored.",
+            help="Add the areas as Table II prints them, fits from more starts and the twin with other oil lines; "
+            "recompute the finite elements, the lake and the 32 seeds, whose results are stored.",
         ),
     ] = False,
     as_json: AsJson = False,
@@ -74,6 +76,9 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
     summary = ledger.summary
     measured = f"{summary['reproduced_measured']} of these are of measured numbers"
     yield f"{summary['predictions']} predictions, {summary['reproduced']} of them reproduced; {measured}."
+    verdicts = summary["verdicts"].items()
+    yield Text(", ").join(Text(f"{MARKS[verdict]} {count} {verdict}", STYLES[verdict]) for verdict, count in verdicts)
+    yield ""
     rows = [
         (name, *(str(counts[verdict] or "") for verdict in MARKS), CLASSES[name])
         for name, counts in summary["classes"].items()
@@ -87,20 +92,22 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
     cells: list[tuple[Any, ...]] = []
     for key, row in by_id.items():
         chosen = [row[model] for model in models if model in row]
-        heads = [(key, chosen[0].published_text), *[("", "")] * (len(chosen) - 1)] if chosen else []
-        cells += [(*head, entry.model, _answer(entry)) for head, entry in zip(heads, chosen, strict=True)]
-    yield table(["number", "published", "model", "computed"], cells, left=(0, 2, 3), fold=3)
+        cells += [(Text(key, "bold"), f"  {entry.published_text}", "", "") for entry in chosen[:1]]
+        cells += [
+            (f"  {e.model}", Text(f"{MARKS[e.verdict]} {e.computed_text}", STYLES[e.verdict]), e.error, e.seeds_text)
+            for e in chosen
+        ]
+    heads = ["number\n  model", "  published\n  computed", "\nerror", "seeds\nagree"]
+    yield table(heads, cells, left=(0, 1))
     yield ""
-    for entry in ledger.entries:
-        if entry.model not in models:
-            text = f" {entry.id}, {entry.published_text}; {entry.model}, {entry.class_}: "
-            yield Text.assemble(_answer(entry), text, (f"{entry.note}.", "dim"))
+    for e in ledger.entries:
+        if e.model not in models:
+            told = f", {e.published_text} published: "
+            yield Text.assemble((e.id, "bold"), told, _answer(e), f" ({e.model}; {e.class_}): ", (f"{e.note}.", "dim"))
     yield ""
     for model, errors in ledger.summary["speeds"].items():
         rms, largest = (100 * errors[f"{key}_relative_error"] for key in ("rms", "largest"))
         yield f"Eight speeds, {model}: rms error {rms:.1f} %, largest {largest:.1f} %."
-    verdicts = ledger.summary["verdicts"].items()
-    yield Text(", ").join(Text(f"{MARKS[verdict]} {count} {verdict}", STYLES[verdict]) for verdict, count in verdicts)
 
 
 def _answer(entry: Entry) -> Text:
@@ -108,5 +115,5 @@ def _answer(entry: Entry) -> Text:
     from rich.text import Text
 
     error = f" ({entry.error})" if entry.error else ""
-    seeds = f" {entry.seeds_text}" if entry.seeds else ""
+    seeds = f", {entry.seeds_text} seeds" if entry.seeds_text else ""
     return Text(f"{MARKS[entry.verdict]} {entry.computed_text}{error}{seeds}".rstrip(), style=STYLES[entry.verdict])

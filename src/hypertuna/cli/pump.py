@@ -198,13 +198,15 @@ def _verdict(sizes: list[Size]) -> str:
     cases: dict[tuple[float, ...], list[Size]] = {}
     for size in sizes:
         cases.setdefault(tuple(size.values.values()), []).append(size)
-    asked = f"{100 * REACHED:g} % of the bend with torque for the pressure limit"
+    asked = f"{100 * REACHED:g} % of the commanded bend with enough torque for the pressure limit"
     good = sorted(values for values, own in cases.items() if all(size.reached for size in own))
     if good:
-        return f"{len(good)} of {counted(len(cases), 'case')} reach {asked}; the smallest is {_values(sizes, good[0])}."
+        return (
+            f"{len(good)} of {counted(len(cases), 'case')} reach {asked}; the smallest has {_values(sizes, good[0])}."
+        )
     best = max(cases, key=lambda values: min(size.bend / size.command for size in cases[values]))
     share = min(size.bend / size.command for size in cases[best])
-    return f"No case reaches {asked}; the largest bend is {100 * share:.0f} %, with {_values(sizes, best)}."
+    return f"No case reaches {asked}; the best one reaches {100 * share:.0f} %, with {_values(sizes, best)}."
 
 
 def _values(sizes: list[Size], values: Sequence[float]) -> str:

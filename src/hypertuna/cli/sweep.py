@@ -21,6 +21,7 @@ from hypertuna.swimming.swim import SUMMARY
 if TYPE_CHECKING:
     import xarray as xr
 
+FEW = 8  # columns that fit 80 characters as they are; more are set closer
 ROWS = 40  # gaits that the terminal shows one by one
 HEADS = {
     "frequency_hz": "f\n[Hz]",
@@ -83,12 +84,23 @@ def _lines(result: xr.Dataset) -> Iterator[Any]:
     varying = [name for name in columns if name.endswith(("_hz", "_deg")) and np.ptp(columns[name]) > 0]
     turns = np.isfinite(columns["turn_radius_m"]).any()
     names = [*varying, *(name for name in HEADS if name != "frequency_hz" and (turns or name != "turn_radius_m"))]
-    heads = [HEADS.get(name) or name.removesuffix("_deg").replace("_", " ") + "\n[deg]" for name in names]
+    first = 0 if any(remarks.values()) else 1
+    tight = len(names) + 1 - first > FEW
+    heads = [_head(name, tight) for name in names]
     rows = (
-        (*(f"{columns[name][k]:.3g}" for name in names), columns["status"][k], remark) for k, remark in remarks.items()
+        (remark, *(f"{columns[name][k]:.3g}" for name in names), columns["status"][k]) for k, remark in remarks.items()
     )
     yield f"{len(settled)} gaits of {result.attrs['robot']}, {settled.sum()} settled", "bold"
-    yield table([*heads, "\nstatus", ""], rows, left=(len(names), len(names) + 1))
+    heads, shown = ["", *heads, "\nstatus"][first:], (row[first:] for row in rows)
+    yield table(heads, shown, left=(0, len(heads) - 1) if not first else (len(heads) - 1,), collapse_padding=tight)
+
+
+def _head(name: str, tight: bool) -> str:
+    """Return the head of a column: of a joint group its name stands between quantity and unit."""
+    if name in HEADS:
+        return HEADS[name].replace("[J/(", "[J/\n(") if tight else HEADS[name]
+    quantity, group = name.removesuffix("_deg").split("_", 1)
+    return f"{'ampl.' if tight and quantity == 'amplitude' else quantity}\n{group}\n[deg]"
 
 
 def _remarks(columns: dict[str, Any], settled: Any) -> dict[int, str]:
@@ -98,4 +110,4 @@ def _remarks(columns: dict[str, Any], settled: Any) -> dict[int, str]:
         return dict.fromkeys(range(len(settled)), "")
     fastest = np.where(ahead, columns["speed_m_s"], -np.inf).argmax()
     cheapest = np.where(ahead, columns["cost_of_transport_j_per_kg_m"], np.inf).argmin()
-    return {int(fastest): "fastest", int(cheapest): "lowest cost of transport"}
+    return {int(fastest): "fastest", int(cheapest): "lowest COT"}

@@ -11,12 +11,12 @@ from hypertuna.io.files import published as published
 
 Class: TypeAlias = Literal["prediction", "fitted", "calibrated", "in sight", "input", "at a bound"]
 CLASSES: dict[Class, str] = {  # of computed numbers: whether they could have come out otherwise
-    "prediction": "nothing was fitted to the published number or chosen with it in view",
-    "fitted": "coefficients were identified from it, by us or by the authors",
-    "calibrated": "a described value was chosen so that it comes out",
-    "in sight": "a described value or a reading of the paper was chosen with it in view",
-    "input": "it goes in, or the computation takes nothing but the paper's own numbers",
-    "at a bound": "a bound of the search decides it",
+    "prediction": "nothing was fitted to the published number, or chosen with it in view",
+    "fitted": "coefficients were identified from the published number, by us or by the authors",
+    "calibrated": "a described value was chosen to match the published number",
+    "in sight": "a described value or a reading of the paper was chosen with the published number in view",
+    "input": "the published number is an input, or the computation takes only the paper's own numbers",
+    "at a bound": "a bound of the search decides the computed number",
 }
 # Only a prediction is "reproduced"; a number of another class that is met "agrees", which proves little.
 VERDICTS = ("reproduced", "agrees", "deviates", "contradicted", "undetermined", "not-computed")
@@ -137,7 +137,8 @@ class Entry:
         if self.computed is None:
             return ""
         sign = "+" if "change" in self.id else ""
-        return f"{self.computed:{sign}g}" if self.computed == round(self.computed) else f"{self.computed:{sign}#.3g}"
+        digits = "g" if self.computed == round(self.computed) else "#.3g"
+        return f"{self.computed:{sign}{digits}}".rstrip(".")
 
     @property
     def seeds_text(self) -> str:
