@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import PurePath
 
 CONTROL = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of characters that move the cursor, turn or end the line
+LISTED = 15  # mistakes of a file that are listed
 LONGEST = 300  # characters of a name in an error
 PLAIN = (str, bytes, int, float, complex, list, tuple, set, dict, PurePath, type(None))  # written out in an error
 
@@ -74,9 +75,10 @@ class InputErrors(InputError):
         if len(sentences) == 1:
             text = str(self.errors[0])
         else:
-            text = f"{self.file or 'the file'} has {len(sentences)} mistakes:\n" + "\n".join(
-                f"  {number}. {sentence}" for number, sentence in enumerate(sentences, 1)
-            )
+            listed = [f"  {number}. {sentence}" for number, sentence in enumerate(sentences[:LISTED], 1)]
+            left = len(sentences) - LISTED
+            more = [f"  and {left} more, which often follow from these"] * (left > 0)
+            text = "\n".join([f"{self.file or 'the file'} has {len(sentences)} mistakes:", *listed, *more])
         where = " in place of the whole file, as `hypertuna robot new` writes it" if self.whole else ""
         return f"{text}\nTo paste{where}, with example values to replace:\n\n{self.paste}" if self.paste else text
 

@@ -308,6 +308,11 @@ def test_the_example_s_combinations_hold_its_truth(
     assert ((example.low <= values) & (values <= example.high)).sum() >= len(values) - 1
 
 
+def test_a_measurement_of_nothing_tells_nothing(example: BenchFit) -> None:
+    flat = replace(example, bench=replace(example.bench, pressure=np.zeros_like(example.bench.pressure)))
+    assert 0 < len(information_gain(flat)) < len(information_gain(example))
+
+
 def test_information_gain_of_a_measurement(example: BenchFit) -> None:
     found = {one.text: one for one in information_gain(example)}
     caliper = found["outer diameter of the hose, by caliper"]

@@ -10,6 +10,7 @@ from hypertuna import _core
 from hypertuna.actuation.hydraulics import circuits
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.control.controller import controller_columns, pump_map
+from hypertuna.description.changes import changed
 from hypertuna.errors import InputError
 
 PAGE = Path(__file__).parents[2] / "docs" / "control.md"
@@ -59,6 +60,14 @@ def test_the_joint_with_a_blind_circuit_beats_less_the_faster(columns: dict[str,
 def test_a_robot_without_pump_is_told_what_it_lacks() -> None:
     with pytest.raises(InputError, match="controller"):
         controller_columns(ht.load("rexeel"))
+
+
+@pytest.mark.parametrize("fill", [0.0, -2e4])
+def test_circuits_without_pressure_have_no_map(fill: float) -> None:
+    slack = changed(ht.load("hypertuna"), {"joints.I.line.fill_pressure_pa": fill})
+    rule = r"joints\[0\]\.line\.fill_pressure_pa must keep both sides of the straight joint under pressure, but is"
+    with pytest.raises(InputError, match=rule):
+        controller_columns(slack)
 
 
 def test_pulses_start_in_the_middle_and_follow_the_command(columns: dict[str, list[float]]) -> None:

@@ -412,7 +412,7 @@ def test_the_json_schema_has_the_keys_of_the_file() -> None:
     links = schema["$defs"]["Links"]
     assert links["additionalProperties"] is False
     assert links["properties"]["mass_kg"]["unit"] == "kg"
-    assert links["properties"]["mass_kg"]["items"] == {"exclusiveMinimum": 0, "type": "number"}
+    assert links["properties"]["mass_kg"]["items"] == {"exclusiveMinimum": 0, "maximum": 1e12, "type": "number"}
     assert "inertia_kg_m2" not in links["required"]
     undescribed = [
         (table, key)

@@ -88,6 +88,21 @@ def mistakes_of(text: str) -> InputErrors:
     return caught.value
 
 
+def test_a_long_list_of_mistakes_ends() -> None:
+    errors = mistakes_of(FIRST + "".join(f"unknown_{k} = 1\n" for k in range(60)))
+    lines = [line for line in str(errors).splitlines() if line.startswith("  ")]
+    assert lines[14].startswith("  15. ")
+    assert lines[15] == f"  and {len(errors.errors) - 15} more, which often follow from these"
+
+
+def test_values_beyond_measure_are_refused() -> None:
+    document = new_robot("first")
+    document["links"]["lateral_area_m2"][0] = 1e30
+    with pytest.raises(InputError) as errors:
+        parse(document, file="first.toml")
+    assert "first.toml: links.lateral_area_m2[0] must be at most 1e12, but is 1e+30: give the" in str(errors.value)
+
+
 def test_one_answer_has_all_mistakes_and_lets_a_newcomer_mend_them() -> None:
     errors = mistakes_of(FIRST)
     assert {

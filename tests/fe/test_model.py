@@ -232,6 +232,18 @@ def test_work_is_taken_up_where_it_ended(tmp_path: Path) -> None:
 
 
 @pytest.mark.fe
+def test_a_damaged_state_is_not_taken_up(tmp_path: Path) -> None:
+    pressure = [20e3, 40e3]
+    fe_bend(small(), "II", pressure[:1], options=COARSE, folder=tmp_path)
+    state = tmp_path / "state-000.bin"
+    numbers = np.frombuffer(state.read_bytes()).copy()
+    numbers[len(numbers) // 2] += 1e-4  # m: a likely number
+    state.write_bytes(numbers.tobytes())
+    with pytest.raises(InputError, match=r"state-000\.bin is damaged: it is not what the journal tells: remove the"):
+        fe_bend(small(), "II", pressure, options=COARSE, folder=tmp_path)
+
+
+@pytest.mark.fe
 def test_a_pressure_that_is_not_reached_is_told_and_the_rest_kept() -> None:
     soft = small(unit={"braid_stiffness_n_per_m": 1000.0})  # fibers give way: 60 kPa bursts it
     found = fe_bend(soft, "II", [5e3, 60e3, 80e3], options=COARSE)

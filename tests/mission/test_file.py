@@ -93,6 +93,7 @@ def test_places_by_latitude_and_longitude() -> None:
     point = {"latitude_deg": float(there[0]), "longitude_deg": float(there[1]), "speed_m_s": 0.3, "radius_m": 2.0}
     mission = parse_mission(put("waypoints.0", point)).mission
     assert mission.waypoints[0][:2] == pytest.approx((10, 20), abs=1e-6)
+    assert from_local((0.7, 2.0), np.zeros((1, 2))) == pytest.approx(np.array([[0.7, 2.0]]))  # a track of one place
 
 
 def test_the_hash_is_of_what_matters() -> None:

@@ -72,6 +72,8 @@ def information_gain(fit: BenchFit) -> tuple[InformationGain, ...]:
     for one in _candidates(fit):
         value = one.of(fit.robot)
         sd = one.sd if one.sd > 0 else -one.sd * abs(value)
+        if not sd:  # relative to a value of 0, as a bend at 0 kPa
+            continue
         gradient = np.array([_derivative(fit, one, k) for k in range(n)])
         covariance = cov @ gradient
         variance = float(gradient @ covariance)

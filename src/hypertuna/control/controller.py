@@ -91,6 +91,10 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
     reach = _reach(robot, group)
     bend = np.linspace(-reach, reach, 201)
     volume, pressure, free = _side_at_rest(robot, hydraulics, circuit, bend)
+    if not free.any():
+        rule = "must keep both sides of the straight joint under pressure"
+        key, fix = f"{joint_key(robot, group.name)}.line.fill_pressure_pa", "fill the circuits to some 60e3 Pa"
+        raise InputError(rule, file=robot.file, key=key, value=f"{_fill(robot, circuit // 2):g}", fix=fix)
     at = hydraulics.row(circuit)
     air = at["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure)
     swollen = (at["oil_pump"] + at["oil_unit"]) * (1 - pressure / at["bulk_modulus"] + air)

@@ -85,6 +85,7 @@ def rule_of(message: str) -> str:
         return f"must be {noun}"
     for theirs, ours in _PHRASES.items():
         message = re.sub(theirs, ours, message)
+    message = message.replace("1000000000000", "1e12")
     return message
 
 

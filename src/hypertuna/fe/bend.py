@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+import zlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -185,7 +186,7 @@ def fe_bend(
             def reach(k: int = k, value: float = value) -> dict[str, Any]:
                 before = float(rising[k - 1]) if k else 0.0
                 if max(load.Get() for load in model.problem.loads[:2]) != before:
-                    _restore(model, place, k - 1, _loads(before, side))
+                    _restore(model, place, k - 1, _loads(before, side), steps[k - 1].get("state") if k else None)
                 return _reach(model, place, k, _loads(value, side), each)
 
             steps.append(journal.answer({"pressure": value}, reach))
@@ -243,11 +244,12 @@ def _reach(model: FeModel, place: Path | None, k: int, loads: tuple[float, float
     measured = measure(model) if result.converged else None
     fault = result.text if measured is None else measured.fault
     seconds = time.process_time() - start
+    state = np.asarray(model.displacement.vec).tobytes()
     if not fault and place is not None:
-        write_atomically(_state(place, k), np.asarray(model.displacement.vec).tobytes())
+        write_atomically(_state(place, k), state)
     if measured is not None and not fault and each is not None:
         each(model, k, measured)
-    record = {"fault": fault, "iterations": result.iterations, "seconds": seconds}
+    record = {"fault": fault, "iterations": result.iterations, "seconds": seconds, "state": zlib.crc32(state)}
     return record | {"measured": None if measured is None else asdict(measured)}
 
 
@@ -256,8 +258,8 @@ def _state(place: Path, k: int) -> Path:
     return place / f"state-{k:03d}.bin"
 
 
-def _restore(model: FeModel, place: Path | None, k: int, loads: tuple[float, float]) -> None:
-    """Set the model to a stored state."""
+def _restore(model: FeModel, place: Path | None, k: int, loads: tuple[float, float], checksum: int | None) -> None:
+    """Set the model to a stored state, whose checksum the journal has."""
     if place is None:
         raise RuntimeError("a journal in memory has no stored states")
     path, fix = _state(place, k), "remove the folder to start over"
@@ -265,12 +267,13 @@ def _restore(model: FeModel, place: Path | None, k: int, loads: tuple[float, flo
         content = path.read_bytes()
     except OSError as error:
         raise InputError("must be readable", file=str(path), value=f"not ({error.strerror})", fix=fix) from None
-    stored = np.frombuffer(content[: len(content) // 8 * 8])
     count = len(model.displacement.vec)
-    if len(content) != 8 * count or not np.isfinite(stored).all():
+    if len(content) != 8 * count:
         rule = f"must hold {count} finite numbers of 8 bytes"
         raise InputError(rule, file=str(path), value=f"{len(content)} bytes", fix=fix)
-    np.asarray(model.displacement.vec)[:] = stored
+    if zlib.crc32(content) != checksum:
+        raise InputError("is damaged: it is not what the journal tells", file=str(path), fix=fix)
+    np.asarray(model.displacement.vec)[:] = np.frombuffer(content)
     for load, pressure in zip(model.problem.loads, (*loads, 0.0), strict=True):
         load.Set(pressure)
 

@@ -28,4 +28,5 @@ def from_local(origin: tuple[float, float], place: ArrayLike) -> Array:
     for _ in range(ROUNDS):  # the surface lies below the tangent plane
         latitude, longitude, height = pymap3d.enu2geodetic(east, north, up, *origin, 0.0, deg=False)
         up = up - height
-    return np.stack([latitude, longitude], axis=-1)
+    # pymap3d returns numbers for arrays of one place
+    return np.stack([np.reshape(angle, east.shape) for angle in (latitude, longitude)], axis=-1)

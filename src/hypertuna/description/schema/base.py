@@ -15,10 +15,14 @@ from hypertuna.errors import InputError, InputErrors, escaped, shown
 from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.ranges import FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Range
 
+BEYOND = 1e12  # in SI units: larger than any value of a robot or of a trial
+
 
 def number(limits: Range) -> Any:
-    """Return the rule of a key that holds a finite number within limits."""
-    return Field(strict=True, allow_inf_nan=False, ge=limits.min, le=limits.max, gt=limits.above, lt=limits.below)
+    """Return the rule of a key that holds a number within limits, which no slip of the pen takes out of bounds."""
+    low = -BEYOND if limits.min is limits.above is None else limits.min
+    high = BEYOND if limits.max is limits.below is None else limits.max
+    return Field(strict=True, allow_inf_nan=False, ge=low, le=high, gt=limits.above, lt=limits.below)
 
 
 def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
