@@ -27,11 +27,13 @@ class Page(HTMLParser):
         self.faults: list[str] = []
         self.text = ""  # since the last link was opened
         self.reference = False  # whether that link is to the reference of Python
+        self.linked = False  # whether it is still open
         self.feed(text)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         values = {name: value or "" for name, value in attrs}
         self.identifiers |= {values[name] for name in ("id", "name") if name in values}
+        self.linked |= tag == "a"
         if tag == "a" and "href" in values:
             self.links.append(values["href"])
             self.text, self.reference = "", "reference" in values.get("class", "").split()
@@ -39,6 +41,8 @@ class Page(HTMLParser):
             self.fetched.append(values[FETCHED[tag]])
         if tag == "img" and not values.get("alt"):
             self.faults.append(f"no text for {values.get('src')}")
+        elif tag == "img" and not self.linked and values.get("class") != "fish" and "_static/" not in values["src"]:
+            self.faults.append(f"no link to {values.get('src')}, to see it in full size")
         if tag == "pre" and "tabindex" not in values:
             self.faults.append("code that no key can scroll")
         style = f"{values.get('style', '')} {values.get('srcset', '')}"
@@ -51,6 +55,7 @@ class Page(HTMLParser):
         if tag == "a" and self.reference and self.text in PLAIN:
             self.faults.append(f"a link of the word {self.text}")
         self.reference = self.reference and tag != "a"
+        self.linked = self.linked and tag != "a"
 
 
 def faults(site: Path) -> list[str]:

@@ -35,6 +35,7 @@ html_theme = "furo"
 html_title = f"hypertuna {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_copy_source = False
 
 
@@ -52,10 +53,20 @@ def without_back_links(_: Sphinx, name: str, __: str, context: dict[str, Any], _
         context["body"] = re.sub(r'<a class="viewcode-back"[^>]*>.*?</a>', "", context["body"], flags=re.DOTALL)
 
 
+def whole_sentences(_: Sphinx, what: str, __: str, ___: Any, ____: Any, lines: list[str]) -> None:
+    """Keep napoleon from taking the words before a colon in the docstring of a property for its type."""
+    if what in ("property", "attribute") and lines:
+        lines[0] = re.sub(r": (?=\w)", " – ", lines[0])
+
+
 def by_keyboard(_: Sphinx, __: str, ___: str, context: dict[str, Any], ____: document | None) -> None:
-    """Let keys scroll wide code and tables, and give the captions of the menu a level, which the theme leaves out."""
+    """Let keys scroll wide code and tables, and give the captions of the menu a level, which the theme leaves out.
+
+    Pictures open in full size, since their texts are small on a narrow screen.
+    """
     body = context.get("body", "").replace("<pre>", '<pre tabindex="0">')
-    context["body"] = body.replace('<div class="table-wrapper', '<div tabindex="0" class="table-wrapper')
+    body = body.replace('<div class="table-wrapper', '<div tabindex="0" class="table-wrapper')
+    context["body"] = re.sub(r'<img alt="[^"]*" src="([^"]*)"[^>]*/>', r'<a class="picture" href="\1">\g<0></a>', body)
     menu = context.get("furo_navigation_tree", "")
     context["furo_navigation_tree"] = menu.replace('role="heading"', 'role="heading" aria-level="2"')
 
@@ -63,5 +74,6 @@ def by_keyboard(_: Sphinx, __: str, ___: str, context: dict[str, Any], ____: doc
 def setup(app: Sphinx) -> None:
     """Connect what this site adds."""
     app.connect("doctree-read", plain_words)
+    app.connect("autodoc-process-docstring", whole_sentences, priority=400)  # before napoleon
     app.connect("html-page-context", without_back_links)
     app.connect("html-page-context", by_keyboard, priority=900)  # after the theme

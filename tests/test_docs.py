@@ -138,12 +138,15 @@ def test_the_check_of_the_site_finds_what_is_broken(tmp_path: Path) -> None:
         ('<img src="a.html" alt="" >', "a.html: no text for a.html"),
         ('<a class="reference internal" href="a.html"><code>shape</code></a>', "a.html: a link of the word shape"),
         ("<pre>code</pre>", "a.html: code that no key can scroll"),
+        ('<a href="a.html">a</a><img src="a.html" alt="A">', "a.html: no link to a.html, to see it in full size"),
         ('<p style="background: url(https://example.org/x.png)">', "a.html: fetches https://example.org/x.png"),
     ],
 )
 def test_the_check_of_the_site_finds_what_a_page_lacks(text: str, fault: str, tmp_path: Path) -> None:
     check = runpy.run_path(str(ROOT / "docs/check_site.py"))["faults"]
-    (tmp_path / "a.html").write_text('<img src="a.html" alt="A fish"><a class="reference" href="a.html">shapes</a>')
+    (tmp_path / "a.html").write_text(
+        '<a href="a.html"><img src="a.html" alt="A fish"></a><a class="reference" href="a.html">shapes</a>'
+    )
     assert check(tmp_path) == []
     (tmp_path / "a.html").write_text(text)
     assert check(tmp_path) == [fault]
