@@ -263,9 +263,8 @@ export class Stage {
     const { pen, colors, scale } = this;
     pen.save();
     pen.translate(0.03 * length * scale, 0.05 * length * scale);
-    pen.filter = "blur(6px)";
     pen.fillStyle = colors.shadow;
-    pen.fill(this.outline(stations, 1, 0));
+    for (const wide of [1.12, 1, 0.86, 0.7]) pen.fill(this.outline(stations, wide, 0));
     pen.restore();
   }
 

@@ -7,17 +7,18 @@ export interface Address {
   gait: Gait;
   water: string;
   joints: string;
-  of: string; // quantity of gradients and map
+  of: string; // quantity of the gradients
   view: string;
   tempo: number; // of the motion on the screen: 1 is true, 0 stands still
+  map: string; // quantity of the map
   over: [number, number]; // parameters that the map is over
 }
 
 export function written(address: Address): string {
-  const { robot, gait, water, joints, of, view, tempo, over } = address;
+  const { robot, gait, water, joints, of, view, tempo, map, over } = address;
   const parts: Record<string, string> = { robot, frequency: String(plain(gait.frequency)) };
   for (const kind of KINDS) parts[kind] = gait[kind].map((angle) => plain(angle / DEGREE)).join(",");
-  Object.assign(parts, { water, joints, of, view, tempo: String(tempo), over: over.join(",") });
+  Object.assign(parts, { water, joints, of, view, tempo: String(tempo), map, over: over.join(",") });
   const safe = (value: string): string => encodeURIComponent(value).replaceAll("%2C", ",");
   return `#${Object.entries(parts)
     .map(([key, value]) => `${key}=${safe(value)}`)
@@ -28,7 +29,7 @@ export function written(address: Address): string {
 export function read(hash: string): Partial<Address> {
   const parts = new URLSearchParams(hash.replace(/^#/, ""));
   const address: Partial<Address> = {};
-  for (const key of ["robot", "water", "joints", "of", "view"] as const) {
+  for (const key of ["robot", "water", "joints", "of", "view", "map"] as const) {
     const value = parts.get(key);
     if (value !== null) address[key] = value;
   }

@@ -17,6 +17,8 @@ const SIMD = [
   0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
 ];
 const QUIET = 250; // ms without a turned knob before a start from rest is followed
+const KEPT = 100; // ms after which a change is in the address: browsers allow few changes a second
+const LINKED = location.protocol !== "about:"; // a page inside a document's frame has no address
 const MAX_IMAGE = 2 ** 24; // bytes
 
 interface Listed {
@@ -49,12 +51,12 @@ class Studio {
   private path: Float64Array = new Float64Array();
   private busy = false;
   private stale = false;
+  private kept = 0; // timer of the address
   private quiet = 0; // timer of the start from rest
 
   constructor(private readonly module: WebAssembly.Module) {
     this.views = new Views({
       go: (row) => this.go(row),
-      say: (sentence) => this.say(sentence),
       changed: () => this.keep(),
     });
     this.listen();
@@ -123,15 +125,27 @@ class Studio {
 
   /** Keep what is chosen in the address. */
   private keep(): void {
+    clearTimeout(this.kept);
+    this.kept = window.setTimeout(() => this.write(), KEPT);
+  }
+
+  private write(): void {
+    clearTimeout(this.kept);
     const { water, joints } = this.robot.models[this.model] ?? { water: "", joints: "" };
-    const { view, over } = this.views;
+    const { view, map } = this.views;
     const tempo = this.stage.shown.tempo;
-    const address = { robot: this.robot.robot, gait: gaitOf(this.row), water, joints, of: this.of, view, tempo, over };
-    try {
-      history.replaceState(null, "", hash.written(address));
-    } catch {
-      location.replace(hash.written(address)); // pages in some frames have no history
-    }
+    const address = {
+      robot: this.robot.robot,
+      gait: gaitOf(this.row),
+      water,
+      joints,
+      of: this.of,
+      view,
+      tempo,
+      map: map.quantity,
+      over: map.over,
+    };
+    if (LINKED) history.replaceState(null, "", hash.written(address));
   }
 
   // --- what is computed
@@ -162,7 +176,7 @@ class Studio {
   private async inform(): Promise<void> {
     const listed = this.robots.get(this.robot.robot);
     if (listed === undefined) return;
-    await this.views.about(this.robot, this.parameters, this.model, this.of, listed.image);
+    await this.views.about(this.robot, this.model, listed.image);
     this.views.at(this.row, this.values);
   }
 
@@ -241,7 +255,9 @@ class Studio {
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.setTempo(address.tempo ?? (still ? 0 : 1));
     this.setMidlines(still);
-    this.views.restore(address.view, address.over);
+    if (address.map !== undefined) this.views.map.quantity = address.map;
+    if (address.over !== undefined) this.views.map.over = address.over;
+    this.views.restore(address.view ?? "map");
   }
 
   private listRobots(): void {
@@ -325,6 +341,7 @@ class Studio {
       this.stage.shown.path = (event.target as HTMLInputElement).checked;
       this.stage.refresh();
     });
+    part("copy").hidden = !LINKED;
     part("copy").addEventListener("click", () => void this.copy());
     part("theme").addEventListener("click", () => this.setTheme());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolor());
@@ -355,6 +372,7 @@ class Studio {
 
   private async copy(): Promise<void> {
     const button = part("copy");
+    this.write();
     try {
       await navigator.clipboard.writeText(location.href);
       button.textContent = "Copied";

@@ -1,0 +1,360 @@
+// Cost over speed: the robot's named gaits, the gait of the knobs, the least cost at each speed; and the search for it.
+import { Chart } from "./chart.ts";
+import { element } from "./knobs.ts";
+import { Box, type Found, type Goal, search, type Watch } from "./optimize.ts";
+import { digits, gaitText, type Quantities, statusOf } from "./quantities.ts";
+import { gaitOf, type NamedGait, rowOf } from "./robot.ts";
+import type { Page, Subject } from "./subject.ts";
+
+const STARTS = 6; // of a search: the knobs' gait, and points spread over the limits
+const SPEEDS = 14; // of the front
+const PACE = 120; // ms between steps that are watched
+const SAME = 1e-3; // relative difference of results that count as the same
+
+export class FrontView {
+  private readonly chart: Chart;
+  private readonly status = element("p", "caption");
+  private readonly speed = element("input");
+  private readonly cancel = button("Cancel");
+  private readonly buttons: HTMLButtonElement[];
+  private subject: Subject | null = null;
+  private row: Float64Array = new Float64Array();
+  private values: Quantities = {};
+  private named: { gait: NamedGait; values: Quantities }[] = [];
+  private front: Found[] = [];
+  private trace: Quantities[] = []; // steps of the search
+  private run = 0;
+
+  constructor(
+    private readonly room: HTMLElement,
+    private readonly page: Page,
+  ) {
+    const canvas = element("canvas", "chart");
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", "Cost of transport over speed");
+    const fastest = button("Maximum speed");
+    const cheapest = button("Least cost at");
+    const front = button("Least cost at all speeds");
+    this.buttons = [fastest, cheapest, front];
+    Object.assign(this.speed, { type: "number", step: "any", min: "0" });
+    this.speed.setAttribute("aria-label", "speed [m/s] to swim at least cost");
+    const field = element("span", "field");
+    field.append(this.speed, element("span", "unit", "m/s"));
+    const head = element("div", "row left");
+    head.append(element("span", "choice", "optimize"), fastest, cheapest, field, front, this.cancel);
+    this.status.setAttribute("role", "status");
+    this.cancel.disabled = true;
+    room.replaceChildren(head, canvas, this.status);
+    this.chart = new Chart(canvas);
+    fastest.addEventListener("click", () => void this.optimize({ quantity: "speed", speed: null }));
+    cheapest.addEventListener("click", () => {
+      void this.optimize({ quantity: "cost_of_transport", speed: this.speed.valueAsNumber });
+    });
+    front.addEventListener("click", () => void this.all());
+    this.cancel.addEventListener("click", () => this.stop("The search was cancelled: the knobs are at its last step."));
+    canvas.addEventListener("click", (event) => this.pick(event));
+    new ResizeObserver(() => this.draw()).observe(canvas);
+  }
+
+  /** Show another robot, or another model of it. */
+  async about(subject: Subject): Promise<void> {
+    const before = this.subject;
+    this.subject = subject;
+    if (before?.robot === subject.robot && before.model === subject.model) return;
+    this.stop("");
+    [this.front, this.trace, this.named] = [[], [], []];
+    const free = subject.parameters.some((parameter) => parameter.free);
+    for (const one of this.buttons) one.disabled = !free;
+    if (!free) this.status.textContent = "The robot's file has no [gait_bounds] to optimize within.";
+    const { gaits } = subject.robot;
+    const found = await subject.sweep(gaits.map(rowOf));
+    if (subject !== this.subject && subject.model !== this.subject?.model) return;
+    this.named = gaits.map((gait, k) => ({ gait, values: found[k] ?? {} }));
+    const fastest = Math.max(0, ...this.named.map(({ values }) => values.speed ?? 0).filter(Number.isFinite));
+    this.speed.value = String(Number((0.7 * fastest).toPrecision(1)));
+    this.draw();
+  }
+
+  at(row: Float64Array, values: Quantities): void {
+    [this.row, this.values] = [row, values];
+    this.draw();
+  }
+
+  refresh(): void {
+    this.draw();
+  }
+
+  // --- searching
+
+  private begin(): number {
+    this.cancel.disabled = false;
+    for (const one of this.buttons) one.disabled = true;
+    return ++this.run;
+  }
+
+  private stop(sentence: string): void {
+    this.run++;
+    this.cancel.disabled = true;
+    for (const one of this.buttons) one.disabled = false;
+    this.status.textContent = sentence;
+  }
+
+  /** Search from the gait of the knobs, watched; then from other starts. */
+  private async optimize(goal: Goal): Promise<void> {
+    const { subject } = this;
+    if (subject === null) return;
+    if (goal.speed !== null && !(goal.speed > 0)) {
+      this.status.textContent = "Give the speed to swim at least cost, in m/s, greater than 0.";
+      return;
+    }
+    const run = this.begin();
+    const box = new Box(subject);
+    this.trace = [];
+    const starts = [box.point(this.row), ...box.spread(STARTS - 1)];
+    const ends: Found[] = [];
+    for (const [k, start] of starts.entries()) {
+      const watched = ends.length === 0 ? this.watched(goal, run) : this.counted(run, k);
+      const end = await search(subject, goal, start, watched);
+      if (run !== this.run) return;
+      if (end !== null && reaches(end, goal)) ends.push(end);
+    }
+    this.finish(goal, ends, starts.length);
+  }
+
+  private finish(goal: Goal, ends: Found[], count: number): void {
+    const best = ends.reduce<Found | null>((a, b) => (a === null || score(b, goal) < score(a, goal) ? b : a), null);
+    if (best === null) {
+      this.stop(
+        goal.speed === null
+          ? "No gait within the limits settles ahead."
+          : `No search reached ${digits(goal.speed)} m/s within the limits: ask for less.`,
+      );
+      return;
+    }
+    const least = score(best, goal);
+    const same = ends.filter((end) => score(end, goal) <= least + SAME * Math.abs(least)).length;
+    const { speed, cost_of_transport: cost } = best.computed.values;
+    this.stop(
+      `All ${count} gradient searches have ended, ${same} of them at the best value: ${digits(speed)} m/s at ${digits(cost)} J/(kg m), ${gaitText(gaitOf(best.row))}.`,
+    );
+    this.page.go(best.row);
+  }
+
+  /** Show each step on the fish, at a pace that eyes can follow. */
+  private watched(goal: Goal, run: number): Watch {
+    const aim = goal.speed === null ? "maximum speed" : `least cost at ${digits(goal.speed)} m/s`;
+    return async ({ row, computed }, step) => {
+      if (run !== this.run) return false;
+      this.trace.push(computed.values);
+      const { speed, cost_of_transport: cost } = computed.values;
+      this.status.textContent = `Searching ${aim}, step ${step}: ${digits(speed)} m/s at ${digits(cost)} J/(kg m).`;
+      this.page.go(row);
+      await new Promise((resolve) => setTimeout(resolve, PACE));
+      return run === this.run;
+    };
+  }
+
+  private counted(run: number, k: number): Watch {
+    return async () => {
+      if (run === this.run) this.status.textContent = `Searching from other starts: ${k + 1} of ${STARTS}.`;
+      return run === this.run;
+    };
+  }
+
+  /** The front: the maximum speed, then the least cost at one speed after another, each from the one before. */
+  private async all(): Promise<void> {
+    const { subject } = this;
+    if (subject === null) return;
+    const run = this.begin();
+    this.front = [];
+    const box = new Box(subject);
+    const go: Watch = async () => run === this.run;
+    const fast: Goal = { quantity: "speed", speed: null };
+    const [own, ...others] = [box.point(this.row), ...box.spread(2)];
+    let best: Found | null = null;
+    for (const start of [own, ...others]) {
+      if (start === undefined) continue;
+      const end = await search(subject, fast, start, go);
+      if (end !== null && (best === null || score(end, fast) < score(best, fast))) best = end;
+    }
+    const top = best?.computed.values.speed;
+    if (run !== this.run) return;
+    if (best === null || top === undefined) {
+      this.stop("No gait within the limits settles ahead.");
+      return;
+    }
+    this.front = [best];
+    let last: Found = best;
+    for (let k = SPEEDS - 1; k >= 1; k--) {
+      this.status.textContent = `Least cost at each speed: ${SPEEDS - k} of ${SPEEDS - 1}.`;
+      const goal: Goal = { quantity: "cost_of_transport", speed: (top * k) / SPEEDS };
+      const end = await search(subject, goal, box.point(last.row), go);
+      if (run !== this.run) return;
+      if (end === null || !reaches(end, goal)) continue;
+      last = end;
+      this.front.push(end);
+      this.draw();
+    }
+    this.stop(
+      `The line is the least cost of ${this.front.length} speeds, up to ${digits(top)} m/s. Click a point to swim it.`,
+    );
+  }
+
+  // --- drawing
+
+  private draw(): void {
+    const { chart } = this;
+    if (this.room.hidden) return;
+    const points = [
+      ...this.named.map(({ values }) => values),
+      ...this.front.map(({ computed }) => computed.values),
+      this.values,
+    ];
+    const shown = points.filter(usable);
+    const published = this.named.map(({ gait }) => gait.published.speed?.value ?? 0);
+    const most = (values: number[]): number => 1.08 * Math.max(1e-6, ...values);
+    const x = most([...shown.map(({ speed = 0 }) => speed), ...published]);
+    const y = most(shown.map(({ cost_of_transport: cost = 0 }) => cost));
+    const axes = [
+      { label: "speed [m/s]", range: [0, x] as const },
+      { label: "cost of transport [J/(kg m)]", range: [0, y] as const },
+    ] as const;
+    if (!chart.begin(axes[0], axes[1])) return;
+    chart.axes(true);
+    this.drawFront();
+    this.drawTrace();
+    this.drawNamed();
+    if (usable(this.values)) chart.ring(...this.placed(this.values));
+    this.legend();
+  }
+
+  private placed({ speed = 0, cost_of_transport: cost = 0 }: Quantities): [number, number] {
+    return [speed, cost];
+  }
+
+  private drawFront(): void {
+    const { chart } = this;
+    const points = this.front.map(({ computed }) => chart.place(...this.placed(computed.values)));
+    chart.pen.strokeStyle = chart.color("green");
+    chart.pen.fillStyle = chart.color("green");
+    chart.pen.lineWidth = 2;
+    chart.stroke(points);
+    for (const [x, y] of points) this.dot(x, y, 3);
+  }
+
+  private drawTrace(): void {
+    const { chart } = this;
+    chart.pen.strokeStyle = chart.color("ink");
+    chart.pen.lineWidth = 1.5;
+    chart.pen.setLineDash([3, 3]);
+    chart.stroke(this.trace.filter(usable).map((values) => chart.place(...this.placed(values))));
+    chart.pen.setLineDash([]);
+  }
+
+  /** Computed gaits as dots; published speeds as diamonds at the computed cost, filled where measured. */
+  private drawNamed(): void {
+    const { chart } = this;
+    const { pen } = chart;
+    for (const { gait, values } of this.named) {
+      if (!usable(values)) continue;
+      const [x, y] = chart.place(...this.placed(values));
+      const { speed } = gait.published;
+      if (speed !== undefined) {
+        const [there] = chart.place(speed.value, 0);
+        pen.strokeStyle = pen.fillStyle = chart.color("orange");
+        pen.lineWidth = 1.5;
+        chart.stroke([
+          [x, y],
+          [there, y],
+        ]);
+        this.diamond(there, y, speed.kind === "measured");
+      }
+      pen.fillStyle = chart.color("blue");
+      this.dot(x, y, 5);
+    }
+  }
+
+  private dot(x: number, y: number, size: number): void {
+    this.chart.pen.beginPath();
+    this.chart.pen.arc(x, y, size, 0, 7);
+    this.chart.pen.fill();
+  }
+
+  private diamond(x: number, y: number, filled: boolean): void {
+    const { chart } = this;
+    const { pen } = chart;
+    pen.beginPath();
+    for (const [dx, dy] of [
+      [0, -5],
+      [5, 0],
+      [0, 5],
+      [-5, 0],
+    ] as const)
+      pen.lineTo(x + dx, y + dy);
+    pen.closePath();
+    pen.fillStyle = chart.color(filled ? "orange" : "paper");
+    pen.fill();
+    pen.stroke();
+  }
+
+  private legend(): void {
+    const { chart } = this;
+    const published = this.named.some(({ gait }) => gait.published.speed !== undefined);
+    const lines: [string, (x: number, y: number) => void][] = [
+      ["named gait, computed", (x, y) => this.dot(x, y, 5)],
+      ...(published
+        ? ([
+            ["published speed, measured", (x, y) => this.diamond(x, y, true)],
+            ["published speed, target", (x, y) => this.diamond(x, y, false)],
+          ] as [string, (x: number, y: number) => void][])
+        : []),
+    ];
+    const box = chart.inside;
+    lines.forEach(([text, mark], k) => {
+      const [x, y] = [box.x + 16, box.y + 16 + 18 * k];
+      chart.pen.fillStyle = chart.color(k === 0 ? "blue" : "orange");
+      chart.pen.strokeStyle = chart.color("orange");
+      chart.pen.lineWidth = 1.5;
+      mark(x, y - 4);
+      chart.pen.fillStyle = chart.color("faint");
+      chart.pen.fillText(text, x + 12, y);
+    });
+  }
+
+  /** Go to the gait whose point is nearest to a click. */
+  private pick(event: MouseEvent): void {
+    const gaits = [
+      ...this.named.map(({ gait, values }) => ({ row: rowOf(gait), values })),
+      ...this.front.map(({ row, computed }) => ({ row, values: computed.values })),
+    ].filter(({ values }) => usable(values));
+    const far = gaits.map(({ values }) => {
+      const [x, y] = this.chart.place(...this.placed(values));
+      return Math.hypot(x - event.offsetX, y - event.offsetY);
+    });
+    const nearest = far.indexOf(Math.min(...far));
+    const gait = gaits[nearest];
+    if (gait !== undefined && (far[nearest] ?? 0) < 24) this.page.go(gait.row);
+  }
+}
+
+/** Whether a gait swims ahead at a cost. */
+function usable(values: Quantities): boolean {
+  const { speed = Number.NaN, cost_of_transport: cost = Number.NaN } = values;
+  return statusOf(values) === "settled" && speed > 0 && Number.isFinite(cost);
+}
+
+/** What is to be small. */
+function score({ computed }: Found, goal: Goal): number {
+  const value = computed.values[goal.quantity] ?? Number.NaN;
+  return goal.quantity === "speed" ? -value : value;
+}
+
+function reaches({ computed }: Found, goal: Goal): boolean {
+  return goal.speed === null || Math.abs((computed.values.speed ?? 0) / goal.speed - 1) < 1e-3;
+}
+
+function button(text: string): HTMLButtonElement {
+  const made = element("button", "", text);
+  made.type = "button";
+  return made;
+}

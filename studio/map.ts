@@ -1,0 +1,345 @@
+// A map of a quantity over two parameters of the gait, finer and finer.
+import { Chart, colorAt } from "./chart.ts";
+import { element } from "./knobs.ts";
+import { digits, meaning, type Quantities, statusOf } from "./quantities.ts";
+import type { Page, Subject } from "./subject.ts";
+
+const QUANTITIES = ["speed", "cost_of_transport", "mechanical_power", "strouhal", "efficiency", "tail_excursion"];
+const LEAST = ["cost_of_transport", "mechanical_power", "strouhal"]; // best where they are small
+const COARSE = 8; // intervals of the first grid
+const LEVELS = 4; // each with half the interval
+const CHUNK = 48; // gaits in one question: a knob never waits long
+const QUIET = 120; // ms without a change before a map begins
+const CLIPPED = 0.93; // part of the gaits whose values the colors tell apart
+
+export class MapView {
+  quantity = "speed";
+  over: [number, number] = [-1, -1]; // indices in the gait's row; -1: not chosen yet
+  private readonly chart: Chart;
+  private readonly choices: Record<"quantity" | "x" | "y", HTMLSelectElement>;
+  private readonly note = element("p", "caption");
+  private subject: Subject | null = null;
+  private row: Float64Array = new Float64Array();
+  private size = 0; // intervals of the grid
+  private cells = new Map<number, Quantities>(); // of the finest grid, by place
+  private made = ""; // what the map is of
+  private run = 0;
+  private timer = 0;
+  private waiting = false;
+
+  constructor(
+    private readonly room: HTMLElement,
+    private readonly page: Page,
+  ) {
+    const canvas = element("canvas", "chart");
+    canvas.tabIndex = 0;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", "Map: arrow keys move the gait");
+    this.choices = { quantity: element("select"), x: element("select"), y: element("select") };
+    const head = element("div", "row left");
+    for (const [key, text] of [
+      ["quantity", "map of"],
+      ["x", "over"],
+      ["y", "and"],
+    ] as const) {
+      const label = element("label", "choice", `${text} `);
+      label.append(this.choices[key]);
+      head.append(label);
+      this.choices[key].addEventListener("change", () => this.choose());
+    }
+    this.choices.quantity.append(...QUANTITIES.map((name) => new Option(meaning(name).label, name)));
+    room.replaceChildren(head, canvas, this.note);
+    this.chart = new Chart(canvas);
+    canvas.addEventListener("pointerdown", (event) => this.drag(event));
+    canvas.addEventListener("pointermove", (event) => this.hover(event));
+    canvas.addEventListener("pointerleave", () => this.tell());
+    canvas.addEventListener("keydown", (event) => this.press(event));
+    new ResizeObserver(() => this.draw()).observe(canvas);
+  }
+
+  about(subject: Subject): void {
+    const other = this.subject?.robot !== subject.robot;
+    this.subject = subject;
+    if (other) this.layOut();
+  }
+
+  /** The gait of the knobs. */
+  at(row: Float64Array): void {
+    this.row = row;
+    this.draw();
+    this.renew();
+  }
+
+  refresh(): void {
+    this.draw();
+  }
+
+  private layOut(): void {
+    const parameters = this.subject?.parameters ?? [];
+    const [a, b] = this.over;
+    const known = a !== b && Math.min(a, b) >= 0 && Math.max(a, b) < parameters.length;
+    const free = parameters.filter(({ free }) => free).map(({ index }) => index);
+    const last = free.findLast((k) => parameters[k]?.kind === "phase") ?? free.at(-1) ?? 1;
+    if (!known) this.over = [free[0] ?? 0, last];
+    if (!QUANTITIES.includes(this.quantity)) this.quantity = "speed";
+    for (const [key, k] of [
+      ["x", this.over[0]],
+      ["y", this.over[1]],
+    ] as const) {
+      this.choices[key].replaceChildren(...parameters.map(({ label, index }) => new Option(label, String(index))));
+      this.choices[key].value = String(k);
+    }
+    this.choices.quantity.value = this.quantity;
+  }
+
+  private choose(): void {
+    const { quantity, x, y } = this.choices;
+    const before = this.over;
+    this.quantity = quantity.value;
+    this.over = [Number(x.value), Number(y.value)];
+    if (this.over[0] === this.over[1]) {
+      this.over = before[0] === this.over[0] ? [before[1], this.over[1]] : [this.over[0], before[0]];
+      [x.value, y.value] = [String(this.over[0]), String(this.over[1])];
+    }
+    this.page.changed();
+    this.draw();
+    this.renew();
+  }
+
+  // --- computing
+
+  /** Begin a new map where what it is of has changed, and the view is shown. */
+  renew(): void {
+    const { subject, over, row } = this;
+    if (subject === null || this.room.hidden) return;
+    const rest = Array.from(row).filter((_, k) => !over.includes(k));
+    const key = JSON.stringify([subject.robot.robot, subject.model, over, rest]);
+    if (key === this.made) return;
+    this.made = key;
+    this.run++;
+    clearTimeout(this.timer);
+    this.timer = window.setTimeout(() => void this.compute(subject, this.run), QUIET);
+  }
+
+  private async compute(subject: Subject, run: number): Promise<void> {
+    const cells = new Map<number, Quantities>();
+    const finest = COARSE << (LEVELS - 1);
+    for (let level = 0; level < LEVELS; level++) {
+      const stride = (finest >> level) >> 3;
+      const places = grid(finest, stride).filter((place) => !cells.has(place));
+      for (let k = 0; k < places.length; k += CHUNK) {
+        const chunk = places.slice(k, k + CHUNK);
+        const found = await subject.sweep(chunk.map((place) => this.gaitAt(place, finest)));
+        if (run !== this.run) return;
+        chunk.forEach((place, i) => {
+          cells.set(place, found[i] ?? {});
+        });
+      }
+      [this.cells, this.size] = [cells, finest / stride];
+      this.soon();
+    }
+    this.soon();
+  }
+
+  private gaitAt(place: number, finest: number): Float64Array {
+    const row = this.row.slice();
+    const [i, j] = [place % (finest + 1), Math.floor(place / (finest + 1))];
+    for (const [k, part] of [
+      [this.over[0], i / finest],
+      [this.over[1], j / finest],
+    ] as const) {
+      const parameter = this.subject?.parameters[k];
+      if (parameter === undefined) continue;
+      const [low, high] = parameter.range;
+      row[k] = (low + part * (high - low)) * parameter.size;
+    }
+    return row;
+  }
+
+  // --- drawing
+
+  private soon(): void {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.draw();
+    });
+  }
+
+  private get parts(): [number, number] {
+    const part = (k: number): number => {
+      const parameter = this.subject?.parameters[k];
+      return (this.row[k] ?? 0) / (parameter?.size ?? 1);
+    };
+    return [part(this.over[0]), part(this.over[1])];
+  }
+
+  private draw(): void {
+    const { chart, subject } = this;
+    const [x, y] = [subject?.parameters[this.over[0]], subject?.parameters[this.over[1]]];
+    if (x === undefined || y === undefined || this.room.hidden) return;
+    chart.right = 88;
+    const axis = (p: typeof x) => ({ label: `${p.label} [${p.unit}]`, range: p.range });
+    if (!chart.begin(axis(x), axis(y))) return;
+    const { pen } = chart;
+    const box = chart.inside;
+    pen.fillStyle = chart.color("grid");
+    pen.fillRect(box.x, box.y, box.width, box.height);
+    if (this.cells.size > 0) this.paint();
+    chart.axes(false);
+    chart.ring(...this.parts);
+    this.tell();
+  }
+
+  /** Values that the colors reach from and to. */
+  private reach(): { low: number; high: number; clipped: boolean } {
+    const values = [...this.cells.values()].filter(settled).map((cell) => cell[this.quantity] ?? Number.NaN);
+    const sorted = values.filter(Number.isFinite).sort((a, b) => a - b);
+    const [low = 0, most = 1] = [sorted[0], sorted.at(-1)];
+    const clipped = LEAST.includes(this.quantity) && most > 3 * (sorted[Math.floor(CLIPPED * sorted.length)] ?? most);
+    const high = clipped ? (sorted[Math.floor(CLIPPED * sorted.length)] ?? most) : most;
+    return { low, high: high > low ? high : low + 1, clipped };
+  }
+
+  private paint(): void {
+    const { chart, size, quantity } = this;
+    const finest = COARSE << (LEVELS - 1);
+    const { low, high, clipped } = this.reach();
+    const image = new ImageData(size + 1, size + 1);
+    for (let j = 0; j <= size; j++)
+      for (let i = 0; i <= size; i++) {
+        const cell = this.cells.get(((j * finest) / size) * (finest + 1) + (i * finest) / size);
+        const value = cell?.[quantity];
+        if (cell === undefined || value === undefined || !settled(cell) || !Number.isFinite(value)) continue;
+        image.data.set([...colorAt((value - low) / (high - low)), 255], 4 * ((size - j) * (size + 1) + i));
+      }
+    const small = element("canvas");
+    [small.width, small.height] = [size + 1, size + 1];
+    small.getContext("2d")?.putImageData(image, 0, 0);
+    const { pen } = chart;
+    const box = chart.inside;
+    const [cellX, cellY] = [box.width / size, box.height / size];
+    pen.save();
+    pen.beginPath();
+    pen.rect(box.x, box.y, box.width, box.height);
+    pen.clip();
+    pen.imageSmoothingQuality = "high";
+    pen.drawImage(small, box.x - cellX / 2, box.y - cellY / 2, box.width + cellX, box.height + cellY);
+    pen.restore();
+    this.bar(low, high, clipped);
+    this.best();
+  }
+
+  /** The colors' meaning. */
+  private bar(low: number, high: number, clipped: boolean): void {
+    const { chart } = this;
+    const { pen } = chart;
+    const box = chart.inside;
+    const left = box.x + box.width + 16;
+    const shade = pen.createLinearGradient(0, box.y + box.height, 0, box.y);
+    for (let k = 0; k <= 8; k++) shade.addColorStop(k / 8, `rgb(${colorAt(k / 8).join(",")})`);
+    pen.fillStyle = shade;
+    pen.fillRect(left, box.y, 12, box.height);
+    pen.fillStyle = chart.color("faint");
+    for (let k = 0; k <= 4; k++) {
+      const text = digits(low + (k / 4) * (high - low), 2);
+      pen.fillText(
+        `${clipped && k === 4 ? "≥ " : ""}${text}`,
+        left + 18,
+        box.y + box.height * (1 - k / 4) + (k === 4 ? 10 : k === 0 ? 0 : 4),
+      );
+    }
+  }
+
+  /** A cross at the best settled gait of the map that swims ahead. */
+  private best(): void {
+    const finest = COARSE << (LEVELS - 1);
+    const sign = LEAST.includes(this.quantity) ? -1 : 1;
+    let [most, place] = [Number.NEGATIVE_INFINITY, -1];
+    for (const [at, cell] of this.cells) {
+      const value = sign * (cell[this.quantity] ?? Number.NaN);
+      if (settled(cell) && (cell.speed ?? 0) > 1e-3 && value > most) [most, place] = [value, at];
+    }
+    if (place < 0) return;
+    const row = this.gaitAt(place, finest);
+    const [x, y] = this.over.map((k) => (row[k] ?? 0) / (this.subject?.parameters[k]?.size ?? 1));
+    const [left, top] = this.chart.place(x ?? 0, y ?? 0);
+    const { pen } = this.chart;
+    for (const [color, width] of [
+      ["#0d1b24", 4],
+      ["#ffffff", 2],
+    ] as const) {
+      pen.strokeStyle = color;
+      pen.lineWidth = width;
+      for (const side of [-1, 1])
+        this.chart.stroke([
+          [left - 5, top - 5 * side],
+          [left + 5, top + 5 * side],
+        ]);
+    }
+  }
+
+  /** Say what the map shows, or what is under the pointer. */
+  private tell(text = ""): void {
+    const { label, unit } = meaning(this.quantity);
+    const best = LEAST.includes(this.quantity) ? "least" : "largest";
+    this.note.textContent =
+      text ||
+      `${label}${unit === "" ? "" : ` [${unit}]`} of settled gaits; ring: the knobs, cross: the ${best} on the map. Gray: not settled. Click or drag to go there.`;
+  }
+
+  // --- events
+
+  private go(x: number, y: number): void {
+    const row = this.row.slice();
+    for (const [k, value] of [
+      [this.over[0], x],
+      [this.over[1], y],
+    ] as const) {
+      row[k] = value * (this.subject?.parameters[k]?.size ?? 1);
+    }
+    this.page.go(row);
+  }
+
+  private drag(event: PointerEvent): void {
+    this.chart.canvas.setPointerCapture(event.pointerId);
+    this.go(...this.chart.value(event.offsetX, event.offsetY));
+  }
+
+  private hover(event: PointerEvent): void {
+    const [x, y] = this.chart.value(event.offsetX, event.offsetY);
+    if (event.buttons === 1) this.go(x, y);
+    const { size } = this;
+    const [a, b] = this.over.map((k) => this.subject?.parameters[k]);
+    if (a === undefined || b === undefined || size === 0) return;
+    const finest = COARSE << (LEVELS - 1);
+    const step = (value: number, [low, high]: readonly [number, number]): number =>
+      (Math.round(((value - low) / (high - low)) * size) * finest) / size;
+    const cell = this.cells.get(step(y, b.range) * (finest + 1) + step(x, a.range));
+    const { label, unit } = meaning(this.quantity);
+    const value =
+      cell === undefined || !settled(cell) ? "not settled" : `${label} ${digits(cell[this.quantity])} ${unit}`;
+    this.tell(`${digits(x)} ${a.unit}, ${digits(y)} ${b.unit}: ${value}`);
+  }
+
+  private press(event: KeyboardEvent): void {
+    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] }[event.key];
+    if (way === undefined) return;
+    event.preventDefault();
+    const moved = this.parts.map((value, k) => {
+      const [low, high] = this.subject?.parameters[this.over[k] ?? 0]?.range ?? [0, 1];
+      return Math.min(high, Math.max(low, value + ((way[k] ?? 0) * (high - low)) / 64));
+    });
+    this.go(moved[0] ?? 0, moved[1] ?? 0);
+  }
+}
+
+const settled = (cell: Quantities): boolean => statusOf(cell) === "settled";
+
+/** Places of a square grid with a stride, row by row. */
+function grid(finest: number, stride: number): number[] {
+  const places: number[] = [];
+  for (let j = 0; j <= finest; j += stride) for (let i = 0; i <= finest; i += stride) places.push(j * (finest + 1) + i);
+  return places;
+}

@@ -1,0 +1,53 @@
+// What the views below the fish are about, and how they compute: robot, model and gait, in a worker of their own.
+import { named, type Quantities, statusOf } from "./quantities.ts";
+import type { Calculator } from "./questions.ts";
+import type { Parameter, Robot } from "./robot.ts";
+
+/** What a view asks of the page. */
+export interface Page {
+  go(row: Float64Array): void;
+  changed(): void; // something that the address keeps
+}
+
+/** A settled gait with derivatives. */
+export interface Computed {
+  values: Quantities;
+  settled: boolean;
+  rates(quantity: string): Float64Array; // by the gait's numbers
+}
+
+export class Subject {
+  constructor(
+    readonly robot: Robot,
+    readonly parameters: Parameter[],
+    readonly model: number,
+    private readonly calculator: Calculator,
+    private readonly names: { quantities: string[]; derivatives: string[] },
+  ) {}
+
+  async swim(row: Float64Array): Promise<Computed> {
+    const { robot, model, parameters, names } = this;
+    const answer = await this.calculator.ask({ kind: "point", robot: robot.robot, model, gait: row });
+    const values = named(names.quantities, answer.quantities);
+    const count = parameters.length;
+    return {
+      values,
+      settled: statusOf(values) === "settled",
+      rates(quantity) {
+        const place = names.derivatives.indexOf(quantity);
+        return answer.derivatives.subarray(place * count, (place + 1) * count);
+      },
+    };
+  }
+
+  async sweep(rows: Float64Array[]): Promise<Quantities[]> {
+    const { robot, model, parameters, names } = this;
+    const gaits = new Float64Array(rows.length * parameters.length);
+    rows.forEach((row, k) => {
+      gaits.set(row, k * parameters.length);
+    });
+    const { quantities } = await this.calculator.ask({ kind: "sweep", robot: robot.robot, model, gaits });
+    const width = names.quantities.length;
+    return rows.map((_, k) => named(names.quantities, quantities.subarray(k * width, (k + 1) * width)));
+  }
+}

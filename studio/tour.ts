@@ -1,0 +1,113 @@
+// The robot's named gaits: what was published of them beside what is computed here.
+import { element } from "./knobs.ts";
+import { digits, gaitText, type Quantities, statusOf, verdict } from "./quantities.ts";
+import { type NamedGait, type Published, type Robot, rowOf } from "./robot.ts";
+import type { Page, Subject } from "./subject.ts";
+
+const KINDS: Record<string, string> = {
+  measured: "measured on the robot",
+  target: "a target of the optimizer, not a measurement",
+  simulated: "simulated by the authors",
+};
+const ELECTRICAL = "It includes servos and pump: this page computes the mechanical power of the joints.";
+
+export class TourView {
+  private subject: Subject | null = null;
+  private cards = new Map<string, HTMLElement>();
+
+  constructor(
+    private readonly room: HTMLElement,
+    private readonly page: Page,
+  ) {}
+
+  async about(subject: Subject): Promise<void> {
+    if (this.subject?.robot === subject.robot && this.subject.model === subject.model) return;
+    this.subject = subject;
+    const { gaits, models, robot } = subject.robot;
+    const found = await subject.sweep(gaits.map(rowOf));
+    if (subject !== this.subject) return;
+    const own = models[0];
+    const now = models[subject.model];
+    const known = gaits.some(({ published }) => Object.keys(published).length > 0);
+    const intro = known
+      ? `What the authors published of ${robot}'s gaits, beside what is computed here with ${now?.water} water and ${now?.joints} joints.`
+      : `The gaits of ${robot}'s file. None of their numbers is published there.`;
+    const other =
+      subject.model === 0 ? "" : ` The robot's own model is ${own?.water} water with ${own?.joints} joints.`;
+    const list = element("div", "cards");
+    this.cards = new Map(gaits.map((gait, k) => [gait.name, this.card(subject.robot, gait, found[k] ?? {})]));
+    list.append(...this.cards.values());
+    this.room.replaceChildren(element("p", "intro", intro + other), list);
+  }
+
+  /** Mark the gait that the knobs are at. */
+  at(row: Float64Array): void {
+    for (const gait of this.subject?.robot.gaits ?? []) {
+      const same = rowOf(gait).every((value, k) => Math.abs(value - (row[k] ?? 0)) < 1e-9);
+      this.cards.get(gait.name)?.setAttribute("aria-current", String(same));
+    }
+  }
+
+  private card(robot: Robot, gait: NamedGait, values: Quantities): HTMLElement {
+    const card = element("article", "card");
+    const show = element("button", "", "Swim it");
+    show.type = "button";
+    show.dataset.gait = gait.name;
+    show.setAttribute("aria-label", `Swim ${gait.name}`);
+    show.addEventListener("click", () => this.page.go(rowOf(gait)));
+    const head = element("div", "row");
+    head.append(element("h3", "", gait.name), show);
+    card.append(head, element("p", "caption", gaitText(gait)));
+    if (statusOf(values) !== "settled") card.append(element("p", "", verdict(values)));
+    const entries = Object.entries(gait.published);
+    for (const [quantity, published] of entries) card.append(comparison(robot, quantity, published, values));
+    if (entries.length === 0) {
+      card.append(
+        element("p", "", `Computed: ${digits(values.speed)} m/s at ${digits(values.cost_of_transport)} J/(kg m).`),
+      );
+    }
+    return card;
+  }
+}
+
+/** A published number beside the computed one, in words. */
+function comparison(robot: Robot, quantity: string, published: Published, values: Quantities): HTMLElement {
+  const box = element("div", "compared");
+  const number = `${digits(published.value)} ${published.unit}`;
+  const label = quantity.replace(/_bl$/, "").replaceAll("_", " ");
+  const kind = KINDS[published.kind] ?? published.kind;
+  const computed = computedOf(robot, quantity, values);
+  if (computed === null) {
+    box.append(
+      element(
+        "p",
+        "",
+        `${label}: published ${number}, ${kind}. ${quantity.startsWith("electrical") ? ELECTRICAL : "Not computed here."}`,
+      ),
+    );
+  } else {
+    const part = computed / published.value - 1;
+    const off =
+      Math.abs(part) < 5e-4 ? "the same" : `${digits(100 * Math.abs(part), 2)} % ${part > 0 ? "above" : "below"}`;
+    const row = element("dl", "pair");
+    row.append(
+      fact(number, `${label} published`),
+      fact(`${digits(computed)} ${published.unit}`, "computed"),
+      fact(off, "deviation"),
+    );
+    box.append(row, element("p", "caption", `Published: ${kind}.`));
+  }
+  box.append(element("p", "caption", published.source));
+  return box;
+}
+
+function computedOf(robot: Robot, quantity: string, values: Quantities): number | null {
+  if (quantity === "turn_radius_bl") return (values.turn_radius ?? Number.NaN) / robot.length;
+  return values[quantity] ?? null;
+}
+
+function fact(value: string, label: string): HTMLElement {
+  const box = element("div");
+  box.append(element("dt", "", value), element("dd", "", label));
+  return box;
+}
