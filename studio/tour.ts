@@ -53,7 +53,7 @@ export class TourView {
     const show = element("button", "", "Swim it");
     show.type = "button";
     show.dataset.gait = gait.name;
-    show.setAttribute("aria-label", `Swim ${gait.name}`);
+    show.setAttribute("aria-label", `Swim it: ${gait.name}`);
     show.addEventListener("click", () => this.page.go(rowOf(gait)));
     const head = element("div", "row");
     head.append(element("h3", "", gait.name), show);
