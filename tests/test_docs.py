@@ -83,6 +83,12 @@ def test_animated_pictures_are_the_program_s(figures: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=named)
+def test_no_line_is_a_comment(page: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
+    assert re.findall(r"^\s*%.*", text, flags=re.MULTILINE) == []  # the site leaves such a line out
+
+
+@pytest.mark.parametrize("page", PAGES, ids=named)
 def test_links_lead_somewhere(page: Path) -> None:
     text = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
     for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
