@@ -91,7 +91,7 @@ export class Shape {
       return width / 2 / (places.reduce((sum, place) => sum + this.section(place), 0) / places.length);
     });
     const last = ratios.length - 1;
-    if (this.fin === 1 && last > 0) ratios[last] = Math.min(ratios[last] ?? 0, ratios[last - 1] ?? 0);
+    if (last > 0) ratios[last] = Math.min(ratios[last] ?? 0, ratios[last - 1] ?? 0);
     return ratios;
   }
 

@@ -5,7 +5,7 @@ import type { Robot } from "./robot.ts";
 
 const PATH = 32; // points of the tail's path in a beat
 const GHOSTS = 12; // midlines in a beat
-const LAYERS = 12; // of the shading
+const LAYERS = 22; // of the shading
 const TRAIL = 9; // body lengths that the tail's path is kept for
 const LIFT = 0.34; // how far heights lean up in the picture, so that fins are seen from above
 const SPACING = 0.17; // of specks in the water, body lengths
@@ -161,13 +161,13 @@ export class Stage {
     const stations = this.stations();
     this.water(shape.length);
     if (this.shown.path) this.paths(shape.length);
-    if (this.shown.midlines) this.midlines(shape);
     this.shadow(stations, shape.length);
     const high = robot.tail.edge_height;
     if (high !== null) this.caudal(stations, shape, high, -1);
     if (robot.fins !== null) this.pectoral(stations, robot.fins, shape.length);
     this.body(stations, shape);
     if (high !== null) this.caudal(stations, shape, high, 1);
+    if (this.shown.midlines) this.midlines(shape);
     this.scaleBar(shape.length);
   }
 
@@ -204,7 +204,8 @@ export class Stage {
   /** The path of the tail tip, fading; and the mean path of the nose. */
   private paths(length: number): void {
     const { pen, colors, scale, trail } = this;
-    pen.lineCap = "round";
+    pen.lineCap = "butt";
+    pen.lineJoin = "round";
     pen.strokeStyle = colors.path;
     pen.lineWidth = Math.max(1.2, 0.006 * length * scale);
     const group = Math.ceil(trail.length / 24);
@@ -243,7 +244,7 @@ export class Stage {
     const { pen, colors, motion } = this;
     pen.strokeStyle = colors.ink;
     pen.lineWidth = Math.max(1, 0.0022 * shape.length * this.scale);
-    pen.globalAlpha = 0.3;
+    pen.globalAlpha = 0.45;
     for (let k = 0; k < GHOSTS; k++) {
       const { pose, bends } = motion.ghost(k / GHOSTS);
       pen.stroke(this.line(shape.stations(pose, bends)));
@@ -264,7 +265,7 @@ export class Stage {
     pen.save();
     pen.translate(0.03 * length * scale, 0.05 * length * scale);
     pen.fillStyle = colors.shadow;
-    for (const wide of [1.12, 1, 0.86, 0.7]) pen.fill(this.outline(stations, wide, 0));
+    for (let wide = 1.16; wide > 0.5; wide -= 0.06) pen.fill(this.outline(stations, wide, 0));
     pen.restore();
   }
 
@@ -273,7 +274,7 @@ export class Stage {
     const { pen, colors } = this;
     for (let k = 0; k < LAYERS; k++) {
       const t = k / (LAYERS - 1);
-      pen.fillStyle = mixed(colors.flank, colors.back, Math.min(1, 1.25 * t ** 0.8));
+      pen.fillStyle = mixed(colors.flank, colors.back, Math.min(1, 1.1 * t ** 0.9));
       pen.fill(this.outline(stations, Math.sqrt(1 - t * t * 0.97), 0.1 * t));
     }
     const back = stations.filter(({ part }) => part > 0.32 && part < 0.5);

@@ -309,10 +309,11 @@ export class FrontView {
           ] as [string, (x: number, y: number) => void][])
         : []),
     ];
+    if (this.front.length > 0) lines.push(["least cost, computed", (x, y) => this.dot(x, y, 3)]);
     const box = chart.inside;
     lines.forEach(([text, mark], k) => {
       const [x, y] = [box.x + 16, box.y + 16 + 18 * k];
-      chart.pen.fillStyle = chart.color(k === 0 ? "blue" : "orange");
+      chart.pen.fillStyle = chart.color(k === 0 ? "blue" : text.startsWith("least") ? "green" : "orange");
       chart.pen.strokeStyle = chart.color("orange");
       chart.pen.lineWidth = 1.5;
       mark(x, y - 4);

@@ -60,7 +60,10 @@ export class MapView {
   about(subject: Subject): void {
     const other = this.subject?.robot !== subject.robot;
     this.subject = subject;
-    if (other) this.layOut();
+    if (!other) return;
+    this.run++;
+    [this.cells, this.made] = [new Map(), ""];
+    this.layOut();
   }
 
   /** The gait of the knobs. */
@@ -111,17 +114,17 @@ export class MapView {
   /** Begin a new map where what it is of has changed, and the view is shown. */
   renew(): void {
     const { subject, over, row } = this;
-    if (subject === null || this.room.hidden) return;
+    if (subject === null || this.room.hidden || row.length !== subject.parameters.length) return;
     const rest = Array.from(row).filter((_, k) => !over.includes(k));
     const key = JSON.stringify([subject.robot.robot, subject.model, over, rest]);
     if (key === this.made) return;
     this.made = key;
     this.run++;
     clearTimeout(this.timer);
-    this.timer = window.setTimeout(() => void this.compute(subject, this.run), QUIET);
+    this.timer = window.setTimeout(() => void this.compute(subject, row.slice(), this.run), QUIET);
   }
 
-  private async compute(subject: Subject, run: number): Promise<void> {
+  private async compute(subject: Subject, row: Float64Array, run: number): Promise<void> {
     const cells = new Map<number, Quantities>();
     const finest = COARSE << (LEVELS - 1);
     for (let level = 0; level < LEVELS; level++) {
@@ -129,7 +132,7 @@ export class MapView {
       const places = grid(finest, stride).filter((place) => !cells.has(place));
       for (let k = 0; k < places.length; k += CHUNK) {
         const chunk = places.slice(k, k + CHUNK);
-        const found = await subject.sweep(chunk.map((place) => this.gaitAt(place, finest)));
+        const found = await subject.sweep(chunk.map((place) => this.gaitAt(place, row, subject)));
         if (run !== this.run) return;
         chunk.forEach((place, i) => {
           cells.set(place, found[i] ?? {});
@@ -141,14 +144,16 @@ export class MapView {
     this.soon();
   }
 
-  private gaitAt(place: number, finest: number): Float64Array {
-    const row = this.row.slice();
+  /** The gait at a place of the finest grid; what the map is not over is as in `base`. */
+  private gaitAt(place: number, base: Float64Array, subject: Subject): Float64Array {
+    const row = base.slice();
+    const finest = COARSE << (LEVELS - 1);
     const [i, j] = [place % (finest + 1), Math.floor(place / (finest + 1))];
     for (const [k, part] of [
       [this.over[0], i / finest],
       [this.over[1], j / finest],
     ] as const) {
-      const parameter = this.subject?.parameters[k];
+      const parameter = subject.parameters[k];
       if (parameter === undefined) continue;
       const [low, high] = parameter.range;
       row[k] = (low + part * (high - low)) * parameter.size;
@@ -254,7 +259,8 @@ export class MapView {
 
   /** A cross at the best settled gait of the map that swims ahead. */
   private best(): void {
-    const finest = COARSE << (LEVELS - 1);
+    const { subject } = this;
+    if (subject === null) return;
     const sign = LEAST.includes(this.quantity) ? -1 : 1;
     let [most, place] = [Number.NEGATIVE_INFINITY, -1];
     for (const [at, cell] of this.cells) {
@@ -262,8 +268,8 @@ export class MapView {
       if (settled(cell) && (cell.speed ?? 0) > 1e-3 && value > most) [most, place] = [value, at];
     }
     if (place < 0) return;
-    const row = this.gaitAt(place, finest);
-    const [x, y] = this.over.map((k) => (row[k] ?? 0) / (this.subject?.parameters[k]?.size ?? 1));
+    const row = this.gaitAt(place, this.row, subject);
+    const [x, y] = this.over.map((k) => (row[k] ?? 0) / (subject.parameters[k]?.size ?? 1));
     const [left, top] = this.chart.place(x ?? 0, y ?? 0);
     const { pen } = this.chart;
     for (const [color, width] of [

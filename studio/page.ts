@@ -195,7 +195,10 @@ class Studio {
     const box = part("status");
     box.textContent = sentence + (followed ? words.fromRest(values) : "");
     box.dataset.status = status;
-    part("caption").textContent = `${robot.robot}, ${words.gaitText(gait)}`;
+    part("swum").textContent = `${robot.robot}, ${words.gaitText(gait)}`;
+    part("numbers").textContent = ["speed", "mechanical_power", "cost_of_transport"]
+      .map((name) => `${words.digits(values[name], 3)} ${words.meaning(name).unit}`)
+      .join(" · ");
     const { water, joints } = robot.models[this.model] ?? { water: "", joints: "" };
     part("command").textContent = words.command(robot, { water, joints }, gait);
     this.showGradient();
@@ -475,6 +478,7 @@ function cannot(sentence: string): void {
 }
 
 async function main(): Promise<void> {
+  if (window.parent !== window) document.documentElement.dataset.framed = "1";
   if (typeof WebAssembly !== "object" || typeof DecompressionStream !== "function") {
     cannot(
       "The studio computes with WebAssembly, which this browser does not have or does not allow: a browser of 2023 or later shows it.",
