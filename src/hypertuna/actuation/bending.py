@@ -48,7 +48,7 @@ STEPS: tuple[tuple[str, dict[str, bool], dict[str, bool]], ...] = (
     ("walls of the other side resist", HELD, {"plain": True, "friction": False}),
     ("the body shortens, and braids go slack", FREE, {"plain": True, "friction": False}),
     ("matrix around the hoses swells, their ends do not", FREE, {"plain": False, "friction": False}),
-    ("Eq. 4: friction, on the way up", FREE, {"plain": False, "friction": True}),
+    ("Eq. 4: friction, rising pressure", FREE, {"plain": False, "friction": True}),
 )
 
 
@@ -231,7 +231,7 @@ def check_pressure(pressure: ArrayLike) -> Array:
     if rising.ndim != 1 or not len(rising) or not np.isfinite(rising).all():
         raise InputError(rule, key="pressure", value=shown(pressure), fix=fix)
     if rising[0] < 0:
-        fix = "give the other side the pressure to bend the other way"
+        fix = "put the other side under pressure to bend the other way"
         raise InputError("must not be negative", key="pressure", value=f"{rising.min() / 1e3:g} kPa", fix=fix)
     falls = np.flatnonzero(np.diff(rising) <= 0)
     if len(falls):

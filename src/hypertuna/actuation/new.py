@@ -146,7 +146,7 @@ SOURCES = {
     "joints.actuator": "estimate: elliptical sections of the fish's shape, three fifths of the links of the group, "
     "in three segments, HyperTuna's proportions, which bend as far as its joints; longer segments bend farther",
     "joints.actuator.lever_m": "estimate: 0.45 times the narrowest half width, as HyperTuna's",
-    "joints.drive_units": "estimate: as many pairs for the height of the section and the hose as HyperTuna has",
+    "joints.drive_units": "estimate: HyperTuna's number of pairs per height of the section over diameter of the hose",
     "joints.bend_max_deg": "estimate: computed of these muscles, without load at the pressure limit",
     "joints.amplitude_max_deg": "estimate: 0.85 times the largest bend",
     "joints.pressure_max_pa": "estimate: up to which HyperTuna's joints were tested",

@@ -39,7 +39,7 @@ def drive_command(
     key: Key = None,
     as_json: AsJson = False,
 ) -> None:
-    """Drive a robot by keyboard or gamepad, with a live view of its messages. It is disarmed at the end."""
+    """Drive a robot by keyboard or gamepad, with a live view of its messages; disarm it at the end."""
     fish = robot.load()
     if not sys.stdin.isatty():
         raise InputError("must be a terminal", key="standard input", value="none", fix="start it in a terminal")

@@ -125,7 +125,10 @@ def _fault(spelled: str, known: Mapping[str, tuple[int, int]], duration: float) 
         raise refusal("must be of a known kind", f"use one of {', '.join(KINDS)}")
     times = fault_times(spelled, match["start"])
     if times[0] >= duration:
-        rule, fix = f"must start before the run ends at {duration:g} s", "let it start earlier, or run longer"
+        rule, fix = (
+            f"must start before the run ends at {duration:g} s",
+            "start the fault earlier, or let the run last longer",
+        )
         raise refusal(rule, fix)
     return Fault(match["kind"], *known[match["channel"]], *times)
 

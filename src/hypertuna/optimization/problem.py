@@ -143,7 +143,7 @@ def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) ->
     """Pose a problem to several robots at once; every one of them must keep the limits."""
     check_choice(statistic, STATISTICS, "robust")
     if not robots:
-        raise InputError("must hold at least one robot", key="robots", value="empty", fix="sample some from a fit")
+        raise InputError("must hold at least one robot", key="robots", value="empty", fix="sample robots from a fit")
     return replace(problem, samples=tuple(robots), robust=statistic)
 
 

@@ -78,7 +78,7 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     """
     check_made_by("sweep", grid, "grid", ("frequency", "speed", "settled"))
     if "bias" not in grid.dims or grid.sizes["bias"] > 1:
-        raise InputError("must show a grid with one bias", key="plot", fix="sweep one bias at a time")
+        raise InputError("must be of a grid with a single bias", key="plot", fix="sweep one bias at a time")
     if grid.sizes["frequency"] == 1 and grid.sizes["phase"] == 1:
         raise InputError("must show several frequencies or phases", key="plot", fix="give a range, such as 1:6:6")
     grid = grid.isel(bias=0).where(grid.settled.isel(bias=0))

@@ -112,13 +112,13 @@ def findings(lake: Lake) -> Iterator[Finding]:
         return
     whole, minutes = record["whole"], record["seconds"] / 60
     note = (
-        f"over ground in the first {minutes:.3g} min of the mission `lake`, whose course is 800 m long, for "
-        f"a faster robot too. It is {whole['status']} after {whole['duration_s'] / 60:.3g} min and "
+        f"over ground in the first {minutes:.3g} min of the mission `lake`, whose course is 800 m long for "
+        f"any robot; its status is {whole['status']} after {whole['duration_s'] / 60:.3g} min and "
         f"{whole['distance_m']:.0f} m"
     )
     yield Finding("lake/distance", LAKE, "input", record["distance_m"], note)
     note = (
-        f"of the servos in {minutes:.3g} min, not 30, at 4.75 Hz, the gait of 0.4 m/s, and chosen with this number in "
+        f"energy of the servos in {minutes:.3g} min; their loop, rotor and currents were chosen with this number in "
         f"view; the battery gives {record['battery_energy_wh']:.3g} Wh with electronics and converter"
     )
     yield Finding("lake/energy", LAKE, "in sight", record["servo_energy_wh"], note)

@@ -22,7 +22,7 @@ from hypertuna.reports.html import Section, Table
 FREE = ("water.blunt_area[0]", "joints.bandwidth")  # form drag of the head, and the lag that goes with this law
 IN_TWIN = f"{STRIPS}, {TWIN}"
 DRAG = "form drag of the head as in the robot's file, fitted to the unoptimised gaits with joints that lag"
-FIN = "the sharp-edged fin was settled on with these changes in view"
+FIN = "the sharp-edged fin was chosen with these changes in view"
 PARTS = {"fitted": UNOPTIMISED, "predicted": OPTIMISED, "all": SPEEDS}
 
 
