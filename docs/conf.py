@@ -36,6 +36,7 @@ html_title = f"hypertuna {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_js_files = ["site.js"]
+html_extra_path = ["fish.svg", "../data/studio/studio.html"]
 html_copy_source = False
 
 

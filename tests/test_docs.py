@@ -197,7 +197,8 @@ def executed(command: str, run: Run) -> str:
         return "" if re.search(rf"^{arguments[0]}:", rules, flags=re.MULTILINE) else "no such target"
     if program != "hypertuna":
         return "" if program in TOOLS else "no known program"
-    if command.startswith(OPTIONS_ALONE):
+    served = command.startswith("hypertuna studio") and " -o " not in command  # until Ctrl-C
+    if served or command.startswith(OPTIONS_ALONE):
         code, _, said = run(*arguments, "--help")
         return said if code else ""
     for long, short in SHORTER.items():

@@ -1,5 +1,6 @@
 """The page of the ledger, its folder and its command."""
 
+import html
 import json
 import re
 import sys
@@ -9,7 +10,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from hypertuna.cli.main import main
@@ -18,6 +18,7 @@ from hypertuna.paper.ledger import CLASSES, MARKS
 from hypertuna.paper.page import ledger_html
 from hypertuna.paper.reproduce import Ledger, ledger_record
 from hypertuna.reports.html import Picture, Section, Table
+from hypertuna.reports.studio import studio_page
 
 
 class Page(HTMLParser):
@@ -81,18 +82,13 @@ def test_the_page_and_the_command_begin_with_what_the_numbers_are_worth(
         assert reason.split(",")[0].replace("'", "&#39;") in text[places[1] : places[2]]
 
 
-def test_the_knobs_choose_among_settled_gaits(ledger: Ledger, folder: Path) -> None:
-    text = (folder / "index.html").read_text()
-    found = re.search(r"const data = (\{.*?\}), SLOW", text)
-    assert found
-    data, best = json.loads(found[1]), ledger.trials[OURS].gaits["unoptimised-max"]
-    f, a, p = (len(data["axes"][name]) for name in ("frequency", "amplitude", "phase"))
-    assert len(data["gaits"]) == f * a * p
-    assert all(gait["settled"] for gait in data["gaits"])
-    first = data["gaits"][(data["at"][0] * a + data["at"][1]) * p + data["at"][2]]
-    assert first["speed"] == pytest.approx(best.speed, rel=1e-3)
-    tail = 2 * np.hypot(*first["line"][-1][1:]) * best.robot.body.length
-    assert tail == pytest.approx(best.tail_excursion, rel=0.05)  # the first harmonic has nearly all of it
+def test_the_studio_is_in_the_page_with_the_robot_at_its_fastest_gait(ledger: Ledger, folder: Path) -> None:
+    text, best = (folder / "index.html").read_text(), ledger.trials[OURS].gaits["unoptimised-max"]
+    (frame,) = re.findall(r'<iframe class="studio" title="[^"]+" srcdoc="([^"]*)">', text)
+    assert html.unescape(frame) == studio_page(best.robot, best.gait)
+    assert text.index(frame) < text.index('id="tool"')
+    assert "WebAssembly" in text.replace(frame, "")  # what is said where a browser has none
+    assert '<svg class="fish"' in text.split("<noscript>")[1].split("</noscript>")[0]
 
 
 def test_links_to_the_docs_of_a_clone(ledger: Ledger) -> None:

@@ -2,5 +2,5 @@
 
 In reading order: `ledger` (entries, rules, verdicts), `computed` (simulations shared by chapters), `chapter` and
 `chapters/` (what each section of the paper computes, finds and shows; prose in templates/), `figures`, `reproduce` (the
-list of chapters), `knobs` (a grid of gaits for the page), `page` (the HTML page).
+list of chapters), `page` (the HTML page).
 """

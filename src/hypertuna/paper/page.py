@@ -1,5 +1,6 @@
 """The ledger as a self-contained page, with its plots and numbers in files beside it."""
 
+import html
 import json
 from pathlib import Path
 from typing import Any
@@ -9,10 +10,10 @@ from hypertuna.io.files import write_atomically
 from hypertuna.paper.chapter import compose
 from hypertuna.paper.chapters.gaits import ARITHMETIC
 from hypertuna.paper.computed import OURS, PAPER, TWIN, bandwidths
-from hypertuna.paper.knobs import knob_record
-from hypertuna.paper.ledger import CLASSES, MARKS, RULES, VERDICTS, Entry, published
+from hypertuna.paper.ledger import CLASSES, MARKS, RULES, VERDICTS, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, ledger_sections
 from hypertuna.reports.html import WIDTH, Fact, Picture, Section, page
+from hypertuna.reports.studio import studio_page
 
 NAMES = dict(zip(VERDICTS, VERDICTS, strict=True)) | {"not-computed": "to come"}
 TITLES = {"fe": "Finite elements", "fe-vs-analytic": "The fast model beside finite elements"}
@@ -30,6 +31,7 @@ CARDS = tuple(
         ("Firmware", "The same controller on board.", "hypertuna hil --board pc", "howto/build-firmware.md"),
     )
 )
+FRAME = "the page of the studio"  # in the template, where that page goes
 CLOSED = ("coefficient", "optimum")  # chapters of the ledger that are closed at first: they repeat tables
 
 
@@ -57,13 +59,14 @@ def ledger_html(ledger: Ledger, sections: list[Section], docs: str = "") -> str:
     chapters = _chapters(ledger)
     count = sum(len(chapter["entries"]) for chapter in chapters)
     lede = """Describe your robotic fish in one file. Get its speed, power, cost of transport and turning radius in
-milliseconds, with exact derivatives and a picture. Turn the knobs: this is HyperTuna, the first robot of the tool."""
-    knobs = knob_record(ledger.trials[OURS].robot, published()["tank"], best.gait)
+milliseconds, with exact derivatives and a picture. Turn the knobs: this is HyperTuna, the first robot of the tool,
+computed as you turn."""
     values = {"ledger": ledger, "chapters": chapters, "rules": RULES, "marks": MARKS, "names": NAMES}
     values |= {"classes": CLASSES, "count": count, "worth": _facts(ledger), "cards": CARDS, "docs": docs}
-    values |= {"best": best, "fish": swimming_svg(best), "knobs": knobs}
+    values |= {"best": best, "fish": swimming_svg(best), "frame": FRAME}
     title = "hypertuna: a digital twin for robotic fish"
-    return page(title, sections, lede=lede, template="ledger.html.j2", values=values)
+    text = page(title, sections, lede=lede, template="ledger.html.j2", values=values)
+    return text.replace(FRAME, html.escape(studio_page(best.robot, best.gait)), 1)  # as it is: no typography in scripts
 
 
 def _chapters(ledger: Ledger) -> list[dict[str, Any]]:

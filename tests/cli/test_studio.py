@@ -1,0 +1,195 @@
+"""`hypertuna studio`: the page of the package with a robot in it, served to this machine alone or written to a file."""
+
+import base64
+import gzip
+import http.client
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hypertuna as ht
+from hypertuna.simulation.image import robot_image
+from program import Run
+
+ROOT = Path(__file__).parents[2]
+SCRIPT = re.compile(r'<script type="application/json" id="robots">(.*?)</script>', re.DOTALL)
+
+
+def robots_of(page: str) -> dict[str, Any]:
+    """Read the robots of a page, of which it has one list."""
+    (content,) = SCRIPT.findall(page)
+    data: dict[str, Any] = json.loads(content)
+    return data
+
+
+@contextmanager
+def serving(*arguments: str, **environment: str) -> Iterator[subprocess.Popen[str]]:
+    """Run the command until the end of the test."""
+    command = [sys.executable, "-m", "hypertuna", "studio", *arguments]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | environment
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def address_of(process: subprocess.Popen[str]) -> tuple[str, int]:
+    """Return host and port of the address that a command prints first."""
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    found = re.fullmatch(r"studio: http://([\d.]+):(\d+)/\n", line)
+    assert found, line
+    return found[1], int(found[2])
+
+
+def get(host: str, port: int, path: str = "/", method: str = "GET", **headers: str) -> http.client.HTTPResponse:
+    """Ask a server."""
+    connection = http.client.HTTPConnection(host, port, timeout=10)
+    connection.request(method, path, headers=headers)
+    return connection.getresponse()
+
+
+def test_the_page_is_served_with_the_robot_and_its_gait() -> None:
+    with serving("rexeel", "--gait", "wave-30", "--no-open") as process:
+        host, port = address_of(process)
+        answer = get(host, port)
+        page = answer.read().decode()
+        assert answer.status == 200
+        assert answer.headers["Content-Type"] == "text/html; charset=utf-8"
+        assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
+        data, fish = robots_of(page), ht.load("rexeel")
+        assert data["robots"][0]["name"] == "rexeel"
+        assert gzip.decompress(base64.b64decode(data["robots"][0]["image"])) == robot_image(fish)
+        names = [one["name"] for one in data["robots"]]
+        assert len(set(names)) == len(names)
+        assert "hypertuna" in names  # the robots of the page stay
+        gait = ht.named_gait(fish, "wave-30")
+        assert data["start"]["robot"] == "rexeel"
+        assert ht.Gait(**data["start"]["gait"]) == gait
+        assert get(host, port, method="HEAD").read() == b""
+        assert get(host, port, "/etc/passwd").status == 404
+        assert get(host, port, "/favicon.ico").status == 204
+        assert get(host, port, Host=f"elsewhere.example:{port}").status == 403
+        assert get(host, port, Host="localhost:1").status == 200  # through a tunnel
+
+
+def test_only_this_machine_is_served() -> None:
+    with serving("--no-open") as process:
+        host, port = address_of(process)
+        assert host == "127.0.0.1"
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection(("127.0.0.2", port), timeout=5)  # another address of this very machine
+        sockets = Path(f"/proc/{process.pid}/net/tcp").read_text().splitlines()[1:]
+        listening = [
+            row.split()[1] for row in sockets if row.split()[3] == "0A" and row.split()[1].endswith(f"{port:04X}")
+        ]
+        assert listening == [f"0100007F:{port:04X}"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_it_in_a_sentence(number: signal.Signals) -> None:
+    with serving("--no-open") as process:
+        _, port = address_of(process)
+        process.send_signal(number)
+        _, told = process.communicate(timeout=10)
+        assert told == f"interrupted: the studio at http://127.0.0.1:{port}/ is closed\n"
+        assert process.returncode == 130
+
+
+def test_a_busy_port_is_a_sentence(run: Run) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as busy:
+        port = busy.getsockname()[1]
+        code, _, told = run("studio", "--no-open", "--port", f"{port}")
+    assert code == 2
+    assert told == (
+        f"error: --port must be a free port, but is {port}, not (Address already in use): give another one, or leave "
+        "it out for a free one.\n"
+    )
+
+
+def test_the_address_is_json_for_programs_and_opened_for_people(tmp_path: Path) -> None:
+    seen = tmp_path / "seen"
+    browser = tmp_path / "browser"
+    browser.write_text(f'#!/bin/sh\necho "$1" > {seen}.new; mv {seen}.new {seen}\n')
+    browser.chmod(0o755)
+    with serving("--json", BROWSER=f"{browser} %s") as process:
+        assert process.stdout is not None
+        address = json.loads("".join(process.stdout.readline() for _ in range(3)))["address"]
+        deadline = time.monotonic() + 20
+        while not seen.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert seen.read_text().strip() == address
+
+
+def test_no_browser_is_opened_where_there_is_no_desktop(tmp_path: Path) -> None:
+    """A browser of the terminal would take the terminal."""
+    from hypertuna.cli import studio
+
+    opened: list[str] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(studio.webbrowser, "open", opened.append)
+        patch.setattr(studio.sys, "platform", "linux")
+        for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+            patch.delenv(name, raising=False)
+        studio._open("http://127.0.0.1:1/")
+        time.sleep(0.2)
+    assert not opened
+
+
+def test_the_page_is_written_whole(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "fish.html"
+    assert run("studio", "hypertuna", "--gait", "turning", "-o", str(file), "--json") == (
+        0,
+        json.dumps({"file": str(file)}, indent=2) + "\n",
+        "",
+    )
+    data = robots_of(file.read_text(encoding="utf-8"))
+    assert data["start"]["gait"]["bias"] == pytest.approx([0.279, 0.436], abs=1e-3)
+    assert run("studio", "hypertuna", "-o", str(file)) == (0, f"written: {file}\n", "")
+    assert "gait" not in robots_of(file.read_text(encoding="utf-8"))["start"]
+    assert os.listdir(tmp_path) == ["fish.html"]
+
+
+def test_the_robot_of_a_fit_takes_the_place_of_its_namesake(run: Run, tmp_path: Path) -> None:
+    document = (ROOT / "robots/hypertuna.toml").read_text(encoding="utf-8")
+    fitted, file = tmp_path / "fit.toml", tmp_path / "fish.html"
+    fitted.write_text(document.replace("mass_kg = 3.3", "mass_kg = 3.5"), encoding="utf-8")
+    assert run("studio", str(fitted), "-o", str(file))[0] == 0
+    data = robots_of(file.read_text(encoding="utf-8"))
+    images = [one["image"] for one in data["robots"] if one["name"] == "hypertuna"]
+    assert [gzip.decompress(base64.b64decode(image)) for image in images] == [robot_image(ht.load(fitted))]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ("studio hypertunna", "robots/hypertunna.toml does not exist: did you mean hypertuna?"),
+        ("studio --robot rexeel", "--robot is not an option of `hypertuna studio`: write the robot alone, such as "
+         "`hypertuna studio hypertuna`."),
+        ("studio rexeel --gait wave-1", "robots/rexeel.toml: gait must be a gait of the robot, but is 'wave-1': did "
+         "you mean wave-10?"),
+        ("studio -o fish.htm", "--output must end in .html, but is 'fish.htm': write fish.html."),
+        ("studio -o nowhere/fish.html", "--output must be in a folder that exists, but is 'nowhere/fish.html': make "
+         "the folder first."),
+        ("studio --port 80000", "--port must be from 1 to 65535, but is 80000: leave it out for a free one."),
+        ("studio --port 8000 -o fish.html", "--port applies to a page that is served: leave it out with --output, or "
+         "leave --output out."),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_sentence(run: Run, arguments: str, sentence: str) -> None:
+    assert run(*arguments.split()) == (2, "", f"error: {sentence}\n")
+    assert not Path("fish.html").exists()
