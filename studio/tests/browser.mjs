@@ -38,7 +38,7 @@ export function watch(page) {
   page.on("console", (message) => {
     if (["error", "warning"].includes(message.type())) faults.push(`console: ${message.text()}`);
   });
-  page.on("pageerror", (error) => faults.push(`error: ${error.message}`));
+  page.on("pageerror", (error) => faults.push(`error: ${error.stack}`));
   page.on("request", (request) => {
     const { protocol } = new URL(request.url());
     if (!["file:", "blob:", "data:"].includes(protocol)) faults.push(`request: ${request.url()}`);

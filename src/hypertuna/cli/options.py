@@ -134,14 +134,14 @@ ROBOTS = "(default: the robot's)"
 ROBOT = "hypertuna"  # without --robot and HYPERTUNA_ROBOT
 
 
-def _robots(incomplete: str) -> list[str]:
+def offered_robots(incomplete: str) -> list[str]:
     """Return the robots that a name may become."""
     from hypertuna.description.robot import robots
 
     return starting(robots(), incomplete)
 
 
-def _gaits(context: typer.Context, incomplete: str) -> list[str]:
+def offered_gaits(context: typer.Context, incomplete: str) -> list[str]:
     """Return the gaits of the robot that is typed before."""
     from hypertuna.description.robot import load
 
@@ -171,7 +171,7 @@ def _change(text: str, key: str) -> tuple[str, Any]:
 
 def robot_name(help: str = "Name of a robot that comes with hypertuna, or path of its file.", **more: Any) -> Any:
     """Declare --robot."""
-    return text("--robot", help, "ROBOT", autocompletion=_robots, **more)
+    return text("--robot", help, "ROBOT", autocompletion=offered_robots, **more)
 
 
 RobotName = Annotated[str, robot_name(envvar="HYPERTUNA_ROBOT")]
@@ -187,7 +187,7 @@ Changes = Annotated[
 ]
 GaitName = Annotated[
     str | None,
-    text("--gait", "A gait of the robot's file; the options below change it.", "NAME", autocompletion=_gaits),
+    text("--gait", "A gait of the robot's file; the options below change it.", "NAME", autocompletion=offered_gaits),
 ]
 Frequency = Annotated[
     Sequence[tuple[float]] | None,

@@ -44,11 +44,18 @@ def studio_command(
             metavar="ROBOT",
             help="Name of a robot that comes with hypertuna, or path of its file, a fitted one too.",
             envvar="HYPERTUNA_ROBOT",
+            autocompletion=opt.offered_robots,
             show_default=False,
         ),
     ] = opt.ROBOT,
     gait: Annotated[
-        str | None, opt.text("--gait", "Gait at the start, one of the robot's file. (default: its first)", "NAME")
+        str | None,
+        opt.text(
+            "--gait",
+            "Gait at the start, one of the robot's file. (default: its first)",
+            "NAME",
+            autocompletion=opt.offered_gaits,
+        ),
     ] = None,
     port: Annotated[int | None, opt.whole_number("--port", "Port of the address. (default: a free one)")] = None,
     no_open: Annotated[bool, typer.Option("--no-open", help="Print the address; open no browser.")] = False,

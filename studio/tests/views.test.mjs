@@ -1,0 +1,131 @@
+// The views below the fish: a map to click on, searches that end where the program's do, published gaits to swim.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { browser, choose, hypertuna, numbers, open, setting, settled, turn } from "./browser.mjs";
+
+let chrome;
+before(async () => {
+  chrome = await browser();
+});
+after(() => chrome.close());
+
+/** Open the page at a view. */
+async function at(view, hash = "#robot=hypertuna") {
+  const studio = await open(chrome, { hash });
+  await studio.page.locator(`[data-view="${view}"]`).click();
+  await settled(studio.page);
+  return studio;
+}
+
+/** Wait until a search has ended; return its sentence. */
+async function ended(page) {
+  const status = page.locator("#front [role=status]");
+  await page.waitForFunction(() => /ended|No search|No gait/.test(document.querySelector("#front [role=status]").textContent), null, { timeout: 120_000 });
+  await settled(page);
+  return status.textContent();
+}
+
+test("a click on the map goes there, and the map tells the number that the gait has", async () => {
+  const { page, faults, close } = await at("map");
+  const canvas = page.locator("#map canvas");
+  await page.waitForFunction(() => /settled gaits/.test(document.querySelector("#map .caption").textContent));
+  const box = await canvas.boundingBox();
+  await canvas.hover({ position: { x: box.width / 2, y: box.height / 2 } });
+  await page.waitForFunction(() => /m\/s$/.test(document.querySelector("#map .caption").textContent));
+  const told = await page.locator("#map .caption").textContent();
+  const [, hertz, angle, speed] = /^([\d.]+) Hz, (−?[\d.]+) deg: speed (−?[\d.]+) m\/s$/.exec(told.replace(/ /g, " "));
+  await canvas.click({ position: { x: box.width / 2, y: box.height / 2 } });
+  await settled(page);
+  const set = await setting(page);
+  assert.ok(Math.abs(set.frequency - Number(hertz)) < 0.01, told);
+  assert.ok(Math.abs(set["phase-1"] - Number(angle.replace("−", "-"))) < 0.1, told);
+  assert.equal(set["amplitude-0"], 16);
+  assert.ok(Math.abs((await numbers(page)).speed - Number(speed.replace("−", "-"))) < 0.03, told); // nearest of a grid
+  await canvas.press("ArrowRight");
+  await settled(page);
+  assert.ok((await setting(page)).frequency > set.frequency);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("knobs answer while a map is computed", async (context) => {
+  const { page, close } = await at("map");
+  const begin = performance.now();
+  for (let k = 0; k < 10; k++) await turn(page, "amplitude-0", 6 + k);
+  const each = (performance.now() - begin) / 10;
+  context.diagnostic(`knob to numbers beside a map, by the test's own clock: ${each.toFixed(0)} ms`);
+  assert.ok(each < 1000);
+  await close();
+});
+
+test("the maximum speed is the program's", async (context) => {
+  const { page, faults, close } = await at("front");
+  await choose(page, "[data-gaits]", "unoptimised-0.3");
+  await page.getByRole("button", { name: "Maximum speed" }).click();
+  context.diagnostic(await ended(page));
+  const native = hypertuna("optimize", "--maximize", "speed");
+  const { speed, status } = await numbers(page);
+  assert.equal(status, "settled");
+  assert.ok(Math.abs(speed / native.speed_m_s - 1) < 1e-4, `${speed}, but ${native.speed_m_s}`);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("the least cost at a speed is the program's", async (context) => {
+  const { page, faults, close } = await at("front");
+  await page.getByLabel("speed [m/s] to swim at least cost").fill("0.4");
+  await page.getByRole("button", { name: "Least cost at", exact: true }).click();
+  context.diagnostic(await ended(page));
+  const native = hypertuna("optimize", "--speed", "0.4");
+  const { speed, cost_of_transport: cost } = await numbers(page);
+  assert.ok(Math.abs(speed - 0.4) < 1e-4, `${speed}`);
+  assert.ok(Math.abs(cost / native.cost_of_transport_j_per_kg_m - 1) < 1e-3, `${cost}`);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a speed that no gait reaches is told, and a search can be stopped", async () => {
+  const { page, faults, close } = await at("front");
+  await page.getByLabel("speed [m/s] to swim at least cost").fill("9");
+  await page.getByRole("button", { name: "Least cost at", exact: true }).click();
+  assert.match(await ended(page), /No search reached 9 m\/s/);
+  await page.getByRole("button", { name: "Least cost at all speeds" }).click();
+  await page.getByRole("button", { name: "Cancel" }).click();
+  await page.waitForFunction(() => /cancel/.test(document.querySelector("#front [role=status]").textContent));
+  await turn(page, "frequency", 3);
+  assert.equal((await setting(page)).frequency, 3);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a published gait swims from its card, with what was published of it", async () => {
+  const { page, faults, close } = await at("paper");
+  const card = page.locator("#paper .card").filter({ hasText: "unoptimised-max" });
+  await card.waitFor();
+  assert.match(await card.textContent(), /0\.56 m\/s/);
+  assert.match(await card.textContent(), /0\.5775 m\/s/);
+  assert.match(await card.textContent(), /measured on the robot/);
+  const target = page.locator("#paper .card").filter({ hasText: "unoptimised-0.4" });
+  assert.match(await target.textContent(), /not a measurement/);
+  await target.getByRole("button").click();
+  await settled(page);
+  assert.equal(await page.locator("[data-gaits]").inputValue(), "unoptimised-0.4");
+  assert.equal((await setting(page)).frequency, 3);
+  await choose(page, "#robot", "rexeel");
+  await page.waitForFunction(() => /rexeel/.test(document.querySelector("#paper").textContent));
+  assert.doesNotMatch(await page.locator("#paper").textContent(), /published \d/);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("arrow keys go from view to view, and the link keeps the view", async () => {
+  const { page, close } = await at("map");
+  await page.locator('[data-view="map"]').focus();
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await page.locator('[data-view="front"]').getAttribute("aria-selected"), "true");
+  const link = await page.evaluate(() => location.href);
+  const again = await open(chrome, { hash: link.slice(link.indexOf("#")) });
+  assert.ok(await again.page.locator("#front").isVisible());
+  await again.close();
+  await close();
+});
