@@ -20,7 +20,11 @@ async function at(view, hash = "#robot=hypertuna") {
 /** Wait until a search has ended; return its sentence. */
 async function ended(page) {
   const status = page.locator("#front [role=status]");
-  await page.waitForFunction(() => /ended|No search|No gait/.test(document.querySelector("#front [role=status]").textContent), null, { timeout: 120_000 });
+  await page.waitForFunction(
+    () => /ended|No search|No gait/.test(document.querySelector("#front [role=status]").textContent),
+    null,
+    { timeout: 120_000 },
+  );
   await settled(page);
   return status.textContent();
 }

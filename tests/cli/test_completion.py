@@ -59,7 +59,6 @@ def test_completion_knows_commands_options_and_names(shell: str, tmp_path: Path)
     assert offered("hypertuna swim --water s") == {"strip"}
     assert "rexeel" in offered("hypertuna swim --robot rex")
     assert "rexeel" in offered("hypertuna studio rex")
-    assert offered("hypertuna studio rexeel --gait wave-1") == {"wave-10"}
     assert offered("hypertuna swim --robot rexeel --gait wave-1") == {"wave-10"}
     assert offered("hypertuna mission b") == {"box"}
     assert offered("hypertuna swim --set joints.I.b") == {"joints.I.bandwidth_hz=", "joints.I.bend_max_deg="}

@@ -141,7 +141,7 @@ def offered_robots(incomplete: str) -> list[str]:
     return starting(robots(), incomplete)
 
 
-def offered_gaits(context: typer.Context, incomplete: str) -> list[str]:
+def _gaits(context: typer.Context, incomplete: str) -> list[str]:
     """Return the gaits of the robot that is typed before."""
     from hypertuna.description.robot import load
 
@@ -187,7 +187,7 @@ Changes = Annotated[
 ]
 GaitName = Annotated[
     str | None,
-    text("--gait", "A gait of the robot's file; the options below change it.", "NAME", autocompletion=offered_gaits),
+    text("--gait", "A gait of the robot's file; the options below change it.", "NAME", autocompletion=_gaits),
 ]
 Frequency = Annotated[
     Sequence[tuple[float]] | None,

@@ -50,12 +50,7 @@ def studio_command(
     ] = opt.ROBOT,
     gait: Annotated[
         str | None,
-        opt.text(
-            "--gait",
-            "Gait at the start, one of the robot's file. (default: its first)",
-            "NAME",
-            autocompletion=opt.offered_gaits,
-        ),
+        opt.text("--gait", "Gait at the start, one of the robot's file. (default: its first)", "NAME"),
     ] = None,
     port: Annotated[int | None, opt.whole_number("--port", "Port of the address. (default: a free one)")] = None,
     no_open: Annotated[bool, typer.Option("--no-open", help="Print the address; open no browser.")] = False,
