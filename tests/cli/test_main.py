@@ -158,6 +158,27 @@ def test_sweep_fits_80_columns(run: Run, monkeypatch: pytest.MonkeyPatch, argume
     assert "amplit" not in output.replace("amplitude", "")
 
 
+@pytest.mark.parametrize(
+    ("command", "line"),
+    [
+        ("fe bend", "--poisson NUMBER"),
+        ("range", "--reserve NUMBER"),
+        ("replay", "--start m,m,deg "),
+        ("radio calibrate", "--at NUMBER,..."),
+        ("paper", "--output FOLDER"),
+    ],
+)
+def test_help_has_plain_metavars(run: Run, command: str, line: str) -> None:
+    _, output, _ = run(*command.split(), "--help")
+    assert line in output
+
+
+def test_help_of_identify_has_the_log_scale_beside_the_other_options(run: Run) -> None:
+    _, output, _ = run("identify", "--help")
+    assert "<" not in output  # no type in Python's words
+    assert output.index("--log NAME") < output.index("Output:")
+
+
 def test_version(run: Run) -> None:
     assert run("--version") == (0, f"hypertuna {version()}\n", "")
     _, output, _ = run("version")

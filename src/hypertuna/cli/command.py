@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import pkgutil
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -56,7 +57,8 @@ class _Front:
         for param in params:
             if (record := param.get_help_record(context)) is not None:
                 title = "Arguments" if param.param_type_name == "argument" else home.get(param.name or "", "Options")
-                panels[title].append(record)
+                names, text = record
+                panels[title].append((re.sub(r" <\S+>$", "", names), text))  # without the type in Python's words
         for title, rows in panels.items():
             if rows:
                 with formatter.section(title):

@@ -63,7 +63,7 @@ class CoarseElements(Elements):
 
 def _folder(content: str) -> Any:
     """Declare the option of the folder of a run."""
-    return typer.Option("-o", "--output", help=f"Folder of the run: {content}")
+    return typer.Option("-o", "--output", metavar="FOLDER", help=f"Folder of the run: {content}")
 
 
 # Columns of the tables: head and format.
@@ -332,7 +332,9 @@ def map_command(
     moment: Annotated[
         Sequence[float] | None,
         opt.values(
-            "--moment", "N m", "Couples on the tip in N m. (default: 5, to half of the moment that the pressure makes)"
+            "--moment",
+            "N m",
+            "Couples on the tip in N m. (default: five, up to half of the moment that the pressure makes)",
         ),
     ] = None,
     fill: Annotated[
@@ -340,8 +342,8 @@ def map_command(
         opt.number(
             "--fill",
             "kPa",
-            "Fill pressure in kPa: the right side has twice that less the left pressure, or none; 0 for one side "
-            "alone. (default: that of the robot's line)",
+            "Fill pressure in kPa: the right side has twice this pressure minus the left one, but not less than 0; 0 "
+            "leaves the right side without pressure. (default: that of the robot's line)",
         ),
     ] = None,
     checkpoint: opt.Checkpoint = None,

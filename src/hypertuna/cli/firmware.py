@@ -55,7 +55,7 @@ def params(
 
 @firmware_app.command()
 def faults(as_json: opt.AsJson = False) -> None:
-    """List the faults that the supervisor on board detects, and how the robot answers to each."""
+    """List the faults that the supervisor on board detects, and the response of the robot to each."""
     keys = ("name", "sentence", "answer", "latched", "forbids_arming")
     rows: list[dict[str, Any]] = [dict(zip(keys, row, strict=True)) for row in _core.fault_table()]
     if as_json:

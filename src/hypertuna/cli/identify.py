@@ -86,7 +86,9 @@ class SearchOptions:
             _bound,
         ),
     ] = None
-    log: Annotated[list[str] | None, opt.text("--log", "Coefficient to fit in log scale; repeatable.", "NAME")] = None
+    log_scale: Annotated[
+        list[str] | None, opt.text("--log", "Coefficient to fit in log scale; repeatable.", "NAME")
+    ] = None
     start: Annotated[
         list[Any] | None,
         opt.option(
@@ -109,9 +111,10 @@ class SearchOptions:
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of `identify`."""
         bounds = {name: (low, high) for name, low, high in self.bounds or []}
-        log = [name for names in self.log or [] for name in split_names(names)]
+        log = [name for names in self.log_scale or [] for name in split_names(names)]
         prior = None if self.prior is None else dict(self.prior)
-        return vars(self) | {"bounds": bounds, "log": log, "start": dict(self.start or []), "prior": prior}
+        given = {key: value for key, value in vars(self).items() if key != "log_scale"}
+        return given | {"bounds": bounds, "log": log, "start": dict(self.start or []), "prior": prior}
 
 
 @opt.grouped

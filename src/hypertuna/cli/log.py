@@ -26,7 +26,7 @@ LogFile = Annotated[str, typer.Argument(metavar="FILE.mcap", help="A log that hy
 
 def _output(*suffixes: str) -> Any:
     """Declare the option --output."""
-    return opt.file("-o", "--output", help=f"Write this {' or '.join(suffixes)} file.", suffixes=suffixes)
+    return opt.file("-o", "--output", help=f"File to write: {', '.join(suffixes)}.", suffixes=suffixes)
 
 
 @log_app.command("info")

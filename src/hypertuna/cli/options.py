@@ -48,7 +48,8 @@ def group(help: str) -> typer.Typer:
 
 
 SYMBOLS = {"degrees": "deg", "seconds": "s", "C": "degC", "percent": "%", "N m": "N*m"}  # of units, for metavars
-SYMBOLS |= {"parts of 1": "1", "m/s per J/(kg m)": "1"}
+SYMBOLS |= dict.fromkeys(("parts of 1", "parts of one", "m/s per J/(kg m)", "deg, kPa or A", "figures, 0.475 say"), "1")
+SYMBOLS |= {"m, m and degrees": "m,m,deg"}
 
 
 def _kind(form: str, read: Callable[..., Any]) -> Callable[..., Any]:
@@ -59,7 +60,7 @@ def _kind(form: str, read: Callable[..., Any]) -> Callable[..., Any]:
 
     def declare(name: str, unit: str, help: str, **more: Any) -> Any:
         symbol = SYMBOLS.get(unit, unit)
-        metavar = form.replace("UNIT", "NUMBER" if symbol == "1" else symbol)
+        metavar = symbol if "," in symbol else form.replace("UNIT", "NUMBER" if symbol == "1" else symbol)
         return option((name,), help, metavar, lambda text, key: read(text, key, unit, **more))
 
     return declare
@@ -129,7 +130,8 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 # --- the robot and its gait
 
 RANGE = "values and ranges START:STOP:COUNT, separated by commas"
-GROUPS = "one per joint group, separated by commas; sweep and turn take ranges START:STOP:COUNT, and several levels"
+GRID = "Commands that swim a grid (sweep, turn) take"
+GROUPS = f"one per joint group, separated by commas. {GRID} ranges START:STOP:COUNT, and several levels"
 ROBOTS = "(default: the robot's)"
 ROBOT = "hypertuna"  # without --robot and HYPERTUNA_ROBOT
 
@@ -193,7 +195,7 @@ Frequency = Annotated[
     Sequence[tuple[float]] | None,
     option(
         ("--frequency",),
-        f"Beat frequency; sweep and turn take {RANGE}.",
+        f"Beat frequency. {GRID} {RANGE}.",
         "Hz",
         lambda text, key: [(value,) for value in parsing.values(text, key, "Hz")],
     ),
@@ -256,7 +258,7 @@ Side = Annotated[str, word("--side", ("left", "right"), "Side under pressure; a 
 Steps = Annotated[int, whole_number("--steps", "Runge-Kutta steps per beat.")]
 Threads = Annotated[int | None, whole_number("--threads", "Number of threads. (default: all processors)")]
 Duration = Annotated[float, number("--duration", "seconds", "Duration of the run.")]
-Medium = Annotated[str, word("--medium", ("water", "air"), "What the robot is in.")]
+Medium = Annotated[str, word("--medium", ("water", "air"), "Medium around the robot.")]
 Temperature = Annotated[float | None, number("--temperature", "C", f"Oil temperature. {ROBOTS}")]
 # Oil hardly passes thinner lines, and wider ones swing faster than the twin steps.
 BORES = Range(min=1.0, max=20.0, unit="mm")

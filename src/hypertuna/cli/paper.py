@@ -31,6 +31,7 @@ def paper_command(
         typer.Option(
             "-o",
             "--output",
+            metavar="FOLDER",
             help="Write index.html, ledger.json and the plots to this folder, and print a summary only.",
         ),
     ] = None,

@@ -97,7 +97,9 @@ def schema() -> None:
 
 @robot_app.command()
 def keys(
-    part: Annotated[str, typer.Argument(metavar="[PART]", help="Part of their names.", show_default=False)] = "",
+    part: Annotated[
+        str, typer.Argument(metavar="[PART]", help="Part of the names of the keys.", show_default=False)
+    ] = "",
     as_json: opt.AsJson = False,
 ) -> None:
     """List the keys of a robot's file: unit, default, typical value, and how to find it."""
