@@ -18,6 +18,14 @@ struct ht_twin {
     std::unique_ptr<LiveTwin> live;
 };
 
+#ifdef __wasm__
+// What the library calls where it gives up, as without memory. Its own ones print first, with 16 kB of code.
+extern "C" [[noreturn]] void __abort_message(const char*, ...) { __builtin_trap(); }
+namespace std::inline __1 {
+[[noreturn]] void __libcpp_verbose_abort(const char*, ...) noexcept { __builtin_trap(); }
+}  // namespace std::inline __1
+#endif
+
 namespace {
 
 /// Write a sentence to a host that has room for it.
@@ -63,7 +71,9 @@ std::unique_ptr<TwinParts> read_twin(const Image& image, const Model& model, std
         fault = "image: plant, controller and sensors must have as many joints as each other";
         return nullptr;
     }
-    return std::make_unique<TwinParts>(TwinParts{std::move(*plant), *controller, *sensors, steps});
+    const int coordinates = plant->coordinates;
+    pad(*plant);
+    return std::make_unique<TwinParts>(TwinParts{std::move(*plant), *controller, *sensors, steps, coordinates});
 }
 
 }  // namespace

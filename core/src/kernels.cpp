@@ -231,8 +231,13 @@ void gradient_along(const Model& model, const GaitBatch& gaits, const Directions
 template <class Law>
 void gradient_of(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
                  const double* momentum, int steps, double* rows) {
+    std::vector<int> moving = directions.moving;
+#ifdef HYPERTUNA_SMALL
+    moving.insert(moving.begin(), directions.still.begin(), directions.still.end());
+#else
     gradient_along<Law, Real>(model, gaits, directions, directions.still, begin, end, momentum, steps, rows);
-    gradient_along<Law, Derivative>(model, gaits, directions, directions.moving, begin, end, momentum, steps, rows);
+#endif
+    gradient_along<Law, Derivative>(model, gaits, directions, moving, begin, end, momentum, steps, rows);
 }
 
 void gradient_any(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
@@ -242,6 +247,7 @@ void gradient_any(const Model& model, const GaitBatch& gaits, const Directions& 
     });
 }
 
+#ifndef HYPERTUNA_SMALL
 template <class Law, class G>
 void track_along(const Model& model, const JointSeries& series, const Directions& directions,
                  const std::vector<int>& list, const Track& track) {
@@ -297,6 +303,9 @@ void track_any(const Model& model, const JointSeries& series, const Directions& 
     with_law<Derivative>(model.law,
                          [&](auto law) { track_of<typename decltype(law)::type>(model, series, directions, track); });
 }
+#else
+constexpr void (*track_any)(const Model&, const JointSeries&, const Directions&, const Track&) = nullptr;
+#endif
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
 

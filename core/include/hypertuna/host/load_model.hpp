@@ -21,7 +21,7 @@ inline std::vector<ParameterColumn> parameter_columns(const Model& model) {
         columns.push_back({name, model.groups, false});
     for (const char* name : {"length", "com", "mass", "inertia"}) columns.push_back({name, model.links, false});
     columns.push_back({"density", 1, true});
-    with_law<double>(model.law, [&](auto law) {
+    with_listed_law<double>(model.law, [&](auto law) {
         for (const WaterColumn& column : decltype(law)::type::columns)
             columns.push_back({column.name, column.per_link ? model.links : 1, !column.per_link});
     });

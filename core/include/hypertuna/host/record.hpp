@@ -136,9 +136,10 @@ struct TwinColumns {
         });
     }
 
-    static void add(Record& record, std::size_t rows, int joints) {
-        add_columns(record, head(), rows, D, joints);
-        add_columns(record, robot(), rows, D, joints);
+    /// Columns for a robot of so many coordinates, D or fewer.
+    static void add(Record& record, std::size_t rows, int coordinates, int joints) {
+        add_columns(record, head(), rows, coordinates, joints);
+        add_columns(record, robot(), rows, coordinates, joints);
     }
     static void write(Record& record, std::size_t row, const State& state, const Tick& tick) {
         write_row(record, 0, head(), row, state, tick);

@@ -81,7 +81,7 @@ template <class Body, class Go>
 Record record_run(const Twin<Body>& twin, TwinStateOf<Body> state, const Run& run, const Go& go) {
     using Columns = TwinColumns<Body::coordinates, typename Body::Space>;
     Record record;
-    Columns::add(record, (run.ticks + run.every - 1) / run.every, twin.plant.joints);
+    Columns::add(record, (run.ticks + run.every - 1) / run.every, Body::coordinates, twin.plant.joints);
     for (; record.ticks < run.ticks && plausible(state.plant); ++record.ticks) {
         const PlantStateOf<Body> start = state.plant;
         const TickOf<Body> tick = go(state, record.ticks);

@@ -21,6 +21,15 @@ G narrow(const S& x) {
         return value(x);
 }
 
+/// Flags of a model's law; of a type that is any law, its place too.
+template <class Law>
+unsigned flags_of(const Model& model) {
+    if constexpr (requires { Law::flag_bits; })
+        return unsigned(model.law) << Law::flag_bits | model.flags;
+    else
+        return model.flags;
+}
+
 /// A tank to swim in: all the memory that the core needs for one gait (or one set of lanes), kept between gaits.
 ///
 /// The shape is made of scalars G: numbers without derivatives where the parameters' ones leave the shape alone.
@@ -46,7 +55,7 @@ struct Tank {
           link(model.links),
           geometry(model.links),
           coefficients(model.links),
-          flags_(model.flags),
+          flags_(flags_of<Law>(model)),
           motion_(model.links),
           torque_(model.links),
           group_power_(model.links),

@@ -119,16 +119,25 @@ HYPERTUNA_INLINE S bend_moment(const Joint<S>& joint, const JointLoad<S>& load, 
 /// No output: the quantities that only an output needs are not computed.
 struct NoOutput {};
 
+/// Oil in the muscles of a joint's two sides, as joint_load asks for it.
+template <class S>
+struct JointOil {
+    const Circuit<S>* circuit;
+    const CircuitState<S>* at;
+    const S* unit_rest;
+
+    HYPERTUNA_INLINE auto operator()(int side, const S& volume) const {
+        return unit_oil(circuit[side], at[side], unit_rest[side], volume);
+    }
+};
+
 /// A joint that oil bends: how its circuits and its strain change, and the moment on its bend.
 template <class Body, class Seen>
 HYPERTUNA_INLINE auto bend_by_oil(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                                   const ServoTargets<typename Body::Scalar, Body::coordinates>& targets, int j,
                                   PlantStateOf<Body>& rate, Seen seen) {
     using S = typename Body::Scalar;
-    const auto oil = [&](int side, const S& volume) {
-        const int c = 2 * j + side;
-        return unit_oil(plant.circuit[c], at.circuit[c], plant.unit_rest[c], volume);
-    };
+    const JointOil<S> oil{plant.circuit + 2 * j, at.circuit + 2 * j, plant.unit_rest + 2 * j};
     const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j], at.strain[j], oil);
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;

@@ -3,6 +3,7 @@
 
 #include <type_traits>
 
+#include "hypertuna/swimming/any_law.hpp"
 #include "hypertuna/swimming/elongated.hpp"
 #include "hypertuna/swimming/lumped.hpp"
 #include "hypertuna/swimming/strip.hpp"
@@ -15,6 +16,8 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 template <class, template <class> class... Law>
 struct LawList {
     static constexpr int count = sizeof...(Law);
+    template <class S>
+    using Any = AnyLaw<S, Law...>;
 
     /// Call work(std::type_identity<Law<S>>) for every law in turn.
     template <class S, class Work>
@@ -29,11 +32,22 @@ using WaterLaws = LawList<void HYPERTUNA_WATER_LAWS(HYPERTUNA_NEXT_LAW)>;
 
 /// Call work(std::type_identity<Law<S>>) for the law at this place of the list.
 template <class S, class Work>
-void with_law(int index, const Work& work) {
+void with_listed_law(int index, const Work& work) {
     int k = 0;
     WaterLaws::each<S>([&](auto law) {
         if (k++ == index) work(law);
     });
+}
+
+/// Call work(std::type_identity<Law<S>>) for the law at this place of the list; where the code is to be small, for the
+/// type that is any law.
+template <class S, class Work>
+void with_law([[maybe_unused]] int index, const Work& work) {
+#ifdef HYPERTUNA_SMALL
+    work(std::type_identity<WaterLaws::Any<S>>{});
+#else
+    with_listed_law<S>(index, work);
+#endif
 }
 
 /// Number of coefficients of a law in a row of parameters.
