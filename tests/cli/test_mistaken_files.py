@@ -13,7 +13,7 @@ REPOSITORY = Path(__file__).parents[2]
 # What is typed behind `hypertuna` in the folder below, and the answer behind "error: ".
 SENSORS = "[[sensors]] for rate, acceleration, depth, field, position"
 AT_SEA = (
-    "copy them and their lines of [sources] from a robot of this size; `hypertuna robot new own-sea.toml "
+    "copy them, [gaits] and their lines of [sources] from a robot of this size; `hypertuna robot new own-sea.toml "
     "--lengths 0.15,0.075,0.075 --mass 0.54 --joints J1,J2 --actuation servo --sea` writes it."
 )
 MISTAKES = {

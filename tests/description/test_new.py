@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -102,6 +103,14 @@ def test_a_first_robot_at_sea_dives_flies_a_mission_and_has_firmware(actuation: 
     assert fly(read_mission("box"), robot, duration=20.0).status == "given up"  # out of time
 
 
+def test_a_first_robot_at_sea_dives_and_rises_below_the_frequency_of_its_cruise() -> None:
+    # Ballast a twelfth of the height below the middle let it roll at 1.5 Hz: by 16 deg, and fins up took it down.
+    robot = parse(tomllib.loads(first_robot("fish", length=0.35, mass=0.9, actuation="servo", sea=True)))
+    cruise = named_gait(robot, "cruise")
+    down, up = dive(robot, replace(cruise, frequency=1.5), duration=24.0).legs
+    assert (down.right, up.right) == (True, True)
+
+
 @pytest.mark.parametrize("actuation", ["servo", "hydraulic"])
 def test_the_pilot_of_a_first_robot_steers_within_its_bends_and_on_its_own_scales(actuation: str) -> None:
     document = tomllib.loads(first_robot("fish", actuation=actuation, sea=True))
@@ -152,7 +161,7 @@ def test_what_a_robot_lacks_at_sea_is_what_the_command_writes(actuation: str) ->
         else tomllib.loads(first_robot("fish-sea", lengths=[0.16, 0.08, 0.08], mass=0.9, actuation=actuation, sea=True))
     )
     document = robot.document()
-    for table in ("guidance", "firmware", "sensors") if sea else ():
+    for table in ("guidance", "gaits", "firmware", "sensors") if sea else ():
         document[table] = sea[table]
     if sea:
         assert "namespace" in header(firmware_table(parse(document)))

@@ -24,7 +24,6 @@ HEADER = """\
 # Every value is an estimate from length and mass; [sources] has its rule. Replace values as you measure them, write
 # "measured" and how into [sources], and run `hypertuna robot check`.
 """
-BANDWIDTHS = {"servo": 5.0, "hydraulic": 4.7}  # Hz, small digital servos under load; as identified on HyperTuna
 RESERVE = 3.0  # stall torque over the largest of the beat: a usual rule for lasting loads
 SERVO_V, SERVO_SPEED = 7.4, 7.5  # V and rad/s, of data sheets
 PRESSURE = 250e3  # Pa, up to which HyperTuna's joints were tested
@@ -72,18 +71,15 @@ def first_robot(
 
 
 def _drive(document: dict[str, Any], actuation: str) -> None:
-    """Add what servos and hydraulics have in common: bandwidth, battery, sensors, controller."""
+    """Add what servos and hydraulics have in common: battery, sensors, controller."""
     tuna = read_toml(shipped("robots") / "hypertuna.toml")
     for group, (_, largest) in zip(document["joints"], document["gait_bounds"]["amplitude_deg"], strict=True):
-        group |= {"bandwidth_hz": BANDWIDTHS[actuation], "amplitude_max_deg": largest, "bend_max_deg": largest}
-    document["model"]["joints"] = "bandwidth"
+        group |= {"amplitude_max_deg": largest, "bend_max_deg": largest}
     document["battery"] = tuna["battery"]
     document["sensors"] = [sensor for sensor in tuna["sensors"] if sensor["quantity"] in SENSORS[actuation]]
     document["controller"] = tuna["controller"]
     document["sources"] |= dict.fromkeys(("battery", "sensors", "controller"), AS_HYPERTUNA)
-    identified = "small servos under load" if actuation == "servo" else "as identified on HyperTuna"
     document["sources"] |= {
-        "joints.bandwidth_hz": f"estimate: {identified}",
         "joints.amplitude_max_deg": "estimate: 1.5 times the amplitude of the gait",
         "joints.bend_max_deg": "estimate: as the largest amplitude",
     }

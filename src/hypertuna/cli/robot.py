@@ -78,12 +78,13 @@ def _next_lines(robot: Robot) -> Iterator[Any]:
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group")
     yield f"written: {robot.file}; {', '.join(counted(number, noun) for number, noun in parts)}, all estimates"
     file = shlex.quote(robot.file)
+    gait = f" --gait {list(robot.gaits)[-1]}" if len(robot.gaits) > 1 else ""
     yield "next:"
-    yield f"  hypertuna swim --robot {file}"
+    yield f"  hypertuna swim --robot {file}{gait}"
     if robot.controller is not None:
-        yield f"  hypertuna twin --robot {file}"
+        yield f"  hypertuna twin --robot {file}{gait}"
     if robot.firmware is not None:
-        yield f"  hypertuna mission box --robot {file}"
+        yield f"  hypertuna dive --robot {file}{gait}"
         yield f"  hypertuna firmware params --robot {file}"
     yield f"  hypertuna robot check {file}"
     yield "Replace the estimates by what you measure, and check the file again."

@@ -44,12 +44,16 @@ def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] 
         guidance = require(robot.guidance, "guidance", robot)
         gaits, speed = [named_gait(robot, name) for name in guidance.gaits], speed or guidance.speed or ()
     if not speed:
-        lagging = all(group.bandwidth is not None for group in robot.joints)
-        swimmer = robot.using(joints="bandwidth") if lagging else robot
-        speed = [swim(swimmer, gait).speed for gait in gaits]
+        speed = [swim(with_known_lag(robot), gait).speed for gait in gaits]
     table = GaitTable(tuple(gaits), tuple(float(value) for value in speed))
     _check_table(table)
     return table
+
+
+def with_known_lag(robot: Robot) -> Robot:
+    """Return the robot with the lag of its joints, as far as their bandwidth is known."""
+    known = all(group.bandwidth is not None for group in robot.joints)
+    return robot.using(joints="bandwidth") if known else robot
 
 
 def _check_table(table: GaitTable) -> None:

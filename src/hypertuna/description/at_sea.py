@@ -2,10 +2,11 @@
 
 import math
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import islice
 from typing import Any
 
+from hypertuna import _core
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.robot import Robot
 from hypertuna.description.shape import ASPECT, DENSITY, Shape
@@ -14,6 +15,7 @@ from hypertuna.errors import InputError
 SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 29, 30, 31, 32, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
 ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
 LENGTH, SPEED = 0.52, 0.298  # m and m/s, of HyperTuna and its slowest gait
+ROLL = 0.5  # natural frequency of roll over that of the beat; 0.4 to 0.6 on HyperTuna
 POWER = 3.0  # W/kg: HyperTuna's 10 W
 
 # keys of the pilot by what they scale with: length, speed, time over a given way, rate of body lengths
@@ -23,7 +25,8 @@ TIMES = ("response_time_s",)
 RATES = ("heading_rate_1_s", "heading_integral_1_s", "depth_integral_1_s", "turn_max_deg_s")
 
 SOURCES = {
-    "spatial.com_height_m": "estimate: ballast low in the head, a twelfth of its height, as HyperTuna's",
+    "spatial.com_height_m": "estimate: ballast in the head, so low that roll has half the frequency of the beat: at "
+    "the same frequency the robot would roll far, and its fins would lose their force",
     "spatial.volume_m3": "estimate: each link carries itself, mass over density",
     "spatial.buoyancy_center_m": "estimate: at the centers of mass, so that the robot lies level",
     "spatial.buoyancy_height_m": "estimate: in the plane of the joints",
@@ -36,7 +39,8 @@ SOURCES = {
     "fins": "estimate: three tenths of the length behind the nose; span 0.118 times the length, chord 0.8 times the "
     "span, as HyperTuna's",
     "guidance": "estimate: as HyperTuna's, see robots/hypertuna.toml",
-    "guidance.gaits": "estimate: the only gait",
+    "gaits.slow": "estimate: half of the amplitudes of cruise, at 0.85 of its frequency, to stay above that of roll",
+    "guidance.gaits": "estimate: all of them",
     "guidance.bias_max_deg": "estimate: half of the gait's amplitudes, as HyperTuna's, as far as the joints bend",
     "guidance.lookahead_m": "estimate: as HyperTuna's in body lengths",
     "guidance.depth_lookahead_m": "estimate: as HyperTuna's in body lengths",
@@ -74,9 +78,9 @@ def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
     command = ["hypertuna", "robot", "new", f"{robot.name}-sea.toml"]
     command += [word for name, value in options.items() for word in (f"--{name}", value)]
     them, their = ("it", "its") if len(absent) == 1 else ("them", "their")
-    fix = (
-        f"copy {them} and {their} lines of [sources] from a robot of this size; `{shlex.join(command)} --sea` writes it"
-    )
+    gaits = ", [gaits]" if "[guidance]" in absent else ""
+    fix = f"copy {them}{gaits} and {their} lines of [sources] from a robot of this size; "
+    fix += f"`{shlex.join(command)} --sea` writes it"
     rule = "is missing" if len(absent) == 1 else "are missing"
     raise InputError(rule, file=robot.file or None, key=", ".join(absent), fix=fix)
 
@@ -89,13 +93,18 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], speed: float)
     """
     links, gait = document["links"], document["gaits"]["cruise"]
     shape = Shape(sum(links["length_m"]), document["body"]["mass_kg"])
-    document["spatial"] = _spatial(links)
+    document["spatial"] = _spatial(links, ROLL * gait["frequency_hz"])
+    slow = gait | {
+        "frequency_hz": 0.85 * gait["frequency_hz"],
+        "amplitude_deg": [round(a / 2, 1) for a in gait["amplitude_deg"]],
+    }
+    document["gaits"] = {"slow": slow, "cruise": gait}
     document["fins"] = _fins(shape, tuna["fins"])
     document["servos"] = [*document.get("servos", []), *(s for s in tuna["servos"] if s["drives"] == "pectoral fins")]
     document["sensors"] += [s for s in tuna["sensors"] if s["quantity"] in ("field", "position")]
     pilot = {key: value for key, value in tuna["guidance"].items() if key != "speed_m_s"}
     bends = [(a, group["bend_max_deg"]) for a, group in zip(gait["amplitude_deg"], document["joints"], strict=True)]
-    pilot |= {"gaits": ["cruise"], "bias_max_deg": [round(min(a / 2, bend - a), 1) for a, bend in bends]}
+    pilot |= {"gaits": ["slow", "cruise"], "bias_max_deg": [round(min(a / 2, bend - a), 1) for a, bend in bends]}
     longer, faster = shape.length / LENGTH, speed / SPEED
     scales = {longer: LENGTHS, faster: SPEEDS, 1 / faster: TIMES, faster / longer: RATES}
     pilot |= {key: float(f"{scale * pilot[key]:.2g}") for scale, keys in scales.items() for key in keys}
@@ -106,14 +115,14 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], speed: float)
     document["sources"] |= SOURCES | {"servos": "estimate: as HyperTuna's fins"} | document["sources"]
 
 
-def _spatial(links: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the table ``[spatial]`` of links as elliptical sections of their height and volume."""
+def _spatial(links: Mapping[str, Any], roll: float) -> dict[str, Any]:
+    """Return the table ``[spatial]`` of links as elliptical sections of their height and volume; `roll` [Hz]."""
     volume = [mass / DENSITY for mass in links["mass_kg"]]
     columns = list(zip(volume, links["lateral_area_m2"], links["length_m"], strict=True))
     height = [area / length for _, area, length in columns]
     width = [4 * v / (math.pi * area) for v, area, _ in columns]
     table = {
-        "com_height_m": [-height[0] / 12] + [0.0] * (len(height) - 1),
+        "com_height_m": [-_ballast(links, height, width, roll)] + [0.0] * (len(height) - 1),
         "volume_m3": volume,
         "buoyancy_center_m": links["com_m"],
         "buoyancy_height_m": [0.0] * len(height),
@@ -124,6 +133,15 @@ def _spatial(links: Mapping[str, Any]) -> dict[str, Any]:
         "drag_roll": [0.3] * (len(height) - 1) + [1.2],
     }
     return {key: [float(f"{x:.4g}") for x in column] for key, column in table.items()} | {"shedding_vertical": 0.28}
+
+
+def _ballast(links: Mapping[str, Any], height: Sequence[float], width: Sequence[float], roll: float) -> float:
+    """Return the depth [m] of the head's center of mass at which a body of elliptical sections rolls at `roll` [Hz]."""
+    sections = list(zip(links["mass_kg"], links["length_m"], height, width, strict=True))
+    inertia = sum(m * (h**2 + w**2) / 16 for m, _, h, w in sections)
+    added = sum(DENSITY * math.pi / 128 * (h**2 - w**2) ** 2 * length for _, length, h, w in sections)
+    stiffness = (2 * math.pi * roll) ** 2 * (inertia + added)
+    return min(stiffness / (float(_core.GRAVITY) * links["mass_kg"][0]), height[0] / 6)
 
 
 def _fins(shape: Shape, tuna: Mapping[str, float]) -> dict[str, float]:

@@ -13,6 +13,7 @@ from hypertuna.actuation.hydraulics import DRIVES, SOFTER, Circuits, circuits, d
 from hypertuna.actuation.soft_joint import SMALL, JointModel, drive_unit, joint_models
 from hypertuna.arrays import Array
 from hypertuna.control.controller import controller_columns
+from hypertuna.control.guidance import with_known_lag
 from hypertuna.control.sensors import fault_texts, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.robot import Robot, cached, joint_key, require
@@ -242,7 +243,7 @@ def run_command(
     command = {"frequency": gait.frequency, "amplitude": gait.amplitude, "phase": lags(gait), "bias": gait.bias}
     command |= {} if fins is None else {"fin": fins(ticks, tick)}
     if speed is None:
-        settled = swim(robot.using(joints="bandwidth"), gait).speed
+        settled = swim(with_known_lag(robot), gait).speed
         speed = settled if math.isfinite(settled) else 0.0
     record = _core.simulate(
         parts.plant,
