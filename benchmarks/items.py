@@ -117,8 +117,8 @@ def right_hand_side(executable: Path, turns: int) -> Item:
     ]
     method = (
         "One evaluation for one gait, with its part of the Runge-Kutta step, the shape tabulated beforehand by all; "
-        "dual numbers carry the derivatives by the three momenta. The peak is that of multiply-adds in independent "
-        "chains, measured by the same C++ program, which takes turns with numba (`njit`, fastmath)."
+        "dual numbers carry the derivatives by the three momenta. The peak rate is that of independent "
+        "multiply-adds, measured by the same C++ program. This program and numba (`njit`, fastmath) take turns."
     )
     return Item("Right-hand side", method, rows)
 
@@ -165,10 +165,11 @@ def against_jax(turns: int) -> Item:
     method = (
         f"The grid above, every gait {BEATS} beats from rest with {STEPS} Runge-Kutta steps each, the last beat "
         "measured (JAX: speed; hypertuna: speed, power, cost of transport, excursion, radius). JAX: jit, x64, CPU, "
-        "one core; `direct` is the paper's equations under vmap, solved for the acceleration: what one writes, and "
-        "the 40 x is over this. `tabled` copies our form (momentum, shape tabulated) under vmap; `fused` is that form "
-        "rearranged by hand, after reading what XLA makes of it: near our own speed, so most of the 40 x is the form "
-        f"and not the language. Median of {turns} turns."
+        "one core; `direct` is the paper's equations under vmap, solved for the acceleration, as one would write "
+        "them first; the goal of 40 x refers to it. `tabled` copies our form (momentum, shape tabulated) under vmap; "
+        "`fused` is that form rearranged by hand, after reading the code that XLA makes of it. It is nearly as fast "
+        "as hypertuna, so most of the 40 x is due to the form of the equations, not to the language. Median of "
+        f"{turns} turns."
     )
     return Item("Brute force against JAX", method, rows)
 
@@ -270,7 +271,7 @@ def call_overhead(turns: int) -> Item:
         Row("swim_overhead_ms", "`hypertuna.swim` beyond the core", 1e3 * beyond, "ms", "0.2 or less"),
         Row("swim_core_ms", "the core's part of it", 1e3 * within, "ms"),
     ]
-    return Item("One call", f"The whole call less the call of the core inside it. Median of {turns}.", rows)
+    return Item("One call", f"The time of the whole call minus that of the core inside it. Median of {turns}.", rows)
 
 
 def twin_speed(turns: int) -> Item:

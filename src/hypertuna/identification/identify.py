@@ -220,7 +220,7 @@ def compare(
     `criteria`: lower is better. The loss "cauchy" is no likelihood and raises an InputError.
     """
     if options.get("loss") == "cauchy":
-        rule, fix = "must be a likelihood to compare laws", "choose soft_l1, huber or linear"
+        rule, fix = "must follow from a likelihood to compare water laws", "choose soft_l1, huber or linear"
         raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
     trials = _trials(robot, trials)
     fits: dict[str, Fit] = {}

@@ -134,7 +134,7 @@ def check_posterior(steps: int, loss: str) -> None:
     """Check the number of steps, and that the loss is a likelihood."""
     MIN_STEPS.check(steps, "posterior", "give a number such as 1000")
     if loss == "cauchy":
-        rule, fix = "must be a likelihood for a posterior", "fit with soft_l1, huber or linear"
+        rule, fix = "must follow from a likelihood to sample a posterior", "fit with soft_l1, huber or linear"
         raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
 
 

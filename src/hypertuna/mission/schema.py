@@ -73,7 +73,7 @@ class WaypointTable(Place):
 
 
 class Home(Place):
-    """Where the robot comes home to; left out, the start."""
+    """The place to which the robot returns (default: the start)."""
 
     radius: Positive = entry("distance within which the robot is at home (default: 3)", "m", default=3.0)
     speed: Speed = entry("speed through the water on the way home (default: 0.3)", "m/s", default=0.3)

@@ -73,7 +73,7 @@ def connect(text: str, *, key: bytes | None = None, patience: float = 10.0, list
 
 def _hung_up() -> NoReturn:
     """Raise an error if the other end closes the connection, where pymavlink would print."""
-    raise ConnectionResetError("the other end closed it")
+    raise ConnectionResetError("the other end closed the connection")
 
 
 class Client:

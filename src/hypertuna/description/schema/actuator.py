@@ -76,7 +76,7 @@ class Actuator(Part, table="joints.actuator"):
     semi_major: tuple[Positive, ...] = entry("half height of each segment's section", "m")
     semi_minor: tuple[Positive, ...] = entry("half width of each segment's section", "m")
     stiffness_factor: Positive = entry(
-        "factor on the matrix' E I for the strip, pipes and channels inside", default=1.0
+        "factor on the bending stiffness E I of the matrix, for the strip, pipes and channels inside", default=1.0
     )
     spacing: Positive | None = entry(
         "distance of neighboring drive units of a side, across the plane of bending; for finite elements (default: "
