@@ -83,6 +83,13 @@ export async function numbers(page) {
   });
 }
 
+/** What the address of the page holds, which it writes a moment after the last change. */
+export async function link(page) {
+  await settled(page);
+  await page.waitForTimeout(1000);
+  return page.evaluate(() => location.hash);
+}
+
 /** Choose an option of a list of the page. */
 export async function choose(page, list, value) {
   await page.locator(list).selectOption(value);

@@ -1,7 +1,7 @@
 // What the page computes is what the program computes; every knob turns to its ends; a link brings all of it back.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { browser, choose, hypertuna, knobs, numbers, open, setting, settled, told, turn } from "./browser.mjs";
+import { browser, choose, hypertuna, knobs, link, numbers, open, setting, settled, told, turn } from "./browser.mjs";
 
 const KEYS = {
   speed: "speed_m_s",
@@ -117,14 +117,14 @@ test("a link brings robot, gait and model back", async () => {
   await page.locator('[data-water="strip"]').click();
   const wanted = { frequency: 3.217, "amplitude-0": 11.3, "amplitude-1": 19.9, "phase-1": 77.7, "bias-1": 4.2 };
   for (const [knob, value] of Object.entries(wanted)) await turn(page, knob, value);
-  const [there, link] = [await numbers(page), await page.evaluate(() => location.href)];
-  const again = await open(chrome, { hash: link.slice(link.indexOf("#")) });
+  const [there, hash] = [await numbers(page), await link(page)];
+  const again = await open(chrome, { hash });
   const here = await numbers(again.page);
   assert.equal(here.status, there.status);
   for (const name of Object.keys(KEYS)) near(here[name], there[name], name);
   const set = await setting(again.page);
   for (const [knob, value] of Object.entries(wanted)) assert.ok(Math.abs(set[knob] - value) < 1e-6, knob);
-  assert.equal(await again.page.evaluate(() => location.hash), link.slice(link.indexOf("#")));
+  assert.equal(await link(again.page), hash);
   const angles = ["--amplitude", "11.3,19.9", "--phase", "0,77.7", "--bias", "0,4.2"];
   await asNative(again.page, "--robot", "hypertuna", "--water", "strip", "--frequency", "3.217", ...angles);
   await again.close();

@@ -1,7 +1,7 @@
 // The views below the fish: a map to click on, searches that end where the program's do, published gaits to swim.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { browser, choose, hypertuna, numbers, open, setting, settled, turn } from "./browser.mjs";
+import { browser, choose, hypertuna, link, numbers, open, setting, settled, turn } from "./browser.mjs";
 
 let chrome;
 before(async () => {
@@ -131,8 +131,7 @@ test("arrow keys go from view to view, and the link keeps the view", async () =>
   await page.locator('[data-view="map"]').focus();
   await page.keyboard.press("ArrowRight");
   assert.equal(await page.locator('[data-view="front"]').getAttribute("aria-selected"), "true");
-  const link = await page.evaluate(() => location.href);
-  const again = await open(chrome, { hash: link.slice(link.indexOf("#")) });
+  const again = await open(chrome, { hash: await link(page) });
   assert.ok(await again.page.locator("#front").isVisible());
   await again.close();
   await close();
