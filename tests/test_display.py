@@ -287,3 +287,10 @@ def test_a_progress_bar_is_a_line_on_a_terminal(
     report(6, 10)
     report(10, 10)
     assert re.sub(" +", " ", capsys.readouterr().err) == "\r5 of 10 gaits, 3 s left \r10 of 10 gaits, 3 s \n"
+
+
+def test_a_card_names_a_bound_with_its_unit() -> None:
+    best = ht.optimize("hypertuna", maximize="speed", bounds={"phase_II_deg": (0, 20)})
+    html = best._repr_html_()
+    assert "phase II [deg]" in html
+    assert "frequency [Hz]" in html

@@ -44,7 +44,7 @@ best
 # Fast and cheap exclude each other. The front has the best compromises:
 
 # %%
-front = ht.pareto(fish, population=20, generations=20, progress=ht.progress_bar("generations"))
+front = ht.pareto(fish, population=20, generations=20, progress=ht.progress_bar("rounds"))
 front
 
 # %%

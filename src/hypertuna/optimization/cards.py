@@ -27,7 +27,7 @@ def optimum_card(result: Optimum) -> Card:
     text += f" {result.evaluations} gaits by {result.method}, seed {result.seed}."
     if result.swim is None or result.gait is None:
         return Card(f"{title}: no gait satisfies all limits", (), text)
-    ends = [(name.replace("_", " "), f"on its {side} bound", "") for name, side in result.bounds.items()]
+    ends = [(_with_unit(name), f"on its {side} bound", "") for name, side in result.bounds.items()]
     limits = [
         (
             margin.limit.quantity.replace("_", " "),
@@ -40,6 +40,12 @@ def optimum_card(result: Optimum) -> Card:
     facts = swim_facts(result.swim)
     columns = ("bound or limit", "value", "limit")
     return Card(f"{title}: {gait_text(result.gait)}", facts, text, columns, limits + ends, picture_of(result.swim))
+
+
+def _with_unit(name: str) -> str:
+    """Write the name of a gait parameter, such as phase_II_deg, in words: phase II [deg]."""
+    quantity, _, unit = name.rpartition("_")
+    return f"{quantity.replace('_', ' ')} [{unit.replace('hz', 'Hz')}]"
 
 
 def optimum_columns(result: Optimum) -> dict[str, Any]:
