@@ -70,6 +70,7 @@ demo: $(VENV)/.wheel ## install hypertuna and write a page with what it computes
 	@echo; echo 'Go on with:'
 	@echo '  . $(VENV)/bin/activate'
 	@echo '  hypertuna swim --robot hypertuna --gait unoptimised-max'
+	@echo '  hypertuna studio'
 	@echo '  hypertuna robot new myfish.toml --links 3 --length 0.3 --mass 0.85'
 
 test: test-cpp hosts test-python ## C++ and Python tests
