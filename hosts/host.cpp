@@ -143,7 +143,8 @@ ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* faul
         std::copy(start->current, start->current + 2, sea.current);
         sea.bottom = start->bottom;
         world.sea = sea;
-        run.pose = {{0, 0, -start->depth}, {std::cos(start->heading / 2), 0, 0, std::sin(start->heading / 2)}, {0, 0}};
+        // The body's first axis points to the tail.
+        run.pose = {{0, 0, -start->depth}, {std::sin(start->heading / 2), 0, 0, -std::cos(start->heading / 2)}, {0, 0}};
     }
     tell("", fault, room);
     return new ht_twin{robot, make_live(parts, start->seed, run, world)};
