@@ -4,6 +4,8 @@
 export const STEPS = 128;
 
 const FAULT_ROOM = 512; // bytes of a sentence
+const START_SIZE = 64; // bytes of an ht_start
+const START_BOTTOM = 56; // place of its depth of the bottom
 
 interface Exports {
   memory: WebAssembly.Memory;
@@ -18,6 +20,13 @@ interface Exports {
   ht_derivative(index: number): number;
   ht_swim(robot: number, model: number, gaits: number, count: number, follow: number, quantities: number): void;
   ht_gradient(robot: number, model: number, gait: number, derivatives: number): void;
+  ht_twin_create(robot: number, start: number, fault: number, room: number): number;
+  ht_twin_free(twin: number): void;
+  ht_twin_command(twin: number, gait: number, fins: number, armed: number): void;
+  ht_twin_break(twin: number, kind: number, first: number, last: number): void;
+  ht_twin_advance(twin: number, ticks: number): number;
+  ht_twin_column(twin: number, index: number, width: number): number;
+  ht_twin_read(twin: number, row: number): void;
   ht_path(robot: number, model: number, gait: number, steps: number, rows: number): void;
 }
 
@@ -60,6 +69,20 @@ export class Core {
     return new CoreRobot(wasm, robot, this);
   }
 
+  /** Start a robot's twin from rest, in the plane of still water. */
+  twin(robot: CoreRobot): CoreTwin {
+    const { wasm } = this;
+    const start = wasm.malloc(START_SIZE + FAULT_ROOM);
+    new Uint8Array(wasm.memory.buffer, start, START_SIZE).fill(0);
+    new DataView(wasm.memory.buffer).setFloat64(start + START_BOTTOM, Number.POSITIVE_INFINITY, true);
+    const fault = start + START_SIZE;
+    const twin = wasm.ht_twin_create(robot.place, start, fault, FAULT_ROOM);
+    const sentence = twin === 0 ? this.text(fault) : "";
+    wasm.free(start);
+    if (twin === 0) throw new Error(sentence);
+    return new CoreTwin(wasm, twin, this);
+  }
+
   private names(name: (index: number) => number): string[] {
     const names: string[] = [];
     for (let place = name(0); place !== 0; place = name(names.length)) names.push(this.text(place));
@@ -67,7 +90,7 @@ export class Core {
   }
 
   /** A text that ends with a zero. */
-  private text(place: number): string {
+  text(place: number): string {
     const bytes = new Uint8Array(this.wasm.memory.buffer, place);
     return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
   }
@@ -81,37 +104,37 @@ export class CoreRobot {
 
   constructor(
     private readonly wasm: Exports,
-    private readonly robot: number,
+    readonly place: number,
     private readonly core: Core,
   ) {
     const size = wasm.malloc(4);
-    const place = wasm.ht_robot_text(robot, size);
+    const text = wasm.ht_robot_text(place, size);
     const length = new DataView(wasm.memory.buffer).getUint32(size, true);
-    this.text = new TextDecoder().decode(new Uint8Array(wasm.memory.buffer, place, length).slice());
+    this.text = new TextDecoder().decode(new Uint8Array(wasm.memory.buffer, text, length).slice());
     wasm.free(size);
-    this.numbers = 1 + 3 * wasm.ht_robot_groups(robot);
-    this.links = wasm.ht_robot_links(robot);
+    this.numbers = 1 + 3 * wasm.ht_robot_groups(place);
+    this.links = wasm.ht_robot_links(place);
   }
 
   /** Quantities of settled gaits, a row each. */
   swim(model: number, gaits: Float64Array, follow: boolean): Float64Array {
     const count = gaits.length / this.numbers;
     return this.with(gaits, count * this.core.quantities.length, (from, to) =>
-      this.wasm.ht_swim(this.robot, model, from, count, follow ? 1 : 0, to),
+      this.wasm.ht_swim(this.place, model, from, count, follow ? 1 : 0, to),
     );
   }
 
   /** Derivatives of quantities by a gait's numbers, a row per quantity. */
   gradient(model: number, gait: Float64Array): Float64Array {
     return this.with(gait, this.core.derivatives.length * this.numbers, (from, to) =>
-      this.wasm.ht_gradient(this.robot, model, from, to),
+      this.wasm.ht_gradient(this.place, model, from, to),
     );
   }
 
   /** Rows of time, x, y and heading of the nose, and the bend in front of each link, over a beat. */
   path(model: number, gait: Float64Array): Float64Array {
     return this.with(gait, (STEPS + 1) * (4 + this.links), (from, to) =>
-      this.wasm.ht_path(this.robot, model, from, STEPS, to),
+      this.wasm.ht_path(this.place, model, from, STEPS, to),
     );
   }
 
@@ -124,5 +147,65 @@ export class CoreRobot {
     const written = new Float64Array(this.wasm.memory.buffer, to, count).slice();
     this.wasm.free(from);
     return written;
+  }
+}
+
+/** A column of what a tick of the twin saw. */
+export interface Column {
+  name: string;
+  width: number;
+}
+
+/** A twin in the core's memory: the whole robot from command to wake. */
+export class CoreTwin {
+  readonly columns: Column[] = [];
+  private readonly width: number; // of a row
+
+  constructor(
+    private readonly wasm: Exports,
+    private readonly twin: number,
+    core: Core,
+  ) {
+    const width = wasm.malloc(4);
+    for (let name = 1; name !== 0; ) {
+      name = wasm.ht_twin_column(twin, this.columns.length, width);
+      const count = new DataView(wasm.memory.buffer).getInt32(width, true);
+      if (name !== 0) this.columns.push({ name: core.text(name), width: count });
+    }
+    wasm.free(width);
+    this.width = this.columns.reduce((sum, column) => sum + column.width, 0);
+  }
+
+  free(): void {
+    this.wasm.ht_twin_free(this.twin);
+  }
+
+  /** From now on: a gait, with the fins level. */
+  command(gait: Float64Array, armed: boolean): void {
+    const { wasm } = this;
+    const place = wasm.malloc(8 * gait.length + 16);
+    new Float64Array(wasm.memory.buffer, place, gait.length + 2).set([...gait, 0, 0]);
+    wasm.ht_twin_command(this.twin, place, place + 8 * gait.length, armed ? 1 : 0);
+    wasm.free(place);
+  }
+
+  /** Let sensor channels fail in a way from now on; 0 mends them. */
+  break(kind: number, first: number, last: number): void {
+    this.wasm.ht_twin_break(this.twin, kind, first, last);
+  }
+
+  /** Make control ticks; returns a row for each, fewer where the plant left what a robot can do. */
+  advance(ticks: number): Float64Array {
+    const { wasm, width } = this;
+    const rows = new Float64Array(ticks * width);
+    const place = wasm.malloc(8 * width);
+    let made = 0;
+    while (made < ticks && wasm.ht_twin_advance(this.twin, 1) === 1) {
+      wasm.ht_twin_read(this.twin, place);
+      rows.set(new Float64Array(wasm.memory.buffer, place, width), made * width);
+      made++;
+    }
+    wasm.free(place);
+    return rows.slice(0, made * width);
   }
 }

@@ -24,6 +24,7 @@ export class FrontView {
   private front: Found[] = [];
   private trace: Quantities[] = []; // steps of the search
   private run = 0;
+  private waiting = false; // to be drawn
 
   constructor(
     private readonly room: HTMLElement,
@@ -77,7 +78,12 @@ export class FrontView {
 
   at(row: Float64Array, values: Quantities): void {
     [this.row, this.values] = [row, values];
-    this.draw();
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.draw();
+    });
   }
 
   refresh(): void {

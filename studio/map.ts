@@ -26,6 +26,8 @@ export class MapView {
   private run = 0;
   private timer = 0;
   private waiting = false;
+  private painted: { image: HTMLCanvasElement; low: number; high: number; clipped: boolean; best: number } | null =
+    null;
 
   constructor(
     private readonly room: HTMLElement,
@@ -62,14 +64,14 @@ export class MapView {
     this.subject = subject;
     if (!other) return;
     this.run++;
-    [this.cells, this.made] = [new Map(), ""];
+    [this.cells, this.made, this.painted] = [new Map(), "", null];
     this.layOut();
   }
 
   /** The gait of the knobs. */
   at(row: Float64Array): void {
     this.row = row;
-    this.draw();
+    this.soon();
     this.renew();
   }
 
@@ -99,6 +101,7 @@ export class MapView {
     const { quantity, x, y } = this.choices;
     const before = this.over;
     this.quantity = quantity.value;
+    this.painted = null;
     this.over = [Number(x.value), Number(y.value)];
     if (this.over[0] === this.over[1]) {
       this.over = before[0] === this.over[0] ? [before[1], this.over[1]] : [this.over[0], before[0]];
@@ -138,7 +141,7 @@ export class MapView {
           cells.set(place, found[i] ?? {});
         });
       }
-      [this.cells, this.size] = [cells, finest / stride];
+      [this.cells, this.size, this.painted] = [cells, finest / stride, null];
       this.soon();
     }
     this.soon();
@@ -207,21 +210,29 @@ export class MapView {
     return { low, high: high > low ? high : low + 1, clipped };
   }
 
-  private paint(): void {
-    const { chart, size, quantity } = this;
+  /** Colors of the cells, and the best of them. */
+  private colored(): NonNullable<MapView["painted"]> {
+    const { size, quantity } = this;
     const finest = COARSE << (LEVELS - 1);
     const { low, high, clipped } = this.reach();
-    const image = new ImageData(size + 1, size + 1);
+    const data = new ImageData(size + 1, size + 1);
     for (let j = 0; j <= size; j++)
       for (let i = 0; i <= size; i++) {
         const cell = this.cells.get(((j * finest) / size) * (finest + 1) + (i * finest) / size);
         const value = cell?.[quantity];
         if (cell === undefined || value === undefined || !settled(cell) || !Number.isFinite(value)) continue;
-        image.data.set([...colorAt((value - low) / (high - low)), 255], 4 * ((size - j) * (size + 1) + i));
+        data.data.set([...colorAt((value - low) / (high - low)), 255], 4 * ((size - j) * (size + 1) + i));
       }
-    const small = element("canvas");
-    [small.width, small.height] = [size + 1, size + 1];
-    small.getContext("2d")?.putImageData(image, 0, 0);
+    const image = element("canvas");
+    [image.width, image.height] = [size + 1, size + 1];
+    image.getContext("2d")?.putImageData(data, 0, 0);
+    return { image, low, high, clipped, best: this.best() };
+  }
+
+  private paint(): void {
+    const { chart, size } = this;
+    this.painted ??= this.colored();
+    const { image, low, high, clipped, best } = this.painted;
     const { pen } = chart;
     const box = chart.inside;
     const [cellX, cellY] = [box.width / size, box.height / size];
@@ -230,10 +241,10 @@ export class MapView {
     pen.rect(box.x, box.y, box.width, box.height);
     pen.clip();
     pen.imageSmoothingQuality = "high";
-    pen.drawImage(small, box.x - cellX / 2, box.y - cellY / 2, box.width + cellX, box.height + cellY);
+    pen.drawImage(image, box.x - cellX / 2, box.y - cellY / 2, box.width + cellX, box.height + cellY);
     pen.restore();
     this.bar(low, high, clipped);
-    this.best();
+    this.cross(best);
   }
 
   /** The colors' meaning. */
@@ -257,17 +268,20 @@ export class MapView {
     }
   }
 
-  /** A cross at the best settled gait of the map that swims ahead. */
-  private best(): void {
-    const { subject } = this;
-    if (subject === null) return;
+  /** Place of the best settled gait that swims ahead; -1 where none does. */
+  private best(): number {
     const sign = LEAST.includes(this.quantity) ? -1 : 1;
     let [most, place] = [Number.NEGATIVE_INFINITY, -1];
     for (const [at, cell] of this.cells) {
       const value = sign * (cell[this.quantity] ?? Number.NaN);
       if (settled(cell) && (cell.speed ?? 0) > 1e-3 && value > most) [most, place] = [value, at];
     }
-    if (place < 0) return;
+    return place;
+  }
+
+  private cross(place: number): void {
+    const { subject } = this;
+    if (subject === null || place < 0) return;
     const row = this.gaitAt(place, this.row, subject);
     const [x, y] = this.over.map((k) => (row[k] ?? 0) / (subject.parameters[k]?.size ?? 1));
     const [left, top] = this.chart.place(x ?? 0, y ?? 0);

@@ -78,9 +78,12 @@ class Studio {
       );
     }
     await this.choose(this.robots.has(address.robot ?? "") ? (address.robot ?? first) : first, address);
-    const background = new Calculator(script);
-    await background.ask({ kind: "start", module: this.module });
-    this.views.start(background, names);
+    const more = async (): Promise<Calculator> => {
+      const calculator = new Calculator(script);
+      await calculator.ask({ kind: "start", module: this.module });
+      return calculator;
+    };
+    this.views.start(await more(), names, more);
     await this.inform();
   }
 

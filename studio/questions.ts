@@ -1,18 +1,31 @@
 // What the page asks a worker, and how it asks.
 
+import type { Column } from "./core.ts";
+
 export type Question =
   | { kind: "start"; module: WebAssembly.Module }
   | { kind: "load"; robot: string; image: Uint8Array }
   | { kind: "beat"; robot: string; model: number; gait: Float64Array; follow: boolean }
   | { kind: "point"; robot: string; model: number; gait: Float64Array }
-  | { kind: "sweep"; robot: string; model: number; gaits: Float64Array };
+  | { kind: "sweep"; robot: string; model: number; gaits: Float64Array }
+  | { kind: "twin"; robot: string } // starts one, in place of the one before
+  | { kind: "tick"; gait: Float64Array; armed: boolean; broken: Broken[]; ticks: number };
+
+/** Sensor channels that fail from now on in a way (1 stuck, 2 open, 3 spikes, 4 not a number; 0 mends). */
+export interface Broken {
+  way: number;
+  first: number;
+  last: number;
+}
 
 export type Answer =
   | { kind: "start"; quantities: string[]; derivatives: string[] }
   | { kind: "load"; text: string }
   | { kind: "beat"; quantities: Float64Array; derivatives: Float64Array; path: Float64Array }
   | { kind: "point"; quantities: Float64Array; derivatives: Float64Array }
-  | { kind: "sweep"; quantities: Float64Array };
+  | { kind: "sweep"; quantities: Float64Array }
+  | { kind: "twin"; columns: Column[] }
+  | { kind: "tick"; rows: Float64Array };
 
 export type Reply = { id: number; answer: Answer } | { id: number; fault: string };
 
@@ -40,6 +53,11 @@ export class Calculator {
       this.waiting.set(id, { resolve, reject });
       this.worker.postMessage({ id, question });
     }) as Promise<AnswerTo<K>>;
+  }
+
+  /** Stop the worker: its questions stay without an answer. */
+  end(): void {
+    this.worker.terminate();
   }
 
   private take(reply: Reply): void {

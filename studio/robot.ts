@@ -37,11 +37,16 @@ export interface Robot {
   links: { name: string; length: number; width: number | null; height: number | null }[];
   tail: { edge_height: number | null }; // m: height of the caudal fin where the last link is one
   fins: { x: number; y: number; span: number; chord: number } | null; // pectoral fins [m]
-  joints: { name: string; links: number[] }[];
+  joints: { name: string; links: number[]; share: number[] }[];
   models: { water: string; joints: string }[]; // the robot's own choice first
   limits: Ranges | null; // that the optimizer searches
   ranges: Ranges; // that the knobs reach
   gaits: NamedGait[];
+  twin: {
+    rate: number; // control ticks a second
+    channels: Record<string, readonly [number, number]>; // first and last of each sensor's
+    conditions: { name: string; place: string; text: string }[]; // of the controller's status, by bit
+  } | null;
 }
 
 export const KINDS = ["amplitude", "phase", "bias"] as const;

@@ -1,8 +1,9 @@
 // Numbers, beside the page: answers questions about robots one by one.
-import { Core, type CoreRobot } from "./core.ts";
+import { Core, type CoreRobot, type CoreTwin } from "./core.ts";
 import type { Answer, Question, Reply } from "./questions.ts";
 
 let core: Core;
+let twin: CoreTwin | null = null;
 const robots = new Map<string, CoreRobot>();
 
 function robot(name: string): CoreRobot {
@@ -34,6 +35,15 @@ async function answer(question: Question): Promise<Answer> {
     }
     case "sweep":
       return { kind: "sweep", quantities: robot(question.robot).swim(question.model, question.gaits, false) };
+    case "twin":
+      twin?.free();
+      twin = core.twin(robot(question.robot));
+      return { kind: "twin", columns: twin.columns };
+    case "tick":
+      if (twin === null) throw new Error("no twin was started");
+      twin.command(question.gait, question.armed);
+      for (const { way, first, last } of question.broken) twin.break(way, first, last);
+      return { kind: "tick", rows: twin.advance(question.ticks) };
   }
 }
 

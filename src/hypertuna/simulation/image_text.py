@@ -7,10 +7,12 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+from hypertuna.control.sensors import channels
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.schema.body import JointGroup, NamedGait
 from hypertuna.description.shape import ASPECT
 from hypertuna.io.files import published
+from hypertuna.simulation.run import CONDITIONS
 from hypertuna.swimming.gait import KINDS
 from hypertuna.swimming.outline import FIN, GIRTH, PEDUNCLE
 
@@ -43,6 +45,7 @@ def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
         "ranges": _ranges(robot),
         "gaits": [_gait(robot, name, gait) for name, gait in robot.gaits.items()],
         "models": [{"water": model.model.water, "joints": model.model.joints} for model in models],
+        "twin": _twin(robot),
     }
 
 
@@ -103,6 +106,14 @@ def _span(values: Iterable[float]) -> tuple[float, float]:
     """Return the lowest and highest of some values."""
     known = sorted(values)
     return known[0], known[-1]
+
+
+def _twin(robot: Robot) -> dict[str, Any] | None:
+    """Return what is shown of the twin: ticks a second, sensors by channels, conditions by bit; None without one."""
+    if robot.controller is None:
+        return None
+    conditions = [{"name": name, "place": place, "text": text} for name, (place, text) in CONDITIONS.items()]
+    return {"rate": robot.controller.rate, "channels": channels(robot, pilot=False), "conditions": conditions}
 
 
 def _gait(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:

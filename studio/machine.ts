@@ -1,0 +1,230 @@
+// The machine inside the robot: servos, cylinders, oil lines and muscles in place, as they are at this tick.
+import { at, beside, type Point, Shape, type Station } from "./body.ts";
+import type { Robot } from "./robot.ts";
+
+/** What is drawn: angles [rad] of each joint; angles [rad] and pressures [Pa] of each circuit, two a joint. */
+export interface Moment {
+  angle: number[];
+  angleSet: number[];
+  servo: number[];
+  servoTarget: number[];
+  pump: number[];
+  unit: number[];
+}
+
+const FULL = 250e3; // Pa: the color at its end
+const LONG = 0.84; // of the body, part of the picture's width
+const LABEL = 116; // px between the names of joints
+const LARGER = 2.2; // of the drawn widths, at most
+const HIGH = 0.3; // half of the body, part of the picture's height
+
+export class Machine {
+  private readonly shape: Shape;
+  private readonly pen: CanvasRenderingContext2D;
+  private width = 0;
+  private height = 0;
+  private stations: Station[] = [];
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly robot: Robot,
+  ) {
+    const pen = canvas.getContext("2d");
+    if (pen === null) throw new Error("this browser draws no canvas");
+    this.pen = pen;
+    this.shape = new Shape(robot);
+  }
+
+  draw(moment: Moment): void {
+    const { canvas, pen } = this;
+    [this.width, this.height] = [canvas.clientWidth, canvas.clientHeight];
+    const ratio = Math.min(2, devicePixelRatio);
+    [canvas.width, canvas.height] = [Math.round(this.width * ratio), Math.round(this.height * ratio)];
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.font = `12px ${getComputedStyle(canvas).fontFamily}`;
+    const bends = this.robot.links.map(() => 0);
+    this.robot.joints.forEach(({ links, share }, g) => {
+      links.forEach((link, k) => {
+        bends[link] = (share[k] ?? 0) * (moment.angle[g] ?? 0);
+      });
+    });
+    this.stations = this.shape.stations({ x: 0, y: 0, heading: 0 }, bends);
+    this.hull();
+    let label = 0;
+    this.robot.joints.forEach((_, g) => {
+      const after = (this.robot.joints.length - 1 - g) * LABEL;
+      label = Math.min(this.width - 60 - after, Math.max(label + LABEL, this.joint(g)));
+      this.name(g, moment, label);
+      for (const side of [0, 1]) if (moment.pump[2 * g + side] !== undefined) this.circuit(g, side, moment);
+    });
+  }
+
+  private color(name: string): string {
+    return getComputedStyle(this.canvas).getPropertyValue(`--${name}`).trim();
+  }
+
+  private get scale(): number {
+    return (LONG * this.width) / this.shape.length;
+  }
+
+  private place(point: Point): [number, number] {
+    return [(1 - LONG) * 0.4 * this.width + point.x * this.scale, this.height / 2 - point.y * this.scale];
+  }
+
+  /** A point at a part of the length, `side` half bodies beside the midline; widths are drawn larger. */
+  private on(part: number, side: number): [number, number] {
+    const widest = Math.max(...this.stations.map(({ half }) => half));
+    const larger = Math.min(LARGER, Math.max(1, (HIGH * this.height) / (widest * this.scale)));
+    const station = at(this.stations, part);
+    return this.place(
+      beside({ ...station, half: Math.max(station.half, part < 0.5 ? 0 : 0.18 * widest) }, side * larger),
+    );
+  }
+
+  /** The part of the length where a link begins. */
+  private front(link: number): number {
+    return this.shape.links.slice(0, link).reduce((sum, length) => sum + length, 0) / this.shape.length;
+  }
+
+  private hull(): void {
+    const { pen } = this;
+    const end = this.shape.fin < 1 ? this.shape.fin : 1;
+    const parts = Array.from({ length: 61 }, (_, k) => (end * (1 - Math.cos((Math.PI * k) / 60))) / 2);
+    pen.beginPath();
+    for (const part of parts) pen.lineTo(...this.on(part, at(this.stations, part).half > 0 ? 1 : 0));
+    for (const part of parts.reverse()) pen.lineTo(...this.on(part, -1));
+    pen.closePath();
+    pen.fillStyle = this.color("hull");
+    pen.strokeStyle = this.color("back");
+    pen.lineWidth = 1.5;
+    pen.fill();
+    pen.stroke();
+    if (end < 1) this.trace([this.on(end, 0), this.on((1 + end) / 2, 0), this.on(1, 0)], this.color("fin"), 5);
+  }
+
+  private trace(points: [number, number][], color: string, width: number): void {
+    const { pen } = this;
+    pen.strokeStyle = color;
+    pen.lineWidth = width;
+    pen.lineCap = "round";
+    pen.lineJoin = "round";
+    pen.beginPath();
+    for (const point of points) pen.lineTo(...point);
+    pen.stroke();
+  }
+
+  /** Color of oil at a pressure: suction is sky blue, the largest is orange. */
+  private oil(pressure: number): string {
+    const part = Math.min(1, Math.abs(pressure) / FULL);
+    const end = this.color(pressure < 0 ? "blue" : "orange");
+    return `color-mix(in oklab, ${end} ${(100 * part ** 0.7).toFixed(0)}%, ${this.color("oil")})`;
+  }
+
+  /** The midline of a joint; returns where its middle is. */
+  private joint(g: number): number {
+    const links = this.robot.joints[g]?.links ?? [];
+    const [first = 0, last = 0] = [links[0], links.at(-1)];
+    const [begin, end] = [this.front(first), Math.min(this.shape.fin, this.front(last + 1))];
+    const parts = [0, 0.25, 0.5, 0.75, 1].map((t) => begin + t * (end - begin));
+    this.trace(
+      parts.map((part) => this.on(part, 0)),
+      this.color("faint"),
+      1,
+    );
+    return this.on((begin + end) / 2, 0)[0];
+  }
+
+  /** Name and bend of a joint, and the bend that is asked for. */
+  private name(g: number, moment: Moment, x: number): void {
+    const { pen } = this;
+    pen.fillStyle = this.color("ink");
+    pen.textAlign = "center";
+    pen.fillText(`joint ${this.robot.joints[g]?.name}: ${degrees(moment.angle[g])}`, x, this.height - 26);
+    pen.fillStyle = this.color("faint");
+    pen.fillText(`asked ${degrees(moment.angleSet[g])}`, x, this.height - 10);
+    pen.textAlign = "left";
+  }
+
+  /** Servo, cylinder, line and muscle of one side of a joint. */
+  private circuit(g: number, side: number, moment: Moment): void {
+    const c = 2 * g + side;
+    const way = side === 0 ? 1 : -1;
+    const head = this.front(1);
+    const slot = (0.94 * head) / this.robot.joints.length;
+    const [begin, end] = [(g + 0.5) * slot, (g + 0.98) * slot];
+    const radius = Math.min(20, 0.16 * slot * this.shape.length * this.scale);
+    const across = 0.48 * way;
+    this.servo(this.on((g + 0.27) * slot, across), radius, moment.servo[c] ?? 0, moment.servoTarget[c] ?? 0);
+    this.cylinder(this.on(begin, across), this.on(end, across), radius, moment.servo[c] ?? 0, moment.pump[c] ?? 0);
+    this.muscle(g, way, end, across, moment.pump[c] ?? 0, moment.unit[c] ?? 0);
+  }
+
+  private servo([x, y]: [number, number], radius: number, angle: number, target: number): void {
+    const { pen } = this;
+    pen.beginPath();
+    pen.arc(x, y, radius, 0, 7);
+    pen.fillStyle = this.color("card");
+    pen.strokeStyle = this.color("faint");
+    pen.lineWidth = 1.5;
+    pen.fill();
+    pen.stroke();
+    const horn = (turn: number, color: string, width: number): void =>
+      this.trace(
+        [
+          [x, y],
+          [x + radius * Math.sin(turn), y - radius * Math.cos(turn)],
+        ],
+        color,
+        width,
+      );
+    horn(target, this.color("grid"), 5);
+    horn(angle, this.color("ink"), 2.5);
+  }
+
+  private cylinder(
+    from: [number, number],
+    to: [number, number],
+    radius: number,
+    angle: number,
+    pressure: number,
+  ): void {
+    const { pen } = this;
+    const high = 1.1 * radius;
+    const [left, top, wide] = [from[0], from[1] - high / 2, to[0] - from[0]];
+    const piston = left + wide * (0.45 + 0.4 * Math.sin(angle));
+    pen.fillStyle = this.color("card");
+    pen.fillRect(left, top, wide, high);
+    pen.fillStyle = this.oil(pressure);
+    pen.fillRect(piston, top, left + wide - piston, high);
+    pen.fillStyle = this.color("ink");
+    pen.fillRect(piston - 3, top, 5, high);
+    pen.fillRect(left - 4, from[1] - 1, piston - left + 4, 2);
+    pen.strokeStyle = this.color("faint");
+    pen.lineWidth = 1.5;
+    pen.strokeRect(left, top, wide, high);
+  }
+
+  private muscle(g: number, way: number, from: number, across: number, pump: number, unit: number): void {
+    const links = this.robot.joints[g]?.links ?? [];
+    const [begin, end] = [this.front(links[0] ?? 0), Math.min(this.shape.fin, this.front((links.at(-1) ?? 0) + 1))];
+    const along = (a: number, b: number, side: (t: number) => number): [number, number][] =>
+      Array.from({ length: 9 }, (_, k) => this.on(a + (k / 8) * (b - a), side(k / 8)));
+    const out = 0.66 * way;
+    this.trace(
+      along(from, begin, (t) => across + (out * (g === 0 ? 1 : 0.4) - across) * Math.min(1, 2 * t)),
+      this.oil(pump),
+      3,
+    );
+    const muscle = along(begin + 0.006, end - 0.006, () => out);
+    this.trace(muscle, this.color("faint"), 12);
+    this.trace(muscle, this.oil(unit), 9);
+    const [x, y] = this.on((begin + end) / 2, 1.02 * way);
+    this.pen.fillStyle = this.color("ink");
+    this.pen.textAlign = "center";
+    this.pen.fillText(`${(unit / 1000).toFixed(0).replace("-", "−")} kPa`, x, y + (way > 0 ? -10 : 20));
+    this.pen.textAlign = "left";
+  }
+}
+
+const degrees = (angle: number | undefined): string =>
+  `${(((angle ?? 0) * 180) / Math.PI).toFixed(1).replace("-", "−")} deg`;
