@@ -29,7 +29,7 @@ MAX_EVALUATIONS = 100  # of one search
 KNOWN = 2.0  # factor to either side of a value, beyond which it does not count as determined
 STOPS = {
     0: f"The search was stopped after {MAX_EVALUATIONS} evaluations before it had converged",
-    1: "The search converged: the error has no slope any more",
+    1: "The search converged: the gradient of the error is zero",
     2: "The search converged: the error does not change any more",
     3: "The search converged: the unknowns do not change any more",
     4: "The search converged: neither error nor unknowns change any more",
