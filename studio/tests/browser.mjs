@@ -7,7 +7,11 @@ import { chromium } from "playwright-core";
 const ROOT = fileURLToPath(new URL("../../", import.meta.url));
 export const PAGE = process.env.STUDIO_PAGE ?? `${ROOT}data/studio/studio.html`;
 export const SHOTS = `${ROOT}build/studio/shots`;
-export const SIZES = { wide: { width: 1440, height: 1000 }, phone: { width: 390, height: 844 } };
+export const SIZES = {
+  wide: { width: 1440, height: 1000 },
+  tablet: { width: 1024, height: 800 },
+  phone: { width: 390, height: 844 },
+};
 const PATIENCE = 20_000; // ms: a machine of a tenth of the speed passes
 
 /** Start the browser of the machine. */

@@ -1,14 +1,21 @@
 """The studio's page in a notebook and as a file."""
 
+import base64
+import gzip
+import hashlib
 import html
 import json
 import re
+import struct
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import hypertuna as ht
 from hypertuna.reports import studio as module
+from hypertuna.simulation.image import robot_image
 
 
 def test_a_notebook_shows_the_page_in_a_frame() -> None:
@@ -57,3 +64,59 @@ def test_a_page_that_is_missing_or_foreign_is_told(monkeypatch: pytest.MonkeyPat
     (tmp_path / "studio.html").write_text("<title>x</title>")
     with pytest.raises(ht.InputError, match=r"has no place for robots: build it anew: make studio"):
         module.studio_page(ht.load("rexeel"))
+
+
+# --- the page that is kept
+
+
+STORED = Path(__file__).parents[2] / "data/studio"
+MADE = json.loads((STORED / "made.json").read_text(encoding="utf-8"))
+ANEW = "run `make studio` and commit data/studio"
+
+
+def robots() -> dict[str, bytes]:
+    """Return the images in the page, by the names of their robots."""
+    (content,) = re.findall(r'id="robots">(.*?)</script>', module.shipped_page(), re.DOTALL)
+    found: dict[str, bytes] = {
+        one["name"]: gzip.decompress(base64.b64decode(one["image"])) for one in json.loads(content)["robots"]
+    }
+    return found
+
+
+def columns_and_text(image: bytes) -> tuple[np.ndarray, dict[str, Any]]:
+    """Return all numbers of an image, and its text."""
+    count, names, size, numbers = struct.unpack("<4I", image[16:32])
+    start = 32 + 12 * count + names
+    return np.frombuffer(image[-8 * numbers :]), json.loads(image[start : start + size])
+
+
+def test_the_page_is_of_the_present_sources() -> None:
+    sources = Path(__file__).parents[2] / "studio"
+    assert {file.name for file in sources.iterdir() if file.suffix in (".ts", ".css")} <= MADE["sources"]["page"].keys()
+    for name, digest in MADE["sources"]["page"].items():
+        assert hashlib.sha256((sources / name).read_bytes()).hexdigest() == digest, f"{name}: {ANEW}"
+
+
+def test_the_robots_of_the_page_are_the_present_ones() -> None:
+    """To rounding: the last bits of a controller's numbers are those of the machine that wrote them."""
+    found = robots()
+    assert next(iter(found)) == "hypertuna"
+    assert sorted(found) == sorted(ht.robots())
+    for name, image in found.items():
+        numbers, text = columns_and_text(image)
+        present, wanted = columns_and_text(robot_image(ht.load(name)))
+        assert text == wanted, f"{name}: {ANEW}"
+        np.testing.assert_allclose(numbers, present, rtol=1e-9, atol=1e-12, err_msg=f"{name}: {ANEW}")
+        assert hashlib.sha256(image).hexdigest() == MADE["sources"]["robots"][name]
+
+
+def test_the_core_of_the_page_is_the_one_it_names() -> None:
+    (content,) = re.findall(r'id="core">(.*?)</script>', module.shipped_page(), re.DOTALL)
+    core = gzip.decompress(base64.b64decode(content))
+    assert hashlib.sha256(core).hexdigest() == MADE["sources"]["core"]
+    assert core.startswith(b"\0asm")
+
+
+def test_the_page_is_small() -> None:
+    size = len(gzip.compress(module.shipped_page().encode()))
+    assert size < 400_000
