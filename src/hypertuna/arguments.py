@@ -21,7 +21,7 @@ FIXES = {  # by kind: where values of it come from
     "Gaits": "make them by hypertuna.Gaits.grid_degrees, or give a list of gaits",
     "Gait": "make one by hypertuna.Gait.from_degrees, or name one of the robot's gaits",
     "Trials": "give the path of a CSV file, or what hypertuna.read_trials returns",
-    "Recording": "take one of recordings of what hypertuna.read_trials returns",
+    "Recording": "pass one of the recordings of the trials that hypertuna.read_trials returns",
     "JointSeries": "take joints of a recording, or read them by hypertuna.read_joints",
     "Track": "take one of tracks of a recording, or read them by hypertuna.read_tracks",
     "MissionFile": 'give a name such as "box", the path of a file, or what hypertuna.read_mission returns',

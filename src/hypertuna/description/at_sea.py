@@ -34,7 +34,7 @@ SOURCES = {
     "spatial.width_m": "estimate: the ellipse of the link's volume",
     "spatial.drag_vertical": "estimate: Hoerner's ellipse along its longer axis, 0.015 (1 + h/b) + 1.1 b/h",
     "spatial.added_mass_vertical": "estimate: potential flow, 0.9 for the flow around the ends",
-    "spatial.drag_roll": "estimate: 1.2 for the fin, a plate, a quarter of it for round sections",
+    "spatial.drag_roll": "estimate: 1.2 for the fin, which is a plate; a quarter of that for round sections",
     "spatial.shedding_vertical": "estimate: a bare hull's, as HyperTuna's",
     "fins": "estimate: three tenths of the length behind the nose; span 0.118 times the length, chord 0.8 times the "
     "span, as HyperTuna's",

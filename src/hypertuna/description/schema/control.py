@@ -149,7 +149,7 @@ class Guidance(Part, table="guidance"):
     depth_integral: NotNegative = entry("integral gain of the depth loop", "1/s")
     climb_lead: Positive = entry("fin angle per commanded path angle")
     climb_gain: NotNegative = entry("fin angle per error of the path angle")
-    pitch_gain: Real = entry("fin angle per pitch, against it")
+    pitch_gain: Real = entry("fin angle per pitch, opposed to the pitch")
     pitch_damping: NotNegative = entry("fin angle per pitch rate, against it", "s")
     speed_min: Positive = entry("minimum speed that the steering gains assume", "m/s")
 

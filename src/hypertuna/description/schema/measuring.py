@@ -111,7 +111,7 @@ MEASURING: dict[str, str] = {
     "firmware.link_rate_bit_s": "data sheet of the radio: rate through the air",
     "firmware.voltage_empty_v": "data sheet of the cell: end of discharge, times the cells in series",
     "spatial": "handbook for the shape; CAD",
-    "spatial.com_height_m": "tilt each link by hand in water: lever of the weight that holds it; or CAD",
+    "spatial.com_height_m": "hold each link tilted in water by a weight, and measure its lever; or CAD",
     "spatial.volume_m3": "scale: mass in air less mass shown in water, over the density of water",
     "spatial.height_m": "calipers: mean over the link",
     "spatial.width_m": "calipers: mean over the link",

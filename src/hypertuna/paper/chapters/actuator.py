@@ -60,7 +60,7 @@ def findings(bends: Bends) -> Iterator[Finding]:
     for name, corrected in bends.corrected.items():
         angle = float(np.degrees(corrected.angle[-1]))
         note = (
-            "the geometry, which is not published, was chosen so that both come out. A "
+            "the geometry, which is not published, was chosen to match both angles. A "
             f"line through 100 to 250 kPa has R² = {corrected.r_squared():.3f}; rising and falling pressure differ by "
             f"{_loop(corrected):.2g} deg at most"
         )

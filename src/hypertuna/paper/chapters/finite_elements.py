@@ -288,7 +288,7 @@ def _note(one: Solved) -> str:
     if one.record is None:
         return one.reason
     record = one.record
-    chosen = "the geometry, which is not published, was chosen so that both come out"
+    chosen = "the geometry, which is not published, was chosen to match both angles"
     made = f"{record['mesh']} mesh of {record['elements']:,} tetrahedra, {record['seconds']:.0f} s, stored"
     straight = f"a line through 100 to 250 kPa has R² = {one.r_squared:.3f}"
     fine = "; ".join(map(nested_text, one.nested))
