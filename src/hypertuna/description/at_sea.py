@@ -141,7 +141,7 @@ def _ballast(links: Mapping[str, Any], height: Sequence[float], width: Sequence[
     inertia = sum(m * (h**2 + w**2) / 16 for m, _, h, w in sections)
     added = sum(DENSITY * math.pi / 128 * (h**2 - w**2) ** 2 * length for _, length, h, w in sections)
     stiffness = (2 * math.pi * roll) ** 2 * (inertia + added)
-    return min(stiffness / (float(_core.GRAVITY) * float(links["mass_kg"][0])), height[0] / 6)
+    return float(min(stiffness / (_core.GRAVITY * links["mass_kg"][0]), height[0] / 6))
 
 
 def _fins(shape: Shape, tuna: Mapping[str, float]) -> dict[str, float]:
