@@ -36,7 +36,17 @@ MISTAKES = {
     "identify tank.csv --robot rexeel": "tank.csv: line 2, amplitude_I_deg is not a known column: in KIND_GROUP_deg, "
     "GROUP is a joint group of rexeel by name or number (1, 2, 3, 4, 5); choose the robot that swam with --robot: did "
     "you mean amplitude_5_deg?",
-    "identify plain.csv": "plain.csv: line 1, frequency is not a known column: did you mean frequency_hz?",
+    "identify plain.csv": "plain.csv has 6 mistakes:\n"
+    "  1. line 1, frequency is not a known column: did you mean frequency_hz?\n"
+    "  2. line 1, amplitude is not a known column: in KIND_GROUP_deg, GROUP is a joint group of "
+    "hypertuna by name or number (I, II); choose the robot that swam with --robot: did you mean amplitude_I_deg?\n"
+    "  3. line 1, phase is not a known column: use one of amplitude_I_deg, amplitude_II_deg, phase_II_deg, "
+    "bias_I_deg, bias_II_deg.\n"
+    "  4. line 1, speed is not a known column: did you mean speed_m_s?\n"
+    "  5. amplitude_II_deg must be a column, but is missing: add it; in KIND_GROUP_deg, GROUP is a joint group of "
+    "hypertuna by name or number (I, II).\n"
+    "  6. phase_II_deg must be a column, but is missing: add it; in KIND_GROUP_deg, GROUP is a joint group of "
+    "hypertuna by name or number (I, II).",
     "identify empty.csv": "empty.csv must be a table, but is empty: give a line of column names, then one line per "
     "sample.",
     "identify tank.csv --free water.dragg": "free water.dragg is not a coefficient that can be free: did you mean "

@@ -78,6 +78,13 @@ def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
     assert [row["turbulent"] for row in told] == [row["reynolds"] > 2300 for row in told] == [False, False, True, False]
 
 
+def test_options_change_a_named_gait(run: Run) -> None:
+    sizes = json.loads(run(*PUMP, "--gait", "optimised-0.3", "--frequency", "3", "--json")[1])["sizes"]
+    named = json.loads(run(*PUMP, "--gait", "optimised-0.3", "--json")[1])["sizes"]
+    assert {size["frequency_hz"] for size in sizes} == {3}
+    assert [size["command_deg"] for size in sizes] == [size["command_deg"] for size in named]
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
@@ -92,7 +99,6 @@ def test_flow_beyond_the_laminar_law_is_told(run: Run) -> None:
         (("--amplitude", "16"), "amplitude must be 2 long, one value per joint group"),
         (("--amplitude", "80,25"), "must be at most what pump and joint can do"),
         (("--gait", "turnin"), "did you mean turning?"),
-        (("--gait", "turning", "--frequency", "3"), "--gait has a frequency and amplitudes of its own"),
         (("--plot", "pump.doc"), "--plot must end in .svg, .png or .pdf"),
         (("-o", "pump.txt"), "--output must end in .nc or .csv"),
     ],
@@ -146,7 +152,7 @@ def test_missed_bend_has_a_limit_and_the_sweep_a_verdict(run: Run) -> None:
     over = ("--frequency", "3", "--over", "servos.torque_n_m=0.8:1.6:2")
     output = " ".join(run(*PUMP, *over)[1].split())
     assert "nothing" not in output
-    assert "limits: v a servo that is too slow or too weak; c compliance of lines, oil and air" in output
+    assert "limits: v a servo that lags by speed, torque or bandwidth; c compliance of lines, oil and air" in output
     assert (
         "No case reaches 95 % of the commanded bend with enough torque for the pressure limit; the best one reaches"
         in output

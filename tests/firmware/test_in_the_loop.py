@@ -14,12 +14,14 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna import _core
 from hypertuna.description.robot import robot_path
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import find_firmware, missing, started
@@ -182,6 +184,14 @@ def test_json(run: Run, pc: Path) -> None:
 def test_a_run_without_a_way_to_go_is_not_given_up(fish: ht.Robot, pc: Path) -> None:
     assert firmware_in_the_loop(fish, find_scenario("afloat"), ticks=20).status is None
     assert firmware_in_the_loop(fish, find_scenario("box"), ticks=20).status == "given up"
+
+
+def test_a_mission_that_comes_home_early_is_not_done(fish: ht.Robot, pc: Path) -> None:
+    run = firmware_in_the_loop(fish, find_scenario("box"), ticks=20)
+    last = run.answers[-1:].copy()
+    for leg, status in ((2, "home"), (4, "done")):
+        last["mode"], last["leg"] = _core.mode_names().index("done"), leg
+        assert replace(run, answers=last).status == status
 
 
 def test_firmware_of_another_description_is_told(run: Run, pc: Path, tmp_path: Path) -> None:

@@ -38,6 +38,7 @@ from synthetic import NINE
         ("joints.bandwidth[*]", ["joints.bandwidth[0]", "joints.bandwidth[1]"]),
         ("joints.bandwidth[II]", ["joints.bandwidth[1]"]),
         ("links.mass[L7]", ["links.mass[7]"]),
+        ("links.mass_kg[L7]", ["links.mass[7]"]),  # as the file has it
         ("water.density", ["water.density"]),
         ("cost_factor", ["cost_factor"]),
     ],
@@ -64,6 +65,7 @@ def test_a_time_offset_for_each_recording(tuna: ht.Robot) -> None:
 @pytest.mark.parametrize(
     ("names", "sentence"),
     [
+        (["water.dragg[0]"], "free water.dragg[0] is not a coefficient that can be free: did you mean water.drag[0]?"),
         (["water.dragg"], "free water.dragg is not a coefficient that can be free: did you mean water.drag?"),
         (["water.drag[9]"], "free water.drag[9] must have indices from 0 to 7"),
         (["water.drag[3-1]"], "but is '3-1'"),

@@ -14,7 +14,6 @@ from hypertuna.cli.emit import emit
 from hypertuna.cli.twin import kelvin
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
 from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.swimming.gait import named_gait
@@ -22,7 +21,7 @@ from hypertuna.swimming.gait import named_gait
 LIMITS = {
     "pressure": "the pressure limit",
     "suction": "suction",
-    "servo": "a servo that is too slow or too weak",
+    "servo": "a servo that lags by speed, torque or bandwidth",
     "compliance": "compliance of lines, oil and air",
     "line": "the oil line, which lags",
 }
@@ -101,14 +100,12 @@ def pump_command(
 def _beat(
     robot: Robot, gait: str | None, frequency: Sequence[float] | None, amplitude: Sequence[float] | None
 ) -> tuple[list[float], tuple[float, ...]]:
-    """Return frequencies [Hz] and amplitudes [rad]: of a named gait, as given, or the largest."""
+    """Return frequencies [Hz] and amplitudes [rad]: as given, else of a named gait, else the largest."""
     if gait is not None:
-        if frequency is not None or amplitude is not None:
-            fix = "give the gait alone, or frequency and amplitude"
-            raise InputError("has a frequency and amplitudes of its own", key="--gait", fix=fix)
         named = named_gait(robot, gait)
-        return [named.frequency], tuple(named.amplitude)
-    fastest, largest = largest_beat(robot) if frequency is None or amplitude is None else (0.0, ())
+        fastest, largest = named.frequency, tuple(named.amplitude)
+    else:
+        fastest, largest = largest_beat(robot) if frequency is None or amplitude is None else (0.0, ())
     angles = largest if amplitude is None else tuple(math.radians(angle) for angle in amplitude)
     return [fastest] if frequency is None else list(frequency), angles
 

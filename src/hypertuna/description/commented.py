@@ -15,7 +15,8 @@ HINTS = {
     "links": "Measure each link: a ruler for lengths, a scale for masses, the point of balance for com_m, a side view\n"
     "on squared paper for lateral_area_m2.",
     "joints": "Joint i sits at the front end of link i; a joint group has one drive and one or more joints.",
-    "water.strip": "One value per link. Fit drag_tangential and blunt_area_m2 to your trials: `hypertuna identify`.",
+    "water.strip": "One value per link. Towed straight, the head's blunt_area_m2 drags most: fit it to your trials by\n"
+    "`hypertuna identify RUNS.csv --robot FILE --free 'water.blunt_area_m2[0]'`.",
     "gaits.cruise": "One value per joint group, head to tail.",
     "sources": 'Where each value is from, by the start of its key; a source that begins with "estimate" marks an '
     "estimate.",

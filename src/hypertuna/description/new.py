@@ -53,7 +53,7 @@ of neutral buoyancy""",
     "water.strip.drag_beating": f"""estimate: {BEATING:g} for the fin, by its part of the area: a plate in a flow to \
 and fro has 8 KC^(-1/3) (Graham 1980), here at KC = 9.5 as on HyperTuna, less the {PLATE:g} of steady flow""",
     "water.strip.blunt_area_m2": f"""estimate: {BLUNT:g} times the largest section, as identified on HyperTuna; fit \
-it to your first steady runs with `hypertuna identify`""",
+it to your first steady runs""",
     "water.strip.edge_height_m": "estimate: span of the fin, as high as the body",
     "water.strip.edge_lift": "estimate: Helmbold's lift slope of a wing of the fin's aspect ratio, over pi AR/2",
     "water.strip.edge_suction": "estimate: none; a thin fin keeps no suction at the incidences of a beat",

@@ -63,14 +63,17 @@ class FirmwareRun:
 
     @property
     def status(self) -> str | None:
-        """End of a mission: the mode of the pilot on board, or "diverged"; None without a mission."""
+        """End of a mission as `MissionRun.status` has it, by the pilot on board; None without a mission."""
         if self.mission_run is None:
             return None
         if self.mission_run.status == "diverged":
             return "diverged"
-        if not self.mission_run.start.mission.waypoints:
+        waypoints, last = self.mission_run.start.mission.waypoints, self.answers[-1]
+        if not waypoints:
             return None
-        mode = _core.mode_names()[self.answers[-1]["mode"]]
+        mode = _core.mode_names()[last["mode"]]
+        if mode == "done" and last["leg"] < len(waypoints):
+            return "home"
         return mode if mode in ("done", "hold") else "given up"
 
     @property

@@ -18,6 +18,7 @@ NUISANCES = {"time_offset": "s", "cost_factor": "1"}  # of the trials, not of th
 NAME = re.compile(r"(?P<column>[\w.]+)(?:\[(?P<index>.*?)\])?(?P<common>=common)?")
 ALONG = ("friction", "drag_tangential")  # drag along the body
 DEFAULTS = (*ALONG, "drag", "drag_normal", "added_mass", "added_mass_normal")  # free unless told otherwise
+UNIT = re.compile("_(kg_m2|kg_m3|m2|m3|m|kg|hz|deg|pa|n_m)$")  # of a key as the robot's file has it
 COMMON = "=common"  # ends the name of one factor on several values, in place of one value for all
 
 
@@ -122,6 +123,7 @@ class Names:
         place = f"{key} {name}"
         match = NAME.fullmatch(name)
         column, index = (match["column"], match["index"]) if match else (name, None)
+        column = UNIT.sub("", column) if column not in self.known else column
         short = f"water.{self.robot.model.water}.{column.removeprefix('water.')}"
         if column not in self.known and column.startswith("water.") and short in self.known:
             column = short
@@ -174,6 +176,8 @@ class Names:
             return InputError("belongs to the gait, which the trials give", key=place, fix=fix)
         laws = [known for known in self.known if known.startswith("water.") and known.count(".") == 2]
         fix = did_you_mean(column, [*self.known, *(f"water.{known.rpartition('.')[2]}" for known in laws)])
+        _, bracket, index = name.partition("[")
+        fix = re.sub(r"(did you mean [\w.]+)\?$", rf"\1{bracket}{index}?", fix)
         return InputError("is not a coefficient that can be free", key=place, fix=fix)
 
     def _indices(self, column: str, text: str, count: int, place: str) -> list[int]:

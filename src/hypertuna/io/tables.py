@@ -90,6 +90,8 @@ class Table:
                 name = text.partition("did you mean ")[2].removesuffix("?")
                 suggested.add(known.get(name, ""))
                 text += conversion(column, name)
+                if not name and any("use one of" in str(error.fix) for error in errors):
+                    text = "use one of those above"
                 errors.append(InputError("is not a known column", file=self.file, key=place, fix=text))
                 continue
             if known[column] in keys:
@@ -101,8 +103,9 @@ class Table:
             if key not in keys and key not in suggested:
                 errors.append(InputError("must be a column", file=self.file, key=column, value="missing", fix=fix))
         if errors:
-            # more mistakes than columns: another file, or that of another robot
-            raise InputErrors(errors) if 1 < len(errors) <= len(self.head) else errors[0]
+            # more mistakes than columns, unless these are like ours: another file, or that of another robot
+            other = len(errors) > len(self.head) and (bool(keys) or not suggested - {""})
+            raise InputErrors(errors) if len(errors) > 1 and not other else errors[0]
         return keys
 
     def check_once(self, names: Iterable[str]) -> None:
