@@ -136,3 +136,61 @@ test("arrow keys go from view to view, and the link keeps the view", async () =>
   await again.close();
   await close();
 });
+
+/** Text and label of the twin's numbers. */
+function facts(page) {
+  return page
+    .locator("#inside .facts > div")
+    .evaluateAll((all) =>
+      Object.fromEntries(all.map((one) => [one.querySelector("dd").textContent, one.querySelector("dt").textContent])),
+    );
+}
+
+/** Wait until the twin has run for some seconds of its own time. */
+async function lived(page, seconds) {
+  await page.waitForFunction(
+    (seconds) => parseFloat(document.querySelector("#inside .facts dt")?.textContent) >= seconds,
+    seconds,
+    { timeout: 120_000 },
+  );
+}
+
+test("the twin swims as the program's, and its controller tells what it does about a broken sensor", async (context) => {
+  const { page, faults, close } = await open(chrome, { hash: "#robot=hypertuna", reducedMotion: "no-preference" });
+  await choose(page, "[data-gaits]", "optimised-0.3");
+  await page.locator('[data-view="inside"]').click();
+  await page.locator('#inside label:has-text("tempo") select').selectOption("20");
+  await lived(page, 20);
+  const native = hypertuna("twin", "--gait", "optimised-0.3", "--duration", "20");
+  const now = await facts(page);
+  context.diagnostic(JSON.stringify(now));
+  const near = (label, wanted, part) =>
+    assert.ok(Math.abs(parseFloat(now[label]) / wanted - 1) < part, `${label}: ${now[label]}, but ${wanted}`);
+  near("speed, mean of a beat", native.speed_m_s, 0.02);
+  near("electrical power", native.electrical_power_w, 0.05);
+  const guard = page.locator("#inside .guard");
+  assert.match(await guard.textContent(), /reports nothing|limit|servo/);
+  await page.locator('#inside label:has-text("break a sensor") select').selectOption("open");
+  await page.getByRole("button", { name: "bend I", exact: true }).click();
+  await page.waitForFunction(() =>
+    /joint I: the bend sensor's reading is not plausible\./.test(document.querySelector("#inside .guard").textContent),
+  );
+  await page.getByRole("button", { name: "bend I", exact: true }).click();
+  await page.waitForFunction(() => !/bend sensor/.test(document.querySelector("#inside .guard").textContent));
+  await page.getByRole("button", { name: "Start again" }).click();
+  await page.waitForFunction(() => parseFloat(document.querySelector("#inside .facts dt").textContent) < 20);
+  await page.getByRole("button", { name: "Pause", exact: true }).click();
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a robot without a controller has no twin, in a sentence", async () => {
+  const { page, faults, close } = await at("inside", "#robot=rexeel");
+  await page.waitForFunction(() => /rexeel has no controller/.test(document.querySelector("#inside").textContent));
+  await choose(page, "#robot", "hypertuna");
+  await page.getByRole("button", { name: "bend I", exact: true }).waitFor();
+  await choose(page, "#robot", "rexeel");
+  await page.waitForFunction(() => /rexeel has no controller/.test(document.querySelector("#inside").textContent));
+  assert.deepEqual(faults, []);
+  await close();
+});
