@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.cli.main import main
+from hypertuna.cli.mission import _lines
 from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.mission.file import MissionFile, read_mission
 from hypertuna.mission.flight import Flight, fly, fly_seeds, outcome
@@ -258,6 +260,15 @@ def test_more_speed_on_the_way_home_than_the_gaits_have_is_told(path: Path, run:
     file.write_text(legs + "\n[home]\nx_m = 0.0\ny_m = 0.0\nspeed_m_s = 2.5\n")
     told = json.loads(run("mission", str(file), "--duration", "2", "--json")[1])
     assert " [home] commands 2.5 m/s, but the fastest gait reaches" in told["status_text"]
+
+
+def test_a_flight_that_ends_elsewhere_and_crosses_the_fence_says_so(flight: Flight) -> None:
+    away = flight.record.data["position"].copy()
+    away[-1, :2] = 0.0, 60.0  # m: 20 m beyond the fence, 46 m beyond the only waypoint
+    adrift = replace(flight, record=replace(flight.record, data=flight.record.data | {"position": away}))
+    told = " ".join(str(line[0]) for line in _lines(adrift) if isinstance(line, tuple))
+    assert "It crossed the fence by 20 m." in told
+    assert "It is 46 m from the last waypoint, beyond the radius of 2 m: the pilot judges by its estimated" in told
 
 
 def test_a_killed_command_goes_on(path: Path, run: Run, tmp_path: Path, flight: Flight) -> None:

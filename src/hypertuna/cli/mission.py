@@ -190,7 +190,10 @@ def _lines(flight: Flight) -> Iterator[Any]:
     yield _sentence(flight, one), "green" if flight.status == "done" else "yellow"
     mission = flight.record.mission
     radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
-    if flight.status == "done" and one.goal_distance > radius:
+    if one.fence_margin_min < 0:
+        yield f"It crossed the fence by {-one.fence_margin_min:.3g} m.", "yellow"
+    judged = flight.status == "done" or (flight.status == "home" and not mission.stay)
+    if judged and one.goal_distance > radius:
         goal = "the last waypoint" if mission.stay else "home"
         yield (
             f"It is {one.goal_distance:.3g} m from {goal}, beyond the radius of {radius:g} m: the pilot judges by its "

@@ -104,8 +104,8 @@ class Table:
                 errors.append(InputError("must be a column", file=self.file, key=column, value="missing", fix=fix))
         if errors:
             # more mistakes than columns, unless these are like ours: another file, or that of another robot
-            other = len(errors) > len(self.head) and (bool(keys) or not suggested - {""})
-            raise InputErrors(errors) if len(errors) > 1 and not other else errors[0]
+            foreign = len(errors) > len(self.head) and (bool(keys) or not suggested - {""})
+            raise InputErrors(errors) if len(errors) > 1 and not foreign else errors[0]
         return keys
 
     def check_once(self, names: Iterable[str]) -> None:
