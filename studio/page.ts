@@ -160,19 +160,26 @@ class Studio {
     if (this.busy) return;
     this.busy = true;
     document.documentElement.dataset.busy = "1";
-    while (this.stale) {
+    let followed = false;
+    for (let next = follow; this.stale; next = false) {
       this.stale = false;
+      followed = next;
       const { robot, model } = this;
       const gait = this.row.slice();
-      const beat = await this.live.ask({ kind: "beat", robot: robot.robot, model, gait, follow });
+      const beat = await this.live.ask({ kind: "beat", robot: robot.robot, model, gait, follow: followed });
       if (robot !== this.robot) continue;
       this.values = words.named(this.quantities, beat.quantities);
-      [this.rates, this.path] = [beat.derivatives, beat.path];
-      this.show(gait, follow);
+      this.path = beat.path;
+      this.show(gait, followed);
+      if (this.stale || followed) continue; // the next numbers come before this gradient
+      const { derivatives } = await this.live.ask({ kind: "gradient", robot: robot.robot, model, gait });
+      if (robot !== this.robot) continue;
+      this.rates = derivatives;
+      this.showGradient();
     }
     this.busy = false;
     document.documentElement.dataset.busy = "0";
-    if (!follow) this.quiet = window.setTimeout(() => void this.update(true), QUIET);
+    if (!followed) this.quiet = window.setTimeout(() => void this.update(true), QUIET);
   }
 
   /** Tell the views what they are about. */
@@ -204,7 +211,6 @@ class Studio {
       .join(" · ");
     const { water, joints } = robot.models[this.model] ?? { water: "", joints: "" };
     part("command").textContent = words.command(robot, { water, joints }, gait);
-    this.showGradient();
     this.showGait();
     this.views.at(row, values);
     if (document.documentElement.dataset.ready !== "1") {
@@ -283,6 +289,7 @@ class Studio {
     this.knobs.layOut(this.parameters);
     this.knobs.show(this.row);
     this.layOutModels();
+    part("made").textContent = `The image of ${robot.robot} was written by ${robot.made_by}.`;
     this.keep();
   }
 

@@ -6,6 +6,7 @@ export type Question =
   | { kind: "start"; module: WebAssembly.Module }
   | { kind: "load"; robot: string; image: Uint8Array }
   | { kind: "beat"; robot: string; model: number; gait: Float64Array; follow: boolean }
+  | { kind: "gradient"; robot: string; model: number; gait: Float64Array }
   | { kind: "point"; robot: string; model: number; gait: Float64Array }
   | { kind: "sweep"; robot: string; model: number; gaits: Float64Array }
   | { kind: "twin"; robot: string } // starts one, in place of the one before
@@ -21,7 +22,8 @@ export interface Broken {
 export type Answer =
   | { kind: "start"; quantities: string[]; derivatives: string[] }
   | { kind: "load"; text: string }
-  | { kind: "beat"; quantities: Float64Array; derivatives: Float64Array; path: Float64Array }
+  | { kind: "beat"; quantities: Float64Array; path: Float64Array }
+  | { kind: "gradient"; derivatives: Float64Array }
   | { kind: "point"; quantities: Float64Array; derivatives: Float64Array }
   | { kind: "sweep"; quantities: Float64Array }
   | { kind: "twin"; columns: Column[] }

@@ -30,6 +30,7 @@ interface Ranges {
 }
 
 export interface Robot {
+  made_by: string; // program and version
   robot: string;
   description: string;
   length: number; // m

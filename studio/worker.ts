@@ -25,9 +25,10 @@ async function answer(question: Question): Promise<Answer> {
     case "beat": {
       const { model, gait, follow } = question;
       const swimmer = robot(question.robot);
-      const quantities = swimmer.swim(model, gait, follow);
-      return { kind: "beat", quantities, derivatives: swimmer.gradient(model, gait), path: swimmer.path(model, gait) };
+      return { kind: "beat", quantities: swimmer.swim(model, gait, follow), path: swimmer.path(model, gait) };
     }
+    case "gradient":
+      return { kind: "gradient", derivatives: robot(question.robot).gradient(question.model, question.gait) };
     case "point": {
       const swimmer = robot(question.robot);
       const quantities = swimmer.swim(question.model, question.gait, false);
