@@ -1,7 +1,7 @@
 // Cost over speed: the robot's named gaits, the gait of the knobs, the least cost at each speed; and the search for it.
 import { Chart } from "./chart.ts";
 import { element } from "./knobs.ts";
-import { Box, type Found, type Goal, search, type Watch } from "./optimize.ts";
+import { Box, type Found, type Goal, STEPS, search, type Watch } from "./optimize.ts";
 import { digits, gaitText, type Quantities, statusOf } from "./quantities.ts";
 import { gaitOf, type NamedGait, rowOf } from "./robot.ts";
 import type { Page, Subject } from "./subject.ts";
@@ -140,8 +140,10 @@ export class FrontView {
     const least = score(best, goal);
     const same = ends.filter((end) => score(end, goal) <= least + SAME * Math.abs(least)).length;
     const { speed, cost_of_transport: cost } = best.computed.values;
+    const cut = ends.filter((end) => end.cut === true).length;
+    const short = cut === 0 ? "" : ` (${cut} ${cut === 1 ? "was" : "were"} cut off after ${STEPS} steps)`;
     this.stop(
-      `All ${count} gradient searches have ended, ${same} of them at the best value: ${digits(speed)} m/s at ${digits(cost)} J/(kg m), ${gaitText(gaitOf(best.row))}.`,
+      `All ${count} gradient searches have ended, ${same} of them at the best value${short}: ${digits(speed)} m/s at ${digits(cost)} J/(kg m), ${gaitText(gaitOf(best.row))}.`,
     );
     this.page.go(best.row);
   }

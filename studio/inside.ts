@@ -77,7 +77,10 @@ export class InsideView {
     }
     this.calculator = calculator;
     await this.restart();
-    if (this.started === robot) this.layOut(robot);
+    if (this.started !== robot) return;
+    this.layOut(robot);
+    this.owed = 1; // the first tick is shown even where nothing moves
+    await this.advance(robot.twin.rate);
   }
 
   private async restart(): Promise<void> {

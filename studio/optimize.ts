@@ -9,12 +9,14 @@ export interface Goal {
 export interface Found {
   row: Float64Array;
   computed: Computed;
+  cut?: boolean; // whether its search was cut off
 }
 
 /** Hears each accepted step; a search ends where the answer is false. */
 export type Watch = (found: Found, step: number) => Promise<boolean>;
 
-const STEPS = 60; // of a search
+/** Steps of a search at most. */
+export const STEPS = 60;
 const HALVINGS = 14;
 const FLAT = 1e-7; // change of the merit at which a search ends
 const REACHED = 1e-7; // relative error of the speed
@@ -83,20 +85,22 @@ export async function search(
   if (!(await watch(here.found, 0))) return here.found;
   let hessian = identity(here.u.length, Math.max(...here.gradient.map(Math.abs), 1e-12) / FIRST);
   let weight = 0; // of the speed's error in the merit
-  for (let step = 1; step <= STEPS; step++) {
+  let going = true;
+  for (let step = 1; going && step <= STEPS; step++) {
     const { move, multiplier } = quadratic(here, hessian);
     weight = Math.max(weight, 1.5 * Math.abs(multiplier));
     const next = await lineSearch(here, move, weight, at);
+    going = next !== null;
     if (next === null) break;
     const gain = merit(here, weight) - merit(next, weight);
     const lagrangian = (place: Place): Float64Array =>
       place.gradient.map((value, k) => value + multiplier * (place.errorGradient[k] ?? 0));
     hessian = updated(hessian, minus(next.u, here.u), minus(lagrangian(next), lagrangian(here)));
     here = next;
-    if (!(await watch(here.found, step))) break;
-    if (gain <= FLAT && Math.abs(here.error) < REACHED) break;
+    const goes = await watch(here.found, step);
+    going = goes && (gain > FLAT || Math.abs(here.error) >= REACHED);
   }
-  return here.found;
+  return { ...here.found, cut: going };
 }
 
 const merit = (place: Place, weight: number): number => place.value + weight * Math.abs(place.error);

@@ -289,7 +289,9 @@ class Studio {
     this.knobs.layOut(this.parameters);
     this.knobs.show(this.row);
     this.layOutModels();
-    part("made").textContent = `The image of ${robot.robot} was written by ${robot.made_by}.`;
+    const fit = robot.fit === null ? "" : ` Its coefficients are a fit: ${robot.fit}.`;
+    part("made").textContent = `${robot.description}.${fit} Its image was written by ${robot.made_by}.`;
+    part("robot").title = robot.description + fit;
     this.keep();
   }
 

@@ -33,6 +33,7 @@ export interface Robot {
   made_by: string; // program and version
   robot: string;
   description: string;
+  fit: string | null; // what its coefficients were fitted to, where they were
   length: number; // m
   mass: number; // kg
   links: { name: string; length: number; width: number | null; height: number | null }[];

@@ -33,6 +33,7 @@ def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
     return {
         "robot": robot.name,
         "description": robot.description,
+        "fit": None if robot.fit is None else robot.fit.text,
         "hash": robot.hash,
         "length": robot.body.length,
         "mass": robot.body.mass,
