@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "hypertuna/host/directions.hpp"
+#include "hypertuna/host/verdict.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
@@ -206,6 +207,14 @@ void bind_settle(nb::module_& m) {
         "gradient_outputs", [] { return names(any_kernel().gradient_output); }, "Names of the outputs of `gradient`.");
     m.attr("SETTLED_DISTANCE") = any_kernel().settled_distance;
     m.attr("ARRIVED_DISTANCE") = any_kernel().arrived_distance;
+    m.attr("BEAT_STEPS") = beat_steps;
+    m.attr("NEWTON_BEATS") = newton_beats;
+    m.attr("APPROACH_BEATS") = approach_beats;
+    m.attr("NEUTRAL") = neutral;
+    m.attr("STRAIGHT") = straight;
+    m.def(
+        "verdicts", [] { return std::vector<std::string>(std::begin(verdict_names), std::end(verdict_names)); },
+        "Names of the verdicts on a search for a settled beat.");
 }
 
 }  // namespace hypertuna

@@ -166,7 +166,7 @@ void ht_twin_command(ht_twin* twin, const double* gait, const double fins[2], in
 }
 
 void ht_twin_break(ht_twin* twin, int kind, int first, int last) {
-    std::vector<Fault<double>>& faults = twin->live->faults;
+    std::vector<Fault<double>>& faults = twin->live->instruments.faults;
     if (kind < 0 || int(FaultKind::nan) < kind) return;
     faults.insert(faults.begin(), {FaultKind(kind), first, last, twin->live->time(), HUGE_VAL});
 }

@@ -8,18 +8,11 @@
 
 #include "hypertuna/host/directions.hpp"
 #include "hypertuna/host/tank.hpp"
+#include "hypertuna/host/verdict.hpp"
 
 namespace hypertuna {
 
 extern const Kernel kernel_portable;
-
-inline constexpr int beat_steps = 128;       // Runge-Kutta steps of a beat
-inline constexpr int newton_beats = 60;      // of each stage of Newton's method
-inline constexpr int approach_beats = 2000;  // at most in which a start from rest is followed
-inline constexpr double neutral = 1 + 1e-6;  // largest multiplier of a body that keeps a disturbance as it is
-inline constexpr double straight = 1e6;      // body lengths: a larger turning radius is no turn
-
-enum class Verdict { settled, unsettled, unstable, diverged };
 
 /// Largest modulus of the eigenvalues of a real 3 x 3 matrix (row by row), the roots of its characteristic polynomial.
 inline double spectral_radius(const double* m) {
@@ -47,21 +40,64 @@ inline double spectral_radius(const double* m) {
     return std::max({std::abs(root[0]), std::abs(root[1]), std::abs(root[2])});
 }
 
-/// One row of the kernel, by the names of its columns.
-struct SettledRow {
-    const double* row;
+/// A settled beat: a row of the kernel as numbers with names.
+struct SettledBeat {
+    double speed, turn, radius, excursion, power, power_positive, loss, towed_power, torque_peak, rate_peak;
+    double residual, distance, beats, approach, approach_beats;
+    double momentum[3];      // at the start
+    double spectral_radius;  // of the monodromy
+};
+inline constexpr std::pair<const char*, double SettledBeat::*> settled_fields[] = {
+    {"speed", &SettledBeat::speed},
+    {"turn", &SettledBeat::turn},
+    {"radius", &SettledBeat::radius},
+    {"excursion", &SettledBeat::excursion},
+    {"power", &SettledBeat::power},
+    {"power_positive", &SettledBeat::power_positive},
+    {"loss", &SettledBeat::loss},
+    {"towed_power", &SettledBeat::towed_power},
+    {"torque_peak", &SettledBeat::torque_peak},
+    {"rate_peak", &SettledBeat::rate_peak},
+    {"residual", &SettledBeat::residual},
+    {"distance", &SettledBeat::distance},
+    {"beats", &SettledBeat::beats},
+    {"approach", &SettledBeat::approach},
+    {"approach_beats", &SettledBeat::approach_beats},
+};
 
-    static int place(std::string_view name) {
+/// Rows of the kernel for gaits.
+class SettledRows {
+  public:
+    SettledRows(const Model& model, const GaitBatch& gaits, int count, bool follow) {
+        while (kernel_portable.settle_column(width_)) ++width_;
+        std::transform(std::begin(settled_fields), std::end(settled_fields), places_,
+                       [](const auto& field) { return find(field.first); });
+        momentum_ = find("p_x");
+        monodromy_ = find("m_00");
+        rows_.resize(std::size_t(count) * width_);
+        kernel_portable.settle(model, gaits, {beat_steps, -1, newton_beats, -1, follow ? approach_beats : 0}, 0, count,
+                               rows_.data());
+    }
+    SettledBeat operator[](int k) const {
+        const double* const row = rows_.data() + std::size_t(k) * width_;
+        SettledBeat beat;
+        const int* place = places_;
+        for (const auto& [name, field] : settled_fields) beat.*field = row[*place++];
+        std::copy(row + momentum_, row + momentum_ + 3, beat.momentum);
+        beat.spectral_radius = spectral_radius(row + monodromy_);
+        return beat;
+    }
+
+  private:
+    static int find(std::string_view name) {
         int k = 0;
         while (kernel_portable.settle_column(k) != name) ++k;
         return k;
     }
-    static int width() {
-        int k = 0;
-        while (kernel_portable.settle_column(k)) ++k;
-        return k;
-    }
-    double operator[](std::string_view name) const { return row[place(name)]; }
+
+    int width_ = 0, momentum_, monodromy_;
+    int places_[std::size(settled_fields)];  // of each field in a row
+    std::vector<double> rows_;
 };
 
 /// A robot's swimmer: the model, its mass and its length.
@@ -70,50 +106,48 @@ struct HostModel {
     double mass;  // kg
 };
 
-inline bool spins(double turn) { return pi < std::abs(turn); }
-
-inline Verdict verdict(const SettledRow& row) {
-    const bool finite = std::isfinite(row["turn"] + row["power"] + row["loss"] + row["residual"]) &&
-                        (std::isfinite(row["speed"] + row["excursion"]) || spins(row["turn"]));
+inline Verdict verdict(const SettledBeat& beat) {
+    const bool finite = std::isfinite(beat.turn + beat.power + beat.loss + beat.residual) &&
+                        (std::isfinite(beat.speed + beat.excursion) || spins(beat.turn));
     if (!finite) return Verdict::diverged;
-    if (!(row["distance"] < kernel_portable.settled_distance)) return Verdict::unsettled;
-    return neutral < spectral_radius(row.row + SettledRow::place("m_00")) ? Verdict::unstable : Verdict::settled;
+    if (!(beat.distance < kernel_portable.settled_distance)) return Verdict::unsettled;
+    return neutral < beat.spectral_radius ? Verdict::unstable : Verdict::settled;
 }
 
 /// A quantity of a settled gait at a frequency.
 struct HostQuantity {
     const char* name;
-    double (*of)(const SettledRow& row, const HostModel& host, double frequency);
+    double (*of)(const SettledBeat& beat, const HostModel& host, double frequency);
 };
 
-#define HYPERTUNA_QUANTITY(name, value)                                                   \
-    {name, [](const SettledRow& row, const HostModel& host, double frequency) -> double { \
-         const double speed = row["speed"], weight = host.mass * std::abs(speed);         \
-         return (void)host, (void)frequency, (void)speed, (void)weight, value;            \
+#define HYPERTUNA_QUANTITY(name, value)                                                     \
+    {name, [](const SettledBeat& beat, const HostModel& host, double frequency) -> double { \
+         const double speed = beat.speed, weight = host.mass * std::abs(speed);             \
+         return (void)host, (void)frequency, (void)speed, (void)weight, value;              \
      }}
 inline constexpr HostQuantity quantities[] = {
-    HYPERTUNA_QUANTITY("status", double(int(verdict(row)))),
+    HYPERTUNA_QUANTITY("status", double(int(verdict(beat)))),
     HYPERTUNA_QUANTITY("speed", speed),
     HYPERTUNA_QUANTITY("speed_bl", speed / host.model.length),
-    HYPERTUNA_QUANTITY("mechanical_power", row["power"]),
-    HYPERTUNA_QUANTITY("mechanical_power_positive", row["power_positive"]),
-    HYPERTUNA_QUANTITY("power_to_water", row["loss"]),
-    HYPERTUNA_QUANTITY("cost_of_transport", row["power"] / weight),
-    HYPERTUNA_QUANTITY("cost_of_transport_positive", row["power_positive"] / weight),
-    HYPERTUNA_QUANTITY("efficiency", row["power"] > 0 ? row["towed_power"] / row["power"] : std::nan("")),
-    HYPERTUNA_QUANTITY("strouhal", frequency* row["excursion"] / std::abs(speed)),
+    HYPERTUNA_QUANTITY("mechanical_power", beat.power),
+    HYPERTUNA_QUANTITY("mechanical_power_positive", beat.power_positive),
+    HYPERTUNA_QUANTITY("power_to_water", beat.loss),
+    HYPERTUNA_QUANTITY("cost_of_transport", beat.power / weight),
+    HYPERTUNA_QUANTITY("cost_of_transport_positive", beat.power_positive / weight),
+    HYPERTUNA_QUANTITY("efficiency", beat.power > 0 ? beat.towed_power / beat.power : std::nan("")),
+    HYPERTUNA_QUANTITY("strouhal", frequency* beat.excursion / std::abs(speed)),
     HYPERTUNA_QUANTITY("stride_length", speed / (frequency * host.model.length)),
-    HYPERTUNA_QUANTITY("tail_excursion", row["excursion"]),
-    HYPERTUNA_QUANTITY("torque_peak", row["torque_peak"]),
-    HYPERTUNA_QUANTITY("rate_peak", row["rate_peak"]),
-    HYPERTUNA_QUANTITY("turn_rate", row["turn"] * frequency),
-    HYPERTUNA_QUANTITY("turn_radius", straight* host.model.length <= row["radius"] ? HUGE_VAL : row["radius"]),
-    HYPERTUNA_QUANTITY("spectral_radius", spectral_radius(row.row + SettledRow::place("m_00"))),
-    HYPERTUNA_QUANTITY("change_per_beat", row["residual"]),
-    HYPERTUNA_QUANTITY("distance_to_settled", row["distance"]),
-    HYPERTUNA_QUANTITY("beats", row["beats"]),
-    HYPERTUNA_QUANTITY("arrived", double(row["approach"] < kernel_portable.arrived_distance)),
-    HYPERTUNA_QUANTITY("approach_beats", row["approach_beats"]),
+    HYPERTUNA_QUANTITY("tail_excursion", beat.excursion),
+    HYPERTUNA_QUANTITY("torque_peak", beat.torque_peak),
+    HYPERTUNA_QUANTITY("rate_peak", beat.rate_peak),
+    HYPERTUNA_QUANTITY("turn_rate", beat.turn* frequency),
+    HYPERTUNA_QUANTITY("turn_radius", straight* host.model.length <= beat.radius ? HUGE_VAL : beat.radius),
+    HYPERTUNA_QUANTITY("spectral_radius", beat.spectral_radius),
+    HYPERTUNA_QUANTITY("change_per_beat", beat.residual),
+    HYPERTUNA_QUANTITY("distance_to_settled", beat.distance),
+    HYPERTUNA_QUANTITY("beats", beat.beats),
+    HYPERTUNA_QUANTITY("arrived", double(beat.approach < kernel_portable.arrived_distance)),
+    HYPERTUNA_QUANTITY("approach_beats", beat.approach_beats),
 };
 #undef HYPERTUNA_QUANTITY
 inline constexpr int quantity_count = sizeof(quantities) / sizeof(quantities[0]);
@@ -132,22 +166,13 @@ struct GaitColumns {
     GaitBatch batch() const { return {frequency.data(), kind[0].data(), kind[1].data(), kind[2].data()}; }
 };
 
-/// Rows of the kernel for gaits.
-inline std::vector<double> settled_rows(const Model& model, const GaitColumns& gaits, bool follow) {
-    const int count = int(gaits.frequency.size());
-    std::vector<double> rows(std::size_t(count) * SettledRow::width());
-    kernel_portable.settle(model, gaits.batch(), {beat_steps, -1, newton_beats, -1, follow ? approach_beats : 0}, 0,
-                           count, rows.data());
-    return rows;
-}
-
 inline void swim(const HostModel& host, const double* gaits, int count, bool follow, double* out) {
     const GaitColumns columns(gaits, count, host.model.groups);
-    const std::vector<double> rows = settled_rows(host.model, columns, follow);
-    const int width = SettledRow::width();
-    for (int k = 0; k < count; ++k)
-        for (const HostQuantity& quantity : quantities)
-            *out++ = quantity.of({rows.data() + std::size_t(k) * width}, host, columns.frequency[k]);
+    const SettledRows rows(host.model, columns.batch(), count, follow);
+    for (int k = 0; k < count; ++k) {
+        const SettledBeat beat = rows[k];
+        for (const HostQuantity& quantity : quantities) *out++ = quantity.of(beat, host, columns.frequency[k]);
+    }
 }
 
 // --- derivatives
@@ -199,15 +224,14 @@ inline void gait_gradient(const HostModel& host, const double* gait, double* out
     const Model& model = host.model;
     const int numbers = gait_parameters(model.groups), width = 3 + numbers;
     const GaitColumns columns(gait, 1, model.groups);
-    const std::vector<double> rows = settled_rows(model, columns, false);
-    const SettledRow row{rows.data()};
+    const SettledBeat beat = SettledRows(model, columns.batch(), 1, false)[0];
     std::vector<double> along(std::size_t(parameter_count(model)) * numbers);
     for (int i = 0; i < numbers; ++i) along[std::size_t(i) * numbers + i] = 1;
     int outputs = 0;
     while (kernel_portable.gradient_output(outputs)) ++outputs;
     std::vector<double> rates(std::size_t(outputs) * width);
     kernel_portable.gradient(model, columns.batch(), sort_directions(model, along.data(), numbers, true), 0, 1,
-                             row.row + SettledRow::place("p_x"), beat_steps, rates.data());
+                             beat.momentum, beat_steps, rates.data());
     const auto rate = [&](std::string_view name) {
         int k = 0;
         while (kernel_portable.gradient_output(k) != name) ++k;
@@ -220,9 +244,9 @@ inline void gait_gradient(const HostModel& host, const double* gait, double* out
         for (int j = 0; j < 3; ++j) remains[i][j] = (i == j) - end[i * width + j];
         std::copy(end + i * width + 3, end + (i + 1) * width, start.begin() + i * numbers);
     }
-    const Verdict found = verdict(row);
+    const Verdict found = verdict(beat);
     const bool periodic = found == Verdict::settled || found == Verdict::unstable;
-    const double speed = row["speed"];
+    const double speed = beat.speed;
     if (!periodic || !std::isfinite(speed) || !solve3(remains, start.data(), numbers)) {
         std::fill(out, out + derivative_count * numbers, std::nan(""));
         return;
@@ -244,11 +268,12 @@ inline void gait_gradient(const HostModel& host, const double* gait, double* out
             if (output)
                 *out++ = total(output, j);
             else if (name == "strouhal")
-                *out++ = over_speed(((j == 0) * row["excursion"] + frequency * total("excursion", j)) / std::abs(speed),
-                                    frequency * row["excursion"] / std::abs(speed), j);
+                *out++ = over_speed(((j == 0) * beat.excursion + frequency * total("excursion", j)) / std::abs(speed),
+                                    frequency * beat.excursion / std::abs(speed), j);
             else {
-                const char* const power = name == "cost_of_transport" ? "power" : "power_positive";
-                *out++ = over_speed(total(power, j) / weight, row[power] / weight, j);
+                const bool all = name == "cost_of_transport";
+                const double power = all ? beat.power : beat.power_positive;
+                *out++ = over_speed(total(all ? "power" : "power_positive", j) / weight, power / weight, j);
             }
         }
 }
@@ -259,8 +284,8 @@ inline void gait_gradient(const HostModel& host, const double* gait, double* out
 inline void path(const HostModel& host, const double* gait, int steps, double* out) {
     const Model& model = host.model;
     const GaitColumns columns(gait, 1, model.groups);
-    const std::vector<double> rows = settled_rows(model, columns, false);
-    const double* const start = rows.data() + SettledRow::place("p_x");
+    const SettledBeat beat = SettledRows(model, columns.batch(), 1, false)[0];
+    const double* const start = beat.momentum;
     with_law<double>(model.law, [&](auto law) {
         Tank<double, typename decltype(law)::type> tank(model, steps);
         std::copy(gait, gait + gait_parameters(model.groups), tank.parameters.begin());

@@ -20,29 +20,18 @@ class BodyTwin final : public LiveTwin {
     BodyTwin(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world, const Body Home::* body)
         : home_(parts.plant, world), twin_(make_twin(parts.plant, home_.*body, start.tick, parts.steps)) {
         twin_.controller = parts.controller;
-        sensors_ = parts.sensors;
-        sensors_.seed = seed;
+        instruments.sensors = parts.sensors;
+        instruments.sensors.seed = seed;
         now_ = {start_of(twin_, start), {}, 0};
         Columns::add(row, 1, parts.coordinates, parts.plant.joints);
     }
 
     int advance(int ticks) override {
-        using Space = typename Body::Space;
         for (int made = 0; made < ticks; ++made, ++now_.ticks) {
             if (!plausible(now_.twin.plant)) return made;
-            TwinStateOf<Body> shown = now_.twin;
-            const TickOf<Body> tick = twin_tick(twin_, now_.twin, command, [&](auto truth) {
-                if constexpr (std::is_same_v<Space, InPlane>)
-                    truth = read(truth);
-                else
-                    truth.robot = read(truth.robot);
-                return truth;
-            });
-            if (made + 1 < ticks) continue;
-            const PlantStateOf<Body> start = shown.plant;
-            shown = now_.twin;
-            shown.plant = start;
-            Columns::write(row, 0, shown, tick);
+            const PlantStateOf<Body> start = now_.twin.plant;
+            const TickOf<Body> tick = command_tick(twin_, now_.twin, command, instruments, now_.sensing, time());
+            if (made + 1 == ticks) Columns::write(row, 0, shown(now_.twin, start), tick);
         }
         return ticks;
     }
@@ -56,15 +45,8 @@ class BodyTwin final : public LiveTwin {
     using Moment = TwinMoment<TwinStateOf<Body>>;
     static_assert(std::is_trivially_copyable_v<Moment>);
 
-    Readings<double> read(const Readings<double>& truth) {
-        const auto sensed = sense(sensors_, now_.sensing, truth, faults.data(), int(faults.size()), time());
-        now_.sensing = sensed.state;
-        return sensed.readings;
-    }
-
     Home home_;
     Twin<Body> twin_;
-    Sensors<double> sensors_;
     Moment now_;
 };
 

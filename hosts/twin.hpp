@@ -39,7 +39,7 @@ inline void pad(PlantData& plant) {
 class LiveTwin {
   public:
     Command<double> command{};
-    std::vector<Fault<double>> faults;
+    Instruments instruments;
     Record row;  // of the last tick
 
     virtual ~LiveTwin() = default;

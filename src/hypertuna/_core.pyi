@@ -100,6 +100,19 @@ SETTLED_DISTANCE: float = 1e-07
 
 ARRIVED_DISTANCE: float = 0.01
 
+BEAT_STEPS: int = 128
+
+NEWTON_BEATS: int = 60
+
+APPROACH_BEATS: int = 2000
+
+NEUTRAL: float = 1.000001
+
+STRAIGHT: float = 1000000.0
+
+def verdicts() -> list[str]:
+    """Names of the verdicts on a search for a settled beat."""
+
 def joint_motion(
     model: Model,
     *,

@@ -13,14 +13,14 @@ from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model
 
-DEFAULT_STEPS = 128  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
-MAX_BEATS = 60  # of each stage of Newton's method
-APPROACH = 2000  # beats at most in which a start from rest is followed toward a settled beat
+DEFAULT_STEPS = _core.BEAT_STEPS  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
+MAX_BEATS = _core.NEWTON_BEATS  # of each stage of Newton's method
+APPROACH = _core.APPROACH_BEATS  # beats at most in which a start from rest is followed toward a settled beat
 AFTER = 200  # beats from rest after which the search for what it leads to begins: slow transients have chosen
-NEUTRAL = 1 + 1e-6  # a body that stands still keeps a disturbance as it is: its multipliers are 1 but for rounding
-STRAIGHT = 1e6  # body lengths: a larger turning radius is no turn
+NEUTRAL = _core.NEUTRAL  # a body that stands still keeps a disturbance as it is: its multipliers are 1 but for rounding
+STRAIGHT = _core.STRAIGHT  # body lengths: a larger turning radius is no turn
 
-STATUSES = ("settled", "unsettled", "unstable", "diverged")
+STATUSES = tuple(_core.verdicts())
 
 
 class Meaning(NamedTuple):

@@ -37,6 +37,19 @@ struct Instruments {
     }
 };
 
+/// One tick under a command: what the robot's sensors read at a time goes through the instruments.
+template <class Body>
+TickOf<Body> command_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, const Command<double>& command,
+                          const Instruments& instruments, SensorsState<double>& sensing, double time) {
+    return twin_tick(twin, state, command, [&](auto truth) {
+        if constexpr (std::is_same_v<typename Body::Space, InPlane>)
+            truth = instruments.read(sensing, truth, time);
+        else
+            truth.robot = instruments.read(sensing, truth.robot, time);
+        return truth;
+    });
+}
+
 /// A command to a controller.
 struct GaitCommand {
     Controller<double> controller;
@@ -76,6 +89,13 @@ TwinStateOf<Body> start_of(const Twin<Body>& twin, const Run& run) {
     return state;
 }
 
+/// What a row shows of a tick: the plant at its start, the rest as the tick left it.
+template <class State, class PlantState>
+State shown(State after, const PlantState& start) {
+    after.plant = start;
+    return after;
+}
+
 /// Run and record a twin; ends early where the plant's state is none that a robot can have. go(state, k) makes tick k.
 template <class Body, class Go>
 Record record_run(const Twin<Body>& twin, TwinStateOf<Body> state, const Run& run, const Go& go) {
@@ -86,9 +106,7 @@ Record record_run(const Twin<Body>& twin, TwinStateOf<Body> state, const Run& ru
         const PlantStateOf<Body> start = state.plant;
         const TickOf<Body> tick = go(state, record.ticks);
         if (record.ticks % run.every != 0) continue;
-        TwinStateOf<Body> shown = state;
-        shown.plant = start;
-        Columns::write(record, record.ticks / run.every, shown, tick);
+        Columns::write(record, record.ticks / run.every, shown(state, start), tick);
     }
     return record;
 }
@@ -141,13 +159,7 @@ inline Record simulate(const PlantData& plant, const GaitCommand& command, const
             const double time = run.tick * double(k);
             now.fresh = time < command.lost_at;
             for (std::size_t f = 0; f < 2 && !command.fin.empty(); ++f) now.fin[f] = command.fin[2 * k + f];
-            return twin_tick(twin, state, now, [&](auto truth) {
-                if constexpr (std::is_same_v<typename Body::Space, InPlane>)
-                    truth = instruments.read(sensing, truth, time);
-                else
-                    truth.robot = instruments.read(sensing, truth.robot, time);
-                return truth;
-            });
+            return command_tick(twin, state, now, instruments, sensing, time);
         };
         record = record_run(twin, start_of(twin, run), run, go);
     });
