@@ -5,7 +5,7 @@ import type { Robot } from "./robot.ts";
 
 const PATH = 32; // points of the tail's path in a beat
 const GHOSTS = 12; // midlines in a beat
-const LAYERS = 22; // of the shading
+const LAYERS = 15; // of the shading
 const TRAIL = 9; // body lengths that the tail's path is kept for
 const LIFT = 0.34; // how far heights lean up in the picture, so that fins are seen from above
 const SPACING = 0.17; // of specks in the water, body lengths
@@ -265,7 +265,7 @@ export class Stage {
     pen.save();
     pen.translate(0.03 * length * scale, 0.05 * length * scale);
     pen.fillStyle = colors.shadow;
-    for (let wide = 1.16; wide > 0.5; wide -= 0.06) pen.fill(this.outline(stations, wide, 0));
+    for (let wide = 1.16; wide > 0.5; wide -= 0.1) pen.fill(this.outline(stations, wide, 0));
     pen.restore();
   }
 
