@@ -174,7 +174,7 @@ system-deps: ## Arm compiler and emulator by apt, for firmware: 430 MB to fetch,
 	apt-get install -y -qq --no-install-recommends gcc-arm-none-eabi libnewlib-arm-none-eabi \
 	  libstdc++-arm-none-eabi-newlib qemu-system-arm
 
-CPP = $(shell find core bindings hosts benchmarks firmware/app firmware/boards firmware/tests -name '*.[ch]pp' -not -path '*/arduino/*')
+CPP = $(shell find core bindings hosts benchmarks validation/hosts firmware/app firmware/boards firmware/tests -name '*.[ch]pp' -not -path '*/arduino/*')
 
 lint: $(VENV)/.installed-lint ## ruff, mypy, import-linter, clang-format
 	@ruff check
