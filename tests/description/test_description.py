@@ -90,7 +90,7 @@ BAD = [
         "mass_kg = 1.0",
         "mass_kg = 0.001",
         "links.mass_kg must add up to at most body.mass_kg = 0.001, but is 0.9 in all: "
-        "correct the links (is it in g? Then divide by 1000) or the mass of the whole robot.",
+        "correct the links (in g?) or the mass of the whole robot.",
     ),
     ("com_m = [", "con_m = [", "links.con_m is not a known key: did you mean com_m?"),
     ("bandwidth_hz", "bandwith_hz", "joints[0].bandwith_hz is not a known key: did you mean bandwidth_hz?"),

@@ -66,7 +66,7 @@ def test_a_robot_that_does_not_move_has_no_cost_of_transport() -> None:
 
 def test_areas_beyond_measure_give_a_run_that_diverged() -> None:
     document = ROBOT.document()
-    document["links"]["lateral_area_m2"][-1] = 1e300
+    document["links"]["lateral_area_m2"][-1] = 1e12
     assert twin(parse(document), SMALL, duration=0.5).status == "diverged"
 
 

@@ -224,8 +224,7 @@ class Robot(
         whole = math.isclose(length, self.body.length, rel_tol=TOLERANCE)
         yield Check(whole, "links.length_m", text, fix, f"{length:g} in all")
         text = f"must add up to at most body.mass_kg = {self.body.mass:g}"
-        grams = " (is it in g? Then divide by 1000)" if mass > 100 * self.body.mass else ""
-        fix = f"correct the links{grams} or the mass of the whole robot"
+        fix = f"correct the links{' (in g?)' * (mass > 100 * self.body.mass)} or the mass of the whole robot"
         yield Check(mass <= self.body.mass * (1 + TOLERANCE), "links.mass_kg", text, fix, f"{mass:g} in all")
         yield from self._joint_checks()
         law = self.model.water
