@@ -111,6 +111,17 @@ def test_a_first_robot_at_sea_dives_and_rises_below_the_frequency_of_its_cruise(
     assert (down.right, up.right) == (True, True)
 
 
+def test_turns_of_a_first_robot_are_not_taken_for_a_lost_fin() -> None:
+    # At 1.5 deg, as HyperTuna's, three of four flights ended by the heel of a full turn, up to 2.7 deg.
+    document = tomllib.loads(first_robot("fish", length=0.42, mass=1.2, actuation="servo", sea=True))
+    robot, mission = parse(document), read_mission("box")
+    legs = [point._replace(speed=0.22) for point in mission.mission.waypoints]
+    slow = replace(mission, mission=replace(mission.mission, waypoints=legs, home_speed=0.22, duration=1800.0))
+    sound, broken = fly(slow, robot), fly(slow, robot, faults=["fin-port:level@150"])
+    assert (sound.status, [name for name in sound.record.first_reasons if "fin" in name]) == ("done", [])
+    assert "port_fin_lost" in broken.record.first_reasons
+
+
 @pytest.mark.parametrize("actuation", ["servo", "hydraulic"])
 def test_the_pilot_of_a_first_robot_steers_within_its_bends_and_on_its_own_scales(actuation: str) -> None:
     document = tomllib.loads(first_robot("fish", actuation=actuation, sea=True))

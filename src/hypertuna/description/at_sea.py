@@ -15,6 +15,7 @@ from hypertuna.errors import InputError
 SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 29, 30, 31, 32, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
 ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
 LENGTH, SPEED = 0.52, 0.298  # m and m/s, of HyperTuna and its slowest gait
+HEEL, LONE = 3.5, 20.0  # deg: more than full turns heel such robots; fins from which a lone one rolls them by 5
 ROLL = 0.5  # natural frequency of roll over that of the beat; 0.4 to 0.6 on HyperTuna
 POWER = 3.0  # W/kg: HyperTuna's 10 W
 
@@ -49,6 +50,11 @@ SOURCES = {
         "estimate: as HyperTuna's in body lengths traveled",
     ),
     "guidance.turn_max_deg_s": "estimate: as HyperTuna's in body lengths traveled",
+    **dict.fromkeys(
+        ("guidance.fin_tilt_deg", "guidance.fin_min_deg"),
+        f"estimate: between the heel of a full turn, up to 2.7 deg, and the 5 deg by which a lone fin at {LONE:g} deg "
+        "rolls a robot of 0.42 m",
+    ),
     "guidance.response_time_s": "estimate: HyperTuna's way at this robot's speed",
     "guidance.speed_min_m_s": "estimate: a third of the gait's speed, as HyperTuna's",
     "guidance.blind_speed_m_s": "estimate: 0.84 of the gait's speed, as HyperTuna's",
@@ -103,6 +109,7 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], speed: float)
     document["servos"] = [*document.get("servos", []), *(s for s in tuna["servos"] if s["drives"] == "pectoral fins")]
     document["sensors"] += [s for s in tuna["sensors"] if s["quantity"] in ("field", "position")]
     pilot = {key: value for key, value in tuna["guidance"].items() if key != "speed_m_s"}
+    pilot |= {"fin_tilt_deg": HEEL, "fin_min_deg": LONE}
     bends = [(a, group["bend_max_deg"]) for a, group in zip(gait["amplitude_deg"], document["joints"], strict=True)]
     pilot |= {"gaits": ["slow", "cruise"], "bias_max_deg": [round(min(a / 2, bend - a), 1) for a, bend in bends]}
     longer, faster = shape.length / LENGTH, speed / SPEED
