@@ -302,7 +302,7 @@ def test_sections_follow_from_table_ii(tuna: ht.Robot) -> None:
 BAD: dict[str, tuple[Callable[[ht.Robot], object], str]] = {
     "joint": (lambda fish: bend(fish, "III", PRESSURE), "is not a joint of the robot: did you mean II?"),
     "index": (lambda fish: bend(fish, 2, PRESSURE), "is not a joint of the robot"),
-    "negative": (lambda fish: bend(fish, "I", [-1e3, 1e3]), "must not be negative, but is -1 kPa: give the other side"),
+    "negative": (lambda fish: bend(fish, "I", [-1e3, 1e3]), "must not be negative, but is -1 kPa: put the other side"),
     "falling": (
         lambda fish: bend(fish, "I", [0, 2e3, 1e3]),
         "must increase, but is 2 kPa, then 1 kPa",

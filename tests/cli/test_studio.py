@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +38,9 @@ def robots_of(page: str) -> dict[str, Any]:
 def serving(*arguments: str, **environment: str) -> Iterator[subprocess.Popen[str]]:
     """Run the command until the end of the test."""
     command = [sys.executable, "-m", "hypertuna", "studio", *arguments]
-    process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | environment
-    )
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # a shell may have its jobs ignore it
+    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    process = subprocess.Popen(command, env=os.environ | environment, preexec_fn=heard, **pipes)
     try:
         yield process
     finally:
