@@ -23,8 +23,8 @@ def test_numbers_and_verdicts_are_those_of_the_golden_file(ledger: Ledger) -> No
     """A change of form leaves every digit; a change of physics changes golden.json, with its reason in the commit.
 
     `golden.py` writes that file.
-    Optima and fitted coefficients are the ends of searches: another instruction set, or another kernel of BLAS, ends them
-    elsewhere within their tolerance (an undetermined friction by 2e-8).
+    Optima and fitted coefficients are the ends of searches: another instruction set, or another kernel of BLAS, may end
+    them elsewhere within their tolerance (an undetermined friction by 2e-8).
     """
     entries = {f"{entry.id} | {entry.model}": entry for entry in ledger.entries}
     assert entries.keys() == GOLDEN.keys()
