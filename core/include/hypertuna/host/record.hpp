@@ -136,7 +136,7 @@ struct TwinColumns {
         });
     }
 
-    /// Columns for a robot of so many coordinates, D or fewer.
+    /// Columns for a robot with this number of coordinates, D or fewer.
     static void add(Record& record, std::size_t rows, int coordinates, int joints) {
         add_columns(record, head(), rows, coordinates, joints);
         add_columns(record, robot(), rows, coordinates, joints);
