@@ -93,7 +93,7 @@ def _check_output(port: int | None, no_open: bool) -> None:
 
 
 def _lines(address: str) -> Iterator[Any]:
-    """Tell the address."""
+    """Print the address."""
     yield f"studio: {address}", "bold"
     yield "This machine alone can open it. Ctrl-C ends it."
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from hypertuna.description.plausibility import USUAL
 from hypertuna.description.robot import Robot, load
+from hypertuna.description.schema.base import BEYOND
 from hypertuna.description.schema.measuring import measuring
 
 _NOUNS = {
@@ -16,7 +17,6 @@ _NOUNS = {
     "boolean": ("`true` or `false`", "`true` or `false`"),
 }
 _LIMITS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
-BEYOND = 1e12  # a limit that only keeps slips out and needs no word
 
 
 class Key(NamedTuple):
@@ -164,6 +164,7 @@ def _value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
     if entries := rule.get("additionalProperties"):
         return f"{_value_in_words(entries, 1)} by name"
     noun = _NOUNS.get(rule.get("type", ""), ("table", "tables"))[number]
+    # a limit that only keeps slips out needs no word
     known = {name: rule[name] for name in _LIMITS if name in rule and abs(rule[name]) < BEYOND}
     limits = (f"{_LIMITS[name]} {limit:g}" for name, limit in known.items())
     return f"{noun} {' and '.join(limits)}".strip()
