@@ -37,9 +37,16 @@ function robots() {
   return names.map((name) => ({ name, image: readFileSync(join(robotsPath, `${name}.robot`)) }));
 }
 
+/** The style sheets: studio.css, then those of views. */
+function styles() {
+  const sheets = readdirSync(here).filter((file) => file.endsWith(".css"));
+  const order = ["studio.css", ...sheets.filter((file) => file !== "studio.css").sort()];
+  return order.map((file) => readFileSync(join(here, file), "utf8")).join("\n");
+}
+
 async function page(core, list) {
   const worker = await bundled("worker.ts");
-  const css = await transform(readFileSync(join(here, "studio.css"), "utf8"), { loader: "css", minify: true });
+  const css = await transform(styles(), { loader: "css", minify: true });
   const parts = {
     styles: css.code.trim(),
     robots: JSON.stringify({
@@ -47,6 +54,7 @@ async function page(core, list) {
       start: {},
     }).replaceAll("<", "\\u003c"),
     core: base64(packed(core)),
+    theme: await bundled("theme.ts"),
     script: await bundled("page.ts", { WORKER: JSON.stringify(worker) }),
   };
   const template = readFileSync(join(here, "studio.html"), "utf8");

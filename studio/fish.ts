@@ -69,6 +69,12 @@ export class Stage {
     this.stale = true;
   }
 
+  /** Change what is shown, and how fast. */
+  show(shown: Partial<Shown>): void {
+    Object.assign(this.shown, shown);
+    this.stale = true;
+  }
+
   /** Draw again, in the colors of the page's theme. */
   refresh(): void {
     this.colors = colorsOf(this.canvas);

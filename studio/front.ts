@@ -1,6 +1,6 @@
 // Cost over speed: the robot's named gaits, the gait of the knobs, the least cost at each speed; and the search for it.
 import { Chart } from "./chart.ts";
-import { element } from "./knobs.ts";
+import { element } from "./dom.ts";
 import { Box, type Found, type Goal, STEPS, search, type Watch } from "./optimize.ts";
 import { digits, gaitText, type Quantities, statusOf } from "./quantities.ts";
 import { gaitOf, type NamedGait, rowOf } from "./robot.ts";

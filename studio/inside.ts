@@ -1,7 +1,7 @@
 // The twin live: the whole robot from command to wake, with the controller that the robot flies.
 import { Chart } from "./chart.ts";
 import type { Column } from "./core.ts";
-import { element } from "./knobs.ts";
+import { element } from "./dom.ts";
 import { Machine, type Moment } from "./machine.ts";
 import { digits } from "./quantities.ts";
 import type { Broken, Calculator } from "./questions.ts";

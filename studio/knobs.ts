@@ -1,4 +1,5 @@
 // The knobs: a range, a number and the exact gradient for each parameter of a gait.
+import { element } from "./dom.ts";
 import { digits, plain } from "./quantities.ts";
 import type { Parameter } from "./robot.ts";
 
@@ -105,16 +106,4 @@ export class Knobs {
     const [low, high] = parameter.range;
     this.turned(parameter.index, Math.min(high, Math.max(low, value)) * parameter.size);
   }
-}
-
-/** An element with a class and a text. */
-export function element<K extends keyof HTMLElementTagNameMap>(
-  name: K,
-  style = "",
-  text = "",
-): HTMLElementTagNameMap[K] {
-  const made = document.createElement(name);
-  if (style !== "") made.className = style;
-  if (text !== "") made.textContent = text;
-  return made;
 }

@@ -1,6 +1,6 @@
 // A map of a quantity over two parameters of the gait, finer and finer.
 import { Chart, colorAt } from "./chart.ts";
-import { element } from "./knobs.ts";
+import { element } from "./dom.ts";
 import { digits, meaning, type Quantities, statusOf } from "./quantities.ts";
 import type { Page, Subject } from "./subject.ts";
 

@@ -1,16 +1,25 @@
 // What the page asks a worker, and how it asks.
 
 import type { Column } from "./core.ts";
+import type { Swimmer } from "./robot.ts";
 
 export type Question =
   | { kind: "start"; module: WebAssembly.Module }
+  | { kind: "names" }
   | { kind: "load"; robot: string; image: Uint8Array }
-  | { kind: "beat"; robot: string; model: number; gait: Float64Array; follow: boolean }
-  | { kind: "gradient"; robot: string; model: number; gait: Float64Array }
-  | { kind: "point"; robot: string; model: number; gait: Float64Array }
+  | ({ kind: "swim"; follow: boolean } & Swimmer)
+  | ({ kind: "path" } & Swimmer)
+  | ({ kind: "gradient" } & Swimmer)
+  | ({ kind: "point" } & Swimmer)
   | { kind: "sweep"; robot: string; model: number; gaits: Float64Array }
   | { kind: "twin"; robot: string } // starts one, in place of the one before
   | { kind: "tick"; gait: Float64Array; armed: boolean; broken: Broken[]; ticks: number };
+
+/** What the core calls the quantities that it returns. */
+export interface Names {
+  quantities: string[];
+  derivatives: string[];
+}
 
 /** Sensor channels that fail from now on in a way (1 stuck, 2 open, 3 spikes, 4 not a number; 0 mends). */
 export interface Broken {
@@ -20,9 +29,11 @@ export interface Broken {
 }
 
 export type Answer =
-  | { kind: "start"; quantities: string[]; derivatives: string[] }
+  | { kind: "start" }
+  | ({ kind: "names" } & Names)
   | { kind: "load"; text: string }
-  | { kind: "beat"; quantities: Float64Array; path: Float64Array }
+  | { kind: "swim"; quantities: Float64Array }
+  | { kind: "path"; path: Float64Array }
   | { kind: "gradient"; derivatives: Float64Array }
   | { kind: "point"; quantities: Float64Array; derivatives: Float64Array }
   | { kind: "sweep"; quantities: Float64Array }
@@ -38,28 +49,50 @@ interface Waiting {
   reject(fault: Error): void;
 }
 
-/** A worker with the core. */
+/** A worker with the core, which starts with its first question. */
 export class Calculator {
-  private readonly worker: Worker;
+  private worker: Worker | null = null;
   private readonly waiting = new Map<number, Waiting>();
+  private readonly loaded = new Map<string, Promise<string>>(); // text of each robot
   private last = 0;
 
-  constructor(script: string) {
-    this.worker = new Worker(script);
-    this.worker.onmessage = ({ data }: MessageEvent<Reply>) => this.take(data);
-  }
+  constructor(
+    private readonly script: string,
+    private readonly module: WebAssembly.Module,
+  ) {}
 
   ask<K extends Question["kind"]>(question: Question & { kind: K }): Promise<AnswerTo<K>> {
+    if (this.worker === null) {
+      this.worker = new Worker(this.script);
+      this.worker.onmessage = ({ data }: MessageEvent<Reply>) => this.take(data);
+      void this.ask({ kind: "start", module: this.module });
+    }
+    const { worker } = this;
     const id = ++this.last;
     return new Promise<Answer>((resolve, reject) => {
       this.waiting.set(id, { resolve, reject });
-      this.worker.postMessage({ id, question });
+      worker.postMessage({ id, question });
     }) as Promise<AnswerTo<K>>;
+  }
+
+  /** Another worker with the same core. */
+  another(): Calculator {
+    return new Calculator(this.script, this.module);
+  }
+
+  /** Load a robot's image, where it was not loaded yet; returns its text. */
+  load(robot: string, image: () => Promise<Uint8Array>): Promise<string> {
+    const known = this.loaded.get(robot);
+    if (known !== undefined) return known;
+    const text = image().then(async (bytes) => (await this.ask({ kind: "load", robot, image: bytes })).text);
+    this.loaded.set(robot, text);
+    text.catch(() => this.loaded.delete(robot)); // it may be tried again
+    return text;
   }
 
   /** Stop the worker: its questions stay without an answer. */
   end(): void {
-    this.worker.terminate();
+    this.worker?.terminate();
   }
 
   private take(reply: Reply): void {

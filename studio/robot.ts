@@ -51,6 +51,13 @@ export interface Robot {
   } | null;
 }
 
+/** What swims: a robot by one of its models, and its gait as a row of numbers. */
+export interface Swimmer {
+  robot: string;
+  model: number;
+  gait: Float64Array;
+}
+
 export const KINDS = ["amplitude", "phase", "bias"] as const;
 export type Kind = (typeof KINDS)[number];
 

@@ -1,6 +1,6 @@
 // What the views below the fish are about, and how they compute: robot, model and gait, in a worker of their own.
 import { named, type Quantities, statusOf } from "./quantities.ts";
-import type { Calculator } from "./questions.ts";
+import type { Calculator, Names } from "./questions.ts";
 import type { Parameter, Robot } from "./robot.ts";
 
 /** What a view asks of the page. */
@@ -22,7 +22,7 @@ export class Subject {
     readonly parameters: Parameter[],
     readonly model: number,
     private readonly calculator: Calculator,
-    private readonly names: { quantities: string[]; derivatives: string[] },
+    private readonly names: Names,
   ) {}
 
   async swim(row: Float64Array): Promise<Computed> {

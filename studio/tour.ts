@@ -1,5 +1,5 @@
 // The robot's named gaits: what was published of them beside what is computed here.
-import { element } from "./knobs.ts";
+import { element } from "./dom.ts";
 import { digits, gaitText, type Quantities, statusOf, verdict } from "./quantities.ts";
 import { type NamedGait, type Published, type Robot, rowOf } from "./robot.ts";
 import type { Page, Subject } from "./subject.ts";

@@ -1,10 +1,12 @@
 // The views below the fish: a map, cost over speed, published gaits; one is shown at a time.
+import { part } from "./dom.ts";
 import { FrontView } from "./front.ts";
 import { InsideView } from "./inside.ts";
 import { MapView } from "./map.ts";
 import type { Quantities } from "./quantities.ts";
-import type { Calculator } from "./questions.ts";
+import type { Calculator, Names } from "./questions.ts";
 import { type Parameter, parametersOf, type Robot } from "./robot.ts";
+import type { Image } from "./robots.ts";
 import { type Page, Subject } from "./subject.ts";
 import { TourView } from "./tour.ts";
 
@@ -16,30 +18,22 @@ export class Views {
   private readonly front: FrontView;
   private readonly tour: TourView;
   private readonly inside: InsideView;
-  private calculator: Calculator | null = null;
-  private names: { quantities: string[]; derivatives: string[] } = { quantities: [], derivatives: [] };
-  private more: (() => Promise<Calculator>) | null = null; // makes another worker
-  private image: () => Promise<Uint8Array> = async () => new Uint8Array();
-  private readonly loaded = new Set<string>();
+  private image: Image = async () => new Uint8Array();
   private row: Float64Array = new Float64Array();
 
-  constructor(private readonly page: Page) {
-    this.map = new MapView(room("map"), page);
-    this.front = new FrontView(room("front"), page);
-    this.tour = new TourView(room("paper"), page);
-    this.inside = new InsideView(room("inside"), (robot) => this.another(robot));
+  /** Compute with a calculator of their own, beside the knobs. */
+  constructor(
+    private readonly page: Page,
+    private readonly calculator: Calculator,
+    private readonly names: Names,
+  ) {
+    this.map = new MapView(part("map"), page);
+    this.front = new FrontView(part("front"), page);
+    this.tour = new TourView(part("paper"), page);
+    this.inside = new InsideView(part("inside"), (robot) => this.another(robot));
     for (const name of NAMES) tab(name).addEventListener("click", () => this.choose(name));
-    room("views").addEventListener("keydown", (event) => this.press(event));
+    part("views").addEventListener("keydown", (event) => this.press(event));
     this.show();
-  }
-
-  /** Compute from now on, beside the knobs. */
-  start(
-    calculator: Calculator,
-    names: { quantities: string[]; derivatives: string[] },
-    more: () => Promise<Calculator>,
-  ): void {
-    [this.calculator, this.names, this.more] = [calculator, names, more];
   }
 
   /** Show a view; one that does not exist is left out. */
@@ -49,15 +43,11 @@ export class Views {
   }
 
   /** Turn to a robot and a model. */
-  async about(robot: Robot, model: number, image: () => Promise<Uint8Array>): Promise<void> {
+  async about(robot: Robot, model: number, image: Image): Promise<void> {
     const { calculator } = this;
-    if (calculator === null) return;
     this.image = image;
     this.inside.about(robot);
-    if (!this.loaded.has(robot.robot)) {
-      await calculator.ask({ kind: "load", robot: robot.robot, image: await image() });
-      this.loaded.add(robot.robot);
-    }
+    await calculator.load(robot.robot, image);
     const parameters: Parameter[] = parametersOf(robot);
     const subject = new Subject(robot, parameters, model, calculator, this.names);
     this.map.about(subject);
@@ -80,11 +70,10 @@ export class Views {
     this.front.refresh();
   }
 
-  /** A worker of its own for the twin, with a robot. */
+  /** A calculator of its own for the twin, with a robot. */
   private async another(robot: Robot): Promise<Calculator> {
-    if (this.more === null) throw new Error("the page has not started");
-    const calculator = await this.more();
-    await calculator.ask({ kind: "load", robot: robot.robot, image: await this.image() });
+    const calculator = this.calculator.another();
+    await calculator.load(robot.robot, this.image);
     return calculator;
   }
 
@@ -97,7 +86,7 @@ export class Views {
   private show(): void {
     for (const name of NAMES) {
       const shown = name === this.view;
-      room(name).hidden = !shown;
+      part(name).hidden = !shown;
       tab(name).setAttribute("aria-selected", String(shown));
       tab(name).tabIndex = shown ? 0 : -1;
     }
@@ -115,10 +104,4 @@ export class Views {
   }
 }
 
-function room(id: string): HTMLElement {
-  const found = document.getElementById(id);
-  if (found === null) throw new Error(`the page has no ${id}`);
-  return found;
-}
-
-const tab = (name: string): HTMLElement => room(`tab-${name}`);
+const tab = (name: string): HTMLElement => part(`tab-${name}`);

@@ -16,17 +16,21 @@ async function answer(question: Question): Promise<Answer> {
   switch (question.kind) {
     case "start":
       core = await Core.start(question.module);
-      return { kind: "start", quantities: core.quantities, derivatives: core.derivatives };
+      return { kind: "start" };
+    case "names":
+      return { kind: "names", quantities: core.quantities, derivatives: core.derivatives };
     case "load": {
       const read = core.read(question.image);
       robots.set(question.robot, read);
       return { kind: "load", text: read.text };
     }
-    case "beat": {
-      const { model, gait, follow } = question;
-      const swimmer = robot(question.robot);
-      return { kind: "beat", quantities: swimmer.swim(model, gait, follow), path: swimmer.path(model, gait) };
-    }
+    case "swim":
+      return {
+        kind: "swim",
+        quantities: robot(question.robot).swim(question.model, question.gait, question.follow),
+      };
+    case "path":
+      return { kind: "path", path: robot(question.robot).path(question.model, question.gait) };
     case "gradient":
       return { kind: "gradient", derivatives: robot(question.robot).gradient(question.model, question.gait) };
     case "point": {

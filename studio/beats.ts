@@ -1,0 +1,71 @@
+// The beat of the knobs: its numbers first, then its path, its gradient and the start from rest that leads to it.
+import type { Calculator } from "./questions.ts";
+import type { Swimmer } from "./robot.ts";
+import type { Image } from "./robots.ts";
+
+const QUIET = 250; // ms without a turned knob before a start from rest is followed
+
+/** Who shows a beat. Numbers of a gait come before its path; gradient and start from rest only of the last gait. */
+export interface Listener {
+  numbers(of: Swimmer, quantities: Float64Array): void;
+  path(of: Swimmer, path: Float64Array): void;
+  gradient(derivatives: Float64Array): void;
+  fromRest(quantities: Float64Array): void;
+}
+
+export class Beats {
+  private wanted: Swimmer | null = null;
+  private image: Image = async () => new Uint8Array(); // of its robot
+  private running = false;
+  private quiet = 0; // timer of the start from rest
+
+  /** Numbers and path come from one calculator, the rest from another: no turn waits behind a gradient. */
+  constructor(
+    private readonly live: Calculator,
+    private readonly beside: Calculator,
+    private readonly listener: Listener,
+  ) {}
+
+  /** Compute the beat of a gait; of turns that come while one is computed, only the last counts. */
+  async want(swimmer: Swimmer, image: Image): Promise<void> {
+    clearTimeout(this.quiet);
+    this.wanted = swimmer;
+    this.image = image;
+    if (this.running) return;
+    this.running = true;
+    document.documentElement.dataset.busy = "1";
+    try {
+      for (let now: Swimmer | null = null; now !== this.wanted; ) {
+        now = this.wanted;
+        await this.compute(now);
+      }
+    } finally {
+      this.running = false;
+      document.documentElement.dataset.busy = "0";
+    }
+    this.quiet = window.setTimeout(() => void this.follow(), QUIET);
+  }
+
+  private async compute(now: Swimmer): Promise<void> {
+    const { live, beside, listener, image } = this;
+    await live.load(now.robot, image);
+    const numbers = live.ask({ kind: "swim", ...now, follow: false });
+    const path = live.ask({ kind: "path", ...now });
+    const { quantities } = await numbers;
+    if (now.robot !== this.wanted?.robot) return;
+    listener.numbers(now, quantities);
+    listener.path(now, (await path).path);
+    if (now !== this.wanted) return;
+    await beside.load(now.robot, image);
+    const { derivatives } = await beside.ask({ kind: "gradient", ...now });
+    if (now === this.wanted) listener.gradient(derivatives);
+  }
+
+  /** Follow a start from rest to the gait that is shown. */
+  private async follow(): Promise<void> {
+    const now = this.wanted;
+    if (now === null) return;
+    const { quantities } = await this.beside.ask({ kind: "swim", ...now, follow: true });
+    if (now === this.wanted) this.listener.fromRest(quantities);
+  }
+}

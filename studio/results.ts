@@ -1,0 +1,59 @@
+// The numbers of a beat, its status in words and the command that swims it.
+import { element, part } from "./dom.ts";
+import * as words from "./quantities.ts";
+import { gaitOf, type Robot } from "./robot.ts";
+
+const SHORT = ["speed", "mechanical_power", "cost_of_transport"]; // below the picture
+
+export class Results {
+  constructor() {
+    part("facts").replaceChildren(...words.SUMMARY.map(tile));
+  }
+
+  /** Show the quantities of a gait by one of a robot's models. */
+  show(robot: Robot, model: number, row: Float64Array, values: words.Quantities): void {
+    const gait = gaitOf(row);
+    const turning = words.turns(values, robot);
+    for (const { name } of words.SUMMARY) {
+      const box = part("facts").querySelector<HTMLElement>(`[data-quantity="${name}"]`);
+      if (box === null) continue;
+      box.dataset.value = String(values[name]);
+      box.textContent = words.digits(values[name]);
+      const tile = box.closest("div");
+      if (tile !== null) tile.hidden = name.startsWith("turn_") && !turning;
+    }
+    part("speed_bl").textContent = `${words.digits(values.speed_bl)} BL/s`;
+    part("swum").textContent = `${robot.robot}, ${words.gaitText(gait)}`;
+    part("numbers").textContent = SHORT.map(
+      (name) => `${words.digits(values[name], 3)} ${words.meaning(name).unit}`,
+    ).join(" · ");
+    part("command").textContent = words.command(robot, robot.models[model] ?? { water: "", joints: "" }, gait);
+    this.say(values, gait.frequency, "");
+  }
+
+  /** Say where a start from rest leads, too. */
+  fromRest(row: Float64Array, values: words.Quantities): void {
+    this.say(values, row[0] ?? 1, words.fromRest(values));
+  }
+
+  private say(values: words.Quantities, frequency: number, more: string): void {
+    const box = part("status");
+    box.textContent = words.verdict(values) + words.spin(values, frequency) + more;
+    box.dataset.status = words.statusOf(values);
+  }
+}
+
+function tile({ name, label, unit }: words.Meaning): HTMLElement {
+  const box = element("div");
+  const number = element("dt");
+  number.dataset.quantity = name;
+  const text = element("dd", "", label);
+  if (unit !== "") text.append(" ", element("span", "unit", `[${unit}]`));
+  if (name === "speed") {
+    const second = element("span", "second");
+    second.id = "speed_bl";
+    text.append(second);
+  }
+  box.append(number, text);
+  return box;
+}

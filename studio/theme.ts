@@ -1,0 +1,9 @@
+// Light or dark, before anything is drawn: as the system has it, until a button chooses.
+const dark = matchMedia("(prefers-color-scheme: dark)");
+const root = document.documentElement;
+
+const follow = (): void => {
+  if (root.dataset.chosen === undefined) root.dataset.theme = dark.matches ? "dark" : "light";
+};
+dark.addEventListener("change", follow);
+follow();
