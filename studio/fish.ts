@@ -7,6 +7,7 @@ const PATH = 32; // points of the tail's path in a beat
 const GHOSTS = 12; // midlines in a beat
 const LAYERS = 15; // of the shading
 const TRAIL = 9; // body lengths that the tail's path is kept for
+const FINE = 0.01; // body lengths between points of the path
 const LIFT = 0.34; // how far heights lean up in the picture, so that fins are seen from above
 const SPACING = 0.17; // of specks in the water, body lengths
 const WIDE = 2.7; // width of the picture, body lengths
@@ -43,6 +44,7 @@ export class Stage {
   private camera: Point = { x: 0, y: 0 };
   private before = 0;
   private stale = true;
+  private wide = 0; // px of the page
   private colors: Colors;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
@@ -83,6 +85,7 @@ export class Stage {
 
   private resize(): void {
     const { clientWidth, clientHeight } = this.canvas;
+    this.wide = clientWidth;
     const ratio = Math.min(2, devicePixelRatio);
     this.canvas.width = Math.max(1, Math.round(clientWidth * ratio));
     this.canvas.height = Math.max(1, Math.round(clientHeight * ratio));
@@ -121,6 +124,8 @@ export class Stage {
   private leave(): void {
     const tip = this.stations().at(-1);
     if (tip === undefined || this.shape === null) return;
+    const last = this.trail.at(-1);
+    if (last !== undefined && distance(last, tip) < FINE * this.shape.length) return;
     this.trail.push({ x: tip.x, y: tip.y });
     const far = TRAIL * this.shape.length;
     while (this.trail.length > 2 && distance(this.trail[0] ?? tip, tip) > far) this.trail.shift();
@@ -142,7 +147,7 @@ export class Stage {
   // --- drawing
 
   private get scale(): number {
-    const wide = this.canvas.clientWidth < PHONE ? NARROW : WIDE;
+    const wide = this.wide < PHONE ? NARROW : WIDE;
     return this.canvas.width / (wide * (this.shape?.length ?? 1));
   }
 
@@ -379,7 +384,7 @@ export class Stage {
     const { pen, canvas, colors, scale } = this;
     const power = 10 ** Math.floor(Math.log10(length / 5));
     const bar = Math.max(...[1, 2, 5].map((step) => step * power).filter((step) => step <= length / 5));
-    const unit = canvas.width / this.canvas.clientWidth;
+    const unit = canvas.width / this.wide;
     const [x, y] = [16 * unit, canvas.height - 18 * unit];
     pen.fillStyle = colors.ink;
     pen.fillRect(x, y, bar * scale, 2 * unit);
