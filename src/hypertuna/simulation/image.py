@@ -7,19 +7,21 @@ import itertools
 import json
 import struct
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from hypertuna import _core
+from hypertuna.arrays import Array
 from hypertuna.control.sensors import sensor_columns
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
 from hypertuna.io.files import version
-from hypertuna.simulation.image_text import robot_facts
+from hypertuna.simulation.image_body import body_facts
+from hypertuna.simulation.image_text import body_text, numbers_of_text, robot_facts
 from hypertuna.simulation.plant import controller_of, parts_of, plant_columns, steps_of
-from hypertuna.simulation.sea import Sea, sea_columns
+from hypertuna.simulation.sea import Sea, sea_columns, space_columns
 from hypertuna.swimming.model import model_columns
 
 MAGIC, VERSION = b"HTROBOT\0", 1
@@ -31,10 +33,14 @@ def robot_image(robot: Robot) -> bytes:
     Model 0 is the robot's own choice; the others are those of its water laws and kinds of joints.
     """
     models = list(_models(robot))
-    columns: dict[str, Any] = {}
-    for k, model in enumerate(models):
-        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass}
-        columns |= {f"models.{k}.{name}": value for name, value in own.items()}
+    body, source = body_facts(robot, _numbers_of_body, _numbers)
+    text = {"made_by": f"hypertuna {version()}"} | robot_facts(robot, models) | {"body": body, "source": source.text}
+    return pack(_columns(robot, models), json.dumps(text, ensure_ascii=False, separators=(",", ":")))
+
+
+def _columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
+    """Return all columns of a robot's image."""
+    columns = _model_columns(robot, models)
     if robot.controller is not None:
         steps = steps_of(1 / robot.controller.rate, parts_of(robot, "water", None), robot)
         columns |= {f"plant.{name}": value for name, value in plant_columns(robot).items()}
@@ -42,8 +48,39 @@ def robot_image(robot: Robot) -> bytes:
         columns |= {f"sensors.{name}": value for name, value in sensor_columns(robot).items()}
         columns |= {f"world.{name}": value for name, value in sea_columns(robot, Sea()).items()}
         columns |= {"run.steps": steps}
-    text = {"made_by": f"hypertuna {version()}"} | robot_facts(robot, models)
-    return pack(columns, json.dumps(text, ensure_ascii=False))
+    return columns
+
+
+def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
+    """Return the columns of a robot's models in water."""
+    columns: dict[str, Any] = {}
+    for k, model in enumerate(models):
+        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass}
+        columns |= {f"models.{k}.{name}": value for name, value in own.items()}
+    return columns
+
+
+def _numbers(robot: Robot) -> dict[str, Array]:
+    """Return all numbers of a robot's image by column, and those of its text."""
+    return _flat(_columns(robot, _models(robot)), robot)
+
+
+def _numbers_of_body(robot: Robot) -> dict[str, Array]:
+    """Return the numbers that a body changes, without those of oil and controller, which take longest."""
+    columns = _model_columns(robot, _models(robot))
+    if robot.controller is not None:
+        columns |= {f"world.{name}": value for name, value in sea_columns(robot, Sea()).items()}
+        if robot.hinge is not None:
+            columns |= {"plant.hinge.stiffness": robot.hinge.stiffness}
+        if robot.spatial is not None and robot.fins is not None:
+            columns |= {f"plant.{name}": value for name, value in space_columns(robot).items()}
+    return _flat(columns, robot)
+
+
+def _flat(columns: Mapping[str, Any], robot: Robot) -> dict[str, Array]:
+    """Return columns as rows of numbers, with the numbers of a robot's text beside them."""
+    rows = {name: np.asarray(value, dtype=np.float64).ravel() for name, value in columns.items()}
+    return rows | {f"text.{name}": np.array([value]) for name, value in numbers_of_text(body_text(robot))}
 
 
 def pack(columns: Mapping[str, Any], text: str) -> bytes:
@@ -73,4 +110,6 @@ def _models(robot: Robot) -> Iterator[Robot]:
     kinds = ["ideal"] if any(group.bandwidth is None for group in robot.joints) else ["bandwidth", "ideal"]
     for water, joints in itertools.product(waters, kinds):
         if (water, joints) != own:
-            yield robot.using(water=water, joints=joints)
+            # what `using` does, without the checks of a file: a body is tried with many factors
+            choice = robot.model.model_copy(update={"water": water, "joints": joints})
+            yield robot.model_copy(update={"model": choice})

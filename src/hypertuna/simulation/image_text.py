@@ -4,7 +4,7 @@ All in SI units and radians, as in the rest of the image; keys are those of the 
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from hypertuna.control.sensors import channels
@@ -35,11 +35,7 @@ def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
         "description": robot.description,
         "fit": None if robot.fit is None else robot.fit.text,
         "hash": robot.hash,
-        "length": robot.body.length,
-        "mass": robot.body.mass,
-        "links": _links(robot),
-        "tail": _tail(robot),
-        "fins": None if robot.fins is None else {key: getattr(robot.fins, key) for key in FINS},
+        **body_text(robot),
         "outline": {"girth": GIRTH, "fin": FIN, "peduncle": PEDUNCLE},
         "joints": [_joint(group) for group in robot.joints],
         "limits": _limits(robot),
@@ -48,6 +44,26 @@ def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
         "models": [{"water": model.model.water, "joints": model.model.joints} for model in models],
         "twin": _twin(robot),
     }
+
+
+def body_text(robot: Robot) -> dict[str, Any]:
+    """Return what the text says of the body: what changes where its lengths, masses and areas do."""
+    return {
+        "length": robot.body.length,
+        "mass": robot.body.mass,
+        "links": _links(robot),
+        "tail": _tail(robot),
+        "fins": None if robot.fins is None else {key: getattr(robot.fins, key) for key in FINS},
+    }
+
+
+def numbers_of_text(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
+    """Yield the numbers in a part of the text, by place: ``links.0.length``."""
+    parts = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for name, part in parts:
+        yield from numbers_of_text(part, f"{place}.{name}" if place else str(name))
+    if isinstance(value, (int, float)):
+        yield place, float(value)
 
 
 def _links(robot: Robot) -> list[dict[str, Any]]:

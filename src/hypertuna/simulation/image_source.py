@@ -1,0 +1,113 @@
+"""Source of a robot image: the robot's file as text, and where each of its numbers stands."""
+
+import re
+import tomllib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, cast
+
+from hypertuna.description.robot import Robot, parse, robot_path
+from hypertuna.description.writer import robot_text
+from hypertuna.errors import InputError
+
+TOKEN = re.compile(
+    r'"""(?:\\.|[^\\])*?"""|\'\'\'.*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*'
+    r"|[+-]?\d[\d_]*(?:\.[\d_]+)?(?:[eE][+-]?\d+)?(?![\w:.-])|[\w-]+|[\[\]{}=,.\n]|.",
+    re.DOTALL,
+)
+
+
+@dataclass(frozen=True)
+class Source:
+    """A robot's file, and places of its numbers by key."""
+
+    text: str
+    places: dict[str, int]
+
+    def holds(self, keys: Iterable[str]) -> bool:
+        """Whether the text has a number for each key."""
+        return all(key in self.places for key in keys)
+
+    def at(self, key: str) -> int:
+        """Return the place of a number in the text, in units of UTF-16 as a browser counts."""
+        return len(self.text[: self.places[key]].encode("utf-16-le")) // 2
+
+
+def source_of(robot: Robot) -> Source:
+    """Return the text of a robot's file; of a robot without a file, or changed since, a text of what it is now."""
+    try:
+        text = robot_path(robot.file).read_text(encoding="utf-8-sig") if robot.file else ""
+        same = bool(text) and parse(tomllib.loads(text)).hash == robot.hash
+    except (OSError, ValueError, InputError):
+        same = False
+    if not same:
+        text = robot_text(robot)
+    return Source(text, _checked_places(text))
+
+
+def _checked_places(text: str) -> dict[str, int]:
+    """Return the places of numbers by key: those where another number is read as the key's value."""
+    places = dict(_places(text))
+    parts, end = [], 0
+    for number, at in enumerate(places.values()):
+        parts += [text[end:at], str(number)]
+        end = at + len(cast(re.Match[str], TOKEN.match(text, at))[0])
+    try:
+        found = dict(_numbers(tomllib.loads("".join([*parts, text[end:]]))))
+    except ValueError:  # a layout that is not understood
+        return {}
+    return {key: at for number, (key, at) in enumerate(places.items()) if found.get(key) == number}
+
+
+def _numbers(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the numbers of a document by key."""
+    if isinstance(value, dict):
+        for name, part in value.items():
+            yield from _numbers(part, f"{key}.{name}" if key else name)
+    elif isinstance(value, list):
+        for i, part in enumerate(value):
+            yield from _numbers(part, f"{key}[{i}]")
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        yield key, value
+
+
+def _places(text: str) -> Iterator[tuple[str, int]]:
+    """Yield key and place of the numbers of tables in the usual layout: headers, keys, lists; no inline tables."""
+    table, path = "", ""
+    counts: dict[str, int] = {}  # tables of each list so far
+    index: list[int] = []  # in the lists around
+    tokens = [token for token in TOKEN.finditer(text) if token[0].strip(" \t\r") and token[0][0] != "#"]
+    k = 0
+    while k < len(tokens):
+        word, first = tokens[k][0], k == 0 or tokens[k - 1][0] == "\n"
+        if word == "\n":
+            k += 1
+        elif first and not index and word == "[":
+            end = next(i for i in range(k, len(tokens)) if tokens[i][0] == "\n")
+            names = "".join(token[0] for token in tokens[k:end])
+            table = names.strip("[]").replace('"', "")
+            if names.startswith("[["):
+                counts[table] = counts.get(table, -1) + 1
+            table = ".".join(_indexed(table.split("."), counts))
+            path, k = "", end
+        elif first and not index:
+            end = next((i for i in range(k, len(tokens)) if tokens[i][0] == "="), len(tokens))
+            name = "".join(token[0] for token in tokens[k:end]).replace('"', "")
+            path, k = f"{table}.{name}" if table else name, end + 1
+        else:
+            if word == "[":
+                index.append(0)
+            elif word == "]" and index:
+                index.pop()
+            elif word == "," and index:
+                index[-1] += 1
+            elif word[0] in "+-0123456789":
+                yield path + "".join(f"[{i}]" for i in index), tokens[k].start()
+            k += 1
+
+
+def _indexed(names: list[str], counts: dict[str, int]) -> Iterator[str]:
+    """Yield the parts of a table's name, with the index of each list of tables."""
+    for n, name in enumerate(names, 1):
+        whole = ".".join(names[:n])
+        yield f"{name}[{counts[whole]}]" if whole in counts else name
