@@ -1,12 +1,19 @@
 """Sphinx settings: pages in Markdown, the Python interface from its docstrings, no file from the network."""
 
+import html
 import re
 from importlib.metadata import version as installed_version
+from pathlib import Path
 from typing import Any
 
 from docutils.nodes import Text, document
 from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
+
+from hypertuna.description.robot import load
+from hypertuna.io.files import verdicts
+from hypertuna.reports.html import anchor
+from hypertuna.reports.studio import studio_page
 
 project = "hypertuna"
 author = "the hypertuna authors"
@@ -36,7 +43,7 @@ html_title = f"hypertuna {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_js_files = ["site.js"]
-html_extra_path = ["fish.svg", "../data/studio/studio.html"]
+html_extra_path = ["fish.svg"]
 html_copy_source = False
 
 
@@ -72,9 +79,34 @@ def by_keyboard(_: Sphinx, __: str, ___: str, context: dict[str, Any], ____: doc
     context["furo_navigation_tree"] = menu.replace('role="heading"', 'role="heading" aria-level="2"')
 
 
+def ledger_places(_: Sphinx, name: str, __: str, context: dict[str, Any], ___: document | None) -> None:
+    """Give each number of the ledger's table a place to link to, as on the page that `hypertuna paper` writes."""
+    if name != "paper":
+        return
+    waiting = {html.escape(entry["id"]): f"number-{anchor(entry['id'])}" for entry in verdicts()["entries"]}
+
+    def placed(row: re.Match[str]) -> str:
+        place = waiting.pop(row[2], None)
+        return row[0] if place is None else f'<tr id="{place}"{row[1]}{row[2]}<'
+
+    rows = r'<tr((?: class="[^"]*")?>\s*<td><p><code[^>]*><span class="pre">)([^<]*)<'
+    context["body"] = re.sub(rows, placed, context["body"])
+    if waiting:
+        raise ValueError(f"the ledger's table has no row of {', '.join(waiting)}: run `python docs/figures.py`")
+
+
+def studio(app: Sphinx, failure: Exception | None) -> None:
+    """Write the studio's page, whose verdicts link to the ledger's table."""
+    if failure is None and app.builder.format == "html":
+        page = studio_page(load("hypertuna"), ledger="paper.html")
+        (Path(app.outdir) / "studio.html").write_text(page, encoding="utf-8")
+
+
 def setup(app: Sphinx) -> None:
     """Connect what this site adds."""
     app.connect("doctree-read", plain_words)
     app.connect("autodoc-process-docstring", whole_sentences, priority=400)  # before napoleon
     app.connect("html-page-context", without_back_links)
     app.connect("html-page-context", by_keyboard, priority=900)  # after the theme
+    app.connect("html-page-context", ledger_places)
+    app.connect("build-finished", studio)

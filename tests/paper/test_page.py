@@ -17,7 +17,7 @@ from hypertuna.paper.computed import OURS, PAPER
 from hypertuna.paper.ledger import CLASSES, MARKS
 from hypertuna.paper.page import ledger_html
 from hypertuna.paper.reproduce import Ledger, ledger_record
-from hypertuna.reports.html import Picture, Section, Table
+from hypertuna.reports.html import Picture, Section, Table, anchor
 from hypertuna.reports.studio import studio_page
 
 
@@ -85,10 +85,18 @@ def test_the_page_and_the_command_begin_with_what_the_numbers_are_worth(
 def test_the_studio_is_in_the_page_with_the_robot_at_its_fastest_gait(ledger: Ledger, folder: Path) -> None:
     text, best = (folder / "index.html").read_text(), ledger.trials[OURS].gaits["unoptimised-max"]
     (frame,) = re.findall(r'<iframe class="studio" title="[^"]+" srcdoc="([^"]*)">', text)
-    assert html.unescape(frame) == studio_page(best.robot, best.gait)
+    assert html.unescape(frame) == studio_page(best.robot, best.gait, ledger="")
     assert text.index(frame) < text.index('id="tool"')
     assert "WebAssembly" in text.replace(frame, "")  # what is said where a browser has none
     assert '<svg class="fish"' in text.split("<noscript>")[1].split("</noscript>")[0]
+
+
+def test_every_number_has_a_place_to_link_to(ledger: Ledger, folder: Path) -> None:
+    page = Page()
+    page.feed((folder / "index.html").read_text())
+    places = [place for place in page.identifiers if place.startswith("number-")]
+    assert places == [f"number-{anchor(key)}" for key in dict.fromkeys(entry.id for entry in ledger.entries)]
+    assert len(set(page.identifiers)) == len(page.identifiers)
 
 
 def test_links_to_the_docs_of_a_clone(ledger: Ledger) -> None:

@@ -9,35 +9,51 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.io.files import shipped
+from hypertuna.paper import verdicts
 from hypertuna.paper.chapters.gaits import ARITHMETIC
 from hypertuna.paper.chapters.others import computed_among
 from hypertuna.paper.computed import OURS, PAPER, SPEEDS, TWIN
 from hypertuna.paper.ledger import CLASSES, RULES, VERDICTS, Entry, Finding, judge, published
 from hypertuna.paper.reproduce import CHAPTERS, Ledger, ledger_record, reproduce
+from hypertuna.paper.verdicts import verdicts_of
 from hypertuna.swimming.gait import named_gait
 
-GOLDEN = json.loads(Path(__file__).with_name("golden.json").read_text())
+STORED = json.loads((shipped("data/published") / "verdicts.json").read_text())
+GOLDEN = {f"{one['id']} | {one['model']}": one for one in STORED["entries"]}
 
 
-def test_numbers_and_verdicts_are_those_of_the_golden_file(ledger: Ledger) -> None:
-    """A change of form leaves every digit; a change of physics changes golden.json, with its reason in the commit.
+def test_numbers_and_verdicts_are_those_that_are_stored(ledger: Ledger) -> None:
+    """A change of form leaves every digit; a change of physics changes verdicts.json, with its reason in the commit.
 
-    `golden.py` writes that file.
+    `python -m hypertuna.paper.verdicts` writes that file.
     Optima and fitted coefficients are the ends of searches: another instruction set, or another kernel of BLAS, may end
     them elsewhere within their tolerance (an undetermined friction by 2e-8).
     """
-    entries = {f"{entry.id} | {entry.model}": entry for entry in ledger.entries}
-    assert entries.keys() == GOLDEN.keys()
-    for key, (computed, class_, verdict) in GOLDEN.items():
-        tolerance = {"optimum": 1e-4, "coefficient": 1e-6}.get(key.partition("/")[0], 1e-9)
-        assert entries[key].computed == pytest.approx(computed, rel=tolerance), key
-        assert (entries[key].class_, entries[key].verdict) == (class_, verdict), key
+    present = verdicts_of(ledger)
+    entries = {f"{one['id']} | {one['model']}": one for one in present["entries"]}
+    assert list(entries) == list(GOLDEN)
+    for key, stored in GOLDEN.items():
+        tolerance = {"optimum": 1e-4, "coefficient": 1e-6}.get(key.partition("/")[0])
+        assert entries[key].pop("computed") == pytest.approx(stored["computed"], rel=tolerance or 1e-9), key
+        exact = ("model", "class", "verdict", "seeds") if tolerance else ("model", "class", "verdict", "seeds", "note")
+        assert [entries[key][name] for name in exact] == [stored[name] for name in exact], key
+    facts = [{key: record[key] for key in record.keys() - {"entries", "isa"}} for record in (present, STORED)]
+    assert facts[0] == facts[1]  # the robot too: verdicts of another one count for nothing
 
 
-@pytest.mark.parametrize("key", [key for key, (*_, verdict) in GOLDEN.items() if verdict == "reproduced"])
+def test_what_is_stored_is_what_the_command_writes(
+    ledger: Ledger, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(verdicts, "shipped", lambda _: tmp_path)
+    file = verdicts.write_verdicts(ledger)
+    assert json.loads(file.read_text(encoding="utf-8")) == verdicts_of(ledger)
+
+
+@pytest.mark.parametrize("key", [key for key, one in GOLDEN.items() if one["verdict"] == "reproduced"])
 def test_no_verdict_survives_a_robot_that_is_20_percent_off(key: str) -> None:
     name, model = key.split(" | ")
-    computed, class_, _ = GOLDEN[key]
+    computed, class_ = GOLDEN[key]["computed"], GOLDEN[key]["class"]
     for factor, expected in ((0.8, False), (1.0, True), (1.2, False)):
         values = () if "twin" not in model else (factor * computed,) * 32
         entry = judge(published(), Finding(name, model, class_, factor * computed, values=values))

@@ -189,3 +189,10 @@ def shipped(name: str) -> Path:
 def published(name: str = "published") -> dict[str, Any]:
     """Read a file of data/published: "published" for the paper's numbers, "others" for other fish and robots."""
     return tomllib.loads((shipped("data/published") / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+@functools.cache
+def verdicts() -> dict[str, Any]:
+    """Read the stored verdicts of the ledger on the paper's numbers, with what made them."""
+    record: dict[str, Any] = json.loads((shipped("data/published") / "verdicts.json").read_text(encoding="utf-8"))
+    return record

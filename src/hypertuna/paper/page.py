@@ -66,7 +66,9 @@ computed as you turn."""
     values |= {"best": best, "fish": swimming_svg(best), "frame": FRAME}
     title = "hypertuna: a digital twin for robotic fish"
     text = page(title, sections, lede=lede, template="ledger.html.j2", values=values)
-    return text.replace(FRAME, html.escape(studio_page(best.robot, best.gait)), 1)  # as it is: no typography in scripts
+    return text.replace(
+        FRAME, html.escape(studio_page(best.robot, best.gait, ledger="")), 1
+    )  # as it is: no typography in scripts
 
 
 def _chapters(ledger: Ledger) -> list[dict[str, Any]]:

@@ -97,14 +97,20 @@ def studio(robot: Robot | str | Path, gait: Gait | str | None = None, *, height:
     return Studio(robot, known, HEIGHTS.check(height, "height", "give the height of the frame in pixels"))
 
 
-def studio_page(robot: Robot, gait: Gait | None = None) -> str:
-    """Return the page of the studio with a robot put first, beside those that the page comes with."""
+def studio_page(robot: Robot, gait: Gait | None = None, *, ledger: str | None = None) -> str:
+    """Return the page of the studio with a robot put first, beside those that the page comes with.
+
+    `ledger` is the address, as seen from the page, of the ledger's rows, each with the anchor number-ID; empty where
+    the page stands in a frame of the ledger, None where there is no ledger.
+    """
     before, tag, content, end, after = _parts()
     image = base64.b64encode(gzip.compress(robot_image(robot), mtime=0)).decode()
     others = [one for one in json.loads(content)["robots"] if one["name"] != robot.name]
     start: dict[str, Any] = {"robot": robot.name}
     if gait is not None:
         start["gait"] = {key: getattr(gait, key) for key in ("frequency", *KINDS)}
+    if ledger is not None:
+        start["ledger"] = ledger
     data = {"robots": [{"name": robot.name, "image": image}, *others], "start": start}
     # Nothing in the data may end the element of the script that holds it.
     return "".join((before, tag, json.dumps(data).replace("<", "\\u003c"), end, after))

@@ -11,7 +11,7 @@ from hypertuna.control.sensors import channels
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.schema.body import JointGroup, NamedGait
 from hypertuna.description.shape import ASPECT
-from hypertuna.io.files import published
+from hypertuna.io.files import published, verdicts
 from hypertuna.simulation.run import CONDITIONS
 from hypertuna.swimming.gait import KINDS
 from hypertuna.swimming.outline import FIN, GIRTH, PEDUNCLE
@@ -19,6 +19,7 @@ from hypertuna.swimming.outline import FIN, GIRTH, PEDUNCLE
 FREQUENCIES = (0.1, 5.0)  # Hz, of a knob for a robot that states neither bounds nor gaits
 BEND = math.pi / 4  # rad, of a knob for a joint group that states neither bounds, gaits nor its largest amplitude
 FINS = ("x", "y", "z", "span", "chord")
+VERDICT = ("model", "class", "computed", "verdict", "seeds", "note")
 PUBLISHED = "hypertuna"  # the robot whose gaits data/published has numbers of
 MEASURES = {  # ids in data/published besides speed/GAIT: quantity and gait
     "power/fastest": ("electrical_power", "unoptimised-max"),
@@ -43,6 +44,7 @@ def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
         "gaits": [_gait(robot, name, gait) for name, gait in robot.gaits.items()],
         "models": [{"water": model.model.water, "joints": model.model.joints} for model in models],
         "twin": _twin(robot),
+        "ledger": _ledger(robot),
     }
 
 
@@ -140,9 +142,33 @@ def _gait(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
 
 
 def _published(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
-    """Return the published numbers of a gait by quantity: value, unit, kind and source."""
+    """Return the published numbers of a gait by quantity: value, unit, kind, source, and the ledger's verdicts."""
     if robot.name != PUBLISHED or load(PUBLISHED).gaits.get(name) != gait:
         return {}
     places = {f"speed/{name}": "speed"} | {key: quantity for key, (quantity, of) in MEASURES.items() if of == name}
-    facts = {quantity: published()["values"].get(key, {}) for key, quantity in places.items()}
-    return {quantity: fact for quantity, fact in facts.items() if "value" in fact}
+    facts = {quantity: {"id": key} | published()["values"].get(key, {}) for key, quantity in places.items()}
+    return {
+        quantity: fact | {"verdicts": _verdicts(robot, fact["id"])}
+        for quantity, fact in facts.items()
+        if "value" in fact
+    }
+
+
+def _verdicts(robot: Robot, key: str) -> list[dict[str, Any]]:
+    """Return the stored verdicts on a published number, one of each model that computes it."""
+    entries = verdicts()["entries"] if _judged(robot) else ()
+    return [{part: entry[part] for part in VERDICT} for entry in entries if entry["id"] == key]
+
+
+def _ledger(robot: Robot) -> dict[str, Any] | None:
+    """Return what the words of the verdicts mean, and which models swim as this image; None for a robot without any."""
+    return {key: verdicts()[key] for key in ("marks", "classes", "models")} if _judged(robot) else None
+
+
+def _judged(robot: Robot) -> bool:
+    """Return whether the stored verdicts are of this robot, by whichever of its models."""
+    if robot.name != PUBLISHED:
+        return False
+    choice = load(PUBLISHED).model
+    model = robot.model.model_copy(update={"water": choice.water, "joints": choice.joints})
+    return bool(robot.model_copy(update={"model": model}).hash == verdicts()["robot_hash"])
