@@ -1,5 +1,5 @@
 // A map of a quantity over two parameters of the gait, finer and finer.
-import { Chart, colorAt } from "./chart.ts";
+import { Chart, colorAt, ticks } from "./chart.ts";
 import { element } from "./dom.ts";
 import { digits, meaning, type Quantities, statusOf } from "./quantities.ts";
 import type { Page, Subject } from "./subject.ts";
@@ -258,13 +258,15 @@ export class MapView {
     pen.fillStyle = shade;
     pen.fillRect(left, box.y, 12, box.height);
     pen.fillStyle = chart.color("faint");
-    for (let k = 0; k <= 4; k++) {
-      const text = digits(low + (k / 4) * (high - low), 2);
-      pen.fillText(
-        `${clipped && k === 4 ? "≥ " : ""}${text}`,
-        left + 18,
-        box.y + box.height * (1 - k / 4) + (k === 4 ? 10 : k === 0 ? 0 : 4),
-      );
+    const marks = ticks([low, high], 4).map((mark) => ({ mark, text: digits(mark, 3) }));
+    const shown = clipped ? [...marks, { mark: high, text: `≥ ${digits(high, 2)}` }] : marks;
+    let above = Number.NEGATIVE_INFINITY;
+    for (const { mark, text } of shown.reverse()) {
+      const y = box.y + box.height * (1 - (mark - low) / (high - low));
+      if (y < above + 16) continue;
+      above = y;
+      pen.fillRect(left + 12, y, 4, 1);
+      pen.fillText(text, left + 20, y + 4);
     }
   }
 
