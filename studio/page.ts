@@ -27,7 +27,7 @@ const LINKED = location.protocol !== "about:"; // a page inside a document's fra
 /** What the page is given: robots, and what it begins with. */
 interface Given {
   robots: { name: string; image: string }[];
-  start: { robot?: string; gait?: Omit<Gait, "bias"> & { bias?: number[] } };
+  start: { robot?: string; gait?: Omit<Gait, "bias"> & { bias?: number[] }; ledger?: string };
 }
 
 class Studio {
@@ -320,6 +320,8 @@ function unfit(): string {
 
 async function open(): Promise<void> {
   const given = JSON.parse(part("robots").textContent ?? "") as Given;
+  const { ledger } = given.start; // address of its page, for links
+  if (ledger !== undefined) document.documentElement.dataset.ledger = ledger;
   const script = URL.createObjectURL(new Blob([WORKER], { type: "text/javascript" }));
   const live = new Calculator(script, await WebAssembly.compile(await packedBytes(part("core").textContent ?? "")));
   const studio = new Studio(new Robots(given.robots), live, await live.ask({ kind: "names" }));

@@ -2,7 +2,19 @@
 
 export type Range = readonly [number, number];
 
+/** What the ledger says of a published number that a model computes. */
+export interface Verdict {
+  model: string;
+  class: string; // of the computed number: a prediction, or why it could not have come out otherwise
+  computed: number | null;
+  verdict: string;
+  seeds: readonly [number, number] | null; // of the noise: how many agree, of how many
+  note: string;
+}
+
 export interface Published {
+  id: string; // in the ledger
+  verdicts: Verdict[]; // stored ones; none for a robot that the ledger is not of
   value: number;
   unit: string;
   kind: string; // "measured", "target", ...
@@ -44,6 +56,11 @@ export interface Robot {
   limits: Ranges | null; // that the optimizer searches
   ranges: Ranges; // that the knobs reach
   gaits: NamedGait[];
+  ledger: {
+    marks: Record<string, string>; // by verdict
+    classes: Record<string, string>; // what they mean
+    models: Record<string, { water: string; joints: string }>; // those that the page has, too
+  } | null; // where verdicts are stored
   twin: {
     rate: number; // control ticks a second
     channels: Record<string, readonly [number, number]>; // first and last of each sensor's
@@ -125,7 +142,7 @@ export function modelOf(robot: Robot, water: string, joints: string): number {
 /** Read a robot's text. */
 export function robotOf(text: string): Robot {
   const robot = JSON.parse(text) as Robot;
-  if (robot.ranges === undefined)
+  if (robot.ranges === undefined || robot.ledger === undefined)
     throw new Error("the image is of an older program: write it anew with `hypertuna robot image`");
   return robot;
 }

@@ -3,6 +3,7 @@ import { element } from "./dom.ts";
 import { digits, gaitText, type Quantities, statusOf, verdict } from "./quantities.ts";
 import { type NamedGait, type Published, type Robot, rowOf } from "./robot.ts";
 import type { Page, Subject } from "./subject.ts";
+import { ledgerNote, verdictsOn } from "./verdicts.ts";
 
 const KINDS: Record<string, string> = {
   measured: "measured on the robot",
@@ -37,7 +38,8 @@ export class TourView {
     const list = element("div", "cards");
     this.cards = new Map(gaits.map((gait, k) => [gait.name, this.card(subject.robot, gait, found[k] ?? {})]));
     list.append(...this.cards.values());
-    this.room.replaceChildren(element("p", "intro", intro + other), list);
+    const note = known ? ledgerNote(subject.robot) : null;
+    this.room.replaceChildren(element("p", "intro", intro + other), ...(note === null ? [] : [note]), list);
   }
 
   /** Mark the gait that the knobs are at. */
@@ -60,7 +62,8 @@ export class TourView {
     card.append(head, element("p", "caption", gaitText(gait)));
     if (statusOf(values) !== "settled") card.append(element("p", "", verdict(values)));
     const entries = Object.entries(gait.published);
-    for (const [quantity, published] of entries) card.append(comparison(robot, quantity, published, values));
+    for (const [quantity, published] of entries)
+      card.append(comparison(robot, this.subject?.model ?? 0, quantity, published, values));
     if (entries.length === 0) {
       card.append(
         element("p", "", `Computed: ${digits(values.speed)} m/s at ${digits(values.cost_of_transport)} J/(kg m).`),
@@ -70,8 +73,14 @@ export class TourView {
   }
 }
 
-/** A published number beside the computed one, in words. */
-function comparison(robot: Robot, quantity: string, published: Published, values: Quantities): HTMLElement {
+/** A published number beside the computed one, in words, and what the ledger says of it. */
+function comparison(
+  robot: Robot,
+  model: number,
+  quantity: string,
+  published: Published,
+  values: Quantities,
+): HTMLElement {
   const box = element("div", "compared");
   const number = `${digits(published.value)} ${published.unit}`;
   const label = quantity.replace(/_bl$/, "").replaceAll("_", " ");
@@ -97,7 +106,7 @@ function comparison(robot: Robot, quantity: string, published: Published, values
     );
     box.append(row, element("p", "caption", `Published: ${kind}.`));
   }
-  box.append(element("p", "caption", published.source));
+  box.append(element("p", "caption", published.source), verdictsOn(robot, published, model, computed));
   return box;
 }
 

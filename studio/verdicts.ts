@@ -1,0 +1,116 @@
+// What the ledger says of a published number: its stored verdicts in words, none of the page's own.
+import { element } from "./dom.ts";
+import { digits } from "./quantities.ts";
+import type { Published, Robot, Verdict } from "./robot.ts";
+
+const SAME = 1e-6; // relative difference of numbers that are one: digits that the ledger stores
+const AGREES = ["reproduced", "agrees"];
+const WORDS: Record<string, string> = {
+  reproduced: "reproduced",
+  agrees: "agrees",
+  deviates: "deviates",
+  contradicted: "contradicted",
+  undetermined: "undetermined",
+  "not-computed": "not computed",
+};
+
+/** The verdicts on a published number; the one on the number that the page computes comes first. */
+export function verdictsOn(robot: Robot, published: Published, model: number, computed: number | null): HTMLElement {
+  const box = element("div", "judged");
+  if (robot.ledger === null || published.verdicts.length === 0) {
+    box.append(line("none", "–", "no verdict", ": the ledger has none of this robot as it is here"));
+    return box;
+  }
+  const own = computed === null ? null : ownOf(robot, published.verdicts, model, computed);
+  if (own !== null) box.append(told(robot, own));
+  else if (computed !== null) box.append(line("none", "–", "no verdict", " on this model, which is not the ledger's"));
+  const others = published.verdicts.filter((one) => one !== own);
+  if (computed === null && others.length <= 2) box.append(...others.map((one) => told(robot, one, published.unit)));
+  else if (others.length > 0) box.append(folded(robot, others, published.unit));
+  box.append(place(published.id));
+  return box;
+}
+
+/** The verdict on the model of the page, where the ledger computed the same number by it. */
+function ownOf(robot: Robot, verdicts: Verdict[], model: number, computed: number): Verdict | null {
+  const now = robot.models[model];
+  const own = verdicts.find((one) => {
+    const choice = robot.ledger?.models[one.model];
+    return choice !== undefined && choice.water === now?.water && choice.joints === now.joints;
+  });
+  const same = own?.computed != null && Math.abs(computed - own.computed) <= SAME * Math.abs(own.computed);
+  return own !== undefined && same ? own : null;
+}
+
+/** A verdict: of the number that stands above it, or, with a unit, of another model's number. */
+function told(robot: Robot, one: Verdict, unit: string | null = null): HTMLElement {
+  const reason = robot.ledger?.classes[one.class] ?? one.class;
+  const number = unit === null || one.computed === null ? "" : `: ${digits(one.computed, 3)} ${unit}`;
+  const model = unit === null ? "" : ` in the model “${one.model}”${number}`;
+  const worth =
+    one.verdict === "reproduced"
+      ? ": a prediction within the tolerance that was fixed beforehand"
+      : one.verdict === "agrees"
+        ? `, which proves little: ${reason}`
+        : "";
+  const seeds = one.seeds === null || one.seeds[0] === null ? "" : `, ${one.seeds[0]} of ${one.seeds[1]} seeds agree`;
+  const text = line(one.verdict, mark(robot, one), WORDS[one.verdict] ?? one.verdict, `${model}${seeds}${worth}`);
+  if (unit !== null && one.note !== "") text.append(element("span", "note", `${one.note}.`));
+  return text;
+}
+
+/** The verdicts of other models, counted, behind a line that unfolds them. */
+function folded(robot: Robot, others: Verdict[], unit: string): HTMLElement {
+  const counts = Object.keys(robot.ledger?.marks ?? {}).flatMap((verdict) => {
+    const count = others.filter((one) => one.verdict === verdict).length;
+    return count === 0 ? [] : [`${robot.ledger?.marks[verdict]} ${count} ${word(verdict, count)}`];
+  });
+  const box = element("details", "others");
+  const models = others.length === 1 ? "1 more model" : `${others.length} more models`;
+  box.append(element("summary", "", `${models}: ${counts.join(", ")}`));
+  box.append(...others.map((one) => told(robot, one, unit)));
+  return box;
+}
+
+function word(verdict: string, count: number): string {
+  const text = WORDS[verdict] ?? verdict;
+  return count > 1 && ["agrees", "deviates"].includes(verdict) ? text.slice(0, -1) : text;
+}
+
+function line(verdict: string, mark: string, word: string, rest: string): HTMLElement {
+  const text = element("p", "verdict");
+  text.dataset.verdict = verdict;
+  const sign = element("span", "mark", mark);
+  sign.ariaHidden = "true";
+  text.append(sign, element("strong", AGREES.includes(verdict) ? "good" : "", word), `${rest}.`);
+  return text;
+}
+
+const mark = (robot: Robot, one: Verdict): string => robot.ledger?.marks[one.verdict] ?? "–";
+
+/** Where the ledger has the number: a link where its page is at hand. */
+function place(id: string): HTMLElement {
+  const text = element("p", "caption");
+  const { ledger } = document.documentElement.dataset;
+  if (ledger === undefined) {
+    text.append(element("code", "", id), " in the ledger");
+    return text;
+  }
+  const link = element("a", "", `${id} in the ledger`);
+  link.href = `${ledger}#number-${id.toLowerCase().replace(/[^a-z0-9]+/g, "-")}`;
+  link.target = "_top";
+  text.append(link);
+  return text;
+}
+
+/** What the marks mean, and how to see the ledger where no page of it is at hand. */
+export function ledgerNote(robot: Robot): HTMLElement | null {
+  if (robot.ledger === null) return null;
+  const text = element("p", "caption");
+  const marks = Object.entries(robot.ledger.marks).map(([verdict, sign]) => `${sign} ${WORDS[verdict] ?? verdict}`);
+  text.append(`The verdicts are the ledger's, by rules that were fixed beforehand: ${marks.join(", ")}. Only a `);
+  text.append("prediction counts as reproduced. ");
+  if (document.documentElement.dataset.ledger === undefined)
+    text.append(element("code", "", "hypertuna paper -o demo"), " writes the ledger of all numbers as a page.");
+  return text;
+}
