@@ -58,6 +58,53 @@ std::optional<HostModel> read_model(const NamedColumns& columns, std::string& fa
     return HostModel{std::move(*model), mass};
 }
 
+/// A mission and its world: `sea` is the robot's world, of which a mission has current and bottom of its own.
+std::optional<MissionParts> read_mission(const NamedColumns& columns, const Sea<double>& sea, std::string& fault) {
+    ColumnReader in(columns);
+    std::optional<MissionData> data = take(load_mission(columns), fault);
+    World world{false, sea, {}};
+    if (const NamedColumn* gaps = in.find("gaps")) world.gaps = in.numbers("gaps", gaps->rows, 2);
+    world.sea->bottom = in.number("bottom");
+    for (int k = 0; k < 2; ++k) {
+        const double high = in.number("current", k), deep = in.number("current_bottom", k);
+        world.sea->current[k] = high;
+        world.sea->shear[k] = std::isfinite(world.sea->bottom) ? (deep - high) / world.sea->bottom : 0;
+    }
+    const double hash = in.number("scatter.hash");
+    if (!(0 <= hash && hash < 4294967296.0)) in.refuse("scatter.hash: must be a whole number of 32 bits");
+    Scatter scatter{in.number("scatter.current"), in.whole("scatter.gaps", 0, 1000), in.number("scatter.gap"),
+                    in.number("scatter.span"), 0};
+    if (in.fault().empty()) scatter.hash = std::uint32_t(hash);
+    const int ticks = in.whole("ticks", 1, 1 << 30);
+    const std::vector<double> pose = in.numbers("pose", 7);
+    const double charge = in.number("charge");
+    if (fault.empty()) fault = in.fault();
+    if (!data || !fault.empty()) return std::nullopt;
+    return MissionParts{std::move(*data),
+                        std::move(world),
+                        scatter,
+                        std::uint64_t(ticks),
+                        {{pose[0], pose[1], pose[2]}, {pose[3], pose[4], pose[5], pose[6]}, {0, 0}},
+                        charge};
+}
+
+/// The pilot of a robot that has one, and its missions.
+void read_missions(const Image& image, TwinParts& parts, std::string& fault) {
+    const NamedColumns pilot = image.part("pilot."), world = image.part("world.");
+    if (pilot.empty()) return;
+    parts.pilot = take(load_pilot(parts.controller, pilot), fault);
+    ColumnReader in(world);
+    const Sea<double> sea = read_sea<double>(in.row("sea", sea_columns).data());
+    if (fault.empty()) fault = in.fault();
+    if (fault.empty() && !parts.plant.space) fault = "image: a pilot needs a robot that is described in space";
+    for (int k = 0; fault.empty(); ++k) {
+        const NamedColumns columns = image.part("missions." + std::to_string(k) + ".");
+        if (columns.empty()) return;
+        if (std::optional<MissionParts> mission = read_mission(columns, sea, fault))
+            parts.missions.push_back(std::move(*mission));
+    }
+}
+
 std::unique_ptr<TwinParts> read_twin(const Image& image, const Model& model, std::string& fault) {
     std::optional<PlantData> plant = take(load_plant(model, image.part("plant.")), fault);
     const std::optional<Controller<double>> controller = take(load_controller(image.part("controller.")), fault);
@@ -73,7 +120,10 @@ std::unique_ptr<TwinParts> read_twin(const Image& image, const Model& model, std
     }
     const int coordinates = plant->coordinates;
     pad(*plant);
-    return std::make_unique<TwinParts>(TwinParts{std::move(*plant), *controller, *sensors, steps, coordinates});
+    auto parts = std::make_unique<TwinParts>(
+        TwinParts{std::move(*plant), *controller, *sensors, steps, coordinates, std::nullopt, {}});
+    read_missions(image, *parts, fault);
+    return parts;
 }
 
 }  // namespace
@@ -110,6 +160,7 @@ const char* ht_robot_text(const ht_robot* robot, size_t* size) {
 int ht_robot_groups(const ht_robot* robot) { return robot->models[0].model.groups; }
 int ht_robot_links(const ht_robot* robot) { return robot->models[0].model.links; }
 int ht_robot_models(const ht_robot* robot) { return int(robot->models.size()); }
+int ht_robot_missions(const ht_robot* robot) { return robot->twin ? int(robot->twin->missions.size()) : 0; }
 
 const char* ht_quantity(int index) { return 0 <= index && index < quantity_count ? quantities[index].name : nullptr; }
 const char* ht_derivative(int index) {
@@ -149,6 +200,18 @@ ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* faul
     tell("", fault, room);
     return new ht_twin{robot, make_live(parts, start->seed, run, world)};
 }
+ht_twin* ht_twin_fly(const ht_robot* robot, int mission, uint32_t seed, char* fault, size_t room) {
+    const int count = ht_robot_missions(robot);
+    std::string wrong;
+    if (!robot->twin || !robot->twin->pilot)
+        wrong = "flight: the robot has no pilot; describe it at sea, with table guidance, and write the image again";
+    else if (mission < 0 || count <= mission)
+        wrong = "flight: there is no mission " + std::to_string(mission) + "; the image has " + std::to_string(count) +
+                ", from 0 on";
+    tell(wrong, fault, room);
+    if (!wrong.empty()) return nullptr;
+    return new ht_twin{robot, make_flight(*robot->twin, robot->twin->missions[mission], seed)};
+}
 void ht_twin_free(ht_twin* twin) { delete twin; }
 
 void ht_twin_command(ht_twin* twin, const double* gait, const double fins[2], int armed) {
@@ -169,6 +232,12 @@ void ht_twin_break(ht_twin* twin, int kind, int first, int last) {
     std::vector<Fault<double>>& faults = twin->live->instruments.faults;
     if (kind < 0 || int(FaultKind::nan) < kind) return;
     faults.insert(faults.begin(), {FaultKind(kind), first, last, twin->live->time(), HUGE_VAL});
+}
+
+void ht_twin_jam(ht_twin* twin, int fin, int kind) {
+    constexpr double part[] = {0, std::numeric_limits<double>::quiet_NaN(), 0, 1, -1};  // of the largest angle
+    if (fin < 0 || 1 < fin || kind < 0 || int(std::size(part)) <= kind) return;
+    twin->live->jam(fin, part[kind] * twin->robot->twin->controller.fin_max, kind != 0);
 }
 
 int ht_twin_advance(ht_twin* twin, int ticks) { return twin->live->advance(ticks); }

@@ -37,6 +37,8 @@ HT_API int ht_robot_groups(const ht_robot* robot);
 HT_API int ht_robot_links(const ht_robot* robot);
 /* Models of the robot in water: water laws with joints of each kind, named in the text. 0 is the robot's own choice. */
 HT_API int ht_robot_models(const ht_robot* robot);
+/* Missions that the robot's pilot can fly, described in the text in this order; 0 where it has no pilot. */
+HT_API int ht_robot_missions(const ht_robot* robot);
 
 /* --- swimming: settled gaits ------------------------------------------------------------------------------------ */
 
@@ -68,13 +70,21 @@ typedef struct {
 } ht_start;
 
 HT_API ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* fault, size_t room);
+/* A flight: a twin at sea that flies a mission under the robot's own pilot, as `hypertuna mission --seed` does: 0 is
+ * the mission as it stands, other seeds scatter current and satellites. It takes no command, and ends by itself: its
+ * column `ending` is 0 until then, after that 1 more than a place in the text's list of endings. */
+HT_API ht_twin* ht_twin_fly(const ht_robot* robot, int mission, uint32_t seed, char* fault, size_t room);
 HT_API void ht_twin_free(ht_twin* twin);
 
 /* From now on: a gait and the angles of the two fins [rad]; `armed` 0 lets the tail rest. */
 HT_API void ht_twin_command(ht_twin* twin, const double* gait, const double fins[2], int armed);
 /* Sensor channels `first` to `last` fail in a way (1 stuck, 2 open, 3 spikes, 4 not a number; 0 mends) from now on. */
 HT_API void ht_twin_break(ht_twin* twin, int kind, int first, int last);
-/* Make control ticks; returns how many were made: fewer where the plant left what a robot can do. */
+/* The servo of a flight's fin (0 port, 1 starboard) stands from now on (1 where it is, 2 level, 3 up, 4 down; 0 mends).
+ */
+HT_API void ht_twin_jam(ht_twin* twin, int fin, int kind);
+/* Make control ticks; returns how many were made: fewer where the plant left what a robot can do, or a flight is over.
+ */
 HT_API int ht_twin_advance(ht_twin* twin, int ticks);
 
 /* Name and count of numbers of a column of what the last tick saw; null after the last. */

@@ -27,13 +27,14 @@ class BodyTwin final : public LiveTwin {
     }
 
     int advance(int ticks) override {
-        for (int made = 0; made < ticks; ++made, ++now_.ticks) {
-            if (!plausible(now_.twin.plant)) return made;
+        int made = 0;
+        while (made < ticks && plausible(now_.twin.plant)) {
             const PlantStateOf<Body> start = now_.twin.plant;
             const TickOf<Body> tick = command_tick(twin_, now_.twin, command, instruments, now_.sensing, time());
-            if (made + 1 == ticks) Columns::write(row, 0, shown(now_.twin, start), tick);
+            ++now_.ticks;
+            if (++made == ticks || !plausible(now_.twin.plant)) Columns::write(row, 0, shown(now_.twin, start), tick);
         }
-        return ticks;
+        return made;
     }
     std::size_t state_size() const override { return sizeof(now_); }
     void save(unsigned char* to) const override { std::memcpy(to, &now_, sizeof(now_)); }
@@ -50,14 +51,101 @@ class BodyTwin final : public LiveTwin {
     Moment now_;
 };
 
-template <std::size_t size>
-std::unique_ptr<LiveTwin> make_sized(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world) {
+/// What is recorded of a flight beside twin and pilot.
+struct FlightMoment {
+    double time, charge_left;
+    Ending ending;
+};
+#define HYPERTUNA_COLUMN(name, value) {name, Extent::one, [](const FlightMoment& at, int) -> double { return value; }}
+constexpr auto flight_columns = std::to_array<Recorded<FlightMoment>>({
+    HYPERTUNA_COLUMN("time", at.time),
+    HYPERTUNA_COLUMN("charge_left", at.charge_left),
+    HYPERTUNA_COLUMN("ending", double(int(at.ending))),
+});
+#undef HYPERTUNA_COLUMN
+
+/// A twin on a mission.
+template <class Law, int D>
+class FlightTwin final : public LiveTwin {
+  public:
+    FlightTwin(const TwinParts& parts, const MissionParts& mission, std::uint64_t seed, const World& world)
+        : home_(parts.plant, *world.sea),
+          twin_(make_twin(parts.plant, home_.body, parts.controller.tick, parts.steps)),
+          mission_(mission),
+          world_(world),
+          flight_{*parts.pilot, mission.data.mission, {}, {}},
+          on_{} {
+        twin_.controller = parts.controller;
+        instruments.sensors = parts.sensors;
+        instruments.sensors.seed = seed;
+        on_.twin = start_of(twin_, {0, 1, parts.controller.tick, parts.steps, {}, mission.pose, mission.charge});
+        on_.pilot = init(flight_.pilot, flight_.mission);
+        Columns::add(row, 1, parts.coordinates, parts.plant.joints);
+        pilot_at_ = add_columns(row, pilot_columns, 1, parts.coordinates, parts.plant.joints);
+        flight_at_ = add_columns(row, flight_columns, 1, parts.coordinates, parts.plant.joints);
+    }
+
+    int advance(int ticks) override {
+        int made = 0;
+        while (made < ticks && ending() == Ending::none) {
+            const PlantState<double, D, InSpace> start = on_.twin.plant;
+            const double began = time();
+            const PilotTick<double, D> tick = flight_tick(twin_, on_, on_.twin, flight_, world_, instruments);
+            if (++made < ticks && ending() == Ending::none) continue;
+            Columns::write(row, 0, shown(on_.twin, start), tick.tick);
+            write_row(row, pilot_at_, pilot_columns, 0, tick.step);
+            write_row(row, flight_at_, flight_columns, 0,
+                      FlightMoment{began, 1 - on_.twin.taken / twin_.battery.charge, ending()});
+        }
+        return made;
+    }
+    void jam(int fin, double angle, bool stands) override {
+        std::vector<FinFault>& faults = flight_.fin_faults;
+        std::erase_if(faults, [fin](const FinFault& fault) { return fault.fin == fin; });
+        if (stands) faults.push_back({fin, angle, time(), HUGE_VAL});
+    }
+    std::size_t state_size() const override { return sizeof(on_); }
+    void save(unsigned char* to) const override { std::memcpy(to, &on_, sizeof(on_)); }
+    void restore(const unsigned char* from) override { std::memcpy(&on_, from, sizeof(on_)); }
+    double time() const override { return twin_.controller.tick * double(on_.ticks); }
+
+  private:
+    using Columns = TwinColumns<D, InSpace>;
+    static_assert(std::is_trivially_copyable_v<FlightState<D>>);
+
+    Ending ending() const {
+        const GuidanceState<double>& at = on_.pilot.guidance;
+        if (!plausible(on_.twin.plant)) return Ending::diverged;
+        if (at.mode == Mode::done) return at.leg < flight_.mission.waypoints ? Ending::home : Ending::done;
+        if (on_.ticks < mission_.ticks) return Ending::none;
+        return at.mode == Mode::hold ? Ending::hold : Ending::given_up;
+    }
+
+    SpaceBody<Law, D> home_;
+    Twin<Body6<double, Law, D>> twin_;
+    const MissionParts& mission_;
+    World world_;
+    Flight flight_;
+    FlightState<D> on_;
+    std::size_t pilot_at_, flight_at_;  // places of columns
+};
+
+/// Call work(law, std::integral_constant<int, D>) with the smallest tail that there is code for.
+template <std::size_t size = 0, class Work>
+void with_sized(const PlantData& plant, const Work& work) {
     constexpr int D = tail_sizes[size];
     if constexpr (D < max_coordinates)
-        if (parts.plant.coordinates != D) return make_sized<size + 1>(parts, seed, start, world);
+        if (plant.coordinates != D) return with_sized<size + 1>(plant, work);
+    with_law<double>(plant.model.law, [&](auto law) { work(law, std::integral_constant<int, D>()); });
+}
+
+}  // namespace
+
+std::unique_ptr<LiveTwin> make_live(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world) {
     std::unique_ptr<LiveTwin> made;
-    with_law<double>(parts.plant.model.law, [&](auto law) {
+    with_sized(parts.plant, [&](auto law, auto size) {
         using Law = typename decltype(law)::type;
+        constexpr int D = size.value;
         if (world.sea)
             made = std::make_unique<BodyTwin<SpaceBody<Law, D>, Body6<double, Law, D>>>(parts, seed, start, *world.sea,
                                                                                         &SpaceBody<Law, D>::body);
@@ -68,10 +156,15 @@ std::unique_ptr<LiveTwin> make_sized(const TwinParts& parts, std::uint64_t seed,
     return made;
 }
 
-}  // namespace
-
-std::unique_ptr<LiveTwin> make_live(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world) {
-    return make_sized<0>(parts, seed, start, world);
+std::unique_ptr<LiveTwin> make_flight(const TwinParts& parts, const MissionParts& mission, std::uint64_t seed) {
+    World world = mission.world;
+    const std::array<double, 2> added = mission.scatter.add(seed, world.gaps);
+    for (int k = 0; k < 2; ++k) world.sea->current[k] += added[k];
+    std::unique_ptr<LiveTwin> made;
+    with_sized(parts.plant, [&](auto law, auto size) {
+        made = std::make_unique<FlightTwin<typename decltype(law)::type, size.value>>(parts, mission, seed, world);
+    });
+    return made;
 }
 
 }  // namespace hypertuna

@@ -5,11 +5,22 @@
 #include <memory>
 
 #include "hypertuna/host/simulate.hpp"
+#include "scatter.hpp"
 
 namespace hypertuna {
 
 /// Sizes of tails that there is code for. A tail of another size gets coordinates that rest, up to the next one.
 inline constexpr int tail_sizes[] = {3, max_coordinates};
+
+/// A mission in its world, with the start of a flight.
+struct MissionParts {
+    MissionData data;
+    World world;
+    Scatter scatter;      // what a seed adds
+    std::uint64_t ticks;  // after which the flight is given up
+    Pose6<double> pose;   // at the start
+    double charge;        // C taken from the battery before
+};
 
 /// What a twin is made of; shared by all twins of a robot.
 struct TwinParts {
@@ -18,7 +29,12 @@ struct TwinParts {
     Sensors<double> sensors;
     int steps;        // Runge-Kutta steps of a tick
     int coordinates;  // of the robot's own
+    std::optional<Pilot<double>> pilot;
+    std::vector<MissionParts> missions;
 };
+
+/// How a flight ends; Python's mission/run.py has the same list.
+enum class Ending { none, done, home, hold, given_up, diverged };
 
 /// Give a plant coordinates that rest, up to the next size that there is code for: they move nothing, carry an inertia
 /// of one and get no moment.
@@ -43,7 +59,10 @@ class LiveTwin {
     Record row;  // of the last tick
 
     virtual ~LiveTwin() = default;
+    /// Make ticks; returns how many were made. The row is of the last.
     virtual int advance(int ticks) = 0;
+    /// Let a fin's servo stand at an angle [rad], where it is if that is NaN; false mends it. Of flights alone.
+    virtual void jam(int, double, bool) {}
     virtual std::size_t state_size() const = 0;
     virtual void save(unsigned char* to) const = 0;
     virtual void restore(const unsigned char* from) = 0;
@@ -52,5 +71,8 @@ class LiveTwin {
 
 /// A twin of a robot in a world; the plant is padded, and the world has been checked against it.
 std::unique_ptr<LiveTwin> make_live(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world);
+
+/// A twin that flies a mission, with what its seed scatters; the mission is the robot's.
+std::unique_ptr<LiveTwin> make_flight(const TwinParts& parts, const MissionParts& mission, std::uint64_t seed);
 
 }  // namespace hypertuna

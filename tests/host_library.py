@@ -26,7 +26,8 @@ CORE = TOP / "build/studio/core.wasm"
 PAGE = TOP / "data/studio/studio.html"
 ROOM = 400  # bytes of a sentence
 GROUPS = ("amplitude", "phase", "bias")
-POINTERS = {"ht_robot_read", "ht_twin_create", "ht_robot_text", "ht_quantity", "ht_derivative", "ht_twin_column"}
+CREATORS = {"ht_robot_read", "ht_twin_create", "ht_twin_fly"}
+POINTERS = CREATORS | {"ht_robot_text", "ht_quantity", "ht_derivative", "ht_twin_column"}
 
 
 class Start(ctypes.Structure):
@@ -198,14 +199,19 @@ class Robot:
 
 
 class Twin:
-    """A twin of a robot."""
+    """A twin of a robot, under a command or on one of its missions."""
 
-    def __init__(self, robot: Robot, **start: Any) -> None:
+    def __init__(self, robot: Robot, mission: int | None = None, **start: Any) -> None:
         self.robot, self.host, fault = robot, robot.host, np.zeros(ROOM, np.uint8)
-        current = (ctypes.c_double * 2)(*start.pop("current", (0.0, 0.0)))
-        given = Start(**{"bottom": float("inf"), "current": current} | start)
-        self.handle = self.host.call("ht_twin_create", robot.handle, bytes(given), fault, ROOM)
+        if mission is None:
+            current = (ctypes.c_double * 2)(*start.pop("current", (0.0, 0.0)))
+            given = Start(**{"bottom": float("inf"), "current": current} | start)
+            self.handle = self.host.call("ht_twin_create", robot.handle, bytes(given), fault, ROOM)
+        else:
+            self.handle = self.host.call("ht_twin_fly", robot.handle, mission, start["seed"], fault, ROOM)
+        self.made = 0  # ticks
         self.fault = sentence_of(fault)
+        assert bool(self.handle) == (not self.fault)
         self.columns: dict[str, int] = {}
         width = np.zeros(1, np.int32)
         while not self.fault:
@@ -226,9 +232,19 @@ class Twin:
         """Break sensor channels."""
         self.host.call("ht_twin_break", self.handle, kind, first, last)
 
+    def jam(self, fin: int, kind: int) -> None:
+        """Let a fin's servo stand."""
+        self.host.call("ht_twin_jam", self.handle, fin, kind)
+
     def advance(self, ticks: int) -> dict[str, Array]:
         """Make ticks: the row of the last."""
-        assert self.host.call("ht_twin_advance", self.handle, ticks) == ticks
+        made = self.host.call("ht_twin_advance", self.handle, ticks)
+        self.made += made
+        assert made == ticks or "ending" in self.columns
+        return self.read()
+
+    def read(self) -> dict[str, Array]:
+        """Return all columns of the last tick."""
         out = np.zeros(sum(self.columns.values()))
         self.host.call("ht_twin_read", self.handle, out)
         ends = np.cumsum(list(self.columns.values()))[:-1]

@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 import hypertuna as ht
-from hypertuna.simulation.image import robot_image
+from hypertuna.mission.image import robot_image
 from program import Run
 
 ROOT = Path(__file__).parents[2]

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import hypertuna as ht
-from hypertuna.simulation.image import robot_image
+from hypertuna.mission.image import robot_image
 
 PROGRAM = Path(__file__).parents[2] / "build/hosts/fuzz_image"
 

@@ -17,8 +17,8 @@ import hypertuna as ht
 from host_library import Host, InNode, Native, Robot, Twin
 from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
+from hypertuna.mission.image import robot_image
 from hypertuna.optimization.design_space import gait_bounds
-from hypertuna.simulation.image import robot_image
 from hypertuna.simulation.run import CONDITIONS
 from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import KINDS, Gait, Gaits

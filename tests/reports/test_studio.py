@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.mission.image import robot_image
 from hypertuna.reports import studio as module
-from hypertuna.simulation.image import robot_image
 
 
 def test_a_notebook_shows_the_page_in_a_frame() -> None:

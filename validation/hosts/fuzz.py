@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 import hypertuna as ht
-from hypertuna.simulation.image import robot_image
+from hypertuna.mission.image import robot_image
 
 TOP = Path(__file__).parents[2]
 PROGRAM = TOP / "build/hosts/fuzz_image"

@@ -22,14 +22,7 @@ from hypertuna.io.quantity import quantity, values_of
 from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.mission.flight import Flight, Outcome, fly, fly_seeds, outcome
 from hypertuna.mission.gpx import check_origin, write_gpx
-from hypertuna.mission.run import expected
-
-ENDINGS = {
-    "done": "The mission is done",
-    "hold": "The robot holds: it cannot go home",
-    "given up": "The mission was given up",
-    "diverged": "The run diverged: the state of the twin is no longer that of a robot",
-}
+from hypertuna.mission.run import ENDINGS, expected
 
 
 def _seeds(text: str, key: str) -> range:
@@ -172,9 +165,9 @@ def _sentence(flight: Flight, one: Outcome) -> str:
     command, speed = ("The mission commands", asked) if fastest < asked else ("[home] commands", mission.home_speed)
     beyond = f" {command} {speed:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
     beyond = beyond if fastest < max(mission.speeds) else ""
-    endings = ENDINGS | {"home": f"The robot came home early (waypoints reached: {one.waypoints_reached})"}
+    reached = f" (waypoints reached: {one.waypoints_reached})" if one.status == "home" else ""
     reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
-    return f"{endings[one.status]} after {one.duration:.4g} s{reasons}.{beyond}"
+    return f"{ENDINGS[one.status]}{reached} after {one.duration:.4g} s{reasons}.{beyond}"
 
 
 def _lines(flight: Flight) -> Iterator[Any]:

@@ -151,7 +151,7 @@ def image(
 ) -> None:
     """Write a robot for programs without Python: what `hosts/hypertuna.h` swims and simulates."""
     from hypertuna.io.files import write_atomically
-    from hypertuna.simulation.image import robot_image
+    from hypertuna.mission.image import robot_image
 
     data = robot_image(load(robot))
     write_atomically(output, data)

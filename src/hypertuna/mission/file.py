@@ -26,6 +26,7 @@ from hypertuna.mission.schema import Document, Place, Scatter
 from hypertuna.ranges import NOT_NEGATIVE
 
 TURN = 2 * math.pi
+SPAN = 3600.0  # s in which the gaps of a mission without a time limit begin
 
 
 @dataclass(frozen=True)
@@ -102,11 +103,13 @@ def randomized(given: MissionFile, seed: int) -> Mission:
     mission, scatter = given.mission, given.scatter
     if seed == 0:
         return mission
-    random = np.random.default_rng([seed, int(given.hash[:8], 16)])
+    random = np.random.default_rng([seed, scatter_seed(given)])  # hosts/scatter.hpp draws the same
     speed, toward = scatter.current * random.uniform(), TURN * random.uniform()
     east, north = speed * math.sin(toward), speed * math.cos(toward)
-    span = mission.duration or 3600.0
-    starts, lengths = span * random.uniform(size=scatter.gaps), scatter.gap * random.uniform(size=scatter.gaps)
+    starts, lengths = (
+        scatter_span(mission) * random.uniform(size=scatter.gaps),
+        scatter.gap * random.uniform(size=scatter.gaps),
+    )
     pairs = sorted([*mission.gaps, *zip(starts.tolist(), (starts + lengths).tolist(), strict=True)])
     return replace(
         mission,
@@ -114,6 +117,16 @@ def randomized(given: MissionFile, seed: int) -> Mission:
         current_bottom=(mission.current_bottom[0] + east, mission.current_bottom[1] + north),
         gaps=_joined(pairs),
     )
+
+
+def scatter_seed(file: MissionFile) -> int:
+    """Return what a mission file adds to the seed."""
+    return int(file.hash[:8], 16)
+
+
+def scatter_span(mission: Mission) -> float:
+    """Return the time [s] within which gaps begin."""
+    return mission.duration or SPAN
 
 
 def reference() -> str:

@@ -32,6 +32,14 @@ FIN = re.compile(r"(?P<which>fin-port|fin-starboard|fins):(?P<kind>[^:@]+)@(?P<s
 FIN_KINDS = {"stuck": math.nan, "level": 0.0, "up": 1.0, "down": -1.0}  # parts of the largest angle
 FINS = {"fin-port": (0,), "fin-starboard": (1,), "fins": (0, 1)}
 DISTANCE_STEP = 2.0  # s between the places that a distance is summed over: whole beats of most gaits
+# How a flight ends, in the order of hosts/twin.hpp.
+ENDINGS = {
+    "done": "The mission is done",
+    "home": "The robot came home early",
+    "hold": "The robot holds: it cannot go home",
+    "given up": "The mission was given up",
+    "diverged": "The run diverged: the state of the twin is no longer that of a robot",
+}
 
 
 @dataclass(frozen=True)
@@ -60,7 +68,7 @@ class MissionRun:
     start: MissionStart
     time: Array = field(repr=False)  # (T,), start of every recorded control tick [s]
     data: dict[str, Array] = field(repr=False)  # by the names of `_core.simulate`, (T,) or (T, n) [SI]
-    status: str  # "done"; "home" before all waypoints were reached; "hold", "given up" (out of time) or "diverged"
+    status: str  # one of `ENDINGS`: "home" before all waypoints were reached, "given up" out of time
 
     @cached_property
     def distance(self) -> float:

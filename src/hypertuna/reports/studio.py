@@ -15,8 +15,8 @@ from hypertuna.arguments import checked
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.errors import InputError
 from hypertuna.io.files import shipped, write_atomically
+from hypertuna.mission.image import robot_image
 from hypertuna.ranges import Whole
-from hypertuna.simulation.image import robot_image
 from hypertuna.swimming.cards import gait_text
 from hypertuna.swimming.gait import KINDS, Gait, gait_of
 

@@ -1,6 +1,6 @@
 """Robot image: all columns that the core needs of a robot, in one file that any host of the core reads.
 
-`hosts/image.hpp` reads what `robot_image` writes; the layout is described there.
+`hosts/image.hpp` reads what `pack` writes; the layout is described there. `mission/image.py` adds pilot and missions.
 """
 
 import itertools
@@ -27,15 +27,16 @@ from hypertuna.swimming.model import model_columns
 MAGIC, VERSION = b"HTROBOT\0", 1
 
 
-def robot_image(robot: Robot) -> bytes:
-    """Return the image of a robot: its models in water, and its twin where it has a controller.
+def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any]) -> bytes:
+    """Return the image of a robot's models in water, and of its twin where it has a controller.
 
-    Model 0 is the robot's own choice; the others are those of its water laws and kinds of joints.
+    Columns that are added stand for those of the same name; facts join the text.
     """
     models = list(_models(robot))
     body, source = body_facts(robot, _numbers_of_body, _numbers)
     text = {"made_by": f"hypertuna {version()}"} | robot_facts(robot, models) | {"body": body, "source": source.text}
-    return pack(_columns(robot, models), json.dumps(text, ensure_ascii=False, separators=(",", ":")))
+    written = json.dumps(text | dict(facts), ensure_ascii=False, separators=(",", ":"))
+    return pack(_columns(robot, models) | dict(added), written)
 
 
 def _columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:

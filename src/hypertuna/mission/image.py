@@ -1,0 +1,79 @@
+"""Robot image with the robot's pilot and the missions that come with hypertuna; `hosts/image.hpp` reads it."""
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hypertuna import _core
+from hypertuna.control.guidance import mission_columns, pilot_columns
+from hypertuna.control.sensors import channels, pilot_sensor_columns
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.mission.file import MissionFile, missions, read_mission, scatter_seed, scatter_span
+from hypertuna.mission.run import ENDINGS, FIN_KINDS, MissionStart, mission_start
+from hypertuna.simulation.image import twin_image
+
+Ready = tuple[MissionFile, MissionStart]
+PLAIN = ("fence", "home", "home_radius", "start", "heading", "depth_max", "bottom", "current", "current_bottom", "stay")
+
+
+def robot_image(robot: Robot) -> bytes:
+    """Return the image of a robot: its models in water, its twin, and its pilot with the missions that it can fly.
+
+    Model 0 is the robot's own choice; the others are those of its water laws and kinds of joints.
+    """
+    ready = list(_ready(robot))
+    columns: dict[str, Any] = {}
+    if ready:
+        columns |= {f"sensors.{name}": values for name, values in pilot_sensor_columns(robot).items()}
+        columns |= {f"pilot.{name}": values for name, values in pilot_columns(robot, ready[0][1].table).items()}
+    for k, one in enumerate(ready):
+        columns |= {f"missions.{k}.{name}": values for name, values in _columns(*one).items()}
+    text = {"missions": [_mission(*one) for one in ready], "pilot": _pilot(robot) if ready else None}
+    return twin_image(robot, columns, text)
+
+
+def _ready(robot: Robot) -> Iterator[Ready]:
+    """Yield the missions that come with hypertuna, as far as a robot can fly them."""
+    if robot.guidance is None:
+        return
+    for name in missions():
+        file = read_mission(name)
+        with contextlib.suppress(InputError):  # it lacks a table, or the fence is too near for it
+            yield file, mission_start(robot, file.mission)
+
+
+def _columns(file: MissionFile, start: MissionStart) -> dict[str, Any]:
+    """Return a mission by the names of `read_mission` in hosts/host.cpp."""
+    mission, scatter = file.mission, file.scatter
+    return mission_columns(mission) | {
+        "current": mission.current,
+        "current_bottom": mission.current_bottom,
+        "bottom": mission.bottom,
+        "gaps": np.array(mission.gaps, dtype=np.float64).reshape(-1, 2),
+        "scatter.current": scatter.current,
+        "scatter.gaps": scatter.gaps,
+        "scatter.gap": scatter.gap,
+        "scatter.span": scatter_span(mission),
+        "scatter.hash": scatter_seed(file),
+        "pose": start.core["pose"][:7],
+        "charge": start.core["charge"],
+        "ticks": start.ticks,
+    }
+
+
+def _mission(file: MissionFile, start: MissionStart) -> dict[str, Any]:
+    """Return what is shown of a mission [SI]; its duration is that after which it is given up."""
+    mission = file.mission
+    facts = {"name": file.name, "text": file.description, "origin": file.origin, "duration": start.duration}
+    rows = {"waypoints": [list(point) for point in mission.waypoints], "gaps": mission.gaps}
+    return facts | rows | {name: getattr(mission, name) for name in PLAIN}
+
+
+def _pilot(robot: Robot) -> dict[str, Any]:
+    """Return the names that a flight's numbers stand for, and the sensors and fins that can fail."""
+    lists = {"modes": _core.mode_table(), "reasons": _core.reason_table(), "endings": ENDINGS.items()}
+    named = {key: [{"name": name, "text": text} for name, text in rows] for key, rows in lists.items()}
+    return named | {"channels": channels(robot, pilot=True), "fin_faults": list(FIN_KINDS)}
