@@ -9,10 +9,21 @@ import { gzipSync } from "fflate";
 const [corePath, robotsPath, outputPath] = process.argv.slice(2);
 const here = fileURLToPath(new URL(".", import.meta.url));
 const FIRST = "hypertuna"; // of the robots in the list
+const SEA = /(?<=id="sea-block">)[^<]*/; // what is unpacked when the Sea view is opened
+const TOOLS = ["esbuild", "fflate", "three", "@mcap/core", "@foxglove/crc", "fzstd"]; // whose versions make the bytes
 
 const packed = (bytes) => gzipSync(bytes, { level: 9, mtime: 0 });
 const base64 = (bytes) => Buffer.from(bytes).toString("base64");
 const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
+
+/** A queue that only the indexed reader of @mcap/core needs, which is not in the page. */
+const unused = {
+  name: "unused",
+  setup(build) {
+    build.onResolve({ filter: /^heap-js$/ }, () => ({ path: "heap-js", namespace: "unused", sideEffects: false }));
+    build.onLoad({ filter: /.*/, namespace: "unused" }, () => ({ contents: "export const Heap = null;" }));
+  },
+};
 
 async function bundled(entry, define = {}) {
   const { outputFiles } = await build({
@@ -26,6 +37,7 @@ async function bundled(entry, define = {}) {
     charset: "utf8",
     legalComments: "none",
     define,
+    plugins: [unused],
   });
   return outputFiles[0].text.trim().replaceAll("</script", "<\\/script");
 }
@@ -54,6 +66,7 @@ async function page(core, list) {
       start: {},
     }).replaceAll("<", "\\u003c"),
     core: base64(packed(core)),
+    sea: base64(packed(Buffer.from(await seaBlock()))),
     theme: await bundled("theme.ts"),
     script: await bundled("page.ts", { WORKER: JSON.stringify(worker) }),
   };
@@ -61,17 +74,30 @@ async function page(core, list) {
   return template.replace(/\/\*\{(\w+)\}\*\//g, (_, name) => parts[name]);
 }
 
+/** The Sea view with what it stands on, unpacked when it is first opened. */
+async function seaBlock() {
+  return bundled("sea/main.ts", { LOG_WORKER: JSON.stringify(await bundled("sea/reader.ts")) });
+}
+
 function made(core, list, html) {
   const lock = JSON.parse(readFileSync(join(here, "package-lock.json"), "utf8")).packages;
-  const sources = readdirSync(here).filter((file) => /\.(ts|mjs|css|html|json)$/.test(file));
+  const folders = ["", "sea/"];
+  const sources = folders
+    .flatMap((folder) => readdirSync(join(here, folder)).map((file) => folder + file))
+    .filter((file) => /\.(ts|mjs|css|html|json)$/.test(file));
   return {
-    tools: Object.fromEntries(["esbuild", "fflate"].map((name) => [name, lock[`node_modules/${name}`].version])),
+    tools: Object.fromEntries(TOOLS.map((name) => [name, lock[`node_modules/${name}`].version])),
     sources: {
       core: sha256(core),
       robots: Object.fromEntries(list.map(({ name, image }) => [name, sha256(image)])),
       page: Object.fromEntries(sources.sort().map((file) => [file, sha256(readFileSync(join(here, file)))])),
     },
-    sizes: { "core.wasm": core.length, "studio.html": html.length, "studio.html.gz": packed(html).length },
+    sizes: {
+      "core.wasm": core.length,
+      "studio.html": html.length,
+      "studio.html.gz": packed(html).length,
+      "without the Sea view": packed(Buffer.from(html.toString().replace(SEA, ""))).length,
+    },
   };
 }
 

@@ -23,7 +23,8 @@ export function colorAt(part: number): [number, number, number] {
 }
 
 /** Round numbers within a range, about `count` of them. */
-export function ticks([low, high]: Range, count = 5): number[] {
+export function ticks(range: Range, count = 5): number[] {
+  const [low, high] = [Math.min(...range), Math.max(...range)]; // an axis may point down
   const raw = (high - low) / count;
   if (!(raw > 0) || !Number.isFinite(raw)) return [];
   const power = 10 ** Math.floor(Math.log10(raw));

@@ -21,6 +21,7 @@ interface Exports {
   ht_swim(robot: number, model: number, gaits: number, count: number, follow: number, quantities: number): void;
   ht_gradient(robot: number, model: number, gait: number, derivatives: number): void;
   ht_twin_create(robot: number, start: number, fault: number, room: number): number;
+  ht_twin_fly(robot: number, mission: number, seed: number, fault: number, room: number): number;
   ht_twin_free(twin: number): void;
   ht_twin_command(twin: number, gait: number, fins: number, armed: number): void;
   ht_twin_break(twin: number, kind: number, first: number, last: number): void;
@@ -79,6 +80,17 @@ export class Core {
     const twin = wasm.ht_twin_create(robot.place, start, fault, FAULT_ROOM);
     const sentence = twin === 0 ? this.text(fault) : "";
     wasm.free(start);
+    if (twin === 0) throw new Error(sentence);
+    return new CoreTwin(wasm, twin, this);
+  }
+
+  /** Start a flight: a mission of the robot, with the scatter of a seed. */
+  fly(robot: CoreRobot, mission: number, seed: number): CoreTwin {
+    const { wasm } = this;
+    const fault = wasm.malloc(FAULT_ROOM);
+    const twin = wasm.ht_twin_fly(robot.place, mission, seed, fault, FAULT_ROOM);
+    const sentence = twin === 0 ? this.text(fault) : "";
+    wasm.free(fault);
     if (twin === 0) throw new Error(sentence);
     return new CoreTwin(wasm, twin, this);
   }
@@ -159,7 +171,7 @@ export interface Column {
 /** A twin in the core's memory: the whole robot from command to wake. */
 export class CoreTwin {
   readonly columns: Column[] = [];
-  private readonly width: number; // of a row
+  readonly width: number; // of a row
 
   constructor(
     private readonly wasm: Exports,
@@ -194,13 +206,15 @@ export class CoreTwin {
     this.wasm.ht_twin_break(this.twin, kind, first, last);
   }
 
-  /** Make control ticks; returns a row for each, fewer where the plant left what a robot can do. */
-  advance(ticks: number): Float64Array {
+  /** Make control ticks; returns `count` rows, one after each `every` of them: fewer where the twin ends. */
+  advance(count: number, every = 1): Float64Array {
     const { wasm, width } = this;
-    const rows = new Float64Array(ticks * width);
+    const rows = new Float64Array(count * width);
     const place = wasm.malloc(8 * width);
     let made = 0;
-    while (made < ticks && wasm.ht_twin_advance(this.twin, 1) === 1) {
+    for (let ticks = every; made < count && ticks === every; ) {
+      ticks = wasm.ht_twin_advance(this.twin, every);
+      if (ticks === 0) break;
       wasm.ht_twin_read(this.twin, place);
       rows.set(new Float64Array(wasm.memory.buffer, place, width), made * width);
       made++;

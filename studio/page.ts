@@ -50,7 +50,12 @@ class Studio {
     private readonly live: Calculator,
     private readonly names: Names,
   ) {
-    this.views = new Views({ go: (row) => this.go(row), changed: () => this.keep() }, live.another(), names);
+    const page = {
+      go: (row: Float64Array) => this.go(row),
+      changed: () => this.keep(),
+      robot: async (name: string) => (robots.has(name) ? robots.read(name, live) : null),
+    };
+    this.views = new Views(page, live.another(), names);
     this.choices = new Choices({
       robot: (name) => void this.choose(name),
       gait: (name) => this.goTo(name),
@@ -287,6 +292,7 @@ class Studio {
     if (file === undefined) return;
     this.say("");
     try {
+      if (/\.mcap$/i.test(file.name)) return await this.views.log(file.name, new Uint8Array(await file.arrayBuffer()));
       await this.choose(await this.robots.open(file, this.live));
     } catch (error) {
       this.say(`${file.name}: ${(error as Error).message}. \`hypertuna robot image NAME -o FILE\` writes one.`);

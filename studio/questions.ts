@@ -13,6 +13,8 @@ export type Question =
   | ({ kind: "point" } & Swimmer)
   | { kind: "sweep"; robot: string; model: number; gaits: Float64Array }
   | { kind: "twin"; robot: string } // starts one, in place of the one before
+  | { kind: "fly"; robot: string; mission: number; seed: number } // as well
+  | { kind: "flown"; rows: number; every: number } // ticks from row to row
   | { kind: "tick"; gait: Float64Array; armed: boolean; broken: Broken[]; ticks: number };
 
 /** What the core calls the quantities that it returns. */
@@ -38,6 +40,8 @@ export type Answer =
   | { kind: "point"; quantities: Float64Array; derivatives: Float64Array }
   | { kind: "sweep"; quantities: Float64Array }
   | { kind: "twin"; columns: Column[] }
+  | { kind: "fly"; columns: Column[] }
+  | { kind: "flown"; rows: Float64Array; over: boolean }
   | { kind: "tick"; rows: Float64Array };
 
 export type Reply = { id: number; answer: Answer } | { id: number; fault: string };

@@ -1,4 +1,5 @@
 // What the page knows of a robot: the text of its image. SI units and radians.
+import type { Mission, Said } from "./sea/flight.ts";
 
 export type Range = readonly [number, number];
 
@@ -50,7 +51,7 @@ export interface Robot {
   mass: number; // kg
   links: { name: string; length: number; width: number | null; height: number | null }[];
   tail: { edge_height: number | null }; // m: height of the caudal fin where the last link is one
-  fins: { x: number; y: number; span: number; chord: number } | null; // pectoral fins [m]
+  fins: { x: number; y: number; z: number; span: number; chord: number } | null; // pectoral fins [m]
   joints: { name: string; links: number[]; share: number[] }[];
   models: { water: string; joints: string }[]; // the robot's own choice first
   limits: Ranges | null; // that the optimizer searches
@@ -66,6 +67,8 @@ export interface Robot {
     channels: Record<string, readonly [number, number]>; // first and last of each sensor's
     conditions: { name: string; place: string; text: string }[]; // of the controller's status, by bit
   } | null;
+  missions: Mission[]; // that its pilot can fly
+  pilot: { modes: Said[]; reasons: Said[]; endings: Said[] } | null;
 }
 
 /** What swims: a robot by one of its models, and its gait as a row of numbers. */

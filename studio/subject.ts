@@ -6,6 +6,7 @@ import type { Parameter, Robot } from "./robot.ts";
 /** What a view asks of the page. */
 export interface Page {
   go(row: Float64Array): void;
+  robot(name: string): Promise<Robot | null>; // of the page
   changed(): void; // something that the address keeps
 }
 

@@ -7,10 +7,11 @@ import type { Quantities } from "./quantities.ts";
 import type { Calculator, Names } from "./questions.ts";
 import { type Parameter, parametersOf, type Robot } from "./robot.ts";
 import type { Image } from "./robots.ts";
+import { SeaView } from "./sea.ts";
 import { type Page, Subject } from "./subject.ts";
 import { TourView } from "./tour.ts";
 
-const NAMES = ["map", "front", "paper", "inside", "about"];
+const NAMES = ["map", "front", "paper", "inside", "sea", "about"];
 
 export class Views {
   view = "map";
@@ -18,6 +19,7 @@ export class Views {
   private readonly front: FrontView;
   private readonly tour: TourView;
   private readonly inside: InsideView;
+  private readonly sea: SeaView;
   private image: Image = async () => new Uint8Array();
   private row: Float64Array = new Float64Array();
 
@@ -31,6 +33,7 @@ export class Views {
     this.front = new FrontView(part("front"), page);
     this.tour = new TourView(part("paper"), page);
     this.inside = new InsideView(part("inside"), (robot) => this.another(robot));
+    this.sea = new SeaView(part("sea"), { another: (robot) => this.another(robot), robot: page.robot });
     for (const name of NAMES) tab(name).addEventListener("click", () => this.choose(name));
     part("views").addEventListener("keydown", (event) => this.press(event));
     this.show();
@@ -47,6 +50,7 @@ export class Views {
     const { calculator } = this;
     this.image = image;
     this.inside.about(robot);
+    this.sea.about(robot);
     await calculator.load(robot.robot, image);
     const parameters: Parameter[] = parametersOf(robot);
     const subject = new Subject(robot, parameters, model, calculator, this.names);
@@ -64,10 +68,17 @@ export class Views {
     this.inside.at(row);
   }
 
+  /** Show a log of a mission. */
+  async log(name: string, content: Uint8Array): Promise<void> {
+    this.choose("sea");
+    await this.sea.open(name, content);
+  }
+
   /** Draw again, in the colors of the page's theme. */
   refresh(): void {
     this.map.refresh();
     this.front.refresh();
+    this.sea.refresh();
   }
 
   /** A calculator of its own for the twin, with a robot. */
@@ -92,6 +103,7 @@ export class Views {
     }
     this.refresh();
     this.map.renew();
+    if (this.view === "sea") this.sea.show();
   }
 
   /** Arrow keys go from tab to tab. */

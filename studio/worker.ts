@@ -44,6 +44,15 @@ async function answer(question: Question): Promise<Answer> {
       twin?.free();
       twin = core.twin(robot(question.robot));
       return { kind: "twin", columns: twin.columns };
+    case "fly":
+      twin?.free();
+      twin = core.fly(robot(question.robot), question.mission, question.seed);
+      return { kind: "fly", columns: twin.columns };
+    case "flown": {
+      if (twin === null) throw new Error("no mission was started");
+      const rows = twin.advance(question.rows, question.every);
+      return { kind: "flown", rows, over: rows.length < question.rows * twin.width };
+    }
     case "tick":
       if (twin === null) throw new Error("no twin was started");
       twin.command(question.gait, question.armed);

@@ -40,6 +40,7 @@ export async function open(chrome, { hash = "", file = PAGE, ...options } = {}) 
 export function watch(page) {
   const faults = [];
   page.on("console", (message) => {
+    if (message.text().includes("GPU stall due to ReadPixels")) return; // of pictures that are drawn without a GPU
     if (["error", "warning"].includes(message.type())) faults.push(`console: ${message.text()}`);
   });
   page.on("pageerror", (error) => faults.push(`error: ${error.stack}`));

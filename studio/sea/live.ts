@@ -1,0 +1,64 @@
+// A mission that is flown now: a worker computes it as fast as it can, the view plays behind.
+import type { Calculator } from "../questions.ts";
+import type { Robot } from "../robot.ts";
+import { Flight } from "./flight.ts";
+
+const ROWS = 10; // a second
+const PART = 5; // s of the flight in one question
+
+export class Live {
+  readonly flight: Flight;
+  over = false; // flown to its end
+  private stopped = false;
+
+  private constructor(
+    private readonly calculator: Calculator,
+    private readonly rate: number,
+    private readonly robot: Robot,
+    mission: number,
+    seed: number,
+    columns: ConstructorParameters<typeof Flight>[1],
+  ) {
+    const { pilot, missions } = robot;
+    const flown = missions[mission];
+    if (pilot === null || flown === undefined) throw new Error(`${robot.robot} has no mission ${mission}`);
+    const head = {
+      title: `${flown.name}, seed ${seed}`,
+      robot: robot.robot,
+      mission: flown,
+      modes: pilot.modes,
+      reasons: pilot.reasons,
+      joints: robot.joints.length,
+    };
+    this.flight = new Flight(head, columns);
+  }
+
+  static async start(calculator: Calculator, robot: Robot, mission: number, seed: number): Promise<Live> {
+    const { columns } = await calculator.ask({ kind: "fly", robot: robot.robot, mission, seed });
+    return new Live(calculator, robot.twin?.rate ?? 100, robot, mission, seed, columns);
+  }
+
+  /** Fly to the end; `grown` hears of each part. */
+  async run(grown: () => void): Promise<void> {
+    const every = Math.round(this.rate / ROWS);
+    while (!this.over && !this.stopped) {
+      const { rows, over } = await this.calculator.ask({ kind: "flown", every, rows: PART * ROWS });
+      if (this.stopped) return;
+      this.flight.append(rows);
+      this.over = over;
+      grown();
+    }
+  }
+
+  /** How it ended, in words; "" while it flies. */
+  get ending(): string {
+    const { flight, robot } = this;
+    const place = flight.value("ending", flight.count - 1);
+    return place > 0 ? (robot.pilot?.endings[place - 1]?.text ?? "") : "";
+  }
+
+  stop(): void {
+    this.stopped = true;
+    this.calculator.end();
+  }
+}

@@ -1,0 +1,276 @@
+// Logs of missions: what `hypertuna mission FILE -o x.mcap` writes, read into rows; the sentences are the program's.
+import type { Column, Head, Mission, Place, Waypoint } from "./flight.ts";
+import { isMcap, type Messages, messagesOf } from "./mcap.ts";
+
+export interface Log {
+  head: Head;
+  columns: Column[];
+  rows: Float64Array;
+  sentence: string; // whether the file is whole, and the extent read
+}
+
+const TURN = Math.PI / 180;
+const AGAIN = "record the log again";
+const UNREAD = ["/servos", "/hydraulics", "/command", "/status", "/sensors"]; // topics whose numbers are not shown
+const FRAMES = { "/tf robot": "attitude", "/tf estimate": "attitude_estimated" };
+
+/** A quantity of a log in messages of JSON: its topic, the unit of its key, the factor to SI, and its parts. */
+interface Source {
+  name: string;
+  topic: string;
+  unit: string;
+  size: number;
+  parts: readonly string[] | "joint";
+}
+
+const [PLANE, AXIS, FIN, ONE] = [["x", "y"], ["x", "y", "z"], ["port", "starboard"], []] as const;
+const SOURCES: Source[] = [
+  { name: "velocity", topic: "/motion", unit: "m_s", size: 1, parts: AXIS },
+  { name: "position_estimated", topic: "/estimate", unit: "m", size: 1, parts: PLANE },
+  { name: "depth_estimated", topic: "/estimate", unit: "m", size: 1, parts: ONE },
+  { name: "speed_estimated", topic: "/estimate", unit: "m_s", size: 1, parts: ONE },
+  { name: "position_error", topic: "/estimate", unit: "m", size: 1, parts: ONE },
+  { name: "mode", topic: "/mode", unit: "", size: 1, parts: ONE },
+  { name: "reasons", topic: "/mode", unit: "", size: 1, parts: ONE },
+  { name: "leg", topic: "/mode", unit: "", size: 1, parts: ONE },
+  { name: "angle", topic: "/joints", unit: "deg", size: TURN, parts: "joint" },
+  { name: "fin", topic: "/fins", unit: "deg", size: TURN, parts: FIN },
+  { name: "battery_voltage", topic: "/battery", unit: "v", size: 1, parts: ONE },
+  { name: "power", topic: "/battery", unit: "w", size: 1, parts: ONE },
+  { name: "energy", topic: "/battery", unit: "wh", size: 3600, parts: ONE },
+  { name: "charge_left", topic: "/battery", unit: "", size: 1, parts: ONE },
+];
+
+/** Bad input: the subject, the rule as a verb phrase, the present value, the correction. */
+class InputError extends Error {
+  constructor(rule: string, { key = "", value = "", fix = "" }: { key?: string; value?: string; fix?: string }) {
+    super(`${key === "" ? "" : `: ${key}`} ${rule}${value && `, but is ${value}`}${fix && `: ${fix}`}.`);
+  }
+}
+
+/** Read a log, or throw the sentence that says why not. */
+export function readLog(file: string, content: Uint8Array): Log {
+  try {
+    return read(content);
+  } catch (error) {
+    if (error instanceof InputError) throw new Error(`${file}${error.message}`);
+    throw error;
+  }
+}
+
+function read(content: Uint8Array): Log {
+  if (!isMcap(content)) {
+    throw new InputError("must be an MCAP file", { value: "something else", fix: "give a .mcap file" });
+  }
+  const messages = messagesOf(content, nameOf);
+  const metadata = messages.metadata ?? {};
+  if ("link" in metadata) {
+    const fix = "open it in Foxglove, or give it to identify or joint fit; the robot's card has a black box";
+    throw new InputError("must be a log of a mission or a black box", { value: "one of the radio", fix });
+  }
+  if (metadata.record === undefined) {
+    const cut = messages.fault && `, and it is ${messages.fault}`;
+    throw new InputError(`must be a hypertuna log: it lacks the header${cut}`, { fix: "give another file" });
+  }
+  const header = headerOf(metadata.record);
+  const { columns, rows, end } = rowsOf(messages, header);
+  const read = `${messages.chunks} whole chunks are read, up to ${Number(end.toPrecision(4))} s`;
+  const sentence = messages.fault
+    ? `The log is ${messages.fault}: ${read}.`
+    : "The log is whole; all checksums are right.";
+  const head: Head = { ...header, title: `${header.mission.name}, log`, joints: header.joints.length };
+  return { head, columns, rows, sentence };
+}
+
+// --- the header
+
+interface Header extends Omit<Head, "title" | "joints"> {
+  columns: string[];
+  joints: string[];
+}
+
+function headerOf(text: string): Header {
+  try {
+    const given = fields(JSON.parse(text));
+    const said = (name: string) => ({ name, text: name.replaceAll("_", " ") });
+    return {
+      robot: string(given.robot),
+      columns: strings(given.columns),
+      joints: strings(given.joints),
+      modes: strings(given.modes).map(said),
+      reasons: strings(given.reasons).map(said),
+      mission: missionOf(string(given.name), fields(given.mission)),
+    };
+  } catch {
+    throw new InputError("must have a header in hypertuna's format", { key: "record", fix: AGAIN });
+  }
+}
+
+function missionOf(name: string, given: Record<string, unknown>): Mission {
+  const waypoints = list(given.waypoints).map((row) => numbers(row, 5) as unknown as Waypoint);
+  const place = (value: unknown): Place => numbers(value, 2) as unknown as Place;
+  if (waypoints.length === 0 || typeof given.stay !== "boolean") throw new TypeError();
+  return {
+    name,
+    waypoints,
+    start: place(given.start),
+    home: place(given.home),
+    home_radius: number(given.home_radius),
+    fence: list(given.fence).map(place),
+    bottom: number(given.bottom),
+    depth_max: number(given.depth_max),
+    current: place(given.current),
+    stay: given.stay,
+  };
+}
+
+// Values of a parsed text, of the kind that is expected.
+
+function fields(value: unknown): Record<string, unknown> {
+  if (typeof value !== "object" || value === null || Array.isArray(value)) throw new TypeError();
+  return value as Record<string, unknown>;
+}
+
+function list(value: unknown): unknown[] {
+  if (!Array.isArray(value)) throw new TypeError();
+  return value;
+}
+
+function number(value: unknown): number {
+  if (typeof value !== "number" || !Number.isFinite(value)) throw new TypeError();
+  return value;
+}
+
+function string(value: unknown): string {
+  if (typeof value !== "string") throw new TypeError();
+  return value;
+}
+
+const strings = (value: unknown): string[] => list(value).map(string);
+
+function numbers(value: unknown, count: number): number[] {
+  const row = list(value).map(number);
+  if (row.length !== count) throw new TypeError();
+  return row;
+}
+
+// --- the rows
+
+function rowsOf(messages: Messages, header: Header): { columns: Column[]; rows: Float64Array; end: number } {
+  const known = new Set(header.columns);
+  const frames = Object.entries(FRAMES).filter(([, name]) => known.has(name));
+  const sources = SOURCES.filter(({ name }) => known.has(name));
+  const topics = [...new Set([...frames.map(([topic]) => topic), ...sources.map(({ topic }) => topic)])];
+  const complete = [...topics, ...UNREAD.filter((topic) => messages.times.has(topic))]; // of a time
+  const count = Math.min(...complete.map((topic) => messages.times.get(topic)?.length ?? 0));
+  if (frames.length === 0 || count === 0) {
+    const rule = `has no time that all topics have${messages.fault && `: it is ${messages.fault}`}`;
+    const key = topics.find((topic) => !messages.times.get(topic)?.length) ?? "/tf";
+    throw new InputError(rule, { key, fix: "give another file" });
+  }
+  const times = (messages.times.get(topics[0] ?? "") ?? []).slice(0, count);
+  if (times.some((time, k) => k > 0 && time <= (times[k - 1] ?? 0))) {
+    throw new InputError("must be at least one finite time, in increasing order", { key: "time", fix: AGAIN });
+  }
+  const table = new Table(count, times);
+  try {
+    for (const [topic, name] of frames) table.pose(messages.contents.get(topic) ?? [], name);
+    for (const topic of topics) {
+      const own = sources.filter((source) => source.topic === topic);
+      if (own.length > 0) table.json(messages.contents.get(topic) ?? [], own, header.joints);
+    }
+  } catch {
+    throw new InputError("must have messages in hypertuna's format", { key: "topics", fix: AGAIN });
+  }
+  return { columns: table.columns, rows: table.rows(), end: times.at(-1) ?? 0 };
+}
+
+/** Columns that are filled one by one. */
+class Table {
+  readonly columns: Column[] = [{ name: "time", width: 1 }];
+  private readonly values: Float64Array[] = [];
+
+  constructor(
+    private readonly count: number,
+    times: number[],
+  ) {
+    this.values.push(Float64Array.from(times));
+  }
+
+  private add(name: string, width: number): Float64Array {
+    const values = new Float64Array(this.count * width);
+    this.columns.push({ name, width });
+    this.values.push(values);
+    return values;
+  }
+
+  /** Read numbers of messages in JSON. */
+  json(contents: Uint8Array[], sources: Source[], joints: string[]): void {
+    const decoder = new TextDecoder();
+    const keys = sources.map(({ name, parts, unit }) => {
+      const names = parts === "joint" ? joints.map((joint) => joint.replace(/[^\p{L}\p{N}_]/gu, "_")) : parts;
+      const whole = (part: string): string => [name, part, unit].filter((text) => text !== "").join("_");
+      return parts !== "joint" && names.length === 0 ? [whole("")] : names.map(whole);
+    });
+    const columns = sources.map(({ name }, s) => this.add(name, keys[s]?.length ?? 1));
+    for (let k = 0; k < this.count; k++) {
+      const message = fields(JSON.parse(decoder.decode(contents[k])));
+      sources.forEach(({ size }, s) => {
+        const row = keys[s] ?? [];
+        row.forEach((key, part) => columns[s]?.set([number(message[key]) * size], k * row.length + part));
+      });
+    }
+  }
+
+  /** Read transforms: the attitude in our body axes, and of the true one the position. */
+  pose(contents: Uint8Array[], name: string): void {
+    const place = name === "attitude" ? this.add("position", 3) : null;
+    const turn = this.add(name, 4);
+    for (let k = 0; k < this.count; k++) {
+      const parts = new Map(protobuf(contents[k] ?? new Uint8Array()));
+      place?.set(doubles(parts.get(4), 3), 3 * k);
+      const [x = 0, y = 0, z = 0, w = 0] = doubles(parts.get(5), 4);
+      turn.set([-z, y, -x, w], 4 * k); // w, x, y, z: half a turn about z from forward-left-up
+    }
+  }
+
+  rows(): Float64Array {
+    const width = this.columns.reduce((sum, column) => sum + column.width, 0);
+    const rows = new Float64Array(this.count * width);
+    let at = 0;
+    this.columns.forEach(({ width: own }, c) => {
+      const values = this.values[c] ?? new Float64Array();
+      for (let k = 0; k < this.count; k++) rows.set(values.subarray(k * own, (k + 1) * own), k * width + at);
+      at += own;
+    });
+    return rows;
+  }
+}
+
+/** Numbers 1 to `count` of a message of doubles; those that are 0 are not written. */
+function doubles(content: Uint8Array | undefined, count: number): number[] {
+  if (content === undefined) throw new TypeError();
+  const values = new Array<number>(count).fill(0);
+  for (const [field, bytes] of protobuf(content)) {
+    if (bytes.length !== 8 || field < 1 || field > count) throw new TypeError();
+    values[field - 1] = number(new DataView(bytes.buffer, bytes.byteOffset, 8).getFloat64(0, true));
+  }
+  return values;
+}
+
+/** Number and content of a transform's fields: doubles, and texts or messages of less than 128 bytes. */
+function* protobuf(content: Uint8Array): Generator<[number, Uint8Array]> {
+  for (let at = 0; at + 1 < content.length; ) {
+    const [tag = 0, next = 0] = [content[at], content[at + 1]];
+    const [begin, size] = tag % 8 === 1 ? [at + 1, 8] : [at + 2, next];
+    if ((tag % 8 !== 1 && tag % 8 !== 2) || size > 127 || begin + size > content.length) return;
+    yield [tag >> 3, content.subarray(begin, begin + size)];
+    at = begin + size;
+  }
+}
+
+/** Name of a message: its topic, a transform's child frame, too. */
+function nameOf(topic: string, content: Uint8Array): string {
+  if (topic !== "/tf") return topic;
+  return `/tf ${new TextDecoder().decode(new Map(protobuf(content)).get(3))}`;
+}

@@ -1,0 +1,101 @@
+// MCAP files: messages of all whole chunks, each checked by its checksum, also of a file that was cut short.
+import { crc32 } from "@foxglove/crc";
+import { McapStreamReader, type McapTypes } from "@mcap/core";
+import { decompress } from "fzstd";
+
+export const METADATA = "hypertuna"; // name of the record that describes a log
+const ENDING = "hypertuna-end";
+const MAGIC = [0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a];
+// A file is unpacked to at most this, against bombs: logs of missions shrink to a third.
+const [MAX_CHUNK, MAX_UNPACKED, MAX_RATIO] = [4 << 20, 4 << 20, 30]; // bytes; bytes for each byte of the file
+const DATA_END = 13; // bytes of the record behind the chunks
+
+/** Messages of a file until its end or its first fault. */
+export interface Messages {
+  times: Map<string, number[]>; // of the messages of each topic [s]
+  contents: Map<string, Uint8Array[]>; // of the same messages
+  metadata: Record<string, string> | null; // of the file's header
+  chunks: number; // whole ones
+  fault: string; // description, empty for a sound file
+}
+
+/** Whether a file begins as MCAP files do. */
+export function isMcap(content: Uint8Array): boolean {
+  return MAGIC.every((byte, k) => content[k] === byte);
+}
+
+/** Read the messages of all whole chunks; `name` tells messages of a topic apart. */
+export function messagesOf(content: Uint8Array, name: (topic: string, data: Uint8Array) => string): Messages {
+  const messages: Messages = { times: new Map(), contents: new Map(), metadata: null, chunks: 0, fault: "" };
+  const reader = new McapStreamReader({ includeChunks: true, decompressHandlers: { zstd: unpacked } });
+  const topics = new Map<number, string>();
+  let room = MAX_UNPACKED + MAX_RATIO * content.length;
+  let chunk: McapTypes.Message[] | null = null; // messages of the chunk that is read
+  const close = (): void => {
+    if (chunk === null) return;
+    for (const message of chunk) keep(messages, name(topics.get(message.channelId) ?? "", message.data), message);
+    messages.chunks++;
+    chunk = null;
+  };
+  try {
+    reader.append(content);
+    for (let record = reader.nextRecord(); record !== undefined; record = reader.nextRecord()) {
+      if (record.type === "Chunk") {
+        close();
+        room -= Number(record.uncompressedSize);
+        if (record.uncompressedSize > MAX_CHUNK || room < 0) throw new Fault("it unpacks to much more than a log");
+        if (record.compression === "" && record.records.length !== Number(record.uncompressedSize))
+          throw new Fault("the size of a chunk is wrong");
+        chunk = [];
+      } else if (record.type === "Message") chunk?.push(record);
+      else if (record.type === "Channel") topics.set(record.id, record.topic);
+      else if (record.type !== "Schema" && record.type !== "Unknown") close();
+      if (record.type === "Metadata") describe(messages, record);
+      if (record.type === "DataEnd")
+        checkSum(content.subarray(0, content.length - reader.bytesRemaining() - DATA_END), record);
+    }
+    if (reader.done()) close();
+    else messages.fault = "cut short";
+  } catch (error) {
+    // a damaged file may raise anything in the reader
+    messages.fault = `damaged (${reason(error)})`;
+  }
+  return messages;
+}
+
+class Fault extends Error {}
+
+function reason(error: unknown): string {
+  if (error instanceof Fault) return error.message;
+  const text = error instanceof Error ? error.message : "";
+  if (text.includes("CRC")) return "a checksum is wrong";
+  const [, behind] = /(\d+) bytes remaining after/.exec(text) ?? [];
+  return behind === undefined ? "a record cannot be read" : `${behind} bytes behind its end`;
+}
+
+function keep(messages: Messages, topic: string, { logTime, data }: McapTypes.Message): void {
+  const [times, contents] = [messages.times.get(topic) ?? [], messages.contents.get(topic) ?? []];
+  times.push(Number(logTime) / 1e9);
+  contents.push(data);
+  messages.times.set(topic, times);
+  messages.contents.set(topic, contents);
+}
+
+function describe(messages: Messages, { name, metadata }: McapTypes.Metadata): void {
+  if (name === METADATA) messages.metadata = Object.fromEntries(metadata);
+  if (name !== ENDING || messages.metadata === null) return;
+  for (const [key, value] of metadata) if (key !== "record") messages.metadata[key] = value;
+}
+
+/** Check the sum over all bytes before the end of the chunks. */
+function checkSum(content: Uint8Array, { dataSectionCrc: sum }: McapTypes.DataEnd): void {
+  if (sum !== 0 && crc32(content) !== sum) throw new Fault("a checksum is wrong");
+}
+
+/** Content of a chunk, never more than the size that it states. */
+function unpacked(packed: Uint8Array, size: bigint): Uint8Array {
+  const room = new Uint8Array(Number(size));
+  const data = decompress(packed, room);
+  if (data.length !== room.length) throw new Fault("the size of a chunk is wrong");
+  return data;
+}

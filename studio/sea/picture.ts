@@ -1,0 +1,216 @@
+// The flight in space: its course, its track, the robot at true size, and where the robot believes that it is.
+import {
+  BufferGeometry,
+  CircleGeometry,
+  ConeGeometry,
+  DoubleSide,
+  Group,
+  Line,
+  LineBasicMaterial,
+  Mesh,
+  MeshBasicMaterial,
+  RingGeometry,
+  Vector3,
+} from "three";
+import type { Robot } from "../robot.ts";
+import { Body } from "./body.ts";
+import type { By } from "./colors.ts";
+import { Course } from "./course.ts";
+import type { Flight } from "./flight.ts";
+import { type Moment, momentOf } from "./moment.ts";
+import { dispose, type Label, Space } from "./scene.ts";
+import { Track } from "./track.ts";
+
+const MARK = 22; // px: a robot that is smaller has an arrow
+const NEAR = 4.2; // body lengths from which the robot is followed
+const STRETCHES = [1, 2, 5, 10, 20];
+const FLAT = 0.07; // depth of the water over the size of the area that is too flat to see
+
+export type Sight = "overview" | "follow";
+
+export class Picture {
+  readonly space = new Space();
+  sight: Sight | null = "overview"; // null where the camera was moved by hand
+  private readonly world = new Group(); // what is stretched
+  private readonly fish = new Group();
+  private readonly arrow: Mesh;
+  private readonly spread = new Group(); // of the believed place
+  private readonly plumb: Line;
+  private readonly name: Label;
+  private readonly guess: Label;
+  private body: Body | null = null;
+  private flight: Flight | null = null;
+  private course: Course | null = null;
+  private track: Track | null = null;
+  private by: By = "mode";
+  private last = new Vector3(); // place of the robot in the picture before
+  private leg = "";
+
+  constructor(changed: () => void) {
+    const { space } = this;
+    space.scene.add(this.world, this.fish);
+    this.arrow = new Mesh(new ConeGeometry(0.42, 1.3, 20).rotateZ(Math.PI / 2), new MeshBasicMaterial());
+    this.plumb = new Line(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.5 }));
+    this.plumb.frustumCulled = false;
+    const disc = new MeshBasicMaterial({ transparent: true, opacity: 0.16, side: DoubleSide, depthWrite: false });
+    const edge = new MeshBasicMaterial({ transparent: true, opacity: 0.9, side: DoubleSide, depthWrite: false });
+    this.spread.add(new Mesh(new CircleGeometry(1, 64), disc), new Mesh(new RingGeometry(0.975, 1, 64), edge));
+    this.fish.add(this.arrow);
+    this.world.add(this.spread, this.plumb);
+    this.name = space.label("", "robot");
+    this.guess = space.label("believed", "believed");
+    space.moved = () => {
+      if (this.sight === "overview") this.sight = null;
+      changed();
+    };
+  }
+
+  /** Show a flight, with the body of its robot where it is known. */
+  set(flight: Flight, robot: Robot | null): void {
+    this.flight = flight;
+    if (this.body !== null) dispose(this.body.model);
+    this.body = robot === null ? null : new Body(robot);
+    if (this.body !== null) this.fish.add(this.body.model);
+    this.name.box.textContent = flight.head.robot;
+    this.space.stretch = this.fitting();
+    this.sight = "overview";
+    this.refresh();
+    this.overview();
+  }
+
+  /** Draw all anew, in the colors of the page's theme. */
+  refresh(): void {
+    const { flight, space } = this;
+    if (flight === null) return;
+    this.course?.remove();
+    this.track?.remove();
+    this.course = new Course(space, flight);
+    this.track = new Track(space, flight, this.by);
+    this.world.add(this.course.group, this.track.group);
+    this.leg = "";
+    const color = (name: string) => space.color(name);
+    this.body?.paint({ back: color("back"), flank: color("flank"), fin: color("fin"), eye: color("eye") });
+    (this.arrow.material as MeshBasicMaterial).color = color("sea-robot");
+    (this.plumb.material as LineBasicMaterial).color = color("ink");
+    for (const part of this.spread.children) {
+      ((part as Mesh).material as MeshBasicMaterial).color = color("sea-believed");
+    }
+    space.renew();
+  }
+
+  color(by: By): void {
+    this.by = by;
+    this.track?.remove();
+    if (this.flight === null) return;
+    this.track = new Track(this.space, this.flight, by);
+    this.world.add(this.track.group);
+    this.space.renew();
+  }
+
+  grow(): void {
+    this.track?.grow();
+    this.space.renew();
+  }
+
+  /** Draw depths larger than lengths. */
+  deepen(stretch: number): void {
+    this.space.stretch = stretch;
+    if (this.sight === "overview") this.overview();
+    this.space.renew();
+  }
+
+  see(sight: Sight): void {
+    this.sight = sight;
+    if (sight === "overview") this.overview();
+    else this.space.look(this.last, new Vector3(0.75, -0.75, 0.4), NEAR * (this.body?.length ?? 1));
+  }
+
+  /** Show a time of the flight. */
+  show(time: number): void {
+    const { flight } = this;
+    if (flight === null || flight.count === 0) return;
+    const moment = momentOf(flight, time);
+    this.world.scale.z = this.space.stretch;
+    this.track?.until(moment.row);
+    this.place(moment);
+    this.believe(flight, moment.row);
+    const leg = `${flight.value("leg", moment.row)} ${flight.mode(moment.row).name} ${Math.floor(moment.row / 10)}`;
+    if (leg !== this.leg) {
+      this.leg = leg;
+      this.course?.go(moment.position, flight.value("leg", moment.row), flight.mode(moment.row).name);
+    }
+    this.space.renew();
+  }
+
+  /** Draw where something has changed. */
+  draw(): void {
+    this.size();
+    this.space.draw();
+  }
+
+  // --- parts
+
+  private place({ position, attitude, angles, fins }: Moment): void {
+    const shown = new Vector3(position.x, position.y, position.z * this.space.stretch);
+    if (this.sight === "follow") {
+      const { camera, controls } = this.space;
+      const step = shown.clone().sub(controls.target);
+      camera.position.add(step);
+      controls.target.copy(shown);
+      controls.update();
+    }
+    this.last.copy(shown);
+    this.fish.position.copy(shown);
+    this.fish.quaternion.copy(attitude);
+    this.body?.bend(angles, fins);
+    const bottom = -(this.flight?.head.mission.bottom ?? 0);
+    const ends = [new Vector3(position.x, position.y, 0), new Vector3(position.x, position.y, bottom)];
+    this.plumb.geometry.setFromPoints(ends);
+    this.name.place.copy(position);
+  }
+
+  private believe(flight: Flight, row: number): void {
+    const [x, y, z] = flight.believed(row);
+    const error = flight.value("position_error", row);
+    const known = flight.true && Number.isFinite(x) && Number.isFinite(error);
+    this.spread.visible = known;
+    this.guess.box.hidden = !known;
+    if (!known) return;
+    this.spread.position.set(x, y, z);
+    this.spread.scale.set(Math.max(0.02, 2 * error), Math.max(0.02, 2 * error), 1);
+    this.guess.place.set(x, y, z);
+  }
+
+  /** An arrow of constant size on the screen, where the robot is too small to see. */
+  private size(): void {
+    const { space, fish, body } = this;
+    const scale = space.scale(space.camera.position.distanceTo(fish.position));
+    const length = body?.length ?? 0;
+    this.arrow.visible = length * scale < 2 * MARK;
+    this.arrow.scale.setScalar(MARK / scale);
+    this.name.box.hidden = length * scale > 6 * MARK;
+  }
+
+  private overview(): void {
+    if (this.course === null) return;
+    const { low, high } = this.course.extent;
+    const middle = new Vector3(...low).add(new Vector3(...high)).multiplyScalar(0.5);
+    middle.z *= this.space.stretch;
+    const size = Math.hypot(high[0] - low[0], high[1] - low[1]);
+    const narrow = Math.min(1, this.space.camera.aspect);
+    this.space.look(middle, new Vector3(0.35, -0.9, 0.75), (1.06 * size) / narrow ** 0.8);
+  }
+
+  /** How much depths are drawn larger, so that the water of a wide area is not too flat to see. */
+  private fitting(): number {
+    const { mission } = this.flight?.head ?? {};
+    if (mission === undefined) return 1;
+    const places = [mission.start, mission.home, ...mission.waypoints, ...mission.fence];
+    const span = (k: number): number =>
+      Math.max(...places.map((p) => p[k] ?? 0)) - Math.min(...places.map((p) => p[k] ?? 0));
+    const size = Math.max(span(0), span(1), 1);
+    return STRETCHES.find((stretch) => (stretch * mission.bottom) / size >= FLAT) ?? 20;
+  }
+}
+
+export { STRETCHES };

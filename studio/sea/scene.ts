@@ -1,0 +1,194 @@
+// The picture in space: canvas, camera, light, labels; drawn only when something has changed. z is up.
+import {
+  type BufferGeometry,
+  Color,
+  DirectionalLight,
+  HemisphereLight,
+  type Material,
+  type Object3D,
+  PerspectiveCamera,
+  Scene,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { element } from "../dom.ts";
+
+const FIELD = 40; // deg of the camera, upright
+const TURN = Math.PI / 24; // of an arrow key
+const ZOOM = 1.15; // of a key or button
+
+/** A text at a place in space. */
+export interface Label {
+  box: HTMLElement;
+  place: Vector3;
+}
+
+/** Whether this browser draws in space. */
+export function draws(): boolean {
+  try {
+    return document.createElement("canvas").getContext("webgl2") !== null;
+  } catch {
+    return false;
+  }
+}
+
+export class Space {
+  readonly scene = new Scene();
+  readonly camera = new PerspectiveCamera(FIELD, 1, 0.05, 5000);
+  readonly controls: OrbitControls;
+  readonly canvas = element("canvas", "sea-canvas");
+  readonly room = element("div", "sea-space");
+  stretch = 1; // of depths
+  moved: () => void = () => {}; // the camera has moved
+  private readonly renderer: WebGLRenderer;
+  private readonly over = element("div", "sea-labels");
+  private readonly compass = element("div", "sea-north");
+  private readonly bar = element("div", "sea-bar");
+  private labels: Label[] = [];
+  private stale = true;
+
+  constructor() {
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "img");
+    this.over.setAttribute("aria-hidden", "true");
+    this.compass.innerHTML = '<svg viewBox="-20 -20 40 40"><path d="M0-15 5 6 0 3-5 6Z"/></svg><span>N</span>';
+    this.over.append(this.compass, this.bar);
+    this.room.append(this.canvas, this.over);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.maxPolarAngle = 0.96 * Math.PI;
+    this.controls.enableZoom = false; // the wheel is the page's until the picture is chosen
+    this.controls.zoomToCursor = false;
+    this.controls.addEventListener("change", () => this.renew());
+    this.controls.addEventListener("start", () => this.moved());
+    this.canvas.addEventListener("focus", () => this.zoomable(true));
+    this.canvas.addEventListener("blur", () => this.zoomable(false));
+    this.canvas.addEventListener("pointerdown", () => this.canvas.focus({ preventScroll: true }));
+    this.canvas.addEventListener("keydown", (event) => this.press(event));
+    const sun = new DirectionalLight(0xffffff, 1.6);
+    sun.position.set(-0.4, -0.6, 1);
+    this.scene.add(new HemisphereLight(0xffffff, 0x8fa6b5, 1.7), sun);
+    new ResizeObserver(() => this.resize()).observe(this.room);
+  }
+
+  /** Draw at the next frame. */
+  renew(): void {
+    this.stale = true;
+  }
+
+  /** Draw where something has changed. */
+  draw(): void {
+    if (!this.stale || this.room.clientWidth === 0) return;
+    this.stale = false;
+    const far = this.camera.position.distanceTo(this.controls.target);
+    this.camera.near = Math.max(0.01, far / 200);
+    this.camera.far = 40 * far + 400;
+    this.camera.updateProjectionMatrix();
+    this.renderer.render(this.scene, this.camera);
+    for (const label of this.labels) this.put(label);
+    this.orient(far);
+  }
+
+  /** Look at a place from a direction, at a distance. */
+  look(target: Vector3, from: Vector3, distance: number): void {
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(from.normalize(), distance);
+    this.controls.update();
+    this.renew();
+  }
+
+  zoom(by: number): void {
+    const offset = this.camera.position.clone().sub(this.controls.target).multiplyScalar(by);
+    this.camera.position.copy(this.controls.target).add(offset);
+    this.controls.update();
+    this.moved();
+    this.renew();
+  }
+
+  /** Pixels of a meter at a distance from the camera. */
+  scale(distance: number): number {
+    return this.room.clientHeight / (2 * distance * Math.tan((FIELD * Math.PI) / 360));
+  }
+
+  /** Put a text at a place; the place may be moved later. */
+  label(text: string, style = ""): Label {
+    const label = { box: element("span", `sea-label ${style}`, text), place: new Vector3() };
+    this.over.append(label.box);
+    this.labels.push(label);
+    return label;
+  }
+
+  unlabel(labels: Label[]): void {
+    for (const { box } of labels) box.remove();
+    this.labels = this.labels.filter((label) => !labels.includes(label));
+  }
+
+  color(name: string): Color {
+    return new Color(getComputedStyle(this.room).getPropertyValue(`--${name}`).trim());
+  }
+
+  private zoomable(on: boolean): void {
+    this.controls.enableZoom = on;
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.room;
+    if (width === 0) return;
+    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.renew();
+    this.draw();
+  }
+
+  private put({ box, place }: Label): void {
+    const seen = new Vector3(place.x, place.y, place.z * this.stretch).project(this.camera);
+    const out = seen.z > 1 || Math.abs(seen.x) > 1.05 || Math.abs(seen.y) > 1.05;
+    box.style.visibility = out ? "hidden" : "visible";
+    if (out) return;
+    const [x, y] = [((seen.x + 1) / 2) * this.room.clientWidth, ((1 - seen.y) / 2) * this.room.clientHeight];
+    box.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+  }
+
+  /** North arrow, and a bar of a round length at the distance of what is looked at. */
+  private orient(far: number): void {
+    const way = new Vector3().subVectors(this.controls.target, this.camera.position);
+    const turned = Math.atan2(way.x, way.y); // clockwise from north
+    this.compass.style.setProperty("--turned", `${-turned}rad`);
+    const scale = this.scale(far);
+    const power = 10 ** Math.floor(Math.log10(120 / scale));
+    const length = Math.max(...[1, 2, 5].map((step) => step * power).filter((step) => step * scale <= 120));
+    this.bar.style.width = `${length * scale}px`;
+    const text = length >= 1 ? `${length} m` : `${Math.round(1000 * length)} mm`;
+    if (this.bar.textContent !== text) this.bar.textContent = text;
+  }
+
+  /** Arrow keys turn the picture, with Shift they move it; plus and minus zoom. */
+  private press(event: KeyboardEvent): void {
+    const [way, rise] =
+      { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key] ?? [];
+    if (way !== undefined && rise !== undefined) {
+      if (event.shiftKey) this.controls.pan(40 * way, 40 * rise);
+      else {
+        this.controls.rotateLeft(TURN * way);
+        this.controls.rotateUp(TURN * rise);
+      }
+      this.moved();
+    } else if (event.key === "+" || event.key === "=") this.zoom(1 / ZOOM);
+    else if (event.key === "-") this.zoom(ZOOM);
+    else return;
+    event.preventDefault();
+  }
+}
+
+/** Give memory of drawn things back. */
+export function dispose(object: Object3D): void {
+  object.traverse((one) => {
+    const { geometry, material } = one as { geometry?: BufferGeometry; material?: Material };
+    geometry?.dispose();
+    material?.dispose();
+  });
+  object.removeFromParent();
+}

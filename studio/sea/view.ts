@@ -1,0 +1,345 @@
+// The Sea view: a mission that is flown now, or a log, in space; with what the robot does and believes beside it.
+import { element } from "../dom.ts";
+import type { Calculator } from "../questions.ts";
+import type { Robot } from "../robot.ts";
+import { BY, type By, modeColor } from "./colors.ts";
+import { Flight } from "./flight.ts";
+import { Live } from "./live.ts";
+import { openLog } from "./open.ts";
+import { Picture, STRETCHES } from "./picture.ts";
+import { Plan } from "./plan.ts";
+import { Player } from "./player.ts";
+import { draws } from "./scene.ts";
+import { Traces } from "./traces.ts";
+import { facts, spoken, why } from "./words.ts";
+
+declare const LOG_WORKER: string; // script of the reader of logs
+
+const REDRAWN = 0.7; // s between drawings of a flight that grows
+const LOG = "log"; // choice of the list of missions
+
+/** What the view asks of the page. */
+export interface Needs {
+  /** A calculator of its own, with a robot loaded. */
+  another(robot: Robot): Promise<Calculator>;
+  /** A robot of the page by its name. */
+  robot(name: string): Promise<Robot | null>;
+}
+
+export class SeaRoom {
+  private readonly picture: Picture | null;
+  private readonly plan: Plan | null;
+  private readonly player = new Player(() => this.show());
+  private readonly traces = new Traces((time) => this.player.go(time));
+  private readonly missions = element("select");
+  private readonly seed = element("input");
+  private readonly note = element("p", "sea-note");
+  private readonly alert = element("p", "sea-alert");
+  private readonly facts = element("dl", "facts sea-facts");
+  private readonly reasons = element("p", "guard");
+  private readonly spoken = element("p", "sea-spoken");
+  private readonly legend = element("p", "sea-legend");
+  private readonly sights = element("div", "switch");
+  private readonly stretch = element("select");
+  private robot: Robot | null = null;
+  private flight: Flight | null = null;
+  private live: Live | null = null;
+  private started = ""; // what was asked for last
+  private by: By = "mode";
+  private before = 0;
+  private drawn = 0; // s, when the plots were drawn
+  private grown = false;
+
+  constructor(
+    private readonly room: HTMLElement,
+    private readonly needs: Needs,
+  ) {
+    this.picture = draws() ? new Picture(() => this.press()) : null;
+    this.plan = this.picture === null ? new Plan() : null;
+    this.layOut();
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  /** Turn to a robot of the page: fly its first mission, unless a log is shown. */
+  about(robot: Robot): void {
+    if (this.robot === robot) return;
+    this.robot = robot;
+    const shown = this.flight !== null && this.live === null;
+    const options = robot.missions.map(({ name, text }, k) => new Option(text === "" ? name : name, String(k)));
+    this.missions.replaceChildren(...options);
+    this.missions.disabled = options.length === 0;
+    if (shown) this.choose(this.flight?.head.title ?? "log");
+    else void this.fly(0);
+  }
+
+  /** Open a log. */
+  async open(name: string, content: Uint8Array): Promise<void> {
+    this.started = name;
+    this.say("");
+    this.note.textContent = `Reading ${name} …`;
+    try {
+      const log = await openLog(LOG_WORKER, name, content);
+      if (this.started !== name) return;
+      const body = await this.needs.robot(log.head.robot);
+      this.live?.stop();
+      this.live = null;
+      const flight = new Flight(log.head, log.columns);
+      flight.append(log.rows);
+      const without = body === null ? ` This page has no robot ${log.head.robot}: an arrow stands for it.` : "";
+      this.note.textContent = `${name}: ${log.sentence}${without}`;
+      this.choose(name);
+      this.set(flight, body, true);
+    } catch (error) {
+      this.note.textContent = "";
+      this.say((error as Error).message);
+    }
+  }
+
+  /** Draw again, in the colors of the page's theme. */
+  refresh(): void {
+    this.picture?.refresh();
+    this.plan?.refresh();
+    this.paint();
+    this.show();
+  }
+
+  // --- what is flown
+
+  private async fly(mission: number): Promise<void> {
+    const { robot } = this;
+    const seed = Math.max(0, Math.floor(this.seed.valueAsNumber || 0));
+    const asked = `${robot?.robot} ${mission} ${seed} ${performance.now()}`;
+    this.started = asked;
+    this.say("");
+    this.live?.stop();
+    this.live = null;
+    if (robot === null || robot.missions.length === 0 || robot.pilot === null) {
+      this.note.textContent = `The file of ${robot?.robot ?? "the robot"} has no pilot, so that it flies no mission: choose another robot, or drop a log of a mission (.mcap) here.`;
+      return;
+    }
+    const { name, text } = robot.missions[mission] ?? { name: "", text: "" };
+    this.note.textContent = `${name}: ${text}`;
+    try {
+      const calculator = await this.needs.another(robot);
+      const live = await Live.start(calculator, robot, mission, seed);
+      if (this.started !== asked) return live.stop();
+      this.live = live;
+      this.set(live.flight, robot, false);
+      await live.run(() => this.grow(live));
+    } catch (error) {
+      this.say(`The mission cannot be flown: ${(error as Error).message}.`);
+    }
+  }
+
+  private set(flight: Flight, robot: Robot | null, complete: boolean): void {
+    this.flight = flight;
+    this.picture?.set(flight, robot);
+    this.plan?.set(flight);
+    this.player.set(flight, complete);
+    this.stretch.value = String(this.picture?.space.stretch ?? 1);
+    this.press();
+    this.paint();
+    this.drawn = 0;
+    this.show();
+  }
+
+  private grow(live: Live): void {
+    if (live !== this.live) return;
+    this.grown = true;
+    this.player.grow(live.over);
+    if (live.over && live.ending !== "") {
+      const { name, text } = live.flight.head.mission as { name: string; text?: string };
+      this.note.textContent = `${name}: ${text ?? ""}. ${live.ending}`;
+    }
+  }
+
+  private choose(title: string): void {
+    for (const option of this.missions.querySelectorAll(`[value="${LOG}"]`)) option.remove();
+    this.missions.append(new Option(title, LOG));
+    this.missions.value = LOG;
+    this.missions.disabled = false;
+  }
+
+  private say(sentence: string): void {
+    this.alert.textContent = sentence;
+    this.alert.hidden = sentence === "";
+  }
+
+  // --- time
+
+  private frame(now: number): void {
+    requestAnimationFrame((later) => this.frame(later));
+    const passed = Math.min(0.1, (now - this.before) / 1000);
+    this.before = now;
+    if (this.room.hidden || this.flight === null) return;
+    if (this.grown && now / 1000 - this.drawn > REDRAWN) {
+      this.grown = false;
+      this.drawn = now / 1000;
+      this.picture?.grow();
+      this.plan?.grow();
+      this.show();
+    }
+    this.player.pass(passed);
+    this.traces.draw(this.flight, Math.max(1, this.flight.end));
+    this.traces.mark(this.player.time);
+    this.picture?.draw();
+    this.plan?.draw();
+  }
+
+  /** Show the player's time. */
+  private show(): void {
+    const { flight, player } = this;
+    if (flight === null || flight.count === 0) return;
+    const k = flight.at(player.time);
+    this.picture?.show(player.time);
+    this.plan?.show(player.time);
+    const tiles = facts(flight, k);
+    if (this.facts.childElementCount !== tiles.length) {
+      this.facts.replaceChildren(
+        ...tiles.map(() => {
+          const box = element("div");
+          box.append(element("dt"), element("dd"));
+          return box;
+        }),
+      );
+    }
+    tiles.forEach(({ value, label }, i) => {
+      const [number, text] = this.facts.children[i]?.children ?? [];
+      if (number !== undefined && number.textContent !== value) number.textContent = value;
+      if (text !== undefined && text.textContent !== label) text.textContent = label;
+    });
+    const reasons = why(flight, k);
+    if (this.reasons.textContent !== reasons) this.reasons.textContent = reasons;
+    this.reasons.dataset.quiet = String(flight.reasons(k).length === 0);
+    const heard = `${flight.mode(k).name}: ${flight.mode(k).text}`;
+    if (this.spoken.textContent !== heard) this.spoken.textContent = heard;
+    (this.picture?.space.canvas ?? this.plan?.canvas)?.setAttribute("aria-label", spoken(flight, k));
+  }
+
+  // --- layout
+
+  private layOut(): void {
+    this.alert.setAttribute("role", "alert");
+    this.alert.hidden = true;
+    this.reasons.setAttribute("role", "status");
+    this.spoken.setAttribute("role", "status");
+    const beside = element("div", "sea-beside");
+    beside.append(this.facts, this.reasons, this.spoken);
+    const stage = element("div", "sea-stage");
+    const space = this.picture?.space.room ?? this.plan?.room;
+    if (space !== undefined) stage.append(space);
+    stage.append(this.legend, this.player.room);
+    const both = element("div", "sea-both");
+    both.append(stage, beside);
+    const plain = element(
+      "p",
+      "caption",
+      "This browser draws nothing in space (it has no WebGL): the flight is shown from above, its depth below.",
+    );
+    plain.hidden = this.picture !== null;
+    this.room.replaceChildren(this.controls(), this.note, this.alert, plain, both, this.traces.room);
+  }
+
+  private controls(): HTMLElement {
+    const row = element("div", "row left");
+    const { missions, seed } = this;
+    missions.addEventListener("change", () => {
+      if (missions.value !== LOG) void this.fly(Number(missions.value));
+    });
+    Object.assign(seed, { type: "number", min: "0", step: "1", value: "0" });
+    seed.addEventListener("change", () => {
+      if (missions.value !== LOG) void this.fly(Number(missions.value));
+    });
+    seed.title = "0: the mission as it stands; others scatter current and satellites";
+    const file = element("input");
+    Object.assign(file, { type: "file", accept: ".mcap" });
+    file.addEventListener("change", async () => {
+      const [log] = file.files ?? [];
+      if (log !== undefined) await this.open(log.name, new Uint8Array(await log.arrayBuffer()));
+      file.value = "";
+    });
+    const open = element("label", "button", "Open a log …");
+    open.append(file);
+    const by = element("select");
+    for (const name of BY) by.append(new Option(name, name));
+    by.addEventListener("change", () => {
+      this.by = by.value as By;
+      this.picture?.color(this.by);
+      this.plan?.color(this.by);
+      this.paint();
+      this.show();
+    });
+    row.append(labeled("mission ", missions), labeled("seed ", seed), open, labeled("track by ", by));
+    if (this.picture !== null) row.append(this.cameras(this.picture));
+    return row;
+  }
+
+  private cameras(picture: Picture): HTMLElement {
+    const row = element("div", "row left sea-cameras");
+    for (const sight of ["overview", "follow"] as const) {
+      const button = element("button", "", sight);
+      button.type = "button";
+      button.dataset.sight = sight;
+      button.addEventListener("click", () => {
+        picture.see(sight);
+        this.press();
+        this.show();
+      });
+      this.sights.append(button);
+    }
+    this.sights.setAttribute("role", "group");
+    this.sights.setAttribute("aria-label", "Camera");
+    const zoom = element("div", "switch");
+    zoom.setAttribute("role", "group");
+    zoom.setAttribute("aria-label", "Zoom");
+    for (const [text, name, by] of [
+      ["+", "Zoom in", 1 / 1.4],
+      ["−", "Zoom out", 1.4],
+    ] as const) {
+      const button = element("button", "", text);
+      button.type = "button";
+      button.setAttribute("aria-label", name);
+      button.addEventListener("click", () => picture.space.zoom(by));
+      zoom.append(button);
+    }
+    for (const times of STRETCHES) this.stretch.append(new Option(`x ${times}`, String(times)));
+    this.stretch.addEventListener("change", () => {
+      picture.deepen(Number(this.stretch.value));
+      this.show();
+    });
+    row.append(this.sights, zoom, labeled("depths ", this.stretch));
+    return row;
+  }
+
+  /** Mark the camera that is chosen. */
+  private press(): void {
+    for (const button of this.sights.querySelectorAll("button")) {
+      button.setAttribute("aria-pressed", String(button.dataset.sight === this.picture?.sight));
+    }
+  }
+
+  /** The legend of the track's colors. */
+  private paint(): void {
+    const { flight, legend } = this;
+    if (flight === null) return;
+    const key = (name: string, color: string): HTMLElement => {
+      const box = element("span", "sea-key", name);
+      box.style.setProperty("--key", `var(--${color})`);
+      return box;
+    };
+    const believed = flight.true ? [key("believed place", "sea-believed")] : [];
+    if (this.by === "mode") {
+      const names = ["transit", "surface", "home", "hold"];
+      legend.replaceChildren(...names.map((name) => key(name, modeColor(name))), ...believed);
+    } else {
+      const scale = element("span", "sea-scale", this.by === "depth" ? "surface to depth" : "slow to fast");
+      legend.replaceChildren(scale, ...believed);
+    }
+  }
+}
+
+function labeled(text: string, control: HTMLElement): HTMLElement {
+  const label = element("label", "choice", text);
+  label.append(control);
+  return label;
+}

@@ -1,0 +1,77 @@
+// A flight in words.
+import { digits } from "../quantities.ts";
+import type { Flight } from "./flight.ts";
+
+const SMOOTH = 5; // rows before and after, of a mean over a second
+
+/** A time as minutes and seconds, or seconds. */
+export function clock(seconds: number): string {
+  const whole = Math.floor(Math.max(0, seconds));
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
+}
+
+/** Speed through the water, mean of a second: the nose swings with the beat [m/s]. */
+export function speedOf(flight: Flight, k: number): number {
+  let [sum, count] = [0, 0];
+  for (let row = Math.max(0, k - SMOOTH); row <= Math.min(flight.count - 1, k + SMOOTH); row++) {
+    sum += flight.speed(row);
+    count++;
+  }
+  return sum / count;
+}
+
+/** What the pilot is about. */
+export function task(flight: Flight, k: number): string {
+  const { waypoints, home } = flight.head.mission;
+  const { name, text } = flight.mode(k);
+  const leg = flight.value("leg", k);
+  const [x, y] = flight.position(k);
+  const away = ([east, north]: readonly number[]): string =>
+    `${digits(Math.hypot((east ?? 0) - x, (north ?? 0) - y), 3)} m away`;
+  const point = waypoints[leg];
+  if (name === "transit" && point !== undefined) return `to waypoint ${leg + 1} of ${waypoints.length}, ${away(point)}`;
+  if (name === "home") return `on the way home, ${away(home)}`;
+  return text;
+}
+
+/** Why the pilot does what it does, a line each. */
+export function why(flight: Flight, k: number): string {
+  const reasons = flight.reasons(k).map(({ name, text }) => {
+    const said = name.replaceAll("_", " ");
+    return text === "" || text === said ? said : `${said}: ${text}`;
+  });
+  return reasons.length === 0 ? "The pilot reports no reason to leave its legs." : reasons.join("\n");
+}
+
+export interface Fact {
+  value: string;
+  label: string;
+}
+
+export function facts(flight: Flight, k: number): Fact[] {
+  const error = flight.error(k);
+  const spread = flight.value("position_error", k);
+  const charge = flight.value("charge_left", k);
+  const said = flight.mode(k).name;
+  return [
+    { value: said === "" ? "–" : said, label: task(flight, k) },
+    { value: `${flight.depth(k).toFixed(2)} m`, label: `depth, of ${digits(flight.head.mission.bottom, 3)} m` },
+    { value: `${speedOf(flight, k).toFixed(2)} m/s`, label: "speed through the water" },
+    {
+      value: `± ${digits(2 * spread, 2)} m`,
+      label: Number.isNaN(error)
+        ? "believed place, 2 standard deviations"
+        : `believed place, 2 standard deviations; off by ${digits(error, 2)} m`,
+    },
+    {
+      value: Number.isNaN(charge) ? "–" : `${(100 * charge).toFixed(1)} %`,
+      label: `charge left; ${digits(flight.value("power", k), 2)} W`,
+    },
+  ];
+}
+
+/** A sentence for those who do not see the picture. */
+export function spoken(flight: Flight, k: number): string {
+  const { name, robot } = { name: flight.head.mission.name, robot: flight.head.robot };
+  return `${robot} on the mission ${name}: ${flight.mode(k).name}, ${task(flight, k)}, depth ${digits(flight.depth(k), 2)} m`;
+}
