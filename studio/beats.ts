@@ -1,6 +1,6 @@
 // The beat of the knobs: its numbers first, then its path, its gradient and the start from rest that leads to it.
 import type { Calculator } from "./questions.ts";
-import type { Swimmer } from "./robot.ts";
+import { type Swimmer, sameRobot } from "./robot.ts";
 import type { Image } from "./robots.ts";
 
 const QUIET = 250; // ms without a turned knob before a start from rest is followed
@@ -52,7 +52,7 @@ export class Beats {
     const numbers = live.ask({ kind: "swim", ...now, follow: false });
     const path = live.ask({ kind: "path", ...now });
     const { quantities } = await numbers;
-    if (now.robot !== this.wanted?.robot) return;
+    if (!sameRobot(now.robot, this.wanted?.robot)) return;
     listener.numbers(now, quantities);
     listener.path(now, (await path).path);
     if (now !== this.wanted) return;

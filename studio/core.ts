@@ -13,6 +13,7 @@ interface Exports {
   free(place: number): void;
   _initialize?(): void;
   ht_robot_read(image: number, size: number, fault: number, room: number): number;
+  ht_robot_free(robot: number): void;
   ht_robot_text(robot: number, size: number): number;
   ht_robot_groups(robot: number): number;
   ht_robot_links(robot: number): number;
@@ -126,6 +127,10 @@ export class CoreRobot {
     wasm.free(size);
     this.numbers = 1 + 3 * wasm.ht_robot_groups(place);
     this.links = wasm.ht_robot_links(place);
+  }
+
+  free(): void {
+    this.wasm.ht_robot_free(this.place);
   }
 
   /** Quantities of settled gaits, a row each. */

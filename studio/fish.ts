@@ -59,11 +59,13 @@ export class Stage {
 
   /** Swim a settled beat from now on. */
   swim(robot: Robot, beat: Beat): void {
+    if (this.robot?.robot !== robot.robot) {
+      this.motion.beat = null;
+      this.trail = [];
+    }
     if (this.robot !== robot) {
       this.robot = robot;
       this.shape = new Shape(robot);
-      this.motion.beat = null;
-      this.trail = [];
     }
     const first = this.motion.beat === null;
     this.motion.change(beat);

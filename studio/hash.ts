@@ -12,14 +12,17 @@ export interface Address {
   tempo: number; // of the motion on the screen: 1 is true, 0 stands still
   map: string; // quantity of the map
   over: [number, number]; // parameters that the map is over
+  body: Record<string, number>; // factors on the robot's body, by knob
 }
 
 export function written(address: Address): string {
-  const { robot, gait, water, joints, of, view, tempo, map, over } = address;
+  const { robot, gait, water, joints, of, view, tempo, map, over, body } = address;
   const parts: Record<string, string> = { robot, frequency: String(plain(gait.frequency)) };
   for (const kind of KINDS) parts[kind] = gait[kind].map((angle) => plain(angle / DEGREE)).join(",");
   Object.assign(parts, { water, joints, of, view, tempo: String(tempo), map, over: over.join(",") });
-  const safe = (value: string): string => encodeURIComponent(value).replaceAll("%2C", ",");
+  const factors = Object.entries(body);
+  if (factors.length > 0) parts.body = factors.map(([name, factor]) => `${name}:${factor}`).join(",");
+  const safe = (value: string): string => encodeURIComponent(value).replaceAll("%2C", ",").replaceAll("%3A", ":");
   return `#${Object.entries(parts)
     .map(([key, value]) => `${key}=${safe(value)}`)
     .join("&")}`;
@@ -37,6 +40,9 @@ export function read(hash: string): Partial<Address> {
   if (gait !== null) address.gait = gait;
   const [tempo] = numbers(parts.get("tempo"));
   if (tempo !== undefined) address.tempo = Math.min(1, Math.max(0, tempo));
+  const factors = (parts.get("body") ?? "").split(",").map((part) => part.split(":"));
+  const body = factors.filter(([name, factor]) => name !== "" && Number(factor) > 0);
+  if (body.length > 0) address.body = Object.fromEntries(body.map(([name, factor]) => [name, Number(factor)]));
   const [first, second] = numbers(parts.get("over"));
   if (first !== undefined && second !== undefined) address.over = [first, second];
   return address;

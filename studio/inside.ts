@@ -86,7 +86,7 @@ export class InsideView {
   private async restart(): Promise<void> {
     const { robot, calculator } = this;
     if (robot === null || calculator === null) return;
-    const { columns } = await calculator.ask({ kind: "twin", robot: robot.robot });
+    const { columns } = await calculator.ask({ kind: "twin", robot: robot.key });
     this.columns = columns;
     let place = 0;
     for (const { name, width } of columns) {

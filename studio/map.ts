@@ -119,7 +119,7 @@ export class MapView {
     const { subject, over, row } = this;
     if (subject === null || this.room.hidden || row.length !== subject.parameters.length) return;
     const rest = Array.from(row).filter((_, k) => !over.includes(k));
-    const key = JSON.stringify([subject.robot.robot, subject.model, over, rest]);
+    const key = JSON.stringify([subject.robot.key, subject.model, over, rest]);
     if (key === this.made) return;
     this.made = key;
     this.run++;

@@ -1,5 +1,6 @@
 // The page: what is chosen, and who is told when it changes.
 import { Beats } from "./beats.ts";
+import { type Factors, known } from "./changes.ts";
 import { Choices, type Model } from "./choices.ts";
 import { part } from "./dom.ts";
 import { beatTable, gaitToml } from "./exports.ts";
@@ -22,6 +23,7 @@ const SIMD = [
   0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
 ];
 const KEPT = 100; // ms after which a change is in the address: browsers allow few changes a second
+const SHAPED = 150; // ms after which a changed body is in the map and the other views
 const LINKED = location.protocol !== "about:"; // a page inside a document's frame has no address
 
 /** What the page is given: robots, and what it begins with. */
@@ -44,6 +46,7 @@ class Studio {
   private values: words.Quantities = {};
   private path: Float64Array = new Float64Array();
   private kept = 0; // timer of the address
+  private shaped = 0; // timer of a changed body
 
   constructor(
     private readonly robots: Robots,
@@ -53,6 +56,7 @@ class Studio {
     const page = {
       go: (row: Float64Array) => this.go(row),
       changed: () => this.keep(),
+      body: (factors: Factors) => this.setBody(factors),
       robot: async (name: string) => (robots.has(name) ? robots.read(name, live) : null),
     };
     this.views = new Views(page, live.another(), names);
@@ -96,6 +100,7 @@ class Studio {
   private async choose(name: string, address: Partial<hash.Address> = {}): Promise<void> {
     if (!this.robots.has(name)) return;
     this.robot = await this.robots.read(name, this.live);
+    this.robot = this.robots.changed(this.robot, known(this.robot, address.body ?? {}));
     this.model = Math.max(0, modelOf(this.robot, address.water ?? "", address.joints ?? ""));
     const parameters = parametersOf(this.robot);
     const given = address.gait && rowOf(address.gait);
@@ -127,10 +132,15 @@ class Studio {
   private changed(): void {
     this.knobs.show(this.row);
     this.keep();
-    void this.beats.want(
-      { robot: this.robot.robot, model: this.model, gait: this.row },
-      this.robots.image(this.robot.robot),
-    );
+    void this.beats.want({ robot: this.robot.key, model: this.model, gait: this.row }, this.robots.image(this.robot));
+  }
+
+  private setBody(factors: Factors): void {
+    this.robot = this.robots.changed(this.robot, factors);
+    this.views.shape(this.robot);
+    this.changed();
+    clearTimeout(this.shaped);
+    this.shaped = window.setTimeout(() => void this.inform(), SHAPED);
   }
 
   private setModel(model: Model): void {
@@ -159,7 +169,7 @@ class Studio {
 
   /** Tell the views what they are about. */
   private async inform(): Promise<void> {
-    await this.views.about(this.robot, this.model, this.robots.image(this.robot.robot));
+    await this.views.about(this.robot, this.model, (robot) => this.robots.image(robot));
     this.views.at(this.row, this.values);
   }
 
@@ -177,7 +187,7 @@ class Studio {
     const { view, map } = this.views;
     const model = robot.models[this.model] ?? { water: "", joints: "" };
     const shown = { of, view, tempo: this.stage.shown.tempo, map: map.quantity, over: map.over };
-    const address = { robot: robot.robot, gait: gaitOf(this.row), ...model, ...shown };
+    const address = { robot: robot.robot, gait: gaitOf(this.row), ...model, ...shown, body: robot.factors ?? {} };
     if (LINKED) history.replaceState(null, "", hash.written(address));
   }
 
@@ -205,6 +215,7 @@ class Studio {
 
   private layOut(parameters: Parameter[]): void {
     const { robot } = this;
+    this.views.shape(robot);
     this.choices.robots(this.robots.names, robot.robot);
     this.choices.gaits(robot.gaits.map(({ name }) => name));
     this.choices.models(robot, robot.models[this.model] ?? { water: "", joints: "" });

@@ -130,7 +130,7 @@ export function command(robot: Robot, model: { water: string; joints: string }, 
   const kinds = gait.bias.some((angle) => angle !== 0) ? KINDS : KINDS.slice(0, 2);
   const own = robot.models[0];
   const options = [
-    `--robot ${robot.robot}`,
+    `--robot ${robot.factors === undefined ? robot.robot : `${robot.robot}-changed.toml`}`,
     `--frequency ${plain(gait.frequency)}`,
     ...kinds.map((kind) => `--${kind} ${gait[kind].map((angle) => plain(angle / DEGREE)).join(",")}`),
     ...(model.water === own?.water ? [] : [`--water ${model.water}`]),

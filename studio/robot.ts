@@ -42,6 +42,22 @@ interface Ranges {
   bias: Range[];
 }
 
+/** How a number follows a factor: by its power, or by a term of a sum, of a power and a size. */
+export type Law = readonly [number] | readonly [number, number];
+
+/** What may be changed of a body: a factor on values of the robot's file. */
+export interface BodyKnob {
+  name: string;
+  label: string;
+  unit: string;
+  value: number; // that the factor multiplies
+  range: Range; // of the factor
+  keys: { key: string; at: number; power?: number; sum?: number }[]; // in the file, and where they stand in its text
+  columns: Record<string, (readonly [number, ...Law])[]>; // of the image: place and law
+  facts: Record<string, Law>; // of this text, by path
+  twin?: boolean; // whether the twin follows
+}
+
 export interface Robot {
   made_by: string; // program and version
   robot: string;
@@ -49,7 +65,7 @@ export interface Robot {
   fit: string | null; // what its coefficients were fitted to, where they were
   length: number; // m
   mass: number; // kg
-  links: { name: string; length: number; width: number | null; height: number | null }[];
+  links: { name: string; length: number; width: number | null; height: number | null; mass: number; com: number }[];
   tail: { edge_height: number | null }; // m: height of the caudal fin where the last link is one
   fins: { x: number; y: number; z: number; span: number; chord: number } | null; // pectoral fins [m]
   joints: { name: string; links: number[]; share: number[] }[];
@@ -62,6 +78,11 @@ export interface Robot {
     classes: Record<string, string>; // what they mean
     models: Record<string, { water: string; joints: string }>; // those that the page has, too
   } | null; // where verdicts are stored
+  body: { knobs: BodyKnob[] };
+  source: string; // the robot's file
+  key: string; // under which workers know its image
+  described?: Robot; // of a changed body: what its file says
+  factors?: Record<string, number>; // of a changed body, by knob
   twin: {
     rate: number; // control ticks a second
     channels: Record<string, readonly [number, number]>; // first and last of each sensor's
@@ -70,6 +91,18 @@ export interface Robot {
   missions: Mission[]; // that its pilot can fly
   pilot: { modes: Said[]; reasons: Said[]; endings: Said[] } | null;
 }
+
+const CHANGED = "~"; // in the key of a robot with a changed body, between the robot's and a number
+
+/** A new key for a robot with a changed body. */
+export const changedKey = (robot: Robot, count: number): string => `${robot.key}${CHANGED}${count}`;
+
+/** The robot that a key is of; "" where its body is as described. */
+export const bodyOf = (key: string): string => (key.includes(CHANGED) ? (key.split(CHANGED)[0] ?? "") : "");
+
+/** Whether two keys are of one robot, whatever its body. */
+export const sameRobot = (a: string | undefined, b: string | undefined): boolean =>
+  a?.split(CHANGED)[0] === b?.split(CHANGED)[0];
 
 /** What swims: a robot by one of its models, and its gait as a row of numbers. */
 export interface Swimmer {
@@ -147,5 +180,7 @@ export function robotOf(text: string): Robot {
   const robot = JSON.parse(text) as Robot;
   if (robot.ranges === undefined || robot.ledger === undefined)
     throw new Error("the image is of an older program: write it anew with `hypertuna robot image`");
+  robot.body ??= { knobs: [] }; // of an older program
+  robot.key = robot.robot;
   return robot;
 }

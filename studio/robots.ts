@@ -1,7 +1,8 @@
 // The robots of the page: those it came with and those that were opened in it.
 import { packedBytes } from "./files.ts";
 import type { Calculator } from "./questions.ts";
-import { type Robot, robotOf } from "./robot.ts";
+import { changedImage, changedRobot, type Factors } from "./changes.ts";
+import { changedKey, type Robot, robotOf } from "./robot.ts";
 
 const MAX_IMAGE = 2 ** 24; // bytes
 
@@ -9,10 +10,14 @@ export type Image = () => Promise<Uint8Array>;
 
 export class Robots {
   private readonly images = new Map<string, Image>();
+  private bodies = 0; // changed ones so far
   private readonly known = new Map<string, Robot>();
 
   constructor(packed: { name: string; image: string }[]) {
-    for (const { name, image } of packed) this.images.set(name, () => packedBytes(image));
+    for (const { name, image } of packed) {
+      let bytes: Promise<Uint8Array> | null = null;
+      this.images.set(name, () => (bytes ??= packedBytes(image)));
+    }
   }
 
   get names(): string[] {
@@ -23,16 +28,27 @@ export class Robots {
     return name !== undefined && this.images.has(name);
   }
 
-  image(name: string): Image {
-    const image = this.images.get(name);
-    if (image === undefined) throw new Error(`the page has no robot ${name}`);
-    return image;
+  image(robot: Robot): Image {
+    const { described, factors } = robot;
+    const image = this.images.get(robot.robot);
+    if (image === undefined) throw new Error(`the page has no robot ${robot.robot}`);
+    if (described === undefined || factors === undefined) return image;
+    return async () => changedImage(await image(), described, factors);
+  }
+
+  /** A robot with factors on its body; the described one where there are none. */
+  changed(robot: Robot, factors: Factors): Robot {
+    const described = robot.described ?? robot;
+    if (Object.keys(factors).length === 0) return described;
+    return changedRobot(described, factors, changedKey(described, ++this.bodies));
   }
 
   /** What the page knows of a robot, which the calculator has loaded then. */
   async read(name: string, calculator: Calculator): Promise<Robot> {
-    const robot = this.known.get(name) ?? robotOf(await calculator.load(name, this.image(name)));
-    robot.robot = name;
+    const image = this.images.get(name);
+    if (image === undefined) throw new Error(`the page has no robot ${name}`);
+    const robot = this.known.get(name) ?? robotOf(await calculator.load(name, image));
+    [robot.robot, robot.key] = [name, name];
     this.known.set(name, robot);
     return robot;
   }

@@ -1,5 +1,6 @@
 // What the views below the fish are about, and how they compute: robot, model and gait, in a worker of their own.
 import { named, type Quantities, statusOf } from "./quantities.ts";
+import type { Factors } from "./changes.ts";
 import type { Calculator, Names } from "./questions.ts";
 import type { Parameter, Robot } from "./robot.ts";
 
@@ -8,6 +9,7 @@ export interface Page {
   go(row: Float64Array): void;
   robot(name: string): Promise<Robot | null>; // of the page
   changed(): void; // something that the address keeps
+  body(factors: Factors): void; // factors on the robot's body
 }
 
 /** A settled gait with derivatives. */
@@ -28,7 +30,7 @@ export class Subject {
 
   async swim(row: Float64Array): Promise<Computed> {
     const { robot, model, parameters, names } = this;
-    const answer = await this.calculator.ask({ kind: "point", robot: robot.robot, model, gait: row });
+    const answer = await this.calculator.ask({ kind: "point", robot: robot.key, model, gait: row });
     const values = named(names.quantities, answer.quantities);
     const count = parameters.length;
     return {
@@ -47,7 +49,7 @@ export class Subject {
     rows.forEach((row, k) => {
       gaits.set(row, k * parameters.length);
     });
-    const { quantities } = await this.calculator.ask({ kind: "sweep", robot: robot.robot, model, gaits });
+    const { quantities } = await this.calculator.ask({ kind: "sweep", robot: robot.key, model, gaits });
     const width = names.quantities.length;
     return rows.map((_, k) => named(names.quantities, quantities.subarray(k * width, (k + 1) * width)));
   }

@@ -1,4 +1,6 @@
 // The views below the fish: a map, cost over speed, published gaits; one is shown at a time.
+import { BodyView } from "./bodyview.ts";
+import { twinFollows } from "./changes.ts";
 import { part } from "./dom.ts";
 import { FrontView } from "./front.ts";
 import { InsideView } from "./inside.ts";
@@ -11,7 +13,7 @@ import { SeaView } from "./sea.ts";
 import { type Page, Subject } from "./subject.ts";
 import { TourView } from "./tour.ts";
 
-const NAMES = ["map", "front", "paper", "inside", "sea", "about"];
+const NAMES = ["map", "front", "body", "paper", "inside", "sea", "about"];
 
 export class Views {
   view = "map";
@@ -20,7 +22,8 @@ export class Views {
   private readonly tour: TourView;
   private readonly inside: InsideView;
   private readonly sea: SeaView;
-  private image: Image = async () => new Uint8Array();
+  private readonly body: BodyView;
+  private image: (robot: Robot) => Image = () => async () => new Uint8Array();
   private row: Float64Array = new Float64Array();
 
   /** Compute with a calculator of their own, beside the knobs. */
@@ -32,6 +35,7 @@ export class Views {
     this.map = new MapView(part("map"), page);
     this.front = new FrontView(part("front"), page);
     this.tour = new TourView(part("paper"), page);
+    this.body = new BodyView(part("body"), (factors) => page.body(factors));
     this.inside = new InsideView(part("inside"), (robot) => this.another(robot));
     this.sea = new SeaView(part("sea"), { another: (robot) => this.another(robot), robot: page.robot });
     for (const name of NAMES) tab(name).addEventListener("click", () => this.choose(name));
@@ -46,17 +50,25 @@ export class Views {
   }
 
   /** Turn to a robot and a model. */
-  async about(robot: Robot, model: number, image: Image): Promise<void> {
+  async about(robot: Robot, model: number, image: (robot: Robot) => Image): Promise<void> {
     const { calculator } = this;
     this.image = image;
-    this.inside.about(robot);
-    this.sea.about(robot);
-    await calculator.load(robot.robot, image);
+    const described = robot.described ?? robot;
+    this.inside.about(twinFollows(described, robot.factors ?? {}) ? robot : described);
+    this.sea.about(described);
+    await Promise.all([robot, described].map((one) => calculator.load(one.key, image(one))));
     const parameters: Parameter[] = parametersOf(robot);
     const subject = new Subject(robot, parameters, model, calculator, this.names);
+    const before = robot === described ? subject : new Subject(described, parameters, model, calculator, this.names);
+    this.body.about(before);
     this.map.about(subject);
-    await Promise.all([this.front.about(subject), this.tour.about(subject)]);
+    await Promise.all([this.front.about(subject), this.tour.about(before)]);
     this.tour.at(this.row);
+  }
+
+  /** Follow a body while it is changed. */
+  shape(robot: Robot): void {
+    this.body.show(robot);
   }
 
   /** Follow the knobs. */
@@ -64,6 +76,7 @@ export class Views {
     this.row = row;
     this.map.at(row);
     this.front.at(row, values);
+    this.body.at(row, values);
     this.tour.at(row);
     this.inside.at(row);
   }
@@ -84,7 +97,7 @@ export class Views {
   /** A calculator of its own for the twin, with a robot. */
   private async another(robot: Robot): Promise<Calculator> {
     const calculator = this.calculator.another();
-    await calculator.load(robot.robot, this.image);
+    await calculator.load(robot.key, this.image(robot));
     return calculator;
   }
 

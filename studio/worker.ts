@@ -1,6 +1,9 @@
 // Numbers, beside the page: answers questions about robots one by one.
 import { Core, type CoreRobot, type CoreTwin } from "./core.ts";
+import { bodyOf } from "./robot.ts";
 import type { Answer, Question, Reply } from "./questions.ts";
+
+const BODIES = 16; // changed bodies that are kept: of searches and maps that have not ended yet
 
 let core: Core;
 let twin: CoreTwin | null = null;
@@ -12,6 +15,15 @@ function robot(name: string): CoreRobot {
   return found;
 }
 
+/** Free the robots with a changed body that nobody asks about any more. */
+function forget(): void {
+  const bodies = [...robots.keys()].filter((key) => bodyOf(key) !== "");
+  for (const key of bodies.slice(0, -BODIES)) {
+    robots.get(key)?.free();
+    robots.delete(key);
+  }
+}
+
 async function answer(question: Question): Promise<Answer> {
   switch (question.kind) {
     case "start":
@@ -21,7 +33,9 @@ async function answer(question: Question): Promise<Answer> {
       return { kind: "names", quantities: core.quantities, derivatives: core.derivatives };
     case "load": {
       const read = core.read(question.image);
+      robots.get(question.robot)?.free();
       robots.set(question.robot, read);
+      forget();
       return { kind: "load", text: read.text };
     }
     case "swim":

@@ -55,7 +55,7 @@ def body_facts(robot: Robot, numbers: Numbers, all_numbers: Numbers) -> tuple[di
     knobs = [knob for knob in knobs if _find_laws(knob, document, numbers, present)]
     knobs = _verified(knobs, document, all_numbers(robot), all_numbers)
     twin = robot.controller is not None
-    return {"kept": list(KEPT), "knobs": [_written(knob, source, twin) for knob in knobs]}, source
+    return {"knobs": [_written(knob, source, twin) for knob in knobs]}, source
 
 
 def with_factors(document: Mapping[str, Any], knobs: list[Knob], factors: Mapping[str, float]) -> dict[str, Any]:

@@ -1,0 +1,217 @@
+// The body: lengths, masses, the tail's area and springs of the robot, changed by a factor each.
+import type { Factors } from "./changes.ts";
+import { changedToml, twinFollows } from "./changes.ts";
+import { element } from "./dom.ts";
+import { Drawing } from "./drawing.ts";
+import { saveText } from "./files.ts";
+import { digits, meaning, plain, type Quantities } from "./quantities.ts";
+import type { BodyKnob, Robot } from "./robot.ts";
+import type { Subject } from "./subject.ts";
+
+const COMPARED = ["speed", "mechanical_power", "cost_of_transport"];
+const GROUPS: [RegExp, string][] = [
+  [/^length/, "Lengths"],
+  [/^mass/, "Masses"],
+  [/./, "Tail and springs"],
+];
+const INTRO =
+  "Drag the handles, or use the sliders. A longer link has the same height, width and volume, so that its areas grow and its mass stays; a heavier one keeps its volume. Coefficients of the water stay as the file has them.";
+
+interface Row {
+  knob: BodyKnob;
+  range: HTMLInputElement;
+  number: HTMLInputElement;
+  mark: HTMLElement;
+  reset: HTMLButtonElement;
+}
+
+export class BodyView {
+  private readonly drawing: Drawing;
+  private readonly gains = element("dl", "facts gains");
+  private readonly list = element("div", "knobs-of-body");
+  private readonly note = element("p", "caption");
+  private readonly buttons: Record<"reset" | "save", HTMLButtonElement>;
+  private rows: Row[] = [];
+  private robot: Robot | null = null; // as it is shown
+  private described: Subject | null = null;
+  private row: Float64Array = new Float64Array();
+  private values: Quantities = {};
+  private before: { of: string; values: Quantities } = { of: "", values: {} }; // of the described robot
+  private asking = false;
+
+  /** `changed` hears of the factors of the body. */
+  constructor(
+    private readonly room: HTMLElement,
+    private readonly changed: (factors: Factors) => void,
+  ) {
+    this.drawing = new Drawing((knob, factor) => this.turn(knob, factor));
+    this.buttons = { reset: button("Reset all"), save: button("Save the robot (TOML)") };
+    this.buttons.reset.addEventListener("click", () => this.changed({}));
+    this.buttons.save.addEventListener("click", () => this.save());
+    const head = element("div", "row left");
+    head.append(this.buttons.reset, this.buttons.save);
+    this.note.setAttribute("role", "status");
+    room.replaceChildren(element("p", "intro", INTRO), this.drawing.svg, this.gains, head, this.note, this.list);
+  }
+
+  /** Show a robot as it is described, or with a changed body. */
+  show(robot: Robot): void {
+    const other = this.robot?.body !== robot.body || this.robot.robot !== robot.robot;
+    this.robot = robot;
+    if (other) this.layOut(robot);
+    this.drawing.show(robot);
+    const factors = robot.factors ?? {};
+    for (const { knob, range, number, mark, reset } of this.rows) {
+      const factor = factors[knob.name] ?? 1;
+      const value = plain(knob.value * factor);
+      const [low, high] = knob.range;
+      range.value = String(factor);
+      range.style.setProperty("--at", String((factor - low) / (high - low)));
+      range.setAttribute("aria-valuetext", `${digits(value)} ${knob.unit}`);
+      if (document.activeElement !== number) number.value = String(Number(value.toPrecision(5)));
+      mark.textContent =
+        factor === 1 ? "" : `${digits(100 * (factor - 1), 3).replace(/^(?=\d)/, "+")} %, from ${digits(knob.value)}`;
+      reset.hidden = factor === 1;
+    }
+    const count = Object.keys(factors).length;
+    for (const one of Object.values(this.buttons)) one.disabled = count === 0;
+    this.tell(robot, factors, count);
+    this.compare();
+  }
+
+  /** Compare with the robot as it is described. */
+  about(described: Subject): void {
+    this.described = described;
+    this.compare();
+  }
+
+  /** The gait of the knobs, and its numbers with the body that is shown. */
+  at(row: Float64Array, values: Quantities): void {
+    [this.row, this.values] = [row, values];
+    this.compare();
+  }
+
+  private tell(robot: Robot, factors: Factors, count: number): void {
+    const twin = robot.twin === null ? "" : twinFollows(robot, factors) ? TWIN : NO_TWIN;
+    this.note.textContent =
+      robot.body.knobs.length === 0
+        ? "The image does not say how its numbers follow the body: write it anew with `hypertuna robot image`."
+        : count === 0
+          ? "The body is as the file describes it."
+          : `${count} ${count === 1 ? "value is" : "values are"} changed: the fish, its numbers, map and cost over speed follow.${twin} Published gaits and flights at sea are of the robot as described.`;
+  }
+
+  private turn(knob: BodyKnob, factor: number): void {
+    const [low, high] = knob.range;
+    const kept = Number(Math.min(high, Math.max(low, factor)).toFixed(4));
+    const factors = { ...this.robot?.factors, [knob.name]: kept };
+    if (kept === 1) delete factors[knob.name];
+    this.changed(factors);
+  }
+
+  private save(): void {
+    const { robot } = this;
+    if (robot?.described !== undefined && robot.factors !== undefined)
+      saveText(changedToml(robot.described, robot.factors), `${robot.robot}-changed.toml`);
+  }
+
+  // --- the described robot beside the changed one
+
+  private compare(): void {
+    if (this.room.hidden) return;
+    void this.ask();
+    const before = this.before.of === this.wanted() ? this.before.values : {};
+    const changed = this.robot?.factors !== undefined;
+    this.gains.replaceChildren(
+      ...COMPARED.map((name) => {
+        const { label, unit } = meaning(name);
+        const box = element("div");
+        const [now, then] = [this.values[name] ?? Number.NaN, before[name] ?? Number.NaN];
+        const gain = 100 * (now / then - 1);
+        const number = element("dt", "", changed ? `${digits(gain, 3).replace(/^(?=\d)/, "+")} %` : digits(now));
+        number.dataset.gain = name;
+        number.dataset.value = String(gain);
+        const words = changed ? `${label}: ${digits(now)}, described ${digits(then)} ` : `${label} `;
+        const text = element("dd", "", words);
+        text.append(element("span", "unit", `[${unit}]`));
+        box.append(number, text);
+        return box;
+      }),
+    );
+  }
+
+  private wanted(): string {
+    const { described, row } = this;
+    return described === null ? "" : [described.robot.key, described.model, ...row].join(" ");
+  }
+
+  /** Compute the described robot's numbers at the gait of the knobs. */
+  private async ask(): Promise<void> {
+    const { described, row } = this;
+    if (described === null || this.asking || row.length !== described.parameters.length) return;
+    const of = this.wanted();
+    if (of === this.before.of) return;
+    this.asking = true;
+    try {
+      const [values] = await described.sweep([row]);
+      this.before = { of, values: values ?? {} };
+    } finally {
+      this.asking = false;
+    }
+    this.compare();
+  }
+
+  // --- rows
+
+  private layOut(robot: Robot): void {
+    this.rows = [];
+    const left = new Set(robot.body.knobs);
+    const groups = GROUPS.flatMap(([pattern, title]) => {
+      const knobs = [...left].filter(({ name }) => pattern.test(name));
+      for (const knob of knobs) left.delete(knob);
+      if (knobs.length === 0) return [];
+      const box = element("section", "group");
+      box.append(element("h3", "", title), ...knobs.map((knob) => this.knobRow(knob)));
+      return [box];
+    });
+    this.list.replaceChildren(...groups);
+  }
+
+  private knobRow(knob: BodyKnob): HTMLElement {
+    const row = element("div", "knob");
+    const id = `body-${knob.name}`;
+    const title = element("label", "", knob.label);
+    title.htmlFor = id;
+    const range = element("input");
+    const [low, high] = knob.range;
+    Object.assign(range, { type: "range", id, step: "any", min: String(low), max: String(high) });
+    range.dataset.body = knob.name;
+    const number = element("input");
+    Object.assign(number, { type: "number", step: "any" });
+    number.setAttribute("aria-label", `${knob.label} [${knob.unit}]`);
+    const field = element("span", "field");
+    field.append(number, element("span", "unit", knob.unit));
+    const foot = element("span", "foot");
+    const mark = element("output", "mark");
+    const reset = button("Reset");
+    reset.setAttribute("aria-label", `Reset ${knob.label}`);
+    foot.append(mark, reset);
+    row.append(title, field, range, foot);
+    range.addEventListener("input", () => this.turn(knob, range.valueAsNumber));
+    number.addEventListener("change", () => {
+      if (!Number.isNaN(number.valueAsNumber)) this.turn(knob, number.valueAsNumber / knob.value);
+    });
+    reset.addEventListener("click", () => this.turn(knob, 1));
+    this.rows.push({ knob, range, number, mark, reset });
+    return row;
+  }
+}
+
+const TWIN = " Inside, the twin has the changed body, and on board the controller of the robot as described.";
+const NO_TWIN = " Inside, the twin is that of the robot as described: it does not follow one of these values.";
+
+function button(text: string): HTMLButtonElement {
+  const made = element("button", "", text);
+  made.type = "button";
+  return made;
+}
