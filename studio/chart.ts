@@ -1,6 +1,7 @@
 // Plots on a canvas: a frame with axes, in the colors of the page.
 import { digits } from "./quantities.ts";
 import type { Range } from "./robot.ts";
+import { drawing } from "./svg.ts";
 
 /** Colors of rising lightness, distinct in gray and for every kind of color vision: as in the figures of hypertuna. */
 const SEQUENCE = ["#4059A8", "#1F80BF", "#22A39B", "#7FB24A", "#E3A63C"];
@@ -37,7 +38,7 @@ export function ticks(range: Range, count = 5): number[] {
 
 /** A canvas with a plot's frame; lengths are CSS pixels. */
 export class Chart {
-  readonly pen: CanvasRenderingContext2D;
+  pen: CanvasRenderingContext2D;
   width = 0;
   height = 0;
   left = 56;
@@ -51,6 +52,20 @@ export class Chart {
     const pen = canvas.getContext("2d");
     if (pen === null) throw new Error("this browser draws no canvas");
     this.pen = pen;
+  }
+
+  /** What `draw` draws on this canvas, as SVG. */
+  svg(title: string, draw: () => void): string {
+    const { canvas, pen } = this;
+    const text = drawing(canvas.width, canvas.height, title, (svg) => {
+      this.pen = svg;
+      svg.fillStyle = this.color("paper");
+      svg.fillRect(0, 0, canvas.width, canvas.height);
+      draw();
+      this.pen = pen;
+    });
+    draw(); // the canvas was cleared
+    return text;
   }
 
   color(name: string): string {

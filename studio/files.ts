@@ -7,7 +7,7 @@ export async function packedBytes(text: string): Promise<Uint8Array<ArrayBuffer>
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-function save(content: Blob, name: string): void {
+export function save(content: Blob, name: string): void {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(content);
   link.download = name;
@@ -16,7 +16,8 @@ function save(content: Blob, name: string): void {
 }
 
 export function saveText(text: string, name: string): void {
-  save(new Blob([text], { type: "text/plain" }), name);
+  const type = name.endsWith(".svg") ? "image/svg+xml" : "text/plain";
+  save(new Blob([text], { type }), name);
 }
 
 /** Save a canvas with a line of text in its upper left corner. */

@@ -2,6 +2,7 @@
 import { at, beside, type Point, Shape, type Station } from "./body.ts";
 import { type Beat, Motion } from "./motion.ts";
 import type { Robot } from "./robot.ts";
+import { drawing, group, pathFor } from "./svg.ts";
 
 const PATH = 32; // points of the tail's path in a beat
 const GHOSTS = 12; // midlines in a beat
@@ -37,7 +38,7 @@ interface Colors {
 export class Stage {
   readonly shown: Shown = { tempo: 1, midlines: false, path: true };
   private readonly motion = new Motion();
-  private readonly pen: CanvasRenderingContext2D;
+  private pen: CanvasRenderingContext2D;
   private robot: Robot | null = null;
   private shape: Shape | null = null;
   private trail: Point[] = [];
@@ -83,6 +84,16 @@ export class Stage {
   refresh(): void {
     this.colors = colorsOf(this.canvas);
     this.stale = true;
+  }
+
+  /** The picture as SVG. */
+  svg(title: string): string {
+    const { pen, canvas } = this;
+    return drawing(canvas.width, canvas.height, title, (svg) => {
+      this.pen = svg;
+      this.draw();
+      this.pen = pen;
+    });
   }
 
   private resize(): void {
@@ -163,7 +174,7 @@ export class Stage {
   }
 
   private line(points: Iterable<Point>, height = 0): Path2D {
-    const path = new Path2D();
+    const path = pathFor(this.pen);
     for (const point of points) path.lineTo(...this.place(point, height));
     return path;
   }
@@ -171,16 +182,22 @@ export class Stage {
   private draw(): void {
     const { shape, robot } = this;
     if (shape === null || robot === null) return;
+    const { pen } = this;
     const stations = this.stations();
+    group(pen, "water");
     this.water(shape.length);
+    group(pen, "path");
     if (this.shown.path) this.paths(shape.length);
+    group(pen, "fish");
     this.shadow(stations, shape.length);
     const high = robot.tail.edge_height;
     if (high !== null) this.caudal(stations, shape, high, -1);
     if (robot.fins !== null) this.pectoral(stations, robot.fins, shape.length);
     this.body(stations, shape);
     if (high !== null) this.caudal(stations, shape, high, 1);
+    group(pen, "midlines");
     if (this.shown.midlines) this.midlines(shape);
+    group(pen, "scale");
     this.scaleBar(shape.length);
   }
 
@@ -238,7 +255,7 @@ export class Stage {
   private meanPath(length: number): Path2D {
     const { center, base, mean } = this.motion;
     if (center !== null) {
-      const path = new Path2D();
+      const path = pathFor(this.pen);
       path.arc(...this.place(center), distance(center, base) * this.scale, 0, 7);
       return path;
     }
@@ -303,7 +320,7 @@ export class Stage {
     if (front === undefined || end === undefined) return;
     const place = (part: number, height: number): [number, number] =>
       this.place(at(back, front.part + part * (end.part - front.part)), height * shape.length);
-    const path = new Path2D();
+    const path = pathFor(this.pen);
     path.moveTo(...place(0, 0));
     path.quadraticCurveTo(...place(0.55, 0.03), ...place(0.9, 0.085));
     path.quadraticCurveTo(...place(0.78, 0.02), ...place(1, 0));
@@ -346,7 +363,7 @@ export class Stage {
     const root = shape.fin + 0.12 * (1 - shape.fin);
     const place = (part: number, rise: number): [number, number] =>
       this.place(at(stations, root + part * (1 - root)), (side * rise * height) / 2);
-    const lobe = new Path2D();
+    const lobe = pathFor(this.pen);
     lobe.moveTo(...place(0, 0.04));
     lobe.quadraticCurveTo(...place(0.35, 0.55), ...place(1, 1));
     lobe.quadraticCurveTo(...place(0.62, 0.45), ...place(0.68, 0));
@@ -371,7 +388,7 @@ export class Stage {
         return this.place(beside({ ...station, half: 1 }, side * across));
       };
       const [root, tip, chord] = [fin.y - fin.span / 2, fin.y + fin.span / 2, fin.chord];
-      const path = new Path2D();
+      const path = pathFor(this.pen);
       path.moveTo(...on(-0.55 * chord, root * 0.85));
       path.quadraticCurveTo(...on(-0.3 * chord, root + 0.75 * fin.span), ...on(0.75 * chord, tip));
       path.quadraticCurveTo(...on(0.35 * chord, root + 0.3 * fin.span), ...on(0.35 * chord, root * 0.85));

@@ -86,6 +86,10 @@ export class FrontView {
     });
   }
 
+  svg(title: string): string {
+    return this.chart.svg(title, () => this.draw());
+  }
+
   refresh(): void {
     this.draw();
   }

@@ -75,6 +75,10 @@ export class MapView {
     this.renew();
   }
 
+  svg(title: string): string {
+    return this.chart.svg(title, () => this.draw());
+  }
+
   refresh(): void {
     this.draw();
   }

@@ -3,8 +3,7 @@ import { Beats } from "./beats.ts";
 import { type Factors, known } from "./changes.ts";
 import { Choices, type Model } from "./choices.ts";
 import { part } from "./dom.ts";
-import { beatTable, gaitToml } from "./exports.ts";
-import { packedBytes, savePicture, saveText } from "./files.ts";
+import { packedBytes } from "./files.ts";
 import { Stage } from "./fish.ts";
 import * as hash from "./hash.ts";
 import { Knobs } from "./knobs.ts";
@@ -14,6 +13,7 @@ import { Calculator, type Names } from "./questions.ts";
 import { Results } from "./results.ts";
 import { type Gait, gaitOf, modelOf, type Parameter, parametersOf, type Robot, rowOf } from "./robot.ts";
 import { Robots } from "./robots.ts";
+import { Saves, type Shown } from "./saves.ts";
 import { Views } from "./views.ts";
 
 declare const WORKER: string; // script of the worker
@@ -75,6 +75,8 @@ class Studio {
       gradient: (derivatives) => this.showGradient(derivatives),
       fromRest: (quantities) => this.results.fromRest(this.row, words.named(names.quantities, quantities)),
     });
+    const now = (): Shown => ({ robot: this.robot, row: this.row, values: this.values, path: this.path });
+    new Saves(this.stage, this.views, now, (sentence) => this.say(sentence));
     this.listen();
   }
 
@@ -272,9 +274,6 @@ class Studio {
     });
     new MutationObserver(() => this.recolor()).observe(document.documentElement, { attributeFilter: ["data-theme"] });
     addEventListener("hashchange", () => this.goBack());
-    for (const button of document.querySelectorAll<HTMLElement>("[data-save]")) {
-      button.addEventListener("click", () => this.save(button.dataset.save ?? ""));
-    }
     document.querySelector<HTMLInputElement>("[data-open]")?.addEventListener("change", (event) => {
       void this.take((event.target as HTMLInputElement).files?.[0]);
     });
@@ -286,17 +285,6 @@ class Studio {
   }
 
   // --- files
-
-  private save(kind: string): void {
-    const { robot } = this;
-    const gait = gaitOf(this.row);
-    if (kind === "toml") saveText(gaitToml(robot, gait), `${robot.robot}-gait.toml`);
-    if (kind === "csv") saveText(beatTable(robot, this.path), `${robot.robot}-beat.csv`);
-    if (kind === "png") {
-      const text = `${robot.robot}, ${words.gaitText(gait)}: ${words.digits(this.values.speed)} m/s`;
-      savePicture(part<HTMLCanvasElement>("stage"), text, `${robot.robot}.png`);
-    }
-  }
 
   /** Open a robot image that was dropped or chosen. */
   private async take(file: File | undefined): Promise<void> {

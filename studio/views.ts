@@ -101,6 +101,11 @@ export class Views {
     return calculator;
   }
 
+  /** The chart that is shown, as SVG; null where the view has none. */
+  svg(title: string): string | null {
+    return { map: this.map, front: this.front }[this.view]?.svg(title) ?? null;
+  }
+
   private choose(name: string): void {
     this.view = name;
     this.show();

@@ -124,7 +124,8 @@ test("a published gait swims from its card, with what was published of it", asyn
   assert.match(await card.textContent(), /0\.56 m\/s/);
   assert.match(await card.textContent(), /0\.5775 m\/s/);
   assert.match(await card.textContent(), /measured on the robot/);
-  const target = page.locator("#paper .card").filter({ hasText: "unoptimised-0.4" });
+  const heading = page.getByRole("heading", { name: "unoptimised-0.4", exact: true });
+  const target = page.locator("#paper .card").filter({ has: heading });
   assert.match(await target.textContent(), /not a measurement/);
   await target.getByRole("button").click();
   await settled(page);

@@ -1,0 +1,323 @@
+// A pen that writes SVG: what the page draws on a canvas, as a drawing for papers. It has what the page uses of a canvas.
+
+const SHORT = (value: number): string => String(Math.round(100 * value) / 100);
+const point = (x: number, y: number): string => `${SHORT(x)} ${SHORT(y)}`;
+const PLAIN = document.createElement("canvas").getContext("2d") as CanvasRenderingContext2D; // writes colors plainly
+const escaped = (text: string): string =>
+  text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;").replaceAll('"', "&quot;");
+
+/** A path that remembers how it goes. */
+export class SvgPath {
+  commands: string[] = [];
+
+  private go(command: string): void {
+    // as on a canvas, where a first line is a move
+    this.commands.push(this.commands.length === 0 ? command.replace(/^L/, "M") : command);
+  }
+
+  moveTo(x: number, y: number): void {
+    this.commands.push(`M${point(x, y)}`);
+  }
+
+  lineTo(x: number, y: number): void {
+    this.go(`L${point(x, y)}`);
+  }
+
+  quadraticCurveTo(x1: number, y1: number, x: number, y: number): void {
+    this.commands.push(`Q${point(x1, y1)} ${point(x, y)}`);
+  }
+
+  closePath(): void {
+    this.commands.push("Z");
+  }
+
+  arc(x: number, y: number, radius: number, from: number, to: number): void {
+    this.ellipse(x, y, radius, radius, 0, from, to);
+  }
+
+  ellipse(x: number, y: number, rx: number, ry: number, turn: number, from: number, to: number): void {
+    const at = (angle: number): [number, number] => {
+      const [a, b] = [rx * Math.cos(angle), ry * Math.sin(angle)];
+      return [x + a * Math.cos(turn) - b * Math.sin(turn), y + a * Math.sin(turn) + b * Math.cos(turn)];
+    };
+    const whole = Math.abs(to - from) >= 2 * Math.PI;
+    const end = whole ? from + 2 * Math.PI : to;
+    this.go(`L${point(...at(from))}`);
+    const shape = `A${point(rx, ry)} ${SHORT((turn * 180) / Math.PI)}`;
+    for (const angle of [(from + end) / 2, end])
+      this.commands.push(`${shape} 0 ${end > from ? 1 : 0} ${point(...at(angle))}`);
+    if (whole) this.closePath();
+  }
+
+  rect(x: number, y: number, width: number, height: number): void {
+    this.commands.push(`M${point(x, y)}h${SHORT(width)}v${SHORT(height)}h${SHORT(-width)}Z`);
+  }
+}
+
+class Shade {
+  stops: string[] = [];
+  constructor(readonly id: string) {}
+
+  addColorStop(offset: number, color: string): void {
+    this.stops.push(`<stop offset="${offset}" stop-color="${escaped(color)}"/>`);
+  }
+
+  toString(): string {
+    return `url(#${this.id})`;
+  }
+}
+
+type Matrix = [number, number, number, number, number, number];
+
+interface State {
+  fillStyle: string | Shade;
+  strokeStyle: string | Shade;
+  lineWidth: number;
+  lineCap: string;
+  lineJoin: string;
+  globalAlpha: number;
+  font: string;
+  textAlign: string;
+  dash: number[];
+  matrix: Matrix;
+  clipped: string;
+}
+
+/** What `draw` draws with the pen of a canvas of some size. */
+export function drawing(
+  width: number,
+  height: number,
+  title: string,
+  draw: (pen: CanvasRenderingContext2D) => void,
+): string {
+  const pen = new SvgPen(width, height);
+  draw(pen as unknown as CanvasRenderingContext2D);
+  return pen.text(title);
+}
+
+/** A path for a pen, of a canvas or of SVG. */
+export function pathFor(pen: unknown): Path2D {
+  return pen instanceof SvgPen ? (new SvgPath() as unknown as Path2D) : new Path2D();
+}
+
+/** Give what a pen draws from now on, until the next name, a name in an SVG. */
+export function group(pen: unknown, name: string): void {
+  if (pen instanceof SvgPen) pen.group(name);
+}
+
+class SvgPen {
+  private readonly parts: string[] = [];
+  private readonly defs: string[] = [];
+  private readonly stack: State[] = [];
+  private shades: { shade: Shade; head: string; tail: string }[] = [];
+  private path = new SvgPath();
+  private state: State;
+  private groups = 0;
+
+  constructor(
+    private readonly width: number,
+    private readonly height: number,
+  ) {
+    this.state = {
+      ...{ fillStyle: "#000", strokeStyle: "#000", lineWidth: 1, lineCap: "butt", lineJoin: "miter", globalAlpha: 1 },
+      ...{ font: "12px sans-serif", textAlign: "left", dash: [], matrix: [1, 0, 0, 1, 0, 0], clipped: "" },
+    };
+  }
+
+  /** The drawing, with a title. */
+  text(title: string): string {
+    const shades = this.shades.map(({ shade, head, tail }) => `${head}${shade.stops.join("")}${tail}`);
+    return [
+      `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${point(this.width, this.height)}" width="${SHORT(this.width)}" height="${SHORT(this.height)}">`,
+      `<title>${escaped(title)}</title>`,
+      `<defs>${[...shades, ...this.defs].join("")}</defs>`,
+      ...this.parts,
+      ...Array.from({ length: this.groups }, () => "</g>"),
+      "</svg>",
+      "",
+    ].join("\n");
+  }
+
+  /** What is drawn from now on, until the next name, belongs together. */
+  group(name: string): void {
+    this.parts.push(`${this.groups > 0 ? "</g>\n" : ""}<g id="${escaped(name)}">`);
+    this.groups = 1;
+  }
+
+  // --- state
+
+  save(): void {
+    this.stack.push({ ...this.state, dash: [...this.state.dash], matrix: [...this.state.matrix] });
+  }
+
+  restore(): void {
+    this.state = this.stack.pop() ?? this.state;
+  }
+
+  setLineDash(dash: number[]): void {
+    this.state.dash = dash;
+  }
+
+  private multiply([a, b, c, d, e, f]: Matrix): void {
+    const [g, h, i, j, k, l] = this.state.matrix;
+    this.state.matrix = [
+      g * a + i * b,
+      h * a + j * b,
+      g * c + i * d,
+      h * c + j * d,
+      g * e + i * f + k,
+      h * e + j * f + l,
+    ];
+  }
+
+  translate(x: number, y: number): void {
+    this.multiply([1, 0, 0, 1, x, y]);
+  }
+
+  rotate(angle: number): void {
+    this.multiply([Math.cos(angle), Math.sin(angle), -Math.sin(angle), Math.cos(angle), 0, 0]);
+  }
+
+  scale(x: number, y: number): void {
+    this.multiply([x, 0, 0, y, 0, 0]);
+  }
+
+  setTransform(a: number, b: number, c: number, d: number, e: number, f: number): void {
+    this.state.matrix = [a, b, c, d, e, f];
+  }
+
+  // --- shapes
+
+  beginPath(): void {
+    this.path = new SvgPath();
+  }
+
+  moveTo(x: number, y: number): void {
+    this.path.moveTo(x, y);
+  }
+
+  lineTo(x: number, y: number): void {
+    this.path.lineTo(x, y);
+  }
+
+  quadraticCurveTo(x1: number, y1: number, x: number, y: number): void {
+    this.path.quadraticCurveTo(x1, y1, x, y);
+  }
+
+  closePath(): void {
+    this.path.closePath();
+  }
+
+  arc(x: number, y: number, radius: number, from: number, to: number): void {
+    this.path.arc(x, y, radius, from, to);
+  }
+
+  ellipse(x: number, y: number, rx: number, ry: number, turn: number, from: number, to: number): void {
+    this.path.ellipse(x, y, rx, ry, turn, from, to);
+  }
+
+  rect(x: number, y: number, width: number, height: number): void {
+    this.path.rect(x, y, width, height);
+  }
+
+  clip(): void {
+    const id = `clip-${this.defs.length}`;
+    this.defs.push(`<clipPath id="${id}"><path d="${this.path.commands.join("")}"${this.transform()}/></clipPath>`);
+    this.state.clipped = ` clip-path="url(#${id})"`;
+  }
+
+  fill(path?: SvgPath): void {
+    this.add(`<path d="${(path ?? this.path).commands.join("")}" ${this.paint("fill", this.state.fillStyle)}`);
+  }
+
+  stroke(path?: SvgPath): void {
+    const { commands } = path ?? this.path;
+    if (commands.length > 0) this.add(`<path d="${commands.join("")}" fill="none" ${this.line()}`);
+  }
+
+  fillRect(x: number, y: number, width: number, height: number): void {
+    this.add(`<rect ${box(x, y, width, height)} ${this.paint("fill", this.state.fillStyle)}`);
+  }
+
+  strokeRect(x: number, y: number, width: number, height: number): void {
+    this.add(`<rect ${box(x, y, width, height)} fill="none" ${this.line()}`);
+  }
+
+  fillText(text: string, x: number, y: number): void {
+    const anchor = { center: "middle", right: "end", end: "end" }[this.state.textAlign] ?? "start";
+    const style = `style="font: ${escaped(this.state.font)}" text-anchor="${anchor}"`;
+    this.add(
+      `<text x="${SHORT(x)}" y="${SHORT(y)}" ${style} ${this.paint("fill", this.state.fillStyle)}`,
+      escaped(text),
+    );
+  }
+
+  /** A picture, embedded as PNG. */
+  drawImage(image: HTMLCanvasElement, x: number, y: number, width: number, height: number): void {
+    this.add(`<image ${box(x, y, width, height)} preserveAspectRatio="none" href="${image.toDataURL("image/png")}"`);
+  }
+
+  createLinearGradient(x1: number, y1: number, x2: number, y2: number): Shade {
+    return this.shade("linearGradient", `x1="${x1}" y1="${y1}" x2="${x2}" y2="${y2}"`);
+  }
+
+  createRadialGradient(x1: number, y1: number, _: number, x2: number, y2: number, radius: number): Shade {
+    return this.shade("radialGradient", `fx="${x1}" fy="${y1}" cx="${x2}" cy="${y2}" r="${radius}"`);
+  }
+
+  private shade(kind: string, where: string): Shade {
+    const shade = new Shade(`shade-${this.shades.length}`);
+    const head = `<${kind} id="${shade.id}" gradientUnits="userSpaceOnUse" ${where}>`;
+    this.shades.push({ shade, head, tail: `</${kind}>` });
+    return shade;
+  }
+
+  /** A color for readers of SVG, which know neither #rrggbbaa nor rgb(r g b / a). */
+  private paint(kind: "fill" | "stroke", style: string | Shade): string {
+    if (style instanceof Shade) return `${kind}="${style}"`;
+    PLAIN.fillStyle = style;
+    const [, r, g, b, alpha] = /rgba\((\d+), (\d+), (\d+), ([\d.]+)\)/.exec(PLAIN.fillStyle) ?? [];
+    return alpha === undefined
+      ? `${kind}="${PLAIN.fillStyle}"`
+      : `${kind}="rgb(${r},${g},${b})" ${kind}-opacity="${alpha}"`;
+  }
+
+  private line(): string {
+    const { strokeStyle, lineWidth, lineCap, lineJoin, dash } = this.state;
+    const dashed = dash.length === 0 ? "" : ` stroke-dasharray="${dash.map(SHORT).join(" ")}"`;
+    const width = `stroke-width="${SHORT(lineWidth)}" stroke-linecap="${lineCap}" stroke-linejoin="${lineJoin}"`;
+    return `${this.paint("stroke", strokeStyle)} ${width}${dashed}`;
+  }
+
+  private transform(): string {
+    const { matrix } = this.state;
+    const plain = matrix.join() === "1,0,0,1,0,0";
+    return plain ? "" : ` transform="matrix(${matrix.map((value) => Number(value.toFixed(6))).join(" ")})"`;
+  }
+
+  private add(head: string, content = ""): void {
+    const { globalAlpha, clipped } = this.state;
+    const alpha = globalAlpha === 1 ? "" : ` opacity="${SHORT(globalAlpha)}"`;
+    const tag = /^<(\w+)/.exec(head)?.[1] ?? "g";
+    const part = `${head}${alpha}${this.transform()}>${content}</${tag}>`;
+    this.parts.push(clipped === "" ? part : `<g${clipped}>${part}</g>`);
+  }
+}
+
+// The settings of a pen are those of its state, as on a canvas.
+for (const key of [
+  ...["fillStyle", "strokeStyle", "lineWidth", "lineCap", "lineJoin"],
+  ...["globalAlpha", "font", "textAlign"],
+] as const) {
+  Object.defineProperty(SvgPen.prototype, key, {
+    get(this: { state: Record<string, unknown> }) {
+      return this.state[key];
+    },
+    set(this: { state: Record<string, unknown> }, value: unknown) {
+      this.state[key] = value;
+    },
+  });
+}
+
+const box = (x: number, y: number, width: number, height: number): string =>
+  `x="${SHORT(x)}" y="${SHORT(y)}" width="${SHORT(width)}" height="${SHORT(height)}"`;

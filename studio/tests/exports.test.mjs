@@ -1,0 +1,157 @@
+// Pictures, charts and videos that the page saves: complete files that others can open.
+import assert from "node:assert/strict";
+import { mkdirSync, readFileSync, statSync } from "node:fs";
+import { after, before, test } from "node:test";
+import { browser, open, PAGE, SHOTS, settled, told } from "./browser.mjs";
+
+let chrome;
+before(async () => {
+  chrome = await browser();
+  mkdirSync(SHOTS, { recursive: true });
+});
+after(() => chrome.close());
+
+/** Click in the File menu; return where the saved file lies. */
+async function saved(page, kind) {
+  await page.locator(".menu").evaluate((menu) => {
+    menu.open = true;
+  });
+  const [download] = await Promise.all([page.waitForEvent("download"), page.locator(`[data-save="${kind}"]`).click()]);
+  const file = `${SHOTS}/${download.suggestedFilename()}`;
+  await download.saveAs(file);
+  return file;
+}
+
+/** Read a drawing as XML: faults, and how many of each element a named group holds. */
+function drawing(page, text) {
+  return page.evaluate((text) => {
+    const read = new DOMParser().parseFromString(text, "image/svg+xml");
+    const groups = [...read.querySelectorAll("g[id]")].map((group) => [group.id, group.querySelectorAll("*").length]);
+    const numbers = [...read.querySelectorAll("[d]")].map((path) => path.getAttribute("d")).join(" ");
+    return {
+      fault: read.querySelector("parsererror")?.textContent ?? "",
+      title: read.querySelector("title")?.textContent,
+      groups: Object.fromEntries(groups),
+      paths: read.querySelectorAll("path").length,
+      texts: [...read.querySelectorAll("text")].map((one) => one.textContent),
+      images: read.querySelectorAll('image[href^="data:image/png;base64,"]').length,
+      clean: !/NaN|undefined|Infinity|rgba|#[0-9a-f]{8}"/.test(text) && numbers.length > 0,
+    };
+  }, text);
+}
+
+test("the picture is saved as SVG: fish, path, midlines and scale in named groups", async () => {
+  const { page, faults, close } = await open(chrome, { hash: "#robot=hypertuna&tempo=1" });
+  await page.waitForFunction(() => document.querySelector("#stage") !== null);
+  await page.waitForTimeout(1500); // a tail's path
+  await page.locator("#midlines").check();
+  const text = readFileSync(await saved(page, "svg"), "utf8");
+  const read = await drawing(page, text);
+  assert.equal(read.fault, "");
+  assert.match(read.title, /^hypertuna, 6 Hz, amplitude 16, 25 deg, phase 0, 40 deg: 0\.5775 m\/s$/);
+  assert.ok(read.clean, "a number or a color that readers of SVG do not know");
+  assert.equal(read.groups.midlines, 12);
+  assert.ok(read.groups.path > 5 && read.groups.fish > 20 && read.groups.water > 50, JSON.stringify(read.groups));
+  assert.deepEqual(read.texts, ["100 mm"]);
+  await page.locator("#path").uncheck();
+  assert.equal((await drawing(page, readFileSync(await saved(page, "svg"), "utf8"))).groups.path, 0); // as shown
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("an SVG shows what the canvas shows", async () => {
+  const { page, close } = await open(chrome, { hash: "#robot=hypertuna&tempo=0" });
+  const svg = readFileSync(await saved(page, "svg"), "utf8");
+  const far = await page.evaluate(async (svg) => {
+    const stage = document.querySelector("#stage");
+    const pixels = (source) => {
+      const copy = document.createElement("canvas");
+      [copy.width, copy.height] = [stage.width, stage.height];
+      const pen = copy.getContext("2d");
+      pen.drawImage(source, 0, 0);
+      return pen.getImageData(0, 0, copy.width, copy.height).data;
+    };
+    const image = new Image();
+    image.src = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));
+    await image.decode();
+    const [drawn, written] = [pixels(stage), pixels(image)];
+    let differing = 0;
+    for (let k = 0; k < drawn.length; k++) if (Math.abs(drawn[k] - written[k]) > 32) differing++;
+    return differing / drawn.length;
+  }, svg);
+  assert.ok(far < 0.005, `${(100 * far).toFixed(2)} % of the pixels differ`);
+  await close();
+});
+
+test("charts are saved as SVG, a map with its colors as a picture in it", async () => {
+  const { page, faults, close } = await open(chrome, { hash: "#robot=hypertuna&view=map" });
+  await page.waitForTimeout(1500);
+  const map = await drawing(page, readFileSync(await saved(page, "chart"), "utf8"));
+  assert.equal(map.fault, "");
+  assert.equal(map.images, 1);
+  assert.ok(map.clean);
+  assert.ok(map.texts.includes("frequency [Hz]"), map.texts.join("|"));
+  await page.locator("#tab-front").click();
+  await settled(page);
+  const front = await drawing(page, readFileSync(await saved(page, "chart"), "utf8"));
+  assert.equal(front.fault, "");
+  assert.ok(front.clean);
+  assert.ok(front.texts.includes("cost of transport [J/(kg m)]"), front.texts.join("|"));
+  assert.ok(front.paths > 20);
+  await page.locator("#tab-paper").click();
+  await page.locator('[data-save="chart"]').click();
+  assert.match(await told(page), /has no chart to save/);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a video of two beats and 3 s at least, which plays", async (context) => {
+  const { page, faults, close } = await open(chrome, { hash: "#robot=hypertuna&tempo=1" });
+  const began = performance.now();
+  const file = await saved(page, "video");
+  const seconds = (performance.now() - began) / 1000;
+  assert.ok(file.endsWith("hypertuna.webm"), file);
+  const bytes = readFileSync(file);
+  assert.equal(bytes.subarray(0, 4).toString("hex"), "1a45dfa3"); // of Matroska
+  const played = await page.evaluate(async (content) => {
+    const video = document.createElement("video");
+    video.muted = true;
+    video.src = `data:video/webm;base64,${content}`;
+    await new Promise((resolve, reject) => {
+      video.onloadeddata = resolve;
+      video.onerror = () => reject(new Error(video.error.message));
+    });
+    const end = new Promise((resolve) => {
+      video.onended = resolve;
+    });
+    video.playbackRate = 4;
+    await video.play();
+    await end;
+    return {
+      length: video.currentTime,
+      wide: video.videoWidth,
+      frames: video.getVideoPlaybackQuality().totalVideoFrames,
+    };
+  }, bytes.toString("base64"));
+  context.diagnostic(`${statSync(file).size} bytes, ${played.length.toFixed(2)} s, made in ${seconds.toFixed(1)} s`);
+  assert.ok(played.length >= 3 && played.length < 4, JSON.stringify(played));
+  assert.ok(played.frames > 5, JSON.stringify(played));
+  assert.equal(played.wide, await page.locator("#stage").evaluate((stage) => stage.width));
+  assert.equal(await page.locator('[data-save="video"]').textContent(), "Save two beats (video)");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a browser that records nothing says so", async () => {
+  const context = await chrome.newContext();
+  await context.addInitScript(() => {
+    delete globalThis.MediaRecorder;
+  });
+  const page = await context.newPage();
+  await page.goto(`file://${PAGE}`);
+  await settled(page);
+  const button = page.locator('[data-save="video"]');
+  assert.equal(await button.textContent(), "This browser records no video");
+  assert.ok(await button.isDisabled());
+  await context.close();
+});
