@@ -40,7 +40,12 @@ class Knob:
     sums: dict[str, float] = field(default_factory=dict)  # what keys gain where the factor is 2
     range: tuple[float, float] = RANGES[0]
     laws: dict[tuple[str, int], Law] = field(default_factory=dict)  # by column and place in it
-    twin: bool = True  # whether the twin follows
+    lawless: set[tuple[str, int]] = field(default_factory=set)  # numbers of the twin that follow no law
+
+    @property
+    def twin(self) -> bool:
+        """Whether the twin follows."""
+        return not self.lawless
 
 
 def body_facts(robot: Robot, numbers: Numbers, all_numbers: Numbers) -> tuple[dict[str, Any], Source]:
@@ -156,7 +161,7 @@ def _find_laws(knob: Knob, document: Mapping[str, Any], numbers: Numbers, presen
             elif _swims(name):
                 return False
             else:
-                knob.twin = False
+                knob.lawless.add((name, int(k)))
     return bool(knob.laws)
 
 
@@ -189,10 +194,10 @@ def _verified(
             return _verified(left, document, present, all_numbers)
         if any(_swims(name) for name, _ in wrong):
             raise AssertionError(f"numbers of the model follow no knob: {wrong}")
-        for name, k in wrong:
-            concerned = [knob for knob in knobs if (name, k) in knob.laws] or knobs
+        for place in wrong:
+            concerned = [knob for knob in knobs if place in knob.laws or place in knob.lawless] or knobs
             for knob in concerned:
-                knob.twin = False
+                knob.lawless.add(place)
     return knobs
 
 

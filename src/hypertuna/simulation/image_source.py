@@ -10,9 +10,10 @@ from hypertuna.description.robot import Robot, parse, robot_path
 from hypertuna.description.writer import robot_text
 from hypertuna.errors import InputError
 
+NUMBER = r"[+-]?\d[\d_]*(?:\.[\d_]+)?(?:[eE][+-]?\d+)?(?![\w:.-])"
 TOKEN = re.compile(
     r'"""(?:\\.|[^\\])*?"""|\'\'\'.*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*'
-    r"|[+-]?\d[\d_]*(?:\.[\d_]+)?(?:[eE][+-]?\d+)?(?![\w:.-])|[\w-]+|[\[\]{}=,.\n]|.",
+    rf"|{NUMBER}|[\w-]+|[\[\]{{}}=,.\n]|.",
     re.DOTALL,
 )
 
@@ -42,10 +43,10 @@ def source_of(robot: Robot) -> Source:
         same = False
     if not same:
         text = robot_text(robot)
-    return Source(text, _checked_places(text))
+    return Source(text, checked_places(text))
 
 
-def _checked_places(text: str) -> dict[str, int]:
+def checked_places(text: str) -> dict[str, int]:
     """Return the places of numbers by key: those where another number is read as the key's value."""
     places = dict(_places(text))
     parts, end = [], 0
@@ -57,6 +58,11 @@ def _checked_places(text: str) -> dict[str, int]:
     except ValueError:  # a layout that is not understood
         return {}
     return {key: at for number, (key, at) in enumerate(places.items()) if found.get(key) == number}
+
+
+def number_at(text: str, at: int) -> Any:
+    """Return the number that stands at a place of a text."""
+    return tomllib.loads(f"x = {cast(re.Match[str], TOKEN.match(text, at))[0]}")["x"]
 
 
 def _numbers(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
@@ -101,7 +107,7 @@ def _places(text: str) -> Iterator[tuple[str, int]]:
                 index.pop()
             elif word == "," and index:
                 index[-1] += 1
-            elif word[0] in "+-0123456789":
+            elif re.fullmatch(NUMBER, word):
                 yield path + "".join(f"[{i}]" for i in index), tokens[k].start()
             k += 1
 

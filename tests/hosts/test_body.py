@@ -1,0 +1,235 @@
+"""A body that the studio changes is that of the changed file: the image's numbers, its swims, and the file itself.
+
+The page's own code makes the changed images and files here, in Node.js.
+"""
+
+import base64
+import json
+import shutil
+import subprocess
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import hypertuna as ht
+from host_library import InNode
+from host_library import Robot as InHost
+from hypertuna.arrays import Array
+from hypertuna.cli.main import app
+from hypertuna.description.robot import parse
+from hypertuna.mission.image import robot_image
+from hypertuna.simulation.image_body import KEPT
+from hypertuna.simulation.image_source import Source, checked_places, number_at, source_of
+from hypertuna.simulation.image_text import body_text, numbers_of_text
+from hypertuna.swimming.gait import Gait
+from image_file import columns_of, text_of
+
+TOP = Path(__file__).parents[2]
+ROBOTS = (
+    "hypertuna",
+    "rexeel",
+    "rexeel-theory",
+    "examples/minnow.toml",
+    "examples/myfish.toml",
+    "examples/servofish.toml",
+)
+SAME = 1e-12  # relative
+HINGE = {"link": 7, "stiffness_n_m_per_rad": 1.5, "damping_n_m_s_per_rad": 0.001}
+
+
+class Page:
+    """The page's code, in a process of Node.js."""
+
+    def __init__(self) -> None:
+        node = shutil.which("node")
+        if node is None or not (TOP / "studio/node_modules/esbuild").is_dir():
+            pytest.skip("Node.js and the tools of the studio are not installed: run `make studio`")
+        command = [node, str(TOP / "tests/hosts/change_bodies.mjs")]
+        self.node = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def changed(self, image: bytes, factors: dict[str, float]) -> tuple[bytes, str, dict[str, Any]]:
+        """Return the image, the file and the body in the text of a robot with factors on its body."""
+        assert self.node.stdin
+        assert self.node.stdout
+        question = {"image": base64.b64encode(image).decode(), "robot": text_of(image), "factors": factors}
+        self.node.stdin.write(json.dumps(question) + "\n")
+        self.node.stdin.flush()
+        answer = json.loads(self.node.stdout.readline())
+        return base64.b64decode(answer["image"]), answer["toml"], answer["body"]
+
+    def close(self) -> None:
+        """End the process."""
+        assert self.node.stdin
+        assert self.node.stdout
+        self.node.stdin.close()
+        self.node.wait()
+        self.node.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[Page]:
+    """Where bodies are changed."""
+    page = Page()
+    yield page
+    page.close()
+
+
+@pytest.fixture(scope="module")
+def core() -> Iterator[InNode]:
+    """The core in WebAssembly."""
+    core = InNode()
+    yield core
+    core.close()
+
+
+def bodies(image: bytes, seed: int) -> list[dict[str, float]]:
+    """Draw factors of bodies: one knob, some, all, and the ends of the ranges."""
+    chance = np.random.default_rng(seed)
+    knobs = text_of(image)["body"]["knobs"]
+    drawn = [
+        {knob["name"]: round(float(chance.uniform(*knob["range"])), 4) for knob in knobs if chance.random() < part}
+        for part in (0.1, 0.3, 0.6, 1.0)
+    ]
+    return [one for one in drawn if one] + [{knob["name"]: knob["range"][end] for knob in knobs} for end in (0, 1)]
+
+
+def different(ours: dict[str, Array], theirs: dict[str, Array]) -> list[str]:
+    """Name the columns that differ, without those of what is on board."""
+    assert ours.keys() == theirs.keys()
+    columns = [name for name in ours if not name.startswith(KEPT)]
+    return [name for name in columns if not np.allclose(ours[name], theirs[name], rtol=SAME, atol=0.0, equal_nan=True)]
+
+
+GAIT = ("frequency", "amplitude", "phase", "bias")
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_changed_body_is_that_of_the_changed_file(page: Page, core: InNode, name: str, tmp_path: Path) -> None:
+    """Several knobs at once, to the ends of their ranges: numbers, text, swims, and comments of the file."""
+    robot = ht.load(name)
+    image = robot_image(robot)
+    for k, factors in enumerate(bodies(image, seed=ROBOTS.index(name))):
+        changed, toml, body = page.changed(image, factors)
+        file = tmp_path / f"changed-{k}.toml"
+        file.write_text(toml)
+        exported = ht.load(file)
+        assert exported.hash != robot.hash
+        ours = columns_of(robot_image(exported))
+        assert different(ours, columns_of(changed)) == []
+        assert dict(numbers_of_text(body)) == pytest.approx(dict(numbers_of_text(body_text(exported))), rel=SAME)
+        swimmer = InHost.read(changed, core)
+        assert isinstance(swimmer, InHost)
+        for water in text_of(image)["models"]:
+            here = exported.using(**water)
+            gait = Gait(**{key: getattr(next(iter(robot.gaits.values())), key) for key in GAIT})
+            mine, yours = ht.swim(here, gait), swimmer.swim(text_of(image)["models"].index(water), [gait])
+            if mine.status == "settled":
+                assert yours["speed"][0] == pytest.approx(mine.speed, rel=1e-10)
+                assert yours["cost_of_transport"][0] == pytest.approx(mine.cost_of_transport, rel=1e-10)
+
+
+def test_the_file_keeps_its_comments_and_marks_what_changed(page: Page) -> None:
+    robot = ht.load("hypertuna")
+    image = robot_image(robot)
+    _, toml, _ = page.changed(image, {"length-7": 1.2, "length-1": 0.9, "mass-0": 1.1})
+    before, after = source_of(robot).text.splitlines(), toml.splitlines()
+    assert len(before) == len(after)
+    lines = [(old, new) for old, new in zip(before, after, strict=True) if old != new]
+    assert [new for _, new in lines] == [
+        "length_m = 0.5358  # changed from 0.520",
+        "mass_kg = 3.5209  # changed from 3.3",
+        "length_m        = [0.281,    0.018,    0.020,    0.020,    0.050,    0.020,    0.020,    0.1068]"
+        "  # [1] changed from 0.020, [7] changed from 0.089",
+        "com_m           = [0.1663,   0.00864,   0.0096,   0.0095,   0.0220,   0.0096,   0.0096,   0.03756]"
+        "  # [1] changed from 0.0096, [7] changed from 0.0313",
+        "mass_kg         = [2.4299,    0.117,    0.091,    0.069,    0.106,    0.026,    0.020,    0.049]"
+        "  # [0] changed from 2.209",
+        "lateral_area_m2 = [0.03375,  0.002079,  0.00208,  0.00184,  0.00356,  0.00107,  0.00092,  0.006132]"
+        "  # [1] changed from 0.00231, [7] changed from 0.00511",
+        "wetted_area_m2  = [0.00903,  0.005337,  0.00528,  0.00461,  0.00888,  0.00271,  0.00237,  0.013848]"
+        "  # [1] changed from 0.00593, [7] changed from 0.01154",
+        "buoyancy_center_m   = [0.1663,  0.00864,  0.0096,  0.0095,  0.0220,  0.0096,  0.0096,  0.03756]"
+        "  # [1] changed from 0.0096, [7] changed from 0.0313",
+    ]
+
+
+def test_the_saved_file_swims_on_the_command_line(page: Page, tmp_path: Path) -> None:
+    image = robot_image(ht.load("examples/myfish.toml"))
+    changed, toml, _ = page.changed(image, {"length-2": 1.3, "fin": 1.2})
+    assert " # length of each link; [2] changed from 0.075" in toml
+    file = tmp_path / "myfish-changed.toml"
+    file.write_text(toml)
+    done = CliRunner().invoke(app, ["swim", "--robot", str(file), "--frequency", "2", "--amplitude", "20,30", "--json"])
+    assert done.exit_code == 0, done.output
+    assert different(columns_of(robot_image(ht.load(file))), columns_of(changed)) == []
+
+
+def test_a_robot_without_a_file_has_a_source_too(page: Page) -> None:
+    """A description of a hinge that no file holds."""
+    document = ht.load("hypertuna").document() | {"hinge": HINGE}
+    robot = parse(document)
+    image = robot_image(robot)
+    factors = {"hinge": 1.5, "length-7": 0.8, "fin": 1.4}
+    changed, toml, _ = page.changed(image, factors)
+    exported = parse(tomllib.loads(toml))
+    assert exported.hinge is not None
+    assert exported.hinge.stiffness == pytest.approx(1.5 * HINGE["stiffness_n_m_per_rad"])
+    assert different(columns_of(robot_image(exported)), columns_of(changed)) == []
+    assert text_of(image)["body"]["knobs"][-1]["name"] == "hinge"
+
+
+def test_numbers_of_odd_layouts_are_found_or_left_alone() -> None:
+    """Dotted and quoted keys, comments in lists, several lines, carriage returns; an inline table is left alone."""
+    lines = (
+        *("# 1 = 2, é \U0001f41f", 'title = "a = 1 # no"', "[a.b]", "x = 1_000.5e-1 # 3", "y.z = -2", '"q r" = 3'),
+        *("list = [", "  1.0, # 2", "  [2, +3], ]", "day = 2026-11-23", "inline = {k = 4}", 'long = """', 'x = 5"""'),
+        *("[[t]]", "u = 6", "[t.v]", "w = 7", "[[t]]", "u = 8\r", "last = 9"),
+    )
+    source = Source("\n".join(lines), places := checked_places("\n".join(lines)))
+    numbers = {key: number_at(source.text, at) for key, at in places.items()}
+    assert numbers == {
+        **{"a.b.x": 100.05, "a.b.y.z": -2, "a.b.q r": 3, "a.b.list[0]": 1.0, "a.b.list[1][0]": 2, "a.b.list[1][1]": 3},
+        **{"t[0].u": 6, "t[0].v.w": 7, "t[1].u": 8, "t[1].last": 9},
+    }
+    assert source.at("a.b.x") == places["a.b.x"] + 1  # the fish takes two units
+    assert not source.holds(["a.b.x", "a.b.inline.k"])
+    assert checked_places("[broken") == {}
+
+
+def test_a_twin_that_would_need_other_steps_does_not_follow() -> None:
+    """A hinge with much damping is the fastest of the plant: shorter steps for a lighter tail."""
+    robot = parse(ht.load("hypertuna").document() | {"hinge": HINGE | {"damping_n_m_s_per_rad": 0.01}})
+    knobs = text_of(robot_image(robot))["body"]["knobs"]
+    assert len(knobs) == 18
+    assert not any(knob["twin"] for knob in knobs)
+    assert not any(column.startswith("plant.") for knob in knobs for column in knob["columns"])
+
+
+def test_knobs_that_follow_no_law_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A model's number that follows a factor in no known way takes its knob away; a twin's, the twin."""
+    from hypertuna.simulation import image as image_module
+
+    robot = ht.load("examples/servofish.toml")
+    plain = image_module._model_columns
+
+    def bent(one: Any, models: Any) -> dict[str, Any]:
+        columns = plain(one, models)
+        return columns | {"models.0.body_length": columns["models.0.body_length"] + np.sin(one.links.length[1])}
+
+    monkeypatch.setattr(image_module, "_model_columns", bent)
+    names = [knob["name"] for knob in text_of(robot_image(robot))["body"]["knobs"]]
+    assert "length-1" not in names
+    assert "length-0" in names
+    monkeypatch.setattr(image_module, "_model_columns", plain)
+    world = image_module.sea_columns
+    monkeypatch.setattr(
+        image_module, "sea_columns", lambda one, sea: world(one, sea) | {"sea.bottom": np.sin(one.links.mass[2])}
+    )
+    knobs = {knob["name"]: knob for knob in text_of(robot_image(robot))["body"]["knobs"]}
+    assert [name for name, knob in knobs.items() if not knob["twin"]] == ["mass-2"]
+    assert not any(column.startswith(("plant.", "world.")) for column in knobs["mass-2"]["columns"])
