@@ -89,7 +89,7 @@ def _places(text: str) -> Iterator[tuple[str, int]]:
         if word == "\n":
             k += 1
         elif first and not index and word == "[":
-            end = next(i for i in range(k, len(tokens)) if tokens[i][0] == "\n")
+            end = next((i for i in range(k, len(tokens)) if tokens[i][0] == "\n"), len(tokens))
             names = "".join(token[0] for token in tokens[k:end])
             table = names.strip("[]").replace('"', "")
             if names.startswith("[["):
