@@ -95,6 +95,7 @@ class Studio {
     if (robot !== undefined && !known)
       this.say(`The link names the robot "${robot}", which this page does not have: drop its image here to see it.`);
     await this.choose(known ? robot : (this.robots.names[0] ?? ""), address);
+    if (this.views.view !== "map") part("views").scrollIntoView(); // a link to a view shows it
   }
 
   // --- what is chosen
