@@ -97,11 +97,11 @@ ZIG = ZIG_GLOBAL_CACHE_DIR=$(abspath build/zig) ZIG_LOCAL_CACHE_DIR=$(abspath bu
 .PHONY: studio-core
 studio-core: build/studio/core.wasm ## C interface of hosts/hypertuna.h for browsers: build/studio/core.wasm
 
-build/studio/core.wasm: build/studio/host.o build/studio/twin.o build/studio/kernels.o
+build/studio/core.wasm: $(patsubst %,build/studio/%.o,host twin_short twin_long kernels)
 	@$(ZIG) -s $(EXPORTS:%=-Wl,--export=%) $^ -o $@
 
 build/studio/%.o: LEVEL = s
-build/studio/twin.o: LEVEL = 3
+build/studio/twin_short.o: LEVEL = 3
 build/studio/%.o: $(VENV)/.installed-studio $(shell find core/include core/src hosts -type f)
 	@mkdir -p $(@D)
 	@$(ZIG) -std=c++20 -O$(LEVEL) -g0 -DHYPERTUNA_SMALL -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden -Icore/include -c -o $@ \

@@ -198,7 +198,8 @@ ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* faul
         run.pose = {{0, 0, -start->depth}, {std::sin(start->heading / 2), 0, 0, -std::cos(start->heading / 2)}, {0, 0}};
     }
     tell("", fault, room);
-    return new ht_twin{robot, make_live(parts, start->seed, run, world)};
+    const auto begin = [&](auto twins) { return twins.start(parts, start->seed, run, world); };
+    return new ht_twin{robot, with_tail(parts.plant, begin)};
 }
 ht_twin* ht_twin_fly(const ht_robot* robot, int mission, uint32_t seed, char* fault, size_t room) {
     const int count = ht_robot_missions(robot);
@@ -210,7 +211,9 @@ ht_twin* ht_twin_fly(const ht_robot* robot, int mission, uint32_t seed, char* fa
                 ", from 0 on";
     tell(wrong, fault, room);
     if (!wrong.empty()) return nullptr;
-    return new ht_twin{robot, make_flight(*robot->twin, robot->twin->missions[mission], seed)};
+    const TwinParts& parts = *robot->twin;
+    const auto begin = [&](auto twins) { return twins.fly(parts, parts.missions[mission], seed); };
+    return new ht_twin{robot, with_tail(parts.plant, begin)};
 }
 void ht_twin_free(ht_twin* twin) { delete twin; }
 

@@ -80,9 +80,12 @@ struct Scatter {
         const std::size_t first = pairs.size();
         for (int k = 0; k < gaps; ++k) pairs.emplace_back(span * random.uniform(), 0);
         for (std::size_t k = first; k < pairs.size(); ++k) pairs[k].second = pairs[k].first + gap * random.uniform();
-        std::sort(pairs.begin(), pairs.end());
         there.clear();
-        for (const auto& [begin, end] : pairs) {
+        while (!pairs.empty()) {  // they are few: a sort would take more code than time
+            const auto next = std::min_element(pairs.begin(), pairs.end());
+            const auto [begin, end] = *next;
+            *next = pairs.back();
+            pairs.pop_back();
             if (!there.empty() && begin <= there.back())
                 there.back() = std::max(there.back(), end);
             else if (begin < end)

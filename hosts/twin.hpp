@@ -9,8 +9,9 @@
 
 namespace hypertuna {
 
-/// Sizes of tails that there is code for. A tail of another size gets coordinates that rest, up to the next one.
-inline constexpr int tail_sizes[] = {3, max_coordinates};
+/// Coordinates of the shorter of the two tails that there is code for; the longer one has max_coordinates. A tail of
+/// another size gets coordinates that rest, up to the next one.
+inline constexpr int short_tail = 3;
 
 /// A mission in its world, with the start of a flight.
 struct MissionParts {
@@ -40,7 +41,7 @@ enum class Ending { none, done, home, hold, given_up, diverged };
 /// of one and get no moment.
 inline void pad(PlantData& plant) {
     const int own = plant.coordinates;
-    const int size = *std::lower_bound(std::begin(tail_sizes), std::end(tail_sizes), own);
+    const int size = own <= short_tail ? short_tail : max_coordinates;
     std::vector<double> share;
     for (int i = 0; i < plant.model.links; ++i) {
         share.insert(share.end(), &plant.share[i * own], &plant.share[i * own] + own);
@@ -69,10 +70,22 @@ class LiveTwin {
     virtual double time() const = 0;  // s
 };
 
-/// A twin of a robot in a world; the plant is padded, and the world has been checked against it.
-std::unique_ptr<LiveTwin> make_live(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world);
+/// The twins with a tail of D coordinates; the plant is padded to them.
+template <int D>
+struct Twins {
+    /// A twin of a robot in a world, which has been checked against the plant.
+    static std::unique_ptr<LiveTwin> start(const TwinParts& parts, std::uint64_t seed, const Run& start,
+                                           const World& world);
+    /// A twin that flies one of the robot's missions, with what its seed scatters.
+    static std::unique_ptr<LiveTwin> fly(const TwinParts& parts, const MissionParts& mission, std::uint64_t seed);
+};
+extern template struct Twins<short_tail>;
+extern template struct Twins<max_coordinates>;
 
-/// A twin that flies a mission, with what its seed scatters; the mission is the robot's.
-std::unique_ptr<LiveTwin> make_flight(const TwinParts& parts, const MissionParts& mission, std::uint64_t seed);
+/// Call work(Twins<D>()) for the tail of a padded plant.
+template <class Work>
+auto with_tail(const PlantData& plant, const Work& work) {
+    return plant.coordinates == short_tail ? work(Twins<short_tail>()) : work(Twins<max_coordinates>());
+}
 
 }  // namespace hypertuna

@@ -1,5 +1,5 @@
-/// Damage a robot image many times, each with a good checksum; read it, and where it is accepted, swim a gait and run
-/// twins in the plane and at sea. Prints how many were read: fuzz_image IMAGE COUNT [SEED].
+/// Damage a robot image many times, each with a good checksum; read it, and where it is accepted, swim a gait, run
+/// twins in the plane and at sea and fly a mission. Prints how many were read: fuzz_image IMAGE COUNT [SEED].
 #include <cstdio>
 #include <cstdlib>
 #include <random>
@@ -75,24 +75,41 @@ void swim(const ht_robot* robot, int model, const std::vector<double>& gait) {
     ht_swim(robot, model, gait.data(), 1, 0, quantities.data());
 }
 
-/// Run a twin for 50 ticks; whether there is one.
+/// Run a twin for 50 ticks, on a mission or under a command, and on from a state of its own.
+void run(ht_twin* twin, const std::vector<double>& gait) {
+    int numbers = 0;
+    for (int k = 0, width = 0; ht_twin_column(twin, k, &width); ++k) numbers += width;
+    std::vector<double> row(numbers);
+    Bytes state(ht_twin_state_size(twin));
+    const double fins[2] = {0.1, -0.1};
+    ht_twin_command(twin, gait.data(), fins, 1);
+    ht_twin_break(twin, 3, 0, 2);
+    ht_twin_jam(twin, 0, 3);
+    for (int k = 0; k < 5; ++k) {
+        ht_twin_advance(twin, 10);
+        ht_twin_read(twin, row.data());
+        if (k == 2) ht_twin_save(twin, state.data());
+    }
+    ht_twin_restore(twin, state.data(), state.size());
+    ht_twin_advance(twin, 1);
+    ht_twin_free(twin);
+}
+
+/// Run a twin under a command; whether there is one.
 bool run_twin(const ht_robot* robot, int sea, const std::vector<double>& gait) {
     const ht_start start{sea, 3, 0.1, 1, 0, {0, 0}, 5};
     char fault[400];
     ht_twin* const twin = ht_twin_create(robot, &start, fault, sizeof(fault));
-    if (!twin) return false;
-    int numbers = 0;
-    for (int k = 0, width = 0; ht_twin_column(twin, k, &width); ++k) numbers += width;
-    std::vector<double> row(numbers);
-    const double fins[2] = {0.1, -0.1};
-    ht_twin_command(twin, gait.data(), fins, 1);
-    ht_twin_break(twin, 3, 0, 2);
-    for (int k = 0; k < 5; ++k) {
-        ht_twin_advance(twin, 10);
-        ht_twin_read(twin, row.data());
-    }
-    ht_twin_free(twin);
-    return true;
+    if (twin) run(twin, gait);
+    return twin;
+}
+
+/// Fly a mission that there is, or is not; whether there was one.
+bool run_flight(const ht_robot* robot, int mission, std::uint32_t seed, const std::vector<double>& gait) {
+    char fault[400] = "";
+    ht_twin* const twin = ht_twin_fly(robot, mission, seed, fault, sizeof(fault));
+    if (twin) run(twin, gait);
+    return twin;
 }
 
 }  // namespace
@@ -105,7 +122,7 @@ int main(int argc, char** argv) {
     }
     Chance chance{std::mt19937_64(argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 0)};
     const long count = std::atol(argv[2]);
-    long read = 0, twins = 0, silent = 0;
+    long read = 0, twins = 0, flights = 0, silent = 0;
     for (long k = 0; k < count; ++k) {
         Bytes image = good;
         damage(image, chance);
@@ -117,8 +134,11 @@ int main(int argc, char** argv) {
         const std::vector<double> gait = gait_of(robot);
         swim(robot, int(k % ht_robot_models(robot)), gait);
         for (int sea = 0; sea < 2; ++sea) twins += run_twin(robot, sea, gait);
+        const int missions = ht_robot_missions(robot);
+        flights += run_flight(robot, int(k % (missions + 1)), std::uint32_t(k % 3), gait);
         ht_robot_free(robot);
     }
-    std::printf("%ld images: %ld read, %ld twins run, %ld refused without a sentence\n", count, read, twins, silent);
+    std::printf("%ld images: %ld read, %ld twins and %ld flights run, %ld refused without a sentence\n", count, read,
+                twins, flights, silent);
     return silent ? 1 : 0;
 }

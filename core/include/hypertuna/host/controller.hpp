@@ -37,8 +37,7 @@ inline Loaded<Sensors<double>> load_sensors(const NamedColumns& columns, std::ui
     sensors.fix_every = 1;
     if (in.has("fix_every")) {
         visit_fields(sensors, Reader::pilot, read);
-        sensors.fix_every = int(in.number("fix_every"));
-        if (sensors.fix_every < 1) in.refuse("fix_every: must be one tick or more");
+        sensors.fix_every = in.whole("fix_every", 1, 1 << 30);
     }
     return in.loaded(std::move(sensors));
 }

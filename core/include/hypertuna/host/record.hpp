@@ -48,14 +48,18 @@ struct Recorded {
     double (*of)(const Source&..., int);
 };
 
+/// Append a column of zeros; not inlined, for it is called for many tables.
+HYPERTUNA_NOINLINE inline void add_column(Record& record, const char* name, Extent extent, std::size_t rows,
+                                          int coordinates, int joints) {
+    const std::size_t width = extent_of(extent, coordinates, joints);
+    record.columns.push_back({name, width, extent == Extent::one, std::vector<double>(rows * width)});
+}
+
 /// Append columns of zeros for a number of rows; returns the first one's place.
 template <class Table>
 std::size_t add_columns(Record& record, const Table& table, std::size_t rows, int coordinates, int joints) {
     const std::size_t first = record.columns.size();
-    for (const auto& column : table) {
-        const std::size_t width = extent_of(column.extent, coordinates, joints);
-        record.columns.push_back({column.name, width, column.extent == Extent::one, std::vector<double>(rows * width)});
-    }
+    for (const auto& column : table) add_column(record, column.name, column.extent, rows, coordinates, joints);
     return first;
 }
 

@@ -1,8 +1,9 @@
-/// The twins of all sizes and bodies: apart from host.cpp, since here alone speed counts more than size.
+/// The twins of a tail's size: apart from host.cpp, since here alone speed counts more than size.
+#pragma once
+
 #include "twin.hpp"
 
 namespace hypertuna {
-namespace {
 
 /// All that a twin goes on from.
 template <class State>
@@ -57,7 +58,7 @@ struct FlightMoment {
     Ending ending;
 };
 #define HYPERTUNA_COLUMN(name, value) {name, Extent::one, [](const FlightMoment& at, int) -> double { return value; }}
-constexpr auto flight_columns = std::to_array<Recorded<FlightMoment>>({
+inline constexpr auto flight_columns = std::to_array<Recorded<FlightMoment>>({
     HYPERTUNA_COLUMN("time", at.time),
     HYPERTUNA_COLUMN("charge_left", at.charge_left),
     HYPERTUNA_COLUMN("ending", double(int(at.ending))),
@@ -130,22 +131,12 @@ class FlightTwin final : public LiveTwin {
     std::size_t pilot_at_, flight_at_;  // places of columns
 };
 
-/// Call work(law, std::integral_constant<int, D>) with the smallest tail that there is code for.
-template <std::size_t size = 0, class Work>
-void with_sized(const PlantData& plant, const Work& work) {
-    constexpr int D = tail_sizes[size];
-    if constexpr (D < max_coordinates)
-        if (plant.coordinates != D) return with_sized<size + 1>(plant, work);
-    with_law<double>(plant.model.law, [&](auto law) { work(law, std::integral_constant<int, D>()); });
-}
-
-}  // namespace
-
-std::unique_ptr<LiveTwin> make_live(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world) {
+template <int D>
+std::unique_ptr<LiveTwin> Twins<D>::start(const TwinParts& parts, std::uint64_t seed, const Run& start,
+                                          const World& world) {
     std::unique_ptr<LiveTwin> made;
-    with_sized(parts.plant, [&](auto law, auto size) {
+    with_law<double>(parts.plant.model.law, [&](auto law) {
         using Law = typename decltype(law)::type;
-        constexpr int D = size.value;
         if (world.sea)
             made = std::make_unique<BodyTwin<SpaceBody<Law, D>, Body6<double, Law, D>>>(parts, seed, start, *world.sea,
                                                                                         &SpaceBody<Law, D>::body);
@@ -156,13 +147,14 @@ std::unique_ptr<LiveTwin> make_live(const TwinParts& parts, std::uint64_t seed, 
     return made;
 }
 
-std::unique_ptr<LiveTwin> make_flight(const TwinParts& parts, const MissionParts& mission, std::uint64_t seed) {
+template <int D>
+std::unique_ptr<LiveTwin> Twins<D>::fly(const TwinParts& parts, const MissionParts& mission, std::uint64_t seed) {
     World world = mission.world;
     const std::array<double, 2> added = mission.scatter.add(seed, world.gaps);
     for (int k = 0; k < 2; ++k) world.sea->current[k] += added[k];
     std::unique_ptr<LiveTwin> made;
-    with_sized(parts.plant, [&](auto law, auto size) {
-        made = std::make_unique<FlightTwin<typename decltype(law)::type, size.value>>(parts, mission, seed, world);
+    with_law<double>(parts.plant.model.law, [&](auto law) {
+        made = std::make_unique<FlightTwin<typename decltype(law)::type, D>>(parts, mission, seed, world);
     });
     return made;
 }
