@@ -3,7 +3,7 @@ import { Beats } from "./beats.ts";
 import { type Factors, known } from "./changes.ts";
 import { Choices, type Model } from "./choices.ts";
 import { part } from "./dom.ts";
-import { packedBytes } from "./files.ts";
+import { packedBytes, plainBytes } from "./files.ts";
 import { Stage } from "./fish.ts";
 import * as hash from "./hash.ts";
 import { Knobs } from "./knobs.ts";
@@ -288,7 +288,7 @@ class Studio {
   // --- files
 
   /** Open a robot image that was dropped or chosen. */
-  private async take(file: File | undefined): Promise<void> {
+  async take(file: File | undefined): Promise<void> {
     if (file === undefined) return;
     this.say("");
     try {
@@ -332,6 +332,10 @@ async function open(): Promise<void> {
   const live = new Calculator(script, await WebAssembly.compile(await packedBytes(part("core").textContent ?? "")));
   const studio = new Studio(new Robots(given.robots), live, await live.ask({ kind: "names" }));
   await studio.open({ ...fromStart(given.start), ...hash.read(location.hash) });
+  const log = document.getElementById("log"); // that the page comes with
+  if (log === null) return;
+  await studio.take(new File([plainBytes(log.textContent ?? "")], log.dataset.name ?? "log.mcap"));
+  part("views").scrollIntoView();
 }
 
 async function main(): Promise<void> {

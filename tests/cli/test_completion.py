@@ -59,6 +59,11 @@ def test_completion_knows_commands_options_and_names(shell: str, tmp_path: Path)
     assert offered("hypertuna swim --water s") == {"strip"}
     assert "rexeel" in offered("hypertuna swim --robot rex")
     assert "rexeel" in offered("hypertuna studio rex")
+    for name in ("rexeel-mine.toml", "rexeel.mcap", "rexeel.txt"):
+        (tmp_path / name).touch()
+    assert offered(f"hypertuna studio {tmp_path}/rex") == {f"{tmp_path}/rexeel-mine.toml", f"{tmp_path}/rexeel.mcap"}
+    assert offered("hypertuna studio rexeel --gait wave-1") == {"wave-10"}
+    assert offered("hypertuna studio --gait turn") == {"turning"}
     assert offered("hypertuna swim --robot rexeel --gait wave-1") == {"wave-10"}
     assert offered("hypertuna mission b") == {"box"}
     assert offered("hypertuna swim --set joints.I.b") == {"joints.I.bandwidth_hz=", "joints.I.bend_max_deg="}

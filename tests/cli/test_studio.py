@@ -2,6 +2,7 @@
 
 import base64
 import gzip
+import html
 import http.client
 import json
 import os
@@ -21,9 +22,12 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.mission.image import robot_image
+from hypertuna.mission.log import write_log
 from program import Run
+from voyage import voyage
 
 ROOT = Path(__file__).parents[2]
+LOG = re.compile(r'<script type="text/plain" id="log" data-name="([^"]*)">([^<]*)</script>')
 SCRIPT = re.compile(r'<script type="application/json" id="robots">(.*?)</script>', re.DOTALL)
 
 
@@ -173,6 +177,46 @@ def test_the_robot_of_a_fit_takes_the_place_of_its_namesake(run: Run, tmp_path: 
     data = robots_of(file.read_text(encoding="utf-8"))
     images = [one["image"] for one in data["robots"] if one["name"] == "hypertuna"]
     assert [gzip.decompress(base64.b64decode(image)) for image in images] == [robot_image(ht.load(fitted))]
+
+
+def test_the_log_of_a_mission_is_served_with_its_robot(tmp_path: Path) -> None:
+    log = tmp_path / "a <mission>.mcap"
+    write_log(voyage(20), log)
+    with serving(str(log), "--gait", "turning", "--no-open") as process:
+        host, port = address_of(process)
+        page = get(host, port).read().decode()
+    ((name, content),) = LOG.findall(page)
+    assert html.unescape(name) == log.name
+    assert base64.b64decode(content) == log.read_bytes()
+    assert robots_of(page)["robots"][0]["name"] == "hypertuna"
+    assert ht.Gait(**robots_of(page)["start"]["gait"]) == ht.named_gait(ht.load("hypertuna"), "turning")
+
+
+def test_a_page_without_a_log_has_no_place_for_one(run: Run, tmp_path: Path) -> None:
+    assert run("studio", "rexeel", "-o", str(tmp_path / "fish.html"))[0] == 0
+    assert not LOG.findall((tmp_path / "fish.html").read_text(encoding="utf-8"))
+
+
+def test_what_is_no_log_of_a_mission_is_one_sentence(run: Run, tmp_path: Path) -> None:
+    def refused(content: bytes | None) -> str:
+        file = tmp_path / "x.mcap"
+        if content is not None:
+            file.write_bytes(content)
+        code, out, told = run("studio", str(file), "-o", str(tmp_path / "x.html"))
+        assert (code, out) == (2, "")
+        assert not (tmp_path / "x.html").exists()
+        return told.replace(f"{tmp_path}/", "")
+
+    assert refused(None) == (
+        "error: x.mcap must be a readable file, but is not (No such file or directory): give the path of a .mcap "
+        "file.\n"
+    )
+    assert refused(b"<title>no log</title>") == (
+        "error: x.mcap must be an MCAP file, but is something else: give a .mcap file.\n"
+    )
+    write_log(voyage(20), tmp_path / "whole.mcap")
+    whole = (tmp_path / "whole.mcap").read_bytes()
+    assert refused(whole[:20]).startswith("error: x.mcap must be a hypertuna log: it lacks the header")
 
 
 @pytest.mark.parametrize(

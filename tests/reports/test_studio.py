@@ -7,6 +7,7 @@ import html
 import json
 import re
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,9 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.mission.image import robot_image
+from hypertuna.mission.log import write_log
 from hypertuna.reports import studio as module
+from voyage import voyage
 
 
 def test_a_notebook_shows_the_page_in_a_frame() -> None:
@@ -40,6 +43,25 @@ def test_the_text_is_two_lines() -> None:
 def test_save_writes_the_page(tmp_path: Path) -> None:
     shown = ht.studio(ht.load("rexeel"), ht.Gait.from_degrees(frequency=1, amplitude=(9,) * 5, phase=(0,) * 5))
     assert shown.save(tmp_path / "fish.html").read_text(encoding="utf-8") == shown.html
+
+
+def test_a_log_is_played_with_the_robot_that_it_is_of(tmp_path: Path) -> None:
+    log = write_log(voyage(20), tmp_path / "box.mcap")
+    shown = ht.studio(log)
+    assert shown.robot.name == "hypertuna"
+    assert repr(shown).splitlines()[0] == "Studio of hypertuna with the log box.mcap"
+    (content,) = re.findall(r'id="log" data-name="box.mcap">([^<]*)<', shown.html)
+    assert base64.b64decode(content) == log.read_bytes()
+    own = tmp_path / "mine.toml"
+    own.write_text((Path(__file__).parents[2] / "robots/rexeel.toml").read_text().replace('"rexeel"', '"mine"', 1))
+    facts = {"robot_file": str(own)}
+    write_log(replace(voyage(20), robot="mine", facts=facts), log)
+    assert ht.studio(str(log)).robot.name == "mine"  # found by its file
+    own.unlink()
+    assert ht.studio(log).robot.name == "hypertuna"  # the page's first: the log's own is not here
+    log.write_bytes(b"no log")
+    with pytest.raises(ht.InputError, match=r"box.mcap must be an MCAP file"):
+        ht.studio(log)
 
 
 def test_arguments_are_checked() -> None:

@@ -143,12 +143,22 @@ def offered_robots(incomplete: str) -> list[str]:
     return starting(robots(), incomplete)
 
 
-def _gaits(context: typer.Context, incomplete: str) -> list[str]:
+def offered_files(incomplete: str, suffixes: Sequence[str]) -> list[str]:
+    """Return the files of some kinds that a path may become."""
+    folder, name = os.path.split(incomplete)
+    with contextlib.suppress(OSError):
+        found = [entry.name for entry in os.scandir(folder or ".") if entry.name.endswith(tuple(suffixes))]
+        return [os.path.join(folder, entry) for entry in starting(sorted(found), name)]
+    return []
+
+
+def offered_gaits(context: typer.Context, incomplete: str) -> list[str]:
     """Return the gaits of the robot that is typed before."""
     from hypertuna.description.robot import load
 
+    named = [*context.args, context.params.get("robot") or ROBOT]  # words that are no option wait in `args`
     with contextlib.suppress(InputError):
-        return starting([*load(context.params.get("robot") or ROBOT).gaits], incomplete)
+        return starting([*load(named[0]).gaits], incomplete)
     return []
 
 
@@ -189,7 +199,7 @@ Changes = Annotated[
 ]
 GaitName = Annotated[
     str | None,
-    text("--gait", "A gait of the robot's file; the options below change it.", "NAME", autocompletion=_gaits),
+    text("--gait", "A gait of the robot's file; the options below change it.", "NAME", autocompletion=offered_gaits),
 ]
 Frequency = Annotated[
     Sequence[tuple[float]] | None,

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -17,6 +18,7 @@ from hypertuna.cli import streams
 from hypertuna.cli.emit import emit
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
+from hypertuna.mission.read_log import read_log
 from hypertuna.ranges import Whole
 from hypertuna.swimming.gait import named_gait
 
@@ -37,20 +39,28 @@ HEADERS = {
 }
 
 
+def _offered(incomplete: str) -> list[str]:
+    """Return the robots, robot files and logs that a word may become."""
+    return opt.offered_robots(incomplete) + opt.offered_files(incomplete, (".toml", ".mcap"))
+
+
 def studio_command(
     robot: Annotated[
         str,
         typer.Argument(
-            metavar="ROBOT",
-            help="Name of a robot that comes with hypertuna, or path of its file, a fitted one too.",
+            metavar="ROBOT|LOG.mcap",
+            help="Name of a robot that comes with hypertuna, path of its file, a fitted one too, or a mission's log.",
             envvar="HYPERTUNA_ROBOT",
-            autocompletion=opt.offered_robots,
+            autocompletion=_offered,
             show_default=False,
         ),
     ] = opt.ROBOT,
     gait: Annotated[
         str | None,
-        opt.text("--gait", "Gait at the start, one of the robot's file. (default: its first)", "NAME"),
+        opt.text(
+            *("--gait", "Gait at the start, one of the robot's file. (default: its first)", "NAME"),
+            autocompletion=opt.offered_gaits,
+        ),
     ] = None,
     port: Annotated[int | None, opt.whole_number("--port", "Port of the address. (default: a free one)")] = None,
     no_open: Annotated[bool, typer.Option("--no-open", help="Print the address; open no browser.")] = False,
@@ -62,20 +72,24 @@ def studio_command(
     ] = None,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Turn the knobs of a swimming robot in the browser: a page of this machine alone, until Ctrl-C."""
-    from hypertuna.reports.studio import Studio, studio_page
+    """Turn the knobs of a swimming robot in the browser: a page of this machine alone, until Ctrl-C.
 
-    subject = load(robot)
+    A log of a mission is played in the view Sea; that needs the extra log.
+    """
+    from hypertuna.reports.studio import LOG, Studio, robot_in
+
+    log = Path(robot) if robot.endswith(LOG) else None
+    subject = load(robot) if log is None else robot_in(read_log(log))
     start = None if gait is None else named_gait(subject, gait)
+    studio = Studio(subject, start, 0, log)
     if output is not None:
         _check_output(port, no_open)
-        Studio(subject, start, 0).save(output)
+        studio.save(output)
         emit({"file": output}, record=dict, lines=lambda _: (), written=(output,), as_json=as_json)
         return
     if port is not None:
         PORTS.check(port, "--port", "leave it out for a free one")
-    page = studio_page(subject, start).encode()
-    with _server(page, port or 0) as server:
+    with _server(studio.html.encode(), port or 0) as server:
         address = f"http://{HERE}:{server.server_port}/"
         streams.state["done"] = f"the studio at {address} is closed"
         emit({"address": address}, record=dict, lines=lambda one: _lines(one["address"]), as_json=as_json)

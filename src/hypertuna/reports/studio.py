@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import gzip
 import html
 import json
@@ -12,15 +13,18 @@ from pathlib import Path
 from typing import Any
 
 from hypertuna.arguments import checked
-from hypertuna.description.robot import Robot, robot_of
+from hypertuna.description.robot import Robot, load, robot_of
 from hypertuna.errors import InputError
-from hypertuna.io.files import shipped, write_atomically
+from hypertuna.io.files import read_bytes, shipped, write_atomically
 from hypertuna.mission.image import robot_image
+from hypertuna.mission.read_log import Log, read_log
 from hypertuna.ranges import Whole
 from hypertuna.swimming.cards import gait_text
 from hypertuna.swimming.gait import KINDS, Gait, gait_of
 
 PAGE = "studio.html"
+FIRST = "hypertuna"  # of the robots in the page
+LOG = ".mcap"
 HEIGHTS = Whole(min=200, max=4000)  # px, of a frame in a notebook
 _ROBOTS = re.compile(r'(<script type="application/json" id="robots">)(.*?)(</script>)', re.DOTALL)
 
@@ -32,11 +36,12 @@ class Studio:
     robot: Robot
     gait: Gait | None  # at the start; None for the robot's first
     height: int  # of the frame in a notebook [px]
+    log: Path | None = None  # file of a mission's log that the page plays
 
     @property
     def html(self) -> str:
         """The page: one file that needs no other, and no network."""
-        return studio_page(self.robot, self.gait)
+        return studio_page(self.robot, self.gait, log=self.log)
 
     def save(self, path: str | Path) -> Path:
         """Write the page, completely or not at all.
@@ -59,6 +64,7 @@ class Studio:
 
     def __repr__(self) -> str:
         gait = f" at {gait_text(self.gait)}" if self.gait is not None else ""
+        gait += f" with the log {self.log.name}" if self.log is not None else ""
         return f"Studio of {self.robot.name}{gait}\nA notebook shows it; save(path) writes the page."
 
     def _repr_html_(self) -> str:
@@ -76,7 +82,8 @@ def studio(robot: Robot | str | Path, gait: Gait | str | None = None, *, height:
     Parameters
     ----------
     robot : Robot, str or Path
-        Robot, its name or the path of its file.
+        Robot, its name or the path of its file; or the path of a mission's log, a .mcap file, which the page plays with
+        the robot that it is of.
     gait : Gait or str, optional
         Gait at the start, or the name of one of the robot's; left out, it is the robot's first.
     height : int
@@ -90,18 +97,29 @@ def studio(robot: Robot | str | Path, gait: Gait | str | None = None, *, height:
     Raises
     ------
     InputError
-        If the gait does not fit the robot, or an argument is out of range.
+        If the gait does not fit the robot, the file is not a mission's log, or an argument is out of range.
     """
-    robot = robot_of(robot)
+    log = None if isinstance(robot, Robot) or Path(robot).suffix != LOG else Path(robot)
+    robot = robot_of(robot if log is None else robot_in(read_log(log)))
     known = None if gait is None else gait_of(robot, gait)
-    return Studio(robot, known, HEIGHTS.check(height, "height", "give the height of the frame in pixels"))
+    return Studio(robot, known, HEIGHTS.check(height, "height", "give the height of the frame in pixels"), log)
 
 
-def studio_page(robot: Robot, gait: Gait | None = None, *, ledger: str | None = None) -> str:
+def robot_in(log: Log) -> Robot:
+    """Return the robot that a log is of, by its name or its file; the first of the page where it is not here."""
+    name, file = log.record.robot, log.record.facts.get("robot_file", "")
+    for known in (file, name):
+        with contextlib.suppress(InputError):
+            if known and (robot := load(known)).name == name:
+                return robot
+    return load(FIRST)
+
+
+def studio_page(robot: Robot, gait: Gait | None = None, *, ledger: str | None = None, log: Path | None = None) -> str:
     """Return the page of the studio with a robot put first, beside those that the page comes with.
 
     `ledger` is the address, as seen from the page, of the ledger's rows, each with the anchor number-ID; empty where
-    the page stands in a frame of the ledger, None where there is no ledger.
+    the page stands in a frame of the ledger, None where there is no ledger. `log` is the file of a mission's log.
     """
     before, tag, content, end, after = _parts()
     image = base64.b64encode(gzip.compress(robot_image(robot), mtime=0)).decode()
@@ -113,7 +131,15 @@ def studio_page(robot: Robot, gait: Gait | None = None, *, ledger: str | None = 
         start["ledger"] = ledger
     data = {"robots": [{"name": robot.name, "image": image}, *others], "start": start}
     # Nothing in the data may end the element of the script that holds it.
-    return "".join((before, tag, json.dumps(data).replace("<", "\\u003c"), end, after))
+    return "".join((before, tag, json.dumps(data).replace("<", "\\u003c"), end, _log_part(log), after))
+
+
+def _log_part(log: Path | None) -> str:
+    """Return the part of a page that holds a log."""
+    if log is None:
+        return ""
+    content = base64.b64encode(read_bytes(log)).decode()
+    return f'\n<script type="text/plain" id="log" data-name="{html.escape(log.name)}">{content}</script>'
 
 
 def _parts() -> tuple[str, str, str, str, str]:
