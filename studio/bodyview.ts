@@ -12,7 +12,8 @@ const COMPARED = ["speed", "mechanical_power", "cost_of_transport"];
 const GROUPS: [RegExp, string][] = [
   [/^length/, "Lengths"],
   [/^mass/, "Masses"],
-  [/./, "Tail and springs"],
+  [/^fin/, "Tail"],
+  [/./, "Springs"],
 ];
 const INTRO =
   "Drag the handles, or use the sliders. A longer link has the same height, width and volume, so that its areas grow and its mass stays; a heavier one keeps its volume. Coefficients of the water stay as the file has them.";
@@ -44,14 +45,14 @@ export class BodyView {
     private readonly room: HTMLElement,
     private readonly changed: (factors: Factors) => void,
   ) {
-    this.drawing = new Drawing((knob, factor) => this.turn(knob, factor));
+    this.drawing = new Drawing((knob, factor) => this.turn(knob, rounded(factor)));
     this.buttons = { reset: button("Reset all"), save: button("Save the robot (TOML)") };
     this.buttons.reset.addEventListener("click", () => this.changed({}));
     this.buttons.save.addEventListener("click", () => this.save());
     const head = element("div", "row left");
     head.append(this.buttons.reset, this.buttons.save);
     this.note.setAttribute("role", "status");
-    room.replaceChildren(element("p", "intro", INTRO), this.drawing.svg, this.gains, head, this.note, this.list);
+    room.replaceChildren(element("p", "intro", INTRO), this.gains, this.drawing.svg, head, this.note, this.list);
   }
 
   /** Show a robot as it is described, or with a changed body. */
@@ -69,8 +70,8 @@ export class BodyView {
       range.style.setProperty("--at", String((factor - low) / (high - low)));
       range.setAttribute("aria-valuetext", `${digits(value)} ${knob.unit}`);
       if (document.activeElement !== number) number.value = String(Number(value.toPrecision(5)));
-      mark.textContent =
-        factor === 1 ? "" : `${digits(100 * (factor - 1), 3).replace(/^(?=\d)/, "+")} %, from ${digits(knob.value)}`;
+      mark.textContent = factor === 1 ? "" : signed(100 * (factor - 1));
+      mark.title = `described: ${digits(knob.value)} ${knob.unit}`;
       reset.hidden = factor === 1;
     }
     const count = Object.keys(factors).length;
@@ -103,7 +104,7 @@ export class BodyView {
 
   private turn(knob: BodyKnob, factor: number): void {
     const [low, high] = knob.range;
-    const kept = Number(Math.min(high, Math.max(low, factor)).toFixed(4));
+    const kept = Math.min(high, Math.max(low, factor));
     const factors = { ...this.robot?.factors, [knob.name]: kept };
     if (kept === 1) delete factors[knob.name];
     this.changed(factors);
@@ -128,10 +129,10 @@ export class BodyView {
         const box = element("div");
         const [now, then] = [this.values[name] ?? Number.NaN, before[name] ?? Number.NaN];
         const gain = 100 * (now / then - 1);
-        const number = element("dt", "", changed ? `${digits(gain, 3).replace(/^(?=\d)/, "+")} %` : digits(now));
+        const number = element("dt", "", changed ? signed(gain) : digits(now));
         number.dataset.gain = name;
         number.dataset.value = String(gain);
-        const words = changed ? `${label}: ${digits(now)}, described ${digits(then)} ` : `${label} `;
+        const words = changed ? `${label}: ${digits(now)}, described ${digits(then)} ` : `${label}, described `;
         const text = element("dd", "", words);
         text.append(element("span", "unit", `[${unit}]`));
         box.append(number, text);
@@ -191,13 +192,13 @@ export class BodyView {
     number.setAttribute("aria-label", `${knob.label} [${knob.unit}]`);
     const field = element("span", "field");
     field.append(number, element("span", "unit", knob.unit));
-    const foot = element("span", "foot");
     const mark = element("output", "mark");
-    const reset = button("Reset");
+    const reset = button("↺");
+    reset.title = "Reset";
     reset.setAttribute("aria-label", `Reset ${knob.label}`);
-    foot.append(mark, reset);
-    row.append(title, field, range, foot);
-    range.addEventListener("input", () => this.turn(knob, range.valueAsNumber));
+    field.prepend(mark, reset);
+    row.append(title, field, range);
+    range.addEventListener("input", () => this.turn(knob, rounded(range.valueAsNumber)));
     number.addEventListener("change", () => {
       if (!Number.isNaN(number.valueAsNumber)) this.turn(knob, number.valueAsNumber / knob.value);
     });
@@ -209,6 +210,12 @@ export class BodyView {
 
 const TWIN = " Inside, the twin has the changed body, and on board the controller of the robot as described.";
 const NO_TWIN = " Inside, the twin is that of the robot as described: it does not follow one of these values.";
+
+/** A factor that was dragged, not typed. */
+const rounded = (factor: number): number => Number(factor.toFixed(4));
+
+/** A change in percent, with its sign. */
+const signed = (percent: number): string => `${digits(percent, 3).replace(/^(?=\d)/, "+")} %`;
 
 function button(text: string): HTMLButtonElement {
   const made = element("button", "", text);

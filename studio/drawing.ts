@@ -1,14 +1,18 @@
 // The robot from the side and from above, with handles that are dragged: lengths, the tail's height, masses.
-import { at, type Point, Shape } from "./body.ts";
+import { at, Shape } from "./body.ts";
 import { digits } from "./quantities.ts";
 import type { BodyKnob, Robot } from "./robot.ts";
 
 const SVG = "http://www.w3.org/2000/svg";
 const GAP = 20; // px around the views
+const BESIDE = 720; // px from which the views stand side by side
+const TITLE = 20; // px above a view
 const GRIP = 7; // px, of a handle
 const STEPS = 60; // of an outline
 const PULL = 120; // px of a drag that multiply a mass by e
 const NUDGE = 0.01; // of a factor, by an arrow key
+const HANDLES = 46; // px below the body, of the handles of lengths
+const NOWHERE = { left: 0, top: 0 };
 const LARGEST = 0.075; // radius of the heaviest link's circle, body lengths
 
 interface Handle {
@@ -16,11 +20,17 @@ interface Handle {
   group: SVGGElement;
 }
 
+/** Where the nose of a view is [px]. */
+interface Axis {
+  left: number;
+  top: number;
+}
+
 interface Scale {
   size: number; // px per m
-  side: number; // px from the top to the axis, of each view
-  above: number;
-  height: number;
+  side: Axis;
+  above: Axis;
+  height: number; // px of the drawing
 }
 
 /** Factor that a drag makes of the one before; a drag is in px to the right and up. */
@@ -30,7 +40,7 @@ export class Drawing {
   readonly svg = made("svg", { class: "drawing", role: "group", "aria-label": "Body with handles" });
   private handles: Handle[] = [];
   private robot: Robot | null = null;
-  private scale: Scale = { size: 1, side: 0, above: 0, height: 0 };
+  private scale: Scale = { size: 1, side: NOWHERE, above: NOWHERE, height: 0 };
   private dragged = false;
 
   /** `turned` hears of a knob's factor. */
@@ -110,124 +120,121 @@ export class Drawing {
     const { robot, svg } = this;
     const width = svg.clientWidth;
     if (robot === null || width === 0) return;
-    const length = 1.06 * Math.max(robot.length, robot.described?.length ?? 0);
-    const size = (width - 2 * GAP) / length;
-    const tallest = Math.max(this.tall(robot), ...robot.links.map(({ height }) => height ?? 0));
-    const wide = Math.max(2 * LARGEST * robot.length, ...robot.links.map(({ width }) => width ?? 0), reach(robot));
-    const side = GAP + 12 + (size * tallest) / 2;
-    const above = side + (size * tallest) / 2 + 56 + (size * wide) / 2;
-    this.scale = { size, side, above, height: above + (size * wide) / 2 + GAP };
+    const beside = width >= BESIDE;
+    const room = beside ? width / 2 : width;
+    const size = (room - 2 * GAP) / (1.06 * Math.max(robot.length, robot.described?.length ?? 0));
+    const body = Math.max(...robot.links.map(({ height }) => height ?? 0));
+    const high = (size * Math.max(this.tall(robot), body)) / 2;
+    const low = Math.max(high, (size * body) / 2 + HANDLES);
+    const wide = (size * this.wide(robot)) / 2;
+    const under = Math.max(wide, (size * Math.max(...robot.links.map(({ width }) => width ?? 0))) / 2 + HANDLES);
+    const half = beside ? Math.max(high, wide) : high;
+    const side = { left: GAP, top: TITLE + GAP + half };
+    const above = { left: GAP + (beside ? room : 0), top: beside ? side.top : side.top + low + GAP + TITLE + wide };
+    this.scale = { size, side, above, height: Math.max(side.top + low, above.top + under) + GAP };
     this.draw();
   }
 
   private draw(): void {
     const { robot, svg, scale } = this;
     if (robot === null) return;
-    const { size, side, above, height } = scale;
-    svg.setAttribute("height", String(Math.ceil(height)));
+    svg.setAttribute("height", String(Math.ceil(scale.height)));
     const joints = [0];
     for (const { length } of robot.links) joints.push((joints.at(-1) ?? 0) + length);
     const shape = new Shape(robot);
-    const place = (x: number, y: number, axis: number): [number, number] => [GAP + size * x, axis - size * y];
-    const parts: SVGElement[] = [
-      text("from the side", GAP, 12, "label"),
-      text("from above; circles are masses", GAP, above - size * 0.5 * this.wide(robot) - 8, "label"),
-    ];
-    parts.push(
-      closed(
-        profile(robot, joints).map(([x, y]) => place(x, y, side)),
-        "flank",
-      ),
-    );
-    const fin = tailFin(robot, shape);
-    if (fin.length > 0)
-      parts.push(
-        closed(
-          fin.map(([x, y]) => place(x, y, side)),
-          "tail",
-        ),
-      );
-    parts.push(
-      ...pectorals(robot).map((plate) =>
-        closed(
-          plate.map(([x, y]) => place(x, y, above)),
-          "tail",
-        ),
-      ),
-    );
-    parts.push(
-      closed(
-        plan(robot, shape).map(([x, y]) => place(x, y, above)),
-        "flank",
-      ),
-    );
-    joints.slice(1, -1).forEach((x, k) => {
-      for (const [axis, half] of [
-        [side, profileHalf(robot, joints, x)],
-        [above, at(shape.stations({ x: 0, y: 0, heading: 0 }, []), x / robot.length).half],
-      ] as const)
-        parts.push(line(place(x, half, axis), place(x, -half, axis), `joint${k % 2}`));
-    });
-    this.masses(robot, joints, parts);
-    this.place(robot, joints, parts);
-    const held = this.handles.map(({ group }) => group);
-    for (const old of [...svg.children]) if (!held.includes(old as SVGGElement)) old.remove();
+    const parts = [...this.views(robot, joints, shape), ...this.masses(robot, joints), ...this.place(robot, joints)];
+    const held: Element[] = this.handles.map(({ group }) => group);
+    for (const old of [...svg.children]) if (!held.includes(old)) old.remove();
     svg.prepend(...parts);
     for (const group of held) if (group.parentNode !== svg) svg.append(group);
+  }
+
+  /** The body from the side and from above, with lines at its joints. */
+  private views(robot: Robot, joints: number[], shape: Shape): SVGElement[] {
+    const { side, above, size } = this.scale;
+    const on = (axis: Axis, style: string, points: Pair[]): SVGElement =>
+      closed(
+        points.map(([x, y]) => this.at(axis, x, y)),
+        style,
+      );
+    const straight = shape.stations({ x: 0, y: 0, heading: 0 }, robot.links.map(zero));
+    const lines = joints.slice(1, -1).flatMap((x) => {
+      const halves: [Axis, number][] = [
+        [side, profileHalf(robot, joints, x)],
+        [above, at(straight, x / robot.length).half],
+      ];
+      return halves.map(([axis, half]) => line(this.at(axis, x, half), this.at(axis, x, -half), "joint"));
+    });
+    return [
+      text("from the side", [GAP, TITLE]),
+      text("from above; circles are masses", [
+        above.left,
+        Math.max(TITLE, above.top - (size * this.wide(robot)) / 2 - 10),
+      ]),
+      on(side, "flank", profile(robot, joints)),
+      on(side, "tail", tailFin(robot, shape)),
+      ...pectorals(robot).map((plate) => on(above, "tail", plate)),
+      on(above, "flank", mirrored(straight.map(({ x, half }): Pair => [x, half]))),
+      ...lines,
+    ];
+  }
+
+  private at(axis: Axis, x: number, y: number): Pair {
+    const { size } = this.scale;
+    return [axis.left + size * x, axis.top - size * y];
   }
 
   private wide(robot: Robot): number {
     return Math.max(2 * LARGEST * robot.length, ...robot.links.map(({ width }) => width ?? 0), reach(robot));
   }
 
-  private masses(robot: Robot, joints: number[], parts: SVGElement[]): void {
-    robot.links.forEach((link, i) => {
+  private masses(robot: Robot, joints: number[]): SVGElement[] {
+    return robot.links.map(({ mass }, i) => {
       const [x, y] = this.center(robot, joints, i);
-      parts.push(
-        made("circle", { cx: String(x), cy: String(y), r: String(this.radius(robot, link.mass)), class: "mass" }),
-      );
+      return made("circle", { cx: String(x), cy: String(y), r: String(this.radius(robot, mass)), class: "mass" });
     });
   }
 
-  private center(robot: Robot, joints: number[], i: number): Point2 {
-    const { size, above } = this.scale;
-    return [GAP + size * ((joints[i] ?? 0) + (robot.links[i]?.com ?? 0)), above];
+  private center(robot: Robot, joints: number[], i: number): Pair {
+    return this.at(this.scale.above, (joints[i] ?? 0) + (robot.links[i]?.com ?? 0), 0);
   }
 
   /** Radius of a mass's circle [px], whose area is as the mass. */
   private radius(robot: Robot, mass: number): number {
-    const heaviest = Math.max(...(robot.described ?? robot).links.map((link) => link.mass));
-    return this.scale.size * LARGEST * (robot.described ?? robot).length * Math.sqrt(mass / heaviest);
+    const { links, length } = robot.described ?? robot;
+    return this.scale.size * LARGEST * length * Math.sqrt(mass / Math.max(...links.map((link) => link.mass)));
   }
 
-  /** Put the handles where their values are, with the lines that lead to them. */
-  private place(robot: Robot, joints: number[], parts: SVGElement[]): void {
-    const { size, side } = this.scale;
-    const low = side + (size * Math.max(...robot.links.map(({ height }) => height ?? 0))) / 2 + 14;
+  /** Put the handles where their values are; returns the lines that lead to them. */
+  private place(robot: Robot, joints: number[]): SVGElement[] {
+    const { size, side, above } = this.scale;
+    const half = (of: "height" | "width"): number => (size * Math.max(...robot.links.map((link) => link[of] ?? 0))) / 2;
+    const leads: SVGElement[] = [];
     for (const { knob, group } of this.handles) {
       const [kind, number] = knob.name.split("-");
       const i = Number(number ?? robot.links.length - 1);
-      let [x, y]: Point2 = [GAP + size * (joints[i + 1] ?? 0), low + 18 * (i % 2)];
-      if (kind === "length") parts.push(line([x, side], [x, y], "lead"));
-      if (kind === "fin") [x, y] = [x, side - (size * this.tall(robot)) / 2];
-      if (kind === "mass") {
-        const [cx, cy] = this.center(robot, joints, i);
-        [x, y] = [cx, cy - this.radius(robot, robot.links[i]?.mass ?? 0)];
-      }
+      const row = 14 + 18 * (i % 2);
+      let [x, y]: Pair = [side.left + size * (joints[i + 1] ?? 0), side.top + half("height") + row];
+      if (kind === "fin") y = side.top - (size * this.tall(robot)) / 2;
+      if (kind === "mass") [x, y] = [this.center(robot, joints, i)[0], above.top + half("width") + row];
+      if (kind !== "fin") leads.push(line([x, (kind === "mass" ? above : side).top], [x, y], "lead"));
       const factor = this.factor(knob);
+      const words = `${digits(knob.value * factor)} ${knob.unit}`;
       group.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)})`);
       group.classList.toggle("changed", factor !== 1);
       group.setAttribute("aria-valuemin", String(knob.value * knob.range[0]));
       group.setAttribute("aria-valuemax", String(knob.value * knob.range[1]));
       group.setAttribute("aria-valuenow", String(knob.value * factor));
-      group.setAttribute("aria-valuetext", `${digits(knob.value * factor)} ${knob.unit}`);
-      const title = group.querySelector("title");
-      if (title !== null) title.textContent = `${knob.label}: ${digits(knob.value * factor)} ${knob.unit}`;
+      group.setAttribute("aria-valuetext", words);
+      group.firstElementChild?.replaceChildren(`${knob.label}: ${words}`);
     }
+    return leads;
   }
 }
 
-type Point2 = [number, number];
+type Pair = [number, number];
+
+const zero = (): number => 0;
 
 /** How far the pectoral fins reach, both sides together [m]. */
 function reach(robot: Robot): number {
@@ -254,19 +261,19 @@ function profileHalf(robot: Robot, joints: number[], x: number): number {
   return (round * Math.sqrt(fin) * (ha + t * (hb - ha))) / 2;
 }
 
-function profile(robot: Robot, joints: number[]): Point2[] {
+function profile(robot: Robot, joints: number[]): Pair[] {
   const xs = Array.from({ length: STEPS + 1 }, (_, k) => (robot.length * (1 - Math.cos((Math.PI * k) / STEPS))) / 2);
-  const upper = xs.map((x): Point2 => [x, profileHalf(robot, joints, x)]);
-  return [...upper, ...upper.map(([x, y]): Point2 => [x, -y]).reverse()];
+  const upper = xs.map((x): Pair => [x, profileHalf(robot, joints, x)]);
+  return mirrored(upper);
 }
 
 /** The caudal fin from the side: a crescent as high as its trailing edge. */
-function tailFin(robot: Robot, shape: Shape): Point2[] {
+function tailFin(robot: Robot, shape: Shape): Pair[] {
   const height = robot.tail.edge_height;
   if (height === null) return [];
   const root = robot.length * (shape.fin + 0.1 * (1 - shape.fin));
   const long = robot.length - root;
-  const curve = (from: Point2, bend: Point2, to: Point2): Point2[] =>
+  const curve = (from: Pair, bend: Pair, to: Pair): Pair[] =>
     Array.from({ length: 12 }, (_, k) => {
       const t = k / 11;
       const mix = (i: 0 | 1): number => (1 - t) ** 2 * from[i] + 2 * t * (1 - t) * bend[i] + t * t * to[i];
@@ -276,17 +283,15 @@ function tailFin(robot: Robot, shape: Shape): Point2[] {
     ...curve([root, 0.03 * height], [root + 0.35 * long, 0.3 * height], [root + long, height / 2]),
     ...curve([root + long, height / 2], [root + 0.68 * long, 0.22 * height], [root + 0.72 * long, 0]),
   ];
-  return [...upper, ...upper.map(([x, y]): Point2 => [x, -y]).reverse()];
+  return mirrored(upper);
 }
 
-function plan(robot: Robot, shape: Shape): Point2[] {
-  const straight = robot.links.map(() => 0);
-  const stations = shape.stations({ x: 0, y: 0, heading: 0 }, straight);
-  const upper = stations.map(({ x, half }): Point2 => [x, half]);
-  return [...upper, ...upper.map(([x, y]): Point2 => [x, -y]).reverse()];
+/** A shape with its lower half. */
+function mirrored(upper: Pair[]): Pair[] {
+  return [...upper, ...upper.map(([x, y]): Pair => [x, -y]).reverse()];
 }
 
-function pectorals(robot: Robot): Point2[][] {
+function pectorals(robot: Robot): Pair[][] {
   const { fins } = robot;
   if (fins === null) return [];
   const [root, tip] = [fins.y - fins.span / 2, fins.y + fins.span / 2];
@@ -307,19 +312,17 @@ function made<K extends keyof SVGElementTagNameMap>(
   return element;
 }
 
-function closed(points: Point2[], style: string): SVGPathElement {
+function closed(points: Pair[], style: string): SVGPathElement {
   const path = points.map(([x, y]) => `${x.toFixed(1)} ${y.toFixed(1)}`).join("L");
   return made("path", { d: `M${path}Z`, class: style });
 }
 
-function line([x1, y1]: readonly [number, number], [x2, y2]: readonly [number, number], style: string): SVGLineElement {
+function line([x1, y1]: Pair, [x2, y2]: Pair, style: string): SVGLineElement {
   return made("line", { x1: String(x1), y1: String(y1), x2: String(x2), y2: String(y2), class: style });
 }
 
-function text(words: string, x: number, y: number, style: string): SVGTextElement {
-  const element = made("text", { x: String(x), y: String(y), class: style });
+function text(words: string, [x, y]: Pair): SVGTextElement {
+  const element = made("text", { x: String(x), y: String(y), class: "label" });
   element.textContent = words;
   return element;
 }
-
-export type { Point };

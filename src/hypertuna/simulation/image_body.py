@@ -103,7 +103,9 @@ def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
         yield Knob(f"mass-{i}", f"mass of {name}", "kg", value, powers, sums)
     sides = {f"{key}[{last}]": 1 for key in ("links.lateral_area_m2", "links.wetted_area_m2", "spatial.height_m")}
     fin = _given(document, **sides, **{"water.strip.edge_height_m": 1})
-    yield Knob("fin", f"area of {names[last]}, the tail's end", "m^2", links["lateral_area_m2"][last], fin)
+    edge = robot.water.strip is not None and robot.water.strip.edge_height > 0
+    label = f"area of the caudal fin ({names[last]})" if edge else f"area of {names[last]}, by its height"
+    yield Knob("fin", label, "m^2", links["lateral_area_m2"][last], fin)
     if robot.hinge is not None:
         key = "hinge.stiffness_n_m_per_rad"
         yield Knob("hinge", "stiffness of the hinge", "N m/rad", robot.hinge.stiffness, {key: 1})
