@@ -1,10 +1,12 @@
 // What a mission is made of, in space: water, ground, fence, legs, waypoints, home.
 import {
-  BufferAttribute,
+  BackSide,
   BufferGeometry,
   CircleGeometry,
   type Color,
   DoubleSide,
+  Float32BufferAttribute,
+  FrontSide,
   Group,
   Line,
   LineBasicMaterial,
@@ -23,7 +25,6 @@ import { cornersOf, type Extent, extentOf } from "./geometry.ts";
 import { dispose, type Label, type Space } from "./scene.ts";
 
 const LABELED = 24; // waypoints at most that have labels
-const EDGE = 0.12; // part of the area at whose edge water and ground fade
 
 export class Course {
   readonly group = new Group();
@@ -31,6 +32,7 @@ export class Course {
   readonly step: number; // m of the grid
   private readonly mission: Mission;
   private readonly labels: Label[] = [];
+  private fine: LineSegments | null = null; // lines of the ground for near cameras
   private readonly ahead: Line; // legs that are still to fly
 
   constructor(
@@ -63,6 +65,13 @@ export class Course {
     this.ahead.visible = points.length > 1;
   }
 
+  /** Draw a finer grid for a camera that is near. */
+  near(distance: number): void {
+    const near = distance < 3 * this.step;
+    if (this.fine !== null) this.fine.visible = near;
+    this.space.grid = near ? this.step / 10 : this.step;
+  }
+
   remove(): void {
     this.space.unlabel(this.labels);
     dispose(this.group);
@@ -76,50 +85,81 @@ export class Course {
     this.labels.push(label);
   }
 
-  /** A level plane that fades at its edges. */
+  /** A level rectangle over the area. */
   private plane(z: number, color: Color, opacity: number): Mesh {
     const { low, high } = this.extent;
-    const [wide, long] = [high[0] - low[0], high[1] - low[1]];
-    const geometry = new PlaneGeometry(wide / (1 - 2 * EDGE), long / (1 - 2 * EDGE), 32, 32);
-    const places = geometry.getAttribute("position");
-    const colors = new Float32Array(4 * places.count);
-    for (let k = 0; k < places.count; k++) {
-      const [u, v] = [geometry.getAttribute("uv").getX(k), geometry.getAttribute("uv").getY(k)];
-      const edge = Math.min(u, 1 - u, v, 1 - v) / EDGE;
-      colors.set([color.r, color.g, color.b, opacity * smooth(edge)], 4 * k);
-    }
-    geometry.setAttribute("color", new BufferAttribute(colors, 4));
-    const material = new MeshBasicMaterial({
-      vertexColors: true,
-      transparent: true,
-      side: DoubleSide,
-      depthWrite: false,
-    });
-    const mesh = new Mesh(geometry, material);
+    const mesh = new Mesh(
+      new PlaneGeometry(high[0] - low[0], high[1] - low[1]),
+      new MeshBasicMaterial({ color, opacity, transparent: opacity < 1, side: DoubleSide, depthWrite: opacity === 1 }),
+    );
     mesh.position.set((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, z);
     this.group.add(mesh);
     return mesh;
   }
 
+  private lines(points: Vector3[], color: Color, opacity: number): LineSegments {
+    const material = new LineBasicMaterial({ color, opacity, transparent: true });
+    const lines = new LineSegments(new BufferGeometry().setFromPoints(points), material);
+    this.group.add(lines);
+    return lines;
+  }
+
+  /** The surface, and the far sides of the block of water. */
   private water(): void {
-    this.plane(0, this.space.color("sea-water"), 0.3).renderOrder = 5;
+    const color = this.space.color("sea-water");
+    const { low, high } = this.extent;
+    this.plane(0, color, 0.17).renderOrder = 5;
+    const corners = [
+      [low[0], low[1]],
+      [high[0], low[1]],
+      [high[0], high[1]],
+      [low[0], high[1]],
+    ] as const;
+    const edge = ([x, y]: readonly [number, number], z: number): Vector3 => new Vector3(x, y, z);
+    const [faces, colors, edges]: [Vector3[], number[], Vector3[]] = [[], [], []];
+    corners.forEach((corner, k) => {
+      const next = corners[(k + 1) % 4] ?? corner;
+      const [a, b, c, d] = [edge(corner, 0), edge(next, 0), edge(corner, low[2]), edge(next, low[2])];
+      faces.push(a, c, b, b, c, d); // seen from outside
+      for (const depth of [0, 1, 0, 0, 1, 1]) colors.push(color.r, color.g, color.b, depth === 0 ? 0.34 : 0.1);
+      edges.push(a, b, a, c);
+    });
+    const geometry = new BufferGeometry().setFromPoints(faces);
+    geometry.setAttribute("color", new Float32BufferAttribute(colors, 4));
+    for (const [side, opacity, order] of [
+      [BackSide, 1, -1],
+      [FrontSide, 0.35, 6],
+    ] as const) {
+      const material = new MeshBasicMaterial({
+        vertexColors: true,
+        transparent: true,
+        opacity,
+        side,
+        depthWrite: false,
+      });
+      const sides = new Mesh(geometry, material);
+      sides.renderOrder = order;
+      this.group.add(sides);
+    }
+    this.lines(edges, color, 0.8);
   }
 
   private ground(): void {
     const { low, high } = this.extent;
     const bottom = -this.mission.bottom;
-    this.plane(bottom - 0.01, this.space.color("sea-ground"), 1).renderOrder = -3;
-    const points: Vector3[] = [];
-    for (const x of ticks([low[0], high[0]], (high[0] - low[0]) / this.step))
-      points.push(new Vector3(x, low[1], bottom), new Vector3(x, high[1], bottom));
-    for (const y of ticks([low[1], high[1]], (high[1] - low[1]) / this.step))
-      points.push(new Vector3(low[0], y, bottom), new Vector3(high[0], y, bottom));
-    const lines = new LineSegments(
-      new BufferGeometry().setFromPoints(points),
-      new LineBasicMaterial({ color: this.space.color("sea-grid"), transparent: true, opacity: 0.7 }),
-    );
-    lines.renderOrder = -2;
-    this.group.add(lines);
+    this.plane(bottom - 0.002, this.space.color("sea-ground"), 1).renderOrder = -3;
+    const lines = (step: number, opacity: number): LineSegments => {
+      const points: Vector3[] = [];
+      for (const x of ticks([low[0], high[0]], (high[0] - low[0]) / step))
+        points.push(new Vector3(x, low[1], bottom), new Vector3(x, high[1], bottom));
+      for (const y of ticks([low[1], high[1]], (high[1] - low[1]) / step))
+        points.push(new Vector3(low[0], y, bottom), new Vector3(high[0], y, bottom));
+      const drawn = this.lines(points, this.space.color("sea-grid"), opacity);
+      drawn.renderOrder = -2;
+      return drawn;
+    };
+    lines(this.step, 0.6);
+    this.fine = lines(this.step / 10, 0.3);
   }
 
   private fence(): void {
@@ -204,13 +244,15 @@ export class Course {
     const { low, high } = this.extent;
     const [x, y] = [high[0], low[1]];
     const { bottom } = this.mission;
-    const pole = new Line(
-      new BufferGeometry().setFromPoints([new Vector3(x, y, -bottom), new Vector3(x, y, 0)]),
-      new LineBasicMaterial({ color: this.space.color("faint") }),
-    );
-    this.group.add(pole);
-    this.label("surface", x, y, 0, "faint");
-    this.label(`bottom, ${Number(bottom.toPrecision(3))} m`, x, y, -bottom, "faint");
+    const size = 0.012 * Math.hypot(high[0] - low[0], high[1] - low[1]);
+    const marks: Vector3[] = [];
+    const depths = ticks([0, bottom], 2).filter((depth) => depth > 0 && depth < 0.7 * bottom);
+    for (const depth of [0, ...depths, bottom]) {
+      marks.push(new Vector3(x, y, -depth), new Vector3(x + size, y, -depth));
+      const text = depth === 0 ? "surface" : `${Number(depth.toPrecision(3))} m${depth === bottom ? ", bottom" : ""}`;
+      this.label(text, x + size, y, -depth, "faint");
+    }
+    this.lines(marks, this.space.color("faint"), 1);
   }
 }
 
@@ -218,8 +260,3 @@ function gridStep(size: number): number {
   const power = 10 ** Math.floor(Math.log10(size / 10));
   return ([1, 2, 5, 10].find((step) => step * power * 14 >= size) ?? 10) * power;
 }
-
-const smooth = (part: number): number => {
-  const t = Math.min(1, Math.max(0, part));
-  return t * t * (3 - 2 * t);
-};

@@ -41,9 +41,11 @@ export class Live {
   /** Fly to the end; `grown` hears of each part. */
   async run(grown: () => void): Promise<void> {
     const every = Math.round(this.rate / ROWS);
+    let next = { rows: 1, every: 1 }; // the first tick, then every tenth from there, as a log has them
     while (!this.over && !this.stopped) {
-      const { rows, over } = await this.calculator.ask({ kind: "flown", every, rows: PART * ROWS });
+      const { rows, over } = await this.calculator.ask({ kind: "flown", ...next });
       if (this.stopped) return;
+      next = { rows: PART * ROWS, every };
       this.flight.append(rows);
       this.over = over;
       grown();

@@ -170,7 +170,10 @@ function rowsOf(messages: Messages, header: Header): { columns: Column[]; rows: 
   }
   const times = (messages.times.get(topics[0] ?? "") ?? []).slice(0, count);
   if (times.some((time, k) => k > 0 && time <= (times[k - 1] ?? 0))) {
-    throw new InputError("must be at least one finite time, in increasing order", { key: "time", fix: AGAIN });
+    throw new InputError("must be at least one finite time, in increasing order", {
+      key: "time",
+      fix: "give them in s",
+    });
   }
   const table = new Table(count, times);
   try {

@@ -55,12 +55,18 @@ export function messagesOf(content: Uint8Array, name: (topic: string, data: Uint
         checkSum(content.subarray(0, content.length - reader.bytesRemaining() - DATA_END), record);
     }
     if (reader.done()) close();
-    else messages.fault = "cut short";
+    else messages.fault = tooLong(content, reader.bytesRemaining()) ? "damaged (a record is too long)" : "cut short";
   } catch (error) {
     // a damaged file may raise anything in the reader
     messages.fault = `damaged (${reason(error)})`;
   }
   return messages;
+}
+
+/** Whether the record that does not end says that it is longer than the file. */
+function tooLong(content: Uint8Array, rest: number): boolean {
+  const begin = content.length - rest;
+  return rest > 8 && new DataView(content.buffer, content.byteOffset).getBigUint64(begin + 1, true) > content.length;
 }
 
 class Fault extends Error {}

@@ -4,6 +4,7 @@ import type { Flight } from "./flight.ts";
 
 export interface Moment {
   row: number; // the last that is not later
+  exact: number; // with the part on the way to the next
   position: Vector3; // of the nose [m]
   attitude: Quaternion; // from nose-to-tail, starboard, up axes
   angles: number[]; // of the joint groups [rad]
@@ -15,25 +16,41 @@ function through(a: number, b: number, c: number, d: number, t: number): number 
   return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
 }
 
+/** The row at a part between rows, and those around it. */
+function around(flight: Flight, row: number): { rows: readonly [number, number, number, number]; part: number } {
+  const [first, last] = [Math.floor(row), flight.count - 1];
+  const inside = (k: number): number => Math.min(last, Math.max(0, k));
+  return { rows: [inside(first - 1), inside(first), inside(first + 1), inside(first + 2)], part: row - first };
+}
+
+function between(flight: Flight, row: number, value: (k: number) => number): number {
+  const { rows, part } = around(flight, row);
+  const [a, b, c, d] = rows.map(value) as [number, number, number, number];
+  return through(a, b, c, d, part);
+}
+
+/** Place of the nose at a part between rows [m]. */
+export function placeOf(flight: Flight, row: number): [number, number, number] {
+  const part = (i: number): number => between(flight, row, (k) => flight.position(k)[i] ?? 0);
+  return [part(0), part(1), part(2)];
+}
+
 export function momentOf(flight: Flight, time: number): Moment {
-  const row = flight.at(time);
-  const next = Math.min(flight.count - 1, row + 1);
-  const step = flight.time(next) - flight.time(row);
-  const part = step > 0 ? Math.min(1, Math.max(0, (time - flight.time(row)) / step)) : 0;
-  const rows = [Math.max(0, row - 1), row, next, Math.min(flight.count - 1, next + 1)] as const;
-  const between = (value: (k: number) => number): number => {
-    const [a, b, c, d] = rows.map(value) as [number, number, number, number];
-    return through(a, b, c, d, part);
-  };
+  const first = flight.at(time);
+  const next = Math.min(flight.count - 1, first + 1);
+  const step = flight.time(next) - flight.time(first);
+  const part = step > 0 ? Math.min(1, Math.max(0, (time - flight.time(first)) / step)) : 0;
   const column = (name: string, i: number): number => {
-    const value = between((k) => flight.value(name, k, i));
+    const value = between(flight, first + part, (k) => flight.value(name, k, i));
     return Number.isFinite(value) ? value : 0;
   };
-  const place = [0, 1, 2].map((i) => between((k) => flight.position(k)[i] ?? 0));
   return {
-    row,
-    position: new Vector3().fromArray(place),
-    attitude: new Quaternion(...flight.attitude(row)).slerp(new Quaternion(...flight.attitude(next)), part).normalize(),
+    row: first,
+    exact: first + part,
+    position: new Vector3(...placeOf(flight, first + part)),
+    attitude: new Quaternion(...flight.attitude(first))
+      .slerp(new Quaternion(...flight.attitude(next)), part)
+      .normalize(),
     angles: Array.from({ length: flight.head.joints }, (_, i) => column("angle", i)),
     fins: [column("fin", 0), column("fin", 1)],
   };

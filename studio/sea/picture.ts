@@ -19,12 +19,13 @@ import { Course } from "./course.ts";
 import type { Flight } from "./flight.ts";
 import { type Moment, momentOf } from "./moment.ts";
 import { dispose, type Label, Space } from "./scene.ts";
+import { Specks } from "./specks.ts";
 import { Track } from "./track.ts";
 
 const MARK = 22; // px: a robot that is smaller has an arrow
 const NEAR = 4.2; // body lengths from which the robot is followed
 const STRETCHES = [1, 2, 5, 10, 20];
-const FLAT = 0.07; // depth of the water over the size of the area that is too flat to see
+const FLAT = 0.14; // depth of the water over the size of the area that is too flat to see
 
 export type Sight = "overview" | "follow";
 
@@ -36,6 +37,7 @@ export class Picture {
   private readonly arrow: Mesh;
   private readonly spread = new Group(); // of the believed place
   private readonly plumb: Line;
+  private readonly specks = new Specks();
   private readonly name: Label;
   private readonly guess: Label;
   private body: Body | null = null;
@@ -48,9 +50,9 @@ export class Picture {
 
   constructor(changed: () => void) {
     const { space } = this;
-    space.scene.add(this.world, this.fish);
+    space.scene.add(this.world, this.fish, this.specks.points);
     this.arrow = new Mesh(new ConeGeometry(0.42, 1.3, 20).rotateZ(Math.PI / 2), new MeshBasicMaterial());
-    this.plumb = new Line(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.5 }));
+    this.plumb = new Line(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.35 }));
     this.plumb.frustumCulled = false;
     const disc = new MeshBasicMaterial({ transparent: true, opacity: 0.16, side: DoubleSide, depthWrite: false });
     const edge = new MeshBasicMaterial({ transparent: true, opacity: 0.9, side: DoubleSide, depthWrite: false });
@@ -59,6 +61,9 @@ export class Picture {
     this.world.add(this.spread, this.plumb);
     this.name = space.label("", "robot");
     this.guess = space.label("believed", "believed");
+    space.resized = () => {
+      if (this.sight === "overview") this.overview();
+    };
     space.moved = () => {
       if (this.sight === "overview") this.sight = null;
       changed();
@@ -92,6 +97,7 @@ export class Picture {
     this.body?.paint({ back: color("back"), flank: color("flank"), fin: color("fin"), eye: color("eye") });
     (this.arrow.material as MeshBasicMaterial).color = color("sea-robot");
     (this.plumb.material as LineBasicMaterial).color = color("ink");
+    this.specks.paint(color("speck"));
     for (const part of this.spread.children) {
       ((part as Mesh).material as MeshBasicMaterial).color = color("sea-believed");
     }
@@ -131,7 +137,7 @@ export class Picture {
     if (flight === null || flight.count === 0) return;
     const moment = momentOf(flight, time);
     this.world.scale.z = this.space.stretch;
-    this.track?.until(moment.row);
+    this.track?.until(moment.exact);
     this.place(moment);
     this.believe(flight, moment.row);
     const leg = `${flight.value("leg", moment.row)} ${flight.mode(moment.row).name} ${Math.floor(moment.row / 10)}`;
@@ -166,6 +172,7 @@ export class Picture {
     const bottom = -(this.flight?.head.mission.bottom ?? 0);
     const ends = [new Vector3(position.x, position.y, 0), new Vector3(position.x, position.y, bottom)];
     this.plumb.geometry.setFromPoints(ends);
+    this.specks.around(shown, bottom * this.space.stretch);
     this.name.place.copy(position);
   }
 
@@ -177,8 +184,9 @@ export class Picture {
     this.guess.box.hidden = !known;
     if (!known) return;
     this.spread.position.set(x, y, z);
-    this.spread.scale.set(Math.max(0.02, 2 * error), Math.max(0.02, 2 * error), 1);
-    this.guess.place.set(x, y, z);
+    const radius = Math.max(0.02, 2 * error);
+    this.spread.scale.set(radius, radius, 1);
+    this.guess.place.set(x, y - radius, z);
   }
 
   /** An arrow of constant size on the screen, where the robot is too small to see. */
@@ -188,17 +196,20 @@ export class Picture {
     const length = body?.length ?? 0;
     this.arrow.visible = length * scale < 2 * MARK;
     this.arrow.scale.setScalar(MARK / scale);
+    this.specks.points.visible = !this.arrow.visible && body !== null;
+    this.course?.near(space.camera.position.distanceTo(space.controls.target));
+    const [disc] = this.spread.children;
+    if (disc !== undefined) disc.visible = this.spread.scale.x * scale < 0.45 * space.room.clientHeight;
     this.name.box.hidden = length * scale > 6 * MARK;
   }
 
   private overview(): void {
     if (this.course === null) return;
     const { low, high } = this.course.extent;
-    const middle = new Vector3(...low).add(new Vector3(...high)).multiplyScalar(0.5);
-    middle.z *= this.space.stretch;
-    const size = Math.hypot(high[0] - low[0], high[1] - low[1]);
-    const narrow = Math.min(1, this.space.camera.aspect);
-    this.space.look(middle, new Vector3(0.35, -0.9, 0.75), (1.06 * size) / narrow ** 0.8);
+    const corners = [low, high].flatMap(([x]) =>
+      [low, high].flatMap(([, y]) => [low, high].map(([, , z]) => new Vector3(x, y, z * this.space.stretch))),
+    );
+    this.space.fit(corners, new Vector3(0.32, -0.9, 0.62));
   }
 
   /** How much depths are drawn larger, so that the water of a wide area is not too flat to see. */

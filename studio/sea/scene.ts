@@ -3,6 +3,7 @@ import {
   type BufferGeometry,
   Color,
   DirectionalLight,
+  Fog,
   HemisphereLight,
   type Material,
   type Object3D,
@@ -16,12 +17,20 @@ import { element } from "../dom.ts";
 
 const FIELD = 40; // deg of the camera, upright
 const TURN = Math.PI / 24; // of an arrow key
-const ZOOM = 1.15; // of a key or button
+const ZOOM = 1.15; // of a key
+const LABELS = 84; // px of the depths' labels
+const HAZE = 40; // m that one sees in water at least
 
 /** A text at a place in space. */
 export interface Label {
   box: HTMLElement;
   place: Vector3;
+}
+
+/** Least and largest x and y. */
+function edges(places: Vector3[]): [number, number, number, number] {
+  const [xs, ys] = [places.map(({ x }) => x), places.map(({ y }) => y)];
+  return [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
 }
 
 /** Whether this browser draws in space. */
@@ -40,11 +49,14 @@ export class Space {
   readonly canvas = element("canvas", "sea-canvas");
   readonly room = element("div", "sea-space");
   stretch = 1; // of depths
-  moved: () => void = () => {}; // the camera has moved
+  grid = 0; // m between lines of the ground
+  moved: () => void = () => {}; // the camera was moved by hand
+  resized: () => void = () => {};
   private readonly renderer: WebGLRenderer;
   private readonly over = element("div", "sea-labels");
   private readonly compass = element("div", "sea-north");
   private readonly bar = element("div", "sea-bar");
+  private readonly haze = new Fog(0xffffff);
   private labels: Label[] = [];
   private stale = true;
 
@@ -69,6 +81,7 @@ export class Space {
     this.canvas.addEventListener("keydown", (event) => this.press(event));
     const sun = new DirectionalLight(0xffffff, 1.6);
     sun.position.set(-0.4, -0.6, 1);
+    this.scene.fog = this.haze;
     this.scene.add(new HemisphereLight(0xffffff, 0x8fa6b5, 1.7), sun);
     new ResizeObserver(() => this.resize()).observe(this.room);
   }
@@ -86,6 +99,8 @@ export class Space {
     this.camera.near = Math.max(0.01, far / 200);
     this.camera.far = 40 * far + 400;
     this.camera.updateProjectionMatrix();
+    this.haze.color.copy(this.color("sea-low"));
+    [this.haze.near, this.haze.far] = [2 * far, Math.max(HAZE, 14 * far)];
     this.renderer.render(this.scene, this.camera);
     for (const label of this.labels) this.put(label);
     this.orient(far);
@@ -97,6 +112,29 @@ export class Space {
     this.camera.position.copy(target).addScaledVector(from.normalize(), distance);
     this.controls.update();
     this.renew();
+  }
+
+  /** Look from a direction so that all places are seen. */
+  fit(places: Vector3[], from: Vector3): void {
+    const middle = new Vector3();
+    for (const place of places) middle.addScaledVector(place, 1 / places.length);
+    const labels = Math.min(0.6, (2 * LABELS) / Math.max(1, this.room.clientWidth)); // part of the picture, on the right
+    const tangent = Math.tan((FIELD * Math.PI) / 360);
+    const size = Math.max(...places.map((place) => place.distanceTo(middle)));
+    for (let distance = 0.8 * size; distance < 12 * size; distance *= 1.04) {
+      this.look(middle, from, distance);
+      this.camera.updateMatrixWorld();
+      const seen = places.map((place) => place.clone().project(this.camera));
+      const [left, right, low, high] = edges(seen);
+      if (right - left > 1.9 - labels || high - low > 1.84) continue;
+      // the middle of what is seen to the middle of the picture, a little left of it for the depths' labels
+      const [wide, tall] = [2 * distance * tangent * this.camera.aspect, 2 * distance * tangent];
+      this.controls.target
+        .addScaledVector(new Vector3().setFromMatrixColumn(this.camera.matrix, 0), ((left + right + labels) / 4) * wide)
+        .addScaledVector(new Vector3().setFromMatrixColumn(this.camera.matrix, 1), ((low + high) / 4) * tall);
+      this.look(this.controls.target.clone(), from, distance);
+      return;
+    }
   }
 
   zoom(by: number): void {
@@ -139,6 +177,8 @@ export class Space {
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.resized();
     this.renew();
     this.draw();
   }
@@ -161,7 +201,8 @@ export class Space {
     const power = 10 ** Math.floor(Math.log10(120 / scale));
     const length = Math.max(...[1, 2, 5].map((step) => step * power).filter((step) => step * scale <= 120));
     this.bar.style.width = `${length * scale}px`;
-    const text = length >= 1 ? `${length} m` : `${Math.round(1000 * length)} mm`;
+    const size = length >= 1 ? `${length} m` : `${Math.round(1000 * length)} mm`;
+    const text = `${size}, grid ${this.grid} m`;
     if (this.bar.textContent !== text) this.bar.textContent = text;
   }
 

@@ -13,6 +13,7 @@ interface Series {
 }
 
 interface Plot {
+  title: string;
   label: string;
   series: Series[];
   range: (flight: Flight, values: Range) => Range;
@@ -20,6 +21,7 @@ interface Plot {
 
 const PLOTS: Plot[] = [
   {
+    title: "Depth",
     label: "depth [m]",
     series: [
       { name: "true", color: "blue", value: (flight, k) => (flight.true ? flight.depth(k) : Number.NaN) },
@@ -28,6 +30,7 @@ const PLOTS: Plot[] = [
     range: (_, [, high]) => [Math.max(0.5, 1.15 * high), -0.05 * Math.max(0.5, high)],
   },
   {
+    title: "Speed through the water",
     label: "speed [m/s]",
     series: [
       { name: "true", color: "blue", value: (flight, k) => (flight.true ? speedOf(flight, k) : Number.NaN) },
@@ -36,9 +39,10 @@ const PLOTS: Plot[] = [
     range: (_, [low, high]) => [Math.min(0, low), Math.max(0.1, 1.15 * high)],
   },
   {
-    label: "off its believed place [m]",
+    title: "Error of the believed place",
+    label: "error [m]",
     series: [
-      { name: "true distance", color: "blue", value: (flight, k) => flight.error(k) },
+      { name: "error", color: "blue", value: (flight, k) => flight.error(k) },
       {
         name: "2 standard deviations",
         color: "orange",
@@ -49,7 +53,8 @@ const PLOTS: Plot[] = [
     range: (_, [, high]) => [0, Math.max(1, 1.15 * high)],
   },
   {
-    label: "charge left [%]",
+    title: "Charge left",
+    label: "charge [%]",
     series: [{ name: "charge", color: "green", value: (flight, k) => 100 * flight.value("charge_left", k) }],
     range: (_, [low, high]) => [Math.max(0, Math.floor(low - 1)), Math.min(100, Math.ceil(high + 0.5))],
   },
@@ -68,8 +73,16 @@ class Trace {
   ) {
     const canvas = element("canvas", "chart");
     canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", `${plot.label.replace(/ \[.*/, "")} over time`);
-    this.box.append(canvas, this.line);
+    canvas.setAttribute("aria-label", `${plot.title} over time`);
+    const title = element("p", "sea-title", plot.title);
+    for (const { name, color, dashed } of plot.series.length > 1 ? plot.series : []) {
+      const key = element("span", dashed ? "sea-key dashed" : "sea-key", name);
+      key.style.setProperty("--key", `var(--${color})`);
+      title.append(key);
+    }
+    const frame = element("div", "sea-frame");
+    frame.append(canvas, this.line);
+    this.box.append(title, frame);
     this.chart = new Chart(canvas);
     const scrub = (event: PointerEvent): void => {
       if (event.buttons === 1) go(this.chart.value(event.offsetX, event.offsetY)[0]);
@@ -93,8 +106,7 @@ class Trace {
     if (!chart.begin(x, { label: plot.label, range: plot.range(flight, values) })) return;
     this.drawn = state;
     chart.axes(true);
-    let left = chart.inside.x + 8;
-    plot.series.forEach(({ name, color, dashed }, s) => {
+    plot.series.forEach(({ color, dashed }, s) => {
       const series = data[s] ?? [];
       if (!series.some(Number.isFinite)) return;
       const { pen } = chart;
@@ -104,10 +116,6 @@ class Trace {
       const known = rows.flatMap((k, i) => (Number.isFinite(series[i]) ? [[k, series[i] ?? 0] as const] : []));
       chart.stroke(known.map(([k, value]) => chart.place(flight.time(k), value)));
       pen.setLineDash([]);
-      if (plot.series.length < 2) return;
-      pen.fillStyle = chart.color(color);
-      pen.fillText(name, left, chart.inside.y + 12);
-      left += pen.measureText(name).width + 14;
     });
   }
 

@@ -5,9 +5,11 @@ import { LineGeometry } from "three/addons/lines/LineGeometry.js";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 import { type By, colorOf, rangeOf } from "./colors.ts";
 import type { Flight } from "./flight.ts";
+import { placeOf } from "./moment.ts";
 import { dispose, type Space } from "./scene.ts";
 
-const POINTS = 5000; // of the drawn track at most
+const POINTS = 8000; // of the drawn track at most
+const SMOOTH = 3; // points from row to row at most: a beat has few rows
 const WIDTH = 3; // px
 
 /** A thin line of which the first part is drawn. */
@@ -36,14 +38,14 @@ export class Track {
   private readonly whole: Thin;
   private readonly believed: Thin;
   private readonly shadow: Thin;
-  private rows: number[] = []; // that are drawn
+  private step = 1; // rows from point to point
 
   constructor(
     private readonly space: Space,
     private readonly flight: Flight,
     private readonly by: By,
   ) {
-    this.flown = new Line2(new LineGeometry(), new LineMaterial({ linewidth: WIDTH, vertexColors: true }));
+    this.flown = new Line2(new LineGeometry(), new LineMaterial({ linewidth: WIDTH, vertexColors: true, fog: true }));
     this.flown.frustumCulled = false;
     this.whole = new Thin(space.color("sea-leg"), 0.35);
     this.believed = new Thin(space.color("sea-believed"), 0.8);
@@ -56,11 +58,25 @@ export class Track {
   /** Take the rows that have come. */
   grow(): void {
     const { flight } = this;
-    const every = Math.max(1, Math.ceil(flight.count / POINTS));
-    this.rows = [];
-    for (let k = 0; k < flight.count; k += every) this.rows.push(k);
-    if (this.rows.length < 2) return;
-    const points = Float32Array.from(this.rows.flatMap((k) => flight.position(k)));
+    const last = flight.count - 1;
+    if (last < 1) return;
+    this.step = Math.max(1 / SMOOTH, flight.count / POINTS);
+    this.step = this.step < 1 ? 1 / Math.floor(1 / this.step) : Math.ceil(this.step);
+    const rows = Array.from({ length: Math.floor(last / this.step) + 1 }, (_, k) => k * this.step);
+    const points = Float32Array.from(rows.flatMap((row) => placeOf(flight, row)));
+    this.flown.geometry.dispose();
+    this.flown.geometry = new LineGeometry();
+    this.flown.geometry.setPositions(points);
+    this.flown.geometry.setColors(this.colors(rows));
+    this.whole.set(points);
+    const ground = -flight.head.mission.bottom + 0.005;
+    this.shadow.set(points.map((value, k) => (k % 3 === 2 ? ground : value)));
+    if (this.believed.line.parent !== null)
+      this.believed.set(Float32Array.from(rows.flatMap((row) => flight.believed(Math.round(row)))));
+  }
+
+  private colors(rows: number[]): number[] {
+    const { flight } = this;
     const range = rangeOf(flight, this.by);
     const known = new Map<string, readonly number[]>();
     const named = (name: string): readonly number[] => {
@@ -68,26 +84,16 @@ export class Track {
       known.set(name, channels);
       return channels;
     };
-    const colors = this.rows.flatMap((k) => {
-      const channels = colorOf(flight, this.by, k, range, named);
+    return rows.flatMap((row) => {
+      const channels = colorOf(flight, this.by, Math.round(row), range, named);
       const [r = 0, g = 0, b = 0] = channels;
       return this.by === "mode" ? [r, g, b] : new Color().setRGB(r, g, b, SRGBColorSpace).toArray();
     });
-    this.flown.geometry.dispose();
-    this.flown.geometry = new LineGeometry();
-    this.flown.geometry.setPositions(points);
-    this.flown.geometry.setColors(colors);
-    this.whole.set(points);
-    const ground = -flight.head.mission.bottom + 0.005;
-    this.shadow.set(points.map((value, k) => (k % 3 === 2 ? ground : value)));
-    if (this.believed.line.parent !== null)
-      this.believed.set(Float32Array.from(this.rows.flatMap((k) => flight.believed(k))));
   }
 
-  /** Draw what is flown until a row. */
+  /** Draw what is flown until a row, or between rows. */
   until(row: number): void {
-    const every = (this.rows[1] ?? 1) - (this.rows[0] ?? 0);
-    const count = Math.floor(row / every);
+    const count = Math.floor(row / this.step);
     this.flown.geometry.instanceCount = Math.max(0, count);
     this.flown.visible = count > 0;
     this.believed.until(count + 1);

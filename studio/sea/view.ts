@@ -3,7 +3,7 @@ import { element } from "../dom.ts";
 import type { Calculator } from "../questions.ts";
 import type { Robot } from "../robot.ts";
 import { BY, type By, modeColor } from "./colors.ts";
-import { Flight } from "./flight.ts";
+import { Flight, type Said } from "./flight.ts";
 import { Live } from "./live.ts";
 import { openLog } from "./open.ts";
 import { Picture, STRETCHES } from "./picture.ts";
@@ -45,6 +45,7 @@ export class SeaRoom {
   private flight: Flight | null = null;
   private live: Live | null = null;
   private started = ""; // what was asked for last
+  private opened = 0; // logs that were given
   private by: By = "mode";
   private before = 0;
   private drawn = 0; // s, when the plots were drawn
@@ -74,23 +75,32 @@ export class SeaRoom {
 
   /** Open a log. */
   async open(name: string, content: Uint8Array): Promise<void> {
-    this.started = name;
+    const turn = ++this.opened;
+    const before = this.note.textContent;
     this.say("");
     this.note.textContent = `Reading ${name} …`;
     try {
       const log = await openLog(LOG_WORKER, name, content);
-      if (this.started !== name) return;
       const body = await this.needs.robot(log.head.robot);
+      if (this.opened !== turn) return;
+      this.started = name;
       this.live?.stop();
       this.live = null;
-      const flight = new Flight(log.head, log.columns);
+      const pilot = body?.pilot ?? this.robot?.pilot;
+      const head = {
+        ...log.head,
+        modes: said(log.head.modes, pilot?.modes),
+        reasons: said(log.head.reasons, pilot?.reasons),
+      };
+      const flight = new Flight(head, log.columns);
       flight.append(log.rows);
       const without = body === null ? ` This page has no robot ${log.head.robot}: an arrow stands for it.` : "";
       this.note.textContent = `${name}: ${log.sentence}${without}`;
       this.choose(name);
       this.set(flight, body, true);
     } catch (error) {
-      this.note.textContent = "";
+      if (this.opened !== turn) return;
+      this.note.textContent = before;
       this.say((error as Error).message);
     }
   }
@@ -108,6 +118,7 @@ export class SeaRoom {
   private async fly(mission: number): Promise<void> {
     const { robot } = this;
     const seed = Math.max(0, Math.floor(this.seed.valueAsNumber || 0));
+    this.opened++;
     const asked = `${robot?.robot} ${mission} ${seed} ${performance.now()}`;
     this.started = asked;
     this.say("");
@@ -302,6 +313,7 @@ export class SeaRoom {
       button.addEventListener("click", () => picture.space.zoom(by));
       zoom.append(button);
     }
+    this.stretch.dataset.depths = "";
     for (const times of STRETCHES) this.stretch.append(new Option(`x ${times}`, String(times)));
     this.stretch.addEventListener("change", () => {
       picture.deepen(Number(this.stretch.value));
@@ -336,6 +348,11 @@ export class SeaRoom {
       legend.replaceChildren(scale, ...believed);
     }
   }
+}
+
+/** Names of a log with the sentences that the page has of them. */
+function said(names: Said[], known: Said[] = []): Said[] {
+  return names.map((one) => known.find(({ name }) => name === one.name) ?? one);
 }
 
 function labeled(text: string, control: HTMLElement): HTMLElement {

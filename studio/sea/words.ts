@@ -43,6 +43,21 @@ export function why(flight: Flight, k: number): string {
   return reasons.length === 0 ? "The pilot reports no reason to leave its legs." : reasons.join("\n");
 }
 
+const DEGREE = Math.PI / 180;
+
+/** Heading (clockwise from north), pitch (nose up) and roll (starboard down) [deg]. */
+export function angles(flight: Flight, k: number): [number, number, number] {
+  const [x, y, z, w] = flight.attitude(k);
+  // the body's axes: x from nose to tail, y to starboard
+  const [north, east, up] = [2 * (x * y + w * z), 1 - 2 * (y * y + z * z), 2 * (x * z - w * y)];
+  const side = 2 * (y * z + w * x);
+  const high = 1 - 2 * (x * x + y * y);
+  const heading = Math.atan2(-east, -north) / DEGREE;
+  return [(heading + 360) % 360, Math.asin(Math.max(-1, Math.min(1, -up))) / DEGREE, Math.atan2(-side, high) / DEGREE];
+}
+
+const tilt = (angle: number): string => `${Math.round(angle) + 0}°`.replace("-", "−");
+
 export interface Fact {
   value: string;
   label: string;
@@ -56,7 +71,11 @@ export function facts(flight: Flight, k: number): Fact[] {
   return [
     { value: said === "" ? "–" : said, label: task(flight, k) },
     { value: `${flight.depth(k).toFixed(2)} m`, label: `depth, of ${digits(flight.head.mission.bottom, 3)} m` },
-    { value: `${speedOf(flight, k).toFixed(2)} m/s`, label: "speed through the water" },
+    { value: `${speedOf(flight, k).toFixed(2).replace("-", "−")} m/s`, label: "speed through the water" },
+    {
+      value: `${angles(flight, k)[0].toFixed(0)}°`,
+      label: `heading from north; pitch ${tilt(angles(flight, k)[1])}, roll ${tilt(angles(flight, k)[2])}`,
+    },
     {
       value: `± ${digits(2 * spread, 2)} m`,
       label: Number.isNaN(error)

@@ -1,0 +1,41 @@
+// Specks at rest in the water around the robot: they show how it moves.
+import { BufferAttribute, BufferGeometry, type Color, Points, PointsMaterial, type Vector3 } from "three";
+
+const COUNT = 240;
+const CELL = 6; // m of the cube around the robot
+
+/** A number from 0 to 1 that belongs to a place in a list. */
+function scatter(k: number): number {
+  let h = Math.imul(k + 1, 374761393);
+  h = Math.imul(h ^ (h >>> 13), 1274126177);
+  return ((h ^ (h >>> 16)) >>> 0) / 2 ** 32;
+}
+
+export class Specks {
+  readonly points: Points<BufferGeometry, PointsMaterial>;
+  private readonly home = Float32Array.from({ length: 3 * COUNT }, (_, k) => CELL * scatter(k));
+  private readonly places = new Float32Array(3 * COUNT);
+
+  constructor() {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(this.places, 3));
+    const material = new PointsMaterial({ size: 0.012, transparent: true, opacity: 0.5, depthWrite: false });
+    this.points = new Points(geometry, material);
+    this.points.frustumCulled = false;
+  }
+
+  paint(color: Color): void {
+    this.points.material.color = color;
+  }
+
+  /** Keep those near a place, between ground and surface. */
+  around({ x, y, z }: Vector3, bottom: number): void {
+    const middle = [x, y, z];
+    for (let k = 0; k < this.places.length; k++) {
+      const own = middle[k % 3] ?? 0;
+      const off = (((((this.home[k] ?? 0) - own) % CELL) + 1.5 * CELL) % CELL) - CELL / 2;
+      this.places[k] = k % 3 === 2 ? Math.min(0, Math.max(bottom, own + off)) : own + off;
+    }
+    this.points.geometry.getAttribute("position").needsUpdate = true;
+  }
+}

@@ -1,0 +1,282 @@
+// The Sea view: missions that are flown and logs that are dropped, in space or, without WebGL, from above.
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { McapWriter } from "@mcap/core";
+import { browser, open, picture, SIZES } from "./browser.mjs";
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const HYPERTUNA = process.env.HYPERTUNA ?? "hypertuna";
+const FLOWN = 40; // s of the log
+
+const folder = mkdtempSync(join(tmpdir(), "studio-sea-"));
+const log = join(folder, "box.mcap");
+
+let chrome;
+before(async () => {
+  chrome = await browser();
+  // the mission is given up after this time: exit code 1
+  spawnSync(HYPERTUNA, ["mission", "box", "--duration", String(FLOWN), "-o", log]);
+});
+after(async () => {
+  await chrome.close();
+  rmSync(folder, { recursive: true });
+});
+
+/** Open the page at the Sea view; `flat` takes WebGL away. */
+async function sea({ flat = false, robot = "hypertuna", ...options } = {}) {
+  const opened = await open(chrome, { hash: `#robot=${robot}`, ...options });
+  if (flat) {
+    await opened.page.evaluate(() => {
+      const { getContext } = HTMLCanvasElement.prototype;
+      HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+        return kind.startsWith("webgl") ? null : getContext.call(this, kind, ...more);
+      };
+    });
+  }
+  await opened.page.locator('[data-view="sea"]').click();
+  return opened;
+}
+
+/** Wait until some seconds of the flight are there. */
+async function flown(page, seconds) {
+  await page.waitForFunction(
+    (seconds) => Number(document.querySelector('#sea input[type="range"]')?.max) >= seconds,
+    seconds,
+    { timeout: 120_000 },
+  );
+}
+
+/** Go to a time of the flight. */
+async function scrub(page, seconds) {
+  await page.locator('#sea input[type="range"]').evaluate((slider, to) => {
+    slider.value = String(to);
+    slider.dispatchEvent(new Event("input"));
+  }, seconds);
+  await page.waitForTimeout(100);
+}
+
+/** Drop a file on the page. */
+async function drop(page, name, bytes) {
+  await page.evaluate(
+    ([name, letters]) => {
+      const content = Uint8Array.from(atob(letters), (letter) => letter.charCodeAt(0));
+      const files = new DataTransfer();
+      files.items.add(new File([content], name));
+      document.dispatchEvent(new DragEvent("drop", { dataTransfer: files, bubbles: true, cancelable: true }));
+    },
+    [name, Buffer.from(bytes).toString("base64")],
+  );
+}
+
+async function dropped(page, name, bytes) {
+  await drop(page, name, bytes);
+  await page.waitForFunction(
+    (name) => document.querySelector("#sea .sea-note")?.textContent.startsWith(`${name}: `),
+    name,
+  );
+  return page.locator("#sea .sea-note").textContent();
+}
+
+const tiles = (page) => page.locator("#sea .sea-facts > div").evaluateAll((all) => all.map((one) => one.textContent));
+const look = (page) => page.locator("#sea .sea-space").screenshot();
+
+test("the block of the view is unpacked when it is first opened", async (context) => {
+  const { page, faults, close } = await open(chrome, { hash: "#robot=hypertuna" });
+  assert.equal(await page.evaluate(() => "SeaRoom" in globalThis), false);
+  const begin = performance.now();
+  await page.locator('[data-view="sea"]').click();
+  await page.locator("#sea .sea-canvas").waitFor();
+  context.diagnostic(`open after ${(performance.now() - begin).toFixed(0)} ms`);
+  assert.equal(await page.evaluate(() => "SeaRoom" in globalThis), true);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a mission that is flown in the page is the one that the program's log has", async () => {
+  const { page, faults, close } = await sea();
+  await flown(page, FLOWN - 1);
+  const moments = [5, 20.5, FLOWN - 2];
+  const live = [];
+  for (const time of moments) {
+    await scrub(page, time);
+    live.push(await tiles(page));
+  }
+  assert.notDeepEqual(live[0], live[1]);
+  await dropped(page, "box.mcap", readFileSync(log));
+  for (const [k, time] of moments.entries()) {
+    await scrub(page, time);
+    assert.deepEqual(await tiles(page), live[k], `at ${time} s`);
+  }
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("scrubbing moves the robot; keys turn the picture; the robot is followed", async () => {
+  const { page, faults, close } = await sea();
+  await dropped(page, "box.mcap", readFileSync(log));
+  const pictures = [await look(page)];
+  const changes = async (what) => {
+    await page.waitForTimeout(200);
+    const now = await look(page);
+    assert.ok(!now.equals(pictures.at(-1)), what);
+    pictures.push(now);
+  };
+  await scrub(page, 10);
+  await changes("scrubbed");
+  await page.getByRole("button", { name: "follow" }).click();
+  await changes("followed");
+  await scrub(page, 10.2);
+  await changes("bent");
+  const canvas = page.locator("#sea .sea-canvas");
+  for (const key of ["ArrowLeft", "ArrowUp", "Shift+ArrowLeft", "+", "-"]) {
+    await canvas.press(key);
+    await changes(key);
+  }
+  await page.getByRole("button", { name: "overview" }).click();
+  await changes("overview");
+  await scrub(page, FLOWN - 2);
+  await changes("scrubbed to the end");
+  await page.locator('#sea label:has-text("track by") select').selectOption("depth");
+  await changes("by depth");
+  await page.locator("#sea [data-depths]").selectOption("10");
+  await changes("depths");
+  const said = await canvas.getAttribute("aria-label");
+  await scrub(page, 30);
+  assert.notEqual(await canvas.getAttribute("aria-label"), said);
+  assert.match(said, /hypertuna on the mission box: \w+, .*depth/);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("it plays at its tempo, and stands still for those who want less motion", async () => {
+  const { page, close } = await sea({ reducedMotion: "no-preference" });
+  await dropped(page, "box.mcap", readFileSync(log));
+  const time = () => page.locator('#sea input[type="range"]').evaluate((slider) => slider.valueAsNumber);
+  const begin = await time();
+  await page.waitForTimeout(2000);
+  const passed = (await time()) - begin;
+  assert.ok(passed > 3 && passed < 15, `${passed} s in 2 s at 5 x`);
+  await page.locator('#sea label:has-text("tempo") select').selectOption("50");
+  await page.getByRole("button", { name: "Play" }).waitFor(); // it has come to its end
+  await close();
+  const still = await sea();
+  await dropped(still.page, "box.mcap", readFileSync(log));
+  await still.page.waitForTimeout(500);
+  assert.ok((await still.page.locator('#sea input[type="range"]').evaluate((slider) => slider.valueAsNumber)) < 0.2);
+  await still.close();
+});
+
+/** An MCAP file with records of metadata. */
+async function mcap(metadata) {
+  const parts = [];
+  let size = 0n;
+  const writable = {
+    position: () => size,
+    write: async (bytes) => {
+      parts.push(bytes.slice());
+      size += BigInt(bytes.length);
+    },
+  };
+  const writer = new McapWriter({ writable });
+  await writer.start({ profile: "", library: "test" });
+  for (const [name, facts] of Object.entries(metadata)) {
+    await writer.addMetadata({ name, metadata: new Map(Object.entries(facts)) });
+  }
+  await writer.end();
+  return Buffer.concat(parts);
+}
+
+test("logs that are none, cut or damaged are told in the program's sentences, and the flight goes on", async () => {
+  const { page, faults, close } = await sea();
+  const whole = readFileSync(log);
+  const turned = Buffer.from(whole);
+  turned[whole.length >> 1] ^= 1;
+  const bad = {
+    "empty.mcap": Buffer.alloc(0),
+    "text.mcap": Buffer.from("a text\n"),
+    "start.mcap": whole.subarray(0, 300),
+    "foreign.mcap": await mcap({}),
+    "radio.mcap": await mcap({ hypertuna: { link: "1" } }),
+    "header.mcap": await mcap({ hypertuna: { record: "{}" } }),
+  };
+  for (const [name, bytes] of Object.entries(bad)) {
+    await drop(page, name, bytes);
+    const alert = page.locator("#sea .sea-alert");
+    await page.waitForFunction((name) => document.querySelector("#sea .sea-alert").textContent.startsWith(name), name);
+    const path = join(folder, name);
+    writeFileSync(path, bytes);
+    const { stderr, status } = spawnSync(HYPERTUNA, ["log", "info", path], { encoding: "utf8" });
+    assert.equal(status, 2, stderr);
+    const native = stderr.replaceAll(/\s+/g, " ").replace("error: ", "").replaceAll(`${folder}/`, "").trim();
+    const plain = (text) => text.replace(/\(.*?\)/, "()"); // of what is damaged each has its own words
+    assert.equal(plain(await alert.textContent()), plain(native));
+  }
+  await flown(page, 1); // the mission before is still there
+  assert.match(await dropped(page, "cut.mcap", whole.subarray(0, whole.length >> 1)), /cut short: \d+ whole chunks/);
+  assert.equal(await page.locator("#sea .sea-alert").isVisible(), false);
+  assert.match(
+    await dropped(page, "turned.mcap", turned),
+    /damaged \(a checksum is wrong\): \d+ whole chunks are read/,
+  );
+  assert.match(await dropped(page, "box.mcap", whole), /The log is whole; all checksums are right\./);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("without WebGL it says so, and shows the track from above and depth over time", async () => {
+  const { page, faults, close } = await sea({ flat: true });
+  assert.ok(await page.getByText("draws nothing in space").isVisible());
+  await dropped(page, "box.mcap", readFileSync(log));
+  await scrub(page, 5);
+  const first = await look(page);
+  await scrub(page, FLOWN - 2);
+  assert.ok(!(await look(page)).equals(first));
+  const colors = await page.locator("#sea .sea-canvas").evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return new Set(new Uint32Array(data.buffer)).size;
+  });
+  assert.ok(colors > 50, `${colors} colors`);
+  assert.equal(await page.getByRole("button", { name: "follow" }).count(), 0);
+  await picture(page, "wide-light-sea-flat");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a robot without a pilot flies no mission, in a sentence; a log is shown all the same", async () => {
+  const { page, faults, close } = await sea({ robot: "rexeel" });
+  await page.getByText("The file of rexeel has no pilot").waitFor();
+  await dropped(page, "box.mcap", readFileSync(log));
+  await flown(page, FLOWN - 1);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+for (const [size, viewport] of Object.entries(SIZES))
+  for (const colorScheme of ["light", "dark"]) {
+    test(`${size}, ${colorScheme}: nothing is cut off, nobody is shut out`, async () => {
+      const { page, faults, close } = await sea({ viewport, colorScheme });
+      await dropped(page, "box.mcap", readFileSync(log));
+      await scrub(page, 20);
+      await page.addScriptTag({ content: AXE });
+      for (const sight of ["overview", "follow"]) {
+        await page.getByRole("button", { name: sight }).click();
+        await page.waitForTimeout(300);
+        await picture(page, `${size}-${colorScheme}-sea-${sight}`);
+      }
+      const { violations } = await page.evaluate(() => globalThis.axe.run("#sea", { resultTypes: ["violations"] }));
+      const serious = violations.filter(({ impact }) => ["serious", "critical"].includes(impact));
+      assert.deepEqual(
+        serious.flatMap(({ id, nodes }) => nodes.map(({ target }) => `${id}: ${target}`)),
+        [],
+      );
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.ok(wide <= 0, `${wide} px beyond the window`);
+      assert.deepEqual(faults, []);
+      await close();
+    });
+  }
