@@ -14,7 +14,7 @@ from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.control.sensors import KINDS
 from hypertuna.mission import image
-from hypertuna.mission.file import missions, randomized, read_mission
+from hypertuna.mission.file import missions, parse_mission, randomized, read_mission
 from hypertuna.mission.flight import fly
 from hypertuna.mission.image import robot_image
 from hypertuna.mission.run import FIN_KINDS, fly_part, mission_start
@@ -118,6 +118,38 @@ def test_flight_that_cannot_dive_comes_home_as_in_python(host: Host) -> None:
     assert names["modes"][int(last["mode"][0])]["name"] == "done"
     twin.advance(10)
     assert twin.made == len(python.record.time)
+
+
+POND = {
+    "format": 1,
+    "name": "pond",
+    "start": {"x_m": 0.0, "y_m": 0.0, "heading_deg": 0.0},
+    "waypoints": [{"x_m": 0.0, "y_m": 8.0, "depth_m": 0.5, "speed_m_s": 0.4, "radius_m": 3.0}],
+    "water": {"bottom_m": 3.0, "current_m_s": 0.05, "current_deg": 90.0, "current_bottom_m_s": 0.02},
+    "gps": {"gaps_s": [[3.0, 6.0]]},
+    "limits": {
+        "fence_m": [[-30, -30], [30, -30], [30, 30], [-30, 30]],
+        "depth_m": 2.0,
+        "battery": 0.2,
+        "duration_s": 120.0,
+    },
+    "scatter": {"current_m_s": 0.05, "gaps": 5, "gap_s": 20.0},
+}
+
+
+def test_whole_flight_is_that_of_python(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    """There and back again in a current that fades with depth, with gaps between the fixes, scattered by the seed."""
+    file = parse_mission(POND)
+    monkeypatch.setattr(image, "missions", lambda: ["pond"])
+    monkeypatch.setattr(image, "read_mission", lambda _: file)
+    robot = pilot(host)
+    for seed in (0, 3):
+        python, twin = fly(file, "hypertuna", seed=seed, every=1), flight(robot, "pond", seed)
+        last = twin.advance(100_000)
+        assert (ended(last, robot)[0], python.status) == ("done", "done")
+        assert twin.made == len(python.record.time)
+        assert last["position"] == pytest.approx(python.record.position[-1], abs=1e-6)
+        assert last["charge"] == pytest.approx(python.record.data["charge"][-1], rel=1e-6)
 
 
 def test_flight_without_time_left_is_given_up(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
