@@ -6,4 +6,10 @@ const follow = (): void => {
   if (root.dataset.chosen === undefined) root.dataset.theme = dark.matches ? "dark" : "light";
 };
 dark.addEventListener("change", follow);
+// A page that the studio stands in may choose.
+addEventListener("message", ({ source, data }) => {
+  if (source !== parent || parent === window || !["light", "dark"].includes(data?.theme)) return;
+  root.dataset.theme = data.theme;
+  root.dataset.chosen = "";
+});
 follow();

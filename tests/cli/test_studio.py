@@ -7,6 +7,7 @@ import http.client
 import json
 import os
 import re
+import shlex
 import signal
 import socket
 import subprocess
@@ -23,6 +24,7 @@ import pytest
 import hypertuna as ht
 from hypertuna.mission.image import robot_image
 from hypertuna.mission.log import write_log
+from hypertuna.reports.studio import studio_command as command_at
 from program import Run
 from voyage import voyage
 
@@ -177,6 +179,37 @@ def test_the_robot_of_a_fit_takes_the_place_of_its_namesake(run: Run, tmp_path: 
     data = robots_of(file.read_text(encoding="utf-8"))
     images = [one["image"] for one in data["robots"] if one["name"] == "hypertuna"]
     assert [gzip.decompress(base64.b64decode(image)) for image in images] == [robot_image(ht.load(fitted))]
+
+
+@pytest.mark.parametrize(
+    ("robot", "gait", "model"),
+    [
+        ("hypertuna", "turning", {}),
+        ("hypertuna", "optimised-0.4", {"water": "strip", "joints": "ideal"}),
+        ("hypertuna", ht.Gait(2.0, (0.2, 0.3), (0.0, -1 / 3)), {"areas": "as-printed"}),
+        ("examples/minnow.toml", "cruise", {}),
+    ],
+)
+def test_the_command_on_a_page_opens_the_studio_where_the_page_is(
+    run: Run, tmp_path: Path, robot: str, gait: str | ht.Gait, model: dict[str, str]
+) -> None:
+    fish = ht.load(ROOT / robot if "/" in robot else robot).using(**model)
+    known = gait if isinstance(gait, ht.Gait) else ht.named_gait(fish, gait)
+    words = shlex.split(command_at(fish, known))
+    file = tmp_path / "fish.html"
+    assert words[0] == "hypertuna"
+    assert run(*words[1:], "-o", str(file))[0] == 0
+    data = robots_of(file.read_text(encoding="utf-8"))
+    assert gzip.decompress(base64.b64decode(data["robots"][0]["image"])) == robot_image(fish)
+    start = ht.Gait(**data["start"]["gait"])
+    for key in ("frequency", "amplitude", "phase", "bias"):
+        assert getattr(start, key) == pytest.approx(getattr(known, key), rel=1e-9, abs=1e-11)
+
+
+def test_a_robot_that_is_in_no_file_has_no_command() -> None:
+    fish = ht.load("hypertuna")
+    other = fish.model_copy(update={"body": fish.body.model_copy(update={"mass": 3.5})})
+    assert command_at(other, ht.named_gait(fish, "turning")) == ""
 
 
 def test_the_log_of_a_mission_is_served_with_its_robot(tmp_path: Path) -> None:

@@ -202,6 +202,17 @@ def test_results_of_every_kind_on_one_page(tmp_path: Path) -> None:
     assert not (tmp_path / "none.html").exists()
 
 
+def test_a_page_on_a_gait_has_the_command_that_swims_it_in_the_studio(tmp_path: Path) -> None:
+    fish = ht.load("hypertuna")
+    ht.report(ht.swim(fish.using(joints="ideal"), "turning"), tmp_path / "a.html")
+    line = "Turn the knobs of this gait in the browser: "
+    command = "hypertuna studio hypertuna --frequency 2 --amplitude 16,25 --phase 0,200 --bias 16,25 --joints ideal"
+    assert f"{line}<code>{command}</code>." in (tmp_path / "a.html").read_text()
+    other = fish.model_copy(update={"body": fish.body.model_copy(update={"mass": 3.5})})  # in no file
+    ht.report(ht.swim(other, ht.named_gait(fish, "turning")), tmp_path / "b.html")
+    assert line not in (tmp_path / "b.html").read_text()
+
+
 def test_a_page_is_written_whole(tmp_path: Path) -> None:
     path = write_page("Title", sections(), tmp_path / "page.html")
     assert path.read_text() == page("Title", sections())

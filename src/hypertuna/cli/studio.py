@@ -16,11 +16,11 @@ import typer
 from hypertuna.cli import options as opt
 from hypertuna.cli import streams
 from hypertuna.cli.emit import emit
+from hypertuna.cli.gait import GaitOptions
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.mission.read_log import read_log
 from hypertuna.ranges import Whole
-from hypertuna.swimming.gait import named_gait
 
 HERE = "127.0.0.1"  # the page is for this machine alone
 NAMES = (HERE, "localhost")  # by which a browser may ask for it
@@ -44,7 +44,9 @@ def _offered(incomplete: str) -> list[str]:
     return opt.offered_robots(incomplete) + opt.offered_files(incomplete, (".toml", ".mcap"))
 
 
+@opt.grouped
 def studio_command(
+    gait: GaitOptions,
     robot: Annotated[
         str,
         typer.Argument(
@@ -55,13 +57,9 @@ def studio_command(
             show_default=False,
         ),
     ] = opt.ROBOT,
-    gait: Annotated[
-        str | None,
-        opt.text(
-            *("--gait", "Gait at the start, one of the robot's file. (default: its first)", "NAME"),
-            autocompletion=opt.offered_gaits,
-        ),
-    ] = None,
+    joints: opt.JointLaw = None,
+    areas: opt.Areas = None,
+    water: opt.WaterLaw = None,
     port: Annotated[int | None, opt.whole_number("--port", "Port of the address. (default: a free one)")] = None,
     no_open: Annotated[bool, typer.Option("--no-open", help="Print the address; open no browser.")] = False,
     output: Annotated[
@@ -74,13 +72,14 @@ def studio_command(
 ) -> None:
     """Turn the knobs of a swimming robot in the browser: a page of this machine alone, until Ctrl-C.
 
-    A log of a mission is played in the view Sea; that needs the extra log.
+    It begins with the gait of the options, or the robot's first. A log of a mission is played in the view Sea, which
+    needs the extra log.
     """
     from hypertuna.reports.studio import LOG, Studio, robot_in
 
     log = Path(robot) if robot.endswith(LOG) else None
-    subject = load(robot) if log is None else robot_in(read_log(log))
-    start = None if gait is None else named_gait(subject, gait)
+    subject = (load(robot) if log is None else robot_in(read_log(log))).using(joints=joints, areas=areas, water=water)
+    start = gait.make(subject) if gait.gait is not None or gait.given else None
     studio = Studio(subject, start, 0, log)
     if output is not None:
         _check_output(port, no_open)

@@ -13,6 +13,7 @@ from hypertuna.identification.identify import Fit
 from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.pareto import Front
 from hypertuna.reports.html import WIDTH, Picture, Section, Shown, Table, compose, write_page
+from hypertuna.reports.studio import studio_command
 from hypertuna.simulation.posture_test import Held, PostureTest
 from hypertuna.simulation.run import TwinRun
 from hypertuna.swimming.beat import QUANTITIES
@@ -101,8 +102,10 @@ def _sections(result: Result) -> list[Section]:
         case Fit():
             return fit_sections(result)
         case Swim():
-            shown, facts = _swim(result), {"slowed": slowed(result)}
+            command = studio_command(result.robot, result.gait)
+            shown, facts = _swim(result), {"slowed": slowed(result), "studio_command": command}
         case TwinRun():
+            facts = {"studio_command": studio_command(result.robot, result.gait)}
             shown = {"numbers": _twin_table(result), "twin": plot_twin(result, width=WIDTH)}
         case PostureTest():
             shown = {"posture": plot_posture(result, width=WIDTH), "settling": posture_table(result)}
@@ -111,6 +114,8 @@ def _sections(result: Result) -> list[Section]:
             expected = result.objective.expected
             name = result.objective.name.replace("_", " ") if expected is None else f"{expected:g} m/s"
             facts = {"objective": name}
+            if result.swim is not None:
+                facts["studio_command"] = studio_command(result.robot, result.swim.gait)
         case Front():
             shown = {"gaits": _front_table(result), "front": plot_pareto(result, width=WIDTH)}
             facts = {"objective": " and ".join(name.replace("_", " ") for name in result.objectives)}

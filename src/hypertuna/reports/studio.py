@@ -8,9 +8,12 @@ import gzip
 import html
 import json
 import re
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from hypertuna.arguments import checked
 from hypertuna.description.robot import Robot, load, robot_of
@@ -25,6 +28,7 @@ from hypertuna.swimming.gait import KINDS, Gait, gait_of
 PAGE = "studio.html"
 FIRST = "hypertuna"  # of the robots in the page
 LOG = ".mcap"
+MODEL = ("water", "joints", "areas")
 HEIGHTS = Whole(min=200, max=4000)  # px, of a frame in a notebook
 _ROBOTS = re.compile(r'(<script type="application/json" id="robots">)(.*?)(</script>)', re.DOTALL)
 
@@ -113,6 +117,26 @@ def robot_in(log: Log) -> Robot:
             if known and (robot := load(known)).name == name:
                 return robot
     return load(FIRST)
+
+
+def studio_command(robot: Robot, gait: Gait) -> str:
+    """Return the command that opens the studio at a robot and a gait; empty where no file holds the robot."""
+    name = next((name for name in (robot.name, robot.file) if name and _is(name, robot)), None)
+    if name is None:
+        return ""
+    own, model = load(name).model, robot.model
+    words = ["hypertuna studio", shlex.quote(name), f"--frequency {gait.frequency:.10g}"]
+    for kind in KINDS if any(gait.bias) else KINDS[:2]:
+        words.append(f"--{kind} {','.join(f'{angle:.10g}' for angle in np.degrees(getattr(gait, kind)).round(9))}")
+    words += [f"--{key} {getattr(model, key)}" for key in MODEL if getattr(model, key) != getattr(own, key)]
+    return " ".join(words)
+
+
+def _is(name: str, robot: Robot) -> bool:
+    """Return whether a name or a file is a robot's, by whichever of its models."""
+    with contextlib.suppress(InputError):
+        return load(name).using(**{key: getattr(robot.model, key) for key in MODEL}).hash == robot.hash
+    return False
 
 
 def studio_page(robot: Robot, gait: Gait | None = None, *, ledger: str | None = None, log: Path | None = None) -> str:
