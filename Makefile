@@ -107,14 +107,15 @@ build/studio/%.o: $(VENV)/.installed-studio $(shell find core/include core/src h
 	@$(ZIG) -std=c++20 -O$(LEVEL) -g0 -DHYPERTUNA_SMALL -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden -Icore/include -c -o $@ \
 	  $(or $(wildcard hosts/$*.cpp),core/src/$*.cpp)
 
-# The page of the studio, in one file. OpenBLAS takes the same way on every x86-64: the images are the same bytes.
+# The page of the studio, in one file. OpenBLAS and the kernels take the same way on every x86-64: the images are the
+# same bytes. The pilot's curvature, of a settled turn, else differs in its last digits.
 STUDIO := data/studio
 SHIPPED := $(basename $(notdir $(wildcard robots/*.toml)))
 
 .PHONY: studio
 studio: studio-core $(VENV)/.installed studio/node_modules/.package-lock.json ## page of the studio: data/studio/studio.html
 	@rm -rf build/studio/robots && mkdir -p build/studio/robots $(STUDIO)
-	@for robot in $(SHIPPED); do OPENBLAS_CORETYPE=Prescott OMP_NUM_THREADS=1 \
+	@for robot in $(SHIPPED); do OPENBLAS_CORETYPE=Prescott OMP_NUM_THREADS=1 HYPERTUNA_ISA=scalar \
 	  $(BIN)/hypertuna robot image $$robot -o build/studio/robots/$$robot.robot > /dev/null || exit 1; done
 	@cd studio && npm run --silent check >&2 && node build.mjs ../build/studio/core.wasm ../build/studio/robots ../$(STUDIO)
 	@echo $(STUDIO)/studio.html
