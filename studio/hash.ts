@@ -12,14 +12,16 @@ export interface Address {
   tempo: number; // of the motion on the screen: 1 is true, 0 stands still
   map: string; // quantity of the map
   over: [number, number]; // parameters that the map is over
+  flight: string; // mission and seed of the Sea view, "lake:3"; "" for the first
   body: Record<string, number>; // factors on the robot's body, by knob
 }
 
 export function written(address: Address): string {
-  const { robot, gait, water, joints, of, view, tempo, map, over, body } = address;
+  const { robot, gait, water, joints, of, view, tempo, map, over, flight, body } = address;
   const parts: Record<string, string> = { robot, frequency: String(plain(gait.frequency)) };
   for (const kind of KINDS) parts[kind] = gait[kind].map((angle) => plain(angle / DEGREE)).join(",");
   Object.assign(parts, { water, joints, of, view, tempo: String(tempo), map, over: over.join(",") });
+  if (flight !== "") parts.flight = flight;
   const factors = Object.entries(body);
   if (factors.length > 0) parts.body = factors.map(([name, factor]) => `${name}:${factor}`).join(",");
   const safe = (value: string): string => encodeURIComponent(value).replaceAll("%2C", ",").replaceAll("%3A", ":");
@@ -32,7 +34,7 @@ export function written(address: Address): string {
 export function read(hash: string): Partial<Address> {
   const parts = new URLSearchParams(hash.replace(/^#/, ""));
   const address: Partial<Address> = {};
-  for (const key of ["robot", "water", "joints", "of", "view", "map"] as const) {
+  for (const key of ["robot", "water", "joints", "of", "view", "map", "flight"] as const) {
     const value = parts.get(key);
     if (value !== null) address[key] = value;
   }

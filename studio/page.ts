@@ -90,6 +90,7 @@ class Studio {
     this.setMidlines(still);
     if (map !== undefined) this.views.map.quantity = map;
     if (over !== undefined) this.views.map.over = over;
+    this.views.sea.flight = address.flight ?? "";
     this.views.restore(address.view ?? "map");
     const known = this.robots.has(robot);
     if (robot !== undefined && !known)
@@ -187,9 +188,9 @@ class Studio {
   private write(): void {
     clearTimeout(this.kept);
     const { robot, of } = this;
-    const { view, map } = this.views;
+    const { view, map, sea } = this.views;
     const model = robot.models[this.model] ?? { water: "", joints: "" };
-    const shown = { of, view, tempo: this.stage.shown.tempo, map: map.quantity, over: map.over };
+    const shown = { of, view, tempo: this.stage.shown.tempo, map: map.quantity, over: map.over, flight: sea.flight };
     const address = { robot: robot.robot, gait: gaitOf(this.row), ...model, ...shown, body: robot.factors ?? {} };
     if (LINKED) history.replaceState(null, "", hash.written(address));
   }
@@ -292,7 +293,7 @@ class Studio {
     if (file === undefined) return;
     this.say("");
     try {
-      if (/\.mcap$/i.test(file.name)) return await this.views.log(file.name, new Uint8Array(await file.arrayBuffer()));
+      if (/\.mcap$/i.test(file.name)) return this.views.log(file.name, new Uint8Array(await file.arrayBuffer()));
       await this.choose(await this.robots.open(file, this.live));
     } catch (error) {
       this.say(`${file.name}: ${(error as Error).message}. \`hypertuna robot image NAME -o FILE\` writes one.`);

@@ -1,16 +1,21 @@
 // The Sea view: what it stands on, three.js and a reader of logs, is unpacked when it is first opened.
 import { part } from "./dom.ts";
 import { packedBytes } from "./files.ts";
+import type { Calculator } from "./questions.ts";
 import type { Robot } from "./robot.ts";
-import type { Needs, SeaRoom } from "./sea/view.ts";
+import type { SeaRoom } from "./sea/view.ts";
+import type { Page } from "./subject.ts";
 
 export class SeaView {
+  flight = ""; // mission and seed that were chosen, "lake:3"
   private sea: Promise<SeaRoom> | null = null;
   private robot: Robot | null = null;
 
+  /** `another` makes a calculator with a robot loaded: each flight has its own. */
   constructor(
     private readonly room: HTMLElement,
-    private readonly needs: Needs,
+    private readonly page: Page,
+    private readonly another: (robot: Robot) => Promise<Calculator>,
   ) {}
 
   /** Turn to a robot. */
@@ -22,22 +27,24 @@ export class SeaView {
   /** The view is shown from now on. */
   show(): void {
     const { robot } = this;
-    if (robot !== null) void this.unpacked().then((sea) => sea.about(robot));
+    if (robot !== null) this.with((sea) => sea.about(robot));
   }
 
   /** Open a log of a mission. */
-  async open(name: string, content: Uint8Array): Promise<void> {
-    await (await this.unpacked()).open(name, content);
+  open(name: string, content: Uint8Array): void {
+    this.with((sea) => sea.open(name, content));
   }
 
   /** Draw again, in the colors of the page's theme. */
   refresh(): void {
-    void this.sea?.then((sea) => sea.refresh());
+    if (this.sea !== null) this.with((sea) => sea.refresh());
   }
 
-  private unpacked(): Promise<SeaRoom> {
+  private with(use: (sea: SeaRoom) => unknown): void {
     this.sea ??= this.unpack();
-    return this.sea;
+    this.sea.then(use).catch((error: Error) => {
+      this.room.textContent = `The Sea view could not be opened: ${error.message}.`;
+    });
   }
 
   private async unpack(): Promise<SeaRoom> {
@@ -45,6 +52,14 @@ export class SeaView {
     script.textContent = new TextDecoder().decode(await packedBytes(part("sea-block").textContent ?? ""));
     document.head.append(script);
     const { SeaRoom: Room } = globalThis as unknown as { SeaRoom: typeof SeaRoom };
-    return new Room(this.room, this.needs);
+    return new Room(this.room, {
+      another: this.another,
+      robot: this.page.robot,
+      flight: () => this.flight,
+      chosen: (flight) => {
+        this.flight = flight;
+        this.page.changed();
+      },
+    });
   }
 }

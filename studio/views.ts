@@ -21,7 +21,7 @@ export class Views {
   private readonly front: FrontView;
   private readonly tour: TourView;
   private readonly inside: InsideView;
-  private readonly sea: SeaView;
+  readonly sea: SeaView;
   private readonly body: BodyView;
   private image: (robot: Robot) => Image = () => async () => new Uint8Array();
   private row: Float64Array = new Float64Array();
@@ -37,7 +37,7 @@ export class Views {
     this.tour = new TourView(part("paper"), page);
     this.body = new BodyView(part("body"), (factors) => page.body(factors));
     this.inside = new InsideView(part("inside"), (robot) => this.another(robot));
-    this.sea = new SeaView(part("sea"), { another: (robot) => this.another(robot), robot: page.robot });
+    this.sea = new SeaView(part("sea"), page, (robot) => this.another(robot));
     for (const name of NAMES) tab(name).addEventListener("click", () => this.choose(name));
     part("views").addEventListener("keydown", (event) => this.press(event));
     this.show();
@@ -82,9 +82,9 @@ export class Views {
   }
 
   /** Show a log of a mission. */
-  async log(name: string, content: Uint8Array): Promise<void> {
+  log(name: string, content: Uint8Array): void {
     this.choose("sea");
-    await this.sea.open(name, content);
+    this.sea.open(name, content);
   }
 
   /** Draw again, in the colors of the page's theme. */

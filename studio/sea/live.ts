@@ -34,7 +34,7 @@ export class Live {
   }
 
   static async start(calculator: Calculator, robot: Robot, mission: number, seed: number): Promise<Live> {
-    const { columns } = await calculator.ask({ kind: "fly", robot: robot.robot, mission, seed });
+    const { columns } = await calculator.ask({ kind: "fly", robot: robot.key, mission, seed });
     return new Live(calculator, robot.twin?.rate ?? 100, robot, mission, seed, columns);
   }
 

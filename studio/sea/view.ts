@@ -2,11 +2,12 @@
 import { element } from "../dom.ts";
 import type { Calculator } from "../questions.ts";
 import type { Robot } from "../robot.ts";
-import { BY, type By, modeColor } from "./colors.ts";
+import { type By, modeColor } from "./colors.ts";
+import { Controls, type Heard } from "./controls.ts";
 import { Flight, type Said } from "./flight.ts";
 import { Live } from "./live.ts";
 import { openLog } from "./open.ts";
-import { Picture, STRETCHES } from "./picture.ts";
+import { Picture } from "./picture.ts";
 import { Plan } from "./plan.ts";
 import { Player } from "./player.ts";
 import { draws } from "./scene.ts";
@@ -16,7 +17,6 @@ import { facts, spoken, why } from "./words.ts";
 declare const LOG_WORKER: string; // script of the reader of logs
 
 const REDRAWN = 0.7; // s between drawings of a flight that grows
-const LOG = "log"; // choice of the list of missions
 
 /** What the view asks of the page. */
 export interface Needs {
@@ -24,6 +24,17 @@ export interface Needs {
   another(robot: Robot): Promise<Calculator>;
   /** A robot of the page by its name. */
   robot(name: string): Promise<Robot | null>;
+  /** Mission and seed that the link names; those that are chosen. */
+  flight(): string;
+  chosen(flight: string): void;
+}
+
+/** A log that is open. */
+interface Shown {
+  title: string;
+  flight: Flight;
+  body: Robot | null;
+  note: string;
 }
 
 export class SeaRoom {
@@ -31,20 +42,19 @@ export class SeaRoom {
   private readonly plan: Plan | null;
   private readonly player = new Player(() => this.show());
   private readonly traces = new Traces((time) => this.player.go(time));
-  private readonly missions = element("select");
-  private readonly seed = element("input");
+  private readonly controls: Controls;
+  private readonly shown = element("div"); // what there is of a flight
   private readonly note = element("p", "sea-note");
   private readonly alert = element("p", "sea-alert");
   private readonly facts = element("dl", "facts sea-facts");
   private readonly reasons = element("p", "guard");
   private readonly spoken = element("p", "sea-spoken");
   private readonly legend = element("p", "sea-legend");
-  private readonly sights = element("div", "switch");
-  private readonly stretch = element("select");
   private robot: Robot | null = null;
   private flight: Flight | null = null;
   private live: Live | null = null;
   private started = ""; // what was asked for last
+  private log: Shown | null = null; // that was opened last
   private opened = 0; // logs that were given
   private by: By = "mode";
   private before = 0;
@@ -57,6 +67,7 @@ export class SeaRoom {
   ) {
     this.picture = draws() ? new Picture(() => this.press()) : null;
     this.plan = this.picture === null ? new Plan() : null;
+    this.controls = new Controls(this.heard(), this.picture !== null);
     this.layOut();
     requestAnimationFrame((now) => this.frame(now));
   }
@@ -65,12 +76,10 @@ export class SeaRoom {
   about(robot: Robot): void {
     if (this.robot === robot) return;
     this.robot = robot;
-    const shown = this.flight !== null && this.live === null;
-    const options = robot.missions.map(({ name, text }, k) => new Option(text === "" ? name : name, String(k)));
-    this.missions.replaceChildren(...options);
-    this.missions.disabled = options.length === 0;
-    if (shown) this.choose(this.flight?.head.title ?? "log");
-    else void this.fly(0);
+    const kept = this.log !== null && this.flight === this.log.flight;
+    this.controls.list(robot.missions);
+    if (this.log !== null) this.controls.logged(this.log.title, kept);
+    if (!kept) this.start(robot);
   }
 
   /** Open a log. */
@@ -83,9 +92,6 @@ export class SeaRoom {
       const log = await openLog(LOG_WORKER, name, content);
       const body = await this.needs.robot(log.head.robot);
       if (this.opened !== turn) return;
-      this.started = name;
-      this.live?.stop();
-      this.live = null;
       const pilot = body?.pilot ?? this.robot?.pilot;
       const head = {
         ...log.head,
@@ -95,9 +101,9 @@ export class SeaRoom {
       const flight = new Flight(head, log.columns);
       flight.append(log.rows);
       const without = body === null ? ` This page has no robot ${log.head.robot}: an arrow stands for it.` : "";
-      this.note.textContent = `${name}: ${log.sentence}${without}`;
-      this.choose(name);
-      this.set(flight, body, true);
+      this.log = { title: name, flight, body, note: `${name}: ${log.sentence}${without}` };
+      this.controls.logged(name, true);
+      this.play(this.log);
     } catch (error) {
       if (this.opened !== turn) return;
       this.note.textContent = before;
@@ -115,21 +121,33 @@ export class SeaRoom {
 
   // --- what is flown
 
-  private async fly(mission: number): Promise<void> {
+  /** Fly what the link names, else the first mission. */
+  private start(robot: Robot): void {
+    const [name, seed] = this.needs.flight().split(":");
+    const mission = Math.max(
+      0,
+      robot.missions.findIndex((known) => known.name === name),
+    );
+    void this.fly(mission, Number(seed) || 0);
+  }
+
+  private async fly(mission: number, seed: number): Promise<void> {
     const { robot } = this;
-    const seed = Math.max(0, Math.floor(this.seed.valueAsNumber || 0));
-    this.opened++;
     const asked = `${robot?.robot} ${mission} ${seed} ${performance.now()}`;
     this.started = asked;
     this.say("");
     this.live?.stop();
     this.live = null;
+    this.controls.flown(mission, seed);
     if (robot === null || robot.missions.length === 0 || robot.pilot === null) {
       this.note.textContent = `The file of ${robot?.robot ?? "the robot"} has no pilot, so that it flies no mission: choose another robot, or drop a log of a mission (.mcap) here.`;
+      this.flight = null;
+      this.shown.hidden = true;
       return;
     }
     const { name, text } = robot.missions[mission] ?? { name: "", text: "" };
-    this.note.textContent = `${name}: ${text}`;
+    const scatter = seed === 0 ? "" : `; current and satellites as seed ${seed} scatters them`;
+    this.note.textContent = `${name}: ${text}${scatter}.`;
     try {
       const calculator = await this.needs.another(robot);
       const live = await Live.start(calculator, robot, mission, seed);
@@ -142,12 +160,21 @@ export class SeaRoom {
     }
   }
 
+  /** Show a log. */
+  private play({ title, flight, body, note }: Shown): void {
+    this.started = title;
+    this.live?.stop();
+    this.live = null;
+    this.note.textContent = note;
+    this.set(flight, body, true);
+  }
+
   private set(flight: Flight, robot: Robot | null, complete: boolean): void {
     this.flight = flight;
+    this.shown.hidden = false;
     this.picture?.set(flight, robot);
     this.plan?.set(flight);
     this.player.set(flight, complete);
-    this.stretch.value = String(this.picture?.space.stretch ?? 1);
     this.press();
     this.paint();
     this.drawn = 0;
@@ -159,16 +186,8 @@ export class SeaRoom {
     this.grown = true;
     this.player.grow(live.over);
     if (live.over && live.ending !== "") {
-      const { name, text } = live.flight.head.mission as { name: string; text?: string };
-      this.note.textContent = `${name}: ${text ?? ""}. ${live.ending}`;
+      this.note.textContent += ` At its end: ${live.ending}.`;
     }
-  }
-
-  private choose(title: string): void {
-    for (const option of this.missions.querySelectorAll(`[value="${LOG}"]`)) option.remove();
-    this.missions.append(new Option(title, LOG));
-    this.missions.value = LOG;
-    this.missions.disabled = false;
   }
 
   private say(sentence: string): void {
@@ -248,86 +267,43 @@ export class SeaRoom {
       "This browser draws nothing in space (it has no WebGL): the flight is shown from above, its depth below.",
     );
     plain.hidden = this.picture !== null;
-    this.room.replaceChildren(this.controls(), this.note, this.alert, plain, both, this.traces.room);
+    this.shown.append(plain, both, this.traces.room);
+    this.shown.hidden = true;
+    this.room.replaceChildren(this.controls.room, this.note, this.alert, this.shown);
   }
 
-  private controls(): HTMLElement {
-    const row = element("div", "row left");
-    const { missions, seed } = this;
-    missions.addEventListener("change", () => {
-      if (missions.value !== LOG) void this.fly(Number(missions.value));
-    });
-    Object.assign(seed, { type: "number", min: "0", step: "1", value: "0" });
-    seed.addEventListener("change", () => {
-      if (missions.value !== LOG) void this.fly(Number(missions.value));
-    });
-    seed.title = "0: the mission as it stands; others scatter current and satellites";
-    const file = element("input");
-    Object.assign(file, { type: "file", accept: ".mcap" });
-    file.addEventListener("change", async () => {
-      const [log] = file.files ?? [];
-      if (log !== undefined) await this.open(log.name, new Uint8Array(await log.arrayBuffer()));
-      file.value = "";
-    });
-    const open = element("label", "button", "Open a log …");
-    open.append(file);
-    const by = element("select");
-    for (const name of BY) by.append(new Option(name, name));
-    by.addEventListener("change", () => {
-      this.by = by.value as By;
-      this.picture?.color(this.by);
-      this.plan?.color(this.by);
-      this.paint();
-      this.show();
-    });
-    row.append(labeled("mission ", missions), labeled("seed ", seed), open, labeled("track by ", by));
-    if (this.picture !== null) row.append(this.cameras(this.picture));
-    return row;
-  }
-
-  private cameras(picture: Picture): HTMLElement {
-    const row = element("div", "row left sea-cameras");
-    for (const sight of ["overview", "follow"] as const) {
-      const button = element("button", "", sight);
-      button.type = "button";
-      button.dataset.sight = sight;
-      button.addEventListener("click", () => {
-        picture.see(sight);
+  private heard(): Heard {
+    return {
+      mission: (place, seed) => {
+        this.opened++; // a log that is read now is not waited for
+        this.needs.chosen(`${this.robot?.missions[place]?.name}:${seed}`);
+        void this.fly(place, seed);
+      },
+      log: () => this.log && this.play(this.log),
+      file: async (file) => this.open(file.name, new Uint8Array(await file.arrayBuffer())),
+      by: (by) => {
+        this.by = by;
+        this.picture?.color(by);
+        this.plan?.color(by);
+        this.paint();
+        this.show();
+      },
+      sight: (sight) => {
+        this.picture?.see(sight);
         this.press();
         this.show();
-      });
-      this.sights.append(button);
-    }
-    this.sights.setAttribute("role", "group");
-    this.sights.setAttribute("aria-label", "Camera");
-    const zoom = element("div", "switch");
-    zoom.setAttribute("role", "group");
-    zoom.setAttribute("aria-label", "Zoom");
-    for (const [text, name, by] of [
-      ["+", "Zoom in", 1 / 1.4],
-      ["−", "Zoom out", 1.4],
-    ] as const) {
-      const button = element("button", "", text);
-      button.type = "button";
-      button.setAttribute("aria-label", name);
-      button.addEventListener("click", () => picture.space.zoom(by));
-      zoom.append(button);
-    }
-    this.stretch.dataset.depths = "";
-    for (const times of STRETCHES) this.stretch.append(new Option(`x ${times}`, String(times)));
-    this.stretch.addEventListener("change", () => {
-      picture.deepen(Number(this.stretch.value));
-      this.show();
-    });
-    row.append(this.sights, zoom, labeled("depths ", this.stretch));
-    return row;
+      },
+      zoom: (by) => this.picture?.space.zoom(by),
+      stretch: (times) => {
+        this.picture?.deepen(times);
+        this.show();
+      },
+    };
   }
 
   /** Mark the camera that is chosen. */
   private press(): void {
-    for (const button of this.sights.querySelectorAll("button")) {
-      button.setAttribute("aria-pressed", String(button.dataset.sight === this.picture?.sight));
-    }
+    if (this.picture !== null) this.controls.seen(this.picture.sight, this.picture.space.stretch);
   }
 
   /** The legend of the track's colors. */
@@ -353,10 +329,4 @@ export class SeaRoom {
 /** Names of a log with the sentences that the page has of them. */
 function said(names: Said[], known: Said[] = []): Said[] {
   return names.map((one) => known.find(({ name }) => name === one.name) ?? one);
-}
-
-function labeled(text: string, control: HTMLElement): HTMLElement {
-  const label = element("label", "choice", text);
-  label.append(control);
-  return label;
 }

@@ -7,7 +7,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { McapWriter } from "@mcap/core";
-import { browser, open, picture, SIZES } from "./browser.mjs";
+import { browser, link, open, picture, SIZES } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const HYPERTUNA = process.env.HYPERTUNA ?? "hypertuna";
@@ -112,6 +112,29 @@ test("a mission that is flown in the page is the one that the program's log has"
     await scrub(page, time);
     assert.deepEqual(await tiles(page), live[k], `at ${time} s`);
   }
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a link keeps mission and seed; the log that was open is chosen again", async () => {
+  const { page, faults, close } = await sea();
+  const missions = page.locator('#sea label:has-text("mission") select');
+  await missions.selectOption({ label: "transect" });
+  await page.locator('#sea label:has-text("seed") input').fill("2");
+  await page.locator('#sea label:has-text("seed") input').press("Enter");
+  await page.waitForFunction(() => /^transect: .*seed 2/.test(document.querySelector("#sea .sea-note").textContent));
+  const hash = await link(page);
+  assert.match(hash, /flight=transect:2/);
+  const again = await open(chrome, { hash });
+  await flown(again.page, 1);
+  assert.match(await again.page.locator("#sea .sea-note").textContent(), /^transect: .*seed 2/);
+  await again.close();
+  await dropped(page, "box.mcap", readFileSync(log));
+  await missions.selectOption({ label: "lake" });
+  await page.waitForFunction(() => /^lake: /.test(document.querySelector("#sea .sea-note").textContent));
+  await missions.selectOption({ label: "box.mcap" });
+  await flown(page, FLOWN - 1);
+  assert.match(await page.locator("#sea .sea-note").textContent(), /^box\.mcap: The log is whole/);
   assert.deepEqual(faults, []);
   await close();
 });

@@ -1,0 +1,136 @@
+// What is chosen in the Sea view: mission and seed, a log, colors of the track, camera.
+import { element } from "../dom.ts";
+import { BY, type By } from "./colors.ts";
+import type { Mission } from "./flight.ts";
+import { type Sight, STRETCHES } from "./picture.ts";
+
+const MAX_SEED = 2 ** 32 - 1;
+const LOG = "log"; // choice of the list of missions
+const NEARER = 1.4; // of a button
+
+export interface Heard {
+  mission(place: number, seed: number): void;
+  log(): void; // the log that is open is chosen again
+  file(file: File): void;
+  by(by: By): void;
+  sight(sight: Sight): void;
+  zoom(by: number): void;
+  stretch(times: number): void;
+}
+
+export class Controls {
+  readonly room = element("div", "row left");
+  private readonly missions = element("select");
+  private readonly seed = element("input");
+  private readonly sights = element("div", "switch");
+  private readonly stretch = element("select");
+
+  /** `space` where the picture is one in space. */
+  constructor(
+    private readonly heard: Heard,
+    space: boolean,
+  ) {
+    const { missions, seed } = this;
+    missions.addEventListener("change", () => this.pick());
+    Object.assign(seed, { type: "number", min: "0", step: "1", value: "0" });
+    seed.title = "0: the mission as it stands; others scatter current and satellites";
+    seed.addEventListener("change", () => this.pick());
+    this.room.append(labeled("mission ", missions), labeled("seed ", seed), this.opener(), this.colors());
+    if (space) this.room.append(this.cameras());
+  }
+
+  /** List a robot's missions. */
+  list(missions: Mission[]): void {
+    this.missions.replaceChildren(...missions.map(({ name }, k) => new Option(name, String(k))));
+    this.missions.disabled = missions.length === 0;
+    this.seed.disabled = missions.length === 0;
+  }
+
+  /** Mark what is flown. */
+  flown(place: number, seed: number): void {
+    this.missions.value = String(place);
+    this.seed.value = String(seed);
+  }
+
+  /** Put an open log into the list, chosen or not. */
+  logged(title: string, chosen: boolean): void {
+    for (const option of this.missions.querySelectorAll(`[value="${LOG}"]`)) option.remove();
+    this.missions.append(new Option(title, LOG, false, chosen));
+    this.missions.disabled = false;
+  }
+
+  /** Mark the camera that is chosen, null for one that was moved. */
+  seen(sight: Sight | null, stretch: number): void {
+    for (const button of this.sights.querySelectorAll("button")) {
+      button.setAttribute("aria-pressed", String(button.dataset.sight === sight));
+    }
+    this.stretch.value = String(stretch);
+  }
+
+  private pick(): void {
+    const { value } = this.missions;
+    const seed = Math.min(MAX_SEED, Math.max(0, Math.floor(this.seed.valueAsNumber || 0)));
+    if (value === LOG) this.heard.log();
+    else this.heard.mission(Number(value), seed);
+  }
+
+  private opener(): HTMLElement {
+    const input = element("input");
+    Object.assign(input, { type: "file", accept: ".mcap" });
+    input.addEventListener("change", () => {
+      const [file] = input.files ?? [];
+      if (file !== undefined) this.heard.file(file);
+      input.value = "";
+    });
+    const label = element("label", "button", "Open a log …");
+    label.append(input);
+    return label;
+  }
+
+  private colors(): HTMLElement {
+    const by = element("select");
+    for (const name of BY) by.append(new Option(name, name));
+    by.addEventListener("change", () => this.heard.by(by.value as By));
+    return labeled("track by ", by);
+  }
+
+  private cameras(): HTMLElement {
+    const row = element("div", "row left sea-cameras");
+    for (const sight of ["overview", "follow"] as const) {
+      const choice = button(sight, () => this.heard.sight(sight));
+      choice.dataset.sight = sight;
+      this.sights.append(choice);
+    }
+    this.sights.setAttribute("role", "group");
+    this.sights.setAttribute("aria-label", "Camera");
+    const zoom = element("div", "switch");
+    zoom.setAttribute("role", "group");
+    zoom.setAttribute("aria-label", "Zoom");
+    for (const [text, name, by] of [
+      ["+", "Zoom in", 1 / NEARER],
+      ["−", "Zoom out", NEARER],
+    ] as const) {
+      const nearer = button(text, () => this.heard.zoom(by));
+      nearer.setAttribute("aria-label", name);
+      zoom.append(nearer);
+    }
+    this.stretch.dataset.depths = "";
+    for (const times of STRETCHES) this.stretch.append(new Option(`x ${times}`, String(times)));
+    this.stretch.addEventListener("change", () => this.heard.stretch(Number(this.stretch.value)));
+    row.append(this.sights, zoom, labeled("depths ", this.stretch));
+    return row;
+  }
+}
+
+function button(text: string, pressed: () => void): HTMLButtonElement {
+  const made = element("button", "", text);
+  made.type = "button";
+  made.addEventListener("click", pressed);
+  return made;
+}
+
+function labeled(text: string, control: HTMLElement): HTMLElement {
+  const label = element("label", "choice", text);
+  label.append(control);
+  return label;
+}
