@@ -1,7 +1,7 @@
 // A changed body: factors on values of the robot's file, and all numbers of the image that follow them.
 //
 // The image says how each number follows: (v + sum of s (f^q - 1)) times the product of f^p over the factors f.
-import { type Columns, columnsOf, edited } from "./image.ts";
+import { type Columns, columnsOf, imageOf } from "./image.ts";
 import type { BodyKnob, Law, Robot } from "./robot.ts";
 
 /** Factors by knob; those that are left out are 1. */
@@ -25,7 +25,12 @@ const changed = (robot: Robot, factors: Factors): [BodyKnob, number][] =>
 
 /** The image of a robot with a changed body. */
 export function changedImage(image: Uint8Array, robot: Robot, factors: Factors): Uint8Array {
-  return edited(image, changedColumns(columnsOf(image), robot, factors));
+  const columns = columnsOf(image).filter(({ name }) => !name.startsWith("samples."));
+  const changed = changedColumns(new Map(columns.map(({ name, values }) => [name, values])), robot, factors);
+  return imageOf(
+    image,
+    columns.map((column) => ({ ...column, values: changed.get(column.name) ?? column.values })),
+  );
 }
 
 /** The columns that a changed body changes. */

@@ -172,7 +172,7 @@ export class Drawing {
         Math.max(TITLE, above.top - (size * this.wide(robot)) / 2 - 10),
       ]),
       on(side, "flank", profile(robot, joints)),
-      on(side, "tail", tailFin(robot, shape)),
+      ...(robot.tail.edge_height === null ? [] : [on(side, "tail", tailFin(robot, shape))]),
       ...pectorals(robot).map((plate) => on(above, "tail", plate)),
       on(above, "flank", mirrored(straight.map(({ x, half }): Pair => [x, half]))),
       ...lines,

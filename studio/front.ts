@@ -1,9 +1,11 @@
 // Cost over speed: the robot's named gaits, the gait of the knobs, the least cost at each speed; and the search for it.
+import { drawBand, drawBars, usable } from "./band.ts";
 import { Chart } from "./chart.ts";
 import { element } from "./dom.ts";
 import { Box, type Found, type Goal, STEPS, search, type Watch } from "./optimize.ts";
-import { digits, gaitText, type Quantities, statusOf } from "./quantities.ts";
+import { digits, gaitText, type Quantities } from "./quantities.ts";
 import { gaitOf, type NamedGait, rowOf } from "./robot.ts";
+import { type Spread, spreadWords } from "./samples.ts";
 import type { Page, Subject } from "./subject.ts";
 
 const STARTS = 6; // of a search: the knobs' gait, and points spread over the limits
@@ -14,6 +16,7 @@ const SAME = 1e-3; // relative difference of results that count as the same
 export class FrontView {
   private readonly chart: Chart;
   private readonly status = element("p", "caption");
+  private readonly note = element("p", "caption");
   private readonly speed = element("input");
   private readonly cancel = button("Cancel");
   private readonly buttons: HTMLButtonElement[];
@@ -22,6 +25,7 @@ export class FrontView {
   private values: Quantities = {};
   private named: { gait: NamedGait; values: Quantities }[] = [];
   private front: Found[] = [];
+  private spreads: { named: Spread[]; front: Spread[]; knobs: Spread | null } = { named: [], front: [], knobs: null };
   private trace: Quantities[] = []; // steps of the search
   private run = 0;
   private waiting = false; // to be drawn
@@ -45,7 +49,7 @@ export class FrontView {
     head.append(element("span", "choice", "optimize"), fastest, cheapest, field, front, this.cancel);
     this.status.setAttribute("role", "status");
     this.cancel.disabled = true;
-    room.replaceChildren(head, canvas, this.status);
+    room.replaceChildren(head, canvas, this.note, this.status);
     this.chart = new Chart(canvas);
     fastest.addEventListener("click", () => void this.optimize({ quantity: "speed", speed: null }));
     cheapest.addEventListener("click", () => {
@@ -64,6 +68,7 @@ export class FrontView {
     if (before?.robot === subject.robot && before.model === subject.model) return;
     this.stop("");
     [this.front, this.trace, this.named] = [[], [], []];
+    this.spreads = { named: [], front: [], knobs: null };
     const free = subject.parameters.some((parameter) => parameter.free);
     for (const one of this.buttons) one.disabled = !free;
     if (!free) this.status.textContent = "The robot's file has no [gait_bounds] to optimize within.";
@@ -73,6 +78,25 @@ export class FrontView {
     this.named = gaits.map((gait, k) => ({ gait, values: found[k] ?? {} }));
     const fastest = Math.max(0, ...this.named.map(({ values }) => values.speed ?? 0).filter(Number.isFinite));
     this.speed.value = String(Number((0.7 * fastest).toPrecision(1)));
+    this.draw();
+    void this.spread();
+  }
+
+  /** Where most samples of a fit lie, of the gait of the knobs. */
+  certain(spread: Spread | null): void {
+    this.spreads.knobs = spread;
+    this.draw();
+  }
+
+  /** The same of the named gaits and of the least cost. */
+  private async spread(): Promise<void> {
+    const { subject, front, named } = this;
+    if (subject === null) return;
+    const rows = [...named.map(({ gait }) => rowOf(gait)), ...front.map(({ row }) => row)];
+    const found = (await subject.spreads(rows)) ?? [];
+    if (subject !== this.subject || front !== this.front || found.length === 0) return;
+    this.spreads.named = found.slice(0, named.length);
+    this.spreads.front = found.slice(named.length);
     this.draw();
   }
 
@@ -207,6 +231,7 @@ export class FrontView {
       this.front.push(end);
       this.draw();
     }
+    void this.spread();
     this.stop(
       `The line is the least cost of ${this.front.length} speeds, up to ${digits(top)} m/s. Click a point to swim it.`,
     );
@@ -224,18 +249,31 @@ export class FrontView {
     ];
     const shown = points.filter(usable);
     const published = this.named.map(({ gait }) => gait.published.speed?.value ?? 0);
+    const { spreads } = this;
+    const certain = [...spreads.named, ...spreads.front, ...(spreads.knobs === null ? [] : [spreads.knobs])];
+    const ends = (name: string): number[] =>
+      certain.map(({ intervals }) => intervals[name]?.[1] ?? 0).filter(Number.isFinite);
     const most = (values: number[]): number => 1.08 * Math.max(1e-6, ...values);
-    const x = most([...shown.map(({ speed = 0 }) => speed), ...published]);
-    const y = most(shown.map(({ cost_of_transport: cost = 0 }) => cost));
+    const x = most([...shown.map(({ speed = 0 }) => speed), ...published, ...ends("speed")]);
+    const y = most(shown.map(({ cost_of_transport: cost = 0 }) => cost).concat(ends("cost_of_transport")));
     const axes = [
       { label: "speed [m/s]", range: [0, x] as const },
       { label: "cost of transport [J/(kg m)]", range: [0, y] as const },
     ] as const;
     if (!chart.begin(axes[0], axes[1])) return;
     chart.axes(true);
+    const { named, front, knobs } = spreads;
+    drawBand(
+      chart,
+      front,
+      this.front.map(({ computed }) => computed.values),
+    );
+    named.forEach((spread, k) => drawBars(chart, spread, this.named[k]?.values ?? {}, "blue"));
+    if (knobs !== null) drawBars(chart, knobs, this.values, "ink");
     this.drawFront();
     this.drawTrace();
     this.drawNamed();
+    this.note.textContent = certain[0] === undefined ? "" : `Band and bars: ${spreadWords(certain[0])}.`;
     if (usable(this.values)) chart.ring(...this.placed(this.values));
     this.legend();
   }
@@ -348,12 +386,6 @@ export class FrontView {
     const gait = gaits[nearest];
     if (gait !== undefined && (far[nearest] ?? 0) < 24) this.page.go(gait.row);
   }
-}
-
-/** Whether a gait swims ahead at a cost. */
-function usable(values: Quantities): boolean {
-  const { speed = Number.NaN, cost_of_transport: cost = Number.NaN } = values;
-  return statusOf(values) === "settled" && speed > 0 && Number.isFinite(cost);
 }
 
 /** What is to be small. */

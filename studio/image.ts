@@ -1,59 +1,61 @@
-// A robot's image in the page: its columns of numbers, and the image with some of them changed. Layout: hosts/image.hpp.
+// A robot's image in the page: columns of numbers, read and written as hosts/image.hpp has them.
 
 const HEADER = 32; // bytes: magic, version, checksum, sizes
 const COVERED = 16; // the checksum is of all from here on
 const ENTRY = 12; // bytes of a column's rows, width and length of name
 
+export interface Column {
+  name: string;
+  rows: number;
+  width: number;
+  values: Float64Array;
+}
+
 /** Numbers of an image by column, one after another. */
 export type Columns = Map<string, Float64Array>;
 
-interface Layout {
-  columns: { name: string; first: number; count: number }[];
-  entries: Uint8Array; // of the columns, and their names
-  numbers: Float64Array;
-}
-
-/** Read where the numbers are; the core has refused what is no image. */
-function layoutOf(image: Uint8Array): Layout {
+/** Read the columns of an image that the core has read: it refuses what is none. */
+export function columnsOf(image: Uint8Array): Column[] {
   const view = new DataView(image.buffer, image.byteOffset, image.byteLength);
-  const size = (k: number): number => view.getUint32(COVERED + 4 * k, true);
-  const [columns, names, text, numbers] = [size(0), size(1), size(2), size(3)];
-  const head = HEADER + ENTRY * columns;
-  const start = Math.ceil((head + names + text) / 8) * 8;
-  let [name, first] = [head, 0];
-  const list = Array.from({ length: columns }, (_, k) => {
-    const entry = (part: number): number => view.getUint32(HEADER + ENTRY * k + 4 * part, true);
-    const [count, length] = [entry(0) * entry(1), entry(2)];
-    const column = { name: new TextDecoder().decode(image.subarray(name, name + length)), first, count };
-    [name, first] = [name + length, first + count];
-    return column;
+  const size = (place: number): number => view.getUint32(place, true);
+  const [count, names, text] = [size(COVERED), size(COVERED + 4), size(COVERED + 8)];
+  let name = HEADER + ENTRY * count;
+  let first = Math.ceil((name + names + text) / 8) * 8;
+  return Array.from({ length: count }, (_, k) => {
+    const entry = HEADER + ENTRY * k;
+    const [rows, width, length] = [size(entry), size(entry + 4), size(entry + 8)];
+    const letters = image.subarray(name, name + length);
+    const end = first + 8 * rows * width;
+    const values = new Float64Array(image.slice(first, end).buffer);
+    [name, first] = [name + length, end];
+    return { name: new TextDecoder().decode(letters), rows, width, values };
   });
-  const data = new Float64Array(image.slice(start, start + 8 * numbers).buffer);
-  return { columns: list, entries: image.subarray(HEADER, head + names), numbers: data };
 }
 
-/** The numbers of an image by column. */
-export function columnsOf(image: Uint8Array): Columns {
-  const { columns, numbers } = layoutOf(image);
-  return new Map(columns.map(({ name, first, count }) => [name, numbers.subarray(first, first + count)]));
-}
-
-/** An image with other numbers in some columns, each as long as before, and without its text. */
-export function edited(image: Uint8Array, changed: Columns): Uint8Array {
-  const { columns, entries, numbers } = layoutOf(image);
-  for (const { name, first, count } of columns) {
-    const values = changed.get(name);
-    if (values?.length === count) numbers.set(values, first);
-  }
+/** Write an image of columns, without a text; the header is that of another image. */
+export function imageOf(header: Uint8Array, columns: Column[]): Uint8Array {
+  const names = columns.map(({ name }) => new TextEncoder().encode(name));
   const text = new TextEncoder().encode("{}");
-  const start = Math.ceil((HEADER + entries.length + text.length) / 8) * 8;
-  const made = new Uint8Array(start + numbers.byteLength);
-  made.set(image.subarray(0, HEADER));
-  made.set(entries, HEADER);
-  made.set(text, HEADER + entries.length);
-  made.set(new Uint8Array(numbers.buffer), start);
+  const letters = names.reduce((sum, { length }) => sum + length, 0);
+  const numbers = columns.reduce((sum, { values }) => sum + values.length, 0);
+  let name = HEADER + ENTRY * columns.length;
+  let first = Math.ceil((name + letters + text.length) / 8) * 8;
+  const made = new Uint8Array(first + 8 * numbers);
   const view = new DataView(made.buffer);
-  view.setUint32(COVERED + 8, text.length, true);
+  made.set(header.subarray(0, COVERED - 4));
+  [columns.length, letters, text.length, numbers].forEach((size, k) => {
+    view.setUint32(COVERED + 4 * k, size, true);
+  });
+  made.set(text, name + letters);
+  columns.forEach(({ rows, width, values }, k) => {
+    const word = names[k] ?? new Uint8Array();
+    [rows, width, word.length].forEach((size, part) => {
+      view.setUint32(HEADER + ENTRY * k + 4 * part, size, true);
+    });
+    made.set(word, name);
+    made.set(new Uint8Array(values.buffer, values.byteOffset, values.byteLength), first);
+    [name, first] = [name + word.length, first + values.byteLength];
+  });
   view.setUint32(COVERED - 4, crc32(made.subarray(COVERED)), true);
   return made;
 }
@@ -65,7 +67,7 @@ const CRC = Uint32Array.from({ length: 256 }, (_, byte) => {
 });
 
 /** CRC-32 (IEEE 802.3), as zlib has it. */
-export function crc32(bytes: Uint8Array): number {
+function crc32(bytes: Uint8Array): number {
   let crc = 0xffffffff;
   for (const byte of bytes) crc = (crc >>> 8) ^ (CRC[(crc ^ byte) & 255] ?? 0);
   return ~crc >>> 0;

@@ -14,6 +14,7 @@ import { Results } from "./results.ts";
 import { type Gait, gaitOf, modelOf, type Parameter, parametersOf, type Robot, rowOf } from "./robot.ts";
 import { Robots } from "./robots.ts";
 import { Saves, type Shown } from "./saves.ts";
+import type { Spread } from "./samples.ts";
 import { Views } from "./views.ts";
 
 declare const WORKER: string; // script of the worker
@@ -57,6 +58,7 @@ class Studio {
       go: (row: Float64Array) => this.go(row),
       changed: () => this.keep(),
       body: (factors: Factors) => this.setBody(factors),
+      certain: (spread: Spread | null) => this.results.certain(spread),
       robot: async (name: string) => (robots.has(name) ? robots.read(name, live) : null),
     };
     this.views = new Views(page, live.another(), names);

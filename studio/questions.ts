@@ -12,6 +12,8 @@ export type Question =
   | ({ kind: "gradient" } & Swimmer)
   | ({ kind: "point" } & Swimmer)
   | { kind: "sweep"; robot: string; model: number; gaits: Float64Array }
+  | { kind: "samples"; robot: string; images: Uint8Array[] } // of a fit's coefficients, in place of those before
+  | { kind: "spread"; robot: string; gaits: Float64Array } // quantities by sample, then by gait
   | { kind: "twin"; robot: string } // starts one, in place of the one before
   | { kind: "fly"; robot: string; mission: number; seed: number } // as well
   | { kind: "flown"; rows: number; every: number } // ticks from row to row
@@ -39,6 +41,8 @@ export type Answer =
   | { kind: "gradient"; derivatives: Float64Array }
   | { kind: "point"; quantities: Float64Array; derivatives: Float64Array }
   | { kind: "sweep"; quantities: Float64Array }
+  | { kind: "samples" }
+  | { kind: "spread"; quantities: Float64Array }
   | { kind: "twin"; columns: Column[] }
   | { kind: "fly"; columns: Column[] }
   | { kind: "flown"; rows: Float64Array; over: boolean }

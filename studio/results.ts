@@ -2,12 +2,18 @@
 import { element, part } from "./dom.ts";
 import * as words from "./quantities.ts";
 import { gaitOf, type Robot } from "./robot.ts";
+import { type Spread, spreadWords } from "./samples.ts";
 
+const CERTAIN = ["speed", "mechanical_power", "cost_of_transport"]; // whose uncertainty is shown
 const SHORT = ["speed", "mechanical_power", "cost_of_transport"]; // below the picture
 
 export class Results {
+  private readonly note = element("p", "caption");
+
   constructor() {
     part("facts").replaceChildren(...words.SUMMARY.map(tile));
+    part("facts").after(this.note);
+    this.note.hidden = true;
   }
 
   /** Show the quantities of a gait by one of a robot's models. */
@@ -36,6 +42,18 @@ export class Results {
     this.say(values, row[0] ?? 1, words.fromRest(values));
   }
 
+  /** Show between which numbers most samples of a fit lie; null where there are none. */
+  certain(spread: Spread | null): void {
+    for (const box of part("facts").querySelectorAll<HTMLElement>("[data-interval]")) {
+      const [low, high] = spread?.intervals[box.dataset.interval ?? ""] ?? [Number.NaN, Number.NaN];
+      box.hidden = Number.isNaN(low) || Number.isNaN(high);
+      [box.dataset.low, box.dataset.high] = [String(low), String(high)];
+      box.textContent = `${words.digits(low, 3)} – ${words.digits(high, 3)}`;
+    }
+    this.note.hidden = spread === null;
+    this.note.textContent = spread === null ? "" : `Small numbers: ${spreadWords(spread)}.`;
+  }
+
   private say(values: words.Quantities, frequency: number, more: string): void {
     const box = part("status");
     box.textContent = words.verdict(values) + words.spin(values, frequency) + more;
@@ -54,6 +72,10 @@ function tile({ name, label, unit }: words.Meaning): HTMLElement {
     second.id = "speed_bl";
     text.append(second);
   }
+  const interval = element("span", "second interval");
+  interval.dataset.interval = name;
+  interval.hidden = true;
+  if (CERTAIN.includes(name)) text.append(interval);
   box.append(number, text);
   return box;
 }

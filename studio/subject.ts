@@ -3,6 +3,7 @@ import { named, type Quantities, statusOf } from "./quantities.ts";
 import type { Factors } from "./changes.ts";
 import type { Calculator, Names } from "./questions.ts";
 import type { Parameter, Robot } from "./robot.ts";
+import type { Samples, Spread } from "./samples.ts";
 
 /** What a view asks of the page. */
 export interface Page {
@@ -10,6 +11,7 @@ export interface Page {
   robot(name: string): Promise<Robot | null>; // of the page
   changed(): void; // something that the address keeps
   body(factors: Factors): void; // factors on the robot's body
+  certain(spread: Spread | null): void; // of the gait of the knobs, where the robot is a fit
 }
 
 /** A settled gait with derivatives. */
@@ -26,7 +28,13 @@ export class Subject {
     readonly model: number,
     private readonly calculator: Calculator,
     private readonly names: Names,
+    private readonly samples: Samples,
   ) {}
+
+  /** Where most samples of a fit lie, of each gait; null without a fit. */
+  spreads(rows: Float64Array[]): Promise<Spread[] | null> {
+    return this.samples.of(this.robot, this.model, rows);
+  }
 
   async swim(row: Float64Array): Promise<Computed> {
     const { robot, model, parameters, names } = this;

@@ -9,6 +9,7 @@ import type { Quantities } from "./quantities.ts";
 import type { Calculator, Names } from "./questions.ts";
 import { type Parameter, parametersOf, type Robot } from "./robot.ts";
 import type { Image } from "./robots.ts";
+import { Follower, Samples } from "./samples.ts";
 import { SeaView } from "./sea.ts";
 import { type Page, Subject } from "./subject.ts";
 import { TourView } from "./tour.ts";
@@ -25,6 +26,9 @@ export class Views {
   private readonly body: BodyView;
   private image: (robot: Robot) => Image = () => async () => new Uint8Array();
   private row: Float64Array = new Float64Array();
+  private readonly samples: Samples;
+  private readonly follower: Follower;
+  private subject: Subject | null = null;
 
   /** Compute with a calculator of their own, beside the knobs. */
   constructor(
@@ -32,6 +36,11 @@ export class Views {
     private readonly calculator: Calculator,
     private readonly names: Names,
   ) {
+    this.samples = new Samples(calculator.another(), names, (robot) => this.image(robot));
+    this.follower = new Follower(this.samples, (spread) => {
+      this.front.certain(spread);
+      page.certain(spread);
+    });
     this.map = new MapView(part("map"), page);
     this.front = new FrontView(part("front"), page);
     this.tour = new TourView(part("paper"), page);
@@ -58,12 +67,21 @@ export class Views {
     this.sea.about(described);
     await Promise.all([robot, described].map((one) => calculator.load(one.key, image(one))));
     const parameters: Parameter[] = parametersOf(robot);
-    const subject = new Subject(robot, parameters, model, calculator, this.names);
-    const before = robot === described ? subject : new Subject(described, parameters, model, calculator, this.names);
+    const subject = new Subject(robot, parameters, model, calculator, this.names, this.samples);
+    const before =
+      robot === described ? subject : new Subject(described, parameters, model, calculator, this.names, this.samples);
     this.body.about(before);
+    this.subject = subject;
     this.map.about(subject);
     await Promise.all([this.front.about(subject), this.tour.about(before)]);
     this.tour.at(this.row);
+    this.follow();
+  }
+
+  private follow(): void {
+    const { subject, row } = this;
+    if (subject !== null && row.length === subject.parameters.length)
+      void this.follower.want(subject.robot, subject.model, row);
   }
 
   /** Follow a body while it is changed. */
@@ -79,6 +97,7 @@ export class Views {
     this.body.at(row, values);
     this.tour.at(row);
     this.inside.at(row);
+    this.follow();
   }
 
   /** Show a log of a mission. */

@@ -7,12 +7,24 @@ const BODIES = 16; // changed bodies that are kept: of searches and maps that ha
 
 let core: Core;
 let twin: CoreTwin | null = null;
+let sampled: { robot: string; samples: CoreRobot[] } = { robot: "", samples: [] };
 const robots = new Map<string, CoreRobot>();
 
 function robot(name: string): CoreRobot {
   const found = robots.get(name);
   if (found === undefined) throw new Error(`no robot ${name} was loaded`);
   return found;
+}
+
+/** Numbers one after another. */
+function joined(parts: Float64Array[]): Float64Array {
+  const whole = new Float64Array(parts.reduce((sum, { length }) => sum + length, 0));
+  let place = 0;
+  for (const part of parts) {
+    whole.set(part, place);
+    place += part.length;
+  }
+  return whole;
 }
 
 /** Free the robots with a changed body that nobody asks about any more. */
@@ -54,6 +66,15 @@ async function answer(question: Question): Promise<Answer> {
     }
     case "sweep":
       return { kind: "sweep", quantities: robot(question.robot).swim(question.model, question.gaits, false) };
+    case "samples":
+      for (const sample of sampled.samples) sample.free();
+      sampled = { robot: question.robot, samples: question.images.map((image) => core.read(image)) };
+      return { kind: "samples" };
+    case "spread": {
+      if (sampled.robot !== question.robot) throw new Error(`no samples of ${question.robot} were loaded`);
+      const parts = sampled.samples.map((sample) => sample.swim(0, question.gaits, false));
+      return { kind: "spread", quantities: joined(parts) };
+    }
     case "twin":
       twin?.free();
       twin = core.twin(robot(question.robot));

@@ -3,10 +3,6 @@
 The page's own code makes the changed images and files here, in Node.js.
 """
 
-import base64
-import json
-import shutil
-import subprocess
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,6 +24,7 @@ from hypertuna.simulation.image_source import Source, checked_places, number_at,
 from hypertuna.simulation.image_text import body_text, numbers_of_text
 from hypertuna.swimming.gait import Gait
 from image_file import columns_of, text_of
+from studio_code import Page
 
 TOP = Path(__file__).parents[2]
 ROBOTS = (
@@ -40,35 +37,6 @@ ROBOTS = (
 )
 SAME = 1e-12  # relative
 HINGE = {"link": 7, "stiffness_n_m_per_rad": 1.5, "damping_n_m_s_per_rad": 0.001}
-
-
-class Page:
-    """The page's code, in a process of Node.js."""
-
-    def __init__(self) -> None:
-        node = shutil.which("node")
-        if node is None or not (TOP / "studio/node_modules/esbuild").is_dir():
-            pytest.skip("Node.js and the tools of the studio are not installed: run `make studio`")
-        command = [node, str(TOP / "tests/hosts/change_bodies.mjs")]
-        self.node = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
-    def changed(self, image: bytes, factors: dict[str, float]) -> tuple[bytes, str, dict[str, Any]]:
-        """Return the image, the file and the body in the text of a robot with factors on its body."""
-        assert self.node.stdin
-        assert self.node.stdout
-        question = {"image": base64.b64encode(image).decode(), "robot": text_of(image), "factors": factors}
-        self.node.stdin.write(json.dumps(question) + "\n")
-        self.node.stdin.flush()
-        answer = json.loads(self.node.stdout.readline())
-        return base64.b64decode(answer["image"]), answer["toml"], answer["body"]
-
-    def close(self) -> None:
-        """End the process."""
-        assert self.node.stdin
-        assert self.node.stdout
-        self.node.stdin.close()
-        self.node.wait()
-        self.node.stdout.close()
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,7 @@
 """Robot image with the robot's pilot and the missions that come with hypertuna; `hosts/image.hpp` reads it."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,20 +19,21 @@ Ready = tuple[MissionFile, MissionStart]
 PLAIN = ("fence", "home", "home_radius", "start", "heading", "depth_max", "bottom", "current", "current_bottom", "stay")
 
 
-def robot_image(robot: Robot) -> bytes:
+def robot_image(robot: Robot, added: Mapping[str, Any] | None = None, facts: Mapping[str, Any] | None = None) -> bytes:
     """Return the image of a robot: its models in water, its twin, and its pilot with the missions that it can fly.
 
-    Model 0 is the robot's own choice; the others are those of its water laws and kinds of joints.
+    Model 0 is the robot's own choice; the others are those of its water laws and kinds of joints. Columns may be added,
+    and facts to the text.
     """
     ready = list(_ready(robot))
-    columns: dict[str, Any] = {}
+    columns = dict(added or {})
     if ready:
         columns |= {f"sensors.{name}": values for name, values in pilot_sensor_columns(robot).items()}
         columns |= {f"pilot.{name}": values for name, values in pilot_columns(robot, ready[0][1].table).items()}
     for k, one in enumerate(ready):
         columns |= {f"missions.{k}.{name}": values for name, values in _columns(*one).items()}
     text = {"missions": [_mission(*one) for one in ready], "pilot": _pilot(robot) if ready else None}
-    return twin_image(robot, columns, text)
+    return twin_image(robot, columns, text | dict(facts or {}))
 
 
 def _ready(robot: Robot) -> Iterator[Ready]:

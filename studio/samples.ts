@@ -1,0 +1,133 @@
+// The fit's uncertainty: numbers of a gait by samples of the fitted coefficients, and where most of them lie.
+import { changedColumns, type Factors } from "./changes.ts";
+import { type Column, columnsOf, imageOf } from "./image.ts";
+import { named, type Quantities, statusOf } from "./quantities.ts";
+import type { Calculator, Names } from "./questions.ts";
+import type { Robot } from "./robot.ts";
+import type { Image } from "./robots.ts";
+
+export const PARTS = [0.05, 0.95] as const; // of the samples, below either end of an interval
+const OWN = "models.0."; // columns of the robot's own model, which the fit is of
+const SAMPLED = "samples.";
+
+/** Of a gait: intervals by quantity, of the samples that settle. */
+export interface Spread {
+  settled: number; // samples
+  count: number;
+  intervals: Record<string, readonly [number, number]>;
+}
+
+/** Images of the robot's own model with the coefficients of each sample, and factors on the body. */
+export function sampledImages(image: Uint8Array, described: Robot, factors: Factors): Uint8Array[] {
+  const columns = columnsOf(image);
+  const own = columns.filter(({ name }) => name.startsWith(OWN));
+  const samples = new Map(
+    columns.filter(({ name }) => name.startsWith(SAMPLED)).map((one) => [OWN + one.name.slice(SAMPLED.length), one]),
+  );
+  return Array.from({ length: described.samples?.count ?? 0 }, (_, k) => {
+    const drawn = own.map((column): Column => {
+      const { values, width } = samples.get(column.name) ?? { values: null, width: 0 };
+      return values === null ? column : { ...column, values: values.slice(k * width, (k + 1) * width) };
+    });
+    const changed = changedColumns(new Map(drawn.map(({ name, values }) => [name, values])), described, factors);
+    return imageOf(
+      image,
+      drawn.map((column) => ({ ...column, values: changed.get(column.name) ?? column.values })),
+    );
+  });
+}
+
+/** Value below which a part of some numbers lies, linear between them. */
+export function quantile(numbers: readonly number[], part: number): number {
+  const sorted = [...numbers].sort((a, b) => a - b);
+  const place = part * (sorted.length - 1);
+  const [low = Number.NaN, high = low] = [sorted[Math.floor(place)], sorted[Math.ceil(place)]];
+  return low + (place % 1) * (high - low);
+}
+
+/** Where most of the samples of a gait lie. */
+export function spreadOf(samples: Quantities[], quantities: readonly string[]): Spread {
+  const settled = samples.filter((values) => statusOf(values) === "settled");
+  const interval = (name: string): readonly [number, number] => {
+    const numbers = settled.map((values) => values[name] ?? Number.NaN);
+    return [quantile(numbers, PARTS[0]), quantile(numbers, PARTS[1])];
+  };
+  return {
+    settled: settled.length,
+    count: samples.length,
+    intervals: Object.fromEntries(quantities.map((name) => [name, interval(name)])),
+  };
+}
+
+/** Computes spreads of gaits, in a worker of its own. */
+export class Samples {
+  private loaded = ""; // key of the robot
+  private last: Promise<unknown> = Promise.resolve(); // questions come one after another
+
+  constructor(
+    private readonly calculator: Calculator,
+    private readonly names: Names,
+    private readonly image: (robot: Robot) => Image,
+  ) {}
+
+  /** Spreads of gaits by a robot's own model; null for another model, and for a robot without samples. */
+  of(robot: Robot, model: number, rows: Float64Array[]): Promise<Spread[] | null> {
+    const count = robot.samples?.count;
+    if (count === undefined || model !== 0 || rows.length === 0) return Promise.resolve(null);
+    const answer = this.last.then(() => this.ask(robot, count, rows));
+    this.last = answer.catch(() => null);
+    return answer;
+  }
+
+  private async ask(robot: Robot, count: number, rows: Float64Array[]): Promise<Spread[]> {
+    const { calculator, names } = this;
+    if (this.loaded !== robot.key) {
+      const described = robot.described ?? robot;
+      const images = sampledImages(await this.image(described)(), described, robot.factors ?? {});
+      await calculator.ask({ kind: "samples", robot: robot.key, images });
+      this.loaded = robot.key;
+    }
+    const gaits = new Float64Array(rows.flatMap((row) => [...row]));
+    const { quantities } = await calculator.ask({ kind: "spread", robot: robot.key, gaits });
+    const width = names.quantities.length;
+    return rows.map((_, k) => {
+      const samples = Array.from({ length: count }, (_, sample) => {
+        const place = (sample * rows.length + k) * width;
+        return named(names.quantities, quantities.subarray(place, place + width));
+      });
+      return spreadOf(samples, names.quantities);
+    });
+  }
+}
+
+/** Spread of the gait of the knobs: of turns that come while one is computed, only the last counts. */
+export class Follower {
+  private wanted: { robot: Robot; model: number; row: Float64Array } | null = null;
+  private running = false;
+
+  constructor(
+    private readonly samples: Samples,
+    private readonly listener: (spread: Spread | null) => void,
+  ) {}
+
+  async want(robot: Robot, model: number, row: Float64Array): Promise<void> {
+    this.wanted = { robot, model, row };
+    if (this.running) return;
+    this.running = true;
+    try {
+      for (let now = null; now !== this.wanted; ) {
+        now = this.wanted;
+        const spreads = await this.samples.of(now.robot, now.model, [now.row]);
+        if (now.robot.robot === this.wanted.robot.robot) this.listener(spreads?.[0] ?? null);
+      }
+    } finally {
+      this.running = false;
+    }
+  }
+}
+
+/** What the intervals are, in words. */
+export function spreadWords({ settled, count }: Spread): string {
+  const some = settled === count ? `${count}` : `the ${settled} of ${count}`;
+  return `5 to 95 % of ${some} samples of the fit${settled === count ? "" : " that settle"}`;
+}

@@ -1,0 +1,120 @@
+// The fit's uncertainty: intervals beside the numbers of a fitted robot are Python's, and are drawn in cost over speed.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { after, before, test } from "node:test";
+import { browser, choose, open, picture, settled, turn } from "./browser.mjs";
+
+const SWIMS = `
+import json, sys
+import numpy as np
+import hypertuna as ht
+from hypertuna.identification.coefficients import sample_robots
+from hypertuna.identification.image import SAMPLES, SEED
+robot = ht.load("rexeel")
+gait = ht.Gait.from_degrees(frequency=0.7, amplitude=(10,) * 5, phase=(0, 50.4, 100.8, 151.2, 201.6))
+swims = [ht.swim(one, gait) for one in sample_robots(robot, SAMPLES, SEED)]
+names = ("speed", "mechanical_power", "cost_of_transport")
+print(json.dumps({name: np.quantile([getattr(s, name) for s in swims], (0.05, 0.95)).tolist() for name in names}))
+`;
+
+let chrome;
+before(async () => {
+  chrome = await browser();
+});
+after(() => chrome.close());
+
+/** Intervals that are shown, by quantity. */
+async function intervals(page) {
+  const shown = await page
+    .locator("#facts [data-interval]")
+    .evaluateAll((all) => all.map((box) => ({ hidden: box.hidden, ...box.dataset })));
+  return Object.fromEntries(
+    shown.filter(({ hidden }) => !hidden).map((one) => [one.interval, [Number(one.low), Number(one.high)]]),
+  );
+}
+
+/** Number of points of the canvas that are of a color, painted thinly. */
+function painted(page, [red, green, blue, thick]) {
+  return page.locator("#front canvas").evaluate(
+    (canvas, color) => {
+      const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+      let count = 0;
+      for (let k = 0; k < data.length; k += 4) if (color.every((part, i) => Math.abs(data[k + i] - part) < 6)) count++;
+      return count;
+    },
+    [red, green, blue, thick],
+  );
+}
+
+test("the intervals beside the numbers are those of Python's samples", async () => {
+  const { page, faults, close } = await open(chrome, { hash: "#robot=rexeel" });
+  const before = await page.waitForFunction(() => document.querySelector('[data-interval="speed"]').dataset.low > 0);
+  await before.dispose();
+  const was = (await intervals(page)).speed[0];
+  await turn(page, "frequency", 0.7);
+  await page.waitForFunction(
+    (low) => Number(document.querySelector('[data-interval="speed"]').dataset.low) !== low,
+    was,
+  );
+  const program = process.env.PYTHON ?? "python";
+  const native = JSON.parse(execFileSync(program, ["-c", SWIMS], { encoding: "utf8" }));
+  const shown = await intervals(page);
+  for (const [name, ends] of Object.entries(native))
+    ends.forEach((end, k) => {
+      assert.ok(Math.abs(shown[name][k] / end - 1) < 1e-9, `${name}: ${shown[name]}, but ${ends}`);
+    });
+  const tile = page.locator('[data-interval="speed"]');
+  assert.match(await tile.textContent(), /^0\.\d+ – 0\.\d+$/);
+  assert.equal(
+    await page.locator("#facts + .caption").textContent(),
+    "Small numbers: 5 to 95 % of 64 samples of the fit.",
+  );
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("bars and band are drawn around the gaits and the least cost; other robots have none", async () => {
+  const { page, faults, close } = await open(chrome, { hash: "#robot=rexeel&view=front" });
+  const note = page.locator("#front .caption").first();
+  await page.waitForFunction(() => /64 samples/.test(document.querySelector("#front .caption").textContent));
+  const bars = [0, 0x72, 0xb2, 204];
+  await page.getByRole("button", { name: "Least cost at all speeds" }).click();
+  await page.waitForFunction(
+    () => /The line is/.test(document.querySelector("#front [role=status]").textContent),
+    null,
+    {
+      timeout: 120_000,
+    },
+  );
+  await page.waitForTimeout(1000);
+  await picture(page, "front-of-a-fit");
+  const band = [0, 0x87, 0x5f, 51];
+  assert.ok((await painted(page, band)) > 500, "a band is painted");
+  assert.ok((await painted(page, bars)) > 30, "bars are painted");
+  await page.locator("#robot").selectOption("hypertuna");
+  await settled(page);
+  await page.waitForFunction(() => document.querySelector("#front .caption").textContent === "");
+  assert.equal(await note.textContent(), "");
+  assert.deepEqual(await intervals(page), {});
+  assert.equal(await painted(page, band), 0);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a changed body has intervals of its own", async () => {
+  const { page, faults, close } = await open(chrome, { hash: "#robot=rexeel&view=body" });
+  await page.waitForFunction(() => document.querySelector('[data-interval="speed"]').dataset.low > 0);
+  const was = (await intervals(page)).speed;
+  await page.locator('[data-body="length-5"]').evaluate((input) => {
+    input.value = input.max;
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+  await page.waitForFunction(
+    (low) => Number(document.querySelector('[data-interval="speed"]').dataset.low) !== low,
+    was[0],
+  );
+  await choose(page, "#robot", "rexeel-theory");
+  await page.waitForFunction(() => document.querySelector('[data-interval="speed"]').hidden);
+  assert.deepEqual(faults, []);
+  await close();
+});
