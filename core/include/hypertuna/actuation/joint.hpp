@@ -107,7 +107,7 @@ JointLoad<S> section_load(const SoftJoint<S>& joint, const Section<S>& at, const
         out.carried[s] = wall.across / Pi;
         out.pressure[s] = oil(s, length * lumen).pressure;
         if (out.pressure[s] < out.carried[s]) {  // the braid is slack
-            const S swelling = slack_swelling(unit, stretch, braid.swelling, [&](const S& now) {
+            const S swelling = slack_swelling(unit, stretch, braid.swelling, wall, [&](const S& now) {
                 const OilAt<S> side = oil(s, length * now);
                 return OilAt<S>{side.pressure, side.slope * length};
             });

@@ -80,7 +80,7 @@ MuscleShape<S> muscle_shape(const DriveUnit<S>& unit, const S& stretch) {
 /// A ring of silicone between the squared radii x1 and x2 at rest; the integrals over its thickness in closed form.
 /// First what its swelling adds to its stretch, then both.
 template <class S>
-Wall<S> swelling_wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& B) {
+HYPERTUNA_INLINE Wall<S> swelling_wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& B) {
     const S dx = x2 - x1, inverse = S(1) / stretch, Pi = S(base_t<S>(pi));
     const S logarithm = log1p(B * dx / (x1 * (x2 + B)));  // ln (x2 (x1 + B)) / (x1 (x2 + B))
     const S both = Pi * (solid.c1 * inverse + solid.c2 * stretch), squares = (x1 + B) * (x2 + B);
@@ -88,7 +88,7 @@ Wall<S> swelling_wall(const Mooney<S>& solid, const S& x1, const S& x2, const S&
             both * (logarithm + B * dx / squares), both * dx * (S(2) * x1 * x2 + B * (x1 + x2)) / (squares * squares)};
 }
 template <class S>
-Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& swelling) {
+HYPERTUNA_INLINE Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& swelling) {
     const S section = S(base_t<S>(pi)) * (x2 - x1);
     const Wall<S> swollen = swelling_wall(solid, x1, x2, stretch, swelling);
     const Stretched<S> bar = stretched(solid, stretch);
@@ -97,19 +97,19 @@ Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch,
 
 /// The hose, and the swelling of the matrix around it.
 template <class S>
-Wall<S> hose_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
+HYPERTUNA_INLINE Wall<S> hose_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
     const S quarter(base_t<S>(0.25));
     return wall(unit.hose, quarter * unit.inner * unit.inner, quarter * unit.outer * unit.outer, stretch, swelling);
 }
 template <class S>
-Wall<S> sleeve_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
+HYPERTUNA_INLINE Wall<S> sleeve_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
     const S radius = S(base_t<S>(0.5)) * unit.outer, rim = radius + unit.sleeve;
     return swelling_wall(unit.matrix, radius * radius, rim * rim, stretch, swelling);
 }
 
 /// Hose and swelling of the matrix around it.
 template <class S>
-Wall<S> walls(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
+HYPERTUNA_INLINE Wall<S> walls(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
     const Wall<S> hose = hose_wall(unit, stretch, swelling), sleeve = sleeve_wall(unit, stretch, swelling);
     return {hose.energy + sleeve.energy, hose.along + sleeve.along, hose.across + sleeve.across,
             hose.rigid + sleeve.rigid};
@@ -185,14 +185,14 @@ struct OilAt {
 
 inline constexpr double narrowest = 0.99;  // part of the lumen that a slack hose may lose within a step of the search
 
-/// Swelling of a slack muscle, m^2, from that of its braid: the walls carry what the oil's pressure is at that volume.
-/// Newton's method; the difference rises with the swelling, without bound toward a closed lumen. `oil` takes the
-/// lumen.
+/// Swelling of a slack muscle, m^2, from that of its braid and the walls there: the walls carry what the oil's pressure
+/// is at that volume. Newton's method; the difference rises with the swelling, without bound toward a closed lumen.
+/// `oil` takes the lumen.
 template <class S, class Oil>
-S slack_swelling(const DriveUnit<S>& unit, const S& stretch, S swelling, const Oil& oil) {
+S slack_swelling(const DriveUnit<S>& unit, const S& stretch, S swelling, Wall<S> wall, const Oil& oil) {
     const S Pi = S(base_t<S>(pi)), closed = S(base_t<S>(0.25)) * unit.inner * unit.inner;
     for (int k = 0; k < 30; ++k) {
-        const Wall<S> wall = walls(unit, stretch, swelling);
+        if (k > 0) wall = walls(unit, stretch, swelling);
         const OilAt<S> at = oil(swollen_lumen(unit, swelling));
         const S step = (wall.across - Pi * at.pressure) / (wall.rigid - Pi * Pi * at.slope);
         swelling = max(swelling - step, swelling - S(base_t<S>(narrowest)) * (closed + swelling));
