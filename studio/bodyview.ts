@@ -1,6 +1,6 @@
 // The body: lengths, masses, the tail's area and springs of the robot, changed by a factor each.
 import type { Factors } from "./changes.ts";
-import { changedToml, twinFollows } from "./changes.ts";
+import { changedToml, twinFollows, within } from "./changes.ts";
 import { element } from "./dom.ts";
 import { Drawing } from "./drawing.ts";
 import { saveText } from "./files.ts";
@@ -13,7 +13,7 @@ const GROUPS: [RegExp, string][] = [
   [/^length/, "Lengths"],
   [/^mass/, "Masses"],
   [/^fin/, "Tail"],
-  [/./, "Springs"],
+  [/./, "Stiffness"],
 ];
 const INTRO =
   "Drag the handles, or use the sliders. A longer link has the same height, width and volume, so that its areas grow and its mass stays; a heavier one keeps its volume. Coefficients of the water stay as the file has them.";
@@ -103,8 +103,7 @@ export class BodyView {
   }
 
   private turn(knob: BodyKnob, factor: number): void {
-    const [low, high] = knob.range;
-    const kept = Math.min(high, Math.max(low, factor));
+    const kept = within(knob, factor);
     const factors = { ...this.robot?.factors, [knob.name]: kept };
     if (kept === 1) delete factors[knob.name];
     this.changed(factors);
@@ -185,7 +184,13 @@ export class BodyView {
     title.htmlFor = id;
     const range = element("input");
     const [low, high] = knob.range;
-    Object.assign(range, { type: "range", id, step: "any", min: String(low), max: String(high) });
+    Object.assign(range, {
+      type: "range",
+      id,
+      step: knob.steps === undefined ? "any" : "0.1",
+      min: String(low),
+      max: String(high),
+    });
     range.dataset.body = knob.name;
     const number = element("input");
     Object.assign(number, { type: "number", step: "any" });

@@ -8,9 +8,12 @@ import type { BodyKnob, Law, Robot } from "./robot.ts";
 export type Factors = Record<string, number>;
 
 /** A number that follows factors. */
-function follow(value: number, laws: readonly (readonly [number, Law])[]): number {
+function follow(value: number, laws: readonly (readonly [number, Law, BodyKnob?])[]): number {
   let [sum, product] = [value, 1];
+  for (const [factor, [power], knob] of laws)
+    if (typeof power !== "number") sum = power[knob?.steps?.indexOf(factor) ?? -1] ?? Number.NaN;
   for (const [factor, [power, size]] of laws) {
+    if (typeof power !== "number") continue;
     if (size === undefined) product *= factor ** power;
     else sum += size * (factor ** power - 1);
   }
@@ -35,13 +38,13 @@ export function changedImage(image: Uint8Array, robot: Robot, factors: Factors):
 
 /** The columns that a changed body changes. */
 export function changedColumns(columns: Columns, robot: Robot, factors: Factors): Columns {
-  const laws = new Map<string, Map<number, [number, Law][]>>();
+  const laws = new Map<string, Map<number, [number, Law, BodyKnob][]>>();
   for (const [knob, factor] of changed(robot, factors)) {
     for (const [pattern, rows] of Object.entries(knob.columns)) {
       for (const name of matching(pattern, columns)) {
-        const column = laws.get(name) ?? new Map<number, [number, Law][]>();
+        const column = laws.get(name) ?? new Map<number, [number, Law, BodyKnob][]>();
         laws.set(name, column);
-        for (const [place, ...law] of rows) column.set(place, [...(column.get(place) ?? []), [factor, law]]);
+        for (const [place, ...law] of rows) column.set(place, [...(column.get(place) ?? []), [factor, law, knob]]);
       }
     }
   }
@@ -84,11 +87,17 @@ export function changedRobot(robot: Robot, factors: Factors, key: string): Robot
 /** The factors that a robot knows, within their ranges. */
 export function known(robot: Robot, factors: Factors): Factors {
   const kept: Factors = {};
-  for (const { name, range } of robot.body.knobs) {
-    const factor = Math.min(range[1], Math.max(range[0], factors[name] ?? 1));
-    if (factor !== 1) kept[name] = factor;
+  for (const knob of robot.body.knobs) {
+    const factor = within(knob, factors[knob.name] ?? 1);
+    if (factor !== 1) kept[knob.name] = factor;
   }
   return kept;
+}
+
+/** The factor next to one that a knob may have. */
+export function within({ range: [low, high], steps }: BodyKnob, factor: number): number {
+  const near = steps?.toSorted((a, b) => Math.abs(a - factor) - Math.abs(b - factor))[0];
+  return near ?? Math.min(high, Math.max(low, factor));
 }
 
 /** Whether the twin follows all that is changed. */

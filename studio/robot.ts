@@ -42,8 +42,8 @@ interface Ranges {
   bias: Range[];
 }
 
-/** How a number follows a factor: by its power, or by a term of a sum, of a power and a size. */
-export type Law = readonly [number] | readonly [number, number];
+/** How a number follows a factor: by its power; by a term of a sum, of a power and a size; by a value at each step. */
+export type Law = readonly [number] | readonly [number, number] | readonly [readonly number[]];
 
 /** What may be changed of a body: a factor on values of the robot's file. */
 export interface BodyKnob {
@@ -52,6 +52,7 @@ export interface BodyKnob {
   unit: string;
   value: number; // that the factor multiplies
   range: Range; // of the factor
+  steps?: number[]; // the factors that it may have
   keys: { key: string; at: number; power?: number; sum?: number }[]; // in the file, and where they stand in its text
   columns: Record<string, (readonly [number, ...Law])[]>; // of the image: place and law
   facts: Record<string, Law>; // of this text, by path

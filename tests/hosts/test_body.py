@@ -59,10 +59,13 @@ def bodies(image: bytes, seed: int) -> list[dict[str, float]]:
     """Draw factors of bodies: one knob, some, all, and the ends of the ranges."""
     chance = np.random.default_rng(seed)
     knobs = text_of(image)["body"]["knobs"]
-    drawn = [
-        {knob["name"]: round(float(chance.uniform(*knob["range"])), 4) for knob in knobs if chance.random() < part}
-        for part in (0.1, 0.3, 0.6, 1.0)
-    ]
+
+    def factor(knob: dict[str, Any]) -> float:
+        return (
+            float(chance.choice(knob["steps"])) if "steps" in knob else round(float(chance.uniform(*knob["range"])), 4)
+        )
+
+    drawn = [{knob["name"]: factor(knob) for knob in knobs if chance.random() < part} for part in (0.1, 0.3, 0.6, 1.0)]
     return [one for one in drawn if one] + [{knob["name"]: knob["range"][end] for knob in knobs} for end in (0, 1)]
 
 
@@ -148,7 +151,7 @@ def test_a_robot_without_a_file_has_a_source_too(page: Page) -> None:
     assert exported.hinge is not None
     assert exported.hinge.stiffness == pytest.approx(1.5 * HINGE["stiffness_n_m_per_rad"])
     assert different(columns_of(robot_image(exported)), columns_of(changed)) == []
-    assert text_of(image)["body"]["knobs"][-1]["name"] == "hinge"
+    assert [knob["name"] for knob in text_of(image)["body"]["knobs"]][-2:] == ["hinge", "silicone"]
 
 
 def test_numbers_of_odd_layouts_are_found_or_left_alone() -> None:
@@ -173,7 +176,7 @@ def test_a_twin_that_would_need_other_steps_does_not_follow() -> None:
     """A hinge with much damping is the fastest of the plant: shorter steps for a lighter tail."""
     robot = parse(ht.load("hypertuna").document() | {"hinge": HINGE | {"damping_n_m_s_per_rad": 0.01}})
     knobs = text_of(robot_image(robot))["body"]["knobs"]
-    assert len(knobs) == 18
+    assert len(knobs) == 19
     assert not any(knob["twin"] for knob in knobs)
     assert not any(column.startswith("plant.") for knob in knobs for column in knob["columns"])
 

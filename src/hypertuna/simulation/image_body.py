@@ -2,7 +2,7 @@
 
 A knob multiplies values of the robot's file by a factor. How each number of the image follows is found here by
 computing it for changed descriptions, never written by hand: a number is ``(v + sum of s (f^q - 1)) * product of f^p``
-over the knobs' factors f, to the last digits, or the knob is left out.
+over the knobs' factors f, to the last digits, or the knob is left out. A knob of few steps may have v by step instead.
 """
 
 import copy
@@ -24,8 +24,11 @@ SAME = 1e-12  # relative
 # Columns that stay: what is on board knows the described robot.
 KEPT = ("controller.", "pilot.", "missions.")
 
+STEPS = tuple(k / 10 for k in range(6, 17))  # factors of what is solved for anew, so that it follows no law
+
 Numbers = Callable[[Robot], Mapping[str, Array]]  # columns of a robot by name, flat
-Law = tuple[int] | tuple[int, float]  # power p; or power q and size s of a term of a sum
+# Power p; or power q and size s of a term of a sum; or values at the factors that a knob may have.
+Law = tuple[int] | tuple[int, float] | tuple[tuple[float, ...]]
 
 
 @dataclass
@@ -39,6 +42,7 @@ class Knob:
     powers: dict[str, int]  # of the factor, by key
     sums: dict[str, float] = field(default_factory=dict)  # what keys gain where the factor is 2
     range: tuple[float, float] = RANGES[0]
+    steps: tuple[float, ...] = ()  # factors that it may have; any within the range where empty
     laws: dict[tuple[str, int], Law] = field(default_factory=dict)  # by column and place in it
     lawless: set[tuple[str, int]] = field(default_factory=set)  # numbers of the twin that follow no law
 
@@ -57,8 +61,17 @@ def body_facts(robot: Robot, numbers: Numbers, all_numbers: Numbers) -> tuple[di
     source = source_of(robot)
     knobs = [knob for knob in _knobs(robot, document) if source.holds([*knob.powers, *knob.sums])]
     present = numbers(robot)
-    knobs = [knob for knob in knobs if _find_laws(knob, document, numbers, present)]
-    knobs = _verified(knobs, document, all_numbers(robot), all_numbers)
+    every = all_numbers(robot)
+    knobs = [
+        knob
+        for knob in knobs
+        if (
+            _find_values(knob, document, all_numbers, every)
+            if knob.steps
+            else _find_laws(knob, document, numbers, present)
+        )
+    ]
+    knobs = _verified(knobs, document, every, all_numbers)
     twin = robot.controller is not None
     return {"knobs": [_written(knob, source, twin) for knob in knobs]}, source
 
@@ -109,6 +122,12 @@ def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
     if robot.hinge is not None:
         key = "hinge.stiffness_n_m_per_rad"
         yield Knob("hinge", "stiffness of the hinge", "N m/rad", robot.hinge.stiffness, {key: 1})
+    unit = robot.drive_unit
+    if unit is not None and robot.controller is not None and not all(group.direct for group in robot.joints):
+        moduli = ("modulus_100_pa", "modulus_fe_pa", "tensile_pa[0]", "tensile_pa[1]")
+        keys = {f"materials.{name}.{key}": 1 for name in dict.fromkeys((unit.hose, unit.matrix)) for key in moduli}
+        label, value = "stiffness of the silicones, in the twin", robot.materials[unit.matrix].modulus_100
+        yield Knob("silicone", label, "Pa", value, _given(document, **keys), steps=STEPS)
 
 
 def _given(document: Mapping[str, Any], **powers: int) -> dict[str, int]:
@@ -117,7 +136,7 @@ def _given(document: Mapping[str, Any], **powers: int) -> dict[str, int]:
     def stands(key: str) -> bool:
         try:
             table, last = _table(document, key)
-            return table[last] is not None
+            return bool(table[last])  # nothing multiplies zero
         except (KeyError, IndexError, TypeError):
             return False
 
@@ -167,6 +186,24 @@ def _find_laws(knob: Knob, document: Mapping[str, Any], numbers: Numbers, presen
     return bool(knob.laws)
 
 
+def _find_values(knob: Knob, document: Mapping[str, Any], numbers: Numbers, present: Mapping[str, Array]) -> bool:
+    """Find powers and values of numbers at the steps of a knob; False where the twin needs other steps of its own."""
+    knob.range = (knob.steps[0], knob.steps[-1])
+    try:
+        found = [numbers(parse(with_factors(document, [knob], {knob.name: factor}))) for factor in knob.steps]
+    except InputError:
+        return False
+    for name, before in present.items():
+        if name.startswith(KEPT):
+            continue
+        for k in np.flatnonzero(np.logical_or.reduce([_differ(before, one[name]) for one in found])):
+            values = tuple(float(one[name][k]) for one in found)
+            pairs = list(zip(values, knob.steps, strict=True))
+            power = next((p for p in POWERS if all(_same(x, float(before[k]) * f**p) for x, f in pairs)), None)
+            knob.laws[name, int(k)] = (values,) if power is None else (power,)
+    return bool(knob.laws) and ("run.steps", 0) not in knob.laws
+
+
 def _law(value: float, low: float, high: float, factors: tuple[float, float]) -> Law | None:
     """Return the law of a number with its values at two factors; None where it follows none that is known."""
     less, more = factors
@@ -185,7 +222,10 @@ def _verified(
 ) -> list[Knob]:
     """Return the knobs whose laws hold together: with all factors changed at once, drawn and at their ranges' ends."""
     chance = np.random.default_rng(1)
-    drawn = [{knob.name: float(chance.uniform(*knob.range)) for knob in knobs} for _ in range(2)]
+    drawn = [
+        {knob.name: float(chance.choice(knob.steps) if knob.steps else chance.uniform(*knob.range)) for knob in knobs}
+        for _ in range(2)
+    ]
     ends = [{knob.name: knob.range[end] for knob in knobs} for end in (0, 1)]
     for factors in (*drawn, *ends) if knobs else ():
         found = all_numbers(parse(with_factors(document, knobs, factors)))
@@ -210,10 +250,13 @@ def _wrong(
     expected = {name: values.copy() for name, values in present.items() if not name.startswith(KEPT)}
     laws = [(knob, place, law) for knob in knobs for place, law in knob.laws.items()]
     for knob, (name, k), law in laws:
+        if isinstance(law[0], tuple):
+            expected[name][k] = law[0][knob.steps.index(factors[knob.name])]
+    for knob, (name, k), law in laws:
         if len(law) == 2:
             expected[name][k] += law[1] * (factors[knob.name] ** law[0] - 1)
     for knob, (name, k), law in laws:
-        if len(law) == 1:
+        if len(law) == 1 and not isinstance(law[0], tuple):
             expected[name][k] *= factors[knob.name] ** law[0]
     for name, values in expected.items():
         yield from ((name, int(k)) for k in np.flatnonzero(_differ(values, found[name])))
@@ -245,14 +288,15 @@ def _written(knob: Knob, source: Source, twin: bool) -> dict[str, Any]:
     facts = {name.removeprefix("text."): law for (name, _), law in knob.laws.items() if name.startswith("text.")}
     return {
         **{"name": knob.name, "label": knob.label, "unit": knob.unit, "value": knob.value, "range": knob.range},
+        **({"steps": knob.steps} if knob.steps else {}),
         **{"keys": keys, "columns": _grouped(knob), "facts": facts},
         **({"twin": knob.twin} if twin else {}),
     }
 
 
-def _grouped(knob: Knob) -> dict[str, list[list[float]]]:
+def _grouped(knob: Knob) -> dict[str, list[list[Any]]]:
     """Return the laws by column: place and law; `models.*.` are all models that have the column."""
-    laws: dict[str, list[list[float]]] = {}
+    laws: dict[str, list[list[Any]]] = {}
     for (name, k), law in knob.laws.items():
         if not name.startswith("text.") and (knob.twin or _swims(name)):
             laws.setdefault(name, []).append([k, *law])
