@@ -92,7 +92,8 @@ HT_API const char* ht_twin_column(const ht_twin* twin, int index, int* width);
 /* All columns of the last tick, one after another. */
 HT_API void ht_twin_read(const ht_twin* twin, double* row);
 
-/* All that the twin goes on from, as bytes of this size. ht_twin_restore returns 0 where the size is another. */
+/* All that the twin goes on from, as bytes of this size; its command and what fails are not among them. They go back to
+ * a twin of the same robot, and mission. ht_twin_restore returns 0 where the size is another. */
 HT_API size_t ht_twin_state_size(const ht_twin* twin);
 HT_API void ht_twin_save(const ht_twin* twin, unsigned char* state);
 HT_API int ht_twin_restore(ht_twin* twin, const unsigned char* state, size_t size);
