@@ -16,7 +16,6 @@ import {
   Mesh,
   MeshBasicMaterial,
   PlaneGeometry,
-  RingGeometry,
   Vector3,
 } from "three";
 import { ticks } from "../chart.ts";
@@ -229,12 +228,8 @@ export class Course {
       new CircleGeometry(radius, 48),
       new MeshBasicMaterial({ color, transparent: true, opacity: 0.14, side: DoubleSide, depthWrite: false }),
     );
-    const edge = new Mesh(
-      new RingGeometry(0.96 * radius, radius, 48),
-      new MeshBasicMaterial({ color, transparent: true, opacity: 0.9, side: DoubleSide, depthWrite: false }),
-    );
-    [disc.renderOrder, edge.renderOrder] = [1, 2];
-    group.add(disc, edge);
+    disc.renderOrder = 1;
+    group.add(disc, circle(radius, color, 0.9));
     group.position.set(x, y, z);
     return group;
   }
@@ -254,6 +249,16 @@ export class Course {
     }
     this.lines(marks, this.space.color("faint"), 1);
   }
+}
+
+/** A level circle around the origin. */
+export function circle(radius: number, color: Color, opacity: number): LineLoop {
+  const points = Array.from({ length: 96 }, (_, k) => {
+    const turn = (2 * Math.PI * k) / 96;
+    return new Vector3(radius * Math.cos(turn), radius * Math.sin(turn), 0);
+  });
+  const material = new LineBasicMaterial({ color, transparent: true, opacity });
+  return new LineLoop(new BufferGeometry().setFromPoints(points), material);
 }
 
 function gridStep(size: number): number {

@@ -106,7 +106,20 @@ function headerOf(text: string): Header {
   }
 }
 
-function missionOf(name: string, given: Record<string, unknown>): Mission {
+/** What a header leaves out of its mission: as in the program. */
+const LEFT_OUT = {
+  start: [0, 0],
+  home: [0, 0],
+  home_radius: 3,
+  fence: [],
+  bottom: 20,
+  depth_max: 5,
+  current: [0, 0],
+  stay: false,
+};
+
+function missionOf(name: string, written: Record<string, unknown>): Mission {
+  const given: Record<string, unknown> = { ...LEFT_OUT, ...written };
   const waypoints = list(given.waypoints).map((row) => numbers(row, 5) as unknown as Waypoint);
   const place = (value: unknown): Place => numbers(value, 2) as unknown as Place;
   if (waypoints.length === 0 || typeof given.stay !== "boolean") throw new TypeError();

@@ -54,8 +54,9 @@ export function messagesOf(content: Uint8Array, name: (topic: string, data: Uint
       if (record.type === "DataEnd")
         checkSum(content.subarray(0, content.length - reader.bytesRemaining() - DATA_END), record);
     }
-    if (reader.done()) close();
-    else messages.fault = tooLong(content, reader.bytesRemaining()) ? "damaged (a record is too long)" : "cut short";
+    close();
+    if (!reader.done())
+      messages.fault = tooLong(content, reader.bytesRemaining()) ? "damaged (a record is too long)" : "cut short";
   } catch (error) {
     // a damaged file may raise anything in the reader
     messages.fault = `damaged (${reason(error)})`;

@@ -2,6 +2,7 @@
 import {
   BufferGeometry,
   CircleGeometry,
+  Color,
   ConeGeometry,
   DoubleSide,
   Group,
@@ -9,13 +10,12 @@ import {
   LineBasicMaterial,
   Mesh,
   MeshBasicMaterial,
-  RingGeometry,
   Vector3,
 } from "three";
 import type { Robot } from "../robot.ts";
 import { Body } from "./body.ts";
 import type { By } from "./colors.ts";
-import { Course } from "./course.ts";
+import { circle, Course } from "./course.ts";
 import type { Flight } from "./flight.ts";
 import { type Moment, momentOf } from "./moment.ts";
 import { dispose, type Label, Space } from "./scene.ts";
@@ -55,8 +55,7 @@ export class Picture {
     this.plumb = new Line(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.35 }));
     this.plumb.frustumCulled = false;
     const disc = new MeshBasicMaterial({ transparent: true, opacity: 0.16, side: DoubleSide, depthWrite: false });
-    const edge = new MeshBasicMaterial({ transparent: true, opacity: 0.9, side: DoubleSide, depthWrite: false });
-    this.spread.add(new Mesh(new CircleGeometry(1, 64), disc), new Mesh(new RingGeometry(0.975, 1, 64), edge));
+    this.spread.add(new Mesh(new CircleGeometry(1, 96), disc), circle(1, new Color(), 0.9));
     this.fish.add(this.arrow);
     this.world.add(this.spread, this.plumb);
     this.name = space.label("", "robot");
@@ -99,7 +98,7 @@ export class Picture {
     (this.plumb.material as LineBasicMaterial).color = color("ink");
     this.specks.paint(color("speck"));
     for (const part of this.spread.children) {
-      ((part as Mesh).material as MeshBasicMaterial).color = color("sea-believed");
+      (part as Mesh<BufferGeometry, MeshBasicMaterial>).material.color = color("sea-believed");
     }
     space.renew();
   }
@@ -200,7 +199,7 @@ export class Picture {
     this.course?.near(space.camera.position.distanceTo(space.controls.target));
     const [disc] = this.spread.children;
     if (disc !== undefined) disc.visible = this.spread.scale.x * scale < 0.45 * space.room.clientHeight;
-    this.name.box.hidden = length * scale > 6 * MARK;
+    this.name.box.hidden = length * scale > 3 * MARK;
   }
 
   private overview(): void {

@@ -19,7 +19,13 @@ export class Specks {
   constructor() {
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(this.places, 3));
-    const material = new PointsMaterial({ size: 0.012, transparent: true, opacity: 0.5, depthWrite: false });
+    const material = new PointsMaterial({
+      size: 2,
+      sizeAttenuation: false,
+      transparent: true,
+      opacity: 0.5,
+      depthWrite: false,
+    });
     this.points = new Points(geometry, material);
     this.points.frustumCulled = false;
   }

@@ -16,6 +16,8 @@ import { facts, spoken, why } from "./words.ts";
 
 declare const LOG_WORKER: string; // script of the reader of logs
 
+const HELP =
+  "Drag to turn, with two fingers or the right button to move; the wheel zooms once the picture is clicked. Keys: arrows, with Shift to move, + and −.";
 const REDRAWN = 0.7; // s between drawings of a flight that grows
 
 /** What the view asks of the page. */
@@ -258,9 +260,14 @@ export class SeaRoom {
     const stage = element("div", "sea-stage");
     const space = this.picture?.space.room ?? this.plan?.room;
     if (space !== undefined) stage.append(space);
+    const help = element("p", "caption sea-help", HELP);
+    help.id = "sea-help";
+    help.hidden = this.picture === null;
+    this.picture?.space.canvas.setAttribute("aria-describedby", help.id);
     stage.append(this.legend, this.player.room);
     const both = element("div", "sea-both");
     both.append(stage, beside);
+    stage.append(help);
     const plain = element(
       "p",
       "caption",

@@ -12,6 +12,7 @@ import { damagedLogs, readerScript } from "./damage.mjs";
 
 const COUNT = Number(process.env.STUDIO_LOGS ?? 90);
 const KEPT = process.env.STUDIO_LOGS_FOLDER;
+const CHUNK = 6; // opcode
 const LIMIT = 20_000; // ms for one log
 const SENTENCE = /^[^\n]+\.$/;
 const STRAY = /undefined|NaN|TypeError|RangeError|SyntaxError|\[object|Unexpected|JSON/;
@@ -64,6 +65,32 @@ test("a whole log is read whole", async () => {
   const { rows, finite, sentence } = await read("box.mcap", new Uint8Array(readFileSync(log)));
   assert.equal(sentence, "The log is whole; all checksums are right.");
   assert.ok(rows >= 119 && finite, `${rows}`);
+});
+
+/** Places in a log where its chunks end. */
+function chunkEnds(content) {
+  const ends = [];
+  for (let at = 8; at < content.length - 8; ) {
+    const end = at + 9 + Number(content.readBigUInt64LE(at + 1));
+    if (content[at] === CHUNK) ends.push(end);
+    at = end;
+  }
+  return ends;
+}
+
+test("a log that is cut where a chunk ends is read up to there", async () => {
+  const content = readFileSync(log);
+  const ends = chunkEnds(content);
+  assert.ok(ends.length >= 4, `${ends}`);
+  for (const [k, end] of ends.entries())
+    for (const [cut, chunks] of [
+      [end, k + 1],
+      [end - 1, k],
+    ]) {
+      const { sentence } = await read("cut.mcap", new Uint8Array(content.subarray(0, cut)));
+      const told = chunks === 0 ? /^cut\.mcap: .* cut short/ : new RegExp(`cut short: ${chunks} whole chunks are read`);
+      assert.match(sentence, told, `cut at ${cut}`);
+    }
 });
 
 test(`${COUNT} damaged logs are read as far as they are whole, or refused in a sentence`, async (context) => {
