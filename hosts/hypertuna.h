@@ -78,7 +78,7 @@ HT_API void ht_twin_free(ht_twin* twin);
 
 /* From now on: a gait and the angles of the two fins [rad]; `armed` 0 lets the tail rest. */
 HT_API void ht_twin_command(ht_twin* twin, const double* gait, const double fins[2], int armed);
-/* Sensor channels `first` to `last` fail in a way (1 stuck, 2 open, 3 spikes, 4 not a number; 0 mends) from now on. */
+/* Give the sensor channels `first` to `last` a fault from now on: kind 1 stuck, 2 open, 3 spikes, 4 NaN, 0 none. */
 HT_API void ht_twin_break(ht_twin* twin, int kind, int first, int last);
 /* The servo of a flight's fin (0 port, 1 starboard) stands from now on (1 where it is, 2 level, 3 up, 4 down; 0 mends).
  */

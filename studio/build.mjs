@@ -9,8 +9,9 @@ import { gzipSync } from "fflate";
 const [corePath, robotsPath, outputPath] = process.argv.slice(2);
 const here = fileURLToPath(new URL(".", import.meta.url));
 const FIRST = "hypertuna"; // of the robots in the list
+const UPLOT = "node_modules/uplot/dist/uPlot.min.css"; // the layout of its plots
 const SEA = /(?<=id="sea-block">)[^<]*/; // what is unpacked when the Sea view is opened
-const TOOLS = ["esbuild", "fflate", "three", "@mcap/core", "@foxglove/crc", "fzstd"]; // whose versions make the bytes
+const TOOLS = ["esbuild", "fflate", "three", "@mcap/core", "@foxglove/crc", "fzstd", "uplot"]; // whose versions make the bytes
 
 const packed = (bytes) => gzipSync(bytes, { level: 9, mtime: 0 });
 const base64 = (bytes) => Buffer.from(bytes).toString("base64");
@@ -49,10 +50,10 @@ function robots() {
   return names.map((name) => ({ name, image: readFileSync(join(robotsPath, `${name}.robot`)) }));
 }
 
-/** The style sheets: studio.css, then those of views. */
+/** The style sheets: of uPlot, studio.css, then those of views. */
 function styles() {
   const sheets = readdirSync(here).filter((file) => file.endsWith(".css"));
-  const order = ["studio.css", ...sheets.filter((file) => file !== "studio.css").sort()];
+  const order = [UPLOT, "studio.css", ...sheets.filter((file) => file !== "studio.css").sort()];
   return order.map((file) => readFileSync(join(here, file), "utf8")).join("\n");
 }
 

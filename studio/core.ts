@@ -206,7 +206,7 @@ export class CoreTwin {
     wasm.free(place);
   }
 
-  /** Let sensor channels fail in a way from now on; 0 mends them. */
+  /** Give sensor channels a fault of a kind from now on; 0 is none. */
   break(kind: number, first: number, last: number): void {
     this.wasm.ht_twin_break(this.twin, kind, first, last);
   }

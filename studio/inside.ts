@@ -1,18 +1,18 @@
 // The twin live: the whole robot from command to wake, with the controller that the robot flies.
-import { Chart } from "./chart.ts";
 import type { Column } from "./core.ts";
 import { element } from "./dom.ts";
 import { Machine, type Moment } from "./machine.ts";
 import { digits } from "./quantities.ts";
 import type { Broken, Calculator } from "./questions.ts";
-import { DEGREE, type Robot } from "./robot.ts";
+import type { Robot } from "./robot.ts";
+import { SIDES, TwinPlots } from "./twinplots.ts";
 
-const WINDOW = 4; // s of the traces
-const MOST = 120; // ticks in one question
-const WAYS = ["stuck", "open", "spikes", "not a number"]; // of a sensor to fail, in the core's order
+const KEPT = 4; // s of which the rows are kept: a beat and more
+const MOST = 200; // ticks in one question
+const KINDS = ["stuck", "open", "spikes", "NaN"]; // faults of a sensor, in the core's order
+const SLOW = 0.8; // part of the chosen tempo below which the page says so
 const HELD = 0.5; // s for which a condition is still shown
-const COLORS = ["blue", "orange", "green", "sky"];
-const SIDES = ["left", "right"];
+const TEMPOS = [0.1, 1, 5, 20, 50];
 
 export class InsideView {
   private readonly body = element("div");
@@ -28,13 +28,16 @@ export class InsideView {
   private owed = 0; // ticks that are due
   private before = 0;
   private asking = false;
+  private stale = false; // not drawn yet
+  private drawn = 0; // times
+  private pace = Number.NaN; // of the twin's time
+  private noted = { at: 0, ticks: 0 };
   private running = !matchMedia("(prefers-reduced-motion: reduce)").matches;
   private armed = true;
   private speed = 1;
-  private way = 0;
+  private kind = 1; // of the next fault
   private broken: Broken[] = [];
-  private parts: { machine: Machine; bends: Chart; pressures: Chart; facts: HTMLElement; guard: HTMLElement } | null =
-    null;
+  private parts: { machine: Machine; plots: TwinPlots; facts: HTMLElement; guard: HTMLElement } | null = null;
 
   /** `more` makes a worker with the robot loaded: the twin has one of its own. */
   constructor(
@@ -52,6 +55,11 @@ export class InsideView {
 
   at(row: Float64Array): void {
     this.row = row;
+  }
+
+  /** Draw again, in the colors of the page's theme. */
+  refresh(): void {
+    this.parts?.plots.refresh();
   }
 
   // --- running
@@ -94,6 +102,8 @@ export class InsideView {
       place += width;
     }
     [this.history, this.ticks, this.owed, this.broken] = [[], 0, 0, []];
+    [this.pace, this.noted] = [Number.NaN, { at: performance.now(), ticks: 0 }];
+    this.parts?.plots.clear();
     for (const chip of this.body.querySelectorAll(".chip")) chip.setAttribute("aria-pressed", "false");
   }
 
@@ -102,34 +112,54 @@ export class InsideView {
     const passed = Math.min(0.1, (now - this.before) / 1000);
     this.before = now;
     const { robot } = this;
+    if (this.room.hidden || !this.running) this.noted = { at: now, ticks: this.ticks };
     if (this.room.hidden || robot === null) return;
     if (this.started !== robot) void this.start(robot);
-    if (this.parts === null || robot.twin === null || !this.running) return;
-    this.owed = Math.min(MOST, this.owed + passed * this.speed * robot.twin.rate);
-    if (!this.asking && this.owed >= 1) void this.advance(robot.twin.rate);
+    if (this.parts === null || robot.twin === null) return;
+    const { rate } = robot.twin;
+    if (this.stale) this.draw(rate);
+    this.stale = false;
+    if (!this.running) return;
+    this.owed = Math.min(MOST, this.owed + passed * this.speed * rate);
+    this.measure(now, rate);
+    if (!this.asking) void this.advance(rate);
   }
 
+  /** Make the ticks that are due, and those that become due meanwhile. */
   private async advance(rate: number): Promise<void> {
-    const { calculator } = this;
-    if (calculator === null) return;
-    this.asking = true;
-    const { history } = this;
-    const ticks = Math.floor(this.owed);
-    this.owed -= ticks;
-    const broken = this.broken.splice(0);
-    const { rows } = await calculator.ask({ kind: "tick", gait: this.row, armed: this.armed, broken, ticks });
-    this.asking = false;
-    if (history !== this.history) return; // it was started again
+    const { calculator, history } = this;
     const width = this.columns.reduce((sum, column) => sum + column.width, 0);
-    for (let k = 0; k < rows.length; k += width) this.history.push(rows.subarray(k, k + width));
-    this.ticks += rows.length / width;
-    this.history.splice(0, Math.max(0, this.history.length - WINDOW * rate));
-    if (rows.length < ticks * width) this.fail();
-    this.draw(rate);
+    const at = (name: string): number => this.places.get(name) ?? -1;
+    this.asking = true;
+    while (calculator !== null && this.owed >= 1) {
+      const ticks = Math.floor(this.owed);
+      this.owed -= ticks;
+      const broken = this.broken.splice(0);
+      const { rows } = await calculator.ask({ kind: "tick", gait: this.row, armed: this.armed, broken, ticks });
+      if (history !== this.history) break; // it was started again
+      for (let k = 0; k < rows.length; k += width) {
+        const row = rows.subarray(k, k + width);
+        history.push(row);
+        this.parts?.plots.add(++this.ticks / rate, row, at);
+      }
+      history.splice(0, Math.max(0, history.length - KEPT * rate));
+      this.stale = true;
+      if (rows.length < ticks * width) this.fail();
+    }
+    this.asking = false;
+  }
+
+  /** Note once a second how fast the twin's time runs. */
+  private measure(now: number, rate: number): void {
+    const { at, ticks } = this.noted;
+    if (now - at < 1000) return;
+    this.pace = ((this.ticks - ticks) / rate / (now - at)) * 1000;
+    this.noted = { at: now, ticks: this.ticks };
   }
 
   private fail(): void {
     this.running = false;
+    this.owed = 0;
     this.note.textContent = "The twin left what a robot can do and was stopped: start it again with a smaller gait.";
   }
 
@@ -156,54 +186,8 @@ export class InsideView {
       unit: get("unit_pressure"),
     };
     parts.machine.draw(moment);
-    const names = this.robot?.joints.map(({ name }) => name) ?? [];
-    this.trace(
-      parts.bends,
-      "bend [deg]",
-      [
-        ["angle_set", true],
-        ["angle", false],
-      ],
-      1 / DEGREE,
-      names,
-      rate,
-    );
-    const circuits = names.flatMap((name) => SIDES.map((side) => `${name} ${side}`));
-    this.trace(parts.pressures, "pressure [kPa]", [["unit_pressure", false]], 1e-3, circuits, rate);
+    if (this.drawn++ % 2 === 0 || !this.running) parts.plots.draw(this.speed); // slower than the machine: eyes follow
     this.tell(parts, rate);
-  }
-
-  /** Traces of columns over the last seconds: dashed what was asked for. */
-  private trace(
-    chart: Chart,
-    label: string,
-    series: [string, boolean][],
-    scale: number,
-    names: string[],
-    rate: number,
-  ): void {
-    const data = series.map(([name]) => this.history.map((row) => this.of(row, name).map((value) => value * scale)));
-    const values = data.flat(2);
-    const [low, high] = [Math.min(0, ...values), Math.max(1, ...values)];
-    const now = this.ticks / rate;
-    const room = 0.12 * (high - low);
-    const y = { label, range: [low - room, high + room] as const };
-    if (!chart.begin({ label: "time [s]", range: [Math.max(0, now - WINDOW), Math.max(WINDOW, now)] }, y)) return;
-    chart.axes(true);
-    series.forEach(([, dashed], s) => {
-      chart.pen.setLineDash(dashed ? [4, 3] : []);
-      chart.pen.lineWidth = dashed ? 1 : 1.75;
-      names.forEach((_, g) => {
-        chart.pen.strokeStyle = chart.color(COLORS[g % COLORS.length] ?? "ink");
-        const first = this.ticks - this.history.length + 1;
-        chart.stroke((data[s] ?? []).map((row, k) => chart.place((first + k) / rate, row[g] ?? 0)));
-      });
-    });
-    chart.pen.setLineDash([]);
-    names.forEach((name, g) => {
-      chart.pen.fillStyle = chart.color(COLORS[g % COLORS.length] ?? "ink");
-      chart.pen.fillText(name, chart.inside.x + 8 + 64 * g, chart.inside.y + 12);
-    });
   }
 
   /** Say how it swims, and what the controller does about faults and limits. */
@@ -212,8 +196,9 @@ export class InsideView {
     const rows = this.history.slice(-beat);
     const mean = (name: string): number =>
       rows.reduce((sum, row) => sum + this.of(row, name).reduce((a, b) => a + b, 0), 0) / Math.max(1, rows.length);
+    const slow = this.pace < SLOW * this.speed ? `, at ${digits(this.pace, 2)} x: no faster here` : "";
     const values = [
-      [`${digits(this.ticks / rate, 3)} s`, "time from rest"],
+      [`${digits(this.ticks / rate, 3)} s`, `time from rest${slow}`],
       [`${digits(-mean("surge"), 3)} m/s`, "speed, mean of a beat"],
       [`${digits(mean("power"), 3)} W`, "electrical power"],
       [`${digits(mean("battery_voltage"), 4)} V`, "battery voltage"],
@@ -268,19 +253,16 @@ export class InsideView {
     const facts = element("dl", "facts");
     const guard = element("p", "guard");
     guard.setAttribute("role", "status");
-    const traces = element("div", "traces");
-    const [bends, pressures] = [element("canvas", "chart"), element("canvas", "chart")];
-    traces.append(bends, pressures);
+    const plots = new TwinPlots(robot);
     const caption = element(
       "p",
       "caption",
       "Widths of the body are drawn larger. Orange: oil under pressure; blue: suction. Traces: dashed what the controller asks for.",
     );
-    this.body.replaceChildren(this.controls(), canvas, caption, facts, this.sensors(robot), guard, traces);
+    this.body.replaceChildren(this.controls(), canvas, caption, facts, this.sensors(robot), guard, plots.element);
     this.parts = {
       machine: new Machine(canvas, robot),
-      bends: new Chart(bends),
-      pressures: new Chart(pressures),
+      plots,
       facts,
       guard,
     };
@@ -300,10 +282,11 @@ export class InsideView {
       void this.restart();
     });
     const speed = element("select");
-    for (const times of [0.1, 1, 5, 20]) speed.append(new Option(`${times} x`, String(times)));
+    for (const times of TEMPOS) speed.append(new Option(`${times} x`, String(times)));
     speed.value = String(this.speed);
     speed.addEventListener("change", () => {
       this.speed = Number(speed.value);
+      this.pace = Number.NaN;
     });
     const tempo = element("label", "choice", "tempo ");
     tempo.append(speed);
@@ -324,16 +307,16 @@ export class InsideView {
     const channels = Object.entries(robot.twin?.channels ?? {});
     const single = channels.filter(([name]) => !channels.some(([other]) => other.startsWith(`${name}-`)));
     const box = element("div", "row left");
-    const way = element("select");
-    WAYS.forEach((name, k) => {
-      way.append(new Option(name, String(k + 1)));
+    const kind = element("select");
+    KINDS.forEach((name, k) => {
+      kind.append(new Option(name, String(k + 1)));
     });
-    way.value = String(this.way + 1);
-    way.addEventListener("change", () => {
-      this.way = Number(way.value) - 1;
+    kind.value = String(this.kind);
+    kind.addEventListener("change", () => {
+      this.kind = Number(kind.value);
     });
     const label = element("label", "choice", "break a sensor: ");
-    label.append(way);
+    label.append(kind);
     box.append(label);
     for (const [name, [first, last]] of single) {
       const chip = element("button", "chip", name.replaceAll("-", " "));
@@ -342,7 +325,7 @@ export class InsideView {
       chip.addEventListener("click", () => {
         const breaks = chip.getAttribute("aria-pressed") !== "true";
         chip.setAttribute("aria-pressed", String(breaks));
-        this.broken.push({ way: breaks ? this.way + 1 : 0, first, last });
+        this.broken.push({ kind: breaks ? this.kind : 0, first, last });
       });
       box.append(chip);
     }

@@ -25,9 +25,9 @@ export interface Names {
   derivatives: string[];
 }
 
-/** Sensor channels that fail from now on in a way (1 stuck, 2 open, 3 spikes, 4 not a number; 0 mends). */
+/** Sensor channels with a fault from now on: its kind is 1 stuck, 2 open, 3 spikes, 4 NaN, or 0 for none. */
 export interface Broken {
-  way: number;
+  kind: number;
   first: number;
   last: number;
 }

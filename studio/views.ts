@@ -110,6 +110,7 @@ export class Views {
   refresh(): void {
     this.map.refresh();
     this.front.refresh();
+    this.inside.refresh();
     this.sea.refresh();
   }
 

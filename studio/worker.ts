@@ -91,7 +91,7 @@ async function answer(question: Question): Promise<Answer> {
     case "tick":
       if (twin === null) throw new Error("no twin was started");
       twin.command(question.gait, question.armed);
-      for (const { way, first, last } of question.broken) twin.break(way, first, last);
+      for (const { kind, first, last } of question.broken) twin.break(kind, first, last);
       return { kind: "tick", rows: twin.advance(question.ticks) };
   }
 }

@@ -1,0 +1,83 @@
+// Bends and pressures of the twin over the last seconds, as traces.
+import { element } from "./dom.ts";
+import { DEGREE, type Robot } from "./robot.ts";
+import { TimePlot } from "./timeplot.ts";
+
+const WINDOW = 4; // s that are shown, more where time runs fast
+const LONGEST = 6; // s: more beats than can be told apart take long to draw
+const CALM = 5; // tempo up to which the window is the shortest
+const COLORS = ["blue", "orange", "green", "sky"];
+export const SIDES = ["left", "right"];
+
+interface Column {
+  name: string; // of the core
+  part: number; // in its width
+  scale: number;
+}
+
+interface Shown {
+  plot: TimePlot;
+  columns: Column[];
+  values: number[][];
+}
+
+export class TwinPlots {
+  readonly element = element("div", "traces");
+  private readonly times: number[] = [];
+  private readonly shown: Shown[];
+
+  constructor(robot: Robot) {
+    const joints = robot.joints.map(({ name }) => name);
+    const circuits = joints.flatMap((name) => SIDES.map((side) => `${name} ${side}`));
+    const color = (k: number): string => COLORS[k % COLORS.length] ?? "ink";
+    const bends = joints.flatMap((name, k) => [
+      { trace: { name: `joint ${name}`, color: color(k), dashed: false }, name: "angle", part: k, scale: 1 / DEGREE },
+      { trace: { name: `${name} set`, color: color(k), dashed: true }, name: "angle_set", part: k, scale: 1 / DEGREE },
+    ]);
+    const pressures = circuits.map((name, k) => ({
+      ...{ trace: { name, color: color(k), dashed: false }, name: "unit_pressure", part: k, scale: 1e-3 },
+    }));
+    this.shown = [
+      { label: "bend", unit: "deg", all: bends, reach: [-5, 5] as const },
+      { label: "pressure", unit: "kPa", all: pressures, reach: [0, 10] as const },
+    ].map(({ label, unit, all, reach }) => ({
+      ...{
+        plot: new TimePlot(
+          label,
+          unit,
+          all.map(({ trace }) => trace),
+          reach,
+        ),
+        columns: all,
+      },
+      values: all.map(() => []),
+    }));
+    this.element.append(...this.shown.map(({ plot }) => plot.element));
+  }
+
+  /** Add what a tick saw; `at` finds a column's place in the row. */
+  add(time: number, row: Float64Array, at: (name: string) => number): void {
+    this.times.push(time);
+    for (const { columns, values } of this.shown)
+      columns.forEach(({ name, part, scale }, k) => values[k]?.push((row[at(name) + part] ?? 0) * scale));
+  }
+
+  clear(): void {
+    this.times.length = 0;
+    for (const { values } of this.shown) for (const column of values) column.length = 0;
+  }
+
+  /** Draw the last seconds, at a tempo. */
+  draw(tempo: number): void {
+    const old = this.times.findIndex((time) => time >= (this.times.at(-1) ?? 0) - LONGEST);
+    if (old > 0)
+      for (const column of [this.times, ...this.shown.flatMap(({ values }) => values)]) column.splice(0, old);
+    const window = Math.min(LONGEST, WINDOW * Math.max(1, tempo / CALM));
+    for (const { plot, values } of this.shown) plot.set(this.times, values, window);
+  }
+
+  /** Draw again, in the colors of the page's theme. */
+  refresh(): void {
+    for (const { plot } of this.shown) plot.refresh();
+  }
+}
