@@ -83,21 +83,25 @@ inline void command(Radio& radio, Vehicle& vehicle, const Frame& frame) {
     });
 }
 
-/// Act on a frame that is signed where it must be, newer than its sender's last, and whose answers have room.
+/// Act on a frame that is signed where it must be, newer than its sender's last, and whose answers have room. Disarming
+/// needs neither order nor room: two stations with equal ids number their frames apart.
 inline void on_frame(Radio& radio, Vehicle& vehicle, const Frame& frame) {
     const std::uint32_t tick = snapshot(vehicle).tick;
     if (frame.system == radio.out.sender.system) return;  // an echo
+    // A modem does not sign its status: the frame must not count as its sender's last.
     const bool modem = frame.id == MAVLINK_MSG_ID_RADIO_STATUS;
     if (!modem && !verify(radio.signing, frame))
         return ++radio.not_signed, report_rarely(radio, tick, Refusal::not_signed);
-    const bool fresh = is_fresh(radio, frame, tick);
+    const bool fresh = modem || is_fresh(radio, frame, tick);
     const bool noticed = visit_message(Notices{}, frame, [&](const auto& m) {
-        if (fresh || modem) notice(radio, vehicle, Peer{frame.system, frame.component}, m);
+        if (fresh) notice(radio, vehicle, Peer{frame.system, frame.component}, m);
     });
     if (noticed) return;
-    if (!fresh) return ++radio.replayed, report_rarely(radio, tick, Refusal::replayed);
-    // A command whose answers have no room is not executed: its sender repeats it. Disarming never waits.
-    if (!has_room(radio.out, max_answers_per_command) && !is_disarm(frame)) return void(++radio.no_room);
+    if (!is_disarm(frame)) {
+        if (!fresh) return ++radio.replayed, report_rarely(radio, tick, Refusal::replayed);
+        // A command whose answers have no room is not executed: its sender repeats it.
+        if (!has_room(radio.out, max_answers_per_command)) return void(++radio.no_room);
+    }
     command(radio, vehicle, frame);
 }
 

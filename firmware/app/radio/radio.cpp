@@ -44,7 +44,7 @@ static void report_faults(Radio& radio, const Snapshot& now) {
         }
 }
 
-/// Fill the outbox: answers first, then parameters and telemetry in turn.
+/// Fill the outbox: a due heartbeat first, then answers, then parameters and telemetry in turn.
 static void fill_outbox(Radio& radio, const Vehicle& vehicle) {
     Outbox& out = radio.out;
     const Limits& limit = limits(vehicle);
@@ -54,8 +54,9 @@ static void fill_outbox(Radio& radio, const Vehicle& vehicle) {
     out.sender.system = std::uint8_t(limit.system_id);
     allow(out);
     for (int k = 0; k < max_frames && may_send(out); ++k) {
-        if (send_answer(out, radio.signing)) continue;
-        const bool listed = (out.frames & 1) != 0 && send_next_parameter(radio, vehicle);
+        const bool beats = heartbeat_is_due(telemetry, snapshot(vehicle).tick);
+        if (!beats && send_answer(out, radio.signing)) continue;
+        const bool listed = !beats && (out.frames & 1) != 0 && send_next_parameter(radio, vehicle);
         if (listed || send_telemetry(telemetry, out, radio.signing, vehicle, radio.parser)) continue;
         if (!send_next_parameter(radio, vehicle)) break;
     }

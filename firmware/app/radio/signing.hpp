@@ -24,7 +24,7 @@ struct Signing {
     bool on;
     std::uint8_t key[key_length];
     std::uint64_t stamp;  // own clock [10 us since 2015], never behind a verified timestamp
-    std::uint64_t floor;  // timestamp stored before boot: older frames are rejected
+    std::uint64_t floor;  // stored before boot, or of a sender that was forgotten: older timestamps are rejected
     Stream stream[max_streams];
     std::uint32_t refused;
 };
@@ -52,17 +52,21 @@ inline int sign(Signing& signing, std::uint8_t* frame, int length) {
     return length + signature_length;
 }
 
-/// Stream of a sender if its timestamp is acceptable, else nullptr. A new stream needs a free slot and a timestamp at
-/// most a minute old.
+/// Stream of a sender if its timestamp is acceptable, else nullptr. A new stream needs a timestamp at most a minute
+/// old. Without a free slot it takes that of the oldest timestamp; what that sender said cannot be repeated as
+/// another's.
 inline Stream* stream_of(Signing& signing, const Frame& frame, std::uint8_t channel, std::uint64_t stamp) {
-    for (Stream& stream : signing.stream)
+    Stream* place = signing.stream;
+    for (Stream& stream : signing.stream) {
         if (stream.used && stream.system == frame.system && stream.component == frame.component &&
             stream.channel == channel)
             return stamp > stream.stamp ? &stream : nullptr;
+        if (place->used && (!stream.used || stream.stamp < place->stamp)) place = &stream;
+    }
     if (stamp + stamp_minute < signing.stamp || stamp < signing.floor) return nullptr;
-    for (Stream& stream : signing.stream)
-        if (!stream.used) return &stream;
-    return nullptr;
+    if (place->used && stamp <= place->stamp) return nullptr;
+    if (place->used) signing.floor = place->stamp + 1;
+    return place;
 }
 
 /// Verify a frame: right key, and a timestamp later than its sender's last.

@@ -85,6 +85,12 @@ inline int stream_index(std::uint32_t id) {
     return -1;
 }
 
+/// Whether it is time for a heartbeat, which goes before any answer.
+inline bool heartbeat_is_due(const Telemetry& telemetry, std::uint32_t tick) {
+    const TelemetryStream& heart = telemetry.stream[0];
+    return heart.interval <= tick - heart.last;
+}
+
 /// Stream to be sent now; -1 for none.
 inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick) {
     int urgent = -1;

@@ -105,7 +105,54 @@ static void test_signing_by_parameter() {
     CHECK(!bench.app.radio.signing.on);
 }
 
+/// Signing with a key that the ground has, too.
+static void begin_signing(Bench& bench) {
+    mavlink_setup_signing_t setup{};
+    setup.target_system = 1, setup.secret_key[3] = 5, setup.initial_timestamp = 1'000'000'000;
+    bench.say(setup);
+    begin_signing(bench.key, setup.secret_key, setup.initial_timestamp);
+    CHECK(bench.app.radio.signing.on);
+}
+
+/// A modem's status has no signature: under whatever name it comes, it says nothing of who else sends under that name.
+static void test_status_of_a_modem() {
+    Bench bench;
+    begin_signing(bench);
+    int heard = 0;
+    for (int k = 0; k < 50; ++k) {
+        const Sender ground = bench.ground;
+        bench.key.on = false, bench.ground.sequence = std::uint8_t(bench.ground.sequence + 20);
+        mavlink_radio_status_t status{};
+        status.txbuf = 100;
+        bench.say(status, 1);
+        bench.key.on = true, bench.ground = ground;
+        bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, float(k % 2 == 0)));
+        heard += snapshot(bench.vehicle()).armed == (k % 2 == 0);
+    }
+    CHECK(heard == 50);
+}
+
+/// A ninth station is heard as the others were; who was silent for longest then counts as new.
+static void test_ninth_stream() {
+    Bench bench;
+    begin_signing(bench);
+    std::vector<Bytes> recorded;
+    for (int k = 0; k < 20; ++k) {
+        bench.ground.component = std::uint8_t(100 + k);
+        recorded.push_back(bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, float(k % 2 == 0))));
+        bench.hear(recorded.back()), bench.run(30);
+        CHECK(snapshot(bench.vehicle()).armed == (k % 2 == 0));
+    }
+    bench.run(2000);
+    for (const Bytes& frame : recorded) {  // no stream that was forgotten lets its recordings in
+        bench.hear(frame), bench.run(30);
+        CHECK(!snapshot(bench.vehicle()).armed);
+    }
+}
+
 int main() {
+    test_status_of_a_modem();
+    test_ninth_stream();
     test_signing();
     test_a_recording_after_a_restart();
     test_signing_by_parameter();
