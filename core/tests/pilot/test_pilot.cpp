@@ -130,6 +130,21 @@ static void what_is_out_of_bounds() {
     CHECK(dive.end.last.mode == Mode::done && dive.was(Reason::depth_limit) && dive.deepest < 6 && 5 < dive.deepest);
 }
 
+/// A fence that holds neither the robot nor its home: called home from its waypoints it goes there all the same.
+static void a_fence_elsewhere() {
+    for (const bool turn : {false, true}) {
+        const Box<double> box;
+        const Corner<double> corner[4] = {{100, 100}, {160, 100}, {160, 160}, {100, 160}};
+        const Waypoint<double> point[] = {{turn ? 30.0 : -30.0, 20, 1, 0.3, 2}};
+        Mission<double> mission = box.mission;
+        mission.corner = corner, mission.waypoint = point, mission.waypoints = 1;
+        mission.home = {10, -10}, mission.duration = 200;
+        const Shown run = watch(mission, Water{}, 600);
+        CHECK(run.was(Reason::outside) && run.end.last.mode == Mode::done);
+        CHECK(std::hypot(run.end.fish.x - 10, run.end.fish.y + 10) < mission.home_radius + 3);
+    }
+}
+
 /// Home on a low battery with what the reserve asks for, and in time.
 static void home_while_it_can() {
     const Box<double> box;
@@ -287,6 +302,7 @@ int main() {
     const int before = allocations;
     a_box_at_depth();
     inside_the_fence();
+    a_fence_elsewhere();
     what_is_out_of_bounds();
     home_while_it_can();
     each_failure_has_its_rule();

@@ -53,6 +53,10 @@ inline std::uint8_t mission_result(Refusal refusal) {
             return MAV_MISSION_ACCEPTED;
         case Refusal::out_of_range:
         case Refusal::inconsistent:
+        case Refusal::bad_fence:
+        case Refusal::outside_fence:
+        case Refusal::leaves_fence:
+        case Refusal::too_deep:
             return MAV_MISSION_INVALID;
         case Refusal::too_many:
             return MAV_MISSION_NO_SPACE;

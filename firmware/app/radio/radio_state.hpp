@@ -94,6 +94,8 @@ inline std::uint8_t result_of(Refusal refusal) {
         case Refusal::busy:
         case Refusal::no_mission:
         case Refusal::elsewhere:
+        case Refusal::leaves_fence:
+        case Refusal::robot_outside:
             return MAV_RESULT_TEMPORARILY_REJECTED;
         default:
             return MAV_RESULT_DENIED;

@@ -20,6 +20,11 @@ enum class Refusal : std::uint8_t {
     replayed,
     not_signed,
     elsewhere,
+    bad_fence,
+    outside_fence,
+    leaves_fence,
+    robot_outside,
+    too_deep,
     count
 };
 inline constexpr int refusals = int(Refusal::count);
@@ -43,6 +48,11 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"replayed", "the command is older than the last one"},
     {"not_signed", "commands must be signed"},
     {"elsewhere", "the mission on board has another origin"},
+    {"bad_fence", "sides of the fence cross, or it holds no area"},
+    {"outside_fence", "home or a waypoint is outside the fence"},
+    {"leaves_fence", "a straight course would leave the fence"},
+    {"robot_outside", "the robot is outside the mission's fence"},
+    {"too_deep", "deeper than the mission's or the sensor's limit"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

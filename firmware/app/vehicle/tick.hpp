@@ -89,7 +89,7 @@ inline const Command<float>* choose_command(Vehicle& vehicle, Command<float>& ma
     if (!now.armed || answer >= Answer::rest) return &made;
     if (answer == Answer::home && !(vehicle.has_mission && vehicle.way_home))
         return ascending(vehicle) ? nullptr : &made;
-    if (answer == Answer::home && now.control != Control::mission) set_control(vehicle, Control::mission);
+    if (answer == Answer::home && now.control != Control::mission) take_control(vehicle, Control::mission);
     if (now.control == Control::mission) {
         if (answer == Answer::home) vehicle.state.guidance.reasons.set(Reason::recalled);
         return nullptr;

@@ -3,9 +3,8 @@
 #pragma once
 
 #include "app/vehicle/black_box.hpp"
-#include "app/vehicle/refusal.hpp"
+#include "app/vehicle/mission_check.hpp"
 #include "app/vehicle/store.hpp"
-#include "app/vehicle/stored_mission.hpp"
 #include "app/vehicle/supervisor.hpp"
 
 namespace hypertuna::firmware {
@@ -152,9 +151,12 @@ inline Command<float> rest() {
     return command;
 }
 
+/// Where the robot believes to be.
+inline Place here(const Vehicle& vehicle) { return {vehicle.now.estimate.x, vehicle.now.estimate.y}; }
+
 /// Restart guidance on a mission, from the robot's position.
 inline void begin_mission(Vehicle& vehicle, Mission<float>& mission) {
-    mission.start = {vehicle.now.estimate.x, vehicle.now.estimate.y};
+    mission.start = here(vehicle);
     vehicle.state.guidance = init(vehicle.model.pilot.guidance, mission);
     vehicle.state.wait = 0;
 }
@@ -174,7 +176,7 @@ inline void evaluate_faults(Vehicle& vehicle) {
 inline void begin_ascent(Vehicle& vehicle) {
     Mission<float>& up = vehicle.up;
     up = {};
-    up.home = {vehicle.now.estimate.x, vehicle.now.estimate.y};
+    up.home = here(vehicle);
     up.home_radius = up.depth_max = 1e4f, up.home_speed = vehicle.model.pilot.guidance.slow;
     begin_mission(vehicle, up);
     vehicle.state.guidance.rising = false;  // do not wait for a fix
@@ -195,6 +197,8 @@ inline Refusal arm(Vehicle& vehicle, bool on) {
     if (forbids_arming(vehicle.memory.present)) return Refusal::faulty;
     if (!settled(vehicle.store) || !settled(vehicle.missions)) return Refusal::busy;
     if (!vehicle.now.estimate.attitude) return Refusal::not_ready;
+    const bool placed = vehicle.origin.known && !vehicle.origin_restored;
+    if (vehicle.has_mission && placed && !holds(vehicle.mission, here(vehicle))) return Refusal::robot_outside;
     vehicle.memory.latched = {};
     vehicle.memory.present.set(Fault::link_gone, false);  // the ground is in contact: it arms
     vehicle.watchdog_reset = false;
@@ -207,19 +211,28 @@ inline Refusal arm(Vehicle& vehicle, bool on) {
     return Refusal::none;
 }
 
-/// Change the source of the command: the mission, or the ground; then the tail rests until the ground commands a gait.
-inline Refusal set_control(Vehicle& vehicle, Control control) {
-    if (control >= Control::count) return Refusal::unknown;
-    if (!vehicle.now.armed) return Refusal::disarmed;
-    if (control != Control::mission && Answer::home <= vehicle.now.answer) return Refusal::faulty;
+/// Take the command from another source, at rest until it makes one.
+inline void take_control(Vehicle& vehicle, Control control) {
     if (control == Control::mission) {
-        if (!vehicle.has_mission) return Refusal::no_mission;
         if (vehicle.now.control != Control::mission) begin_mission(vehicle, vehicle.mission);
         vehicle.way_home = true;
     }
     vehicle.requested = rest();
     vehicle.requested_at = vehicle.now.tick;
     vehicle.now.control = control;
+}
+
+/// Change the source of the command on the ground's order: to the mission, or to the ground's own gaits.
+inline Refusal set_control(Vehicle& vehicle, Control control) {
+    if (control >= Control::count) return Refusal::unknown;
+    if (!vehicle.now.armed) return Refusal::disarmed;
+    if (control != Control::mission && Answer::home <= vehicle.now.answer) return Refusal::faulty;
+    if (control == Control::mission) {
+        if (!vehicle.has_mission) return Refusal::no_mission;
+        const Refusal refusal = check_start(vehicle.mission, here(vehicle));
+        if (vehicle.now.control != Control::mission && refusal != Refusal::none) return refusal;
+    }
+    take_control(vehicle, control);
     return Refusal::none;
 }
 
@@ -296,6 +309,8 @@ inline Refusal set_mission(Vehicle& vehicle, const Mission<float>& mission) {
     if (vehicle.now.armed && vehicle.now.control == Control::mission) return Refusal::busy;
     if (mission.waypoints > max_waypoints || mission.corners > max_corners) return Refusal::too_many;
     if (!fits(mission.waypoints, mission.corners) || !is_valid(mission)) return Refusal::out_of_range;
+    const Refusal refusal = check_mission(mission, vehicle.model.pilot.estimator.depth_high);
+    if (refusal != Refusal::none) return refusal;
     pack_mission(vehicle.plan, mission);
     vehicle.mission = mission_of(vehicle.plan);
     vehicle.has_mission = vehicle.way_home = true, vehicle.ascent = Ascent::none;

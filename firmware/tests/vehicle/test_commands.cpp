@@ -106,7 +106,7 @@ static void joystick_within_tighter_limits() {
 /// A fence of two corners is none, and one of both kinds is not one that the pilot keeps.
 static void fences() {
     begin();
-    static const hypertuna::Corner<float> corner[3] = {{-50, -50}, {50, -50}, {0, 90}};
+    static const hypertuna::Corner<float> corner[3] = {{-90, -90}, {90, -90}, {0, 90}};
     Mission<float> m = plan();
     m.corner = corner;
     for (int corners : {1, 2}) m.corners = corners, CHECK(set_mission(v, m) == Refusal::out_of_range);

@@ -1,6 +1,9 @@
 /// A vehicle on a board of memory, for the tests: booted, armed, with gaits and missions.
 #pragma once
 
+#include <cmath>
+#include <vector>
+
 #include "../../../core/tests/allocations.hpp"
 #include "../../../core/tests/check.hpp"
 #include "memory_board.hpp"
@@ -60,7 +63,10 @@ inline Mission<float> numbered(int which) {
     m.home = {1.0f + float(which), 2.0f + float(which)}, m.reserve = 0.2f + 0.1f * float(which);
     for (int k = 0; k < m.waypoints; ++k)
         to[k] = {float(k + which), float(2 * k - which), 1.0f + float(which), 0.3f, 2.0f + float(which)};
-    for (int k = 0; k < m.corners; ++k) corner[k] = {float(50 * k + which), float(k * k + which)};
+    for (int k = 0; k < m.corners; ++k) {  // around all of it
+        const float angle = 2 * float(hypertuna::pi) * float(k) / float(m.corners), far = 400 + float(which);
+        corner[k] = {far * std::cos(angle), far * std::sin(angle)};
+    }
     return m;
 }
 

@@ -246,7 +246,8 @@ T margin_of(const Guidance<T>& model, const GuidanceState<T>& state, const Estim
     return min(margin, max(model.fence_margin, T(0.8) * inside(mission, target.x, target.y).distance));
 }
 
-/// Course over ground: to the point ahead on the leg, or home; near the fence toward its inside.
+/// Course over ground: to the point ahead on the leg, or home; near the fence toward its inside. A fence that does not
+/// hold robot and home keeps neither the robot from home nor home from the robot.
 template <class T>
 Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
                     const Inside<T>& room) {
@@ -260,6 +261,8 @@ Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Est
     state.reasons.clear(Reason::fence), state.reasons.clear(Reason::outside);
     if (margin <= room.distance) return course;
     state.reasons.set(room.distance < T(0) ? Reason::outside : Reason::fence);
+    const bool held = T(0) < room.distance && T(0) < inside(mission, mission.home.x, mission.home.y).distance;
+    if (state.mode == Mode::home && !held) return course;
     const T in = course.x * room.x + course.y * room.y;
     const T push = clamp((margin - room.distance) / model.fence_margin, T(0), T(1)) + max(T(0), -in);
     return toward(course.x + push * room.x, course.y + push * room.y, course);

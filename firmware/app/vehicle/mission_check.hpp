@@ -1,0 +1,80 @@
+/// Checks of a mission as a whole: what a mission file may not say (hypertuna.mission), no ground station may upload.
+#pragma once
+
+#include "app/vehicle/refusal.hpp"
+#include "app/vehicle/stored_mission.hpp"
+
+namespace hypertuna::firmware {
+
+using Place = Corner<float>;  // m east and north
+
+/// Whether two line segments cross or touch.
+inline bool cross(const Place& a, const Place& b, const Place& c, const Place& d) {
+    const auto side = [](const Place& from, const Place& to, const Place& p) {
+        return (to.x - from.x) * (p.y - from.y) - (to.y - from.y) * (p.x - from.x);
+    };
+    const auto apart = [](float a, float b, float c, float d) {
+        return max(a, b) < min(c, d) || max(c, d) < min(a, b);
+    };
+    if (apart(a.x, b.x, c.x, d.x) || apart(a.y, b.y, c.y, d.y)) return false;
+    return side(a, b, c) * side(a, b, d) <= 0 && side(c, d, a) * side(c, d, b) <= 0;
+}
+
+inline const Place& corner_after(const Mission<float>& mission, int k) {
+    return mission.corner[k + 1 < mission.corners ? k + 1 : 0];
+}
+
+/// Whether a straight course crosses no side of the fence. A circle holds every course between two places inside it.
+inline bool holds_course(const Mission<float>& mission, const Place& from, const Place& to) {
+    for (int k = 0; k < mission.corners; ++k)
+        if (cross(from, to, mission.corner[k], corner_after(mission, k))) return false;
+    return true;
+}
+
+inline bool holds(const Mission<float>& mission, const Place& at) {
+    return 0.0f < inside(mission, at.x, at.y).distance;
+}
+
+/// Whether a fence is a polygon whose sides do not cross.
+inline bool is_polygon(const Mission<float>& mission) {
+    bool has_area = mission.corners == 0;
+    for (int i = 0; i < mission.corners; ++i) {
+        const Place &a = mission.corner[i], &b = corner_after(mission, i),
+                    &c = corner_after(mission, (i + 1) % mission.corners);
+        if (a.x == b.x && a.y == b.y) return false;
+        has_area = has_area || (b.x - a.x) * (c.y - a.y) != (b.y - a.y) * (c.x - a.x);
+        for (int k = i + 2; k < mission.corners; ++k)
+            if (k - i != mission.corners - 1 && cross(a, b, mission.corner[k], corner_after(mission, k))) return false;
+    }
+    return has_area;
+}
+
+/// Why a mission is refused: its fence, places and legs outside of it, depths beyond its limit or beyond what the depth
+/// sensor reads [m].
+inline Refusal check_mission(const Mission<float>& mission, float readable) {
+    if (!is_polygon(mission)) return Refusal::bad_fence;
+    if (readable < mission.depth_max) return Refusal::too_deep;
+    if (!holds(mission, mission.home)) return Refusal::outside_fence;
+    const Place* before = nullptr;
+    Place at{};
+    for (int k = 0; k < mission.waypoints; ++k) {
+        const Waypoint<float>& to = mission.waypoint[k];
+        const Place next{to.x, to.y};
+        if (mission.depth_max < to.depth) return Refusal::too_deep;
+        if (!holds(mission, next)) return Refusal::outside_fence;
+        if (before != nullptr && !holds_course(mission, at, next)) return Refusal::leaves_fence;
+        at = next, before = &at;
+    }
+    const bool returns = before != nullptr && !mission.stay;
+    return returns && !holds_course(mission, at, mission.home) ? Refusal::leaves_fence : Refusal::none;
+}
+
+/// Why a mission is not begun from a place.
+inline Refusal check_start(const Mission<float>& mission, const Place& from) {
+    if (!holds(mission, from)) return Refusal::robot_outside;
+    if (mission.waypoints == 0) return Refusal::none;
+    const Place first{mission.waypoint[0].x, mission.waypoint[0].y};
+    return holds_course(mission, from, first) ? Refusal::none : Refusal::leaves_fence;
+}
+
+}  // namespace hypertuna::firmware

@@ -1,0 +1,115 @@
+/// Missions that a fence or a depth forbids: refused when they come, when the robot is armed, and when they begin.
+#include "vehicle_test.hpp"
+
+using hypertuna::Corner;
+using hypertuna::inside;
+
+static Refusal given(std::vector<Corner<float>> fence, std::vector<Waypoint<float>> to, Corner<float> home = {},
+                     bool stay = false) {
+    static std::vector<Corner<float>> corner;
+    static std::vector<Waypoint<float>> waypoint;
+    corner = fence, waypoint = to;
+    Mission<float> m = plan();
+    m.corner = corner.data(), m.corners = int(corner.size()), m.home = home, m.stay = stay;
+    m.waypoint = waypoint.data(), m.waypoints = int(waypoint.size());
+    return set_mission(v, m);
+}
+
+static const std::vector<Corner<float>> square = {{-50, -50}, {50, -50}, {50, 50}, {-50, 50}};
+
+/// One for each reason, by hand.
+static void refusals_by_hand() {
+    begin();
+    CHECK(given(square, {{10, 10, 1, 0.3f, 2}}) == Refusal::none);
+    CHECK(given(square, {{60, 10, 1, 0.3f, 2}}) == Refusal::outside_fence);
+    CHECK(given(square, {{10, 10, 1, 0.3f, 2}}, {0, 51}) == Refusal::outside_fence);
+    const std::vector<Corner<float>> bow = {{-50, -50}, {50, 50}, {50, -50}, {-50, 50}};
+    CHECK(given(bow, {{40, 0, 1, 0.3f, 2}}, {40, 0}) == Refusal::bad_fence);
+    CHECK(given({{0, 0}, {10, 10}, {30, 30}}, {{5, 5, 1, 0.3f, 2}}) == Refusal::bad_fence);
+    CHECK(given({{-50, -50}, {-50, -50}, {50, 0}, {0, 50}}, {{0, 0, 1, 0.3f, 2}}) == Refusal::bad_fence);
+    // Two halls and a corridor between their southern ends.
+    const std::vector<Corner<float>> halls = {{0, 0},   {60, 0},  {60, 60}, {40, 60},
+                                              {40, 10}, {20, 10}, {20, 60}, {0, 60}};
+    const Waypoint<float> west{10, 50, 1, 0.3f, 2}, east{50, 50, 1, 0.3f, 2}, below{10, 5, 1, 0.3f, 2},
+        beside{50, 5, 1, 0.3f, 2};
+    CHECK(given(halls, {west, east}, {10, 20}, true) == Refusal::leaves_fence);
+    CHECK(given(halls, {west, below, beside, east}, {10, 20}, true) == Refusal::none);
+    CHECK(given(halls, {west, below, beside, east}, {10, 20}) == Refusal::leaves_fence);  // on its way home
+    CHECK(given(square, {{10, 10, 4.5f, 0.3f, 2}}) == Refusal::too_deep);                 // than the mission's 4 m
+    Mission<float> m = plan();
+    m.depth_max = 31;
+    CHECK(set_mission(v, m) == Refusal::too_deep);  // than the 30 m of the depth sensor
+    m = plan(), m.range = 60;
+    CHECK(set_mission(v, m) == Refusal::outside_fence);  // a circle: its second waypoint is 80 m away
+    m.range = 90;
+    CHECK(set_mission(v, m) == Refusal::none);
+}
+
+/// A mission from whose fence the robot is away is neither begun nor armed with, and a recall is not refused.
+static void a_robot_outside() {
+    begin_armed();
+    std::vector<Corner<float>> far = square;
+    for (Corner<float>& corner : far) corner.x += 200;
+    CHECK(given(far, {{200, 10, 1, 0.3f, 2}}, {200, 0}) == Refusal::none);
+    CHECK(set_control(v, Control::mission) == Refusal::robot_outside && v.now.control == Control::gait);
+    CHECK(arm(v, false) == Refusal::none);
+    float_on(v, board, 300);
+    CHECK(arm(v, true) == Refusal::none && arm(v, false) == Refusal::none);  // nobody knows where it is
+    CHECK(clear_mission(v) == Refusal::none && set_origin(v, 500000000, 80000000) == Refusal::none);
+    CHECK(given(far, {{200, 10, 1, 0.3f, 2}}, {200, 0}) == Refusal::none);
+    float_on(v, board, 300);
+    CHECK(arm(v, true) == Refusal::robot_outside);
+    CHECK(clear_mission(v) == Refusal::none);
+    float_on(v, board, 300);
+    CHECK(arm(v, true) == Refusal::none);
+    CHECK(given(far, {{200, 10, 1, 0.3f, 2}}, {200, 0}) == Refusal::none && v.now.armed);
+    v.ground_contact = v.now.tick - 100'000;
+    float_on(v, board, 300);
+    CHECK(v.now.armed && v.now.control == Control::mission && v.state.guidance.reasons.has(Reason::recalled));
+    // The first leg counts from where the robot is.
+    const std::vector<Corner<float>> horseshoe = {{-40, -5}, {40, -5}, {40, 60}, {20, 60}, {20, 5}, {-40, 5}};
+    begin_armed();
+    CHECK(given(horseshoe, {{30, 50, 1, 0.3f, 2}}, {0, 0}, true) == Refusal::none);
+    CHECK(set_control(v, Control::mission) == Refusal::leaves_fence);
+    CHECK(given(horseshoe, {{30, 0, 1, 0.3f, 2}, {30, 50, 1, 0.3f, 2}}, {0, 0}, true) == Refusal::none);
+    CHECK(set_control(v, Control::mission) == Refusal::none);
+}
+
+/// Random fences and missions: what is accepted lies inside with all its courses, point by point.
+static void random_missions() {
+    begin();
+    int accepted = 0, left = 0;
+    for (int seed = 0; seed < 4000; ++seed) {
+        const auto draw = [&](int what) {
+            return hypertuna::uniform<float>(hypertuna::random_bits(3, std::uint64_t(what), std::uint64_t(seed)));
+        };
+        std::vector<Corner<float>> fence;
+        const int corners = 3 + int(5 * draw(0));
+        for (int k = 0; k < corners; ++k) {
+            const float angle = float(2 * hypertuna::pi) * (float(k) + 0.9f * draw(1 + k)) / float(corners),
+                        far = 5 + 75 * draw(20 + k);
+            fence.push_back({far * std::cos(angle), far * std::sin(angle)});
+        }
+        std::vector<Waypoint<float>> to;
+        for (int k = 0; k < 2; ++k) to.push_back({80 * (draw(40 + k) - 0.5f), 80 * (draw(50 + k) - 0.5f), 1, 0.3f, 2});
+        const Refusal refusal = given(fence, to);
+        const Mission<float>& m = v.mission;
+        accepted += refusal == Refusal::none, left += refusal == Refusal::leaves_fence;
+        if (refusal != Refusal::none) continue;
+        Corner<float> at{to[0].x, to[0].y};
+        for (const Corner<float> next : {Corner<float>{to[1].x, to[1].y}, Corner<float>{}}) {
+            for (float part = 0; part <= 1; part += 1.0f / 64)
+                CHECK(0 < inside(m, at.x + part * (next.x - at.x), at.y + part * (next.y - at.y)).distance);
+            at = next;
+        }
+    }
+    std::printf("random missions: %d accepted, %d leave their fence on the way\n", accepted, left);
+    CHECK(500 < accepted && 10 < left);
+}
+
+int main() {
+    refusals_by_hand();
+    a_robot_outside();
+    random_missions();
+    return failures();
+}
