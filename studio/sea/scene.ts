@@ -121,19 +121,17 @@ export class Space {
     const labels = Math.min(0.6, (2 * LABELS) / Math.max(1, this.room.clientWidth)); // part of the picture, on the right
     const tangent = Math.tan((FIELD * Math.PI) / 360);
     const size = Math.max(...places.map((place) => place.distanceTo(middle)));
-    for (let distance = 0.8 * size; distance < 12 * size; distance *= 1.04) {
+    for (let distance = 1.4 * size; distance < 12 * size; distance *= 1.04) {
       this.look(middle, from, distance);
       this.camera.updateMatrixWorld();
-      const seen = places.map((place) => place.clone().project(this.camera));
-      const [left, right, low, high] = edges(seen);
-      if (right - left > 1.9 - labels || high - low > 1.84) continue;
-      // the middle of what is seen to the middle of the picture, a little left of it for the depths' labels
-      const [wide, tall] = [2 * distance * tangent * this.camera.aspect, 2 * distance * tangent];
-      this.controls.target
-        .addScaledVector(new Vector3().setFromMatrixColumn(this.camera.matrix, 0), ((left + right + labels) / 4) * wide)
-        .addScaledVector(new Vector3().setFromMatrixColumn(this.camera.matrix, 1), ((low + high) / 4) * tall);
-      this.look(this.controls.target.clone(), from, distance);
-      return;
+      const [left, right, low, high] = edges(places.map((place) => place.clone().project(this.camera)));
+      // the middle of what is seen comes to the middle of the picture, a little left of it for the depths' labels
+      const tall = distance * tangent;
+      const [aside, up] = [0, 1].map((axis) => new Vector3().setFromMatrixColumn(this.camera.matrix, axis));
+      if (aside === undefined || up === undefined) return;
+      middle.addScaledVector(aside, ((left + right + labels) / 2) * tall * this.camera.aspect);
+      middle.addScaledVector(up, ((low + high) / 2) * tall);
+      if (right - left < 1.9 - labels && high - low < 1.84) return this.look(middle, from, distance);
     }
   }
 

@@ -38,7 +38,7 @@ export function task(flight: Flight, k: number): string {
 export function why(flight: Flight, k: number): string {
   const reasons = flight.reasons(k).map(({ name, text }) => {
     const said = name.replaceAll("_", " ");
-    return text === "" || text === said ? said : `${said}: ${text}`;
+    return text === "" || text === said ? `${said}.` : `${said}: ${text}.`;
   });
   return reasons.length === 0 ? "The pilot reports no reasons." : reasons.join("\n");
 }
