@@ -181,6 +181,26 @@ def test_a_twin_that_would_need_other_steps_does_not_follow() -> None:
     assert not any(column.startswith("plant.") for knob in knobs for column in knob["columns"])
 
 
+def test_bodies_that_are_no_robots_or_have_no_twin_are_no_fault_of_the_image(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pump as long as the shortest body; a twin that cannot be stepped where all is changed."""
+    from hypertuna.simulation import image as image_module
+
+    document = ht.load("hypertuna").document()
+    robot = parse(document | {"pump": document["pump"] | {"rod_m": 0.35}})
+    knobs = text_of(robot_image(robot))["body"]["knobs"]
+    assert len(knobs) == 18
+    assert all(knob["twin"] for knob in knobs)
+    steps, length = image_module.steps_of, robot.body.length
+
+    def refused(tick: float, parts: Any, one: ht.Robot) -> int:
+        if one.body.length > 1.3 * length:
+            raise ht.InputError("must not be so stiff", key="hinge", fix="give less")
+        return steps(tick, parts, one)
+
+    monkeypatch.setattr(image_module, "steps_of", refused)
+    assert not any(knob["twin"] for knob in text_of(robot_image(robot))["body"]["knobs"])
+
+
 def test_knobs_that_follow_no_law_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """A model's number that follows a factor in no known way takes its knob away; a twin's, the twin."""
     from hypertuna.simulation import image as image_module
