@@ -74,7 +74,7 @@ def test_arguments_are_checked() -> None:
 
 
 def test_no_name_ends_the_script() -> None:
-    fish = ht.load("rexeel").model_copy(update={"name": "</script><b>", "fit": None})  # a fit's samples are parsed
+    fish = ht.load("hypertuna").model_copy(update={"name": "</script><b>"})
     data = re.findall(r'id="robots">(.*?)</script>', module.studio_page(fish), re.DOTALL)
     assert json.loads(data[0])["robots"][0]["name"] == "</script><b>"
 
