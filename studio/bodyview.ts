@@ -16,7 +16,7 @@ const GROUPS: [RegExp, string][] = [
   [/./, "Stiffness"],
 ];
 const INTRO =
-  "Drag the handles, or use the sliders. A longer link has the same height, width and volume, so that its areas grow and its mass stays; a heavier one keeps its volume. Coefficients of the water stay as the file has them.";
+  "Drag the handles, or use the sliders. A longer link keeps its mass and the volume that it displaces, and its areas grow; a heavier one keeps its volume. Coefficients of the water stay as they were identified for the described body, and laws differ in what they make of another one: compare them.";
 
 interface Row {
   knob: BodyKnob;

@@ -49,7 +49,7 @@ export class Choices {
   }
 
   gaits(names: string[]): void {
-    const own = new Option("as the knobs are", "");
+    const own = new Option("custom", "");
     own.hidden = true;
     list("gait", names, (option, name) => {
       option.dataset.gait = name;

@@ -18,3 +18,16 @@ export function element<K extends keyof HTMLElementTagNameMap>(
   if (text !== "") made.textContent = text;
   return made;
 }
+
+/** Close a menu by Escape, by a click outside of it, or by one on what it holds. */
+export function closeOutside(menu: HTMLDetailsElement | null): void {
+  document.addEventListener("click", (event) => {
+    const target = event.target as Element;
+    if (menu !== null && (!menu.contains(target) || target.closest("button") !== null)) menu.open = false;
+  });
+  document.addEventListener("keydown", (event) => {
+    if (menu === null || !menu.open || event.key !== "Escape") return;
+    menu.open = false;
+    menu.querySelector("summary")?.focus();
+  });
+}

@@ -27,6 +27,7 @@ export class FrontView {
   private front: Found[] = [];
   private spreads: { named: Spread[]; front: Spread[]; knobs: Spread | null } = { named: [], front: [], knobs: null };
   private trace: Quantities[] = []; // steps of the search
+  private made: Set<string> | null = null; // gaits that the search went to
   private run = 0;
   private waiting = false; // to be drawn
 
@@ -102,6 +103,7 @@ export class FrontView {
 
   at(row: Float64Array, values: Quantities): void {
     [this.row, this.values] = [row, values];
+    if (this.made !== null && !this.made.has(String(row))) this.stop("Stopped, because a knob was turned.");
     if (this.waiting) return;
     this.waiting = true;
     requestAnimationFrame(() => {
@@ -128,6 +130,7 @@ export class FrontView {
 
   private stop(sentence: string): void {
     this.run++;
+    this.made = null;
     this.cancel.disabled = true;
     for (const one of this.buttons) one.disabled = false;
     this.status.textContent = sentence;
@@ -143,7 +146,9 @@ export class FrontView {
     }
     const run = this.begin();
     const box = new Box(subject);
+    const begun = this.row;
     this.trace = [];
+    this.made = new Set([String(begun)]);
     const starts = [box.point(this.row), ...box.spread(STARTS - 1)];
     const ends: Found[] = [];
     for (const [k, start] of starts.entries()) {
@@ -153,6 +158,7 @@ export class FrontView {
       if (end !== null && reaches(end, goal)) ends.push(end);
     }
     this.finish(goal, ends, starts.length);
+    if (ends.length === 0) this.page.go(begun);
   }
 
   private finish(goal: Goal, ends: Found[], count: number): void {
@@ -173,6 +179,7 @@ export class FrontView {
     this.stop(
       `All ${count} gradient searches have ended, ${same} of them at the best value${short}: ${digits(speed)} m/s at ${digits(cost)} J/(kg m), ${gaitText(gaitOf(best.row))}.`,
     );
+    this.made = null;
     this.page.go(best.row);
   }
 
@@ -184,6 +191,7 @@ export class FrontView {
       this.trace.push(computed.values);
       const { speed, cost_of_transport: cost } = computed.values;
       this.status.textContent = `Searching ${aim}, step ${step}: ${digits(speed)} m/s at ${digits(cost)} J/(kg m).`;
+      this.made?.add(String(row));
       this.page.go(row);
       await new Promise((resolve) => setTimeout(resolve, PACE));
       return run === this.run;

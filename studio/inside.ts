@@ -2,7 +2,7 @@
 import type { Column } from "./core.ts";
 import { element } from "./dom.ts";
 import { Machine, type Moment } from "./machine.ts";
-import { digits } from "./quantities.ts";
+import { digits, type Quantities } from "./quantities.ts";
 import type { Broken, Calculator } from "./questions.ts";
 import type { Robot } from "./robot.ts";
 import { SIDES, TwinPlots } from "./twinplots.ts";
@@ -20,6 +20,7 @@ export class InsideView {
   private calculator: Calculator | null = null;
   private robot: Robot | null = null;
   private started: Robot | null = null;
+  private beat = Number.NaN; // m/s of the settled beat of the knobs
   private row: Float64Array = new Float64Array();
   private columns: Column[] = [];
   private places = new Map<string, number>();
@@ -53,8 +54,9 @@ export class InsideView {
     if (this.started !== robot) this.started = null;
   }
 
-  at(row: Float64Array): void {
+  at(row: Float64Array, values: Quantities): void {
     this.row = row;
+    this.beat = values.speed ?? Number.NaN;
   }
 
   /** Draw again, in the colors of the page's theme. */
@@ -75,7 +77,7 @@ export class InsideView {
       return;
     }
     this.note.textContent =
-      "The whole robot from rest, live: the controller on board, servos, cylinders, oil, muscles, tail, and water by the robot's own law. The knobs command it; break a sensor and see what the controller does about it.";
+      "The whole robot from rest, live: the controller on board, servos, cylinders, oil, muscles, tail, and water by the robot's own law. The knobs command it; break a sensor and see what the controller does about it. A second click mends the sensor.";
     this.calculator?.end();
     this.calculator = null;
     const calculator = await this.more(robot);
@@ -200,6 +202,7 @@ export class InsideView {
     const values = [
       [`${digits(this.ticks / rate, 3)} s`, `time from rest${slow}`],
       [`${digits(-mean("surge"), 3)} m/s`, "speed, mean of a beat"],
+      [`${digits(this.beat, 3)} m/s`, "speed of the beat above, whose joints bend as asked"],
       [`${digits(mean("power"), 3)} W`, "electrical power"],
       [`${digits(mean("battery_voltage"), 4)} V`, "battery voltage"],
     ];

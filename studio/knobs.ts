@@ -27,7 +27,7 @@ export class Knobs {
     this.room.replaceChildren(...this.groups(open));
     if (folded.length === 0) return;
     const more = element("details", "more");
-    more.append(element("summary", "", "Bias of the joints, to turn; phase of the first"), ...this.groups(folded));
+    more.append(element("summary", "", "Turn: bias of the joints; phase of the first"), ...this.groups(folded));
     this.room.append(more);
   }
 
@@ -95,7 +95,15 @@ export class Knobs {
     row.append(title, field, range, gradient);
     range.addEventListener("input", () => this.turned(parameter.index, range.valueAsNumber * parameter.size));
     number.addEventListener("input", () => this.type(parameter, number.valueAsNumber));
-    number.addEventListener("blur", () => this.type(parameter, number.valueAsNumber));
+    // what was typed beyond the range becomes its end, for all to see
+    number.addEventListener("change", () => {
+      const [low, high] = parameter.range;
+      const typed = number.valueAsNumber;
+      if (!(low <= typed && typed <= high))
+        number.value = String(typed > high ? high : typed < low ? low : range.value);
+      this.type(parameter, number.valueAsNumber);
+    });
+    number.title = `${parameter.range[0]} to ${parameter.range[1]} ${unit}`;
     this.knobs.push({ parameter, range, number, gradient });
     return row;
   }

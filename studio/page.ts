@@ -2,7 +2,7 @@
 import { Beats } from "./beats.ts";
 import { type Factors, known } from "./changes.ts";
 import { Choices, type Model } from "./choices.ts";
-import { part } from "./dom.ts";
+import { closeOutside, part } from "./dom.ts";
 import { packedBytes, plainBytes } from "./files.ts";
 import { Stage } from "./fish.ts";
 import * as hash from "./hash.ts";
@@ -278,6 +278,7 @@ class Studio {
     });
     new MutationObserver(() => this.recolor()).observe(document.documentElement, { attributeFilter: ["data-theme"] });
     addEventListener("hashchange", () => this.goBack());
+    closeOutside(document.querySelector<HTMLDetailsElement>(".menu"));
     document.querySelector<HTMLInputElement>("[data-open]")?.addEventListener("change", (event) => {
       void this.take((event.target as HTMLInputElement).files?.[0]);
     });
@@ -298,7 +299,10 @@ class Studio {
       if (/\.mcap$/i.test(file.name)) return this.views.log(file.name, new Uint8Array(await file.arrayBuffer()));
       await this.choose(await this.robots.open(file, this.live));
     } catch (error) {
-      this.say(`${file.name}: ${(error as Error).message}. \`hypertuna robot image NAME -o FILE\` writes one.`);
+      const fix = /\.toml$/i.test(file.name)
+        ? `A robot's file opens by \`hypertuna studio ${file.name}\`.`
+        : "`hypertuna robot image NAME -o FILE` writes one.";
+      this.say(`${file.name}: ${(error as Error).message}. ${fix}`);
     }
   }
 }

@@ -1,6 +1,8 @@
 // Quantities of a swim in the words and digits of the command line.
 import { DEGREE, type Gait, KINDS, type Robot } from "./robot.ts";
 
+const SLOW = 1e-3; // m/s below which a direction means little
+
 export type Quantities = Record<string, number>;
 
 export interface Meaning {
@@ -96,6 +98,11 @@ function decay(radius: number): string {
   if (loss < 1e-4) return "a disturbance hardly decays";
   if (loss < 0.05) return `a disturbance decays slowly, by ${percent(loss, 2)} each beat`;
   return `a disturbance decays by ${(100 * loss).toFixed(0)} % each beat`;
+}
+
+/** A robot that goes the other way. */
+export function backward(values: Quantities): string {
+  return statusOf(values) === "settled" && (values.speed ?? 0) < -SLOW ? " It swims tail first." : "";
 }
 
 /** Body that turns by more than half a circle in a beat. */

@@ -29,7 +29,8 @@ export class Results {
       if (tile !== null) tile.hidden = name.startsWith("turn_") && !turning;
     }
     part("speed_bl").textContent = `${words.digits(values.speed_bl)} BL/s`;
-    part("swum").textContent = `${robot.robot}, ${words.gaitText(gait)}`;
+    part("swum").textContent =
+      `${robot.robot}${robot.factors === undefined ? "" : ", changed body"}, ${words.gaitText(gait)}`;
     part("numbers").textContent = SHORT.map(
       (name) => `${words.digits(values[name], 3)} ${words.meaning(name).unit}`,
     ).join(" · ");
@@ -56,7 +57,7 @@ export class Results {
 
   private say(values: words.Quantities, frequency: number, more: string): void {
     const box = part("status");
-    box.textContent = words.verdict(values) + words.spin(values, frequency) + more;
+    box.textContent = words.verdict(values) + words.backward(values) + words.spin(values, frequency) + more;
     box.dataset.status = words.statusOf(values);
   }
 }

@@ -3,7 +3,7 @@ import { element } from "./dom.ts";
 import { digits, gaitText, type Quantities, statusOf, verdict } from "./quantities.ts";
 import { type NamedGait, type Published, type Robot, rowOf } from "./robot.ts";
 import type { Page, Subject } from "./subject.ts";
-import { ledgerNote, verdictsOn } from "./verdicts.ts";
+import { ledgerNote, verdictsOn, wordOn } from "./verdicts.ts";
 
 const KINDS: Record<string, string> = {
   measured: "measured on the robot",
@@ -39,7 +39,8 @@ export class TourView {
     this.cards = new Map(gaits.map((gait, k) => [gait.name, this.card(subject.robot, gait, found[k] ?? {})]));
     list.append(...this.cards.values());
     const note = known ? ledgerNote(subject.robot) : null;
-    this.room.replaceChildren(element("p", "intro", intro + other), ...(note === null ? [] : [note]), list);
+    const sum = summary(subject.robot, subject.model, found);
+    this.room.replaceChildren(element("p", "intro", `${intro}${other} ${sum}`), ...(note === null ? [] : [note]), list);
   }
 
   /** Mark the gait that the knobs are at. */
@@ -52,10 +53,10 @@ export class TourView {
 
   private card(robot: Robot, gait: NamedGait, values: Quantities): HTMLElement {
     const card = element("article", "card");
-    const show = element("button", "", "Swim it");
+    const show = element("button", "", "Use this gait");
     show.type = "button";
     show.dataset.gait = gait.name;
-    show.setAttribute("aria-label", `Swim it: ${gait.name}`);
+    show.setAttribute("aria-label", `Use this gait: ${gait.name}`);
     show.addEventListener("click", () => this.page.go(rowOf(gait)));
     const head = element("div", "row");
     head.append(element("h3", "", gait.name), show);
@@ -71,6 +72,23 @@ export class TourView {
     }
     return card;
   }
+}
+
+/** How many numbers there are of each verdict: measurements apart from what was never measured. */
+function summary(robot: Robot, model: number, found: Quantities[]): string {
+  const counts = new Map<string, Map<string, number>>();
+  robot.gaits.forEach((gait, k) => {
+    for (const [quantity, published] of Object.entries(gait.published)) {
+      const word = wordOn(robot, published, model, computedOf(robot, quantity, found[k] ?? {}));
+      if (word === null) continue;
+      const kind = published.kind === "measured" ? "Of what was measured" : "Of targets of the optimizer";
+      const words = counts.get(kind) ?? new Map<string, number>();
+      counts.set(kind, words.set(word, (words.get(word) ?? 0) + 1));
+    }
+  });
+  return [...counts]
+    .map(([kind, words]) => `${kind}: ${[...words].map(([word, count]) => `${count} ${word}`).join(", ")}.`)
+    .join(" ");
 }
 
 /** A published number beside the computed one, in words, and what the ledger says of it. */

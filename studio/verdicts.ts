@@ -31,6 +31,13 @@ export function verdictsOn(robot: Robot, published: Published, model: number, co
   return box;
 }
 
+/** The ledger's word on a number that the page computes; null where it has none. */
+export function wordOn(robot: Robot, published: Published, model: number, computed: number | null): string | null {
+  if (robot.ledger === null || computed === null) return null;
+  const own = ownOf(robot, published.verdicts, model, computed);
+  return own === null ? null : (WORDS[own.verdict] ?? own.verdict);
+}
+
 /** The verdict on the model of the page, where the ledger computed the same number by it. */
 function ownOf(robot: Robot, verdicts: Verdict[], model: number, computed: number): Verdict | null {
   const now = robot.models[model];

@@ -96,7 +96,7 @@ export class Views {
     this.front.at(row, values);
     this.body.at(row, values);
     this.tour.at(row);
-    this.inside.at(row);
+    this.inside.at(row, values);
     this.follow();
   }
 
@@ -130,6 +130,8 @@ export class Views {
     this.view = name;
     this.show();
     this.page.changed();
+    // a view that lies below the window comes into it
+    if (part("views").getBoundingClientRect().top > 0.4 * innerHeight) part("views").scrollIntoView();
   }
 
   private show(): void {

@@ -117,7 +117,7 @@ export class Controls {
     this.stretch.dataset.depths = "";
     for (const times of STRETCHES) this.stretch.append(new Option(`x ${times}`, String(times)));
     this.stretch.addEventListener("change", () => this.heard.stretch(Number(this.stretch.value)));
-    row.append(this.sights, zoom, labeled("depths ", this.stretch));
+    row.append(this.sights, zoom, labeled("vertical scale ", this.stretch));
     return row;
   }
 }

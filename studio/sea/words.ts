@@ -40,7 +40,7 @@ export function why(flight: Flight, k: number): string {
     const said = name.replaceAll("_", " ");
     return text === "" || text === said ? `${said}.` : `${said}: ${text}.`;
   });
-  return reasons.length === 0 ? "The pilot reports no reasons." : reasons.join("\n");
+  return reasons.length === 0 ? "The pilot reports no fault and no limit." : reasons.join("\n");
 }
 
 const DEGREE = Math.PI / 180;
