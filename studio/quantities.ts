@@ -102,7 +102,7 @@ function decay(radius: number): string {
 
 /** A robot that goes the other way. */
 export function backward(values: Quantities): string {
-  return statusOf(values) === "settled" && (values.speed ?? 0) < -SLOW ? " It swims tail first." : "";
+  return statusOf(values) === "settled" && (values.speed ?? 0) < -SLOW ? ", tail first" : "";
 }
 
 /** Body that turns by more than half a circle in a beat. */

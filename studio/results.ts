@@ -29,8 +29,8 @@ export class Results {
       if (tile !== null) tile.hidden = name.startsWith("turn_") && !turning;
     }
     part("speed_bl").textContent = `${words.digits(values.speed_bl)} BL/s`;
-    part("swum").textContent =
-      `${robot.robot}${robot.factors === undefined ? "" : ", changed body"}, ${words.gaitText(gait)}`;
+    const body = robot.factors === undefined ? "" : ", changed body";
+    part("swum").textContent = `${robot.robot}${body}, ${words.gaitText(gait)}${words.backward(values)}`;
     part("numbers").textContent = SHORT.map(
       (name) => `${words.digits(values[name], 3)} ${words.meaning(name).unit}`,
     ).join(" · ");
@@ -57,7 +57,7 @@ export class Results {
 
   private say(values: words.Quantities, frequency: number, more: string): void {
     const box = part("status");
-    box.textContent = words.verdict(values) + words.backward(values) + words.spin(values, frequency) + more;
+    box.textContent = words.verdict(values) + words.spin(values, frequency) + more;
     box.dataset.status = words.statusOf(values);
   }
 }

@@ -11,12 +11,16 @@ before(async () => {
 });
 after(() => chrome.close());
 
+/** Click in the File menu, which closes then. */
+async function choose(page, kind) {
+  await page.locator(".menu summary").click();
+  await page.locator(`[data-save="${kind}"]`).click();
+  assert.equal(await page.locator(".menu[open]").count(), 0);
+}
+
 /** Click in the File menu; return where the saved file lies. */
 async function saved(page, kind) {
-  await page.locator(".menu").evaluate((menu) => {
-    menu.open = true;
-  });
-  const [download] = await Promise.all([page.waitForEvent("download"), page.locator(`[data-save="${kind}"]`).click()]);
+  const [download] = await Promise.all([page.waitForEvent("download"), choose(page, kind)]);
   const file = `${SHOTS}/${download.suggestedFilename()}`;
   await download.saveAs(file);
   return file;
@@ -99,7 +103,7 @@ test("charts are saved as SVG, a map with its colors as a picture in it", async 
   assert.ok(front.texts.includes("cost of transport [J/(kg m)]"), front.texts.join("|"));
   assert.ok(front.paths > 20);
   await page.locator("#tab-paper").click();
-  await page.locator('[data-save="chart"]').click();
+  await choose(page, "chart");
   assert.match(await told(page), /has no chart to save/);
   assert.deepEqual(faults, []);
   await close();

@@ -163,6 +163,22 @@ test("keys turn a knob, and typing sets it", async () => {
   await close();
 });
 
+test("what is typed beyond a knob's range becomes its end", async () => {
+  const { page, close } = await open(chrome, { hash: "#robot=hypertuna" });
+  const field = page.locator('.knob:has([data-knob="frequency"]) input[type="number"]');
+  for (const [typed, kept] of [
+    ["20", 6],
+    ["-3", 0.1],
+  ]) {
+    await field.fill(typed);
+    await field.press("Enter");
+    await settled(page);
+    assert.equal(Number(await field.inputValue()), kept);
+    assert.equal((await setting(page)).frequency, kept);
+  }
+  await close();
+});
+
 test("the gradient beside a knob is the change of the number", async () => {
   const { page, close } = await open(chrome, { hash: "#robot=hypertuna" });
   await choose(page, "[data-gaits]", "optimised-0.3");

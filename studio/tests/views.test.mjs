@@ -117,6 +117,22 @@ test("a speed that no gait reaches is told, and a search can be stopped", async 
   await close();
 });
 
+test("a search that fails gives the knobs back; one that is overtaken leaves them", async () => {
+  const { page, close } = await at("front");
+  const before = await setting(page);
+  await page.locator('#front input[type="number"]').fill("0.9");
+  await page.getByRole("button", { name: "Least cost at", exact: true }).click();
+  assert.match(await ended(page), /No search reached 0.9 m\/s/);
+  await settled(page);
+  assert.deepEqual(await setting(page), before);
+  await page.getByRole("button", { name: "Maximum speed" }).click();
+  await turn(page, "frequency", 2);
+  await page.waitForFunction(() => /Stopped/.test(document.querySelector("#front").textContent));
+  await page.waitForTimeout(500);
+  assert.equal((await setting(page)).frequency, 2);
+  await close();
+});
+
 test("a published gait swims from its card, with what was published of it", async () => {
   const { page, faults, close } = await at("paper");
   const card = page.locator("#paper .card").filter({ hasText: "unoptimised-max" });
