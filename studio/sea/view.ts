@@ -149,7 +149,7 @@ export class SeaRoom {
     }
     const { name, text } = robot.missions[mission] ?? { name: "", text: "" };
     const scatter = seed === 0 ? "" : `; current and satellites as seed ${seed} scatters them`;
-    this.note.textContent = `${name}: ${text}${scatter}.`;
+    this.note.textContent = `${name}: ${text}${scatter}. The pilot on board chooses the gaits, not the knobs.`;
     try {
       const calculator = await this.needs.another(robot);
       const live = await Live.start(calculator, robot, mission, seed);
