@@ -8,7 +8,7 @@ export interface Model {
   joints: string;
 }
 
-/** What is told of a choice. */
+/** Handlers of the choices. */
 export interface Chosen {
   robot(name: string): void;
   gait(name: string): void;

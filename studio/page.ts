@@ -1,4 +1,4 @@
-// The page: what is chosen, and who is told when it changes.
+// The page: the present choice, and what follows when it changes.
 import { Beats } from "./beats.ts";
 import { type Factors, known } from "./changes.ts";
 import { Choices, type Model } from "./choices.ts";

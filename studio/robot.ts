@@ -102,7 +102,7 @@ export const changedKey = (robot: Robot, count: number): string => `${robot.key}
 /** The robot that a key is of; "" where its body is as described. */
 export const bodyOf = (key: string): string => (key.includes(CHANGED) ? (key.split(CHANGED)[0] ?? "") : "");
 
-/** Whether two keys are of one robot, whatever its body. */
+/** Whether two keys name the same robot, with any body. */
 export const sameRobot = (a: string | undefined, b: string | undefined): boolean =>
   a?.split(CHANGED)[0] === b?.split(CHANGED)[0];
 

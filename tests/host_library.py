@@ -20,6 +20,14 @@ import pytest
 from hypertuna.arrays import Array
 from hypertuna.swimming.gait import Gait
 
+ROBOTS = (
+    "hypertuna",
+    "rexeel",
+    "rexeel-theory",
+    "examples/minnow.toml",
+    "examples/myfish.toml",
+    "examples/servofish.toml",
+)
 TOP = Path(__file__).parents[1]
 LIBRARY = TOP / "build/hosts/libhypertuna.so"
 CORE = TOP / "build/studio/core.wasm"

@@ -1,7 +1,7 @@
 // The worker that reads a log, beside the page.
 import { type Log, readLog } from "./log.ts";
 
-/** What the page asks: a file; and what it is told. */
+/** The request, a file, and its answer. */
 export interface File {
   name: string;
   content: Uint8Array;

@@ -4,7 +4,6 @@ The page's own code makes the changed images and files here, in Node.js.
 """
 
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import hypertuna as ht
-from host_library import InNode
+from host_library import ROBOTS, InNode
 from host_library import Robot as InHost
 from hypertuna.arrays import Array
 from hypertuna.cli.main import app
@@ -27,32 +26,8 @@ from image_file import columns_of, text_of
 from studio_code import Page
 
 TOP = Path(__file__).parents[2]
-ROBOTS = (
-    "hypertuna",
-    "rexeel",
-    "rexeel-theory",
-    "examples/minnow.toml",
-    "examples/myfish.toml",
-    "examples/servofish.toml",
-)
 SAME = 1e-12  # relative
 HINGE = {"link": 7, "stiffness_n_m_per_rad": 1.5, "damping_n_m_s_per_rad": 0.001}
-
-
-@pytest.fixture(scope="module")
-def page() -> Iterator[Page]:
-    """Where bodies are changed."""
-    page = Page()
-    yield page
-    page.close()
-
-
-@pytest.fixture(scope="module")
-def core() -> Iterator[InNode]:
-    """The core in WebAssembly."""
-    core = InNode()
-    yield core
-    core.close()
 
 
 def bodies(image: bytes, seed: int) -> list[dict[str, float]]:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from host_library import Host, InNode, Native, Robot, Twin
+from host_library import ROBOTS, Host, InNode, Native, Robot, Twin
 from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
@@ -24,14 +24,6 @@ from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import KINDS, Gait, Gaits
 from hypertuna.swimming.model import core_model
 
-ROBOTS = (
-    "hypertuna",
-    "rexeel",
-    "rexeel-theory",
-    "examples/minnow.toml",
-    "examples/myfish.toml",
-    "examples/servofish.toml",
-)
 SAME = 1e-10  # relative: both are the same arithmetic but for its order
 ITERATED = {
     "distance_to_settled",

@@ -1,6 +1,5 @@
 """The fit's uncertainty that the studio shows is Python's own: samples of the same seed, and their quantiles."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -25,22 +24,6 @@ FIT = {  # of the drag and of a link's mass, which changes a slender rod's inert
     **{"units": ["1", "kg"], "scale": ["log", "natural"], "value": [3.9829, 0.049], "lower": [1.0, 0.03]},
     **{"upper": [9.0, 0.07], "covariance": [[0.04, 0.0], [0.0, 2.5e-5]]},
 }
-
-
-@pytest.fixture(scope="module")
-def page() -> Iterator[Page]:
-    """Where samples are made and summed up."""
-    page = Page()
-    yield page
-    page.close()
-
-
-@pytest.fixture(scope="module")
-def core() -> Iterator[InNode]:
-    """The core in WebAssembly."""
-    core = InNode()
-    yield core
-    core.close()
 
 
 def fitted() -> ht.Robot:

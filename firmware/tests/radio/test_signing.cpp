@@ -114,7 +114,7 @@ static void begin_signing(Bench& bench) {
     CHECK(bench.app.radio.signing.on);
 }
 
-/// A modem's status has no signature: under whatever name it comes, it says nothing of who else sends under that name.
+/// A modem's status has no signature. Its system and component ids do not count as a station's.
 static void test_status_of_a_modem() {
     Bench bench;
     begin_signing(bench);

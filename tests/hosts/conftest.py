@@ -1,0 +1,24 @@
+"""What the tests of hosts share: the page's code and the core in WebAssembly, both in Node.js."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from host_library import InNode
+from studio_code import Page
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[Page]:
+    """The page's own code, where bodies are changed and samples are summed up."""
+    page = Page()
+    yield page
+    page.close()
+
+
+@pytest.fixture(scope="module")
+def core() -> Iterator[InNode]:
+    """The core in WebAssembly."""
+    core = InNode()
+    yield core
+    core.close()
