@@ -20,6 +20,7 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 import hypertuna as ht
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import find_firmware, missing
+from hypertuna.firmware.parameters import firmware_table
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.upload import download, upload
 from hypertuna.radio.client import connect
@@ -28,6 +29,7 @@ from hypertuna.radio.parameters import read_parameters, set_parameter
 from hypertuna.swimming.gait import named_gait
 from radio_bench import free_port, running
 
+PARAMETERS = len(firmware_table(ht.load("hypertuna")).parameters)
 WIRE = 115200  # bit/s: as a cable, so that a test takes seconds
 
 
@@ -174,7 +176,7 @@ WAYPOINTS = """QGC WPL 110
 SCRIPT = (
     ("", "online system 1"),
     ("param set LINK_RATE 115200", ""),
-    ("param fetch", "Received 75 parameters"),
+    ("param fetch", f"Received {PARAMETERS} parameters"),
     ("param set LEARNING 0.2", ""),
     ("param show LEARNING", "LEARNING         0.2"),
     ("wp load {waypoints}", "MISSION_ACK: TYPE_MISSION: ACCEPTED"),

@@ -171,6 +171,27 @@ inline mavlink_gps_global_origin_t global_origin(const Vehicle& vehicle) {
     return m;
 }
 
+/// Counts of accelerometer, gyroscope and compass as converted last, in the robot's axes, for their calibration.
+inline mavlink_raw_imu_t raw_imu(const Vehicle& vehicle) {
+    const auto counts = [&](int channel) { return whole<std::int16_t>(mean(vehicle.raw.channel[channel]), 1.0f); };
+    constexpr int acceleration = first_channel("acceleration"), rate = first_channel("rate");
+    constexpr int field = first_channel("field");
+    mavlink_raw_imu_t m{};
+    m.time_usec = snapshot(vehicle).tick * 10000ull, m.temperature = 0;
+    m.xacc = counts(acceleration), m.yacc = counts(acceleration + 1), m.zacc = counts(acceleration + 2);
+    m.xgyro = counts(rate), m.ygyro = counts(rate + 1), m.zgyro = counts(rate + 2);
+    m.xmag = counts(field), m.ymag = counts(field + 1), m.zmag = counts(field + 2);
+    return m;
+}
+
+/// Absolute pressure of the depth sensor; NaN where it does not answer. Its temperature is not read.
+inline mavlink_scaled_pressure_t scaled_pressure(const Vehicle& vehicle) {
+    mavlink_scaled_pressure_t m{};
+    m.time_boot_ms = milliseconds(snapshot(vehicle)), m.temperature = std::numeric_limits<std::int16_t>::max();
+    m.press_abs = 0.1f * mean(vehicle.raw.channel[first_channel("depth")]);  // hPa: a count is 10 Pa
+    return m;
+}
+
 inline mavlink_autopilot_version_t autopilot_version(const Snapshot&) {
     mavlink_autopilot_version_t m{};
     m.capabilities = MAV_PROTOCOL_CAPABILITY_MISSION_INT | MAV_PROTOCOL_CAPABILITY_COMMAND_INT |

@@ -57,6 +57,8 @@ inline constexpr TelemetryMessage telemetry_messages[] = {
     every<mission_current>(1000),
     every<autopilot_version>(0),
     every<global_origin>(0),
+    every<raw_imu>(0),
+    every<scaled_pressure>(0),
 };
 inline constexpr int streams = int(sizeof(telemetry_messages) / sizeof(telemetry_messages[0]));
 

@@ -10,7 +10,7 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int max_parameters = 96;
+inline constexpr int max_parameters = 104;
 
 /// Limits of supervisor and radio.
 struct Limits {

@@ -48,7 +48,7 @@ static void test_parameters() {
     bench.board.said.clear();
     mavlink_param_request_list_t list{};
     list.target_system = 1;
-    bench.say(list, 2000);
+    bench.say(list, 3000);
     const auto values = said<mavlink_param_value_t>(bench.board.said);
     CHECK(int(values.size()) == parameter_count(bench.vehicle()));
     for (std::size_t i = 0; i < values.size(); ++i) CHECK(values[i].param_index == i);
@@ -134,6 +134,35 @@ static void test_radio_budget() {
     for (int k = 1; k < streams; ++k) CHECK(bench.app.radio.telemetry.stream[k].sent > 0);
 }
 
+/// Counts and pressure for calibrations are sent when asked for: those that reading = scale (counts - zero) begins
+/// with.
+static void test_raw_readings() {
+    Bench bench;
+    CHECK(said<mavlink_raw_imu_t>(bench.board.said).empty() &&
+          said<mavlink_scaled_pressure_t>(bench.board.said).empty());
+    for (int id : {MAVLINK_MSG_ID_RAW_IMU, MAVLINK_MSG_ID_SCALED_PRESSURE})
+        bench.say(command(MAV_CMD_SET_MESSAGE_INTERVAL, float(id), 2e5f));
+    bench.run(1000);
+    const auto imu = said<mavlink_raw_imu_t>(bench.board.said);
+    const auto pressure = said<mavlink_scaled_pressure_t>(bench.board.said);
+    CHECK(imu.size() > 10 && pressure.size() > 10);
+    const Calibration& c = bench.vehicle().model.calibration;
+    const auto reading = [&](const char* name, int k, float counts) {
+        int first = 0;
+        visit_channels(
+            [&](const auto& channel, int at) { first = std::string_view(channel.name) == name ? at : first; });
+        return c.scale[first + k] * (counts - c.zero[first + k]);
+    };
+    for (const auto& m : imu) {
+        CHECK_NEAR(reading("acceleration", 0, m.xacc), 0, 0.1);
+        CHECK_NEAR(reading("acceleration", 2, m.zacc), 9.81, 0.1);
+        CHECK_NEAR(reading("rate", 2, m.zgyro), 0, 0.02);
+        CHECK_NEAR(reading("field", 0, m.xmag), -0.6, 0.03);
+        CHECK_NEAR(reading("field", 2, m.zmag), -0.8, 0.03);
+    }
+    for (const auto& m : pressure) CHECK_NEAR(reading("depth", 0, 10 * m.press_abs), 0.05, 0.03);
+}
+
 /// A radio whose buffer fills up gets less, and more again when it is empty.
 static void test_radio_status() {
     Bench bench;
@@ -207,5 +236,6 @@ int main() {
     test_who_is_heard();
     test_radio_budget();
     test_radio_status();
+    test_raw_readings();
     return failures();
 }

@@ -32,8 +32,9 @@ CONVERTER = 65536  # counts of the analog converter's range
 SIGNED = 32768  # counts of the upper end of a digital sensor's range
 PASCALS = 10.0  # per count of the depth sensor
 NAME_LENGTH_MAX = 16  # characters of a name in MAVLink
-PARAMETERS_MAX = 96  # firmware/app/vehicle/parameters.hpp
+PARAMETERS_MAX = 104  # firmware/app/vehicle/parameters.hpp
 TRIM = 2e-4  # maximum correction of a servo's pulse [s]
+OFFSET = SIGNED / 100  # maximum correction of an axis of gyroscope or accelerometer [counts]
 
 Field = tuple[str, str, int]  # part, column, index
 
@@ -106,13 +107,17 @@ RULES = (
     *itertools.chain.from_iterable(
         (
             _Rule("calibration", f"{name}_zero", -CONVERTER, CONVERTER, bounds=True),
-            _Rule("calibration", f"{name}_scale"),
+            _Rule("calibration", f"{name}_scale", 0.25, 4.0),
         )
         for name in ANALOG
     ),
+    _Rule("calibration", "rate_zero", -OFFSET, OFFSET, bounds=True),
+    _Rule("calibration", "accel_zero", -OFFSET, OFFSET, bounds=True, column="acceleration_zero"),
+    _Rule("calibration", "accel_scale", 0.9, 1.1, column="acceleration_scale"),
     _Rule("calibration", "depth_zero", 0.8, 1.2),
+    _Rule("calibration", "depth_scale", 0.9, 1.1),
     _Rule("calibration", "field_zero", -SIGNED, SIGNED, bounds=True),
-    _Rule("calibration", "field_scale"),
+    _Rule("calibration", "field_scale", 0.1, 200.0),  # counts of a compass depend on its chip
     _Rule("calibration", "servo_trim", -TRIM, TRIM, bounds=True),
     _Rule("limits", "manual_timeout", 0.1, 1.0),
     _Rule("limits", "link_timeout", 0.2, 2.0),

@@ -18,8 +18,15 @@ KINDS = {
     "bend": ("deg", 180 / math.pi),
     "pressure": ("kPa", 1e-3),
     "current": ("A", 1.0),
+    "voltage": ("V", 1.0),
+    "depth": ("m", 1.0),
     "servo": ("deg", 180 / math.pi),
+    "accelerometer": ("m/s^2", 1.0),
+    "gyroscope": ("rad/s", 1.0),
+    "compass": ("%", 100.0),
 }
+AXES = ("accelerometer", "gyroscope", "compass")  # of three axes each (imu.py)
+SINGLE = ("voltage", "depth", *AXES)  # one per robot: no number behind the name
 COLUMNS = ("sensor", "counts", "reference")
 MICRO = 1e-6
 SCATTER_MAX = 0.1  # rms of the residuals over the references' span
@@ -35,6 +42,7 @@ class Calibration:
     parameters: dict[str, float]  # values to set on the robot [SI]
     rms: float  # of the residuals, in SI of the reference
     points: int
+    notes: tuple[str, ...] = ()  # what else the fit says
 
     @property
     def reading(self) -> tuple[float, str]:
@@ -45,16 +53,27 @@ class Calibration:
     def record(self) -> dict[str, Any]:
         """Return the JSON record."""
         rms, unit = self.reading
-        return {"sensor": self.sensor, "points": self.points, f"rms_{unit.lower()}": rms, "parameters": self.parameters}
+        name = {"m/s^2": "m_s2", "rad/s": "rad_s", "%": "percent"}.get(unit, unit.lower())
+        fit = {"sensor": self.sensor, "points": self.points, f"rms_{name}": rms}
+        return fit | {"parameters": self.parameters, "notes": list(self.notes)}
 
 
 def parse_sensor(text: str) -> tuple[str, int]:
-    """Return kind and number of a sensor or servo, such as pressure_3."""
+    """Return kind and number of a sensor or servo, such as pressure_3; 0 for one without number, such as depth."""
+    if text in SINGLE:
+        return text, 0
     match = re.fullmatch(r"([a-z]+)_(\d)", text)
-    if match is None or match[1] not in KINDS:
-        fix = did_you_mean(text, [f"{kind}_0" for kind in KINDS])
+    if match is None or match[1] not in KINDS or match[1] in SINGLE:
+        fix = did_you_mean(text, [kind if kind in SINGLE else f"{kind}_0" for kind in KINDS])
         raise InputError("must name a sensor or a servo by kind and number", key="sensor", value=shown(text), fix=fix)
     return match[1], int(match[2])
+
+
+def zero_and_scale(sensor: str) -> tuple[str, str]:
+    """Return the parameters of a sensor with a straight line: bend_zero_0, bend_scale_0."""
+    kind, number = parse_sensor(sensor)
+    end = "" if kind in SINGLE else f"_{number}"
+    return f"{kind}_zero{end}", f"{kind}_scale{end}"
 
 
 def read_pairs(path: str | Path) -> list[Pair]:
@@ -68,7 +87,11 @@ def read_pairs(path: str | Path) -> list[Pair]:
 
 def _pair(_: int, cells: dict[str, str]) -> Pair:
     """Return the pair of a row."""
-    unit, factor = KINDS[parse_sensor(cells["sensor"])[0]]
+    kind, _ = parse_sensor(cells["sensor"])
+    if kind in AXES:
+        fix = "give `--sensor` and `--connect`"
+        raise InputError("must be calibrated live", key="sensor", value=cells["sensor"], fix=fix)
+    unit, factor = KINDS[kind]
     counts = CELL.check(parse_float(cells["counts"]), "counts", "give a number")
     reference = CELL.check(parse_float(cells["reference"]), "reference", f"give it in {unit}")
     return cells["sensor"], counts, reference / factor
@@ -100,6 +123,6 @@ def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[
         if kind == "servo":
             parameters = {f"servo_trim_{number}": zero * MICRO - pulse_center}
         else:
-            parameters = {f"{kind}_zero_{number}": zero, f"{kind}_scale_{number}": scale}
+            parameters = dict(zip(zero_and_scale(sensor), (zero, scale), strict=True))
         calibrations.append(Calibration(sensor, parameters, rms, len(table)))
     return tuple(calibrations)

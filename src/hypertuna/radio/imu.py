@@ -1,0 +1,206 @@
+"""Calibrate accelerometer, gyroscope and compass from counts in the robot's axes: x to the tail, y starboard, z up.
+
+A sensor that is turned in a constant field (gravity, magnetic field) reads points of an ellipsoid. The fit makes it a
+sphere: |scale (counts - zero)| = field, by least squares without the outliers of jerks. Nothing is returned from
+samples that do not determine zero and scale.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from hypertuna import _core
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError
+from hypertuna.radio.calibration import Calibration
+
+AXES = "xyz"
+SAMPLES_MIN = 20
+SCATTER_MAX = {"compass": 0.05, "accelerometer": 0.02}  # rms of the residuals over the field
+ERROR_MAX = 0.02  # standard error of a zero over the field: 1 deg
+RATIO_MAX = 1.5  # of the scales of two axes: a soft-iron part beyond it is a faulty sensor, or samples in a plane
+COVERED_MIN = 10  # of the 12 directions of a dodecahedron's faces, for the compass
+STILL_MAX = 0.02  # standard deviation of a gyroscope that rests [rad/s]
+CREEP_MAX = 0.005  # change of its mean from the first to the second half [rad/s]
+DIP_SPREAD_MAX = math.radians(10)  # of the angle between field and level, over all positions
+ALONG_MIN = math.cos(math.radians(25))  # of gravity along an axis that is held up or down
+
+GOLDEN = (1 + math.sqrt(5)) / 2
+FACES = np.array(  # unit vectors through the faces of a dodecahedron, (12, 3)
+    [np.roll((0.0, a, b * GOLDEN), k) for k in range(3) for a in (-1, 1) for b in (-1, 1)]
+) / math.hypot(1, GOLDEN)
+
+
+class Position(NamedTuple):
+    """A position of the robot while the accelerometer is calibrated."""
+
+    text: str
+    up: tuple[int, int, int] | None  # what the axes x, y, z read of gravity; None: between the others, as a check
+
+
+POSITIONS = (
+    Position("level", (0, 0, 1)),
+    Position("on its back", (0, 0, -1)),
+    Position("on its port side", (0, 1, 0)),
+    Position("on its starboard side", (0, -1, 0)),
+    Position("nose up", (-1, 0, 0)),
+    Position("nose down", (1, 0, 0)),
+    Position("nose half up", None),
+    Position("rolled half to starboard", None),
+    Position("rolled half to port, nose half down", None),
+)
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """An axis-aligned ellipsoid of counts as a sphere of readings."""
+
+    zero: Array  # (3,) [counts]
+    scale: Array  # (3,) [SI per count]
+    rms: float  # of the readings' norm from the field [SI]
+    error: float  # standard error of the least certain zero [SI]
+
+    def readings(self, counts: Array) -> Array:
+        """Return the readings (n, 3) [SI] of counts (n, 3)."""
+        read: Array = self.scale * (counts - self.zero)
+        return read
+
+
+def fit_sphere(counts: Array, field: float) -> Sphere | None:
+    """Fit zero and scale of three axes to counts (n, 3) in a field [SI]; None if the samples do not determine them."""
+    middle = (counts.max(axis=0) + counts.min(axis=0)) / 2
+    half = np.ptp(counts, axis=0) / 2
+    if not (half > 0).all():
+        return None
+    unit = (counts - middle) / half
+    rows = np.hstack([unit**2, unit])
+    parts, _, rank, _ = np.linalg.lstsq(rows, np.ones(len(rows)), rcond=1e-6)
+    if rank < 6 or not (parts[:3] > 0).all():
+        return None
+    # a x^2 + d x = 1 on each axis: center -d / 2 a, and the sum of a x^2 about it is 1 + sum d^2 / 4 a.
+    center = -parts[3:] / (2 * parts[:3])
+    size = np.sqrt(parts[:3] / (1 + parts[:3] @ center**2))
+
+    def residuals(p: Array) -> Array:
+        short: Array = np.linalg.norm(p[3:] * (unit - p[:3]), axis=1) - 1
+        return short
+
+    fit = least_squares(residuals, np.concatenate([center, size]), loss="soft_l1", f_scale=0.02)
+    center, size = fit.x[:3], np.abs(fit.x[3:])
+    free = len(unit) - 6
+    left = residuals(fit.x)
+    try:
+        covariance = np.linalg.inv(fit.jac.T @ fit.jac) * (left @ left) / max(1, free)
+    except np.linalg.LinAlgError:
+        return None
+    error = float(np.max(np.sqrt(np.diag(covariance)[:3]) * size))
+    rms = math.sqrt(float(left @ left) / max(1, free))
+    return Sphere(middle + half * center, field * size / half, field * rms, field * error)
+
+
+def covered(directions: Array) -> int:
+    """Count the faces of a dodecahedron that vectors (n, 3) from its center pass through."""
+    return len(set(np.argmax(directions @ FACES.T, axis=1)))
+
+
+def calibrate_compass(counts: Array, acceleration: Array | None = None) -> Calibration:
+    """Fit the compass to counts (n, 3) of a robot that is turned in all directions; the field's strength becomes 1.
+
+    With the accelerometer's readings (n, 3) [m/s^2], the field must keep its angle to gravity: it does not if the axes
+    of the two sensors differ.
+    """
+    sphere = _fit("compass", counts, 1.0, "turn it nose up, nose down, on both sides and on its back, far from iron")
+    read = sphere.readings(counts)
+    if (faces := covered(read)) < COVERED_MIN:
+        fix = "go on turning it: nose up, nose down, on both sides and on its back, in several headings"
+        raise InputError("must be turned in all directions", key="compass", value=_share(faces), fix=fix)
+    notes = [f"{_share(faces)} are covered"]
+    if acceleration is not None:
+        notes.append(_dip(read, acceleration))
+    return _calibration("compass", "field", sphere, len(counts), notes)
+
+
+def _share(faces: int) -> str:
+    return f"{faces} of {len(FACES)} directions"
+
+
+def _dip(field: Array, acceleration: Array) -> str:
+    """Check the angle between field and gravity in samples without jerks, and return its sentence."""
+    size = np.linalg.norm(acceleration, axis=1)
+    calm = np.abs(size - _core.GRAVITY) < 0.1 * _core.GRAVITY
+    if np.count_nonzero(calm) < SAMPLES_MIN:
+        fix = "turn it more slowly, and calibrate the accelerometer first"
+        value = f"{np.count_nonzero(calm)} of {len(calm)} samples"
+        raise InputError("must be turned without jerks", key="compass", value=value, fix=fix)
+    up = np.sum(field[calm] * acceleration[calm], axis=1) / size[calm] / np.linalg.norm(field[calm], axis=1)
+    dip = -np.arcsin(np.clip(up, -1, 1))
+    if (spread := float(np.std(dip))) > DIP_SPREAD_MAX:
+        fix = "the axes of compass and accelerometer differ: check how the IMU is mounted, and its axes"
+        value = f"it varies by {math.degrees(spread):.0f} deg"
+        raise InputError("must see the field at a constant angle to gravity", key="compass", value=value, fix=fix)
+    return f"the field dips by {math.degrees(float(np.mean(dip))):.0f} +- {math.degrees(spread):.0f} deg"
+
+
+def calibrate_accelerometer(means: Mapping[Position, Array]) -> Calibration:
+    """Fit the accelerometer to its mean counts (3,) in each of POSITIONS."""
+    counts = np.array([means[position] for position in POSITIONS])
+    sphere = _fit("accelerometer", counts, _core.GRAVITY, "hold it still in each position, and check the IMU's wires")
+    for position, read in zip(POSITIONS, sphere.readings(counts), strict=True):
+        if position.up is not None and read @ np.array(position.up) < ALONG_MIN * _core.GRAVITY:
+            seen = ", ".join(f"{AXES[k]} {value / _core.GRAVITY:.1f}" for k, value in enumerate(read))
+            fix = "hold it as asked, or turn the IMU: x to the tail, y to starboard, z up"
+            rule = f"must read gravity along {_axis(position.up)} {position.text}"
+            raise InputError(rule, key="accelerometer", value=f"{seen} g", fix=fix)
+    return _calibration("accelerometer", "accel", sphere, len(counts), [])
+
+
+def _axis(up: Sequence[int]) -> str:
+    k = int(np.argmax(np.abs(up)))
+    return f"{'+' if up[k] > 0 else '-'}{AXES[k]}"
+
+
+def calibrate_gyroscope(counts: Array, scale: Array) -> Calibration:
+    """Return the zeros of a gyroscope that rests, from counts (n, 3) and its scale (3,) [rad/s per count]."""
+    _enough("gyroscope", counts)
+    read = counts * scale
+    spread = float(np.max(np.std(read, axis=0)))
+    half = len(read) // 2
+    creep = float(np.max(np.abs(read[:half].mean(axis=0) - read[half:].mean(axis=0))))
+    if spread > STILL_MAX or creep > CREEP_MAX:
+        value = f"it turns by {max(spread, creep):.3g} rad/s"
+        raise InputError("must rest", key="gyroscope", value=value, fix="put it on a table, and touch nothing")
+    zero = counts.mean(axis=0)
+    return Calibration("gyroscope", {f"rate_zero_{k}": float(zero[k]) for k in range(3)}, spread, len(counts))
+
+
+def _enough(sensor: str, counts: Array) -> None:
+    if len(counts) < SAMPLES_MIN:
+        value, fix = f"{len(counts)} samples", "come nearer to the robot, and wait longer"
+        raise InputError(f"must have at least {SAMPLES_MIN} samples", key=sensor, value=value, fix=fix)
+
+
+def _fit(sensor: str, counts: Array, field: float, fix: str) -> Sphere:
+    """Fit a sphere, or say why it is not good enough."""
+    if sensor == "compass":
+        _enough(sensor, counts)
+    sphere = fit_sphere(counts, field)
+    if sphere is None or sphere.scale.max() > RATIO_MAX * sphere.scale.min():
+        value = "they lie in a plane, or a sensor is faulty"
+        raise InputError("must have samples that determine all axes", key=sensor, value=value, fix=fix)
+    if sphere.rms > SCATTER_MAX[sensor] * field:
+        value = f"off it by {100 * sphere.rms / field:.1f} %"
+        raise InputError("must read a field of constant strength", key=sensor, value=value, fix=fix)
+    if sphere.error > ERROR_MAX * field:
+        value = f"known to {100 * sphere.error / field:.1f} % of the field"
+        raise InputError("must have samples that determine its zeros", key=sensor, value=value, fix=fix)
+    return sphere
+
+
+def _calibration(sensor: str, name: str, sphere: Sphere, points: int, notes: Sequence[str]) -> Calibration:
+    parameters = {f"{name}_zero_{k}": float(sphere.zero[k]) for k in range(3)}
+    parameters |= {f"{name}_scale_{k}": float(sphere.scale[k]) for k in range(3)}
+    return Calibration(sensor, parameters, sphere.rms, points, tuple(notes))
