@@ -58,18 +58,12 @@ std::optional<HostModel> read_model(const NamedColumns& columns, std::string& fa
     return HostModel{std::move(*model), mass};
 }
 
-/// A mission and its world: `sea` is the robot's world, of which a mission has current and bottom of its own.
-std::optional<MissionParts> read_mission(const NamedColumns& columns, const Sea<double>& sea, std::string& fault) {
+/// A mission and its world.
+std::optional<MissionParts> read_mission(const NamedColumns& columns, std::string& fault) {
     ColumnReader in(columns);
     std::optional<MissionData> data = take(load_mission(columns), fault);
-    World world{false, sea, {}};
-    if (const NamedColumn* gaps = in.find("gaps")) world.gaps = in.numbers("gaps", gaps->rows, 2);
-    world.sea->bottom = in.number("bottom");
-    for (int k = 0; k < 2; ++k) {
-        const double high = in.number("current", k), deep = in.number("current_bottom", k);
-        world.sea->current[k] = high;
-        world.sea->shear[k] = std::isfinite(world.sea->bottom) ? (deep - high) / world.sea->bottom : 0;
-    }
+    std::optional<World> world = take(load_world(columns), fault);
+    if (world && !world->sea) in.refuse("sea.density: is missing");
     const double hash = in.number("scatter.hash");
     if (!(0 <= hash && hash < 4294967296.0)) in.refuse("scatter.hash: must be a whole number of 32 bits");
     Scatter scatter{in.number("scatter.current"), in.whole("scatter.gaps", 0, 1000), in.number("scatter.gap"),
@@ -79,9 +73,9 @@ std::optional<MissionParts> read_mission(const NamedColumns& columns, const Sea<
     const std::vector<double> pose = in.numbers("pose", 7);
     const double charge = in.number("charge");
     if (fault.empty()) fault = in.fault();
-    if (!data || !fault.empty()) return std::nullopt;
+    if (!data || !world || !fault.empty()) return std::nullopt;
     return MissionParts{std::move(*data),
-                        std::move(world),
+                        std::move(*world),
                         scatter,
                         std::uint64_t(ticks),
                         {{pose[0], pose[1], pose[2]}, {pose[3], pose[4], pose[5], pose[6]}, {0, 0}},
@@ -90,17 +84,14 @@ std::optional<MissionParts> read_mission(const NamedColumns& columns, const Sea<
 
 /// The pilot of a robot that has one, and its missions.
 void read_missions(const Image& image, TwinParts& parts, std::string& fault) {
-    const NamedColumns pilot = image.part("pilot."), world = image.part("world.");
+    const NamedColumns pilot = image.part("pilot.");
     if (pilot.empty()) return;
     parts.pilot = take(load_pilot(parts.controller, pilot), fault);
-    ColumnReader in(world);
-    const Sea<double> sea = read_sea<double>(in.row("sea", sea_columns).data());
-    if (fault.empty()) fault = in.fault();
     if (fault.empty() && !parts.plant.space) fault = "image: a pilot needs a robot that is described in space";
     for (int k = 0; fault.empty(); ++k) {
         const NamedColumns columns = image.part("missions." + std::to_string(k) + ".");
         if (columns.empty()) return;
-        if (std::optional<MissionParts> mission = read_mission(columns, sea, fault))
+        if (std::optional<MissionParts> mission = read_mission(columns, fault))
             parts.missions.push_back(std::move(*mission));
     }
 }

@@ -7,7 +7,7 @@
 using namespace hypertuna;
 
 /// Deep still fresh water.
-static Sea<double> still_sea() { return {1000, {0, 0}, {0, 0}, 1e300, 1e4, {0, 0.5, -0.866}}; }
+static Sea<double> still_sea() { return {1000, {0, 0}, {0, 0}, 1e300, 1e4, {0, 0.5, -0.866}, 101325}; }
 
 /// The body of a Fish in space, somewhat lower in its center of mass than in that of buoyancy.
 template <class Law>
@@ -173,6 +173,16 @@ static void bottom_by_hand() {
     CHECK_NEAR(current(sea, -9.0).x, 0.05, 1e-15);
     CHECK_NEAR(current(sea, 1.0).x, 0.2, 1e-15);
     CHECK_NEAR(current_rate(sea, -2.0, 0.3).x, 0.015, 1e-15);  // rising into the faster water
+}
+
+/// A sensor of absolute pressure shows the weather beside the depth: 10 hPa are 0.102 m of fresh water.
+static void depth_shown_by_hand() {
+    Sea<double> sea = still_sea();
+    CHECK_NEAR(depth_shown(sea, -2.0), 2, 1e-15);
+    CHECK(depth_shown(sea, 0.3) == 0);  // in the air
+    sea.air = 101325 - 2400;
+    CHECK_NEAR(depth_shown(sea, -2.0), 2 - 2400 / 9810.0, 1e-12);
+    CHECK_NEAR(depth_shown(sea, 0.3), -2400 / 9810.0, 1e-12);
 }
 
 /// Everything mirrored to port: forces across the plane stay, roll and yaw turn round.
@@ -389,6 +399,7 @@ int main() {
     fins_as_measured();
     surface_by_hand();
     bottom_by_hand();
+    depth_shown_by_hand();
     balance_by_hand();
     WaterLaws::each<double>([](auto law) { each_law<typename decltype(law)::type>(); });
     bobbing_keeps_its_energy();

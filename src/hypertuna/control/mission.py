@@ -47,6 +47,9 @@ class Mission:
     current: tuple[float, float] = (0.0, 0.0)  # at the surface
     current_bottom: tuple[float, float] = (0.0, 0.0)  # at the ground, linear in between
     gaps: tuple[tuple[float, float], ...] = field(default=())  # s: (start, end) without satellites
+    air_pressure: float = 101325.0  # Pa, at the surface
+    dip: float = math.radians(60)  # rad, of the magnetic field below the horizon
+    field_declination: float = 0.0  # rad, of the magnetic field east of north, whatever the robot was told
 
     @property
     def course(self) -> list[Point]:

@@ -190,6 +190,9 @@ def _mission(document: Document) -> Mission:
         current=(water.current * math.sin(water.toward), water.current * math.cos(water.toward)),
         current_bottom=(ground * math.sin(toward), ground * math.cos(toward)),
         gaps=document.gps.gaps,
+        air_pressure=document.weather.air_pressure,
+        dip=document.weather.dip,
+        field_declination=document.weather.declination,
     )
 
 

@@ -4,16 +4,15 @@ import contextlib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
-
 from hypertuna import _core
 from hypertuna.control.guidance import mission_columns, pilot_columns
 from hypertuna.control.sensors import channels, pilot_sensor_columns
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.mission.file import MissionFile, missions, read_mission, scatter_seed, scatter_span
-from hypertuna.mission.run import ENDINGS, FIN_KINDS, MissionStart, mission_start
+from hypertuna.mission.run import ENDINGS, FIN_KINDS, MissionStart, mission_start, sea_of
 from hypertuna.simulation.image import twin_image
+from hypertuna.simulation.sea import world_columns
 
 Ready = tuple[MissionFile, MissionStart]
 PLAIN = ("fence", "home", "home_radius", "start", "heading", "depth_max", "bottom", "current", "current_bottom", "stay")
@@ -49,11 +48,8 @@ def _ready(robot: Robot) -> Iterator[Ready]:
 def _columns(file: MissionFile, start: MissionStart) -> dict[str, Any]:
     """Return a mission by the names of `read_mission` in hosts/host.cpp."""
     mission, scatter = file.mission, file.scatter
-    return mission_columns(mission) | {
-        "current": mission.current,
-        "current_bottom": mission.current_bottom,
-        "bottom": mission.bottom,
-        "gaps": np.array(mission.gaps, dtype=np.float64).reshape(-1, 2),
+    world = world_columns(start.robot, sea_of(mission), mission.gaps)
+    return (mission_columns(mission) | world) | {
         "scatter.current": scatter.current,
         "scatter.gaps": scatter.gaps,
         "scatter.gap": scatter.gap,

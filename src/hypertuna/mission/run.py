@@ -108,14 +108,12 @@ def mission_start(
     given = fault_texts(faults)
     fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
     sensors = tuple(fault for fault in given if fault not in fins)
-    sheared = mission.current_bottom if math.isfinite(mission.bottom) else None
-    sea = Sea(current=mission.current, current_bottom=sheared, bottom=mission.bottom)
     capacity = battery_columns(robot)["charge"]
     controller = _core.Controller(controller_of(robot))
     core: dict[str, Any] = {
         "plant": parts.plant,
         "command": _core.Pilot(controller, pilot_columns(robot, table), mission_columns(mission)),
-        "world": world_at_sea(robot, sea, mission.gaps),
+        "world": world_at_sea(robot, sea_of(mission), mission.gaps),
         "sensors": _core.Sensors(pilot_sensor_columns(robot), SEEDS.check(seed, "seed")),
         "faults": list(read_faults(sensors, robot, limit, pilot=True)),
         "fin_faults": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
@@ -126,6 +124,18 @@ def mission_start(
         "every": every,
     }
     return MissionStart(robot, mission, table, limit, every, tick, capacity, core)
+
+
+def sea_of(mission: Mission) -> Sea:
+    """Return the water, the air and the magnetic field of a mission."""
+    return Sea(
+        current=mission.current,
+        current_bottom=mission.current_bottom if math.isfinite(mission.bottom) else None,
+        bottom=mission.bottom,
+        dip=mission.dip,
+        declination=mission.field_declination,
+        air_pressure=mission.air_pressure,
+    )
 
 
 def expected(mission: Mission, fastest: float = math.inf) -> float:

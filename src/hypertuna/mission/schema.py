@@ -22,6 +22,7 @@ from hypertuna.description.schema.base import (
     number,
 )
 from hypertuna.ranges import Range
+from hypertuna.simulation.sea import AIR, DIP, STANDARD_AIR
 
 MAX_SPEED = 5.0  # m/s of robot or water
 MAX_DEPTH = 1000.0  # m
@@ -37,6 +38,7 @@ Below = Annotated[float, number(Range(above=0, max=MAX_DEPTH))]
 Seconds = Annotated[float, number(Range(above=0, max=MAX_DURATION))]
 Moment = Annotated[float, number(Range(min=0, max=MAX_DURATION))]
 Reserve = Annotated[float, number(Range(min=0, below=1))]
+AirPressure = Annotated[float, number(AIR)]
 Pair = tuple[Real, Real]
 
 
@@ -96,6 +98,18 @@ class Water(Part):
     toward_bottom: Degrees | None = entry(
         "its direction there (default: as at the surface)", "deg", key="current_bottom_deg", default=None
     )
+
+
+class Weather(Part):
+    """The air, and the magnetic field."""
+
+    air_pressure: AirPressure = entry(
+        "pressure of the air at the surface, which a depth sensor measures too (default: 101325)",
+        "Pa",
+        default=STANDARD_AIR,
+    )
+    dip: Degrees = entry("angle of the magnetic field below the horizon (default: 60)", "deg", default=DIP)
+    declination: Degrees = entry("angle of the magnetic field east of north (default: 0)", "deg", default=0.0)
 
 
 class Limits(Part, table="limits"):
@@ -185,6 +199,7 @@ class Document(Part):
     )
     home: Home = entry("table of the home", default_factory=Home)
     water: Water = entry("table of the water", default_factory=Water)
+    weather: Weather = entry("table of the weather", default_factory=Weather)
     limits: Limits = entry("table of the bounds", default_factory=Limits)
     gps: Gps = entry("table of the fixes", default_factory=Gps)
     scatter: Scatter = entry("table of the randomized conditions", default_factory=Scatter)

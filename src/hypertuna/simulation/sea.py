@@ -11,10 +11,12 @@ from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, shown
-from hypertuna.ranges import FINITE, POSITIVE
+from hypertuna.ranges import FINITE, POSITIVE, Range
 
 DIP = math.radians(60)  # of the Earth's magnetic field below the horizon, at the latitudes of most lakes
 BOTTOM_RATE = 2 * math.pi * 10  # rad/s of the robot on the bottom: stiff, and resolved by the twin's steps
+STANDARD_AIR = 101325.0  # Pa, at which depth sensors are calibrated
+AIR = Range(min=30e3, max=110e3, unit="Pa")  # from the highest lakes to the highest weather
 FASTEST = 10.0  # m/s: no current is faster
 # Columns of a link in space, and their attributes in the table [spatial].
 LINKS = {name: name for name in ("com_height", "volume", "height", "width", "drag_vertical", "drag_roll")}
@@ -28,7 +30,9 @@ class Sea:
     current: tuple[float, float] = (0.0, 0.0)  # velocity of the water at the surface toward east and north [m/s]
     current_bottom: tuple[float, float] | None = None  # at the bottom, linear between; None for uniform [m/s]
     bottom: float = math.inf  # depth of the bottom [m]
-    dip: float = DIP  # of the magnetic field below the horizon; it points north [rad]
+    dip: float = DIP  # of the magnetic field below the horizon [rad]
+    declination: float = 0.0  # of the magnetic field east of north [rad]
+    air_pressure: float = STANDARD_AIR  # at the surface [Pa]
 
     def __post_init__(self) -> None:
         for key in ("current", "current_bottom"):
@@ -37,7 +41,9 @@ class Sea:
                 object.__setattr__(self, key, _current(key, values))
         if not (isinstance(self.bottom, float) and self.bottom == math.inf):
             POSITIVE.check(self.bottom, "bottom", "give the depth in m, or omit it for deep water")
-        FINITE.check(self.dip, "dip", "give the angle in radians")
+        for key in ("dip", "declination"):
+            FINITE.check(getattr(self, key), key, "give the angle in radians")
+        AIR.check(self.air_pressure, "air_pressure", "give the pressure in Pa")
         if self.current_bottom is not None and not math.isfinite(self.bottom):
             rule, fix = "needs the depth of the bottom", "give it in m"
             raise InputError(rule, key="current_bottom", fix=fix)
@@ -68,7 +74,12 @@ def _current(key: str, values: Any) -> tuple[float, float]:
 def world_at_sea(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = ()) -> _core.World:
     """Build the world around a robot at sea; in the gaps [s] there are no satellites."""
     space_columns(robot)  # raises where a table is missing
-    return _core.World(sea_columns(robot, sea) | {"gaps": np.array(gaps, dtype=np.float64).reshape(-1, 2)})
+    return _core.World(world_columns(robot, sea, gaps))
+
+
+def world_columns(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = ()) -> dict[str, Any]:
+    """Columns of the world around a robot at sea, and of the gaps [s] without satellites."""
+    return sea_columns(robot, sea) | {"gaps": np.array(gaps, dtype=np.float64).reshape(-1, 2)}
 
 
 def sea_columns(robot: Robot, sea: Sea) -> dict[str, Any]:
@@ -82,9 +93,10 @@ def sea_columns(robot: Robot, sea: Sea) -> dict[str, Any]:
         "shear_north": north,
         "bottom": sea.bottom,
         "stiffness": sum(robot.links.mass) * BOTTOM_RATE**2,
-        "field_east": 0.0,
-        "field_north": math.cos(sea.dip),
+        "field_east": math.cos(sea.dip) * math.sin(sea.declination),
+        "field_north": math.cos(sea.dip) * math.cos(sea.declination),
         "field_up": -math.sin(sea.dip),
+        "air": sea.air_pressure,
     }
     return {f"sea.{name}": value for name, value in numbers.items()}
 

@@ -13,21 +13,33 @@ struct Sea {
     S bottom;         // m, depth
     S stiffness;      // N/m of the bottom
     Vector<S> field;  // of the Earth's magnetism, as a unit vector
+    S air;            // Pa, at the surface
 };
 
 /// A sea as a row of numbers, in this order: how it comes from Python.
 inline constexpr const char* sea_columns[] = {"density", "current_east", "current_north", "shear_east",  "shear_north",
-                                              "bottom",  "stiffness",    "field_east",    "field_north", "field_up"};
+                                              "bottom",  "stiffness",    "field_east",    "field_north", "field_up", "air"};
 inline constexpr int sea_column_count = sizeof(sea_columns) / sizeof(sea_columns[0]);
 
 template <class S, class T>
 Sea<S> read_sea(const T* row) {
     const auto at = [row](int k) { return S(base_t<S>(row[k])); };
-    return {at(0), {at(1), at(2)}, {at(3), at(4)}, at(5), at(6), {at(7), at(8), at(9)}};
+    return {at(0), {at(1), at(2)}, {at(3), at(4)}, at(5), at(6), {at(7), at(8), at(9)}, at(10)};
 }
 
 /// Damping of the bottom, s/m: it pushes (1 - damping rise) times as hard on what rises from it, and never pulls.
 inline constexpr double bottom_damping = 4;
+
+/// Pressure that a depth sensor takes for the surface, Pa: the standard atmosphere (ISO 2533).
+inline constexpr double standard_air = 101325;
+
+/// Depth that a sensor of absolute pressure shows at a height z, where it is calibrated at the standard atmosphere. In
+/// the air it shows the air's pressure.
+template <class S>
+HYPERTUNA_INLINE S depth_shown(const Sea<S>& sea, const S& z) {
+    const S excess = sea.air - S(base_t<S>(standard_air));
+    return max(S(0), S(0) - z) + excess / (sea.density * S(base_t<S>(gravity)));
+}
 
 /// Share of a height that is below the surface, smooth: z is where its middle is, m above the surface.
 template <class S>

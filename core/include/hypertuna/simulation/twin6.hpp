@@ -28,7 +28,7 @@ PilotReadings<S> true_readings(const Twin<Body6<S, Law, D>>& twin, const TwinSta
     put(out.robot.rate, w);
     put(out.robot.acceleration, force);
     put(out.field, field);
-    out.depth = S(0) - pose.position.z;
+    out.depth = depth_shown(body.sea, pose.position.z);
     out.fix[0] = pose.position.x, out.fix[1] = pose.position.y;
     out.fixed = S(0) < pose.position.z + dot(r.up, Vector<S>{com, S(0), body.antenna});
     return out;
