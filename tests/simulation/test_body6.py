@@ -25,7 +25,9 @@ DEEP = np.array([0.3, -2.0, -5.0])  # m, where the nose is
 def still_sea(**values: float) -> dict[str, float]:
     """Fresh water without current or bottom."""
     nothing = ("current_east", "current_north", "shear_east", "shear_north", "field_east", "field_north", "field_up")
-    return dict.fromkeys(nothing, 0.0) | {"density": 1000.0, "bottom": np.inf, "stiffness": 1e4, "air": 101325.0} | values
+    return (
+        dict.fromkeys(nothing, 0.0) | {"density": 1000.0, "bottom": np.inf, "stiffness": 1e4, "air": 101325.0} | values
+    )
 
 
 def random_space(rng: np.random.Generator, case: Case) -> Space:
