@@ -18,7 +18,8 @@ struct Sea {
 
 /// A sea as a row of numbers, in this order: how it comes from Python.
 inline constexpr const char* sea_columns[] = {"density", "current_east", "current_north", "shear_east",  "shear_north",
-                                              "bottom",  "stiffness",    "field_east",    "field_north", "field_up", "air"};
+                                              "bottom",  "stiffness",    "field_east",    "field_north", "field_up",
+                                              "air"};
 inline constexpr int sea_column_count = sizeof(sea_columns) / sizeof(sea_columns[0]);
 
 template <class S, class T>
