@@ -9,6 +9,9 @@
 
 namespace hypertuna::firmware {
 
+/// Flash memory: sectors are erased to ones, pages programmed to zeros. [bytes]
+inline constexpr int flash_sector = 4096, flash_page = 256;
+
 /// Channels that are read as counts, in the order of the core's readings.hpp.
 inline constexpr int channels = sensor_channels;
 
@@ -43,8 +46,10 @@ concept Board = requires(B& board, Raw& raw, const float (&pulse)[max_servos], c
     { board.clock() } -> std::same_as<std::uint32_t>;     // counts up, wraps
     { board.per_tick() } -> std::same_as<std::uint32_t>;  // counts of that clock in a control tick
     { board.watchdog_reset() } -> std::same_as<bool>;     // whether the watchdog caused this boot
-    { board.load(count) } -> std::same_as<std::uint8_t>;  // a byte of non-volatile memory
-    { board.save(count, *from) };                         // stored when it returns
+    { board.load(count, to, count) };                     // bytes of the flash memory from an address on
+    { board.program(count, from, count) };                // within a page; only clears bits; done when it returns
+    { board.erase(count) };                               // sets all bits of a sector; may take 0.4 s
+    { board.recovers() } -> std::same_as<bool>;           // the key is to be deleted: somebody has the board in hand
     { board.log(from, count) } -> std::same_as<int>;      // black box: number of bytes accepted
     { board.receive(to, count) } -> std::same_as<int>;    // radio: number of bytes received, without waiting
     { board.send(from, count) } -> std::same_as<int>;     // radio: number of bytes accepted

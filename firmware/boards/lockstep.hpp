@@ -153,14 +153,16 @@ struct Digest {
     return sum.value;
 }
 
+using FlashMemory = std::uint8_t[flash_sectors * flash_sector];
+
 /// `Wire` moves whole blocks, and keeps time: read(bytes, count) -> bool, write(bytes, count), log(bytes, count) ->
 /// int, clock(), per_tick(), stack(), receive(bytes, count) -> int, send(bytes, count) -> int.
 template <class Wire>
 struct Lockstep {
     Wire& wire;
+    FlashMemory& memory;
     ToBoard request;
     float pulse[max_servos];
-    std::uint8_t memory[memory_size];
 
     bool wait() { return wire.read(&request, sizeof(request)); }
     void read(Raw& raw) {
@@ -180,8 +182,12 @@ struct Lockstep {
     std::uint32_t clock() { return wire.clock(); }
     std::uint32_t per_tick() { return wire.per_tick(); }
     bool watchdog_reset() { return false; }
-    std::uint8_t load(int at) { return memory[at]; }
-    void save(int at, std::uint8_t byte) { memory[at] = byte; }
+    void load(int at, std::uint8_t* to, int count) { std::memcpy(to, memory + at, std::size_t(count)); }
+    void program(int at, const std::uint8_t* from, int count) {
+        for (int k = 0; k < count; ++k) memory[at + k] &= from[k];
+    }
+    void erase(int sector) { std::memset(memory + sector * flash_sector, 0xff, flash_sector); }
+    bool recovers() { return false; }
     int log(const std::uint8_t* from, int count) { return wire.log(from, count); }
     int receive(std::uint8_t* to, int count) { return wire.receive(to, count); }
     int send(const std::uint8_t* from, int count) { return wire.send(from, count); }
@@ -208,6 +214,7 @@ struct Lockstep {
 /// Run until the twin ends.
 template <class Wire>
 void run(App& app, Plan& plan, Lockstep<Wire>& board, const Description& robot) {
+    std::memset(board.memory, 0xff, sizeof(board.memory));
     boot(app, robot, board);
     while (board.wait()) {
         communicate(app, board);

@@ -40,7 +40,16 @@ bool visit_message(MessageList<Messages...>, const Frame& frame, const Act& act)
 inline void adopt_key(Signing& signing, const Vehicle& vehicle) {
     const bool on = key(vehicle) != nullptr && limits(vehicle).sign == 1.0f;
     if (on && !signing.on) std::memcpy(signing.key, key(vehicle), key_length);
-    signing.on = on;
+    signing.on = on || vehicle.locked, signing.locked = vehicle.locked;
+}
+
+/// The stored timestamp is hours ahead of all so far, since nothing is stored while armed: after a restart or a loss of
+/// power, the recordings of two armed hours at least are rejected. It is stored before a command is executed, and the
+/// vehicle arms only then.
+inline void store_stamp(const Signing& signing, Vehicle& vehicle) {
+    if (!signing.on || signing.locked || signing.stamp + stamp_reserve / 2 < vehicle.stamp) return;
+    vehicle.stamp = signing.stamp + stamp_reserve;
+    begin_write(vehicle.stamps);
 }
 
 /// A key received over the radio starts signing, a key of zeros stops it; while signing, only the owner of the old key
@@ -92,6 +101,7 @@ inline void on_frame(Radio& radio, Vehicle& vehicle, const Frame& frame) {
     const bool modem = frame.id == MAVLINK_MSG_ID_RADIO_STATUS;
     if (!modem && !verify(radio.signing, frame))
         return ++radio.not_signed, report_rarely(radio, tick, Refusal::not_signed);
+    store_stamp(radio.signing, vehicle);
     const bool fresh = modem || is_fresh(radio, frame, tick);
     const bool noticed = visit_message(Notices{}, frame, [&](const auto& m) {
         if (fresh) notice(radio, vehicle, Peer{frame.system, frame.component}, m);

@@ -22,14 +22,6 @@ void boot(Radio& radio, const Vehicle& vehicle) {
     adopt_key(radio.signing, vehicle);
 }
 
-/// The stored timestamp is up to a minute ahead of all so far: one write a minute, and recordings are rejected after a
-/// restart.
-static void store_stamp(const Signing& signing, Vehicle& vehicle) {
-    if (!signing.on || signing.stamp < vehicle.stamp) return;
-    vehicle.stamp = signing.stamp + stamp_minute;
-    begin_write(vehicle.stamps);
-}
-
 /// Report new faults, one a second.
 static void report_faults(Radio& radio, const Snapshot& now) {
     radio.reported_faults.flags &= now.faults.flags;

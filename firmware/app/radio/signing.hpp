@@ -11,7 +11,7 @@ namespace hypertuna::firmware {
 
 inline constexpr int key_length = 32, max_streams = 8, digest_length = 6;
 inline constexpr int stamp_bits = 48;
-inline constexpr std::uint64_t stamp_minute = 6'000'000;  // of 10 us
+inline constexpr std::uint64_t stamp_minute = 6'000'000, stamp_reserve = 240 * stamp_minute;  // of 10 us
 
 /// A sender on one channel, and its last timestamp [10 us].
 struct Stream {
@@ -21,7 +21,7 @@ struct Stream {
 };
 
 struct Signing {
-    bool on;
+    bool on, locked;  // locked: the key is lost, and no signature is right
     std::uint8_t key[key_length];
     std::uint64_t stamp;  // own clock [10 us since 2015], never behind a verified timestamp
     std::uint64_t floor;  // stored before boot, or of a sender that was forgotten: older timestamps are rejected
@@ -73,7 +73,7 @@ inline Stream* stream_of(Signing& signing, const Frame& frame, std::uint8_t chan
 inline bool verify(Signing& signing, const Frame& frame) {
     if (!signing.on) return true;
     bool good = false;
-    if (frame.is_signed) {
+    if (frame.is_signed && !signing.locked) {
         const int at = frame.length - signature_length;
         std::uint8_t digest[digest_length], differs = 0;
         digest_of(signing, frame.bytes, at + 7, digest);

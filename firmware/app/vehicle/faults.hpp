@@ -23,6 +23,7 @@ enum class Fault : std::uint8_t {
     defaults,
     memory,
     black_box,
+    key_lost,
     count
 };
 inline constexpr int faults = int(Fault::count);
@@ -59,6 +60,7 @@ inline constexpr FaultText fault_texts[faults] = {
     {"defaults", "no stored parameters: the defaults are used", Answer::warn, false, false},
     {"memory", "the non-volatile memory could not be written", Answer::warn, false, false},
     {"black_box", "the black box lost records", Answer::warn, true, false},
+    {"key_lost", "the signing key cannot be read: locked", Answer::warn, false, true},
 };
 
 /// A set of faults, one bit each.

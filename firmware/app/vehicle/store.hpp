@@ -1,8 +1,12 @@
-/// Store: data in two slots of non-volatile memory that are written in turn.
+/// Store: data in two sectors of flash memory, of which the one with the valid record is never erased.
 ///
-/// A slot is valid if mark, layout and checksum are right; of two valid slots the later counts. A write first destroys
-/// the slot's mark, then writes the data, the checksum, and the mark last: whenever the power fails, the other slot is
-/// intact. A few bytes are written per tick, so that no tick waits for the memory; then the slot is read back.
+/// A sector is a log of records: head (layout, turn, checksum), data, and three flags. Of all valid records the one
+/// with the latest turn counts. The first write after a boot erases the other sector, later ones append to it while it
+/// has room: cells that a loss of power left half programmed or half erased are never written on. The record is read
+/// back before its flags make it valid. One operation of the memory is done per call.
+///
+/// A half programmed flag may read either way, another at each boot. What is read at a boot is made to last before it
+/// is used: a record that is `written` and not `void` becomes `certain`, any other record becomes void.
 #pragma once
 
 #include <cstring>
@@ -24,64 +28,116 @@ inline std::uint32_t crc32(const std::uint8_t* from, int count, std::uint32_t cr
     return ~crc;
 }
 
-inline constexpr std::uint32_t slot_mark = 0x6e757448;             // "Htun"
-inline constexpr int slot_head = 16;                               // mark, layout, turn, checksum: four words
-inline constexpr int changed_per_tick = 8, written_per_tick = 64;  // bytes at most
+inline constexpr int piece = 64;  // bytes programmed at once; a page has four
+static_assert(flash_page % piece == 0);
 
-/// Place of the slots, and progress of the write. The data itself lies elsewhere, in `size` bytes.
+/// Head of a record, in a piece of its own.
+struct Head {
+    std::uint32_t layout, turn, checksum;
+
+    bool operator==(const Head&) const = default;
+};
+inline constexpr Head blank_head{~0u, ~0u, ~0u};
+
+/// Flags of a record, in a page each. A flag is set by zeros: when half programmed it can still be completed, and only
+/// an erasure clears it.
+enum class Flag { written, is_void, certain, count };
+
+/// Place of a store, and progress of the write. The data itself lies elsewhere, in `size` bytes.
 struct Store {
-    int base, size;                // address of the first slot; bytes of data
-    std::uint32_t layout, turn;    // turn: number of writes; its lowest bit is the slot
-    int step;                      // of the write, -1 if there is none
-    bool again, failed;            // the data changed during the write; the last slot was read back wrong
-    std::uint8_t head[slot_head];  // of the slot being written
+    int base, size;              // first of the two sectors; bytes of data
+    std::uint32_t layout, turn;  // layout: of the data; turn: number of the valid record
+    int kept;                    // sector of the valid record, 0 or 1; -1 if there is none
+    int sector, slot;            // of the record written last or now; slot -1: a sector must be erased first
+    int step;                    // of the write, -1 if there is none
+    bool again, failed;          // the data changed during the write; the last record was read back wrong
+    Head head;                   // of the record being written
 };
 
-inline std::uint32_t word_at(const std::uint8_t* from) {
-    std::uint32_t word;
-    std::memcpy(&word, from, 4);
-    return word;
+/// A loss of power spoils only the page that is written: data and flags share none.
+inline int data_pages(const Store& store) { return (piece + store.size + flash_page - 1) / flash_page; }
+inline int flag_at(const Store& store, Flag flag) { return (data_pages(store) + int(flag)) * flash_page; }
+inline int record_size(const Store& store) { return flag_at(store, Flag::count); }
+inline Store store_at(int base, int size, std::uint32_t layout) {
+    return {base, size, layout, 0, -1, 0, -1, -1, false, false, {}};
+}
+inline int records(const Store& store) { return flash_sector / record_size(store); }  // per sector
+inline int address(const Store& store, int sector, int slot) {
+    return (store.base + sector) * flash_sector + slot * record_size(store);
 }
 
+/// Checksum of layout and turn, which that of the data continues.
+inline std::uint32_t checksum(const Head& head) { return crc32(reinterpret_cast<const std::uint8_t*>(&head), 8); }
+
+template <class Words, Board B>
+Words load_words(B& board, int at) {
+    Words words;
+    board.load(at, reinterpret_cast<std::uint8_t*>(&words), int(sizeof(words)));
+    return words;
+}
+template <class Words, Board B>
+void program_words(B& board, int at, const Words& words) {
+    board.program(at, reinterpret_cast<const std::uint8_t*>(&words), int(sizeof(words)));
+}
+
+/// Whether layout and checksum of the record at an address are right.
 template <Board B>
-std::uint32_t load_word(B& board, int address) {
-    std::uint32_t word = 0;
-    for (int k = 0; k < 4; ++k) word |= std::uint32_t(board.load(address + k)) << 8 * k;
-    return word;
-}
-
-/// Checksum of a slot: layout, turn and data.
-inline std::uint32_t checksum(const std::uint8_t* head, const std::uint8_t* stored, int size) {
-    return crc32(stored, size, crc32(head + 4, 8));
-}
-
-/// Whether a slot is valid; then its turn.
-template <Board B>
-bool slot_valid(B& board, const Store& store, int slot, std::uint32_t& turn) {
-    const int base = store.base + slot * (slot_head + store.size);
-    if (load_word(board, base) != slot_mark || load_word(board, base + 4) != store.layout) return false;
-    std::uint32_t crc = 0;
-    for (int k = 4; k < slot_head + store.size; ++k) {
-        if (k == 12) k = slot_head;  // not over itself
-        const std::uint8_t byte = board.load(base + k);
-        crc = crc32(&byte, 1, crc);
+bool is_whole(B& board, const Store& store, const Head& head, int at) {
+    if (head.layout != store.layout) return false;
+    std::uint8_t part[piece];
+    std::uint32_t crc = checksum(head);
+    for (int from = 0; from < store.size; from += piece) {
+        const int count = store.size - from < piece ? store.size - from : piece;
+        board.load(at + piece + from, part, count);
+        crc = crc32(part, count, crc);
     }
-    turn = load_word(board, base + 8);
-    return crc == load_word(board, base + 12);
+    return crc == head.checksum;
 }
 
-/// Read the data. False, and `stored` unchanged, if no slot is valid.
+template <Board B>
+std::uint32_t load_flag(B& board, const Store& store, int at, Flag flag) {
+    return load_words<std::uint32_t>(board, at + flag_at(store, flag));
+}
+template <Board B>
+void set_flag(B& board, const Store& store, int at, Flag flag) {
+    program_words(board, at + flag_at(store, flag), std::uint32_t(0));
+}
+
+template <Board B>
+void make_certain(B& board, const Store& store, int at) {
+    set_flag(board, store, at, Flag::written), set_flag(board, store, at, Flag::certain);
+}
+
+/// Whether the record at an address is valid; what is left of any other one becomes void.
+template <Board B>
+bool is_valid(B& board, const Store& store, const Head& head, int at) {
+    if (head == blank_head) return false;
+    const std::uint32_t spoiled = load_flag(board, store, at, Flag::is_void);
+    const bool certain = load_flag(board, store, at, Flag::certain) == 0;
+    if (!certain && spoiled == 0) return false;
+    const bool written = load_flag(board, store, at, Flag::written) == 0 && is_whole(board, store, head, at);
+    const bool valid = written && (certain || spoiled == ~0u);
+    if (!valid) set_flag(board, store, at, Flag::is_void);
+    return valid;
+}
+
+/// Read the data. False, and `stored` unchanged, if no record is valid.
 template <Board B>
 bool open(Store& store, std::uint8_t* stored, B& board) {
-    store.step = -1, store.again = store.failed = false, store.turn = 0;
-    std::uint32_t turn[2] = {0, 0};
-    const bool valid[2] = {slot_valid(board, store, 0, turn[0]), slot_valid(board, store, 1, turn[1])};
-    if (!valid[0] && !valid[1]) return false;
-    // Turns wrap: the later one is less than half a round ahead.
-    const int slot = !valid[0] ? 1 : !valid[1] ? 0 : std::int32_t(turn[1] - turn[0]) > 0 ? 1 : 0;
-    store.turn = turn[slot];
-    const int from = store.base + slot * (slot_head + store.size) + slot_head;
-    for (int k = 0; k < store.size; ++k) stored[k] = board.load(from + k);
+    store.step = store.kept = store.slot = -1, store.sector = 0, store.again = store.failed = false, store.turn = 0;
+    int valid = 0;
+    for (int sector = 0; sector < 2; ++sector)
+        for (int slot = 0; slot < records(store); ++slot) {
+            const int at = address(store, sector, slot);
+            const Head head = load_words<Head>(board, at);
+            if (!is_valid(board, store, head, at)) continue;
+            // Turns wrap: the later one is less than half a round ahead.
+            if (0 <= store.kept && std::int32_t(head.turn - store.turn) < 0) continue;
+            store.turn = head.turn, store.kept = sector, valid = at;
+        }
+    if (store.kept < 0) return false;
+    make_certain(board, store, valid);
+    board.load(valid + piece, stored, store.size);
     return true;
 }
 
@@ -96,45 +152,82 @@ inline void begin_write(Store& store) {
 /// Whether the data is in the memory.
 inline bool settled(const Store& store) { return store.step < 0; }
 
-/// The slot is written: read it back; the other slot is next if it is right.
+/// Begin a record in the next free slot, or in the sector without the valid record, erased.
 template <Board B>
-void end_write(Store& store, B& board) {
-    const std::uint32_t turn = word_at(store.head + 8);
-    std::uint32_t stored_turn = 0;
-    store.failed = !slot_valid(board, store, int(turn & 1), stored_turn);
-    if (!store.failed) store.turn = turn;
+void begin_record(Store& store, const std::uint8_t* stored, B& board) {
+    store.again = false;
+    if (0 <= store.slot) ++store.slot;
+    if (store.slot < 0 || store.slot == records(store)) {
+        store.sector = store.kept == 0, store.slot = 0;
+        board.erase(store.base + store.sector);
+    }
+    store.head = {store.layout, store.turn + 1, 0};
+    store.head.checksum = crc32(stored, store.size, checksum(store.head));
+}
+
+/// Whether the record is read back as it was written.
+template <Board B>
+bool is_written(Store& store, B& board, int at) {
+    const Head head = load_words<Head>(board, at);
+    return head.turn == store.head.turn && head.checksum == store.head.checksum && is_whole(board, store, head, at);
+}
+
+/// The record is valid, or the sector does not hold it and is erased before the next one.
+inline void end_write(Store& store, bool valid) {
+    store.failed = !valid;
+    if (valid) store.turn = store.head.turn, store.kept = store.sector;
+    if (!valid) store.slot = -1;
     store.step = store.again ? 0 : -1;
 }
 
-/// Write the next byte: four zeros over the mark, the data, the rest of the head, and the mark last. Return whether the
-/// byte changed.
-template <Board B>
-bool write_next(Store& store, const std::uint8_t* stored, B& board) {
-    if (store.step == 0) {
-        store.again = false;
-        const std::uint32_t turn = store.turn + 1, words[3] = {slot_mark, store.layout, turn};
-        std::memcpy(store.head, words, 12);
-        const std::uint32_t crc = checksum(store.head, stored, store.size);
-        std::memcpy(store.head + 12, &crc, 4);
-    }
-    const int base = store.base + int(word_at(store.head + 8) & 1) * (slot_head + store.size), step = store.step++;
-    const int head = step - store.size;  // of the head, from its second word on, then its first
-    const bool spoils = step < 4, body = !spoils && step < 4 + store.size;
-    const int at = spoils ? step : body ? slot_head + step - 4 : head < slot_head ? head : head - slot_head;
-    const std::uint8_t byte = spoils ? 0 : body ? stored[step - 4] : store.head[at];
-    const bool changes = board.load(base + at) != byte;
-    board.save(base + at, byte);
-    if (store.step == slot_head + 4 + store.size) end_write(store, board);
-    return changes;
-}
-
-/// Once a tick: write some bytes. The write restarts if the data changed meanwhile.
+/// The next operation of a write, one at each call: erase, data piece by piece, head, flags. It restarts in another
+/// slot if the data changes before the flags.
 template <Board B>
 void write_some(Store& store, const std::uint8_t* stored, B& board) {
-    if (store.again) store.step = 0;
-    int changed = 0;
-    for (int k = 0; k < written_per_tick && changed < changed_per_tick && store.step >= 0; ++k)
-        changed += write_next(store, stored, board);
+    if (store.step < 0) return;
+    const int pieces = (store.size + piece - 1) / piece, flags = pieces + 2;
+    if (store.again && store.step <= flags) store.step = 0;
+    const int at = address(store, store.sector, store.slot), step = store.step++, from = (step - 1) * piece;
+    if (step == 0) {
+        begin_record(store, stored, board);
+    } else if (step <= pieces) {
+        board.program(at + piece + from, stored + from, store.size - from < piece ? store.size - from : piece);
+    } else if (step == pieces + 1) {
+        program_words(board, at, store.head);
+    } else if (step == flags) {
+        if (!is_written(store, board, at)) return end_write(store, false);
+        set_flag(board, store, at, Flag::written);
+    } else {
+        set_flag(board, store, at, Flag::certain);
+        end_write(store,
+                  (load_flag(board, store, at, Flag::written) | load_flag(board, store, at, Flag::certain)) == 0);
+    }
+}
+
+// --- witness: that there was a valid record once
+
+inline constexpr int witnesses = 8;  // copies, a page each
+inline constexpr std::uint32_t witness_words[4] = {0x6e757448, 0x6b657973, 0x91a3c5e7, 0x2468ace1};
+
+/// Number of whole copies.
+template <Board B>
+int count_witnesses(B& board, int sector) {
+    int count = 0;
+    for (int k = 0; k < witnesses; ++k) {
+        std::uint8_t copy[sizeof(witness_words)];
+        board.load(sector * flash_sector + k * flash_page, copy, int(sizeof(copy)));
+        count += std::memcmp(copy, witness_words, sizeof(copy)) == 0;
+    }
+    return count;
+}
+
+/// Complete the copies, after the record is valid. Return whether all are there.
+template <Board B>
+bool bear_witness(B& board, int sector) {
+    if (count_witnesses(board, sector) == witnesses) return true;
+    board.erase(sector);
+    for (int k = 0; k < witnesses; ++k) program_words(board, sector * flash_sector + k * flash_page, witness_words);
+    return count_witnesses(board, sector) == witnesses;
 }
 
 }  // namespace hypertuna::firmware

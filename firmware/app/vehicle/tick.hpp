@@ -34,23 +34,40 @@ namespace hypertuna::firmware {
     vehicle.origin_restored = true;
 }
 
+/// The description's parameters. Who had a key keeps signing.
+[[gnu::cold]] inline void use_defaults(Vehicle& vehicle) {
+    const Description& robot = *vehicle.robot;
+    for (int k = 0; k < robot.parameters; ++k) {
+        const ParameterInfo& info = robot.parameter[k];
+        vehicle.value[k] = key(vehicle) != nullptr && std::strcmp(info.name, "sign") == 0 ? 1.0f : info.standard;
+    }
+    std::memcpy(vehicle.stored, vehicle.value, std::size_t(4 * robot.parameters));
+    configure(vehicle.model, robot, vehicle.value);
+}
+
+/// Read the key. A key that was there and cannot be read locks the robot, until it is deleted with the board in hand.
+template <Board B>
+[[gnu::cold]] void open_key(Vehicle& vehicle, B& board) {
+    vehicle.keys = store_at(key_sector, int(sizeof(StoredKey)), key_layout);
+    if (board.recovers())
+        for (int sector : {key_sector + 0, key_sector + 1, witness_sector + 0}) board.erase(sector);
+    const bool valid = open(vehicle.keys, reinterpret_cast<std::uint8_t*>(&vehicle.secret), board);
+    const int copies = count_witnesses(board, witness_sector);
+    vehicle.locked = !valid && copies > 0, vehicle.witnessed = copies == witnesses;
+}
+
 /// Boot: disarmed, at rest, with the parameters of the store or else of the description.
 template <Board B>
 [[gnu::cold]] void boot(Vehicle& vehicle, const Description& robot, B& board) {
     static_assert(std::is_trivially_copyable_v<Vehicle> && std::is_trivially_default_constructible_v<Vehicle>);
     std::memset(&vehicle, 0, sizeof(vehicle));  // a temporary would not fit onto the stack
     vehicle.robot = &robot;
-    vehicle.store = {0, stored_size(robot), robot.layout, 0, -1, false, false, {}};
-    vehicle.missions = {missions_at, int(sizeof(StoredMission)), mission_layout, 0, -1, false, false, {}};
-    vehicle.stamps = {stamps_at, 8, stamp_layout, 0, -1, false, false, {}};
+    vehicle.store = store_at(parameter_sector, 4 * robot.parameters, robot.layout);
+    vehicle.missions = store_at(mission_sector, int(sizeof(StoredMission)), mission_layout);
+    vehicle.stamps = store_at(stamp_sector, 8, stamp_layout);
+    open_key(vehicle, board);
     vehicle.defaults = !open(vehicle.store, vehicle.stored, board) || !restore(vehicle);
-    if (vehicle.defaults) {  // an invalid set is ignored as a whole
-        std::memset(vehicle.stored, 0, sizeof(vehicle.stored));
-        for (int k = 0; k < robot.parameters; ++k) vehicle.value[k] = robot.parameter[k].standard;
-        std::memcpy(vehicle.stored, vehicle.value, std::size_t(4 * robot.parameters));
-        configure(vehicle.model, robot, vehicle.value);
-    }
-    vehicle.key = vehicle.stored[4 * robot.parameters] == 1;
+    if (vehicle.defaults) use_defaults(vehicle);  // an invalid set is ignored as a whole
     open(vehicle.stamps, reinterpret_cast<std::uint8_t*>(&vehicle.stamp), board);
     vehicle.mission.home_radius = vehicle.mission.home_speed = 1;
     if (open(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board)) restore_mission(vehicle);
@@ -172,13 +189,20 @@ void send_pulses(const Vehicle& vehicle, B& board) {
     board.drive(pulse, servos);
 }
 
-/// Parameters change only while disarmed; a mission uploaded while armed waits to be written. The timestamp does not
-/// wait.
+/// One operation of the flash memory, which stops interrupts: none while armed, all waits until then. The key first;
+/// its witnesses once it is valid.
 template <Board B>
 void write_stores(Vehicle& vehicle, B& board) {
-    write_some(vehicle.store, vehicle.stored, board);
-    if (!vehicle.now.armed) write_some(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board);
-    write_some(vehicle.stamps, reinterpret_cast<std::uint8_t*>(&vehicle.stamp), board);
+    if (vehicle.now.armed) return;
+    const auto bytes = [](auto& from) { return reinterpret_cast<const std::uint8_t*>(&from); };
+    if (!settled(vehicle.keys)) return write_some(vehicle.keys, bytes(vehicle.secret), board);
+    if (0 <= vehicle.keys.kept && !vehicle.witnessed) {
+        vehicle.witnessed = true, vehicle.keys.failed = !bear_witness(board, witness_sector);
+        return;
+    }
+    if (!settled(vehicle.store)) return write_some(vehicle.store, vehicle.stored, board);
+    if (!settled(vehicle.stamps)) return write_some(vehicle.stamps, bytes(vehicle.stamp), board);
+    write_some(vehicle.missions, bytes(vehicle.plan), board);
 }
 
 /// One tick, after the radio's part.

@@ -13,12 +13,17 @@ inline constexpr int key_size = 32;
 inline constexpr float max_origin_distance =
     2e4f;  // m: a stored mission further from its origin belongs to another water
 
-/// Non-volatile memory: parameters with the key, a mission, the timestamp of signatures; two slots of each.
-inline constexpr int max_stored = 4 * max_parameters + 4 + key_size;
-inline constexpr int missions_at = 2 * (slot_head + max_stored);
-inline constexpr int stamps_at = missions_at + 2 * (slot_head + int(sizeof(StoredMission)));
-inline constexpr int memory_size = stamps_at + 2 * (slot_head + 8);
-inline constexpr std::uint32_t stamp_layout = 0x73746d01;
+/// Sectors of the flash memory: two each for the parameters, a mission, the timestamp of signatures and the key; one
+/// that bears witness that there was a key.
+enum Sector : int { parameter_sector = 0, mission_sector = 2, stamp_sector = 4, key_sector = 6, witness_sector = 8 };
+inline constexpr int flash_sectors = 9;
+inline constexpr std::uint32_t stamp_layout = 0x73746d02, key_layout = 0x6b657901;
+static_assert(piece + int(sizeof(StoredMission)) <= flash_sector && piece + 4 * max_parameters <= flash_sector);
+
+struct StoredKey {
+    std::uint32_t present;  // 0: there is none
+    std::uint8_t key[key_size];
+};
 
 /// Source of the controller's command.
 enum class Control : std::uint8_t { manual, gait, mission, count };
@@ -66,10 +71,12 @@ struct Vehicle {
     Raw raw;
     PilotState<float> state;
     SupervisorState memory;
-    std::uint8_t stored[max_stored];  // parameters, whether there is a key, the key
+    std::uint8_t stored[4 * max_parameters];  // parameters
     StoredMission plan;
     std::uint64_t stamp;  // of signatures: later than every verified timestamp
-    Store store, missions, stamps;
+    StoredKey secret;
+    Store store, missions, stamps, keys;
+    bool locked, witnessed;  // there was a key, and it cannot be read: no command is accepted; witnesses are complete
     BlackBox box;
     Snapshot now;
     Profile profile;
@@ -82,7 +89,6 @@ struct Vehicle {
     Origin origin;
     Command<float> requested;                    // by the ground
     std::uint32_t ground_contact, requested_at;  // ticks of the ground's last valid frame, of its last command
-    bool key;                                    // to sign with
     bool defaults, watchdog_reset;               // no stored parameters; booted by the watchdog
     std::uint32_t lost;                          // records lost before the last tick
 };
@@ -103,9 +109,6 @@ inline int parameter_count(const Vehicle& vehicle) { return vehicle.robot->param
 inline const ParameterInfo& parameter(const Vehicle& vehicle, int k) { return vehicle.robot->parameter[k]; }
 inline float value(const Vehicle& vehicle, int k) { return vehicle.value[k]; }
 
-/// Bytes stored: parameters, whether there is a key, the key.
-inline int stored_size(const Description& robot) { return 4 * robot.parameters + 4 + key_size; }
-
 /// Set and store a parameter. Only while disarmed.
 inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
     const Description& robot = *vehicle.robot;
@@ -117,7 +120,7 @@ inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
     const float before = vehicle.value[k];
     vehicle.value[k] = to;
     configure(vehicle.model, robot, vehicle.value, info.field);
-    if (!consistent(vehicle.model) || (vehicle.model.limits.sign == 1.0f && !vehicle.key)) {
+    if (!consistent(vehicle.model) || (vehicle.model.limits.sign == 1.0f && vehicle.secret.present == 0)) {
         vehicle.value[k] = before;
         configure(vehicle.model, robot, vehicle.value, info.field);
         return Refusal::inconsistent;
@@ -129,16 +132,15 @@ inline Refusal set_parameter(Vehicle& vehicle, int k, float to) {
 
 /// Key that signs commands; nullptr if there is none.
 inline const std::uint8_t* key(const Vehicle& vehicle) {
-    return vehicle.key ? vehicle.stored + stored_size(*vehicle.robot) - key_size : nullptr;
+    return vehicle.secret.present != 0 ? vehicle.secret.key : nullptr;
 }
 /// Store a key; zeros delete it.
 inline Refusal set_key(Vehicle& vehicle, const std::uint8_t (&to)[key_size]) {
     if (vehicle.now.armed) return Refusal::armed;
-    std::uint8_t* at = vehicle.stored + stored_size(*vehicle.robot) - key_size - 4;
-    vehicle.key = false;
-    for (std::uint8_t byte : to) vehicle.key = vehicle.key || byte != 0;
-    std::memset(at, vehicle.key, 4), std::memcpy(at + 4, to, key_size);
-    begin_write(vehicle.store);
+    vehicle.secret.present = 0;
+    for (std::uint8_t byte : to) vehicle.secret.present |= byte != 0;
+    std::memcpy(vehicle.secret.key, to, key_size);
+    begin_write(vehicle.keys);
     return Refusal::none;
 }
 
@@ -167,7 +169,9 @@ inline void evaluate_faults(Vehicle& vehicle) {
     now.faults = all_faults(vehicle.memory);
     now.faults.set(Fault::watchdog, vehicle.watchdog_reset);
     now.faults.set(Fault::defaults, vehicle.defaults);
-    now.faults.set(Fault::memory, vehicle.store.failed || vehicle.missions.failed || vehicle.stamps.failed);
+    now.faults.set(Fault::memory,
+                   vehicle.store.failed || vehicle.missions.failed || vehicle.stamps.failed || vehicle.keys.failed);
+    now.faults.set(Fault::key_lost, vehicle.locked);
     now.answer = answer_to(now.faults);
 }
 
@@ -194,8 +198,9 @@ inline Refusal arm(Vehicle& vehicle, bool on) {
         return Refusal::none;
     }
     if (vehicle.now.armed) return Refusal::none;
-    if (forbids_arming(vehicle.memory.present)) return Refusal::faulty;
-    if (!settled(vehicle.store) || !settled(vehicle.missions)) return Refusal::busy;
+    if (vehicle.locked || forbids_arming(vehicle.memory.present)) return Refusal::faulty;
+    for (const Store* store : {&vehicle.store, &vehicle.missions, &vehicle.stamps, &vehicle.keys})
+        if (!settled(*store)) return Refusal::busy;
     if (!vehicle.now.estimate.attitude) return Refusal::not_ready;
     const bool placed = vehicle.origin.known && !vehicle.origin_restored;
     if (vehicle.has_mission && placed && !holds(vehicle.mission, here(vehicle))) return Refusal::robot_outside;

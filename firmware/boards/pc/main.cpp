@@ -51,7 +51,8 @@ struct Pipes {
 static App app;
 static Plan plan;
 static Pipes pipes;
-static Lockstep<Pipes> board{pipes, {}, {}, {}};
+static FlashMemory memory;
+static Lockstep<Pipes> board{pipes, memory, {}, {}};
 
 int main(int count, char** words) {
     for (int k = 1; k < count; k += 2) {

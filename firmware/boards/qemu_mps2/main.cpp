@@ -89,7 +89,8 @@ struct Fifos {
 static App app;
 static Plan plan;
 static Fifos fifos;
-static Lockstep<Fifos> board{fifos, {}, {}, {}};
+static FlashMemory memory;
+static Lockstep<Fifos> board{fifos, memory, {}, {}};
 
 int main() {
     if (!fifos.begin()) return 72;

@@ -1,9 +1,8 @@
 /// Board teensy41, by the Arduino API alone: analog sensors are sampled every millisecond, IMU, receiver and radio hang
-/// on serial ports, the depth sensor on I2C, parameters are in EEPROM, the black box on the SD card.
+/// on serial ports, the depth sensor on I2C, the store is in the program's flash memory, the black box on the SD card.
 #pragma once
 
 #include <Arduino.h>
-#include <EEPROM.h>
 #include <SD.h>
 #include <Servo.h>
 #include <Wire.h>
@@ -13,10 +12,23 @@
 #include "imu.hpp"
 #include "receiver.hpp"
 
+#ifdef __IMXRT1062__
+// Of the core, as its LittleFS_Program uses them: done when they return, with interrupts off meanwhile.
+extern "C" void eepromemu_flash_write(void* to, const void* from, std::uint32_t count);
+extern "C" void eepromemu_flash_erase_sector(void* sector);
+#endif
+
 namespace hypertuna::firmware {
 
+#ifdef __IMXRT1062__
+inline std::uint8_t* const flash = reinterpret_cast<std::uint8_t*>(0x607c0000);
+#else
+inline std::uint8_t* const flash = stand_in::flash;
+#endif
 inline constexpr std::uint32_t tick_us = 10'000, sample_us = 1'000;
-static_assert(memory_size <= 4284, "the EEPROM of a Teensy 4.1");
+/// The core's emulated EEPROM has 63 sectors at the end of the flash memory, which an upload leaves alone: the store
+/// takes some of them instead.
+static_assert(flash_sectors <= 63);
 inline constexpr int flush_bytes = 32'768;  // of the black box: a second and a half
 inline constexpr std::uint8_t depth_address = 0x76;
 inline constexpr int depth_reset = 0x1e, depth_pressure = 0x44, depth_temperature = 0x54, depth_memory = 0xa0;
@@ -75,9 +87,13 @@ struct Teensy {
     }
     std::uint32_t clock() { return std::uint32_t(micros()); }
     std::uint32_t per_tick() { return tick_us; }
-    std::uint8_t load(int at) { return EEPROM.read(at); }
-    /// Now and then a byte takes the erasure of a whole sector, up to 0.4 s.
-    void save(int at, std::uint8_t byte) { EEPROM.update(at, byte), feed(); }
+    void load(int at, std::uint8_t* to, int count) { std::memcpy(to, flash + at, std::size_t(count)); }
+    void program(int at, const std::uint8_t* from, int count) {
+        eepromemu_flash_write(flash + at, from, std::uint32_t(count));
+    }
+    /// Interrupts are off for 45 ms, by the data sheet for 0.4 s at most: the watchdog is fed before and after.
+    void erase(int sector) { feed(), eepromemu_flash_erase_sector(flash + sector * flash_sector), feed(); }
+    bool recovers() { return false; }
     /// The card's directory learns by a flush how long the file is: without it, nothing is left when the power goes.
     int log(const std::uint8_t* from, int count) {
         const int taken = box ? int(box.write(from, std::size_t(count))) : 0;

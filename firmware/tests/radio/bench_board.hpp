@@ -10,7 +10,7 @@
 namespace hypertuna::firmware {
 
 struct BenchBoard {
-    std::uint8_t memory[memory_size] = {};
+    std::vector<std::uint8_t> memory = std::vector<std::uint8_t>(flash_sectors * flash_sector, 0xff);
     float bend[max_joints] = {}, pulse[max_servos] = {};
     std::uint32_t ticks = 0;
     bool leak = false;
@@ -46,8 +46,12 @@ struct BenchBoard {
     std::uint32_t clock() { return 0; }
     std::uint32_t per_tick() { return 1; }
     bool watchdog_reset() { return false; }
-    std::uint8_t load(int at) { return memory[at]; }
-    void save(int at, std::uint8_t byte) { memory[at] = byte; }
+    void load(int at, std::uint8_t* to, int count) { std::copy_n(&memory[std::size_t(at)], count, to); }
+    void program(int at, const std::uint8_t* from, int count) {
+        for (int k = 0; k < count; ++k) memory[std::size_t(at + k)] &= from[k];
+    }
+    void erase(int sector) { std::fill_n(memory.begin() + sector * flash_sector, flash_sector, std::uint8_t(0xff)); }
+    bool recovers() { return false; }
     int log(const std::uint8_t*, int count) { return count; }
     int receive(std::uint8_t* to, int limit) {
         const int count = std::min(limit, int(heard.size()));

@@ -3,6 +3,7 @@
 
 #include "../../boards/lockstep.hpp"
 #include "app/vehicle/tick.hpp"
+#include "flash/flash.hpp"
 #include HYPERTUNA_ROBOT
 
 namespace hypertuna::firmware {
@@ -10,13 +11,11 @@ namespace hypertuna::firmware {
 struct MemoryBoard {
     Raw raw;
     float pulse[max_servos];
-    std::uint8_t memory[memory_size];
-    int power;  // bytes that can still be written; negative for ever
-    int torn;   // what the byte shows that the power went at: -1 for its old value
-    int card;   // bytes that the black box takes per tick
+    Flash<flash_sectors> flash;
+    int card;  // bytes that the black box takes per tick
     std::uint8_t box[1 << 16];
     int logged, fed;
-    bool reset;
+    bool reset, jumper;
     std::uint32_t took;  // counts of a tick's 1000
 
     bool wait() { return true; }
@@ -28,16 +27,10 @@ struct MemoryBoard {
     std::uint32_t clock() { return took += ticking; }
     std::uint32_t per_tick() { return 1000; }
     bool watchdog_reset() { return reset; }
-    std::uint8_t load(int at) { return memory[at]; }
-    void save(int at, std::uint8_t byte) {
-        if (power == 0) {
-            if (torn >= 0) memory[at] = std::uint8_t(torn);
-            torn = -1;
-            return;
-        }
-        --power;
-        if (at != worn) memory[at] = byte;
-    }
+    void load(int at, std::uint8_t* to, int count) { flash.load(at, to, count); }
+    void program(int at, const std::uint8_t* from, int count) { flash.program(at, from, count); }
+    void erase(int sector) { flash.erase(sector); }
+    bool recovers() { return jumper; }
     int log(const std::uint8_t* from, int count) {
         const int take = count < card ? count : card;
         for (int k = 0; k < take; ++k) box[logged++ & 0xffff] = from[k];
@@ -47,10 +40,15 @@ struct MemoryBoard {
     int send(const std::uint8_t*, int count) { return count; }
 
     float depth = 0.05f;        // m
-    int worn = -1;              // address that cannot be written any more
     std::uint32_t ticking = 0;  // counts that the clock goes on at every look
 };
 static_assert(Board<MemoryBoard>);
+
+inline std::uint32_t word_at(const std::uint8_t* from) {
+    std::uint32_t word;
+    std::memcpy(&word, from, 4);
+    return word;
+}
 
 /// Counts of a robot that floats upright at the surface, with a little noise so that no sensor looks stuck.
 inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) {

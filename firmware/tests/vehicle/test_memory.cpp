@@ -96,7 +96,8 @@ static void missions_are_stored() {
     static MemoryBoard before;
     before = board;
     float_on(v, board, 300);  // not written while armed
-    CHECK(std::memcmp(before.memory, board.memory, sizeof(board.memory)) == 0 && !settled(v.missions));
+    CHECK(!settled(v.missions) && board.flash.operations == before.flash.operations);
+    CHECK(std::memcmp(before.flash.bytes, board.flash.bytes, sizeof(board.flash.bytes)) == 0);
     arm(v, false), float_on(v, board, 300);
     boot(v, robot::description, board);
     CHECK(same(mission(v), numbered(0)));
@@ -122,28 +123,102 @@ static void stored_missions_out_of_range() {
     CHECK(!stored([](StoredMission& m) { m.has_origin = 1, m.latitude = INT32_MIN; }));
 }
 
-/// Cut the power at every byte of a mission's write: it boots with the old one or the new one.
+/// Boot as from power on.
+static void reboot() {
+    board.flash.boot();
+    boot(v, robot::description, board);
+}
+
+/// Cut the power at every operation of a mission's write: it boots with the old one or the new one.
 static void power_cuts_of_a_mission() {
     begin();
     set_mission(v, numbered(0)), float_on(v, board, 300);
     static MemoryBoard first;
     first = board;
     int old_ones = 0, new_ones = 0;
-    for (int cut = 0; cut <= 4 + slot_head + int(sizeof(StoredMission)); ++cut) {
-        board = first;
-        boot(v, robot::description, board);
+    for (int cut = 0; cut < 320; ++cut) {
+        board = first, board.flash.dice.state = std::uint64_t(cut) + 1;
+        reboot();
         CHECK(set_mission(v, numbered(1)) == Refusal::none);
-        board.power = cut, board.torn = 0x5a;
+        board.flash.power = cut % 32;
         for (int k = 0; k < 300; ++k) write_stores(v, board);
-        board.power = -1;
-        boot(v, robot::description, board);
+        reboot();
         const bool is_old = v.has_mission && same(mission(v), numbered(0));
         const bool is_new = v.has_mission && same(mission(v), numbered(1));
         CHECK(is_old != is_new);
         old_ones += is_old, new_ones += is_new;
     }
-    CHECK(old_ones > 1500 && new_ones > 0);
+    CHECK(old_ones > 200 && new_ones > 0);
     std::printf("power cuts of a mission: %d, old %d, new %d\n", old_ones + new_ones, old_ones, new_ones);
+}
+
+static const std::uint8_t secret[key_size] = {1, 2, 3};
+
+/// A board that has a key and is told to ask for signatures.
+static void begin_signed() {
+    begin();
+    CHECK(set_key(v, secret) == Refusal::none && set_parameter(v, index_of("sign"), 1) == Refusal::none);
+    float_on(v, board, 100);
+}
+
+/// A robot that had a key never accepts unsigned commands by a fault of its memory: without valid parameters it goes on
+/// signing, and without a valid key it is locked until the key is deleted with the board in hand.
+static void a_key_cannot_fall_open() {
+    begin_signed();
+    for (int sector : {parameter_sector + 0, parameter_sector + 1}) board.flash.erase(sector);
+    reboot();
+    CHECK(v.defaults && !v.locked && key(v) != nullptr && limits(v).sign == 1.0f);
+    CHECK(value(v, index_of("sign")) == 1.0f);
+    for (int spoil = 0; spoil < 2; ++spoil) {
+        begin_signed();
+        const int at = address(v.keys, v.keys.kept, v.keys.slot) + piece + 9;  // a bit of the only copy
+        if (spoil == 0) board.flash.bytes[at] = std::uint8_t(board.flash.bytes[at] ^ 4);
+        for (int sector : {key_sector + 0, key_sector + 1})
+            if (spoil == 1) board.flash.erase(sector);
+        reboot();
+        float_on(v, board, 100);
+        CHECK(v.locked && key(v) == nullptr && snapshot(v).faults.has(Fault::key_lost));
+        CHECK(arm(v, true) == Refusal::faulty);
+        board.jumper = true, reboot(), float_on(v, board, 100);
+        CHECK(!v.locked && key(v) == nullptr && !snapshot(v).faults.has(Fault::key_lost));
+        board.jumper = false, reboot();
+        CHECK(!v.locked);
+        CHECK(set_key(v, secret) == Refusal::none);
+        float_on(v, board, 100), reboot();
+        CHECK(!v.locked && key(v) != nullptr);
+    }
+}
+
+/// Cut the power at every operation of a first key's write, of a change, of its deletion and of its recovery: it boots
+/// with the old key or the new one, and is locked at most by a recovery that was cut off, which can be repeated.
+static void power_cuts_of_a_key() {
+    const std::uint8_t other[key_size] = {9, 8}, none[key_size] = {};
+    int states[4] = {};  // none, the first key, the other, locked
+    for (int which = 0; which < 4; ++which)
+        for (int cut = 0; cut < 600; ++cut) {
+            begin();
+            board.flash.dice.state = std::uint64_t(cut) + 1;
+            if (which != 0) set_key(v, secret), float_on(v, board, 30);
+            if (which != 3) set_key(v, which == 0 ? secret : which == 1 ? other : none);
+            board.jumper = which == 3, board.flash.power = cut % 20;
+            if (which == 3) boot(v, robot::description, board);
+            for (int k = 0; k < 40; ++k) write_stores(v, board);
+            board.jumper = false, reboot();
+            const auto is = [&](const std::uint8_t (&k)[key_size]) {
+                return key(v) && std::memcmp(key(v), k, key_size) == 0;
+            };
+            const int state = v.locked ? 3 : key(v) == nullptr ? 0 : is(secret) ? 1 : is(other) ? 2 : 4;
+            CHECK(which == 0   ? state == 0 || state == 1
+                  : which == 1 ? state == 1 || state == 2
+                  : which == 2 ? state == 0 || state == 1
+                               : state == 0 || state == 1 || state == 3);
+            ++states[state & 3];
+            for (int k = 0; k < 3; ++k) write_stores(v, board);
+            CHECK(key(v) == nullptr || count_witnesses(board, witness_sector) == witnesses);
+        }
+    std::printf("power cuts of a key: none %d, first %d, other %d, locked %d\n", states[0], states[1], states[2],
+                states[3]);
+    CHECK(states[0] > 100 && states[1] > 100 && states[2] > 100 && states[3] > 10);
 }
 
 /// Places of a kept mission count from the origin that it had, wherever the robot boots.
@@ -190,11 +265,11 @@ static void the_memory_wears() {
     CHECK(set_parameter(v, soft, 200e3f) == Refusal::none && !settled(v.store));
     float_on(v, board, 200);
     CHECK(set_parameter(v, soft, 200e3f) == Refusal::none && settled(v.store));
-    board.worn = int(~v.store.turn & 1) * (slot_head + v.store.size);  // a byte of the next mark
+    board.flash.worn = address(v.store, v.store.sector, v.store.slot + 1);  // the next record's first byte
     CHECK(set_parameter(v, soft, 201e3f) == Refusal::none);
     float_on(v, board, 200);
     CHECK(snapshot(v).faults.has(Fault::memory));
-    board.worn = -1;
+    board.flash.worn = -1;
     CHECK(set_parameter(v, soft, 201e3f) == Refusal::none && !settled(v.store));  // once more
     float_on(v, board, 200);
     CHECK(!snapshot(v).faults.has(Fault::memory));
@@ -208,6 +283,8 @@ int main() {
     missions_are_stored();
     stored_missions_out_of_range();
     power_cuts_of_a_mission();
+    a_key_cannot_fall_open();
+    power_cuts_of_a_key();
     a_stored_mission_has_its_origin();
     the_memory_wears();
     CHECK(allocations == 0);

@@ -19,7 +19,7 @@ inline Vehicle v;
 inline MemoryBoard board;
 
 inline void begin() {
-    board = {}, board.power = -1, board.card = 1 << 16;
+    board = {}, board.flash.begin(), board.card = 1 << 16;
     boot(v, robot::description, board);
 }
 

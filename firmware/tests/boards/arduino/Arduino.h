@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <map>
 
@@ -12,6 +13,7 @@ namespace stand_in {
 inline std::uint32_t now_us = 0;
 inline std::map<int, int> analog, digital;  // by pin
 inline void (*each_look)() = nullptr;       // is called whenever the clock is looked at
+inline std::uint8_t flash[9 * 4096];
 }  // namespace stand_in
 
 inline std::uint32_t micros() {
@@ -44,3 +46,9 @@ struct HardwareSerial {
     }
 };
 inline HardwareSerial Serial1, Serial2, Serial3, Serial4, Serial5, Serial6, Serial7, Serial8;
+
+inline void eepromemu_flash_write(void* to, const void* from, std::uint32_t count) {
+    auto* at = static_cast<std::uint8_t*>(to);
+    for (std::uint32_t k = 0; k < count; ++k) at[k] &= static_cast<const std::uint8_t*>(from)[k];
+}
+inline void eepromemu_flash_erase_sector(void* sector) { std::memset(sector, 0xff, 4096); }
