@@ -13,6 +13,7 @@ static PilotReadings<double> pilot_readings(const Row& columns, int joints) {
     read_readings(columns, joints, Reader::pilot, r);
     r.fixed = columns.count("fix") != 0;
     for (int k = 0; r.fixed && k < 2; ++k) r.fix[k] = number_at(columns, "fix", std::size_t(k));
+    if (columns.count("accuracy") != 0) r.accuracy = number_at(columns, "accuracy", 0);
     return r;
 }
 
@@ -100,7 +101,9 @@ void bind_pilot(nb::module_& m) {
                 return pilot_row(next, joints);
             },
             nb::arg("readings"),
-            "One tick: pulses [s], command, estimate, mode and reasons. Readings have `fix` where one came.");
+            "One tick: pulses [s], command, estimate, mode and reasons. Readings have `fix` where one came, and may "
+            "have\n"
+            "its `accuracy` [m].");
 }
 
 }  // namespace hypertuna

@@ -115,14 +115,15 @@ static NamedArrays simulate_command(const PlantData& plant, const GaitCommand& c
 /// A board in the pilot's place: what the sensors show goes in, servo pulses come out.
 using BoardCall = nb::typed<nb::callable, std::vector<double>(std::vector<double>)>;
 
-/// What the sensors show, for a board: every channel that has counts, then east and north of a fix where one came.
+/// What the sensors show, for a board: every channel that has counts, then east, north and accuracy of a fix where one
+/// came.
 static std::vector<double> shown(const PilotReadings<double>& readings, int joints) {
     std::vector<double> out;
     visit_channels([&](const auto& channel, int) {
         const double* first = channel.of(readings);
         if (channel.converter != Converter::none) out.insert(out.end(), first, first + channel.count(joints));
     });
-    if (readings.fixed) out.insert(out.end(), readings.fix, readings.fix + 2);
+    if (readings.fixed) out.insert(out.end(), {readings.fix[0], readings.fix[1], readings.accuracy});
     return out;
 }
 

@@ -31,9 +31,11 @@ struct Samples {
 /// Inputs of a board since the last tick.
 struct Raw {
     Samples channel[channels];
-    std::int32_t fix[2];  // latitude and longitude of the satellite receiver, 1e-7 deg
-    bool fixed;           // there is a new fix
-    bool leak;            // water in the hull
+    std::int32_t fix[2];      // latitude and longitude of the satellite receiver, 1e-7 deg
+    std::int32_t accuracy;    // standard deviation of the fix by the receiver [mm]; 0 unknown
+    std::uint8_t satellites;  // used for the fix; 0 unknown
+    bool fixed;               // there is a new fix
+    bool leak;                // water in the hull
 };
 
 template <class B>

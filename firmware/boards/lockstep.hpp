@@ -19,8 +19,8 @@ enum class OrderKind : std::uint8_t {
     control,   // which
     origin,    // fix of the request, number: x, y of the robot
     begin,     // mission; number: home, home_radius, home_speed, depth, reserve, duration, surface_every, stay, center,
-               // range, start
-    waypoint,  // number: x, y, depth, speed, radius
+               // range, start, declination, silence_below
+    waypoint,  // number: x, y, depth, speed, radius, hold
     corner,    // number: x, y
     end,       // of the mission: it is set
     parameter,  // which, number
@@ -29,13 +29,13 @@ inline constexpr int order_numbers = 16;
 
 struct ToBoard {
     std::int32_t sample[counted_channels];
-    std::int32_t fix[2];
-    std::uint8_t flags, order, which, spare;
+    std::int32_t fix[2], accuracy;
+    std::uint8_t flags, order, which, satellites;
     float number[order_numbers];
 
     static constexpr std::uint8_t fixed = 1, leak = 2, ground = 4, last = 8, stack = 16;
 };
-static_assert(sizeof(ToBoard) == 4 * (counted_channels + 2 + 1 + order_numbers));
+static_assert(sizeof(ToBoard) == 4 * (counted_channels + 3 + 1 + order_numbers));
 
 struct FromBoard {
     std::uint32_t tick;
@@ -73,12 +73,14 @@ inline Refusal add(Plan& plan, OrderKind kind, const float* number) {
              number[5],
              number[6],
              number[7],
-             number[8] != 0.0f};
+             number[8] != 0.0f,
+             number[15] != 0.0f,
+             number[14]};
         return Refusal::none;
     }
     if (kind == OrderKind::waypoint) {
         if (m.waypoints == max_waypoints) return Refusal::too_many;
-        plan.waypoint[m.waypoints++] = {number[0], number[1], number[2], number[3], number[4]};
+        plan.waypoint[m.waypoints++] = {number[0], number[1], number[2], number[3], number[4], number[5]};
         return Refusal::none;
     }
     if (m.corners == max_corners) return Refusal::too_many;
@@ -142,7 +144,8 @@ struct Digest {
     const Command<float>& command = now.command;
     const ControllerOutput<float>& out = now.output;
     visit_channels([&](const auto& channel, int) { sum.add(channel.of(now.readings), channel.size); });
-    sum.add(&at.q.w, 4), sum.add(&at.rate.x, 3), sum.add(&at.facing.x, 3), sum.add(at.current, 2);
+    sum.add(&now.readings.accuracy, 1), sum.add(&at.q.w, 4), sum.add(&at.rate.x, 3), sum.add(&at.facing.x, 3),
+        sum.add(at.current, 2);
     for (const float* x : {&at.depth, &at.sink, &at.x, &at.y, &at.speed, &at.factor, &at.position_error,
                            &at.drift_error, &at.tilt, &command.frequency, &now.battery_left})
         sum.add(x, 1);
@@ -174,6 +177,7 @@ struct Lockstep {
         });
         raw.fixed = request.flags & ToBoard::fixed, raw.leak = request.flags & ToBoard::leak;
         for (int k = 0; k < 2; ++k) raw.fix[k] = request.fix[k];
+        raw.accuracy = request.accuracy, raw.satellites = request.satellites;
     }
     void drive(const float (&to)[max_servos], int count) {
         for (int k = 0; k < count; ++k) pulse[k] = to[k];

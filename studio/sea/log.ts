@@ -120,7 +120,7 @@ const LEFT_OUT = {
 
 function missionOf(name: string, written: Record<string, unknown>): Mission {
   const given: Record<string, unknown> = { ...LEFT_OUT, ...written };
-  const waypoints = list(given.waypoints).map((row) => numbers(row, 5) as unknown as Waypoint);
+  const waypoints = list(given.waypoints).map((row) => numbers(list(row).slice(0, 5), 5) as unknown as Waypoint);
   const place = (value: unknown): Place => numbers(value, 2) as unknown as Place;
   if (waypoints.length === 0 || typeof given.stay !== "boolean") throw new TypeError();
   return {

@@ -30,9 +30,9 @@ def document() -> dict[str, Any]:
     return {
         "format": 1,
         "name": "test",
-        "origin": {"latitude_deg": 43.85, "longitude_deg": 125.3},
+        "origin": {"latitude_deg": 43.85, "longitude_deg": 125.3, "declination_deg": -10.0},
         "start": {"x_m": 1.0, "y_m": 2.0, "heading_deg": 90.0, "depth_m": 0.5, "battery": 0.8},
-        "waypoints": [{"x_m": 10.0, "y_m": 20.0, "depth_m": 1.0, "speed_m_s": 0.3, "radius_m": 2.0}],
+        "waypoints": [{"x_m": 10.0, "y_m": 20.0, "depth_m": 1.0, "speed_m_s": 0.3, "radius_m": 2.0, "hold_s": 30.0}],
         "home": {"x_m": 5.0, "y_m": 5.0},
         "water": {"bottom_m": 4.0, "current_m_s": 0.1, "current_deg": 90.0, "current_bottom_m_s": 0.0},
         "limits": {
@@ -40,6 +40,7 @@ def document() -> dict[str, Any]:
             "depth_m": 3.0,
             "battery": 0.2,
             "duration_s": 600.0,
+            "silence_below": True,
         },
         "gps": {"surface_every_s": 120.0, "gaps_s": [[10.0, 20.0], [30.0, 40.0]]},
         "scatter": {"current_m_s": 0.2, "gaps": 3, "gap_s": 50.0},
@@ -66,7 +67,7 @@ def put(where: str, value: Any) -> dict[str, Any]:
 def test_a_mission_in_our_frames() -> None:
     read = parse_mission(document())
     mission = read.mission
-    assert mission.waypoints[0] == (10, 20, 1, 0.3, 2)
+    assert mission.waypoints[0] == (10, 20, 1, 0.3, 2, 30)
     assert (mission.start, mission.home, mission.depth, mission.battery) == ((1, 2), (5, 5), 0.5, 0.8)
     north, east, heading = pose_to("ned", [0, 0, mission.heading])
     assert (north, east, heading) == pytest.approx((0, 0, math.pi / 2))  # the head faces east: the tail points west
@@ -74,6 +75,7 @@ def test_a_mission_in_our_frames() -> None:
     assert mission.current == pytest.approx((0.1, 0))  # toward east
     assert mission.current_bottom == pytest.approx((0, 0))
     assert (mission.bottom, mission.depth_max, mission.reserve, mission.duration) == (4, 3, 0.2, 600)
+    assert (mission.silence_below, mission.declination) == (True, pytest.approx(math.radians(-10)))
     assert mission.gaps == ((10, 20), (30, 40))
     assert mission.surface_every == 120
     assert read.origin == pytest.approx((math.radians(43.85), math.radians(125.3)))
@@ -101,6 +103,14 @@ def test_the_hash_is_of_what_matters() -> None:
     assert parse_mission(document() | {"description": "other words"}).hash == plain
     assert parse_mission(put("waypoints.0.x_m", 10.5)).hash != plain
     assert parse_mission(put("scatter.gaps", 4)).hash != plain
+    assert parse_mission(put("waypoints.0.hold_s", 31.0)).hash != plain
+    assert parse_mission(put("limits.silence_below", False)).hash != plain
+    assert parse_mission(put("origin.declination_deg", -11.0)).hash != plain
+
+
+def test_a_mission_without_later_keys_keeps_its_hash() -> None:
+    """The hash seeds the scatter of a mission: stored flights of version 0.2 repeat."""
+    assert read_mission("lake").hash[:8] == "1124a7de"
 
 
 @pytest.mark.parametrize("name", missions())

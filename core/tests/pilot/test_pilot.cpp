@@ -14,10 +14,10 @@ static_assert(sizeof(PilotState<float>) + sizeof(PilotStep<float>) < 8192);
 
 template <class T>
 struct Box {
-    Waypoint<T> waypoint[4] = {{T(0), T(40), T(2), T(0.3), T(2)},
-                               {T(40), T(40), T(2), T(0.3), T(2)},
-                               {T(40), T(0), T(2), T(0.3), T(2)},
-                               {T(0), T(0), T(2), T(0.3), T(2)}};
+    Waypoint<T> waypoint[4] = {{T(0), T(40), T(2), T(0.3), T(2), T(0)},
+                               {T(40), T(40), T(2), T(0.3), T(2), T(0)},
+                               {T(40), T(0), T(2), T(0.3), T(2), T(0)},
+                               {T(0), T(0), T(2), T(0.3), T(2), T(0)}};
     Corner<T> fence[4] = {{T(-20), T(-20)}, {T(60), T(-20)}, {T(60), T(60)}, {T(-20), T(60)}};
     Mission<T> mission = mission_of(waypoint, 4);
 
@@ -111,7 +111,7 @@ static void inside_the_fence() {
 /// A waypoint beyond the fence is left out; with the current on its back it turns in time.
 static void what_is_out_of_bounds() {
     const Box<double> box;
-    const Waypoint<double> beyond[] = {{0, 40, 2, 0.3, 2}, {100, 40, 2, 0.3, 2}, {0, 0, 2, 0.3, 2}};
+    const Waypoint<double> beyond[] = {{0, 40, 2, 0.3, 2, 0}, {100, 40, 2, 0.3, 2, 0}, {0, 0, 2, 0.3, 2, 0}};
     Mission<double> mission = box.mission;
     mission.waypoint = beyond, mission.waypoints = 3;
     Water water;
@@ -119,12 +119,12 @@ static void what_is_out_of_bounds() {
     const Shown run = watch(mission, water, 1500);
     CHECK(run.end.last.mode == Mode::done && run.was(Reason::skipped) && 0 < run.room);
     // One that lies within, but with the fence so near that the uncertainty of a dive reaches beyond it.
-    const Waypoint<double> near[] = {{50, 0, 2, 0.3, 2}, {54, 0, 2, 0.3, 2}};
+    const Waypoint<double> near[] = {{50, 0, 2, 0.3, 2, 0}, {54, 0, 2, 0.3, 2, 0}};
     mission.waypoint = near, mission.waypoints = 2;
     const Shown close = watch(mission, water, 1500);
     CHECK(close.end.last.mode == Mode::done && 0 < close.room && close.was(Reason::all_reached));
     // Deeper than allowed is not dived.
-    const Waypoint<double> deep[] = {{0, 40, 12, 0.3, 2}};
+    const Waypoint<double> deep[] = {{0, 40, 12, 0.3, 2, 0}};
     mission.waypoint = deep, mission.waypoints = 1;
     const Shown dive = watch(mission, Water{}, 1500);
     CHECK(dive.end.last.mode == Mode::done && dive.was(Reason::depth_limit) && dive.deepest < 6 && 5 < dive.deepest);
@@ -135,7 +135,7 @@ static void a_fence_elsewhere() {
     for (const bool turn : {false, true}) {
         const Box<double> box;
         const Corner<double> corner[4] = {{100, 100}, {160, 100}, {160, 160}, {100, 160}};
-        const Waypoint<double> point[] = {{turn ? 30.0 : -30.0, 20, 1, 0.3, 2}};
+        const Waypoint<double> point[] = {{turn ? 30.0 : -30.0, 20, 1, 0.3, 2, 0}};
         Mission<double> mission = box.mission;
         mission.corner = corner, mission.waypoint = point, mission.waypoints = 1;
         mission.home = {10, -10}, mission.duration = 200;

@@ -5,7 +5,7 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int max_items = 2 * max_waypoints + max_corners + 2;
+inline constexpr int max_items = 2 * max_waypoints + max_corners + 3;
 
 /// Call visit(item) for every item, and return their number. Positions are in MAV_FRAME_LOCAL_NED.
 template <class Visit>
@@ -21,9 +21,11 @@ int visit_items(const Mission<float>& mission, const Visit& visit) {
     };
     item.param3 = mission.duration, item.param4 = mission.surface_every;
     const Corner<float> rest{0.01f * mission.home_radius,
-                             mission.stay ? 1e-4f : 0.0f};  // 100 cm, 1: scaled like positions
+                             1e-4f * float(mission.stay + 2 * mission.silence_below)};  // 100 cm, 1: as positions
     add(HYPERTUNA_CMD_BOUNDS, rest, mission.home_speed, mission.depth_max, mission.reserve);
     item.param3 = item.param4 = 0.0f;
+    if (mission.declination != 0.0f)
+        add(HYPERTUNA_CMD_DECLINATION, {}, 0.0f, mission.declination * float(180 / pi), 0.0f);
     add(MAV_CMD_DO_SET_HOME, mission.home, 0.0f, 0.0f, 0.0f);
     for (int k = 0; k < mission.corners; ++k)
         add(MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, mission.corner[k], 0.0f, float(mission.corners), 0.0f);
@@ -34,7 +36,7 @@ int visit_items(const Mission<float>& mission, const Visit& visit) {
         const Waypoint<float>& w = mission.waypoint[k];
         if (w.speed != speed) add(MAV_CMD_DO_CHANGE_SPEED, {}, 0.0f, 0.0f, w.speed);
         speed = w.speed;
-        add(MAV_CMD_NAV_WAYPOINT, {w.x, w.y}, w.depth, 0.0f, w.radius);
+        add(MAV_CMD_NAV_WAYPOINT, {w.x, w.y}, w.depth, w.hold, w.radius);
     }
     return item.seq;
 }

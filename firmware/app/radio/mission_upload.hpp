@@ -47,7 +47,7 @@ inline std::uint8_t add_waypoint(Upload& upload, const mavlink_mission_item_int_
     Mission<float>& mission = upload.mission;
     if (mission.waypoints == max_waypoints) return MAV_MISSION_NO_SPACE;
     const float radius = 0.0f < m.param2 ? m.param2 : standard_radius;
-    upload.waypoint[mission.waypoints++] = {place.x, place.y, depth_of(m), upload.speed, radius};
+    upload.waypoint[mission.waypoints++] = {place.x, place.y, depth_of(m), upload.speed, radius, m.param1};
     return MAV_MISSION_ACCEPTED;
 }
 
@@ -60,7 +60,8 @@ inline std::uint8_t add_corner(Upload& upload, const Corner<float>& place) {
 inline std::uint8_t set_bounds(Mission<float>& mission, const mavlink_mission_item_int_t& m) {
     if (0.0f < m.param1) mission.depth_max = m.param1;
     if (0.0f < m.param2) mission.reserve = m.param2;
-    mission.duration = m.param3, mission.surface_every = m.param4, mission.stay = m.x != 0;
+    mission.duration = m.param3, mission.surface_every = m.param4, mission.stay = (m.x & 1) != 0;
+    mission.silence_below = (m.x & 2) != 0;
     if (0 < m.y) mission.home_radius = 0.01f * float(m.y);
     if (0.0f < m.z) mission.home_speed = m.z;
     return MAV_MISSION_ACCEPTED;
@@ -90,6 +91,9 @@ inline std::uint8_t add_item(Upload& upload, const Vehicle& vehicle, const mavli
         case MAV_CMD_DO_CHANGE_SPEED:
             if (!(0.0f < m.param2)) return MAV_MISSION_INVALID_PARAM2;
             upload.speed = m.param2;
+            return MAV_MISSION_ACCEPTED;
+        case HYPERTUNA_CMD_DECLINATION:
+            mission.declination = m.param1 * float(pi / 180);
             return MAV_MISSION_ACCEPTED;
         case HYPERTUNA_CMD_BOUNDS:
             return is_finite(m.param4) ? set_bounds(mission, m) : std::uint8_t(MAV_MISSION_INVALID_PARAM4);

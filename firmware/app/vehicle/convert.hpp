@@ -61,6 +61,7 @@ inline PilotReadings<float> convert(const Calibration& calibration, int joints, 
     if (out.fixed) {
         const Corner<float> at = local(origin, raw.fix[0], raw.fix[1]);
         out.fix[0] = at.x, out.fix[1] = at.y;
+        out.accuracy = 1e-3f * float(raw.accuracy);
     }
     return out;
 }

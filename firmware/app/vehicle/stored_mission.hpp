@@ -7,19 +7,20 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int max_waypoints = 64, max_corners = 32;
-inline constexpr std::uint32_t mission_layout = 0x6d697301;  // of StoredMission: another layout is ignored
+inline constexpr int max_waypoints = 55, max_corners = 32;   // as many as the EEPROM holds twice
+inline constexpr float max_hold = 86400.0f;                  // s at a waypoint
+inline constexpr std::uint32_t mission_layout = 0x6d697302;  // of StoredMission: another layout is ignored
 
 /// A mission without pointers, and the origin of its coordinates.
 struct StoredMission {
-    std::int32_t waypoints, corners, stay;
+    std::int32_t waypoints, corners, stay, silence_below;
     std::int32_t latitude, longitude, has_origin;  // origin [1e-7 deg], if known
     Corner<float> center, home;
-    float range, home_radius, home_speed, depth_max, reserve, duration, surface_every;
+    float range, home_radius, home_speed, depth_max, reserve, duration, surface_every, declination;
     Waypoint<float> waypoint[max_waypoints];
     Corner<float> corner[max_corners];
 };
-static_assert(sizeof(StoredMission) == 4 * (6 + 4 + 7 + 5 * max_waypoints + 2 * max_corners));
+static_assert(sizeof(StoredMission) == 4 * (7 + 4 + 8 + 6 * max_waypoints + 2 * max_corners));
 
 /// View of a stored mission: waypoints and corners are not copied.
 inline Mission<float> mission_of(const StoredMission& stored) {
@@ -37,13 +38,16 @@ inline Mission<float> mission_of(const StoredMission& stored) {
             stored.reserve,
             stored.duration,
             stored.surface_every,
-            stored.stay != 0};
+            stored.stay != 0,
+            stored.silence_below != 0,
+            stored.declination};
 }
 
 /// Copy a mission, without its origin.
 inline void pack_mission(StoredMission& stored, const Mission<float>& m) {
     std::memset(static_cast<void*>(&stored), 0, sizeof(stored));
     stored.waypoints = m.waypoints, stored.corners = m.corners, stored.stay = m.stay;
+    stored.silence_below = m.silence_below, stored.declination = m.declination;
     stored.center = m.center, stored.home = m.home, stored.range = m.range;
     stored.home_radius = m.home_radius, stored.home_speed = m.home_speed, stored.depth_max = m.depth_max;
     stored.reserve = m.reserve, stored.duration = m.duration, stored.surface_every = m.surface_every;
@@ -63,11 +67,11 @@ inline bool is_valid(const Mission<float>& mission) {
     good = good && 0 < mission.home_radius && mission.home_radius < 1e5f && 0 < mission.home_speed;
     good = good && mission.home_speed < 10 && 0 <= mission.depth_max && mission.depth_max < 1e4f;
     good = good && 0 <= mission.reserve && mission.reserve <= 1 && 0 <= mission.duration && 0 <= mission.surface_every;
-    good = good && 0 <= mission.range && mission.range < 1e6f;
+    good = good && abs(mission.declination) <= 3.15f && 0 <= mission.range && mission.range < 1e6f;
     for (int k = 0; k < mission.waypoints; ++k) {
         const Waypoint<float>& to = mission.waypoint[k];
         good = good && place(to.x, to.y) && 0 <= to.depth && to.depth < 1e4f && 0 < to.speed && to.speed < 10 &&
-               0 < to.radius && to.radius < 1e5f;
+               0 < to.radius && to.radius < 1e5f && 0 <= to.hold && to.hold <= max_hold;
     }
     for (int k = 0; k < mission.corners; ++k) good = good && place(mission.corner[k].x, mission.corner[k].y);
     // A fence is a polygon or a circle, not both.

@@ -8,6 +8,8 @@ namespace hypertuna::firmware {
 
 struct Fix {
     std::int32_t latitude, longitude;  // 1e-7 deg
+    std::int32_t accuracy;             // mm, standard deviation
+    std::uint8_t satellites;
 };
 
 struct FixParser {
@@ -32,6 +34,7 @@ struct FixParser {
         count = 0;
         const bool valid = bytes[6 + 20] == 3 && (bytes[6 + 21] & 1) != 0;
         std::memcpy(&fix.longitude, bytes + 6 + 24, 4), std::memcpy(&fix.latitude, bytes + 6 + 28, 4);
+        std::memcpy(&fix.accuracy, bytes + 6 + 40, 4), fix.satellites = bytes[6 + 23];
         return valid;
     }
 

@@ -132,7 +132,8 @@ struct Teensy {
         Fix fix;
         for (int k = 0; k < 64 && receiver->available() > 0; ++k)
             if (fixes.take(std::uint8_t(receiver->read()), fix))
-                raw.fix[0] = fix.latitude, raw.fix[1] = fix.longitude, raw.fixed = true;
+                raw.fix[0] = fix.latitude, raw.fix[1] = fix.longitude, raw.fixed = true, raw.accuracy = fix.accuracy,
+                raw.satellites = fix.satellites;
         const std::uint32_t since = std::uint32_t(micros()) - sampled;
         if (since < sample_us) return;
         sampled += since < 2 * sample_us ? sample_us : since;  // what was missed is not made up for

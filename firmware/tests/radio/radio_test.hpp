@@ -102,12 +102,14 @@ inline mavlink_mission_item_int_t item(int what, float north, float east, float 
 }
 
 inline std::vector<mavlink_mission_item_int_t> box() {
-    std::vector<mavlink_mission_item_int_t> items = {item(HYPERTUNA_CMD_BOUNDS, 1e-4f, 0.025f, 0.4f, 4, 0.2f),
+    std::vector<mavlink_mission_item_int_t> items = {item(HYPERTUNA_CMD_BOUNDS, 3e-4f, 0.025f, 0.4f, 4, 0.2f),
+                                                     item(HYPERTUNA_CMD_DECLINATION, 0, 0, 0, -9),
                                                      item(MAV_CMD_DO_SET_HOME, 1, 2, 0)};
     for (int k = 0; k < 4; ++k)
         items.push_back(item(MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, k < 2 ? -50.0f : 50.0f,
                              k % 3 == 0 ? -50.0f : 50.0f, 0, 4));
     items.push_back(item(MAV_CMD_DO_CHANGE_SPEED, 0, 0, 0, 0, 0.35f));
-    for (int k = 0; k < 3; ++k) items.push_back(item(MAV_CMD_NAV_WAYPOINT, 10.0f * float(k), 20, 1.5f, 0, 2));
+    for (int k = 0; k < 3; ++k)
+        items.push_back(item(MAV_CMD_NAV_WAYPOINT, 10.0f * float(k), 20, 1.5f, 30.0f * float(k), 2));
     return items;
 }

@@ -8,6 +8,8 @@ static void test_missions() {
     CHECK(upload(bench, items) == MAV_MISSION_ACCEPTED);
     const Mission<float>& m = mission(bench.vehicle());
     CHECK(m.waypoints == 3 && m.corners == 4 && m.depth_max == 4.0f && m.reserve == 0.2f);
+    CHECK(m.silence_below && m.waypoint[2].hold == 60.0f);
+    CHECK_NEAR(m.declination, -9 * pi / 180, 1e-6);
     CHECK(m.stay && m.home_radius == 2.5f && m.home_speed == 0.4f);
     CHECK(m.waypoint[2].x == 20.0f && m.waypoint[2].y == 20.0f && m.waypoint[2].depth == 1.5f);
     CHECK(m.waypoint[1].speed == 0.35f && m.home.x == 2.0f && m.home.y == 1.0f);
@@ -16,7 +18,7 @@ static void test_missions() {
     CHECK(visit_items(m, [&](const mavlink_mission_item_int_t& got) {
               const auto& sent = items[same++];
               CHECK(got.command == sent.command && got.x == sent.x && got.y == sent.y && got.z == sent.z);
-              CHECK(got.param1 == sent.param1 && got.param2 == sent.param2);
+              CHECK(abs(got.param1 - sent.param1) < 1e-5f && got.param2 == sent.param2);
           }) == int(items.size()));
 
     auto bad = items;
@@ -26,6 +28,8 @@ static void test_missions() {
     CHECK(upload(bench, bad) == MAV_MISSION_UNSUPPORTED_FRAME);
     bad = {items[0], items[1]};
     CHECK(upload(bench, bad) == MAV_MISSION_ERROR);
+    bad = items, bad[8].param1 = -1;  // no time to stay
+    CHECK(upload(bench, bad) == MAV_MISSION_INVALID);
     bad = items, bad[0].param1 = 1e6f;  // the vehicle's own check, of the whole
     CHECK(upload(bench, bad) == MAV_MISSION_INVALID);
     CHECK(mission(bench.vehicle()).waypoints == 3 && mission(bench.vehicle()).depth_max == 4.0f);

@@ -20,22 +20,22 @@ static const std::vector<Corner<float>> square = {{-50, -50}, {50, -50}, {50, 50
 /// One for each reason, by hand.
 static void refusals_by_hand() {
     begin();
-    CHECK(given(square, {{10, 10, 1, 0.3f, 2}}) == Refusal::none);
-    CHECK(given(square, {{60, 10, 1, 0.3f, 2}}) == Refusal::outside_fence);
-    CHECK(given(square, {{10, 10, 1, 0.3f, 2}}, {0, 51}) == Refusal::outside_fence);
+    CHECK(given(square, {{10, 10, 1, 0.3f, 2, 0}}) == Refusal::none);
+    CHECK(given(square, {{60, 10, 1, 0.3f, 2, 0}}) == Refusal::outside_fence);
+    CHECK(given(square, {{10, 10, 1, 0.3f, 2, 0}}, {0, 51}) == Refusal::outside_fence);
     const std::vector<Corner<float>> bow = {{-50, -50}, {50, 50}, {50, -50}, {-50, 50}};
-    CHECK(given(bow, {{40, 0, 1, 0.3f, 2}}, {40, 0}) == Refusal::bad_fence);
-    CHECK(given({{0, 0}, {10, 10}, {30, 30}}, {{5, 5, 1, 0.3f, 2}}) == Refusal::bad_fence);
-    CHECK(given({{-50, -50}, {-50, -50}, {50, 0}, {0, 50}}, {{0, 0, 1, 0.3f, 2}}) == Refusal::bad_fence);
+    CHECK(given(bow, {{40, 0, 1, 0.3f, 2, 0}}, {40, 0}) == Refusal::bad_fence);
+    CHECK(given({{0, 0}, {10, 10}, {30, 30}}, {{5, 5, 1, 0.3f, 2, 0}}) == Refusal::bad_fence);
+    CHECK(given({{-50, -50}, {-50, -50}, {50, 0}, {0, 50}}, {{0, 0, 1, 0.3f, 2, 0}}) == Refusal::bad_fence);
     // Two halls and a corridor between their southern ends.
     const std::vector<Corner<float>> halls = {{0, 0},   {60, 0},  {60, 60}, {40, 60},
                                               {40, 10}, {20, 10}, {20, 60}, {0, 60}};
-    const Waypoint<float> west{10, 50, 1, 0.3f, 2}, east{50, 50, 1, 0.3f, 2}, below{10, 5, 1, 0.3f, 2},
-        beside{50, 5, 1, 0.3f, 2};
+    const Waypoint<float> west{10, 50, 1, 0.3f, 2, 0}, east{50, 50, 1, 0.3f, 2, 0}, below{10, 5, 1, 0.3f, 2, 0},
+        beside{50, 5, 1, 0.3f, 2, 0};
     CHECK(given(halls, {west, east}, {10, 20}, true) == Refusal::leaves_fence);
     CHECK(given(halls, {west, below, beside, east}, {10, 20}, true) == Refusal::none);
     CHECK(given(halls, {west, below, beside, east}, {10, 20}) == Refusal::leaves_fence);  // on its way home
-    CHECK(given(square, {{10, 10, 4.5f, 0.3f, 2}}) == Refusal::too_deep);                 // than the mission's 4 m
+    CHECK(given(square, {{10, 10, 4.5f, 0.3f, 2, 0}}) == Refusal::too_deep);              // than the mission's 4 m
     Mission<float> m = plan();
     m.depth_max = 31;
     CHECK(set_mission(v, m) == Refusal::too_deep);  // than the 30 m of the depth sensor
@@ -50,28 +50,28 @@ static void a_robot_outside() {
     begin_armed();
     std::vector<Corner<float>> far = square;
     for (Corner<float>& corner : far) corner.x += 200;
-    CHECK(given(far, {{200, 10, 1, 0.3f, 2}}, {200, 0}) == Refusal::none);
+    CHECK(given(far, {{200, 10, 1, 0.3f, 2, 0}}, {200, 0}) == Refusal::none);
     CHECK(set_control(v, Control::mission) == Refusal::robot_outside && v.now.control == Control::gait);
     CHECK(arm(v, false) == Refusal::none);
     float_on(v, board, 300);
     CHECK(arm(v, true) == Refusal::none && arm(v, false) == Refusal::none);  // nobody knows where it is
     CHECK(clear_mission(v) == Refusal::none && set_origin(v, 500000000, 80000000) == Refusal::none);
-    CHECK(given(far, {{200, 10, 1, 0.3f, 2}}, {200, 0}) == Refusal::none);
+    CHECK(given(far, {{200, 10, 1, 0.3f, 2, 0}}, {200, 0}) == Refusal::none);
     float_on(v, board, 300);
     CHECK(arm(v, true) == Refusal::robot_outside);
     CHECK(clear_mission(v) == Refusal::none);
     float_on(v, board, 300);
     CHECK(arm(v, true) == Refusal::none);
-    CHECK(given(far, {{200, 10, 1, 0.3f, 2}}, {200, 0}) == Refusal::none && v.now.armed);
+    CHECK(given(far, {{200, 10, 1, 0.3f, 2, 0}}, {200, 0}) == Refusal::none && v.now.armed);
     v.ground_contact = v.now.tick - 100'000;
     float_on(v, board, 300);
     CHECK(v.now.armed && v.now.control == Control::mission && v.state.guidance.reasons.has(Reason::recalled));
     // The first leg counts from where the robot is.
     const std::vector<Corner<float>> horseshoe = {{-40, -5}, {40, -5}, {40, 60}, {20, 60}, {20, 5}, {-40, 5}};
     begin_armed();
-    CHECK(given(horseshoe, {{30, 50, 1, 0.3f, 2}}, {0, 0}, true) == Refusal::none);
+    CHECK(given(horseshoe, {{30, 50, 1, 0.3f, 2, 0}}, {0, 0}, true) == Refusal::none);
     CHECK(set_control(v, Control::mission) == Refusal::leaves_fence);
-    CHECK(given(horseshoe, {{30, 0, 1, 0.3f, 2}, {30, 50, 1, 0.3f, 2}}, {0, 0}, true) == Refusal::none);
+    CHECK(given(horseshoe, {{30, 0, 1, 0.3f, 2, 0}, {30, 50, 1, 0.3f, 2, 0}}, {0, 0}, true) == Refusal::none);
     CHECK(set_control(v, Control::mission) == Refusal::none);
 }
 
@@ -91,7 +91,8 @@ static void random_missions() {
             fence.push_back({far * std::cos(angle), far * std::sin(angle)});
         }
         std::vector<Waypoint<float>> to;
-        for (int k = 0; k < 2; ++k) to.push_back({80 * (draw(40 + k) - 0.5f), 80 * (draw(50 + k) - 0.5f), 1, 0.3f, 2});
+        for (int k = 0; k < 2; ++k)
+            to.push_back({80 * (draw(40 + k) - 0.5f), 80 * (draw(50 + k) - 0.5f), 1, 0.3f, 2, 0});
         const Refusal refusal = given(fence, to);
         const Mission<float>& m = v.mission;
         accepted += refusal == Refusal::none, left += refusal == Refusal::leaves_fence;

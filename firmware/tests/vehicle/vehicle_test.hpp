@@ -45,7 +45,7 @@ inline Command<float> beat(float frequency = 2) {
 /// Largest amplitude that the controller is on its way to.
 inline bool beats() { return 0.1f < v.state.controller.target.amplitude[0]; }
 
-inline Waypoint<float> way[2] = {{0, -40, 0, 0.3f, 2}, {0, -80, 0, 0.3f, 2}};
+inline Waypoint<float> way[2] = {{0, -40, 0, 0.3f, 2, 0}, {0, -80, 0, 0.3f, 2, 0}};
 inline Mission<float> plan() {
     Mission<float> m{};
     m.waypoint = way, m.waypoints = 2;
@@ -62,7 +62,7 @@ inline Mission<float> numbered(int which) {
     m.waypoints = 3 + 40 * which, m.corners = 4 + which, m.stay = which == 1;
     m.home = {1.0f + float(which), 2.0f + float(which)}, m.reserve = 0.2f + 0.1f * float(which);
     for (int k = 0; k < m.waypoints; ++k)
-        to[k] = {float(k + which), float(2 * k - which), 1.0f + float(which), 0.3f, 2.0f + float(which)};
+        to[k] = {float(k + which), float(2 * k - which), 1.0f + float(which), 0.3f, 2.0f + float(which), float(which)};
     for (int k = 0; k < m.corners; ++k) {  // around all of it
         const float angle = 2 * float(hypertuna::pi) * float(k) / float(m.corners), far = 400 + float(which);
         corner[k] = {far * std::cos(angle), far * std::sin(angle)};

@@ -178,12 +178,14 @@ def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float
 
 
 def mission_columns(mission: Mission) -> dict[str, Any]:
-    """Return a mission by the names of core mission.hpp, with ``waypoints`` (n, 5) and ``fence`` (n, 2)."""
+    """Return a mission by the names of core mission.hpp, with ``waypoints`` (n, 5), ``hold`` (n,) and ``fence`` (n, 2)."""
     scalars = ("home_radius", "home_speed", "depth_max", "reserve", "duration", "surface_every", "stay")
+    scalars += ("silence_below", "declination")
     columns = {name: [float(getattr(mission, name))] for name in scalars}
     columns |= {"start": list(mission.start), "home": list(mission.home)}
     return {
         **columns,
-        "waypoints": np.array(mission.waypoints, dtype=np.float64).reshape(-1, 5),
+        "waypoints": np.array([point[:5] for point in mission.waypoints], dtype=np.float64).reshape(-1, 5),
+        "hold": np.array([point.hold for point in mission.waypoints], dtype=np.float64),
         "fence": np.array(mission.fence, dtype=np.float64).reshape(-1, 2),
     }

@@ -20,6 +20,7 @@ class Waypoint(NamedTuple):
     depth: float  # m below the surface
     speed: float  # m/s through the water
     radius: float  # m: reached within
+    hold: float = 0.0  # s to stay there
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,8 @@ class Mission:
     duration: float = 0.0  # s after which the robot should be home, 0 for no limit
     surface_every: float = 0.0  # s from a fix to surfacing for the next, 0 for only when the position is uncertain
     stay: bool = False  # surface at the last waypoint instead of going home
+    silence_below: bool = False  # silence of the ground recalls the robot under water, too
+    declination: float = 0.0  # rad of magnetic from true north, east positive
     bottom: float = 20.0  # m, depth of the ground
     current: tuple[float, float] = (0.0, 0.0)  # at the surface
     current_bottom: tuple[float, float] = (0.0, 0.0)  # at the ground, linear in between

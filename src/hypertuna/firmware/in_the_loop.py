@@ -30,6 +30,7 @@ Messages = NDArray[Any]
 CHUNK = 3000  # random messages sent at a time
 PARTS = ("controller", "pilot", "radio", "whole")  # parts of a tick whose instructions are counted
 TICK = 0.01  # s
+MILLI = 1000  # mm in 1 m
 RANGES = {
     "ticks": Whole(min=1, max=100_000_000),  # up to eleven days
     "seed": Whole(min=0, max=2**64 - 1),
@@ -186,6 +187,7 @@ class _Loop:
         if len(readings) > sensed:
             message["flags"] |= FIXED
             message["fix"] = self.counts.fix(readings[sensed], readings[sensed + 1])
+            message["accuracy"] = round(readings[sensed + 2] * MILLI)
         if self.clock is not None:
             time.sleep(max(0.0, self.clock + tick * self.tick - time.perf_counter()))
         if self.relay is not None:

@@ -20,8 +20,8 @@ DEGREES = 1e7  # counts of the satellite receiver
 FIXED, LEAK, GROUND, LAST, STACK = 1, 2, 4, 8, 16  # flags
 ORDERS = ("none", "arm", "gait", "manual", "control", "origin", "begin", "waypoint", "corner", "end", "parameter")
 
-REQUEST: list[Any] = [("sample", "<i4", SAMPLES), ("fix", "<i4", 2)]
-REQUEST += [(name, "u1") for name in ("flags", "order", "which", "spare")]
+REQUEST: list[Any] = [("sample", "<i4", SAMPLES), ("fix", "<i4", 2), ("accuracy", "<i4")]
+REQUEST += [(name, "u1") for name in ("flags", "order", "which", "satellites")]
 TO_BOARD = np.dtype([*REQUEST, ("number", "<f4", NUMBERS)])
 SAME: list[Any] = [("tick", "<u4"), ("pulse", "<f4", SERVOS_MAX), ("quaternion", "<f4", 4), ("position", "<f4", 2)]
 SAME += [(name, "<f4") for name in ("depth", "speed", "position_error")]

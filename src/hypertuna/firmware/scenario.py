@@ -82,7 +82,7 @@ def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
         return
     m = mission
     numbers = (*m.home, m.home_radius, m.home_speed, m.depth_max, m.reserve, m.duration, m.surface_every, m.stay)
-    steps = [order("begin", *numbers, 0.0, 0.0, 0.0, *m.start)]
+    steps = [order("begin", *numbers, 0.0, 0.0, 0.0, *m.start, m.declination, m.silence_below)]
     steps += [order("waypoint", *waypoint) for waypoint in m.waypoints]
     steps += [order("corner", *corner) for corner in m.fence]
     yield from enumerate([*steps, order("end")], START)

@@ -47,7 +47,7 @@ def mission_card(file: MissionFile) -> Card:
         ("fence", f"{len(mission.fence)} corners" if mission.fence else "none"),
     ]
     rows = [tuple(number(value) for value in point) for point in mission.waypoints]
-    columns = ("east [m]", "north [m]", "depth [m]", "speed [m/s]", "radius [m]")
+    columns = ("east [m]", "north [m]", "depth [m]", "speed [m/s]", "radius [m]", "hold [s]")
     east, north = zip(*mission.course, strict=True)
     label = "course: north [m] over east [m]"
     picture = lambda: curve_svg(east, north, label, equal=True)  # noqa: E731
@@ -57,7 +57,7 @@ def mission_card(file: MissionFile) -> Card:
 def waypoint_columns(file: MissionFile) -> dict[str, list[float]]:
     """Return the waypoints of a mission as columns."""
     columns = zip(*file.mission.waypoints, strict=True)
-    return dict(zip(("x_m", "y_m", "depth_m", "speed_m_s", "radius_m"), map(list, columns), strict=True))
+    return dict(zip(("x_m", "y_m", "depth_m", "speed_m_s", "radius_m", "hold_s"), map(list, columns), strict=True))
 
 
 def record_card(record: MissionRecord) -> Card:

@@ -92,7 +92,7 @@ def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile
     except InputError as error:
         raise InputError(error.rule, file=file or None, key=error.key, value=error.value, fix=error.fix) from None
     origin = None if checked.origin is None else (checked.origin.latitude, checked.origin.longitude)
-    facts = json.dumps([asdict(mission), origin, checked.scatter.model_dump()], sort_keys=True)
+    facts = json.dumps([_facts(mission), origin, checked.scatter.model_dump()], sort_keys=True)
     digest = hashlib.sha256(facts.encode()).hexdigest()
     return MissionFile(checked.name, checked.description, checked.robot, mission, origin, checked.scatter, file, digest)
 
@@ -135,6 +135,13 @@ def reference() -> str:
     return page[page.index("## ") :].replace("## ", "### ").rstrip()
 
 
+def _facts(mission: Mission) -> dict[str, Any]:
+    """Return what can change a result; fields of later versions where they are set, so that old files keep their hash."""
+    facts = asdict(mission)
+    facts["waypoints"] = [point if point.hold else point[:-1] for point in mission.waypoints]
+    return {name: value for name, value in facts.items() if value or name not in ("silence_below", "declination")}
+
+
 # --- how it is checked
 
 
@@ -170,7 +177,7 @@ def _mission(document: Document) -> Mission:
     toward = water.toward if water.toward_bottom is None else water.toward_bottom
     return Mission(
         waypoints=tuple(
-            Waypoint(*_place(document, f"waypoints[{k}]", point), point.depth, point.speed, point.radius)
+            Waypoint(*_place(document, f"waypoints[{k}]", point), point.depth, point.speed, point.radius, point.hold)
             for k, point in enumerate(document.waypoints)
         ),
         start=begin,
@@ -186,6 +193,8 @@ def _mission(document: Document) -> Mission:
         duration=limits.duration or 0.0,
         surface_every=document.gps.surface_every or 0.0,
         stay=document.stay,
+        silence_below=limits.silence_below,
+        declination=0.0 if document.origin is None else document.origin.declination,
         bottom=water.bottom,
         current=(water.current * math.sin(water.toward), water.current * math.cos(water.toward)),
         current_bottom=(ground * math.sin(toward), ground * math.cos(toward)),

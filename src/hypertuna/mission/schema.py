@@ -47,6 +47,11 @@ class Origin(Part):
 
     latitude: Latitude = entry("latitude of the origin, north positive", "deg")
     longitude: Longitude = entry("longitude of the origin, east positive", "deg")
+    declination: Degrees = entry(
+        "declination of the magnetic field: direction of magnetic north, clockwise from north (default: 0)",
+        "deg",
+        default=0.0,
+    )
 
 
 class Place(Part):
@@ -72,6 +77,7 @@ class WaypointTable(Place):
     depth: Depth = entry("depth on the way there (default: 0)", "m", default=0.0)
     speed: Speed = entry("speed through the water on the way there", "m/s")
     radius: Positive = entry("distance within which the waypoint counts as reached", "m")
+    hold: Moment = entry("time to stay at the waypoint (default: 0)", "s", default=0.0)
 
 
 class Home(Place):
@@ -121,6 +127,9 @@ class Limits(Part, table="limits"):
     depth: Below = entry("depth that the robot must not exceed (default: 5)", "m", default=5.0)
     battery: Reserve = entry("fraction of the usable charge that must remain at home (default: 0.1)", default=0.1)
     duration: Seconds | None = entry("time by which the robot should be home (default: no end)", "s", default=None)
+    silence_below: Flag = entry(
+        "whether silence of the ground recalls the robot under water, too (default: false)", default=False
+    )
 
     def _checks(self) -> Iterator[Check]:
         """Yield the checks of a fence: a polygon whose sides do not cross."""

@@ -1,5 +1,6 @@
 """Missions over the radio, as the items that it carries: bounds, home, fence, then speeds and waypoints in order."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -23,8 +24,11 @@ def items_of(mission: Mission, system: int) -> list[Any]:
         items.append(make_message("mission_item_int", system, 1, len(items), LOCAL, command, 0, 1, *numbers, *place))
 
     bounds = (mission.depth_max, mission.reserve, mission.duration, mission.surface_every)
-    more = (float(mission.stay) / STEP, 100 * mission.home_radius / STEP, mission.home_speed)
+    flags = mission.stay + 2 * mission.silence_below
+    more = (flags / STEP, 100 * mission.home_radius / STEP, mission.home_speed)
     add(module.HYPERTUNA_CMD_BOUNDS, bounds, *more)
+    if mission.declination:
+        add(module.HYPERTUNA_CMD_DECLINATION, (math.degrees(mission.declination),))
     add(module.MAV_CMD_DO_SET_HOME, (), mission.home[1], mission.home[0])
     for x, y in mission.fence:
         add(module.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, (len(mission.fence),), y, x)
@@ -33,7 +37,7 @@ def items_of(mission: Mission, system: int) -> list[Any]:
         if point.speed != speed:
             add(module.MAV_CMD_DO_CHANGE_SPEED, (0.0, point.speed))
         speed = point.speed
-        add(module.MAV_CMD_NAV_WAYPOINT, (0.0, point.radius), point.y, point.x, point.depth)
+        add(module.MAV_CMD_NAV_WAYPOINT, (point.hold, point.radius), point.y, point.x, point.depth)
     return items
 
 

@@ -65,7 +65,8 @@ struct MissionData {
     MissionData(const MissionData&) = delete;  // the mission points at both
 };
 
-/// A mission from `waypoints` (n, 5: x, y, depth, speed, radius), `fence` (n, 2: x, y) and its numbers by name.
+/// A mission from `waypoints` (n, 5: x, y, depth, speed, radius), `hold` (n), `fence` (n, 2: x, y) and its numbers by
+/// name.
 inline Loaded<MissionData> load_mission(const NamedColumns& columns) {
     ColumnReader in(columns);
     MissionData data;
@@ -74,8 +75,9 @@ inline Loaded<MissionData> load_mission(const NamedColumns& columns) {
         return in.numbers(name, column ? column->rows : 0, width);
     };
     const std::vector<double> way = rows("waypoints", 5), fence = rows("fence", 2);
+    const std::vector<double> hold = in.numbers("hold", way.size() / 5);
     for (std::size_t k = 0; k + 5 <= way.size(); k += 5)
-        data.waypoint.push_back({way[k], way[k + 1], way[k + 2], way[k + 3], way[k + 4]});
+        data.waypoint.push_back({way[k], way[k + 1], way[k + 2], way[k + 3], way[k + 4], hold[k / 5]});
     for (std::size_t k = 0; k + 2 <= fence.size(); k += 2) data.corner.push_back({fence[k], fence[k + 1]});
     Mission<double>& mission = data.mission;
     mission.waypoint = data.waypoint.data(), mission.waypoints = int(data.waypoint.size());
@@ -85,7 +87,8 @@ inline Loaded<MissionData> load_mission(const NamedColumns& columns) {
     mission.home_radius = in.number("home_radius"), mission.home_speed = in.number("home_speed");
     mission.depth_max = in.number("depth_max"), mission.reserve = in.number("reserve");
     mission.duration = in.number("duration"), mission.surface_every = in.number("surface_every");
-    mission.stay = in.number("stay") != 0;
+    mission.stay = in.number("stay") != 0, mission.silence_below = in.number("silence_below") != 0;
+    mission.declination = in.number("declination");
     return in.loaded(std::move(data));
 }
 

@@ -6,10 +6,10 @@
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
 /// m east and north, m down, m/s through the water, m within which it counts as reached (or passed: guidance.hpp,
-/// follow_legs).
+/// follow_legs), s to stay there.
 template <class T>
 struct Waypoint {
-    T x, y, depth, speed, radius;
+    T x, y, depth, speed, radius, hold;
 };
 
 template <class T>
@@ -33,6 +33,8 @@ struct Mission {
     T duration;             // s after which it should be home; 0 for no end
     T surface_every;        // s after the last fix to come up for the next; 0 for only when needed
     bool stay;              // after the last waypoint come up there, not at home
+    bool silence_below;     // silence of the ground counts under water, too
+    T declination;          // rad of magnetic from true north, east positive
 };
 
 /// How far inside the fence a place is, and the direction to the inside from its nearest border.

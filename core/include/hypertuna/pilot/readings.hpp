@@ -16,6 +16,7 @@ struct PilotReadings {
     T field[3];  // magnetic field in body axes, in units of the field's strength
     T fix[2];    // m east and north, of the satellite receiver
     bool fixed;  // a fix came in this tick
+    T accuracy;  // m, standard deviation of the fix by the receiver; 0 unknown
 };
 
 /// The controller's readings where the pilot's are expected.

@@ -185,6 +185,7 @@ Sensed<PilotReadings<T>, T> sense(const Sensors<T>& sensors, const SensorsState<
     const FaultKind fault = fault_of(faults, fault_count, first_channel("position"), time);
     const bool due = state.count % std::uint64_t(sensors.fix_every) == 0;
     readings.fixed = truth.fixed && due && fault != FaultKind::open && fault != FaultKind::nan;
+    readings.accuracy = truth.accuracy;
     ++state.count;
     return {state, readings};
 }
