@@ -4,7 +4,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from hypertuna.mission.schema import Document, Place, Scatter
 from hypertuna.ranges import NOT_NEGATIVE
 
 TURN = 2 * math.pi
+LATER = ("silence_below", "declination", "air_pressure", "dip", "field_declination")  # fields that 0.2.0 lacks
 SPAN = 3600.0  # s in which the gaps of a mission without a time limit begin
 
 
@@ -136,10 +137,11 @@ def reference() -> str:
 
 
 def _facts(mission: Mission) -> dict[str, Any]:
-    """Return what can change a result; fields of later versions where they are set, so that old files keep their hash."""
+    """Return all that can change a result; keys of later versions where they are set, so that old files keep their hash."""
     facts = asdict(mission)
     facts["waypoints"] = [point if point.hold else point[:-1] for point in mission.waypoints]
-    return {name: value for name, value in facts.items() if value or name not in ("silence_below", "declination")}
+    usual = {field.name: field.default for field in fields(mission)}
+    return {name: value for name, value in facts.items() if name not in LATER or value != usual[name]}
 
 
 # --- how it is checked
