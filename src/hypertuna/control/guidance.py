@@ -178,7 +178,7 @@ def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float
 
 
 def mission_columns(mission: Mission) -> dict[str, Any]:
-    """Return a mission by the names of core mission.hpp, with ``waypoints`` (n, 5), ``hold`` (n,) and ``fence`` (n, 2)."""
+    """Return a mission by the names in core mission.hpp: ``waypoints`` (n, 5), ``hold`` (n,), ``fence`` (n, 2)."""
     scalars = ("home_radius", "home_speed", "depth_max", "reserve", "duration", "surface_every", "stay")
     scalars += ("silence_below", "declination")
     columns = {name: [float(getattr(mission, name))] for name in scalars}

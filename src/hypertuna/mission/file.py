@@ -137,7 +137,7 @@ def reference() -> str:
 
 
 def _facts(mission: Mission) -> dict[str, Any]:
-    """Return all that can change a result; keys of later versions where they are set, so that old files keep their hash."""
+    """Return all that can change a result; later keys where they are set, so that old files keep their hash."""
     facts = asdict(mission)
     facts["waypoints"] = [point if point.hold else point[:-1] for point in mission.waypoints]
     usual = {field.name: field.default for field in fields(mission)}
