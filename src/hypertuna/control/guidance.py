@@ -179,8 +179,10 @@ def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float
 
 def mission_columns(mission: Mission) -> dict[str, Any]:
     """Return a mission by the names in core mission.hpp: ``waypoints`` (n, 5), ``hold`` (n,), ``fence`` (n, 2)."""
-    scalars = ("home_radius", "home_speed", "depth_max", "reserve", "duration", "surface_every", "stay")
-    scalars += ("silence_below", "declination")
+    scalars = (
+        *("home_radius", "home_speed", "depth_max", "reserve", "duration", "surface_every", "stay"),
+        *("silence_below", "declination"),
+    )
     columns = {name: [float(getattr(mission, name))] for name in scalars}
     columns |= {"start": list(mission.start), "home": list(mission.home)}
     return {
