@@ -92,17 +92,17 @@ inline void command(Radio& radio, Vehicle& vehicle, const Frame& frame) {
     });
 }
 
-/// Act on a frame that is signed where it must be, newer than its sender's last, and whose answers have room. Disarming
-/// needs neither order nor room: two stations with equal ids number their frames apart.
+/// Act on a frame that is signed where it must be, new, and whose answers have room. Disarming needs neither order nor
+/// room. A companion computer may have the robot's system id.
 inline void on_frame(Radio& radio, Vehicle& vehicle, const Frame& frame) {
     const std::uint32_t tick = snapshot(vehicle).tick;
-    if (frame.system == radio.out.sender.system) return;  // an echo
+    if (frame.system == radio.out.sender.system && frame.component == own_component) return;  // an echo
     // A modem does not sign its status: the frame must not count as its sender's last.
     const bool modem = frame.id == MAVLINK_MSG_ID_RADIO_STATUS;
     if (!modem && !verify(radio.signing, frame))
         return ++radio.not_signed, report_rarely(radio, tick, Refusal::not_signed);
     store_stamp(radio.signing, vehicle);
-    const bool fresh = modem || is_fresh(radio, frame, tick);
+    const bool fresh = modem || radio.signing.on || is_new(radio.run, frame, tick);  // signatures have their own order
     const bool noticed = visit_message(Notices{}, frame, [&](const auto& m) {
         if (fresh) notice(radio, vehicle, Peer{frame.system, frame.component}, m);
     });

@@ -14,6 +14,7 @@ namespace hypertuna::firmware {
 inline constexpr int head_length = 10, crc_length = 2, signature_length = 13;
 inline constexpr int max_payload = 255;
 inline constexpr int max_frame = head_length + max_payload + crc_length + signature_length;
+inline constexpr int newer_fields = 16;  // bytes of extensions that a newer dialect may have behind a message's own
 inline constexpr std::uint8_t frame_mark = 0xFD, signed_flag = 1;
 
 /// A complete frame in the parser's buffer: valid until the next call of next().
@@ -73,8 +74,8 @@ inline Check check_frame(const std::uint8_t* bytes, int fill, int& length, std::
     if (bytes[0] != frame_mark) return Check::no_frame;
     if (fill < head_length) return Check::incomplete;
     const MessageKind* kind = accepted_kind(id_of(bytes));
-    if (kind == nullptr || bytes[1] > kind->max_length || bytes[1] < 1 || (bytes[2] & ~signed_flag) != 0)
-        return Check::no_frame;
+    if (kind == nullptr || bytes[1] < 1 || kind->max_length + newer_fields < bytes[1]) return Check::no_frame;
+    if ((bytes[2] & ~signed_flag) != 0) return Check::no_frame;
     const int crc_at = head_length + bytes[1];
     length = crc_at + crc_length + (bytes[2] & signed_flag ? signature_length : 0);
     if (fill < length) return Check::incomplete;
@@ -103,11 +104,13 @@ inline bool next(Parser& parser, Frame& frame) {
     return true;
 }
 
-/// Message of a frame; omitted trailing bytes are zero.
+/// Message of a frame; omitted trailing bytes are zero, unknown extensions are dropped.
 template <class Message>
 Message message_of(const Frame& frame) {
+    constexpr int known = kind_of<Message>.max_length;
     Message message{};
-    std::memcpy(static_cast<void*>(&message), frame.bytes + head_length, std::size_t(frame.payload));
+    std::memcpy(static_cast<void*>(&message), frame.bytes + head_length,
+                std::size_t(frame.payload < known ? frame.payload : known));
     return message;
 }
 

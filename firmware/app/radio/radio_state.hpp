@@ -1,21 +1,12 @@
 /// State of the radio, and how it answers.
 #pragma once
 
+#include "app/radio/sequence.hpp"
 #include "app/radio/telemetry.hpp"
 
 namespace hypertuna::firmware {
 
 inline constexpr std::uint8_t own_component = 1;  // MAV_COMP_ID_AUTOPILOT1
-inline constexpr int max_sources = 4;
-inline constexpr std::uint32_t silence = 200;  // ticks after which a source's sequence may restart
-inline constexpr int window = 64;              // frames up to this many behind a source's last are old
-
-/// A sender of commands, and its last frame.
-struct Source {
-    std::uint8_t system, component, sequence;
-    bool used;
-    std::uint32_t tick;
-};
 
 /// A mission being uploaded item by item; the mission on board stays until the upload is complete.
 struct Upload {
@@ -36,7 +27,7 @@ struct Radio {
     Outbox out;
     Signing signing;
     Telemetry telemetry;
-    Source source[max_sources];
+    Run run[max_runs];
     Upload upload;
     int list_next, list_end;  // parameters still to be listed
     Faults reported_faults;
@@ -109,25 +100,6 @@ inline void acknowledge(Radio& radio, Peer to, std::uint16_t command, Refusal re
     m.command = command, m.result = result_of(refusal), m.result_param2 = int(refusal);
     m.target_system = to.system, m.target_component = to.component;
     reply(radio.out, m);
-}
-
-/// Whether a frame is newer than the last of its source. Radios repeat and reorder frames; an old command is refused.
-inline bool is_fresh(Radio& radio, const Frame& frame, std::uint32_t tick) {
-    Source* place = nullptr;
-    for (Source& source : radio.source) {
-        if (source.used && source.system == frame.system && source.component == frame.component) {
-            place = &source;
-            break;
-        }
-        // A new source takes a free slot, or that of the source silent for longest.
-        if (place == nullptr || !source.used || (place->used && tick - source.tick > tick - place->tick))
-            if (place == nullptr || place->used) place = &source;
-    }
-    const bool known = place->used && place->system == frame.system && place->component == frame.component;
-    const int behind = std::uint8_t(place->sequence - frame.sequence);
-    if (known && tick - place->tick <= silence && behind < window) return false;
-    *place = {frame.system, frame.component, frame.sequence, true, tick};
-    return true;
 }
 
 /// Whether a command is for this robot, or for every robot. MANUAL_CONTROL is always for one.

@@ -202,33 +202,8 @@ static void test_heartbeats_in_a_download() {
     CHECK(int(said<mavlink_heartbeat_t>(bench.board.said).size()) >= seconds - 1);
 }
 
-/// Two stations with the same ids, as QGroundControl and a script beside it, count their frames apart. Whatever their
-/// numbers say of the order, disarming is heard.
-static void test_disarm_of_two_stations() {
-    for (const bool is_int : {false, true})
-        for (int lead = 1; lead <= 60; lead += 7) {
-            Bench bench;
-            bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
-            CHECK(snapshot(bench.vehicle()).armed);
-            const std::uint8_t own = bench.ground.sequence;
-            bench.ground.sequence = std::uint8_t(own + lead);
-            mavlink_heartbeat_t heartbeat{};
-            heartbeat.type = MAV_TYPE_GCS;
-            bench.say(heartbeat, 2);  // of the other
-            bench.ground.sequence = own;
-            mavlink_command_int_t whole{};
-            whole.command = MAV_CMD_COMPONENT_ARM_DISARM, whole.target_system = 1;
-            if (is_int)
-                bench.say(whole, 2);
-            else
-                bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 0), 2);
-            CHECK(!snapshot(bench.vehicle()).armed);
-        }
-}
-
 int main() {
     test_heartbeats_in_a_download();
-    test_disarm_of_two_stations();
     test_arm_gait_disarm();
     test_parameters();
     test_command_int();

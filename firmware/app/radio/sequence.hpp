@@ -1,0 +1,79 @@
+/// Sequence: which frames are new. Radios repeat and reorder frames, and an old command must not be followed again.
+///
+/// Two stations with equal ids, as QGroundControl and a script beside it, number their frames apart. So there may be
+/// several runs of numbers under the same ids: a frame belongs to the run that it continues.
+#pragma once
+
+#include "app/radio/frames.hpp"
+
+namespace hypertuna::firmware {
+
+inline constexpr int max_runs = 6;
+inline constexpr std::uint32_t silence = 200;   // ticks after which a sender may begin its numbers anew
+inline constexpr std::uint32_t max_late = 150;  // ticks that a radio holds a frame back at most
+inline constexpr int window = 64;               // numbers that a run remembers, and skips at most
+inline constexpr int max_lost = 3;              // numbers skipped by a frame that another run has, too
+
+/// A number of a run: when its frame was received, and the checksum that tells it from another station's.
+struct Received {
+    std::uint32_t tick;
+    std::uint16_t checksum;
+    bool any;
+};
+
+/// Frames of one sender, numbered without a jump.
+struct Run {
+    std::uint8_t system, component, last;
+    bool used;
+    std::uint32_t tick;         // of its last frame
+    Received received[window];  // of number % window
+};
+
+inline std::uint16_t checksum_of(const Frame& frame) {
+    const std::uint8_t* crc = frame.bytes + head_length + frame.payload;
+    return std::uint16_t(crc[0] | crc[1] << 8);
+}
+
+/// Whether a number that a run skipped may still come: the next one came lately.
+inline bool may_be_late(const Run& run, std::uint8_t number, std::uint32_t tick) {
+    for (std::uint8_t k = std::uint8_t(number + 1); k != std::uint8_t(run.last + 1); ++k)
+        if (run.received[k % window].any) return tick - run.received[k % window].tick <= max_late;
+    return false;
+}
+
+/// Add a frame to a run, or begin the run with it.
+inline void extend(Run& run, const Frame& frame, std::uint32_t tick, bool begins) {
+    if (begins) run = {};
+    const int skipped = begins ? 0 : std::uint8_t(frame.sequence - run.last) - 1;
+    for (int k = 1; k <= skipped; ++k) run.received[std::uint8_t(run.last + k) % window].any = false;
+    run.system = frame.system, run.component = frame.component, run.last = frame.sequence;
+    run.used = true, run.tick = tick;
+    run.received[frame.sequence % window] = {tick, checksum_of(frame), true};
+}
+
+/// Whether a frame is new: neither repeated nor late in the run of its sender. It is remembered if it is.
+inline bool is_new(Run (&runs)[max_runs], const Frame& frame, std::uint32_t tick) {
+    Run *next = nullptr, *idle = runs;
+    int nearest = window + 1;
+    bool late = false, repeated = false;
+    for (Run& run : runs) {
+        if (idle->used && (!run.used || tick - run.tick > tick - idle->tick)) idle = &run;
+        const bool same = run.used && run.system == frame.system && run.component == frame.component;
+        if (!same || silence < tick - run.tick) continue;
+        const int behind = std::uint8_t(run.last - frame.sequence), ahead = 256 - behind;
+        const Received& before = run.received[frame.sequence % window];
+        if (window <= behind) {
+            if (ahead < nearest) nearest = ahead, next = &run;
+        } else if (before.any) {
+            repeated = repeated || before.checksum == checksum_of(frame);
+        } else {
+            late = late || may_be_late(run, frame.sequence, tick);
+        }
+    }
+    // Two stations also send equal frames under equal numbers: it is new if it is the next of another run.
+    if (repeated ? max_lost + 1 < nearest : next == nullptr && late) return false;
+    extend(next != nullptr ? *next : *idle, frame, tick, next == nullptr);
+    return true;
+}
+
+}  // namespace hypertuna::firmware
