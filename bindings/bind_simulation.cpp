@@ -113,7 +113,7 @@ static NamedArrays simulate_command(const PlantData& plant, const GaitCommand& c
 }
 
 /// A board in the pilot's place: what the sensors show goes in, servo pulses come out.
-using BoardCall = nb::typed<nb::callable, std::vector<double>(std::vector<double>)>;
+using BoardCall = nb::typed<nb::callable, std::vector<double>(std::vector<double>, double)>;
 
 /// What the sensors show, for a board: every channel that has counts, then east, north and accuracy of a fix where one
 /// came.
@@ -138,9 +138,9 @@ static std::pair<NamedArrays, nb::bytes> simulate_pilot(
     Flight flight{pilot.model, pilot.mission.mission, {}, {}};
     for (const auto& [fin, angle, start, end] : fin_faults) flight.fin_faults.push_back({fin, angle, start, end});
     if (board)
-        flight.board = [&](const PilotReadings<double>& readings, double* pulse) {
+        flight.board = [&](const PilotReadings<double>& readings, double antenna, double* pulse) {
             const nb::gil_scoped_acquire locked;
-            const auto sent = nb::cast<std::vector<double>>((*board)(shown(readings, joints)));
+            const auto sent = nb::cast<std::vector<double>>((*board)(shown(readings, joints), antenna));
             check_extent("pulses", sent.size(), std::size_t(2 * joints + 2));
             std::copy(sent.begin(), sent.end(), pulse);
         };
@@ -166,9 +166,11 @@ void bind_simulation(nb::module_& m) {
                 new (self) World(take(load_world(MappedColumns(columns).columns)));
             },
             nb::arg("columns"),
-            "From `clamped` (0 or 1: the head is held still), `gaps` (n, 2: times without satellites [s]) and the "
-            "sea's "
-            "columns `sea.NAME`, each of which may be left out: without them the plane of still water.");
+            "From `clamped` (0 or 1: the head is held still), `gaps` (n, 2: times without satellites [s]), `resets` "
+            "(n: "
+            "times at which the receiver restarts [s]), `released` (s until which someone holds the robot at its "
+            "start), and the columns `sea.NAME`, `weather.NAME` and "
+            "`receiver.NAME`, each of which may be left out: without a sea the plane of still water.");
     nb::class_<BodyData>(m, "Body", "What of a robot moves in the water. Immutable.")
         .def(
             "__init__",
@@ -219,8 +221,8 @@ void bind_simulation(nb::module_& m) {
         "Fly a pilot's mission from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier "
         "part left: the record and the state at the end. `fin_faults` are servos that stand, (fin, angle [rad] or NaN "
         "for where it is, from, to [s]). `board` takes the pilot's place: a function of what the sensors show (bends, "
-        "pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) that returns the "
-        "servo pulses [s].");
+        "pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) and of the height "
+        "of its antenna above the surface [m] that returns the servo pulses [s].");
 }
 
 }  // namespace hypertuna

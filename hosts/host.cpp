@@ -175,7 +175,7 @@ ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* faul
     };
     if (!robot->twin) return refused("twin: the robot has no controller; describe one and write the image again");
     const TwinParts& parts = *robot->twin;
-    World world{false, {}, {}};
+    World world{};
     Run run{0, 1, parts.controller.tick, parts.steps, {{-start->speed, 0, 0}, {0, 0, 0}}, {}, 0};
     if (start->sea) {
         ColumnReader in(robot->sea);

@@ -79,8 +79,8 @@ class FlightTwin final : public LiveTwin {
         twin_.controller = parts.controller;
         instruments.sensors = parts.sensors;
         instruments.sensors.seed = seed;
-        on_.twin = start_of(twin_, {0, 1, parts.controller.tick, parts.steps, {}, mission.pose, mission.charge});
-        on_.pilot = init(flight_.pilot, flight_.mission);
+        on_ = start_flight(twin_, flight_, world_, instruments,
+                           {0, 1, parts.controller.tick, parts.steps, {}, mission.pose, mission.charge});
         Columns::add(row, 1, parts.coordinates, parts.plant.joints);
         pilot_at_ = add_columns(row, pilot_columns, 1, parts.coordinates, parts.plant.joints);
         flight_at_ = add_columns(row, flight_columns, 1, parts.coordinates, parts.plant.joints);

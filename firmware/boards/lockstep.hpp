@@ -32,10 +32,13 @@ struct ToBoard {
     std::int32_t fix[2], accuracy;
     std::uint8_t flags, order, which, satellites;
     float number[order_numbers];
+    std::uint8_t missed;             // ticks before this one that the board missed: its clock went on
+    std::uint8_t length, radio[62];  // bytes that the radio received
 
     static constexpr std::uint8_t fixed = 1, leak = 2, ground = 4, last = 8, stack = 16;
+    static constexpr std::uint8_t reset = 32, power = 64;  // boot before this tick; its power was never gone
 };
-static_assert(sizeof(ToBoard) == 4 * (counted_channels + 3 + 1 + order_numbers));
+static_assert(sizeof(ToBoard) == 4 * (counted_channels + 3 + 1 + order_numbers + 16));
 
 struct FromBoard {
     std::uint32_t tick;
@@ -166,8 +169,21 @@ struct Lockstep {
     FlashMemory& memory;
     ToBoard request;
     float pulse[max_servos];
+    std::uint32_t due = 0, begun = 0;  // clock at the start of the tick: the board's, the wire's
+    std::uint32_t word = 0;            // survives a reset without loss of power
+    bool by_watchdog = false;          // the last reset
 
-    bool wait() { return wire.read(&request, sizeof(request)); }
+    bool wait() {
+        if (!wire.read(&request, sizeof(request))) return false;
+        due += (1u + request.missed) * wire.per_tick(), begun = wire.clock();
+        return true;
+    }
+    /// What a reset leaves of the board: its flash memory, and the word if the power stayed.
+    void reset() {
+        by_watchdog = request.flags & ToBoard::power;
+        if (!by_watchdog) word = 0xa5a5a5a5;
+        for (float& to : pulse) to = 0;
+    }
     void read(Raw& raw) {
         const std::int32_t* sample = request.sample;
         visit_channels([&](const auto& channel, int first) {
@@ -183,9 +199,11 @@ struct Lockstep {
         for (int k = 0; k < count; ++k) pulse[k] = to[k];
     }
     void feed() {}
-    std::uint32_t clock() { return wire.clock(); }
+    std::uint32_t clock() { return due + (wire.clock() - begun); }
     std::uint32_t per_tick() { return wire.per_tick(); }
-    bool watchdog_reset() { return false; }
+    bool watchdog_reset() { return by_watchdog; }
+    void keep(std::uint32_t to) { word = to; }
+    std::uint32_t kept() { return word; }
     void load(int at, std::uint8_t* to, int count) { std::memcpy(to, memory + at, std::size_t(count)); }
     void program(int at, const std::uint8_t* from, int count) {
         for (int k = 0; k < count; ++k) memory[at + k] &= from[k];
@@ -193,7 +211,11 @@ struct Lockstep {
     void erase(int sector) { std::memset(memory + sector * flash_sector, 0xff, flash_sector); }
     bool recovers() { return false; }
     int log(const std::uint8_t* from, int count) { return wire.log(from, count); }
-    int receive(std::uint8_t* to, int count) { return wire.receive(to, count); }
+    int receive(std::uint8_t* to, int count) {
+        const int sent = request.length, got = sent < count ? sent : count;
+        std::memcpy(to, request.radio, std::size_t(got));
+        return got + wire.receive(to + got, count - got);
+    }
     int send(const std::uint8_t* from, int count) { return wire.send(from, count); }
 
     void reply(const Vehicle& vehicle, Refusal refusal) {
@@ -221,6 +243,11 @@ void run(App& app, Plan& plan, Lockstep<Wire>& board, const Description& robot) 
     std::memset(board.memory, 0xff, sizeof(board.memory));
     boot(app, robot, board);
     while (board.wait()) {
+        if (board.request.flags & ToBoard::reset) {
+            board.reset();
+            std::memset(static_cast<void*>(&app), 0, sizeof(app));
+            boot(app, robot, board);
+        }
         communicate(app, board);
         if (board.request.flags & ToBoard::ground) on_ground_contact(app.vehicle);
         const Refusal refusal = execute(app.vehicle, plan, board.request);

@@ -373,7 +373,8 @@ class Pilot:
 
     def fly(self, readings: Mapping[str, Sequence[float]]) -> dict[str, Any]:
         """
-        One tick: pulses [s], command, estimate, mode and reasons. Readings have `fix` where one came.
+        One tick: pulses [s], command, estimate, mode and reasons. Readings have `fix` where one came, and may have
+        its `accuracy` [m].
         """
 
 GRAVITY: float = 9.81
@@ -383,7 +384,7 @@ class World:
 
     def __init__(self, columns: dict[str, Any]) -> None:
         """
-        From `clamped` (0 or 1: the head is held still), `gaps` (n, 2: times without satellites [s]) and the sea's columns `sea.NAME`, each of which may be left out: without them the plane of still water.
+        From `clamped` (0 or 1: the head is held still), `gaps` (n, 2: times without satellites [s]), `resets` (n: times at which the receiver restarts [s]), `released` (s until which someone holds the robot at its start), and the columns `sea.NAME`, `weather.NAME` and `receiver.NAME`, each of which may be left out: without a sea the plane of still water.
         """
 
 class Body:
@@ -473,10 +474,10 @@ def simulate(
     steps: int,
     every: int,
     state: bytes | None = None,
-    board: Callable[[Sequence[float]], Sequence[float]] | None = None,
+    board: Callable[[Sequence[float], float], Sequence[float]] | None = None,
 ) -> tuple[dict[str, NDArray[numpy.float64]], bytes]:
     """
-    Fly a pilot's mission from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record and the state at the end. `fin_faults` are servos that stand, (fin, angle [rad] or NaN for where it is, from, to [s]). `board` takes the pilot's place: a function of what the sensors show (bends, pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) that returns the servo pulses [s].
+    Fly a pilot's mission from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record and the state at the end. `fin_faults` are servos that stand, (fin, angle [rad] or NaN for where it is, from, to [s]). `board` takes the pilot's place: a function of what the sensors show (bends, pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) and of the height of its antenna above the surface [m] that returns the servo pulses [s].
     """
 
 def refusal_table() -> list[tuple[str, str]]:

@@ -73,7 +73,8 @@ def test_it_knows_where_it_is(minutes: MissionRecord) -> None:
     late = minutes.time > 60
     off = np.hypot(*(minutes.data["position_estimated"] - minutes.position[:, :2]).T)
     assert (off[late] < 4 * minutes.data["position_error"][late]).all()
-    assert minutes.data["current_estimated"][-1] == pytest.approx([0.1, 0], abs=0.07)
+    # The antenna dips at the start: the receiver needs seconds to find the satellites again, and fixes come later.
+    assert minutes.data["current_estimated"][-1] == pytest.approx([0.1, 0], abs=0.09)
     angles, seen = minutes.angles[late], np.unwrap(angles_of(minutes.data["attitude_estimated"][late]), axis=0)
     error = np.degrees(np.remainder(angles - seen + math.pi, 2 * math.pi) - math.pi)
     assert abs(error[:, :2]).max() < 2.5  # roll, pitch

@@ -9,6 +9,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 
+TIDE = 44712.0  # s: 12.42 h, the semidiurnal tide of the Moon
 Point = tuple[float, float]
 
 
@@ -52,7 +53,16 @@ class Mission:
     gaps: tuple[tuple[float, float], ...] = field(default=())  # s: (start, end) without satellites
     air_pressure: float = 101325.0  # Pa, at the surface
     dip: float = math.radians(60)  # rad, of the magnetic field below the horizon
-    field_declination: float = 0.0  # rad, of the magnetic field east of north, whatever the robot was told
+    field_declination: float = 0.0  # rad, of the magnetic field east of north; the pilot does not see it
+    tide: tuple[float, float] = (0.0, 0.0)  # added current that swings as a sine, none at the start
+    tide_period: float = TIDE  # s
+    gust: tuple[float, float] = (0.0, 0.0)  # strongest current of the wind, at the surface
+    gust_depth: float = 1.0  # m, where nothing of it is left
+    gust_time: float = 10.0  # s from one strength of the wind to the next
+    cold: bool = False  # whether the satellite receiver is switched on without an almanac
+    jump: float = 0.0  # m, largest jump of the fixes by reflected signals
+    jump_every: float = 0.0  # s, mean time between two, 0 for none
+    jump_told: bool = True  # whether the receiver's accuracy has the jumps
 
     @property
     def course(self) -> list[Point]:

@@ -65,6 +65,7 @@ class Air:
         self._last = 0  # the last sender: the other module has priority
         self._coming: tuple[list[tuple[float, int, bytes]], ...] = ([], [])
         self._count = 0
+        self.deaf = False  # whether the robot's antenna is under water: what is sent then is lost
 
     def write(self, side: int, content: bytes, time: float) -> None:
         """Write bytes to a module at `time` [s], which never decreases."""
@@ -124,7 +125,7 @@ class Air:
         stays = model.burst > 1 and module.fading
         module.fading = self._random.uniform() < ((1 - leave) if stays else enter)
         damaged, late = self._random.uniform(size=2) < (model.damage, model.late)
-        if module.fading:
+        if module.fading or self.deaf:
             module.counts["lost"] += 1
         else:
             if damaged:

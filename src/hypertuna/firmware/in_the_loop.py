@@ -5,7 +5,7 @@ The same firmware runs as a program on this machine: both get the same messages 
 
 import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -18,15 +18,29 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import INSTRUCTIONS, Board, find_firmware, started
 from hypertuna.firmware.channel import RadioModel
-from hypertuna.firmware.lockstep import COMPARED, FIXED, FROM_BOARD, GROUND, STACK, Counts, order
+from hypertuna.firmware.failures import Failures, split_faults
+from hypertuna.firmware.lockstep import (
+    COMPARED,
+    FIXED,
+    FROM_BOARD,
+    GROUND,
+    KEPT,
+    LEAK,
+    RESET,
+    STACK,
+    Counts,
+    order,
+)
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.relay import Relay
-from hypertuna.firmware.scenario import Scenario, random_messages, scheduled_orders
+from hypertuna.firmware.scenario import Scenario, random_messages, released_at, scheduled_orders
 from hypertuna.mission.run import MissionRun, MissionStart, fly_parts, joined_parts, mission_start
 from hypertuna.ranges import Whole
 
 Messages = NDArray[Any]
+Station = Callable[[int], bytes]  # what a ground station sends in a tick
 
+RADIO_DEPTH = 0.3  # m of fresh water over the antenna that a radio of hundreds of MHz does not pass
 CHUNK = 3000  # random messages sent at a time
 PARTS = ("controller", "pilot", "radio", "whole")  # parts of a tick whose instructions are counted
 TICK = 0.01  # s
@@ -106,9 +120,14 @@ def firmware_in_the_loop(
     air: RadioModel | None = None,
     real_time: bool = False,
     black_box: str | Path | None = None,
+    faults: str | Iterable[str] = (),
+    station: Station | None = None,
     report: Callable[[int, int], None] | None = None,
 ) -> FirmwareRun:
     """Run the firmware of a robot on a board.
+
+    `faults` are of sensors and fins as `mission_start` takes them, and `failures.FAILURES`. `station` returns the bytes
+    that the robot's radio receives from the ground in each tick, at most `RADIO`, while the antenna is not under water.
 
     With `radio` (a port), commands over the radio reach the board alone: the firmware on this machine does not run.
     `air` puts the modeled radio between board and ground. `ticks`: until the mission is done, or 6000, if omitted.
@@ -120,6 +139,9 @@ def firmware_in_the_loop(
     table = firmware_table(robot)
     firmware = _firmware(table, board, folder)
     reference = _firmware(table, "pc", folder) if radio is None else None
+    sensors, failures = split_faults(faults)
+    if scenario.mission is None and (sensors or failures or station):
+        raise InputError("need a twin", key="faults", value=scenario.name, fix="give a mission or afloat")
     start = time.perf_counter()
     relay: Relay | None = None
     with contextlib.ExitStack() as stack:
@@ -135,8 +157,13 @@ def firmware_in_the_loop(
             assert ticks is not None
             answers, mismatches = _streamed(tested, other, random_messages(table, ticks, seed), report)
         else:
-            loop = _Loop(table, scenario, tested, other, relay, real_time)
-            run = loop.fly(mission_start(robot, scenario.mission, seed=seed), ticks, report)
+            failing = Failures(failures, TICK)
+            loop = _Loop(table, scenario, tested, other, relay, real_time, failing, station)
+            released = released_at(scenario) * TICK
+            start_at = mission_start(
+                robot, scenario.mission, seed=seed, faults=sensors, resets=failing.resets, released=released
+            )
+            run = loop.fly(start_at, ticks, report)
             answers, mismatches = np.array(loop.answers), loop.mismatches
     duration = time.perf_counter() - start
     packets = {} if relay is None else {side: relay.air.counters(k) for k, side in enumerate(("robot", "ground"))}
@@ -167,7 +194,12 @@ class _Loop:
         other: Board | None,
         relay: Relay | None,
         real_time: bool,
+        failures: Failures,
+        station: Station | None,
     ) -> None:
+        self.failures, self.station = failures, station
+        self.tick_count = self.missed = 0
+        self.antenna: list[float] = []  # m above the surface, in every tick
         self.board, self.other, self.relay, self.scenario = board, other, relay, scenario
         self.counts, self.commands = Counts(table, scenario.origin), dict(scheduled_orders(scenario))
         self.tick = float(table.values[0])
@@ -176,22 +208,34 @@ class _Loop:
         self.mismatches: list[int] = []
         self.clock = time.perf_counter() if real_time else None
 
-    def __call__(self, readings: list[float]) -> list[float]:
-        tick = len(self.answers)
-        message = self.commands[tick].copy() if tick in self.commands else order("none")
+    def __call__(self, readings: list[float], antenna: float) -> list[float]:
+        tick, failures = self.tick_count, self.failures
+        self.tick_count += 1
+        if self.relay is not None:
+            self.relay.carry(tick * self.tick, deaf=not self.scenario.cable and antenna < -RADIO_DEPTH)
+        if failures.stopped(tick):
+            self.missed += 1
+            return self.last
+        hears = (self.scenario.cable or antenna >= -RADIO_DEPTH) and not failures.has("link:lost", tick)
+        commanded = tick in self.commands and hears
+        message = self.commands[tick].copy() if commanded else order("none")
         sensed = len(self.counts.zero)
         message["sample"] = self.counts.of(np.asarray(readings[:sensed]))
         silent = self.scenario.silent
-        contact = self.other is not None and (silent is None or tick < silent)
-        message["flags"] = GROUND * contact | STACK * (tick % 1000 == 0)
+        contact = self.other is not None and hears and (silent is None or tick < silent)
+        message["flags"] = GROUND * contact | STACK * (tick % 1000 == 0) | LEAK * failures.has("hull:leak", tick)
+        if (reset := failures.reset(tick)) is not None:
+            message["flags"] |= RESET | KEPT * (reset == "watchdog")
+        message["missed"], self.missed = self.missed, 0
+        if self.station is not None and hears:
+            received = self.station(tick)
+            message["length"], message["radio"][: len(received)] = len(received), np.frombuffer(received, np.uint8)
         if len(readings) > sensed:
             message["flags"] |= FIXED
             message["fix"] = self.counts.fix(readings[sensed], readings[sensed + 1])
             message["accuracy"] = round(readings[sensed + 2] * MILLI)
         if self.clock is not None:
             time.sleep(max(0.0, self.clock + tick * self.tick - time.perf_counter()))
-        if self.relay is not None:
-            self.relay.carry(tick * self.tick)
         sent = message.tobytes()
         for one in filter(None, (self.board, self.other)):
             one.send(sent)

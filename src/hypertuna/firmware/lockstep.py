@@ -17,12 +17,14 @@ DEPTH_MAX = 300_000  # counts of the depth sensor, 30 bar
 NO_SAMPLE = -(2**31)
 NUMBERS = 16
 DEGREES = 1e7  # counts of the satellite receiver
-FIXED, LEAK, GROUND, LAST, STACK = 1, 2, 4, 8, 16  # flags
+FIXED, LEAK, GROUND, LAST, STACK, RESET, KEPT = 1, 2, 4, 8, 16, 32, 64  # flags
+RADIO = 62  # bytes that the radio can receive in a tick
 ORDERS = ("none", "arm", "gait", "manual", "control", "origin", "begin", "waypoint", "corner", "end", "parameter")
 
 REQUEST: list[Any] = [("sample", "<i4", SAMPLES), ("fix", "<i4", 2), ("accuracy", "<i4")]
 REQUEST += [(name, "u1") for name in ("flags", "order", "which", "satellites")]
-TO_BOARD = np.dtype([*REQUEST, ("number", "<f4", NUMBERS)])
+HEARD: list[Any] = [("missed", "u1"), ("length", "u1"), ("radio", "u1", RADIO)]
+TO_BOARD = np.dtype([*REQUEST, ("number", "<f4", NUMBERS), *HEARD])
 SAME: list[Any] = [("tick", "<u4"), ("pulse", "<f4", SERVOS_MAX), ("quaternion", "<f4", 4), ("position", "<f4", 2)]
 SAME += [(name, "<f4") for name in ("depth", "speed", "position_error")]
 SAME += [(name, "<u4") for name in ("status", "reasons", "faults")]

@@ -70,8 +70,9 @@ class Relay:
                 self._board.setblocking(False)
                 return
 
-    def carry(self, now: float) -> None:
-        """Carry all bytes up to the simulated time `now` [s]."""
+    def carry(self, now: float, *, deaf: bool = False) -> None:
+        """Carry all bytes up to the simulated time `now` [s]; nothing passes while the robot is deaf, under water."""
+        self.air.deaf = deaf
         up, sender = _received(self._board)
         self._board_address = sender or self._board_address
         self.air.write(0, up, now)

@@ -37,6 +37,7 @@ class Scenario:
     origin: tuple[int, int] = (0, 0)  # latitude and longitude of x = y = 0 [1e-7 deg]
     robot: str | None = None  # named by the mission
     silent: int | None = None  # tick from which there is no contact with the ground
+    cable: bool = False  # to the ground, which the water does not interrupt
 
     @property
     def ticks(self) -> int | None:
@@ -51,14 +52,14 @@ def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
     if name == "random":
         return Scenario(name, None)
     if name == "afloat":
-        return Scenario(name, Mission(()))
+        return Scenario(name, Mission(()), cable=True)
     if name.startswith(("gait:", "lost:")):
         if robot is None:
             raise InputError("must be given with a gait", key="--robot", fix="give --robot")
         gait = named_gait(robot, name[5:])
         if name.startswith("lost:"):
-            return Scenario(name, Mission((), depth=LOST), gait, silent=SILENT)
-        return Scenario(name, Mission((), depth=BEAT), gait)
+            return Scenario(name, Mission((), depth=LOST), gait, silent=SILENT, cable=True)
+        return Scenario(name, Mission((), depth=BEAT), gait, cable=True)
     if name not in missions() and not name.endswith(".toml"):
         known = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
         raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, known))
@@ -88,6 +89,11 @@ def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
     yield from enumerate([*steps, order("end")], START)
     stored = START + len(steps) + STORED
     yield from enumerate([order("arm", 1.0), order("control", which=MISSION)], stored)
+
+
+def released_at(scenario: Scenario) -> int:
+    """Return the tick until which someone holds the robot at the surface: that of its last order; 0 with a cable."""
+    return 0 if scenario.cable else max((tick for tick, _ in scheduled_orders(scenario)), default=0)
 
 
 def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:

@@ -26,7 +26,9 @@ from hypertuna.mission.schema import Document, Place, Scatter
 from hypertuna.ranges import NOT_NEGATIVE
 
 TURN = 2 * math.pi
-LATER = ("silence_below", "declination", "air_pressure", "dip", "field_declination")  # fields that 0.2.0 lacks
+# Fields that 0.2.0 lacks.
+LATER = {"silence_below", "declination", "air_pressure", "dip", "field_declination", "tide", "tide_period", "gust"}
+LATER |= {"gust_depth", "gust_time", "cold", "jump", "jump_every", "jump_told"}
 SPAN = 3600.0  # s in which the gaps of a mission without a time limit begin
 
 
@@ -105,8 +107,7 @@ def randomized(given: MissionFile, seed: int) -> Mission:
     if seed == 0:
         return mission
     random = np.random.default_rng([seed, scatter_seed(given)])  # hosts/scatter.hpp draws the same
-    speed, toward = scatter.current * random.uniform(), TURN * random.uniform()
-    east, north = speed * math.sin(toward), speed * math.cos(toward)
+    east, north = toward(scatter.current * random.uniform(), TURN * random.uniform())
     starts, lengths = (
         scatter_span(mission) * random.uniform(size=scatter.gaps),
         scatter.gap * random.uniform(size=scatter.gaps),
@@ -118,6 +119,11 @@ def randomized(given: MissionFile, seed: int) -> Mission:
         current_bottom=(mission.current_bottom[0] + east, mission.current_bottom[1] + north),
         gaps=_joined(pairs),
     )
+
+
+def toward(speed: float, direction: float) -> tuple[float, float]:
+    """Return the velocity toward east and north [m/s] of a compass direction [rad]."""
+    return speed * math.sin(direction), speed * math.cos(direction)
 
 
 def scatter_seed(file: MissionFile) -> int:
@@ -176,7 +182,8 @@ def _mission(document: Document) -> Mission:
     begin = _place(document, "start", start)
     nowhere = {home.x, home.y, home.latitude, home.longitude} == {None}
     ground = water.current if water.current_bottom is None else water.current_bottom
-    toward = water.toward if water.toward_bottom is None else water.toward_bottom
+    direction = water.toward if water.toward_bottom is None else water.toward_bottom
+    weather, gps = document.weather, document.gps
     return Mission(
         waypoints=tuple(
             Waypoint(*_place(document, f"waypoints[{k}]", point), point.depth, point.speed, point.radius, point.hold)
@@ -193,17 +200,26 @@ def _mission(document: Document) -> Mission:
         depth_max=limits.depth,
         reserve=limits.battery,
         duration=limits.duration or 0.0,
-        surface_every=document.gps.surface_every or 0.0,
+        surface_every=gps.surface_every or 0.0,
         stay=document.stay,
         silence_below=limits.silence_below,
         declination=0.0 if document.origin is None else document.origin.declination,
         bottom=water.bottom,
-        current=(water.current * math.sin(water.toward), water.current * math.cos(water.toward)),
-        current_bottom=(ground * math.sin(toward), ground * math.cos(toward)),
-        gaps=document.gps.gaps,
-        air_pressure=document.weather.air_pressure,
-        dip=document.weather.dip,
-        field_declination=document.weather.declination,
+        current=toward(water.current, water.toward),
+        current_bottom=toward(ground, direction),
+        gaps=gps.gaps,
+        air_pressure=weather.air_pressure,
+        dip=weather.dip,
+        field_declination=weather.declination,
+        tide=toward(weather.tide, weather.tide_toward),
+        tide_period=weather.tide_period,
+        gust=toward(weather.gust, weather.gust_toward),
+        gust_depth=weather.gust_depth,
+        gust_time=weather.gust_time,
+        cold=gps.cold,
+        jump=gps.jump,
+        jump_every=gps.jump_every or 0.0,
+        jump_told=gps.jump_told,
     )
 
 

@@ -10,9 +10,8 @@ from hypertuna.control.sensors import channels, pilot_sensor_columns
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.mission.file import MissionFile, missions, read_mission, scatter_seed, scatter_span
-from hypertuna.mission.run import ENDINGS, FIN_KINDS, MissionStart, mission_start, sea_of
+from hypertuna.mission.run import ENDINGS, FIN_KINDS, MissionStart, flight_columns, mission_start
 from hypertuna.simulation.image import twin_image
-from hypertuna.simulation.sea import world_columns
 
 Ready = tuple[MissionFile, MissionStart]
 PLAIN = ("fence", "home", "home_radius", "start", "heading", "depth_max", "bottom", "current", "current_bottom", "stay")
@@ -48,17 +47,20 @@ def _ready(robot: Robot) -> Iterator[Ready]:
 def _columns(file: MissionFile, start: MissionStart) -> dict[str, Any]:
     """Return a mission by the names of `read_mission` in hosts/host.cpp."""
     mission, scatter = file.mission, file.scatter
-    world = world_columns(start.robot, sea_of(mission), mission.gaps)
-    return (mission_columns(mission) | world) | {
-        "scatter.current": scatter.current,
-        "scatter.gaps": scatter.gaps,
-        "scatter.gap": scatter.gap,
-        "scatter.span": scatter_span(mission),
-        "scatter.hash": scatter_seed(file),
-        "pose": start.core["pose"][:7],
-        "charge": start.core["charge"],
-        "ticks": start.ticks,
-    }
+    return (
+        mission_columns(mission)
+        | flight_columns(start.robot, mission)
+        | {
+            "scatter.current": scatter.current,
+            "scatter.gaps": scatter.gaps,
+            "scatter.gap": scatter.gap,
+            "scatter.span": scatter_span(mission),
+            "scatter.hash": scatter_seed(file),
+            "pose": start.core["pose"][:7],
+            "charge": start.core["charge"],
+            "ticks": start.ticks,
+        }
+    )
 
 
 def _mission(file: MissionFile, start: MissionStart) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError
 from hypertuna.ranges import POSITIVE_WHOLE, Range, check_name
 from hypertuna.simulation.plant import SEEDS, controller_of, parts_of, steps_of
-from hypertuna.simulation.sea import Sea, world_at_sea
+from hypertuna.simulation.sea import Sea, world_columns
 
 Part = dict[str, Array]  # what the core recorded: (T,) or (T, n) by name [SI], and the number of ticks
 
@@ -91,8 +91,13 @@ def mission_start(
     faults: str | Iterable[str] = (),
     every: int = 10,
     duration: float | None = None,
+    resets: Sequence[float] = (),
+    released: float = 0.0,
 ) -> MissionStart:
-    """Check a mission against a robot and collect the arguments of the core."""
+    """Check a mission against a robot and collect the arguments of the core.
+
+    The receiver restarts at `resets` [s]. Until `released` [s] someone holds the robot where it starts.
+    """
     require_at_sea(robot, "battery", "controller", "spatial", "fins", "guidance")
     control = require(robot.controller, "controller", robot)
     tick = 1 / control.rate
@@ -110,10 +115,11 @@ def mission_start(
     sensors = tuple(fault for fault in given if fault not in fins)
     capacity = battery_columns(robot)["charge"]
     controller = _core.Controller(controller_of(robot))
+    held = {"resets": np.array(resets, dtype=np.float64), "released": released}
     core: dict[str, Any] = {
         "plant": parts.plant,
         "command": _core.Pilot(controller, pilot_columns(robot, table), mission_columns(mission)),
-        "world": world_at_sea(robot, sea_of(mission), mission.gaps),
+        "world": _core.World(flight_columns(robot, mission) | held),
         "sensors": _core.Sensors(pilot_sensor_columns(robot), SEEDS.check(seed, "seed")),
         "faults": list(read_faults(sensors, robot, limit, pilot=True)),
         "fin_faults": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
@@ -135,6 +141,19 @@ def sea_of(mission: Mission) -> Sea:
         dip=mission.dip,
         declination=mission.field_declination,
         air_pressure=mission.air_pressure,
+    )
+
+
+def flight_columns(robot: Robot, mission: Mission) -> dict[str, Any]:
+    """Columns of the world of a mission."""
+    m = mission
+    weather = {"tide_east": m.tide[0], "tide_north": m.tide[1], "tide_period": m.tide_period}
+    weather |= {"gust_east": m.gust[0], "gust_north": m.gust[1], "gust_depth": m.gust_depth, "gust_time": m.gust_time}
+    receiver = {"cold": m.cold, "jump": m.jump, "jump_every": m.jump_every, "honest": m.jump_told}
+    return (
+        world_columns(robot, sea_of(m), m.gaps)
+        | {f"weather.{name}": value for name, value in weather.items()}
+        | {f"receiver.{name}": float(value) for name, value in receiver.items()}
     )
 
 

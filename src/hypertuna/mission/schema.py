@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from hypertuna.control.mission import cross, sides
+from hypertuna.control.mission import TIDE, cross, sides
 from hypertuna.description.schema.base import (
     Check,
     Degrees,
@@ -107,7 +107,7 @@ class Water(Part):
 
 
 class Weather(Part):
-    """The air, and the magnetic field."""
+    """The weather: the air's pressure, the magnetic field, and currents that change with time."""
 
     air_pressure: AirPressure = entry(
         "pressure of the air at the surface, which a depth sensor measures too (default: 101325)",
@@ -116,6 +116,15 @@ class Weather(Part):
     )
     dip: Degrees = entry("angle of the magnetic field below the horizon (default: 60)", "deg", default=DIP)
     declination: Degrees = entry("angle of the magnetic field east of north (default: 0)", "deg", default=0.0)
+    tide: Current = entry(
+        "largest speed of an added current that swings as a sine, none at the start (default: 0)", "m/s", default=0.0
+    )
+    tide_toward: Degrees = entry("its first direction (default: 0)", "deg", key="tide_deg", default=0.0)
+    tide_period: Seconds = entry("its period (default: 44712, a tide of 12.42 h)", "s", default=TIDE)
+    gust: Current = entry("largest speed that gusts add to the current at the surface (default: 0)", "m/s", default=0.0)
+    gust_toward: Degrees = entry("direction that gusts push toward (default: 0)", "deg", key="gust_deg", default=0.0)
+    gust_depth: Below = entry("depth at which nothing is left of gusts (default: 1)", "m", default=1.0)
+    gust_time: Seconds = entry("time from one strength of the wind to the next (default: 10)", "s", default=10.0)
 
 
 class Limits(Part, table="limits"):
@@ -159,6 +168,14 @@ class Gps(Part, table="gps"):
     gaps: tuple[tuple[Moment, Moment], ...] = entry(
         "periods [from, to] without satellites, in order (default: none)", "s", default=(), max_length=MAX_GAPS
     )
+    cold: Flag = entry(
+        "whether the receiver has no almanac when switched on, and takes 30 to 60 s (default: false)", default=False
+    )
+    jump: NotNegative = entry(
+        "largest jump of the fixes by reflected signals, for 3 to 12 s (default: 0)", "m", default=0.0
+    )
+    jump_every: Seconds | None = entry("mean time between two jumps (default: no jumps)", "s", default=None)
+    jump_told: Flag = entry("whether the receiver's accuracy includes the jumps (default: true)", default=True)
 
     def _checks(self) -> Iterator[Check]:
         """Yield the checks of gaps, which follow each other."""

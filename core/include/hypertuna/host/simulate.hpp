@@ -175,8 +175,8 @@ struct FinFault {
     double start, end;  // s
 };
 
-/// A board in the pilot's place: readings in, servo pulses [s] out.
-using Board = std::function<void(const PilotReadings<double>&, double* pulse)>;
+/// A board in the pilot's place: readings and the height of its antenna above the surface [m] in, servo pulses [s] out.
+using Board = std::function<void(const PilotReadings<double>&, double antenna, double* pulse)>;
 
 /// A pilot with its mission, what fails, and a board in the pilot's place where there is one.
 struct Flight {
@@ -192,6 +192,7 @@ struct FlightState {
     TwinState<double, D, InSpace> twin;
     PilotState<double> pilot;
     SensorsState<double> sensing;
+    ReceiverState<double> receiver;
     double fin[2];  // rad at which a fin's servo stuck
     std::uint64_t ticks;
 };
@@ -217,22 +218,56 @@ inline std::string check_flight(const PlantData& plant, const Flight& flight, co
     return fits ? check_world(plant, world) : "state: must be one of this mission's";
 }
 
+/// What the receiver makes of the truth in a tick.
+inline Reception<double> receive(const World& world, ReceiverState<double>& state, bool dry, double time, double tick,
+                                 std::uint64_t seed) {
+    for (const double reset : world.resets)
+        if (reset <= time && time < reset + tick) state = switched_on(world.receiver, seed, state.losses + 1);
+    bool sky = dry;
+    for (std::size_t k = 0; k + 1 < world.gaps.size(); k += 2)
+        sky = sky && !(world.gaps[k] <= time && time < world.gaps[k + 1]);
+    return receive(world.receiver, state, sky, tick, time, seed);
+}
+
+/// A flight at its start.
+template <class Law, int D>
+FlightState<D> start_flight(const Twin<Body6<double, Law, D>>& twin, const Flight& flight, const World& world,
+                            const Instruments& instruments, const Run& run) {
+    FlightState<D> on{};
+    static_assert(std::is_trivially_copyable_v<FlightState<D>>);
+    on.twin = start_of(twin, run);
+    on.pilot = init(flight.pilot, flight.mission);
+    on.receiver = init(world.receiver, instruments.sensors.seed);
+    return on;
+}
+
 /// One tick of a flight.
 template <class Law, int D>
-PilotTick<double, D> flight_tick(const Twin<Body6<double, Law, D>>& twin, FlightState<D>& on,
+PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<D>& on,
                                  TwinState<double, D, InSpace>& state, const Flight& flight, const World& world,
                                  const Instruments& instruments) {
     const Controller<double>& controller = flight.pilot.controller;
     const double time = controller.tick * double(on.ticks);
     PilotTick<double, D> out{};
+    const std::uint64_t seed = instruments.sensors.seed;
+    const bool held = time < world.released;
+    const PlantState<double, D, InSpace> start = state.plant;
+    twin.plant.body.sea = sea_at(*world.sea, world.weather, seed, time);
+    const double antenna = antenna_height(twin.plant.body, state.plant.pose);
     const auto read = [&](PilotReadings<double> truth) {
-        for (std::size_t k = 0; k + 1 < world.gaps.size(); k += 2)
-            if (world.gaps[k] <= time && time < world.gaps[k + 1]) truth.fixed = false;
+        const Reception<double> got = receive(world, on.receiver, truth.fixed, time, controller.tick, seed);
+        truth.fixed = got.fixed;
+        truth.accuracy = std::hypot(instruments.sensors.model[channel_kind("position")].noise, got.told);
+        for (int k = 0; k < 2; ++k) truth.fix[k] += got.error[k];
+        if (held) {  // the IMU shows gravity alone
+            const Vector<double> up = gravity * rotation(start.pose.attitude).up;
+            truth.robot.acceleration[0] = up.x, truth.robot.acceleration[1] = up.y, truth.robot.acceleration[2] = up.z;
+        }
         return instruments.read(on.sensing, truth, time);
     };
     const auto decide = [&](const PilotReadings<double>& readings) {
         if (flight.board)
-            flight.board(readings, out.step.output.pulse);
+            flight.board(readings, antenna, out.step.output.pulse);
         else
             out.step = fly(flight.pilot, on.pilot, readings, flight.mission);
         on.pilot = out.step.state;
@@ -246,6 +281,7 @@ PilotTick<double, D> flight_tick(const Twin<Body6<double, Law, D>>& twin, Flight
         return sent;
     };
     out.tick = decided_tick(twin, state, read, decide);
+    if (held) state.plant.xi = start.xi, state.plant.pose = start.pose;
     ++on.ticks;
     return out;
 }
@@ -259,14 +295,8 @@ inline Record simulate(const PlantData& plant, const Flight& flight, const World
             constexpr int D = Body::coordinates;
             Twin<Body> twin = make_twin(plant, body, run.tick, run.steps);
             twin.controller = flight.pilot.controller;
-            FlightState<D> on{};
-            static_assert(std::is_trivially_copyable_v<FlightState<D>>);
-            if (saved.empty()) {
-                on.twin = start_of(twin, run);
-                on.pilot = init(flight.pilot, flight.mission);
-            } else {
-                std::memcpy(&on, saved.data(), sizeof(on));
-            }
+            FlightState<D> on = start_flight(twin, flight, world, instruments, run);
+            if (!saved.empty()) std::memcpy(&on, saved.data(), sizeof(on));
             add_columns(piloted, pilot_columns, (run.ticks + run.every - 1) / run.every, D, plant.joints);
             record = record_run(twin, on.twin, run, [&](TwinStateOf<Body>& state, std::size_t k) {
                 const PilotTick<double, D> tick = flight_tick(twin, on, state, flight, world, instruments);

@@ -1,23 +1,35 @@
-/// The world around a robot: a bench, the plane of still water, or a sea.
+/// The world around a robot: a bench, the plane of still water, or a sea with its weather and satellites.
 #pragma once
 
 #include "hypertuna/host/columns.hpp"
-#include "hypertuna/simulation/sea.hpp"
+#include "hypertuna/simulation/receiver.hpp"
 
 namespace hypertuna {
 
 struct World {
-    bool clamped;                    // the head is held still, as on a bench
+    bool clamped = false;            // the head is held still, as on a bench
     std::optional<Sea<double>> sea;  // none: the robot moves in the plane
-    std::vector<double> gaps;        // s, pairs: from and until when there are no satellites
+    Weather<double> weather{{0, 0}, 1, {0, 0}, 1, 1};
+    Receiver<double> receiver{};
+    std::vector<double> gaps;    // s, pairs: from and until when there are no satellites
+    std::vector<double> resets;  // s: times at which the robot loses power for an instant, and its receiver, too
+    double released = 0;         // s until which someone holds the robot where it starts
 };
 
-/// A world from `clamped` (0 or 1), `gaps` (n, 2) and the sea's columns `sea.NAME`; each may be left out.
+/// A world from `clamped` (0 or 1), `gaps` (n, 2), `resets` (n), `released`, the sea's columns `sea.NAME`,
+/// `weather.NAME` and `receiver.NAME`; each may be left out.
 inline Loaded<World> load_world(const NamedColumns& columns) {
     ColumnReader in(columns);
-    World world{in.has("clamped") && in.number("clamped") != 0, {}, {}};
+    World world{};
+    world.clamped = in.has("clamped") && in.number("clamped") != 0;
     if (const NamedColumn* gaps = in.find("gaps")) world.gaps = in.numbers("gaps", gaps->rows, 2);
+    if (const NamedColumn* resets = in.find("resets")) world.resets = in.numbers("resets", resets->rows);
+    if (in.has("released")) world.released = in.number("released");
     if (in.has("sea.density")) world.sea = read_sea<double>(in.row("sea", sea_columns).data());
+    if (in.has("weather.tide_east")) world.weather = read_weather(in.row("weather", weather_columns).data());
+    if (in.has("receiver.cold")) world.receiver = read_receiver(in.row("receiver", receiver_columns).data());
+    if (!(0 < world.weather.tide_period && 0 < world.weather.gust_time && 0 < world.weather.gust_depth))
+        in.refuse("weather.tide_period, weather.gust_time and weather.gust_depth: must be positive");
     if (world.clamped && world.sea) in.refuse("clamped: must be 0 at sea");
     return in.loaded(std::move(world));
 }

@@ -14,6 +14,8 @@ struct Sea {
     S stiffness;      // N/m of the bottom
     Vector<S> field;  // of the Earth's magnetism, as a unit vector
     S air;            // Pa, at the surface
+    S gust[2];        // m/s toward east and north: what the wind adds at the surface
+    S gust_fade;      // 1/m: part of it that is lost per depth, down to none
 };
 
 /// A sea as a row of numbers, in this order: how it comes from Python.
@@ -25,7 +27,7 @@ inline constexpr int sea_column_count = sizeof(sea_columns) / sizeof(sea_columns
 template <class S, class T>
 Sea<S> read_sea(const T* row) {
     const auto at = [row](int k) { return S(base_t<S>(row[k])); };
-    return {at(0), {at(1), at(2)}, {at(3), at(4)}, at(5), at(6), {at(7), at(8), at(9)}, at(10)};
+    return {at(0), {at(1), at(2)}, {at(3), at(4)}, at(5), at(6), {at(7), at(8), at(9)}, at(10), {S(0), S(0)}, S(0)};
 }
 
 /// Damping of the bottom, s/m: it pushes (1 - damping rise) times as hard on what rises from it, and never pulls.
@@ -53,14 +55,17 @@ HYPERTUNA_INLINE S submerged(const S& z, const S& height) {
 template <class S>
 HYPERTUNA_INLINE Vector<S> current(const Sea<S>& sea, const S& z) {
     const S depth = max(S(0), min(sea.bottom, S(0) - z));
-    return {sea.current[0] + sea.shear[0] * depth, sea.current[1] + sea.shear[1] * depth, S(0)};
+    const S windy = max(S(0), S(1) - sea.gust_fade * depth);
+    return {sea.current[0] + sea.shear[0] * depth + windy * sea.gust[0],
+            sea.current[1] + sea.shear[1] * depth + windy * sea.gust[1], S(0)};
 }
 
 /// Acceleration of the water's frame of what rises at a rate in it: the current changes with the depth.
 template <class S>
 HYPERTUNA_INLINE Vector<S> current_rate(const Sea<S>& sea, const S& z, const S& rise) {
     const S depth = S(0) - z, sinking = select(S(0) < depth && depth < sea.bottom, S(0) - rise, S(0));
-    return {sea.shear[0] * sinking, sea.shear[1] * sinking, S(0)};
+    const S fading = select(sea.gust_fade * depth < S(1), sea.gust_fade, S(0));
+    return {(sea.shear[0] - fading * sea.gust[0]) * sinking, (sea.shear[1] - fading * sea.gust[1]) * sinking, S(0)};
 }
 
 /// Force of the bottom, upward, on a point at a height z that rises at a rate: stiff, without friction.

@@ -7,6 +7,13 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
+/// Height of the antenna above the surface, m.
+template <class S, class Law, int D>
+S antenna_height(const Body6<S, Law, D>& body, const Pose6<S>& pose) {
+    const Vector<S> place{body.tail.fish.link[0].com, S(0), body.antenna};
+    return pose.position.z + dot(rotation(pose.attitude).up, place);
+}
+
 /// All sensors: the IMU sits at the head's center of mass and stands upright; depth and fix are the nose's. `fixed`
 /// says whether the antenna is out of the water.
 template <class S, class Law, int D>
@@ -30,7 +37,7 @@ PilotReadings<S> true_readings(const Twin<Body6<S, Law, D>>& twin, const TwinSta
     put(out.field, field);
     out.depth = depth_shown(body.sea, pose.position.z);
     out.fix[0] = pose.position.x, out.fix[1] = pose.position.y;
-    out.fixed = S(0) < pose.position.z + dot(r.up, Vector<S>{com, S(0), body.antenna});
+    out.fixed = S(0) < antenna_height(body, pose);
     return out;
 }
 

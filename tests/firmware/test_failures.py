@@ -1,0 +1,125 @@
+"""Failures in the loop: what breaks on a robot at sea reaches the firmware, on every board alike."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna import _core
+from hypertuna.control.mission import Mission
+from hypertuna.errors import InputError
+from hypertuna.firmware.boards import find_firmware, missing
+from hypertuna.firmware.channel import Air, RadioModel
+from hypertuna.firmware.failures import Failures, split_faults
+from hypertuna.firmware.in_the_loop import FirmwareRun, firmware_in_the_loop
+from hypertuna.firmware.scenario import Scenario, find_scenario
+
+Fly = Callable[..., FirmwareRun]
+
+
+@pytest.fixture(scope="module")
+def fly() -> Fly:
+    """Firmware on this machine, in the loop with the twin."""
+    try:
+        find_firmware("hypertuna", "pc")
+    except InputError as error:
+        pytest.skip(str(error))
+    fish = ht.load("hypertuna")
+    return lambda scenario, **options: firmware_in_the_loop(fish, scenario, **options)
+
+
+def faults(run: FirmwareRun) -> list[str]:
+    """Faults that the robot ever told."""
+    seen = int(np.bitwise_or.reduce(run.answers["faults"]))
+    return [row[0] for bit, row in enumerate(_core.fault_table()) if seen >> bit & 1]
+
+
+AFLOAT = find_scenario("afloat")
+
+
+def test_a_reset_boots_the_firmware_again_with_its_memory(fly: Fly) -> None:
+    """The tick counts from zero again; after the watchdog's reset the robot says so, after a brown-out not."""
+    run = fly(AFLOAT, ticks=500, faults="board:watchdog@2")
+    assert len(run.mismatches) == 0
+    assert run.ticks == 500 - 30  # it boots for 0.3 s
+    tick = run.answers["tick"].astype(int)
+    assert np.flatnonzero(np.diff(tick) != 1).tolist() == [199]
+    assert tick[200] == tick[0]
+    assert "watchdog" in faults(run)
+    assert "watchdog" not in faults(fly(AFLOAT, ticks=500, faults="board:brownout@2"))
+
+
+def test_a_stuck_bus_silences_the_depth_and_makes_ticks_late(fly: Fly) -> None:
+    run = fly(AFLOAT, ticks=1000, faults="bus:stuck@4-6")
+    assert len(run.mismatches) == 0
+    assert run.ticks == 1000 - 100
+    assert len(fly(AFLOAT, ticks=400).answers) == 400
+
+
+def test_a_leak_is_told(fly: Fly) -> None:
+    run = fly(AFLOAT, ticks=300, faults="hull:leak@2")
+    leak = [row[0] for row in _core.fault_table()].index("leak")
+    wet = run.answers["faults"] >> leak & 1
+    assert not wet[:200].any()
+    assert wet[-1] == 1
+
+
+def test_radio_does_not_pass_water(fly: Fly) -> None:
+    """Two meters deep nothing reaches the robot: it can not even be armed, unless a cable leads down."""
+    gait = find_scenario("gait:unoptimised-0.3", ht.load("hypertuna"))
+    deep = replace(gait, cable=False, mission=Mission((), depth=2.0))
+    assert fly(gait, ticks=300).answers["armed"][-1] == 1
+    assert fly(deep, ticks=300).answers["armed"][-1] == 0
+    link = [row[0] for row in _core.fault_table()].index("link_lost")
+    assert fly(deep, ticks=1200).answers["faults"][-1] >> link & 1
+
+
+def test_a_deaf_radio_loses_what_is_sent() -> None:
+    air = Air(RadioModel(rate=48_000))
+    air.deaf = True
+    air.write(1, b"arm!", 0.0)
+    assert air.read(0, 1.0) == b""
+    assert air.counters(1)["lost"] == 1
+    air.deaf = False
+    air.write(1, b"arm!", 1.0)
+    assert air.read(0, 2.0) == b"arm!"
+
+
+def test_the_ground_reaches_the_robot_by_its_radio(fly: Fly) -> None:
+    """Bytes of a station are heard: noise is no contact, heartbeats are."""
+    pymavlink = pytest.importorskip("pymavlink")
+    assert pymavlink
+    from hypertuna.radio.dialect import dialect
+
+    link = dialect().MAVLink(None, srcSystem=255, srcComponent=190)
+    silent = Scenario("afloat", Mission(()))  # without a cable; the robot sinks slowly, so the run is short
+
+    def heartbeats(tick: int) -> bytes:
+        heart = link.heartbeat_encode(6, 8, 0, 0, 4)
+        return bytes(heart.pack(link)) if tick % 100 == 0 else b""
+
+    assert fly(silent, ticks=50, station=heartbeats).ticks == 50
+
+
+def test_faults_are_parted_between_twin_and_board() -> None:
+    sensors, failures = split_faults(["depth:nan@3", "board:brownout@10", "fins:stuck@5", "link:lost@20-80"])
+    assert sensors == ("depth:nan@3", "fins:stuck@5")
+    assert failures == (("board:brownout", 10, np.inf), ("link:lost", 20, 80))
+    one = Failures(failures, 0.01)
+    assert (one.has("link:lost", 1999), one.has("link:lost", 2000), one.has("link:lost", 8000)) == (False, True, False)
+    assert [tick for tick in range(1100) if one.stopped(tick)] == list(range(1000, 1030))
+    assert one.reset(1030) == "brownout"
+    assert one.resets == (10,)
+    assert split_faults("bus:stuck@3")[0] == ("depth:nan@3",)
+    with pytest.raises(InputError, match="must be of a known kind"):
+        split_faults("board:burnt@3")
+
+
+def test_failures_have_the_same_bits_on_an_emulated_board(fly: Fly) -> None:
+    if (lack := missing("qemu")) is not None:
+        pytest.skip(lack)
+    run = fly(AFLOAT, board="qemu", ticks=600, faults=["board:watchdog@2", "bus:stuck@3-4", "hull:leak@5"])
+    assert run.ticks == 600 - 30 - 50
+    assert len(run.mismatches) == 0
