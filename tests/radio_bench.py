@@ -86,9 +86,9 @@ def free_port() -> int:
 
 
 @contextmanager
-def running(port: int) -> Iterator[None]:
-    """The robot by the clock, on UDP."""
-    process = subprocess.Popen([built("radio_bench"), str(port)])
+def running(port: int, readings: Path | None = None) -> Iterator[None]:
+    """The robot by the clock, on UDP, whose sensors read the numbers of a file."""
+    process = subprocess.Popen([built("radio_bench"), str(port), *([] if readings is None else [readings])])
     try:
         yield
     finally:

@@ -300,6 +300,9 @@ inline constexpr ParameterInfo parameters[] = {
     {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 194},
     {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 195},
     {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 196},
+    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 197},
+    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 198},
+    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 199},
     {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 200},
     {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 201},
     {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 202},
@@ -333,7 +336,7 @@ inline constexpr ParameterInfo parameters[] = {
 };
 
 inline constexpr Description description = {
-    "hypertuna", 2, 2, values, 235, parameters, 85, 0xf2020654};
+    "hypertuna", 2, 2, values, 235, parameters, 88, 0xa8a3b9a4};
 
 inline constexpr struct {
     int servo[6];

@@ -13,6 +13,8 @@ struct BenchBoard {
     std::vector<std::uint8_t> memory = std::vector<std::uint8_t>(flash_sectors * flash_sector, 0xff);
     float bend[max_joints] = {}, pulse[max_servos] = {};
     std::uint32_t ticks = 0;
+    float acceleration[3] = {0.0f, 0.0f, 9.81f}, rate[3] = {}, field[3] = {-0.6f, 0.0f, -0.8f};
+    float voltage = 15.0f, depth = 0.05f;
     bool leak = false;
     std::vector<std::uint8_t> heard{}, said{};  // radio: bytes that came, and that went
 
@@ -32,11 +34,11 @@ struct BenchBoard {
         }
         for (int k = 0; k < 2 * robot::description.joints; ++k)
             put(first_channel("pressure") + k, 6e4f, 500.0f), put(first_channel("current") + k, 0.3f, 0.02f);
-        for (int k = 0; k < 3; ++k) put(first_channel("rate") + k, 0.0f, 2e-3f);
-        const float gravity[3] = {0.0f, 0.0f, 9.81f}, field[3] = {-0.6f, 0.0f, -0.8f};
-        for (int k = 0; k < 3; ++k)
-            put(first_channel("acceleration") + k, gravity[k], 0.02f), put(first_channel("field") + k, field[k], 5e-3f);
-        put(first_channel("voltage"), 15.0f, 0.02f), put(first_channel("depth"), 0.05f, 5e-3f);
+        for (int k = 0; k < 3; ++k) {
+            put(first_channel("rate") + k, rate[k], 2e-3f), put(first_channel("field") + k, field[k], 5e-3f);
+            put(first_channel("acceleration") + k, acceleration[k], 0.02f);
+        }
+        put(first_channel("voltage"), voltage, 0.02f), put(first_channel("depth"), depth, 5e-3f);
         raw.fixed = ticks % 100 == 50, raw.leak = leak;
         raw.fix[0] = 500000000 + int(10 * noise(sensor_channels)), raw.fix[1] = 80000000;
         ++ticks;

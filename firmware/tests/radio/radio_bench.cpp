@@ -2,7 +2,8 @@
 ///
 /// `radio_bench` goes in lock-step over standard input and output: each tick takes the length (two bytes) and the bytes
 /// that the radio brought, and gives the length and the bytes that it sends, then what the vehicle is doing.
-/// `radio_bench PORT` runs by the clock and speaks UDP to 127.0.0.1:PORT, and to whoever answered last.
+/// `radio_bench PORT` runs by the clock and speaks UDP to 127.0.0.1:PORT, and to whoever answered last. With a file
+/// after the port, the sensors read the eleven numbers in it: acceleration, rate, field, voltage, depth.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -65,7 +66,20 @@ static int lock_step() {
     return 0;
 }
 
-static int by_the_clock(int port) {
+/// Readings of the sensors from a file; those before where it is being written.
+static void take_readings(const char* path) {
+    std::FILE* file = std::fopen(path, "r");
+    float number[11];
+    int count = 0;
+    while (file != nullptr && count < 11 && std::fscanf(file, "%f", &number[count]) == 1) ++count;
+    if (file != nullptr) std::fclose(file);
+    if (count < 11) return;
+    for (int k = 0; k < 3; ++k)
+        board.acceleration[k] = number[k], board.rate[k] = number[3 + k], board.field[k] = number[6 + k];
+    board.voltage = number[9], board.depth = number[10];
+}
+
+static int by_the_clock(int port, const char* readings) {
     UdpRadio radio;
     if (!radio.open(port)) return 1;
     auto next = std::chrono::steady_clock::now();
@@ -73,6 +87,7 @@ static int by_the_clock(int port) {
         std::uint8_t bytes[2048];
         const int got = radio.receive(bytes, int(sizeof bytes));
         board.heard.insert(board.heard.end(), bytes, bytes + got);
+        if (readings != nullptr) take_readings(readings);
         tick(app, board);
         if (!board.said.empty()) radio.send(board.said.data(), int(board.said.size()));
         board.said.clear();
@@ -83,5 +98,5 @@ static int by_the_clock(int port) {
 
 int main(int count, char** words) {
     boot(app, robot::description, board);
-    return count > 1 ? by_the_clock(std::atoi(words[1])) : lock_step();
+    return count > 1 ? by_the_clock(std::atoi(words[1]), count > 2 ? words[2] : nullptr) : lock_step();
 }

@@ -90,8 +90,8 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
                 "log": ("radio:log_command", "Record all that a robot and its tank's camera send."),
                 "mission": ("radio:mission_command", "Send a mission to a robot."),
                 "calibrate": (
-                    "radio:calibrate_command",
-                    "Calibrate bend, pressure and current sensors and servos' zeros, from a CSV file or live.",
+                    "calibrate:calibrate_command",
+                    "Calibrate sensors and servos' zeros, from a file or live.",
                 ),
                 "drive": (
                     "drive:drive_command",

@@ -112,6 +112,7 @@ RULES = (
         for name in ANALOG
     ),
     _Rule("calibration", "rate_zero", -OFFSET, OFFSET, bounds=True),
+    _Rule("calibration", "rate_scale", 0.9, 1.1),
     _Rule("calibration", "accel_zero", -OFFSET, OFFSET, bounds=True, column="acceleration_zero"),
     _Rule("calibration", "accel_scale", 0.9, 1.1, column="acceleration_scale"),
     _Rule("calibration", "depth_zero", 0.8, 1.2),

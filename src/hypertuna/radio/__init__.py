@@ -1,4 +1,5 @@
 """MAVLink from the ground.
 
-dialect (pymavlink's classes), client (connection and commands), parameters, calibration, log (MCAP), drive (by hand).
+dialect (pymavlink's classes), client (connection and commands), parameters, calibration (straight lines), imu (its
+calibration), samples (of sensors, for calibrations), log (MCAP), drive (by hand).
 """

@@ -1,0 +1,106 @@
+"""Samples of a robot's sensors for a calibration: averages of messages, and counts of the IMU."""
+
+import contextlib
+import math
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError, did_you_mean
+from hypertuna.radio.client import Client
+from hypertuna.radio.dialect import SILENT, dialect
+
+SAMPLING = 2.0  # s of readings that one reference is taken over
+WAIT = 10.0  # s without a message before the robot counts as silent
+INTERVAL = 0.1  # s between two messages, as far as the radio carries them
+VOLTAGE_SILENT = 65535  # in SYS_STATUS
+ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
+SET_INTERVAL = 511  # MAV_CMD_SET_MESSAGE_INTERVAL
+# Message of a kind of sensor, and SI per count in it. Bends are in centidegrees, pressures in hPa, currents in 10 mA.
+MESSAGES = {
+    "bend": ("HYDRAULICS", math.pi / 18000),
+    "pressure": ("HYDRAULICS", 100.0),
+    "current": ("HYDRAULICS", 0.01),
+    "voltage": ("SYS_STATUS", 1e-3),
+    "depth": ("SCALED_PRESSURE", 10.0),  # counts of the sensor per hPa
+}
+PARTS = {"acceleration": "acc", "rate": "gyro", "field": "mag"}  # of RAW_IMU
+Samples = dict[str, Array]  # counts (n, 3) by part
+
+
+def set_interval(robot: Client, name: str, interval: float) -> None:
+    """Request a message at an interval [s]; 0 for that at boot."""
+    names = {kind.msgname: number for number, kind in dialect().mavlink_map.items()}
+    if name.upper() not in names:
+        raise InputError("must be a message", key=name, fix=did_you_mean(name.upper(), names))
+    robot.command(SET_INTERVAL, names[name.upper()], interval * 1e6, name=f"interval of {name}")
+
+
+@contextlib.contextmanager
+def streaming(robot: Client, name: str) -> Iterator[None]:
+    """Request a message every INTERVAL, and at the end its interval at boot."""
+    set_interval(robot, name, INTERVAL)
+    try:
+        yield
+    finally:
+        set_interval(robot, name, 0)
+
+
+def check_disarmed(robot: Client) -> None:
+    """Check that the robot is disarmed: it refuses parameters while armed."""
+    heartbeat = robot.last.get("HEARTBEAT")
+    if heartbeat is not None and heartbeat.base_mode & ARMED:
+        raise InputError("must be disarmed", key="robot", value="armed", fix="disarm it, and calibrate again")
+
+
+def average(robot: Client, kind: str, index: int) -> float:
+    """Average a sensor over SAMPLING seconds: its reading [SI], of the depth sensor its counts."""
+    name, step = MESSAGES[kind]
+    with streaming(robot, name):
+        return float(np.mean([step * _number(message, kind, index) for message in messages(robot, name, SAMPLING)]))
+
+
+def _number(message: Any, kind: str, index: int) -> float:
+    """Return a sensor's number in a message; a sensor that does not answer is an error."""
+    if kind == "voltage":
+        count, silent = float(message.voltage_battery), VOLTAGE_SILENT
+    elif kind == "depth":
+        count, silent = float(message.press_abs), SILENT
+    else:
+        each = 2 if kind == "bend" else 4
+        field, place = (kind, index) if index < each else (f"{kind}_34", index - each)
+        count, silent = float(getattr(message, field)[place]), SILENT
+    if count == silent or not math.isfinite(count):
+        raise InputError("must answer", key=f"{kind}_{index}", value="silent", fix="check its wires")
+    return count
+
+
+def messages(robot: Client, name: str, seconds: float) -> Iterator[Any]:
+    """Yield messages of a name for so many seconds, one at least."""
+    begin = last = time.monotonic()
+    found = False
+    while (now := time.monotonic()) < begin + seconds or not found:
+        for message in robot.poll(0.2):
+            if message.get_type() == name:
+                found, last = True, now
+                yield message
+        if now > last + WAIT:
+            raise InputError("must come from the robot", key=name, value="silent", fix="come nearer")
+
+
+def imu_counts(message: Any) -> dict[str, tuple[int, int, int]] | None:
+    """Return the counts in a RAW_IMU by part; None where a part did not answer."""
+    counts = {part: tuple(getattr(message, f"{axis}{end}") for axis in "xyz") for part, end in PARTS.items()}
+    return None if any(SILENT in three for three in counts.values()) else counts
+
+
+def sample_imu(robot: Client, seconds: float) -> Samples:
+    """Return the counts (n, 3) of each part of the IMU over so many seconds; RAW_IMU must be streaming."""
+    found = [imu_counts(message) for message in messages(robot, "RAW_IMU", seconds)]
+    whole = [counts for counts in found if counts is not None]
+    if not whole:
+        raise InputError("must answer", key="IMU", value="silent", fix="check its wires, its baud rate and its frames")
+    return {part: np.array([counts[part] for counts in whole], dtype=float) for part in PARTS}
