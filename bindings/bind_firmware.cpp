@@ -1,10 +1,11 @@
-/// Bindings of the firmware's tables: refusals, faults, sources of the command, records of the black box.
+/// Bindings of the firmware's tables: refusals, faults, states and orders, records of the black box.
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include "app/vehicle/faults.hpp"
 #include "app/vehicle/record.hpp"
-#include "app/vehicle/refusal.hpp"
+#include "app/vehicle/states.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
@@ -48,14 +49,46 @@ void bind_firmware(nb::module_& m) {
     m.attr("RECORD_TICK") = int(firmware::Kind::tick);
     m.attr("RECORD_LAYOUT") = firmware::record_layout;
     m.def(
-        "control_table",
+        "state_table",
         [] {
-            std::vector<std::pair<std::string, std::string>> rows;
-            for (const firmware::ControlText& text : firmware::control_texts)
-                rows.emplace_back(text.name, text.sentence);
+            std::vector<std::tuple<std::string, std::string, std::string>> rows;
+            for (const firmware::StateText& text : firmware::state_texts)
+                rows.emplace_back(text.name, text.sentence,
+                                  text.order == firmware::Order::count ? "" : firmware::rule_of(text.order).name);
             return rows;
         },
-        "Sources of the controller's command in the order of their numbers: name and sentence.");
+        "States of the robot in the order of their numbers: name, sentence, and the order that selects it as a mode.");
+    m.def(
+        "order_table",
+        [] {
+            std::vector<
+                std::tuple<std::string, std::string, std::string, std::vector<std::string>, std::vector<std::string>>>
+                rows;
+            for (const firmware::Rule& rule : firmware::rules.row) {
+                std::vector<std::string> needs, cells;
+                for (int k = 0; k < int(firmware::Need::count); ++k)
+                    if (rule.needs >> k & 1) needs.emplace_back(firmware::need_texts[k].name);
+                for (const firmware::Cell& cell : rule.next)
+                    cells.emplace_back(cell.refusal != firmware::Refusal::none
+                                           ? std::string("!") + firmware::refusal_texts[int(cell.refusal)].name
+                                       : cell.back      ? "back"
+                                       : cell.changes() ? firmware::state_texts[int(cell.next)].name
+                                                        : "");
+                rows.emplace_back(rule.name, rule.sentence, firmware::who_names[int(rule.who)], needs, cells);
+            }
+            return rows;
+        },
+        "Orders and events of the firmware: name, sentence, who gives it, what must hold, and for each state the next "
+        "one, an empty string where it does not change, `back` for the one before, or `!` and the refusal.");
+    m.def(
+        "need_table",
+        [] {
+            std::vector<std::pair<std::string, std::string>> rows;
+            for (const firmware::NeedText& text : firmware::need_texts) rows.emplace_back(text.name, text.sentence);
+            return rows;
+        },
+        "What must hold for an order to change the state: name and sentence.");
+    m.attr("MODE_BASE") = firmware::mode_base;
 }
 
 }  // namespace hypertuna

@@ -48,7 +48,7 @@ class Told:
     amplitude: float
     first: float
     armed: int
-    control: int
+    state: int
     max_waiting: int
     waypoints: int
 

@@ -23,7 +23,7 @@ def message(name: str, source: int, **fields: object) -> object:
 def gait_message(gait: ht.Gait, time: float) -> object:
     centi = [[round(math.degrees(value) * 100) for value in row] for row in (gait.amplitude, gait.phase, gait.bias)]
     return message("GAIT", ROBOT, time_boot_ms=round(1000 * time), frequency=round(1000 * gait.frequency),
-                   amplitude=centi[0], lag=centi[1], bias=centi[2], fin=[0, 0], control=1)  # fmt: skip
+                   amplitude=centi[0], lag=centi[1], bias=centi[2], fin=[0, 0], state=1)  # fmt: skip
 
 
 def tank_run(path: Path, robot: ht.Robot, gaits: list[ht.Gait]) -> None:

@@ -14,7 +14,7 @@ from hypertuna.mission.record import MissionRecord
 Array = NDArray[np.float64]
 
 MODES = ("idle", "transit", "hold", "surface", "home", "done")
-CONTROLS, FAULTS = ("manual", "gait", "mission"), ("over_pressure", "bend_sensor")
+STATES, FAULTS = ("disarmed", "rest", "mission"), ("over_pressure", "bend_sensor")
 REASONS = ("low_battery", "time_up", "fix_due", "fence")
 SPEED = 0.3
 
@@ -50,7 +50,7 @@ def voyage(seconds: float = 300.0, rate: float = 20.0, *, bare: bool = False, se
         reasons=REASONS,
         origin=read.origin,
         facts={"seed": str(seed), "hypertuna_version": "0"},
-        controls=CONTROLS,
+        states=STATES,
         faults=FAULTS,
     )
 
@@ -74,7 +74,7 @@ def _rest(time: Array, data: dict[str, Array], leg: NDArray[Any], random: np.ran
         "mode": mode.astype(float),
         "reasons": np.where(mode == 3, 4.0, 0.0),
         "leg": leg.astype(float),
-        "control": np.full(count, 2.0),
+        "state": np.full(count, float(STATES.index("mission"))),
         "armed": np.ones(count),
         "faults": np.where(time > 20, 2.0, 0.0),
         "answer": np.zeros(count),

@@ -13,11 +13,11 @@ inline constexpr std::int32_t no_sample = INT32_MIN;
 /// Commands of a request, with the arguments `which` and `number`.
 enum class OrderKind : std::uint8_t {
     none,
-    arm,       // number: 1 or 0
+    give,      // which: the order
     gait,      // number: frequency, amplitudes, phases, biases, fins
-    manual,    // the same
-    control,   // which
-    origin,    // fix of the request, number: x, y of the robot
+    sticks,    // number: ahead, turn, climb
+    leg,       // which
+    origin,    // fix of the request
     begin,     // mission; number: home, home_radius, home_speed, depth, reserve, duration, surface_every, stay, center,
                // range, start, declination, silence_below
     waypoint,  // number: x, y, depth, speed, radius, hold
@@ -26,6 +26,7 @@ enum class OrderKind : std::uint8_t {
     parameter,  // which, number
 };
 inline constexpr int order_numbers = 16;
+inline constexpr Station ground{255, 190};  // that the requests come from
 
 struct ToBoard {
     std::int32_t sample[counted_channels];
@@ -45,7 +46,7 @@ struct FromBoard {
     float pulse[max_servos];
     float at[9];  // quaternion, x, y, depth, speed, position error
     std::uint32_t status, reasons, faults;
-    std::uint8_t mode, control, armed, answer, refusal, leg, spare[2];
+    std::uint8_t mode, state, answer, refusal, leg, spare[3];
     std::uint32_t digest;
     // Board-specific from here on.
     std::uint32_t controller, pilot, whole, radio, stack;  // counts of the clock; bytes of stack used so far
@@ -109,20 +110,20 @@ inline Command<float> command_of(int joints, const float* number) {
     switch (const OrderKind kind = OrderKind(request.order)) {
         case OrderKind::none:
             return Refusal::none;
-        case OrderKind::arm:
-            return arm(vehicle, number[0] != 0.0f);
+        case OrderKind::give:
+            return give(vehicle, Order(request.which), ground);
         case OrderKind::gait:
-            return set_gait(vehicle, command_of(joints, number));
-        case OrderKind::manual:
-            return set_manual(vehicle, command_of(joints, number));
-        case OrderKind::control:
-            return set_control(vehicle, Control(request.which));
+            return set_gait(vehicle, ground, command_of(joints, number));
+        case OrderKind::sticks:
+            return sticks(vehicle, ground, number[0], number[1], number[2]);
+        case OrderKind::leg:
+            return set_leg(vehicle, ground, request.which);
         case OrderKind::origin:
-            return set_origin(vehicle, request.fix[0], request.fix[1], number[0], number[1]);
+            return set_origin(vehicle, ground, request.fix[0], request.fix[1]);
         case OrderKind::end:
-            return set_mission(vehicle, plan.mission);
+            return set_mission(vehicle, ground, plan.mission);
         case OrderKind::parameter:
-            return set_parameter(vehicle, request.which, number[0]);
+            return set_parameter(vehicle, ground, request.which, number[0]);
         default:
             return kind <= OrderKind::end ? add(plan, kind, number) : Refusal::unknown;
     }
@@ -227,7 +228,7 @@ struct Lockstep {
         const float values[9] = {at.q.w, at.q.x, at.q.y, at.q.z, at.x, at.y, at.depth, at.speed, at.position_error};
         for (int k = 0; k < 9; ++k) out.at[k] = values[k];
         out.status = now.output.status.flags, out.reasons = now.reasons.flags, out.faults = now.faults.flags;
-        out.mode = std::uint8_t(now.mode), out.control = std::uint8_t(now.control), out.armed = now.armed;
+        out.mode = std::uint8_t(now.mode), out.state = std::uint8_t(now.state);
         out.answer = std::uint8_t(now.answer), out.refusal = std::uint8_t(refusal), out.leg = std::uint8_t(now.leg);
         out.digest = digest(now);
         out.controller = vehicle.profile.controller, out.pilot = vehicle.profile.pilot;
@@ -249,7 +250,7 @@ void run(App& app, Plan& plan, Lockstep<Wire>& board, const Description& robot) 
             boot(app, robot, board);
         }
         communicate(app, board);
-        if (board.request.flags & ToBoard::ground) on_ground_contact(app.vehicle);
+        if (board.request.flags & ToBoard::ground) on_ground_contact(app.vehicle, ground);
         const Refusal refusal = execute(app.vehicle, plan, board.request);
         tick(app.vehicle, board);
         board.reply(app.vehicle, refusal);

@@ -53,12 +53,13 @@ def enums() -> str:
 
     conditions = [(name, text) for name, _, text in _core.condition_table()]
     faults = [(name, text) for name, text, *_ in _core.fault_table()]
+    states = [(name, text) for name, text, _ in _core.state_table()]
     tables = [
         (
-            "CONTROL",
+            "STATE",
             False,
-            "Source of the command: HEARTBEAT.custom_mode, and param2 of MAV_CMD_DO_SET_MODE.",
-            _core.control_table(),
+            "States of the robot: HEARTBEAT.custom_mode, and param2 of MAV_CMD_DO_SET_MODE.",
+            states,
         ),
         ("MODE", False, "Modes of the pilot (core/include/hypertuna/pilot/reasons.hpp).", _core.mode_table()),
         (
@@ -75,14 +76,17 @@ def enums() -> str:
         ),
         ("FAULT", True, "Faults detected by the supervisor (firmware/app/vehicle/faults.hpp).", faults),
     ]
-    return "".join(_enum(f"HYPERTUNA_{name}", bits, text, rows) for name, bits, text, rows in tables)
+    bases = {"STATE": _core.MODE_BASE}
+    return "".join(
+        _enum(f"HYPERTUNA_{name}", bits, text, rows, bases.get(name, 0)) for name, bits, text, rows in tables
+    )
 
 
-def _enum(name: str, bits: bool, text: str, rows: list[tuple[str, str]]) -> str:
-    """Return one enumeration: of bits, or of numbers from 0."""
+def _enum(name: str, bits: bool, text: str, rows: list[tuple[str, str]], base: int = 0) -> str:
+    """Return one enumeration: of bits, or of numbers from `base`."""
     lines = [f'    <enum name="{name}"{" bitmask=" + chr(34) + "true" + chr(34) if bits else ""}>', _described(text, 6)]
     for k, (entry, sentence) in enumerate(rows):
-        lines.append(f'      <entry value="{1 << k if bits else k}" name="{name}_{entry.upper()}">')
+        lines.append(f'      <entry value="{1 << k if bits else base + k}" name="{name}_{entry.upper()}">')
         lines += [_described(f"{sentence[0].upper()}{sentence[1:]}.", 8), "      </entry>"]
     return "\n".join([*lines, "    </enum>\n"])
 

@@ -501,9 +501,19 @@ RECORD_ROBOT: int = 1
 
 RECORD_TICK: int = 2
 
-RECORD_LAYOUT: int = 971340793
+RECORD_LAYOUT: int = 2548875705
 
-def control_table() -> list[tuple[str, str]]:
+def state_table() -> list[tuple[str, str, str]]:
     """
-    Sources of the controller's command in the order of their numbers: name and sentence.
+    States of the robot in the order of their numbers: name, sentence, and the order that selects it as a mode.
     """
+
+def order_table() -> list[tuple[str, str, str, list[str], list[str]]]:
+    """
+    Orders and events of the firmware: name, sentence, who gives it, what must hold, and for each state the next one, an empty string where it does not change, `back` for the one before, or `!` and the refusal.
+    """
+
+def need_table() -> list[tuple[str, str]]:
+    """What must hold for an order to change the state: name and sentence."""
+
+MODE_BASE: int = 100

@@ -172,7 +172,7 @@ def test_a_box_has_what_lock_step_saw(fish: ht.Robot, tmp_path: Path, board: str
     same |= {"speed": "speed_estimated"}
     for name in ("quaternion", "position", "depth", "speed", "position_error", "status", "reasons", "faults"):
         np.testing.assert_array_equal(ticks[same.get(name, name)], seen[name], err_msg=name)
-    for name in ("mode", "control", "armed", "answer"):
+    for name in ("mode", "state", "answer"):
         np.testing.assert_array_equal(ticks[name], seen[name], err_msg=name)
     # What the twin's sensors showed, to their noise; the beat that was asked for.
     assert run.mission_run is not None

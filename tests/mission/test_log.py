@@ -54,7 +54,7 @@ def same(read: MissionRecord, written: MissionRecord) -> None:
         "reasons",
         "origin",
         "facts",
-        "controls",
+        "states",
         "faults",
     ):
         assert getattr(read, name) == getattr(written, name), name

@@ -9,20 +9,23 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int stick_max = 1000;  // full deflection of a joystick's axis
+inline constexpr int stick_max = 1000, thrust_center = 500;  // full deflection of a joystick's axis; of z, its center
 
-/// MANUAL_CONTROL: z is thrust, r turns to starboard (as ground stations send it), x pushed forward dives. An axis of
-/// INT16_MAX is absent. There is no acknowledgement: the next message follows soon.
-inline void handle(Radio& radio, Vehicle& vehicle, Peer, mavlink_manual_control_t m) {
+/// MANUAL_CONTROL: z is thrust, from the center up (ground stations send 0 to 1000, and 500 for a centered stick), r
+/// turns to starboard, x pushed forward dives. An axis of INT16_MAX is absent. There is no acknowledgement: the next
+/// message follows soon.
+inline void handle(Radio& radio, Vehicle& vehicle, Peer from, mavlink_manual_control_t m) {
     bool within = true;
     if (m.x == INT16_MAX) m.x = 0;
-    if (m.z == INT16_MAX) m.z = 0;
+    if (m.z == INT16_MAX) m.z = thrust_center;
     if (m.r == INT16_MAX) m.r = 0;
     for (int axis : {int(m.x), int(m.z), int(m.r)}) within = within && -stick_max <= axis && axis <= stick_max;
     const auto part = [](int axis) { return float(axis) / float(stick_max); };
     const Refusal refusal =
-        within ? set_manual(vehicle, max(0.0f, part(m.z)), -part(m.r), -part(m.x)) : Refusal::out_of_range;
-    if (refusal != Refusal::none) report_rarely(radio, snapshot(vehicle).tick, refusal);
+        within ? sticks(vehicle, from, max(-1.0f, part(2 * (m.z - thrust_center))), -part(m.r), -part(m.x))
+               : Refusal::out_of_range;
+    // Ground stations send the sticks in every mode: outside of manual that is no mistake.
+    if (refusal != Refusal::none && refusal != Refusal::not_now) report_rarely(radio, snapshot(vehicle).tick, refusal);
 }
 
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_gait_set_t& m) {
@@ -33,17 +36,17 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_gait
         command.amplitude[j] = angle(m.amplitude[j]), command.phase[j] = angle(m.lag[j]),
         command.bias[j] = angle(m.bias[j]);
     for (int k = 0; k < 2; ++k) command.fin[k] = angle(m.fin[k]);
-    acknowledge(radio, from, HYPERTUNA_CMD_GAIT, set_gait(vehicle, command));
+    acknowledge(radio, from, HYPERTUNA_CMD_GAIT, set_gait(vehicle, from, command));
 }
 
-inline Refusal gait_command(Vehicle& vehicle, const mavlink_command_long_t& m) {
+inline Refusal gait_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
     const float degree = float(pi / 180);
     Command<float> command{};
     command.frequency = m.param1;
     command.amplitude[0] = degree * m.param2, command.amplitude[1] = degree * m.param3;
     command.phase[1] = degree * m.param4;
     command.bias[0] = degree * m.param5, command.bias[1] = degree * m.param6;
-    return set_gait(vehicle, command);
+    return set_gait(vehicle, from, command);
 }
 
 /// A parameter that must be a whole number from 0 to `high`; -1 if it is not.
@@ -53,15 +56,16 @@ inline int whole_of(float value, int high) {
     return float(number) == value ? number : -1;
 }
 
-inline Refusal arm_command(Vehicle& vehicle, const mavlink_command_long_t& m) {
+inline Refusal arm_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
     const int on = whole_of(m.param1, 1);
-    return on < 0 ? Refusal::out_of_range : arm(vehicle, on == 1);
+    return on < 0 ? Refusal::out_of_range : give(vehicle, on == 1 ? Order::arm : Order::disarm, from);
 }
 
-inline Refusal mode_command(Vehicle& vehicle, const mavlink_command_long_t& m) {
-    const int base = whole_of(m.param1, 255), control = whole_of(m.param2, int(Control::count) - 1);
+/// Select a mode: the state of that number, by its order.
+inline Refusal mode_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
+    const int base = whole_of(m.param1, 255), state = whole_of(m.param2 - float(mode_base), states - 1);
     if (base < 0 || (base & MAV_MODE_FLAG_CUSTOM_MODE_ENABLED) == 0) return Refusal::unknown;
-    return control < 0 ? Refusal::out_of_range : set_control(vehicle, Control(control));
+    return state < 0 ? Refusal::out_of_range : give(vehicle, state_texts[state].order, from);
 }
 
 /// Set the interval [us] of a message: 0 for the interval at boot, -1 for never, otherwise one tick to a minute.
@@ -85,14 +89,14 @@ inline Refusal request_command(Radio& radio, const mavlink_command_long_t& m) {
 }
 
 /// Execute a command, and return why it is refused.
-inline Refusal execute(Radio& radio, Vehicle& vehicle, const mavlink_command_long_t& m) {
+inline Refusal execute(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
     switch (m.command) {
         case MAV_CMD_COMPONENT_ARM_DISARM:
-            return arm_command(vehicle, m);
+            return arm_command(vehicle, from, m);
         case MAV_CMD_DO_SET_MODE:
-            return mode_command(vehicle, m);
+            return mode_command(vehicle, from, m);
         case MAV_CMD_MISSION_START:
-            return set_control(vehicle, Control::mission);
+            return give(vehicle, Order::mission, from);
         case MAV_CMD_SET_MESSAGE_INTERVAL:
             return interval_command(radio, m);
         case MAV_CMD_REQUEST_MESSAGE:
@@ -101,7 +105,7 @@ inline Refusal execute(Radio& radio, Vehicle& vehicle, const mavlink_command_lon
             radio.telemetry.stream[stream_index(MAVLINK_MSG_ID_AUTOPILOT_VERSION)].requested = true;
             return Refusal::none;
         case HYPERTUNA_CMD_GAIT:
-            return gait_command(vehicle, m);
+            return gait_command(vehicle, from, m);
         default:
             return Refusal::unknown;
     }
@@ -118,7 +122,7 @@ inline mavlink_command_long_t long_of(const mavlink_command_int_t& m) {
 }
 
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
-    acknowledge(radio, from, m.command, execute(radio, vehicle, m));
+    acknowledge(radio, from, m.command, execute(radio, vehicle, from, m));
 }
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_int_t& m) {
     handle(radio, vehicle, from, long_of(m));
@@ -132,8 +136,8 @@ inline bool is_disarm(const Frame& frame) {
     return m.command == MAV_CMD_COMPONENT_ARM_DISARM && m.param1 == 0.0f;
 }
 
-inline void handle(Radio& radio, Vehicle& vehicle, Peer, const mavlink_set_gps_global_origin_t& m) {
-    report_refusal(radio, set_origin(vehicle, m.latitude, m.longitude));
+inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_set_gps_global_origin_t& m) {
+    report_refusal(radio, set_origin(vehicle, from, m.latitude, m.longitude));
 }
 
 }  // namespace hypertuna::firmware

@@ -54,14 +54,14 @@ inline void store_stamp(const Signing& signing, Vehicle& vehicle) {
 
 /// A key received over the radio starts signing, a key of zeros stops it; while signing, only the owner of the old key
 /// may change it. The key is stored. Refused while armed.
-inline void handle(Radio& radio, Vehicle& vehicle, Peer, const mavlink_setup_signing_t& m) {
+inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_setup_signing_t& m) {
     std::uint8_t any = 0, secret[key_size];
     std::memcpy(secret, m.secret_key, key_size);
     for (std::uint8_t byte : secret) any = std::uint8_t(any | byte);
     const bool long_stamp = (m.initial_timestamp >> stamp_bits) != 0;
-    Refusal refusal = long_stamp ? Refusal::out_of_range : set_key(vehicle, secret);
+    Refusal refusal = long_stamp ? Refusal::out_of_range : set_key(vehicle, from, secret);
     if (refusal == Refusal::none)
-        refusal = set_parameter(vehicle, parameter_named(vehicle, "sign"), any != 0 ? 1.0f : 0.0f);
+        refusal = set_parameter(vehicle, from, parameter_named(vehicle, "sign"), any != 0 ? 1.0f : 0.0f);
     report_refusal(radio, refusal);
     if (refusal != Refusal::none) return;
     radio.signing = {};
@@ -70,8 +70,8 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer, const mavlink_setup_sig
     adopt_key(radio.signing, vehicle);
 }
 
-inline void notice(Radio&, Vehicle& vehicle, Peer, const mavlink_heartbeat_t& m) {
-    if (m.type == MAV_TYPE_GCS) on_ground_contact(vehicle);
+inline void notice(Radio&, Vehicle& vehicle, Peer from, const mavlink_heartbeat_t& m) {
+    if (m.type == MAV_TYPE_GCS) on_ground_contact(vehicle, from);
 }
 inline void notice(Radio& radio, Vehicle&, Peer from, mavlink_ping_t m) {
     if (m.target_system != 0 || !has_room(radio.out)) return;
@@ -87,8 +87,9 @@ inline void command(Radio& radio, Vehicle& vehicle, const Frame& frame) {
     visit_message(Commands{}, frame, [&](const auto& m) {
         if (!is_for(radio, m)) return;
         ++radio.commands;
-        handle(radio, vehicle, Peer{frame.system, frame.component}, m);
-        on_ground_contact(vehicle);
+        const Peer from{frame.system, frame.component};
+        handle(radio, vehicle, from, m);
+        on_ground_contact(vehicle, from);
     });
 }
 

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "app/radio/frames.hpp"
-#include "app/vehicle/vehicle.hpp"
+#include "app/vehicle/requests.hpp"
 
 namespace hypertuna::firmware {
 
@@ -78,6 +78,11 @@ inline mavlink_hydraulics_t hydraulics(const Snapshot& now) {
     return m;
 }
 
+/// The state as a mode: `disarmed` is `rest` without the armed flag.
+inline std::uint32_t custom_mode(const Snapshot& now) {
+    return std::uint32_t(mode_base + int(now.armed() ? now.state : State::rest));
+}
+
 inline mavlink_gait_t gait(const Snapshot& now) {
     const Command<float>& c = now.command;
     const auto angle = [](float a) { return whole<std::int16_t>(a, centidegree); };
@@ -89,7 +94,7 @@ inline mavlink_gait_t gait(const Snapshot& now) {
         m.bias[j] = angle(c.bias[j]), m.bias_34[j] = angle(c.bias[j + 2]);
         m.fin[j] = angle(c.fin[j]);
     }
-    m.control = std::uint8_t(now.control);
+    m.state = std::uint8_t(custom_mode(now));
     return m;
 }
 
@@ -117,14 +122,14 @@ inline mavlink_servo_output_raw_t servo_output(const Snapshot& now) {
 }
 
 inline mavlink_heartbeat_t heartbeat(const Snapshot& now) {
-    const bool worst = now.faults.flags != 0 && now.armed;
+    const bool worst = now.faults.flags != 0 && now.armed();
     mavlink_heartbeat_t m{};
-    m.custom_mode = std::uint32_t(now.control);
+    m.custom_mode = custom_mode(now);
     m.type = MAV_TYPE_SUBMARINE, m.autopilot = MAV_AUTOPILOT_GENERIC;
-    m.base_mode = MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (now.armed ? MAV_MODE_FLAG_SAFETY_ARMED : 0) |
-                  (now.control == Control::manual ? MAV_MODE_FLAG_MANUAL_INPUT_ENABLED : 0) |
-                  (now.control == Control::mission ? MAV_MODE_FLAG_AUTO_ENABLED : 0);
-    m.system_status = std::uint8_t(worst ? MAV_STATE_CRITICAL : now.armed ? MAV_STATE_ACTIVE : MAV_STATE_STANDBY);
+    m.base_mode = MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (now.armed() ? MAV_MODE_FLAG_SAFETY_ARMED : 0) |
+                  (now.state == State::manual ? MAV_MODE_FLAG_MANUAL_INPUT_ENABLED : 0) |
+                  (is_guided(now.state) ? MAV_MODE_FLAG_AUTO_ENABLED : 0);
+    m.system_status = std::uint8_t(worst ? MAV_STATE_CRITICAL : now.armed() ? MAV_STATE_ACTIVE : MAV_STATE_STANDBY);
     m.mavlink_version = 3;
     return m;
 }
@@ -142,7 +147,7 @@ inline mavlink_sys_status_t sys_status(const Snapshot& now, const Parser& parser
     const bool stopped = status.has(Condition::hard_stop);
     mavlink_sys_status_t m{};
     m.onboard_control_sensors_present = imu | others | battery | motors;
-    m.onboard_control_sensors_enabled = imu | others | battery | (now.armed ? motors : 0);
+    m.onboard_control_sensors_enabled = imu | others | battery | (now.armed() ? motors : 0);
     m.onboard_control_sensors_health = (status.has(Condition::imu_fault) ? 0 : imu) | compass | depth |
                                        (status.has(Condition::battery_fault) ? 0 : battery) | (stopped ? 0 : motors);
     m.load = whole<std::uint16_t>(now.load, 1000.0f);

@@ -49,10 +49,12 @@ inline mavlink_mission_current_t mission_current(const Vehicle& vehicle) {
     m.total = std::uint16_t(visit_items(mission(vehicle), [&](const mavlink_mission_item_int_t& item) {
         if (item.command == MAV_CMD_NAV_WAYPOINT && waypoints++ <= now.leg) m.seq = item.seq;
     }));
-    const bool runs = now.control == Control::mission && now.armed, done = now.mode == Mode::done;
+    const bool runs = now.state == State::mission, done = now.mode == Mode::done;
     m.mission_state = MISSION_STATE_NO_MISSION;
     if (0 < m.total) m.mission_state = MISSION_STATE_NOT_STARTED;
-    if (0 < m.total && runs) m.mission_state = std::uint8_t(done ? MISSION_STATE_COMPLETE : MISSION_STATE_ACTIVE);
+    if (0 < m.total && runs) m.mission_state = MISSION_STATE_ACTIVE;
+    if (0 < m.total && now.state == State::paused) m.mission_state = MISSION_STATE_PAUSED;
+    if (0 < m.total && done) m.mission_state = MISSION_STATE_COMPLETE;
     return m;
 }
 

@@ -82,7 +82,8 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     }
     if (upload.next < upload.count) return request_item(radio, snapshot(vehicle).tick);
     upload.on = false;
-    const Refusal refusal = upload.mission.waypoints == 0 ? Refusal::no_mission : set_mission(vehicle, upload.mission);
+    const Refusal refusal =
+        upload.mission.waypoints == 0 ? Refusal::no_mission : set_mission(vehicle, from, upload.mission);
     report_refusal(radio, refusal);
     upload.result = mission_result(refusal);
     acknowledge_mission(radio, from, upload.result);
@@ -125,7 +126,7 @@ inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlin
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_clear_all_t& m) {
     const bool all = m.mission_type == MAV_MISSION_TYPE_ALL;
     if (!all && !is_mission(radio, from, m)) return;
-    const Refusal refusal = clear_mission(vehicle);
+    const Refusal refusal = clear_mission(vehicle, from);
     report_refusal(radio, refusal);
     acknowledge_mission(radio, from, mission_result(refusal));
 }

@@ -65,7 +65,8 @@ inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlin
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_param_set_t& m) {
     const int k = parameter_index(vehicle, m.param_id);
     if (k < 0) return refuse_parameter(radio, from, m.param_id, -1, Refusal::unknown);
-    const Refusal refusal = is_finite(m.param_value) ? set_parameter(vehicle, k, m.param_value) : Refusal::out_of_range;
+    const Refusal refusal =
+        is_finite(m.param_value) ? set_parameter(vehicle, from, k, m.param_value) : Refusal::out_of_range;
     reply(radio.out, parameter_value(vehicle, k));
     if (refusal != Refusal::none) refuse_parameter(radio, from, m.param_id, -1, refusal);
 }

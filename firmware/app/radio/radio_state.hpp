@@ -36,9 +36,7 @@ struct Radio {
 };
 
 /// Address of an answer.
-struct Peer {
-    std::uint8_t system, component;
-};
+using Peer = Station;
 
 /// Copy a text into a field that has no terminator if it is full.
 template <std::size_t N>
@@ -87,6 +85,9 @@ inline std::uint8_t result_of(Refusal refusal) {
         case Refusal::elsewhere:
         case Refusal::leaves_fence:
         case Refusal::robot_outside:
+        case Refusal::not_now:
+        case Refusal::other_pilot:
+        case Refusal::no_depth:
             return MAV_RESULT_TEMPORARILY_REJECTED;
         default:
             return MAV_RESULT_DENIED;

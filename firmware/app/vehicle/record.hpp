@@ -23,8 +23,8 @@ constexpr void visit_record(const Snapshot& now, int joints, const Visit& visit)
     visit("attitude_estimated", &at.q.w, 4), visit("position_estimated", &at.x, 2);
     visit("depth_estimated", at.depth), visit("speed_estimated", at.speed), visit("position_error", at.position_error);
     visit("status", now.output.status.flags), visit("reasons", now.reasons.flags), visit("faults", now.faults.flags);
-    visit("mode control armed answer", std::uint32_t(now.mode) | std::uint32_t(now.control) << 8 |
-                                           std::uint32_t(now.armed) << 16 | std::uint32_t(now.answer) << 24);
+    visit("mode state armed answer", std::uint32_t(now.mode) | std::uint32_t(now.state) << 8 |
+                                         std::uint32_t(now.armed()) << 16 | std::uint32_t(now.answer) << 24);
 }
 
 /// Digest of the names (FNV-1a), by which a reader recognizes the records.

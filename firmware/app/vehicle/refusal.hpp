@@ -25,6 +25,9 @@ enum class Refusal : std::uint8_t {
     leaves_fence,
     robot_outside,
     too_deep,
+    not_now,
+    other_pilot,
+    no_depth,
     count
 };
 inline constexpr int refusals = int(Refusal::count);
@@ -53,6 +56,9 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"leaves_fence", "a straight course would leave the fence"},
     {"robot_outside", "the robot is outside the mission's fence"},
     {"too_deep", "deeper than the mission's or the sensor's limit"},
+    {"not_now", "not in this mode"},
+    {"other_pilot", "another station has control"},
+    {"no_depth", "the depth is unknown, or is none of the surface"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

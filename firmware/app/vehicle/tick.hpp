@@ -7,6 +7,7 @@
 #include <new>
 
 #include "app/vehicle/controller.hpp"
+#include "app/vehicle/failsafe.hpp"
 #include "app/vehicle/record.hpp"
 
 namespace hypertuna::firmware {
@@ -28,10 +29,10 @@ namespace hypertuna::firmware {
     const Mission<float> mission = mission_of(plan);
     if (!is_valid(mission) || !is_place(plan.latitude, plan.longitude)) return;
     vehicle.mission = mission;
-    vehicle.has_mission = true;
+    vehicle.has_mission = vehicle.has_home = true;
     if (plan.has_origin == 0) return;
     vehicle.origin = origin_at(plan.latitude, plan.longitude);
-    vehicle.origin_restored = true;
+    vehicle.unplaced = true;
 }
 
 /// The description's parameters. Who had a key keeps signing.
@@ -72,53 +73,29 @@ template <Board B>
     vehicle.mission.home_radius = vehicle.mission.home_speed = 1;
     if (open(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board)) restore_mission(vehicle);
     new (&vehicle.state) PilotState<float>(init(vehicle.model.pilot, vehicle.mission));  // in place, as above
-    vehicle.now.control = Control::gait;
     vehicle.watchdog_reset = board.watchdog_reset();
     Record record(vehicle.box, Kind::robot);
     record.put(record_layout), record.put(robot.layout), record.put(std::uint32_t(robot.joints));
     record.end();
 }
 
-/// Whether a robot without a way home must ascend: it is deeper than a tank, and not at the surface yet. The depth is
-/// the last plausible one.
-inline bool ascending(Vehicle& vehicle) {
-    const Estimate<float>& at = vehicle.now.estimate;
-    const Guidance<float>& guidance = vehicle.model.pilot.guidance;
-    if (vehicle.ascent == Ascent::none && vehicle.model.limits.rise_depth < at.depth) {
-        vehicle.ascent = Ascent::active;
-        begin_ascent(vehicle);
-    } else if (vehicle.ascent == Ascent::active) {
-        const bool up = at.depth < guidance.surface_depth,
-                   late = 0 <= std::int32_t(vehicle.now.tick - vehicle.ascent_deadline);
-        if (up || late || vehicle.state.guidance.mode == Mode::hold)
-            vehicle.ascent = up ? Ascent::none : Ascent::failed;
-    }
-    return vehicle.ascent == Ascent::active;
-}
-
-/// Command allowed by the response to all faults; nullptr if guidance makes it.
+/// The command of a state; nullptr where guidance makes it.
 inline const Command<float>* choose_command(Vehicle& vehicle, Command<float>& made) {
-    Snapshot& now = vehicle.now;
-    const Answer answer = now.answer;
-    if (answer == Answer::disarm) arm(vehicle, false);
+    const Snapshot& now = vehicle.now;
+    const float since = float(now.tick - vehicle.requested_at) * vehicle.model.pilot.controller.tick;
     made = rest();
-    made.armed = now.armed;
-    if (!now.armed || answer >= Answer::rest) return &made;
-    if (answer == Answer::home && !(vehicle.has_mission && vehicle.way_home))
-        return ascending(vehicle) ? nullptr : &made;
-    if (answer == Answer::home && now.control != Control::mission) take_control(vehicle, Control::mission);
-    if (now.control == Control::mission) {
-        if (answer == Answer::home) vehicle.state.guidance.reasons.set(Reason::recalled);
-        return nullptr;
+    made.armed = now.armed();
+    if (is_guided(now.state)) return nullptr;
+    switch (now.state) {
+        case State::manual:  // the sticks must repeat their command
+            if (vehicle.model.limits.manual_timeout < since) return &made;
+            [[fallthrough]];
+        case State::gait:
+            made = vehicle.requested, made.fresh = true;
+            return &made;
+        default:
+            return &made;
     }
-    // A joystick must repeat its command; a gait goes on while the ground is in contact.
-    const Limits& limits = vehicle.model.limits;
-    const std::uint32_t since =
-        now.tick - (now.control == Control::manual ? vehicle.requested_at : vehicle.ground_contact);
-    const float patience = now.control == Control::manual ? limits.manual_timeout : limits.link_timeout;
-    if (float(since) * vehicle.model.pilot.controller.tick <= patience) made = vehicle.requested;
-    made.fresh = true;
-    return &made;
 }
 
 /// Write the tick's record into the black box.
@@ -133,10 +110,11 @@ inline void record_tick(Vehicle& vehicle) {
 inline void supervise(Vehicle& vehicle) {
     Snapshot& now = vehicle.now;
     const float tick = vehicle.model.pilot.controller.tick;
-    const float silence = float(now.tick - vehicle.ground_contact) * tick;
+    ++vehicle.silence;
+    const float silence = float(vehicle.silence) * tick;
     const SupervisorInput input{
         vehicle.state.controller,         now.output.status, now.estimate, vehicle.raw.leak, now.load > 1.0f,
-        vehicle.box.lost != vehicle.lost, now.armed,         silence};
+        vehicle.box.lost != vehicle.lost, now.armed(),       silence};
     vehicle.lost = vehicle.box.lost;
     detect_faults(vehicle.model, vehicle.memory, input);
     evaluate_faults(vehicle);
@@ -152,25 +130,26 @@ void control(Vehicle& vehicle, B& board) {
     PilotState<float>& state = vehicle.state;
     const Pilot<float>& pilot = vehicle.model.pilot;
     vehicle.raw.fixed = vehicle.raw.fixed && is_place(vehicle.raw.fix[0], vehicle.raw.fix[1]);
-    if (vehicle.raw.fixed && (vehicle.origin_restored || !vehicle.origin.known)) on_first_fix(vehicle, vehicle.raw.fix);
+    if (vehicle.raw.fixed && !vehicle.fixed) on_first_fix(vehicle, vehicle.raw.fix);
     now.readings = convert(vehicle.model.calibration, pilot.controller.joints, vehicle.raw, vehicle.origin);
     const std::uint32_t start = board.clock();
     now.estimate = perceive(pilot, state, now.readings);
+    respond(vehicle);
     Command<float> made;
     const Command<float>* command = choose_command(vehicle, made);
     const bool decision = due(pilot, state);
-    if (command == nullptr && decision)
-        decide(pilot, state, now.estimate, now.control == Control::mission ? vehicle.mission : vehicle.up);
+    if (command == nullptr && decision) decide(pilot, state, now.estimate, flown(vehicle));
     if (command != nullptr) state.command = *command;
     const std::uint32_t middle = board.clock();
     run_controller(pilot, state, now.estimate, now.readings.robot, now.output);
     vehicle.profile.controller = board.clock() - middle;
     vehicle.profile.pilot = middle - start;
     now.command = state.command;
-    const bool guided = now.control == Control::mission || command == nullptr;
-    now.mode = guided ? state.guidance.mode : Mode::idle;
     now.reasons = state.guidance.reasons;
-    now.leg = state.guidance.leg;
+    if (command == nullptr && decision) follow_pilot(vehicle);
+    const bool guided = command == nullptr || now.state == State::paused, done = state.guidance.mode == Mode::done;
+    now.mode = guided || done ? state.guidance.mode : Mode::idle;
+    now.leg = (guided || done) && !vehicle.on_detour ? state.guidance.leg : vehicle.leg;
 }
 
 /// Send the controller's pulses with each servo's trim, clamped; none once a disarmed tail is at rest.
@@ -179,7 +158,7 @@ void send_pulses(const Vehicle& vehicle, B& board) {
     const Controller<float>& controller = vehicle.model.pilot.controller;
     const int servos = 2 * controller.joints + 2;
     float pulse[max_servos] = {};
-    bool moving = vehicle.now.armed;
+    bool moving = vehicle.now.armed();
     for (int k = 0; k < servos; ++k) {
         moving = moving || 1e-3f < abs(vehicle.now.output.target[k]);
     }
@@ -193,7 +172,7 @@ void send_pulses(const Vehicle& vehicle, B& board) {
 /// its witnesses once it is valid.
 template <Board B>
 void write_stores(Vehicle& vehicle, B& board) {
-    if (vehicle.now.armed) return;
+    if (vehicle.now.armed()) return;
     const auto bytes = [](auto& from) { return reinterpret_cast<const std::uint8_t*>(&from); };
     if (!settled(vehicle.keys)) return write_some(vehicle.keys, bytes(vehicle.secret), board);
     if (0 <= vehicle.keys.kept && !vehicle.witnessed) {

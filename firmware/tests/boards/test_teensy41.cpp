@@ -4,6 +4,8 @@
 
 using namespace hypertuna;
 
+static constexpr Station ground{255, 190};
+
 static std::uint32_t noise_state = 1;
 static std::uint8_t noise() { return std::uint8_t((noise_state = noise_state * 1664525u + 1013904223u) >> 24); }
 
@@ -66,25 +68,25 @@ static void it_boots_and_reads() {
 
 static void it_drives_servos() {
     for (Servo& one : board.servo) CHECK(!one.attached());
-    CHECK(arm(app.vehicle, true) == Refusal::none);
+    CHECK(give(app.vehicle, Order::arm, ground) == Refusal::none);
     Command<float> beat = rest();
     beat.frequency = 2, beat.amplitude[0] = beat.amplitude[1] = 0.25f;
-    CHECK(set_gait(app.vehicle, beat) == Refusal::none);
+    CHECK(set_gait(app.vehicle, ground, beat) == Refusal::none);
     int least = 9999, most = 0;
     for (int k = 0; k < 300; ++k) {
-        on_ground_contact(app.vehicle), float_on(1);
+        on_ground_contact(app.vehicle, ground), float_on(1);
         CHECK(board.servo[0].pin == robot::wiring.servo[0]);
         least = std::min(least, board.servo[0].pulse), most = std::max(most, board.servo[0].pulse);
     }
     CHECK(800 <= least && least < 1490 && 1510 < most && most <= 2200);
-    arm(app.vehicle, false), float_on(300);
+    give(app.vehicle, Order::disarm, ground), float_on(300);
     for (Servo& one : board.servo) CHECK(!one.attached());
 }
 
 static void parameters_survive_a_reset() {
     int k = 0;
     while (std::strcmp(parameter(app.vehicle, k).name, "learning") != 0) ++k;
-    CHECK(set_parameter(app.vehicle, k, 0.25f) == Refusal::none);
+    CHECK(set_parameter(app.vehicle, ground, k, 0.25f) == Refusal::none);
     float_on(200);
     setup();
     CHECK(value(app.vehicle, k) == 0.25f && !app.vehicle.defaults);

@@ -51,7 +51,7 @@ static BenchBoard fresh_board;
 static bool prepare() {
     boot(fresh_app, robot::description, fresh_board);
     for (int k = 0; k < 60; ++k) tick(fresh_app, fresh_board);
-    must(arm(fresh_app.vehicle, true) == Refusal::none);
+    must(give(fresh_app.vehicle, Order::arm, ground) == Refusal::none);
     fresh_board.said.clear();
     return true;
 }
@@ -61,7 +61,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (!ready || size < 2) return 0;
     app = fresh_app, board = fresh_board;
     const std::uint8_t choice = data[0];
-    if (choice & 1) arm(app.vehicle, false);
+    if (choice & 1) give(app.vehicle, Order::disarm, ground);
     if ((choice & 2) && size > key_length) {
         std::memcpy(app.vehicle.stored + stored_size(robot::description) - key_size, data, key_size);
         app.vehicle.key = true, app.vehicle.model.limits.sign = 1.0f;

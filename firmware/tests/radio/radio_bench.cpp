@@ -21,7 +21,7 @@ static BenchBoard board;
 struct Told {
     std::uint32_t tick, faults, orders, refused, replayed, frames, bad, skipped, frames_sent, bytes_sent;
     float frequency, amplitude, first;  // of the command; value of the first parameter
-    std::uint8_t armed, control, max_waiting, waypoints;
+    std::uint8_t armed, state, max_waiting, waypoints;
 };
 static_assert(sizeof(Told) == 56);
 
@@ -43,8 +43,8 @@ static Told told() {
             now.command.frequency,
             now.command.amplitude[0],
             value(app.vehicle, 0),
-            now.armed,
-            std::uint8_t(now.control),
+            now.armed(),
+            std::uint8_t(now.state),
             std::uint8_t(l.out.max_waiting),
             std::uint8_t(mission(app.vehicle).waypoints)};
 }

@@ -58,13 +58,13 @@ static void test_replay_is_refused() {
     const Bytes disarm = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 0));
     bench.hear(disarm), bench.run(40);
     bench.hear(arm), bench.run(40);
-    CHECK(!snapshot(bench.vehicle()).armed);
+    CHECK(!snapshot(bench.vehicle()).armed());
     bench.hear(disarm), bench.run(40);
     CHECK(bench.app.radio.replayed == 1);  // the arming alone: disarming is always heard
     CHECK(told(bench, Refusal::replayed) == 1);
     bench.run(int(silence) + 1);
     bench.hear(arm), bench.run(40);
-    CHECK(snapshot(bench.vehicle()).armed);
+    CHECK(snapshot(bench.vehicle()).armed());
 }
 
 /// Angles for the compass rose, against the C library.

@@ -12,21 +12,21 @@ static void test_signing() {
     CHECK(bench.app.radio.signing.on);
 
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));  // without a signature
-    CHECK(!snapshot(bench.vehicle()).armed && bench.app.radio.not_signed == 1);
+    CHECK(!snapshot(bench.vehicle()).armed() && bench.app.radio.not_signed == 1);
     begin_signing(bench.key, key, 2'000'000'000);
     bench.key.key[5] ^= 1;  // a key that is not the robot's
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
-    CHECK(!snapshot(bench.vehicle()).armed);
+    CHECK(!snapshot(bench.vehicle()).armed());
     bench.key.key[5] ^= 1;
 
     bench.say(mavlink_ping_t{});  // a later time is stored before the robot arms
     const Bytes arm = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
     bench.hear(arm), bench.run(40);
-    CHECK(snapshot(bench.vehicle()).armed);
+    CHECK(snapshot(bench.vehicle()).armed());
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 0));
     bench.run(2000);  // however long after: a recording is not believed
     bench.hear(arm), bench.run(40);
-    CHECK(!snapshot(bench.vehicle()).armed);
+    CHECK(!snapshot(bench.vehicle()).armed());
 
     // It lasts over a boot, and what the robot says is signed, too.
     boot(bench.app, robot::description, bench.board);
@@ -35,7 +35,7 @@ static void test_signing() {
     CHECK(bench.app.radio.signing.on && bench.board.said[2] == signed_flag);
     bench.key.on = false;
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
-    CHECK(!snapshot(bench.vehicle()).armed);
+    CHECK(!snapshot(bench.vehicle()).armed());
 }
 
 /// After a restart no recording is believed, not even the last one; the owner is, who hears the robot's stamps.
@@ -46,7 +46,7 @@ static void test_a_recording_after_a_restart() {
     bench.say(setup);
     begin_signing(bench.key, setup.secret_key, setup.initial_timestamp);
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
-    CHECK(snapshot(bench.vehicle()).armed);
+    CHECK(snapshot(bench.vehicle()).armed());
     bench.key.stamp += 100 * stamp_minute;  // a clock that is far ahead
     const Bytes recorded = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
     bench.hear(recorded), bench.run(40);
@@ -64,10 +64,10 @@ static void test_a_recording_after_a_restart() {
         boot(bench.app, robot::description, bench.board);
         bench.run(60);
         bench.hear(recorded), bench.run(40);
-        CHECK(!snapshot(bench.vehicle()).armed && bench.app.radio.not_signed == 1);
+        CHECK(!snapshot(bench.vehicle()).armed() && bench.app.radio.not_signed == 1);
         bench.key.stamp = bench.app.radio.signing.stamp;  // as the robot's own frames say
         bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
-        CHECK(snapshot(bench.vehicle()).armed);
+        CHECK(snapshot(bench.vehicle()).armed());
     }
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 0));
     setup.secret_key[3] = 6, setup.initial_timestamp = 1000;  // with another key another time may begin
@@ -128,7 +128,7 @@ static void test_status_of_a_modem() {
         bench.say(status, 1);
         bench.key.on = true, bench.ground = ground;
         bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, float(k % 2 == 0)));
-        heard += snapshot(bench.vehicle()).armed == (k % 2 == 0);
+        heard += snapshot(bench.vehicle()).armed() == (k % 2 == 0);
     }
     CHECK(heard == 50);
 }
@@ -142,12 +142,12 @@ static void test_ninth_stream() {
         bench.ground.component = std::uint8_t(100 + k);
         recorded.push_back(bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, float(k % 2 == 0))));
         bench.hear(recorded.back()), bench.run(30);
-        CHECK(snapshot(bench.vehicle()).armed == (k % 2 == 0));
+        CHECK(snapshot(bench.vehicle()).armed() == (k % 2 == 0));
     }
     bench.run(2000);
     for (const Bytes& frame : recorded) {  // no stream that was forgotten lets its recordings in
         bench.hear(frame), bench.run(30);
-        CHECK(!snapshot(bench.vehicle()).armed);
+        CHECK(!snapshot(bench.vehicle()).armed());
     }
 }
 
@@ -158,12 +158,12 @@ static void test_arming_waits_for_the_stamp() {
     bench.key.stamp += 2 * stamp_reserve;
     const Bytes arm = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
     bench.hear(arm), bench.run(40);
-    CHECK(!snapshot(bench.vehicle()).armed && told(bench, Refusal::busy) == 1);
+    CHECK(!snapshot(bench.vehicle()).armed() && told(bench, Refusal::busy) == 1);
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
-    CHECK(snapshot(bench.vehicle()).armed);
+    CHECK(snapshot(bench.vehicle()).armed());
     boot(bench.app, robot::description, bench.board);
     bench.run(60), bench.hear(arm), bench.run(40);
-    CHECK(!snapshot(bench.vehicle()).armed && bench.app.radio.not_signed == 1);
+    CHECK(!snapshot(bench.vehicle()).armed() && bench.app.radio.not_signed == 1);
 }
 
 /// A robot whose key is lost accepts no command, signed or not.
@@ -181,7 +181,7 @@ static void test_a_lost_key() {
         mavlink_setup_signing_t setup{};
         setup.target_system = 1, setup.secret_key[3] = 9;
         bench.say(setup), bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
-        CHECK(!snapshot(bench.vehicle()).armed && key(bench.vehicle()) == nullptr);
+        CHECK(!snapshot(bench.vehicle()).armed() && key(bench.vehicle()) == nullptr);
     }
     CHECK(bench.app.radio.not_signed == 4);
 }

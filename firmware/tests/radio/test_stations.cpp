@@ -58,7 +58,7 @@ static void test_disarm_of_two_stations() {
         for (int lead = 1; lead <= 60; lead += 7) {
             Bench bench;
             bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
-            CHECK(snapshot(bench.vehicle()).armed);
+            CHECK(snapshot(bench.vehicle()).armed());
             const std::uint8_t own = bench.ground.sequence;
             bench.ground.sequence = std::uint8_t(own + lead);
             bench.say(heartbeat(), 2);  // of the other
@@ -69,7 +69,7 @@ static void test_disarm_of_two_stations() {
                 bench.say(whole, 2);
             else
                 bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 0), 2);
-            CHECK(!snapshot(bench.vehicle()).armed);
+            CHECK(!snapshot(bench.vehicle()).armed());
         }
 }
 

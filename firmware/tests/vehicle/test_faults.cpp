@@ -4,24 +4,24 @@
 /// A mission goes on without the ground, and after the second time-out comes home.
 static void silence_on_a_mission() {
     begin_armed();
-    CHECK(set_mission(v, plan()) == Refusal::none);
-    CHECK(set_control(v, Control::mission) == Refusal::none);
-    CHECK(set_mission(v, plan()) == Refusal::busy && clear_mission(v) == Refusal::busy);
+    CHECK(set_mission(v, ground, plan()) == Refusal::none);
+    CHECK(give(v, Order::mission, ground) == Refusal::none);
+    CHECK(set_mission(v, ground, plan()) == Refusal::not_now && clear_mission(v, ground) == Refusal::not_now);
     float_on(v, board, 1000);
-    CHECK(snapshot(v).faults.has(Fault::link_lost) && snapshot(v).control == Control::mission);
+    CHECK(snapshot(v).faults.has(Fault::link_lost) && snapshot(v).state == State::mission);
     CHECK(!snapshot(v).reasons.has(Reason::recalled));
     float_on(v, board, 5100);
     CHECK(snapshot(v).reasons.has(Reason::recalled) && snapshot(v).reasons.end());
     // It was a gait when the ground went: the mission on board takes it home.
     begin_armed();
-    CHECK(set_mission(v, plan()) == Refusal::none && set_gait(v, beat()) == Refusal::none);
+    CHECK(set_mission(v, ground, plan()) == Refusal::none && set_gait(v, ground, beat()) == Refusal::none);
     float_on(v, board, 6100);
-    CHECK(snapshot(v).control == Control::mission && snapshot(v).reasons.has(Reason::recalled));
+    CHECK(snapshot(v).state == State::home && snapshot(v).reasons.has(Reason::recalled));
 }
 
 static void faults_and_responses() {
     begin_armed();
-    CHECK(set_mission(v, plan()) == Refusal::none && set_control(v, Control::mission) == Refusal::none);
+    CHECK(set_mission(v, ground, plan()) == Refusal::none && give(v, Order::mission, ground) == Refusal::none);
     board.raw.leak = true;
     float_on(v, board, 90);
     CHECK(!snapshot(v).faults.has(Fault::leak));
@@ -29,28 +29,28 @@ static void faults_and_responses() {
     CHECK(snapshot(v).faults.has(Fault::leak) && snapshot(v).answer == Answer::home);
     float_on(v, board, 20);
     CHECK(snapshot(v).reasons.has(Reason::recalled));
-    arm(v, false), float_on(v, board, 5);
-    CHECK(arm(v, true) == Refusal::faulty);
+    give(v, Order::disarm, ground), float_on(v, board, 5);
+    CHECK(give(v, Order::arm, ground) == Refusal::faulty);
 
     // On its side: the tail rests while it lies, and goes on when it stands again.
     begin_armed();
-    CHECK(set_gait(v, beat()) == Refusal::none);
+    CHECK(set_gait(v, ground, beat()) == Refusal::none);
     v.memory.tilted = 0;
     for (int k = 0; k < 2000; ++k) {
-        on_ground_contact(v);
+        on_ground_contact(v, ground);
         float_upright(board, v, int(snapshot(v).tick));
         std::swap(board.raw.channel[hypertuna::first_channel("acceleration") + 1],
                   board.raw.channel[hypertuna::first_channel("acceleration") + 2]);
         tick(v, board);
     }
-    CHECK(snapshot(v).faults.has(Fault::tilt) && snapshot(v).answer == Answer::rest && !beats() && snapshot(v).armed);
+    CHECK(snapshot(v).faults.has(Fault::tilt) && snapshot(v).answer == Answer::rest && !beats() && snapshot(v).armed());
 
     // An empty battery ends it.
     begin_armed();
-    CHECK(set_gait(v, beat()) == Refusal::none);
+    CHECK(set_gait(v, ground, beat()) == Refusal::none);
     const hypertuna::firmware::Calibration& c = v.model.calibration;
     for (int k = 0; k < 1500; ++k) {
-        on_ground_contact(v);
+        on_ground_contact(v, ground);
         float_upright(board, v, int(snapshot(v).tick));
         board.raw.channel[hypertuna::first_channel("voltage")] = {};
         board.raw.channel[hypertuna::first_channel("voltage")].add(
@@ -59,8 +59,8 @@ static void faults_and_responses() {
             k % 3);
         tick(v, board);
     }
-    CHECK(snapshot(v).faults.has(Fault::empty_battery) && !snapshot(v).armed);
-    CHECK(arm(v, true) == Refusal::faulty);
+    CHECK(snapshot(v).faults.has(Fault::empty_battery) && !snapshot(v).armed());
+    CHECK(give(v, Order::arm, ground) == Refusal::faulty);
     CHECK(snapshot(v).battery_left == 0);
 }
 
@@ -69,8 +69,8 @@ static void a_watchdog_and_a_slow_tick() {
     board.reset = true;
     boot(v, robot::description, board);
     float_on(v, board, 100);
-    CHECK(snapshot(v).faults.has(Fault::watchdog) && !snapshot(v).armed && board.fed == 100);
-    CHECK(arm(v, true) == Refusal::none);
+    CHECK(snapshot(v).faults.has(Fault::watchdog) && !snapshot(v).armed() && board.fed == 100);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
     float_on(v, board, 2);
     CHECK(!snapshot(v).faults.has(Fault::watchdog) && !snapshot(v).faults.has(Fault::overrun));
     board.ticking = 400;  // of the tick's 1000, at every look at the clock
@@ -100,8 +100,8 @@ static void sensors_fail() {
     for (const auto& kind : kinds) {
         fail(kind.channel, 30);
         CHECK(snapshot(v).faults.has(kind.fault));
-        CHECK((arm(v, true) == Refusal::faulty) == fault_texts[int(kind.fault)].forbids_arming);
-        arm(v, false);
+        CHECK((give(v, Order::arm, ground) == Refusal::faulty) == fault_texts[int(kind.fault)].forbids_arming);
+        give(v, Order::disarm, ground);
         float_on(v, board, 400);
         CHECK(!snapshot(v).faults.has(kind.fault));
     }
@@ -111,25 +111,25 @@ static void sensors_fail() {
 static void arming_again_after_a_call_home() {
     for (int between : {0, 5}) {
         begin();
-        CHECK(set_mission(v, plan()) == Refusal::none);
+        CHECK(set_mission(v, ground, plan()) == Refusal::none);
         float_on(v, board, 100);
-        CHECK(arm(v, true) == Refusal::none);
+        CHECK(give(v, Order::arm, ground) == Refusal::none);
         float_on(v, board, 6100);
-        CHECK(snapshot(v).faults.has(Fault::link_gone) && snapshot(v).control == Control::mission);
-        arm(v, false), float_on(v, board, between);
-        on_ground_contact(v);
-        CHECK(arm(v, true) == Refusal::none);
-        on_ground_contact(v), float_on(v, board, 3);
-        CHECK(snapshot(v).armed && snapshot(v).control == Control::gait && snapshot(v).answer == Answer::warn);
-        CHECK(set_gait(v, beat()) == Refusal::none);
+        CHECK(snapshot(v).faults.has(Fault::link_gone) && snapshot(v).state == State::home);
+        give(v, Order::disarm, ground), float_on(v, board, between);
+        on_ground_contact(v, ground);
+        CHECK(give(v, Order::arm, ground) == Refusal::none);
+        on_ground_contact(v, ground), float_on(v, board, 3);
+        CHECK(snapshot(v).armed() && snapshot(v).state == State::rest && snapshot(v).answer == Answer::warn);
+        CHECK(set_gait(v, ground, beat()) == Refusal::none);
     }
     // A battery that was empty, and is not any more: the first order to arm counts.
     begin_armed();
     v.memory.latched.set(Fault::empty_battery, true);
     float_on(v, board, 3);
-    CHECK(!snapshot(v).armed && arm(v, true) == Refusal::none);
+    CHECK(!snapshot(v).armed() && give(v, Order::arm, ground) == Refusal::none);
     float_on(v, board, 3);
-    CHECK(snapshot(v).armed);
+    CHECK(snapshot(v).armed());
 }
 
 /// Called home without a mission: from deeper than rise_depth it comes up, slowly, and rests there; in a tank it rests.
@@ -140,12 +140,12 @@ static void ascent_without_a_mission() {
         float_on(v, board, 5990);
         CHECK(!beats());
         float_on(v, board, 300);
-        CHECK(snapshot(v).answer == Answer::home && !v.has_mission && snapshot(v).armed);
+        CHECK(snapshot(v).answer == Answer::home && !v.has_mission && snapshot(v).armed());
         CHECK(beats() == (deep > 1.5f) && (snapshot(v).command.fin[0] > 0.1f) == (deep > 1.5f));
         CHECK(snapshot(v).mode == (deep > 1.5f ? Mode::home : Mode::idle));
     }
     CHECK_NEAR(snapshot(v).command.frequency, 2 * 0.25 / 0.3, 0.6);  // a slow one
-    CHECK(set_gait(v, beat()) == Refusal::faulty && mission(v).waypoints == 0);
+    CHECK(set_gait(v, ground, beat()) == Refusal::faulty && mission(v).waypoints == 0);
     board.depth = 0.5f, float_on(v, board, 200);
     CHECK(beats());  // once on its way it comes up
     board.depth = 0.05f, float_on(v, board, 300);
@@ -154,10 +154,10 @@ static void ascent_without_a_mission() {
     CHECK(!beats());
     board.depth = 2.0f, float_on(v, board, 300);
     CHECK(beats());  // it sank
-    on_ground_contact(v);
-    CHECK(set_mission(v, plan()) == Refusal::none);  // then that is the way home
+    on_ground_contact(v, ground);
+    CHECK(set_mission(v, ground, plan()) == Refusal::none && give(v, Order::home, ground) == Refusal::none);
     float_on(v, board, 20);
-    CHECK(snapshot(v).control == Control::mission && v.ascent == Ascent::none);
+    CHECK(snapshot(v).state == State::home && !v.on_detour);
 
     // A leak at depth, and the depth cannot be read any more: up for as long as the way may take, then it rests.
     begin_armed();
@@ -165,7 +165,7 @@ static void ascent_without_a_mission() {
     board.raw.leak = true;
     const auto blind = [](int ticks) {
         for (int k = 0; k < ticks; ++k) {
-            on_ground_contact(v), float_upright(board, v, int(snapshot(v).tick));
+            on_ground_contact(v, ground), float_upright(board, v, int(snapshot(v).tick));
             board.raw.leak = true, board.raw.channel[hypertuna::first_channel("depth")] = {};
             tick(v, board);
         }
@@ -175,7 +175,7 @@ static void ascent_without_a_mission() {
     blind(int(v.ascent_deadline - snapshot(v).tick) - 10);
     CHECK(beats() && 10'000 < snapshot(v).tick && snapshot(v).tick < 60'000);
     blind(100);
-    CHECK(!beats() && v.ascent == Ascent::failed && snapshot(v).armed);
+    CHECK(!beats() && v.ascent_failed && snapshot(v).state == State::rest);
     blind(1000);
     CHECK(!beats());
 }
@@ -184,7 +184,7 @@ static void ascent_without_a_mission() {
 static void upside_down() {
     begin_armed();
     for (int k = 0; k < 4000; ++k) {
-        on_ground_contact(v);
+        on_ground_contact(v, ground);
         float_upright(board, v, int(snapshot(v).tick));
         for (int axis : {1, 2}) {
             auto& raw = board.raw.channel[hypertuna::first_channel("acceleration") + axis];

@@ -12,7 +12,7 @@ static Refusal given(std::vector<Corner<float>> fence, std::vector<Waypoint<floa
     Mission<float> m = plan();
     m.corner = corner.data(), m.corners = int(corner.size()), m.home = home, m.stay = stay;
     m.waypoint = waypoint.data(), m.waypoints = int(waypoint.size());
-    return set_mission(v, m);
+    return set_mission(v, ground, m);
 }
 
 static const std::vector<Corner<float>> square = {{-50, -50}, {50, -50}, {50, 50}, {-50, 50}};
@@ -38,11 +38,11 @@ static void refusals_by_hand() {
     CHECK(given(square, {{10, 10, 4.5f, 0.3f, 2, 0}}) == Refusal::too_deep);              // than the mission's 4 m
     Mission<float> m = plan();
     m.depth_max = 31;
-    CHECK(set_mission(v, m) == Refusal::too_deep);  // than the 30 m of the depth sensor
+    CHECK(set_mission(v, ground, m) == Refusal::too_deep);  // than the 30 m of the depth sensor
     m = plan(), m.range = 60;
-    CHECK(set_mission(v, m) == Refusal::outside_fence);  // a circle: its second waypoint is 80 m away
+    CHECK(set_mission(v, ground, m) == Refusal::outside_fence);  // a circle: its second waypoint is 80 m away
     m.range = 90;
-    CHECK(set_mission(v, m) == Refusal::none);
+    CHECK(set_mission(v, ground, m) == Refusal::none);
 }
 
 /// A mission from whose fence the robot is away is neither begun nor armed with, and a recall is not refused.
@@ -51,28 +51,29 @@ static void a_robot_outside() {
     std::vector<Corner<float>> far = square;
     for (Corner<float>& corner : far) corner.x += 200;
     CHECK(given(far, {{200, 10, 1, 0.3f, 2, 0}}, {200, 0}) == Refusal::none);
-    CHECK(set_control(v, Control::mission) == Refusal::robot_outside && v.now.control == Control::gait);
-    CHECK(arm(v, false) == Refusal::none);
+    CHECK(give(v, Order::mission, ground) == Refusal::robot_outside && v.now.state == State::rest);
+    CHECK(give(v, Order::disarm, ground) == Refusal::none);
     float_on(v, board, 300);
-    CHECK(arm(v, true) == Refusal::none && arm(v, false) == Refusal::none);  // nobody knows where it is
-    CHECK(clear_mission(v) == Refusal::none && set_origin(v, 500000000, 80000000) == Refusal::none);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);  // nobody knows where it is
+    CHECK(give(v, Order::disarm, ground) == Refusal::none);
+    CHECK(clear_mission(v, ground) == Refusal::none && set_origin(v, ground, 500000000, 80000000) == Refusal::none);
     CHECK(given(far, {{200, 10, 1, 0.3f, 2, 0}}, {200, 0}) == Refusal::none);
+    float_on(v, board, 300), fix(500000000, 80000000), float_on(v, board, 1);
+    CHECK(give(v, Order::arm, ground) == Refusal::robot_outside);
+    CHECK(clear_mission(v, ground) == Refusal::none);
     float_on(v, board, 300);
-    CHECK(arm(v, true) == Refusal::robot_outside);
-    CHECK(clear_mission(v) == Refusal::none);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+    CHECK(given(far, {{200, 10, 1, 0.3f, 2, 0}}, {200, 0}) == Refusal::none && v.now.armed());
+    v.silence = 100'000;
     float_on(v, board, 300);
-    CHECK(arm(v, true) == Refusal::none);
-    CHECK(given(far, {{200, 10, 1, 0.3f, 2, 0}}, {200, 0}) == Refusal::none && v.now.armed);
-    v.ground_contact = v.now.tick - 100'000;
-    float_on(v, board, 300);
-    CHECK(v.now.armed && v.now.control == Control::mission && v.state.guidance.reasons.has(Reason::recalled));
+    CHECK(v.now.state == State::home && v.state.guidance.reasons.has(Reason::recalled));
     // The first leg counts from where the robot is.
     const std::vector<Corner<float>> horseshoe = {{-40, -5}, {40, -5}, {40, 60}, {20, 60}, {20, 5}, {-40, 5}};
     begin_armed();
     CHECK(given(horseshoe, {{30, 50, 1, 0.3f, 2, 0}}, {0, 0}, true) == Refusal::none);
-    CHECK(set_control(v, Control::mission) == Refusal::leaves_fence);
+    CHECK(give(v, Order::mission, ground) == Refusal::leaves_fence);
     CHECK(given(horseshoe, {{30, 0, 1, 0.3f, 2, 0}, {30, 50, 1, 0.3f, 2, 0}}, {0, 0}, true) == Refusal::none);
-    CHECK(set_control(v, Control::mission) == Refusal::none);
+    CHECK(give(v, Order::mission, ground) == Refusal::none);
 }
 
 /// Random fences and missions: what is accepted lies inside with all its courses, point by point.

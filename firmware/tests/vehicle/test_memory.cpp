@@ -6,20 +6,21 @@ static void parameters_are_stored() {
     CHECK(v.defaults);
     const int soft = index_of("pressure_soft"), hard = index_of("pressure_hard"), system = index_of("system_id");
     CHECK(soft >= 0 && hard >= 0 && system >= 0);
-    CHECK(set_parameter(v, soft, 260e3f) == Refusal::out_of_range);  // a limit is never loosened
-    CHECK(set_parameter(v, soft, std::bit_cast<float>(0x7fc00000u)) == Refusal::out_of_range);
-    CHECK(set_parameter(v, system, 2.5f) == Refusal::out_of_range);
-    CHECK(set_parameter(v, -1, 1) == Refusal::unknown && set_parameter(v, parameter_count(v), 1) == Refusal::unknown);
-    CHECK(set_parameter(v, hard, 200e3f) == Refusal::inconsistent && value(v, hard) == 300e3f);
+    CHECK(set_parameter(v, ground, soft, 260e3f) == Refusal::out_of_range);  // a limit is never loosened
+    CHECK(set_parameter(v, ground, soft, std::bit_cast<float>(0x7fc00000u)) == Refusal::out_of_range);
+    CHECK(set_parameter(v, ground, system, 2.5f) == Refusal::out_of_range);
+    CHECK(set_parameter(v, ground, -1, 1) == Refusal::unknown &&
+          set_parameter(v, ground, parameter_count(v), 1) == Refusal::unknown);
+    CHECK(set_parameter(v, ground, hard, 200e3f) == Refusal::inconsistent && value(v, hard) == 300e3f);
     CHECK(v.model.pilot.controller.pressure_hard == 300e3f);
-    CHECK(set_parameter(v, soft, 200e3f) == Refusal::none && v.model.pilot.controller.pressure_soft == 200e3f);
-    CHECK(arm(v, true) == Refusal::busy);  // until it is stored
+    CHECK(set_parameter(v, ground, soft, 200e3f) == Refusal::none && v.model.pilot.controller.pressure_soft == 200e3f);
+    CHECK(give(v, Order::arm, ground) == Refusal::busy);  // until it is stored
     float_on(v, board, 200);
-    CHECK(arm(v, true) == Refusal::none && set_parameter(v, soft, 210e3f) == Refusal::armed);
+    CHECK(give(v, Order::arm, ground) == Refusal::none && set_parameter(v, ground, soft, 210e3f) == Refusal::armed);
     boot(v, robot::description, board);
     CHECK(!v.defaults && value(v, soft) == 200e3f && v.model.pilot.controller.pressure_soft == 200e3f);
     const std::uint8_t secret[key_size] = {1, 2, 3};
-    CHECK(key(v) == nullptr && set_key(v, secret) == Refusal::none);
+    CHECK(key(v) == nullptr && set_key(v, ground, secret) == Refusal::none);
     float_on(v, board, 200);
     boot(v, robot::description, board);
     CHECK(key(v) != nullptr && std::memcmp(key(v), secret, key_size) == 0);
@@ -33,7 +34,7 @@ static void one_field_is_configured() {
     for (int k = 0; k < parameter_count(v); ++k) {
         const ParameterInfo& info = parameter(v, k);
         const float to = info.low + (info.whole ? 0.0f : 0.4f) * (info.high - info.low);
-        set_parameter(v, k, to);
+        set_parameter(v, ground, k, to);
     }
     std::memcpy(&filled, &v.model, sizeof filled);
     configure(filled, robot::description, v.value);
@@ -67,14 +68,15 @@ static void stored_parameters_out_of_range() {
 static void a_stored_mission_is_no_way_home() {
     for (bool begun : {false, true}) {
         begin();
-        set_mission(v, numbered(1)), float_on(v, board, 300);
+        set_mission(v, ground, numbered(1)), float_on(v, board, 300);
         boot(v, robot::description, board);
         float_on(v, board, 100);
-        CHECK(arm(v, true) == Refusal::none);
-        if (begun) CHECK(set_control(v, Control::mission) == Refusal::none && set_gait(v, beat()) == Refusal::none);
+        CHECK(give(v, Order::arm, ground) == Refusal::none);
+        if (begun)
+            CHECK(give(v, Order::mission, ground) == Refusal::none && set_gait(v, ground, beat()) == Refusal::none);
         float_on(v, board, 6200);
         CHECK(snapshot(v).answer == Answer::home && beats() == begun);
-        CHECK((snapshot(v).control == Control::mission) == begun);
+        CHECK((snapshot(v).state == State::home) == begun);
         board.depth = 3, float_on(v, board, 300);  // but up it comes
         CHECK(beats() && same(mission(v), numbered(1)));
     }
@@ -84,24 +86,24 @@ static void a_stored_mission_is_no_way_home() {
 static void missions_are_stored() {
     begin();
     float_on(v, board, 100);
-    CHECK(set_mission(v, numbered(1)) == Refusal::none);
+    CHECK(set_mission(v, ground, numbered(1)) == Refusal::none);
     float_on(v, board, 10);
-    CHECK(arm(v, true) == Refusal::busy);  // until it is stored
+    CHECK(give(v, Order::arm, ground) == Refusal::busy);  // until it is stored
     float_on(v, board, 300);
     boot(v, robot::description, board);
     CHECK(v.has_mission && same(mission(v), numbered(1)));
     float_on(v, board, 100);
-    CHECK(arm(v, true) == Refusal::none && set_control(v, Control::mission) == Refusal::none);
-    CHECK(set_control(v, Control::gait) == Refusal::none && set_mission(v, numbered(0)) == Refusal::none);
+    CHECK(give(v, Order::arm, ground) == Refusal::none && give(v, Order::mission, ground) == Refusal::none);
+    CHECK(give(v, Order::gait, ground) == Refusal::none && set_mission(v, ground, numbered(0)) == Refusal::none);
     static MemoryBoard before;
     before = board;
     float_on(v, board, 300);  // not written while armed
     CHECK(!settled(v.missions) && board.flash.operations == before.flash.operations);
     CHECK(std::memcmp(before.flash.bytes, board.flash.bytes, sizeof(board.flash.bytes)) == 0);
-    arm(v, false), float_on(v, board, 300);
+    give(v, Order::disarm, ground), float_on(v, board, 300);
     boot(v, robot::description, board);
     CHECK(same(mission(v), numbered(0)));
-    CHECK(clear_mission(v) == Refusal::none);
+    CHECK(clear_mission(v, ground) == Refusal::none);
     float_on(v, board, 300);
     boot(v, robot::description, board);
     CHECK(!v.has_mission && mission(v).waypoints == 0);
@@ -111,7 +113,7 @@ static void missions_are_stored() {
 static void stored_missions_out_of_range() {
     const auto stored = [](auto spoil) {
         begin();
-        CHECK(set_mission(v, numbered(1)) == Refusal::none);
+        CHECK(set_mission(v, ground, numbered(1)) == Refusal::none);
         spoil(v.plan), float_on(v, board, 300);
         boot(v, robot::description, board);
         return v.has_mission;
@@ -132,14 +134,14 @@ static void reboot() {
 /// Cut the power at every operation of a mission's write: it boots with the old one or the new one.
 static void power_cuts_of_a_mission() {
     begin();
-    set_mission(v, numbered(0)), float_on(v, board, 300);
+    set_mission(v, ground, numbered(0)), float_on(v, board, 300);
     static MemoryBoard first;
     first = board;
     int old_ones = 0, new_ones = 0;
     for (int cut = 0; cut < 320; ++cut) {
         board = first, board.flash.dice.state = std::uint64_t(cut) + 1;
         reboot();
-        CHECK(set_mission(v, numbered(1)) == Refusal::none);
+        CHECK(set_mission(v, ground, numbered(1)) == Refusal::none);
         board.flash.power = cut % 32;
         for (int k = 0; k < 300; ++k) write_stores(v, board);
         reboot();
@@ -157,7 +159,7 @@ static const std::uint8_t secret[key_size] = {1, 2, 3};
 /// A board that has a key and is told to ask for signatures.
 static void begin_signed() {
     begin();
-    CHECK(set_key(v, secret) == Refusal::none && set_parameter(v, index_of("sign"), 1) == Refusal::none);
+    CHECK(set_key(v, ground, secret) == Refusal::none && set_parameter(v, ground, index_of("sign"), 1) == Refusal::none);
     float_on(v, board, 100);
 }
 
@@ -178,12 +180,12 @@ static void a_key_cannot_fall_open() {
         reboot();
         float_on(v, board, 100);
         CHECK(v.locked && key(v) == nullptr && snapshot(v).faults.has(Fault::key_lost));
-        CHECK(arm(v, true) == Refusal::faulty);
+        CHECK(give(v, Order::arm, ground) == Refusal::faulty);
         board.jumper = true, reboot(), float_on(v, board, 100);
         CHECK(!v.locked && key(v) == nullptr && !snapshot(v).faults.has(Fault::key_lost));
         board.jumper = false, reboot();
         CHECK(!v.locked);
-        CHECK(set_key(v, secret) == Refusal::none);
+        CHECK(set_key(v, ground, secret) == Refusal::none);
         float_on(v, board, 100), reboot();
         CHECK(!v.locked && key(v) != nullptr);
     }
@@ -198,8 +200,8 @@ static void power_cuts_of_a_key() {
         for (int cut = 0; cut < 600; ++cut) {
             begin();
             board.flash.dice.state = std::uint64_t(cut) + 1;
-            if (which != 0) set_key(v, secret), float_on(v, board, 30);
-            if (which != 3) set_key(v, which == 0 ? secret : which == 1 ? other : none);
+            if (which != 0) set_key(v, ground, secret), float_on(v, board, 30);
+            if (which != 3) set_key(v, ground, which == 0 ? secret : which == 1 ? other : none);
             board.jumper = which == 3, board.flash.power = cut % 20;
             if (which == 3) boot(v, robot::description, board);
             for (int k = 0; k < 40; ++k) write_stores(v, board);
@@ -223,19 +225,13 @@ static void power_cuts_of_a_key() {
 
 /// Places of a kept mission count from the origin that it had, wherever the robot boots.
 static void a_stored_mission_has_its_origin() {
-    const auto fix = [](std::int32_t latitude, std::int32_t longitude) {
-        float_upright(board, v, int(snapshot(v).tick));
-        board.raw.fixed = true, board.raw.fix[0] = latitude, board.raw.fix[1] = longitude;
-        tick(v, board);
-        board.raw.fixed = false;
-    };
     begin();
     float_on(v, board, 50);
-    CHECK(set_mission(v, numbered(1)) == Refusal::none);  // before there is a fix
+    CHECK(set_mission(v, ground, numbered(1)) == Refusal::none);  // before there is a fix
     fix(500000000, 80000000);
     float_on(v, board, 300);
-    CHECK(set_origin(v, 500000000, 80000001) == Refusal::elsewhere);
-    CHECK(set_origin(v, 500000000, 80000000) == Refusal::none);
+    CHECK(set_origin(v, ground, 500000000, 80000001) == Refusal::elsewhere);
+    CHECK(set_origin(v, ground, 500000000, 80000000) == Refusal::none);
 
     boot(v, robot::description, board);  // 111.2 m to the north
     CHECK(v.has_mission && origin(v).known && origin(v).latitude == 500000000);
@@ -247,13 +243,13 @@ static void a_stored_mission_has_its_origin() {
 
     boot(v, robot::description, board);  // a hundred kilometers away: another lake
     float_on(v, board, 100);
-    CHECK(arm(v, true) == Refusal::none && set_control(v, Control::mission) == Refusal::none);
+    CHECK(give(v, Order::arm, ground) == Refusal::none && give(v, Order::mission, ground) == Refusal::none);
     float_on(v, board, 100);
     fix(510000000, 80000000);
-    CHECK(!v.has_mission && origin(v).latitude == 510000000 && snapshot(v).control == Control::gait);
+    CHECK(!v.has_mission && origin(v).latitude == 510000000 && snapshot(v).state == State::rest);
     float_on(v, board, 100);
-    CHECK(!beats() && snapshot(v).armed);
-    CHECK(set_control(v, Control::mission) != Refusal::none);
+    CHECK(!beats() && snapshot(v).armed());
+    CHECK(give(v, Order::mission, ground) != Refusal::none);
     boot(v, robot::description, board);  // and back again
     CHECK(v.has_mission);
 }
@@ -262,15 +258,15 @@ static void a_stored_mission_has_its_origin() {
 static void the_memory_wears() {
     begin();
     const int soft = index_of("pressure_soft");
-    CHECK(set_parameter(v, soft, 200e3f) == Refusal::none && !settled(v.store));
+    CHECK(set_parameter(v, ground, soft, 200e3f) == Refusal::none && !settled(v.store));
     float_on(v, board, 200);
-    CHECK(set_parameter(v, soft, 200e3f) == Refusal::none && settled(v.store));
+    CHECK(set_parameter(v, ground, soft, 200e3f) == Refusal::none && settled(v.store));
     board.flash.worn = address(v.store, v.store.sector, v.store.slot + 1);  // the next record's first byte
-    CHECK(set_parameter(v, soft, 201e3f) == Refusal::none);
+    CHECK(set_parameter(v, ground, soft, 201e3f) == Refusal::none);
     float_on(v, board, 200);
     CHECK(snapshot(v).faults.has(Fault::memory));
     board.flash.worn = -1;
-    CHECK(set_parameter(v, soft, 201e3f) == Refusal::none && !settled(v.store));  // once more
+    CHECK(set_parameter(v, ground, soft, 201e3f) == Refusal::none && !settled(v.store));  // once more
     float_on(v, board, 200);
     CHECK(!snapshot(v).faults.has(Fault::memory));
 }

@@ -4,7 +4,7 @@
 /// Under a mission the vehicle is the pilot of the core, bit for bit.
 static void it_is_the_pilot_of_the_core() {
     begin_armed();
-    CHECK(set_mission(v, plan()) == Refusal::none && set_control(v, Control::mission) == Refusal::none);
+    CHECK(set_mission(v, ground, plan()) == Refusal::none && give(v, Order::mission, ground) == Refusal::none);
     static hypertuna::PilotStep<float> core;
     core.state = v.state;
     for (int k = 0; k < 3000; ++k) {

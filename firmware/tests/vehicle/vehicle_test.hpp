@@ -27,7 +27,15 @@ inline void begin() {
 inline void begin_armed() {
     begin();
     float_on(v, board, 100);
-    CHECK(arm(v, true) == Refusal::none);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+}
+
+/// A tick with a satellite fix [1e-7 deg].
+inline void fix(std::int32_t latitude, std::int32_t longitude) {
+    float_upright(board, v, int(snapshot(v).tick));
+    board.raw.fixed = true, board.raw.fix[0] = latitude, board.raw.fix[1] = longitude;
+    tick(v, board);
+    board.raw.fixed = false;
 }
 
 inline int index_of(const char* name) {

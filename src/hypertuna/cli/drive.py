@@ -7,7 +7,7 @@ import os
 import select
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Self
@@ -77,7 +77,8 @@ def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
                     received = time.monotonic()
                 before, stick = stick, _asked(stick, pad)
                 if (stick.ahead, stick.turn, stick.climb) != (before.ahead, before.turn, before.climb):
-                    manual = True
+                    if not manual:
+                        manual = _ordered(client, lambda: _begin_manual(client))
                 if stick.order and stick.order != "quit":
                     _follow(client, fish, gaits, stick.order)
                     stick, manual = Stick(), False
@@ -96,18 +97,31 @@ def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
 
 def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> None:
     """Send an order; show what is refused."""
+    if order == "arm":
+        heart = client.last.get("HEARTBEAT")
+        _ordered(client, lambda: client.arm(heart is None or not heart.base_mode & 128))
+    elif order == "stop":
+        _ordered(client, lambda: client.mode("rest"))
+    elif order == "mission":
+        _ordered(client, lambda: client.mode("mission"))
+    elif order.isdigit() and int(order) <= len(gaits):
+        _ordered(client, lambda: client.gait(named_gait(fish, gaits[int(order) - 1])))
+
+
+def _begin_manual(client: Client) -> None:
+    """Select the mode of the sticks, and center them: the robot does not move before."""
+    client.mode("manual")
+    client.manual(0.0, 0.0, 0.0)
+
+
+def _ordered(client: Client, order: Callable[[], None]) -> bool:
+    """Send an order and show why it is refused; return whether it was accepted."""
     try:
-        if order == "arm":
-            heart = client.last.get("HEARTBEAT")
-            client.arm(heart is None or not heart.base_mode & 128)
-        elif order == "stop":
-            client.mode("gait")
-        elif order == "mission":
-            client.mode("mission")
-        elif order.isdigit() and int(order) <= len(gaits):
-            client.gait(named_gait(fish, gaits[int(order) - 1]))
+        order()
     except InputError as error:
         client.texts.append(str(error))
+        return False
+    return True
 
 
 def _asked(stick: Stick, pad: Pad | None) -> Stick:

@@ -110,7 +110,7 @@ def _record(run: FirmwareRun) -> dict[str, Any]:
         "air": run.air or None,
         "refused": {reason: len(ticks) for reason, ticks in run.refused.items()},
         "mode": _core.mode_names()[last["mode"]],
-        "armed": bool(last["armed"]),
+        "state": _core.state_table()[last["state"]][0],
         "faults": [row[0] for bit, row in enumerate(_core.fault_table()) if int(last["faults"]) >> bit & 1],
     }
     if mission is not None:
@@ -128,7 +128,8 @@ def _lines(run: FirmwareRun) -> Iterator[Any]:
         yield f"max stack: {record['stack_bytes']} bytes"
     if run.mission_run is not None:
         status = f"{record['status']}, " if record["status"] is not None else ""
-        yield f"at the end: {status}{record['distance_m']:.1f} m over ground, mode {record['mode']}"
+        way = f"{record['distance_m']:.1f} m over ground"
+        yield f"at the end: {status}{way}, state {record['state']}, mode {record['mode']}"
     for side, packets in run.air.items():
         counts = f"{packets['sent']} packets, {packets['lost']} lost, {packets['damaged']} damaged"
         yield f"radio of the {side}: {counts}, {packets['dropped']} bytes dropped"

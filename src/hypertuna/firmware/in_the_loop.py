@@ -201,7 +201,7 @@ class _Loop:
         self.tick_count = self.missed = 0
         self.antenna: list[float] = []  # m above the surface, in every tick
         self.board, self.other, self.relay, self.scenario = board, other, relay, scenario
-        self.counts, self.commands = Counts(table, scenario.origin), dict(scheduled_orders(scenario))
+        self.counts, self.commands = Counts(table, scenario.origin or (0, 0)), dict(scheduled_orders(scenario))
         self.tick = float(table.values[0])
         self.last = [float(table.column("pulse_center")[0])] * (2 * len(table.robot.joints) + 2)  # of every servo [s]
         self.answers: list[Any] = []

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.firmware.parameters import CONVERTER, SIGNED, FirmwareTable
@@ -19,7 +20,7 @@ NUMBERS = 16
 DEGREES = 1e7  # counts of the satellite receiver
 FIXED, LEAK, GROUND, LAST, STACK, RESET, KEPT = 1, 2, 4, 8, 16, 32, 64  # flags
 RADIO = 62  # bytes that the radio can receive in a tick
-ORDERS = ("none", "arm", "gait", "manual", "control", "origin", "begin", "waypoint", "corner", "end", "parameter")
+ORDERS = ("none", "give", "gait", "sticks", "leg", "origin", "begin", "waypoint", "corner", "end", "parameter")
 
 REQUEST: list[Any] = [("sample", "<i4", SAMPLES), ("fix", "<i4", 2), ("accuracy", "<i4")]
 REQUEST += [(name, "u1") for name in ("flags", "order", "which", "satellites")]
@@ -28,8 +29,8 @@ TO_BOARD = np.dtype([*REQUEST, ("number", "<f4", NUMBERS), *HEARD])
 SAME: list[Any] = [("tick", "<u4"), ("pulse", "<f4", SERVOS_MAX), ("quaternion", "<f4", 4), ("position", "<f4", 2)]
 SAME += [(name, "<f4") for name in ("depth", "speed", "position_error")]
 SAME += [(name, "<u4") for name in ("status", "reasons", "faults")]
-SAME += [(name, "u1") for name in ("mode", "control", "armed", "answer", "refusal", "leg")]
-SAME += [("spare", "<u2"), ("digest", "<u4")]
+SAME += [(name, "u1") for name in ("mode", "state", "answer", "refusal", "leg")]
+SAME += [("spare", "u1", 3), ("digest", "<u4")]
 # Board-specific.
 OWN: list[Any] = [(name, "<u4") for name in ("controller", "pilot", "whole", "radio", "stack")]
 FROM_BOARD = np.dtype(SAME + OWN)
@@ -43,6 +44,14 @@ def order(kind: str, *numbers: float, which: int = 0, fix: tuple[int, int] = (0,
     message["order"], message["which"], message["fix"] = ORDERS.index(kind), which, fix
     message["number"][: len(numbers)] = numbers
     return message
+
+
+ORDERS_GIVEN = tuple(name for name, *_ in _core.order_table())  # of `give`, by their numbers
+
+
+def give(name: str) -> Any:
+    """Return a message with an order of the table of states (firmware/app/vehicle/states.hpp)."""
+    return order("give", which=ORDERS_GIVEN.index(name))
 
 
 class Counts:

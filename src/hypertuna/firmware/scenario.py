@@ -11,7 +11,19 @@ from numpy.typing import NDArray
 from hypertuna.control.mission import Mission
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean
-from hypertuna.firmware.lockstep import DEGREES, FIXED, GROUND, LAST, NO_SAMPLE, STACK, TO_BOARD, Counts, order
+from hypertuna.firmware.lockstep import (
+    DEGREES,
+    FIXED,
+    GROUND,
+    LAST,
+    NO_SAMPLE,
+    ORDERS_GIVEN,
+    STACK,
+    TO_BOARD,
+    Counts,
+    give,
+    order,
+)
 from hypertuna.firmware.parameters import FirmwareTable
 from hypertuna.mission.file import missions, read_mission
 from hypertuna.ranges import WHOLE
@@ -24,7 +36,6 @@ Messages = NDArray[Any]
 DEFAULT_TICKS = 6000  # of a scenario that does not end by itself
 BEAT = 1.0  # depth of a gait [m]
 LOST, SILENT = 3.0, 1000  # depth [m] and tick at which contact is lost
-MISSION = 2  # Control::mission of firmware/app/vehicle/vehicle.hpp
 
 
 @dataclass(frozen=True)
@@ -34,7 +45,7 @@ class Scenario:
     name: str
     mission: Mission | None  # water, start and waypoints; None for random messages without a twin
     gait: Gait | None = None  # commanded instead of a mission
-    origin: tuple[int, int] = (0, 0)  # latitude and longitude of x = y = 0 [1e-7 deg]
+    origin: tuple[int, int] | None = None  # latitude and longitude of x = y = 0 in the mission [1e-7 deg]
     robot: str | None = None  # named by the mission
     silent: int | None = None  # tick from which there is no contact with the ground
     cable: bool = False  # to the ground, which the water does not interrupt
@@ -64,19 +75,21 @@ def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
         known = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
         raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, known))
     file = read_mission(name)
-    latitude, longitude = (round(math.degrees(angle) * DEGREES) for angle in file.origin or (0.0, 0.0))
-    return Scenario(name, file.mission, None, (latitude, longitude), file.robot)
+    origin = None
+    if file.origin is not None:
+        latitude, longitude = (round(math.degrees(angle) * DEGREES) for angle in file.origin)
+        origin = (latitude, longitude)
+    return Scenario(name, file.mission, None, origin, file.robot)
 
 
 def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
     """Yield tick and message (TO_BOARD) of each command."""
     mission = scenario.mission
     assert mission is not None
-    yield 0, order("origin", *mission.start, fix=scenario.origin)
     if scenario.gait is not None:
         gait = scenario.gait
         lag = [p - gait.phase[0] for p in gait.phase]
-        yield START, order("arm", 1.0)
+        yield START, give("arm")
         yield START + 1, order("gait", gait.frequency, *gait.amplitude, *lag, *gait.bias, 0.0, 0.0)
         return
     if not mission.waypoints:
@@ -86,9 +99,11 @@ def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
     steps = [order("begin", *numbers, 0.0, 0.0, 0.0, *m.start, m.declination, m.silence_below)]
     steps += [order("waypoint", *waypoint) for waypoint in m.waypoints]
     steps += [order("corner", *corner) for corner in m.fence]
+    # As a ground station does: the origin of the mission's places comes with the mission, the robot's place by a fix.
+    steps += [order("origin", fix=scenario.origin)] if scenario.origin is not None else []
     yield from enumerate([*steps, order("end")], START)
     stored = START + len(steps) + STORED
-    yield from enumerate([order("arm", 1.0), order("control", which=MISSION)], stored)
+    yield from enumerate([give("arm"), give("mission")], stored)
 
 
 def released_at(scenario: Scenario) -> int:
@@ -140,11 +155,11 @@ def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
     """Make an order that may make sense, or not."""
     groups, part = len(table.robot.joints), 0.01
     wild = float(random.choice([1.0, 1.0, 1.0, 3.0, math.nan]))
-    match int(random.integers(8)):
+    match int(random.integers(9)):
         case 0:
-            return order("arm", float(random.random() < 0.8))
+            return give("arm" if random.random() < 0.8 else "disarm")
         case 1:
-            return order("control", which=int(random.integers(4)))
+            return order("give", which=int(random.integers(len(ORDERS_GIVEN) + 1)))
         case 2:
             place = int(random.integers(len(table.parameters)))
             parameter = table.parameters[place]
@@ -159,9 +174,10 @@ def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
             return order("waypoint", *random.uniform(-50, 50, 2), random.uniform(0, 3), 0.3 * wild, 3.0)
         case 5:
             return order("end")
+        case 6:
+            return order("sticks", *random.uniform(-1, 1, 3) * wild)
         case _:
             bends = [float(j.bend_max or 0.0) for j in table.robot.joints]
-            kind = str(random.choice(["gait", "manual"]))
             lags, fins = random.uniform(-3, 3, groups), random.uniform(-0.5, 0.5, 2)
             beat = (random.uniform(0, 6) * wild, *random.uniform(0, bends), *lags, *random.uniform(-0.2, 0.2, groups))
-            return order(kind, *beat, *fins)
+            return order("gait", *beat, *fins)

@@ -133,8 +133,8 @@ def _messages(topic: str, rows: Sequence[Field], record: MissionRecord) -> list[
 
 
 def _name_modes(message: dict[str, Any], record: MissionRecord) -> None:
-    """Put names beside the numbers of mode and control, reasons and faults."""
-    for key, names in (("mode", record.modes), ("control", record.controls)):
+    """Put names beside the numbers of mode and state, reasons and faults."""
+    for key, names in (("mode", record.modes), ("state", record.states)):
         if key in message and 0 <= message[key] < len(names):
             message[f"{key}_name"] = names[int(message[key])]
     for key, names in (("reasons", record.reasons), ("faults", record.faults)):

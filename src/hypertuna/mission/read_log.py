@@ -46,7 +46,7 @@ class Header:
     modes: tuple[str, ...]
     reasons: tuple[str, ...]
     origin: tuple[float, float] | None
-    controls: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
 
 

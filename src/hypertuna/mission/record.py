@@ -67,7 +67,7 @@ TOPICS: dict[str, dict[str, Column]] = {
         "mode": Column("", "1", "index in the list of modes"),
         "reasons": Column("", "1", "one bit each in the order of the list of reasons"),
         "leg": Column("", "1", "current waypoint, from 0"),
-        "control": Column("", "1", "source of the command, index in the list of controls"),
+        "state": Column("", "1", "state of the robot, index in the list of states"),
         "armed": Column("", "1", "whether the robot is armed"),
         "faults": Column("", "1", "known to the supervisor, one bit each in the order of the list of faults"),
         "answer": Column("", "1", "response of the supervisor to faults: 0 warn, 1 home, 2 rest, 3 disarm"),
@@ -133,7 +133,7 @@ class MissionRecord(
     reasons: tuple[str, ...] = ()
     origin: tuple[float, float] | None = None  # latitude and longitude of x = y = 0 [rad]
     facts: Mapping[str, str] = field(default_factory=dict)  # version, hashes, seed, status
-    controls: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -294,7 +294,7 @@ def names_of(robot: Robot) -> dict[str, tuple[str, ...]]:
         "circuits": tuple(name or f"{joints[c // 2]}-unused" for c, name in enumerate(drive_names(robot))),
         "modes": tuple(_core.mode_names()),
         "reasons": tuple(row[0] for row in _core.reason_table()),
-        "controls": tuple(row[0] for row in _core.control_table()),
+        "states": tuple(row[0] for row in _core.state_table()),
         "faults": tuple(row[0] for row in _core.fault_table()),
     }
 

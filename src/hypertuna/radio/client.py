@@ -200,8 +200,9 @@ class Client:
             raise InputError("must be accepted by the robot", key="key", value="not accepted", fix=fix)
 
     def mode(self, name: str) -> None:
-        """Change the source of the command: manual, gait or mission."""
-        self.command(176, 1, [control for control, _ in _core.control_table()].index(name), name=f"mode {name}")
+        """Select a mode: the name of a state that has an order."""
+        states = [state for state, *_ in _core.state_table()]
+        self.command(176, 1, _core.MODE_BASE + states.index(name), name=f"mode {name}")
 
     def gait(self, gait: Gait, *, fins: tuple[float, float] = (0.0, 0.0)) -> None:
         """Swim a steady gait with `fins` (2,) [rad]."""
@@ -216,7 +217,8 @@ class Client:
 
     def manual(self, ahead: float, turn: float, climb: float) -> None:
         """Send the stick: ahead 0 to 1, turn (starboard) and climb -1 to 1. There is no answer; repeat it in time."""
-        x, z, r = (round(1000 * max(-1.0, min(1.0, value))) for value in (-climb, ahead, turn))
+        x, r = (round(1000 * max(-1.0, min(1.0, value))) for value in (-climb, turn))
+        z = 500 + round(500 * max(0.0, min(1.0, ahead)))  # 500 is no thrust
         self.send(make_message("manual_control", self.system, x, 0, z, r, 0))
 
 

@@ -121,7 +121,7 @@ def view(
     side = "starboard" if stick.turn > 0 else "port"
     turn = f"{abs(stick.turn):.0%} to {side}" if stick.turn else "straight"
     panels = {
-        "robot": state | _known(last, {"HEARTBEAT": _control, "SYS_STATUS": _battery, "PILOT": _pilot}),
+        "robot": state | _known(last, {"HEARTBEAT": _state, "SYS_STATUS": _battery, "PILOT": _pilot}),
         "motion": _known(last, {"LOCAL_POSITION_NED": _position, "ATTITUDE": _attitude}),
         "tail": _known(last, {"GAIT": _gait, "HYDRAULICS": _hydraulics}),
         "stick": {"ahead": f"{stick.ahead:.0%}", "turn": turn, "climb": f"{stick.climb:+.0%}"},
@@ -154,11 +154,11 @@ def _known(last: Mapping[str, Any], kinds: Mapping[str, Callable[[Any], dict[str
     return {name: text for kind, rows in kinds.items() if kind in last for name, text in rows(last[kind]).items()}
 
 
-def _control(heart: Any) -> dict[str, str]:
-    controls = dialect().enums["HYPERTUNA_CONTROL"]
-    if heart.custom_mode not in controls:
+def _state(heart: Any) -> dict[str, str]:
+    states = dialect().enums["HYPERTUNA_STATE"]
+    if heart.custom_mode not in states:
         return {}
-    return {"control": controls[heart.custom_mode].name.removeprefix("HYPERTUNA_CONTROL_").lower()}
+    return {"state": states[heart.custom_mode].name.removeprefix("HYPERTUNA_STATE_").lower()}
 
 
 def _battery(status: Any) -> dict[str, str]:

@@ -1,0 +1,66 @@
+/// Failsafe: the events on board that change the state, from the faults and from the pilot's mode.
+#pragma once
+
+#include "app/vehicle/requests.hpp"
+
+namespace hypertuna::firmware {
+
+/// Whether the robot is at the surface, as far as its depth is known.
+inline bool is_up(const Vehicle& vehicle) {
+    const Estimate<float>& at = vehicle.now.estimate;
+    return at.depths && at.depth < vehicle.model.pilot.guidance.surface_depth;
+}
+
+/// Whether a robot without a way home must ascend: in open water, where fixes come, from everywhere; in a tank from
+/// below rise_depth. The depth is the last plausible one.
+inline bool is_deep(const Vehicle& vehicle) {
+    const float open = 2.0f * vehicle.model.pilot.guidance.surface_depth, tank = vehicle.model.limits.rise_depth;
+    return (vehicle.fixed ? min(open, tank) : tank) < vehicle.now.estimate.depth;
+}
+
+/// Whether there is a way home: by the mission on board, or by fixes to the place of arming.
+inline bool knows_home(const Vehicle& vehicle) { return (vehicle.has_mission && vehicle.way_home) || vehicle.fixed; }
+
+/// Follow a call home: by the way home, otherwise up from depth, otherwise at rest.
+inline void follow_recall(Vehicle& vehicle) {
+    const bool first = !vehicle.recalled;
+    vehicle.recalled = true;
+    if (first && knows_home(vehicle)) return give(vehicle, Order::recall);
+    const bool stops = !knows_home(vehicle) || vehicle.now.state == State::rest;
+    if (!stops) return;
+    give(vehicle, Order::stop);
+    if (is_deep(vehicle) && !vehicle.ascent_failed) give(vehicle, Order::ascend);
+}
+
+/// The response to the faults.
+inline void respond(Vehicle& vehicle) {
+    const Snapshot& now = vehicle.now;
+    give(vehicle, now.answer == Answer::rest ? Order::hold : Order::release);
+    if (now.faults.has(Fault::link_lost)) give(vehicle, Order::stop);
+    if (now.answer < Answer::home) vehicle.recalled = false;
+    if (now.answer == Answer::disarm) {
+        give(vehicle, Order::spend);
+    } else if (now.answer == Answer::home && now.state != State::held) {
+        follow_recall(vehicle);
+    }
+}
+
+/// What the pilot on board has come to.
+inline void follow_pilot(Vehicle& vehicle) {
+    const GuidanceState<float>& guidance = vehicle.state.guidance;
+    const State& state = vehicle.now.state;
+    const bool done = guidance.mode == Mode::done, all = guidance.reasons.has(Reason::all_reached);
+    if (!vehicle.on_detour && guidance.leg < vehicle.mission.waypoints) vehicle.leg = guidance.leg;
+    if (state == State::mission && guidance.reasons.end()) give(vehicle, Order::end);
+    if (state == State::mission && done) {
+        vehicle.leg = 0, give(vehicle, Order::complete);
+    } else if (state == State::home && done) {
+        give(vehicle, all ? Order::complete : Order::arrive);
+    } else if (state == State::surface) {
+        const bool late = 0 <= std::int32_t(vehicle.now.tick - vehicle.ascent_deadline);
+        if (is_up(vehicle)) return give(vehicle, Order::emerge);
+        if (late || guidance.mode == Mode::hold) vehicle.ascent_failed = true, give(vehicle, Order::fail);
+    }
+}
+
+}  // namespace hypertuna::firmware

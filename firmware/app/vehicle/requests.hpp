@@ -1,0 +1,205 @@
+/// Requests: orders with data. Each is checked by the table of states first, then carried out exactly or refused.
+#pragma once
+
+#include "app/vehicle/orders.hpp"
+
+namespace hypertuna::firmware {
+
+// --- parameters
+
+/// Set and store a parameter.
+inline Refusal set_parameter(Vehicle& vehicle, Station from, int k, float to) {
+    const Description& robot = *vehicle.robot;
+    if (k < 0 || k >= robot.parameters) return Refusal::unknown;
+    const Refusal refusal = check(vehicle, Order::set_parameter, from);
+    if (refusal != Refusal::none) return refusal;
+    const ParameterInfo& info = robot.parameter[k];
+    if (!in_range(info, to)) return Refusal::out_of_range;
+    if (to == vehicle.value[k] && !vehicle.store.failed) return Refusal::none;  // spare the memory
+    const float before = vehicle.value[k];
+    vehicle.value[k] = to;
+    configure(vehicle.model, robot, vehicle.value, info.field);
+    if (!consistent(vehicle.model) || (vehicle.model.limits.sign == 1.0f && vehicle.secret.present == 0)) {
+        vehicle.value[k] = before;
+        configure(vehicle.model, robot, vehicle.value, info.field);
+        return Refusal::inconsistent;
+    }
+    std::memcpy(vehicle.stored + 4 * k, &to, 4);
+    begin_write(vehicle.store);
+    return Refusal::none;
+}
+
+/// Store a key; zeros delete it.
+inline Refusal set_key(Vehicle& vehicle, Station from, const std::uint8_t (&to)[key_size]) {
+    const Refusal refusal = check(vehicle, Order::set_key, from);
+    if (refusal != Refusal::none) return refusal;
+    vehicle.secret.present = 0;
+    for (std::uint8_t byte : to) vehicle.secret.present |= byte != 0;
+    std::memcpy(vehicle.secret.key, to, key_size);
+    begin_write(vehicle.keys);
+    return Refusal::none;
+}
+
+// --- gait and sticks
+
+/// Whether a command is within the controller's limits.
+inline bool within(const Controller<float>& model, const Command<float>& command) {
+    const auto in = [](float low, float x, float high) { return low <= x && x <= high; };
+    bool good = in(0, command.frequency, model.frequency_max);
+    for (int j = 0; j < model.joints; ++j) {
+        const float limit = model.joint[j].amplitude, turn = float(2 * pi);
+        good = good && in(0, command.amplitude[j], limit) && in(-turn, command.phase[j], turn) &&
+               in(-limit, command.bias[j], limit);
+    }
+    for (int k = 0; k < 2; ++k) good = good && in(-model.fin_max, command.fin[k], model.fin_max);
+    return good;
+}
+
+/// Follow a gait as long as the ground is in contact.
+inline Refusal set_gait(Vehicle& vehicle, Station from, const Command<float>& command) {
+    const Refusal refusal = check(vehicle, Order::gait, from);
+    if (refusal != Refusal::none) return refusal;
+    if (!within(vehicle.model.pilot.controller, command)) return Refusal::out_of_range;
+    give(vehicle, Order::gait, from);
+    vehicle.requested = command;
+    vehicle.requested.armed = true;
+    return Refusal::none;
+}
+
+/// Clamp a command to the controller's limits.
+inline void clamp_command(const Controller<float>& model, Command<float>& command) {
+    command.frequency = min(command.frequency, model.frequency_max);
+    for (int j = 0; j < model.joints; ++j) {
+        const float limit = model.joint[j].amplitude;
+        command.amplitude[j] = min(command.amplitude[j], limit);
+        command.bias[j] = clamp(command.bias[j], -limit, limit);
+    }
+    for (float& fin : command.fin) fin = clamp(fin, -model.fin_max, model.fin_max);
+}
+
+/// Follow the sticks until they are silent for manual_timeout: thrust from 0 to 1 of the top speed (there is no reverse
+/// thrust), turn to port and climb from -1 to 1, by the gait table and clamped to the limits. Without thrust the tail
+/// straightens instead of stopping in mid-beat.
+inline Refusal sticks(Vehicle& vehicle, Station from, float ahead, float turn, float climb) {
+    const Refusal refusal = check(vehicle, Order::sticks, from);
+    if (refusal != Refusal::none) return refusal;
+    if (!(abs(ahead) <= 1 && abs(turn) <= 1 && abs(climb) <= 1)) return Refusal::out_of_range;
+    const Steering<float>& steering = vehicle.model.pilot.guidance.steering;
+    Command<float> command = rest();
+    const float top = steering.table.speed[steering.table.gaits - 1];
+    ahead = max(0.0f, ahead);
+    beat_into(steering, command, ahead * top, -turn);
+    for (int j = 0; j < max_joints && ahead == 0.0f; ++j) command.amplitude[j] = 0.0f;
+    command.fin[0] = command.fin[1] = climb * steering.fin_max;
+    clamp_command(vehicle.model.pilot.controller, command);
+    vehicle.requested = command;
+    vehicle.requested_at = vehicle.now.tick;
+    return Refusal::none;
+}
+
+// --- missions
+
+/// Store the mission on board and its origin. It is written while disarmed.
+inline void store_mission(Vehicle& vehicle) {
+    const Origin& origin = vehicle.origin;
+    vehicle.plan.has_origin = origin.known, vehicle.plan.latitude = origin.latitude;
+    vehicle.plan.longitude = origin.longitude;
+    begin_write(vehicle.missions);
+}
+
+/// Copy a mission on board; an invalid mission is refused as a whole.
+inline Refusal set_mission(Vehicle& vehicle, Station from, const Mission<float>& mission) {
+    const Refusal forbidden = check(vehicle, Order::upload, from);
+    if (forbidden != Refusal::none) return forbidden;
+    if (mission.waypoints > max_waypoints || mission.corners > max_corners) return Refusal::too_many;
+    if (!fits(mission.waypoints, mission.corners) || !is_valid(mission)) return Refusal::out_of_range;
+    const Refusal refusal = check_mission(mission, vehicle.model.pilot.estimator.depth_high);
+    if (refusal != Refusal::none) return refusal;
+    pack_mission(vehicle.plan, mission);
+    vehicle.mission = mission_of(vehicle.plan);
+    vehicle.has_mission = vehicle.way_home = vehicle.has_home = true;
+    vehicle.leg = 0;
+    store_mission(vehicle);
+    return Refusal::none;
+}
+
+/// Delete the mission on board and the stored one.
+inline Refusal clear_mission(Vehicle& vehicle, Station from) {
+    const Refusal refusal = check(vehicle, Order::clear, from);
+    if (refusal != Refusal::none || !vehicle.has_mission) return refusal;
+    vehicle.has_mission = false, vehicle.mission = {};
+    std::memset(static_cast<void*>(&vehicle.plan), 0, sizeof(vehicle.plan));
+    begin_write(vehicle.missions);
+    return Refusal::none;
+}
+
+/// Set the waypoint that the mission begins or resumes at, or at once swims to.
+inline Refusal set_leg(Vehicle& vehicle, Station from, int leg) {
+    const Refusal refusal = check(vehicle, Order::set_leg, from);
+    if (refusal != Refusal::none) return refusal;
+    if (!vehicle.has_mission) return Refusal::no_mission;
+    if (leg < 0 || vehicle.mission.waypoints <= leg) return Refusal::out_of_range;
+    vehicle.leg = leg;
+    const State state = vehicle.now.state;
+    if (state == State::mission || state == State::paused)
+        vehicle.state.guidance.leg = leg, vehicle.state.guidance.from = here(vehicle);
+    return Refusal::none;
+}
+
+// --- origin and position
+
+/// Restart the position estimate at a place.
+inline void reset_position(Vehicle& vehicle, const Place& to) {
+    const float start[2] = {to.x, to.y};
+    const Place before = here(vehicle);
+    vehicle.state.estimator.way = init(vehicle.model.pilot.estimator, start).way;
+    vehicle.armed_at = {vehicle.armed_at.x + to.x - before.x, vehicle.armed_at.y + to.y - before.y};
+    vehicle.now.estimate.x = to.x, vehicle.now.estimate.y = to.y;
+}
+
+/// Set the origin of local coordinates. An origin that would move the mission on board is refused. The robot's place
+/// is that of the next fix, or is carried over where a fix came before.
+inline Refusal set_origin(Vehicle& vehicle, Station from, std::int32_t latitude, std::int32_t longitude) {
+    const Refusal refusal = check(vehicle, Order::set_origin, from);
+    if (refusal != Refusal::none) return refusal;
+    if (!is_place(latitude, longitude)) return Refusal::out_of_range;
+    const Origin before = vehicle.origin;
+    const bool same = before.known && before.latitude == latitude && before.longitude == longitude;
+    if (same) return Refusal::none;
+    if (vehicle.has_mission && before.known) return Refusal::elsewhere;
+    vehicle.origin = origin_at(latitude, longitude);
+    if (vehicle.has_mission) store_mission(vehicle);
+    if (!vehicle.fixed) return vehicle.unplaced = true, Refusal::none;
+    const Corner<float> shift = local(vehicle.origin, before.latitude, before.longitude);
+    reset_position(vehicle, {here(vehicle).x + shift.x, here(vehicle).y + shift.y});
+    return Refusal::none;
+}
+
+/// The origin in which a fix is at the place where the robot believes to be.
+inline Origin origin_of_fix(const std::int32_t (&fix)[2], const Place& at) {
+    const Origin there = origin_at(fix[0], fix[1]);
+    return origin_at(fix[0] - std::int32_t(at.y / there.north), fix[1] - std::int32_t(at.x / there.east));
+}
+
+/// The first fix since boot. In a given origin it is the robot's place; a mission that is too far away is dropped.
+/// Without an origin the robot's place is kept, and the mission with it: the origin follows from both.
+inline void on_first_fix(Vehicle& vehicle, const std::int32_t (&fix)[2]) {
+    vehicle.fixed = true;
+    if (vehicle.unplaced) {
+        vehicle.unplaced = false;
+        const Corner<float> at = local(vehicle.origin, fix[0], fix[1]);
+        const bool near = abs(at.x) < max_origin_distance && abs(at.y) < max_origin_distance;
+        if (near) {
+            reset_position(vehicle, at);
+            if (vehicle.leg == 0) vehicle.state.guidance.from = at;
+            return;
+        }
+        vehicle.has_mission = vehicle.origin.known = false, vehicle.mission = {};
+        give(vehicle, Order::drop);
+    }
+    if (vehicle.origin.known) return;
+    vehicle.origin = origin_of_fix(fix, here(vehicle));
+    if (vehicle.has_mission) store_mission(vehicle);
+}
+
+}  // namespace hypertuna::firmware
