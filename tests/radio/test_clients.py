@@ -185,10 +185,11 @@ SCRIPT = (
     ("wp list", "Saved 5 waypoints"),
     ("arm throttle", "ARMED"),
     ("long 52510 2 10 15 40 0 0 0", "COMMAND_ACK {{command : 52510, result : 0"),
-    ("long 176 1 2 0 0 0 0 0", "DO_SET_MODE: ACCEPTED"),
-    ("status HEARTBEAT", "custom_mode : 2"),
-    ("message MANUAL_CONTROL 1 500 0 0 0 0", ""),
-    ("status HEARTBEAT", "custom_mode : 0"),
+    ("long 176 1 104 0 0 0 0 0", "DO_SET_MODE: ACCEPTED"),
+    ("status HEARTBEAT", "custom_mode : 104"),
+    ("long 176 1 102 0 0 0 0 0", "DO_SET_MODE: ACCEPTED"),
+    ("message MANUAL_CONTROL 1 0 0 750 0 0", ""),
+    ("status HEARTBEAT", "custom_mode : 102"),
     ("disarm", "DISARMED"),
 )
 

@@ -98,7 +98,7 @@ def schema(topic: str, rows: list[Field]) -> dict[str, object]:
     if topic == "/mode":
         text: dict[str, object] = {"type": "string"}
         texts: dict[str, object] = {"type": "array", "items": text}
-        properties |= {"mode_name": text, "control_name": text, "reason_names": texts, "fault_names": texts}
+        properties |= {"mode_name": text, "state_name": text, "reason_names": texts, "fault_names": texts}
     return {"title": f"hypertuna{topic.replace('/', '.')}", "type": "object", "properties": properties}
 
 
