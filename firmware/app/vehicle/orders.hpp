@@ -30,9 +30,9 @@ inline Refusal check(const Vehicle& vehicle, Need need) {
         case Need::sound:
             return unless(!vehicle.locked && !forbids_arming(vehicle.memory.present), Refusal::faulty);
         case Need::stored:
-            return unless(settled(vehicle.store) && settled(vehicle.missions) && settled(vehicle.stamps) &&
-                              settled(vehicle.keys),
-                          Refusal::busy);
+            return unless(
+                settled(vehicle.store) && settled(vehicle.missions) && settled(vehicle.stamps) && settled(vehicle.keys),
+                Refusal::busy);
         case Need::attitude:
             return unless(now.estimate.attitude, Refusal::not_ready);
         case Need::depth:

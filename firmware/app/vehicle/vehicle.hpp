@@ -111,7 +111,6 @@ inline int parameter_count(const Vehicle& vehicle) { return vehicle.robot->param
 inline const ParameterInfo& parameter(const Vehicle& vehicle, int k) { return vehicle.robot->parameter[k]; }
 inline float value(const Vehicle& vehicle, int k) { return vehicle.value[k]; }
 
-
 /// Key that signs commands; nullptr if there is none.
 inline const std::uint8_t* key(const Vehicle& vehicle) {
     return vehicle.secret.present != 0 ? vehicle.secret.key : nullptr;

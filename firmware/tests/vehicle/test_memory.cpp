@@ -159,7 +159,8 @@ static const std::uint8_t secret[key_size] = {1, 2, 3};
 /// A board that has a key and is told to ask for signatures.
 static void begin_signed() {
     begin();
-    CHECK(set_key(v, ground, secret) == Refusal::none && set_parameter(v, ground, index_of("sign"), 1) == Refusal::none);
+    CHECK(set_key(v, ground, secret) == Refusal::none &&
+          set_parameter(v, ground, index_of("sign"), 1) == Refusal::none);
     float_on(v, board, 100);
 }
 
