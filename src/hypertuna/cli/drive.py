@@ -76,9 +76,9 @@ def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
                 for _ in client.poll(0.05):
                     received = time.monotonic()
                 before, stick = stick, _asked(stick, pad)
-                if (stick.ahead, stick.turn, stick.climb) != (before.ahead, before.turn, before.climb):
-                    if not manual:
-                        manual = _ordered(client, lambda: _begin_manual(client))
+                moves = (stick.ahead, stick.turn, stick.climb) != (before.ahead, before.turn, before.climb)
+                if moves and not manual:
+                    manual = _ordered(client, lambda: _begin_manual(client))
                 if stick.order and stick.order != "quit":
                     _follow(client, fish, gaits, stick.order)
                     stick, manual = Stick(), False
