@@ -1,4 +1,4 @@
-"""The commands `hypertuna firmware params | faults`."""
+"""The commands `hypertuna firmware params | wiring | faults`."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any
@@ -8,12 +8,13 @@ import typer
 from hypertuna import _core
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import print_json, print_lines, print_written, table
-from hypertuna.cli.emit import made_by
+from hypertuna.cli.emit import emit, made_by
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table, header
-from hypertuna.io.files import write_atomically
+from hypertuna.firmware.wiring import Wire, Wiring, wiring_of
+from hypertuna.io.files import rows_csv, write_atomically
 from hypertuna.io.tables import read_text
 
-firmware_app = opt.group("Firmware: parameters from a robot's description, list of faults.")
+firmware_app = opt.group("Firmware: parameters and wiring from a robot's description, list of faults.")
 
 
 @firmware_app.command()
@@ -54,6 +55,29 @@ def params(
 
 
 @firmware_app.command()
+@opt.grouped
+def wiring(
+    robot: opt.RobotOptions,
+    output: Annotated[
+        str | None, opt.file("-o", "--output", help="Write the table to this .csv file.", suffixes=(".csv",))
+    ] = None,
+    plot: opt.Plot = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """List the used pins of a robot's board: part, signal, level, bus, and the resistors of the battery's divider."""
+    emit(
+        wiring_of(robot.load()),
+        record=_wiring_record,
+        lines=_wiring_lines,
+        csv=lambda wiring: rows_csv({}, _wires(wiring)),
+        output=output,
+        plot=plot,
+        figure="hypertuna.firmware.plots:plot_wiring",
+        as_json=as_json,
+    )
+
+
+@firmware_app.command()
 def faults(as_json: opt.AsJson = False) -> None:
     """List the faults that the supervisor on board detects, and the response of the robot to each."""
     keys = ("name", "sentence", "answer", "latched", "forbids_arming")
@@ -64,6 +88,42 @@ def faults(as_json: opt.AsJson = False) -> None:
     heads = ["fault", "meaning", "answer", "latched", "forbids arming"]
     cells = ([*map(row.get, keys[:3]), *("yes" if row[key] else "" for key in keys[3:])] for row in rows)
     print_lines([table(heads, cells, left=range(5))])
+
+
+def _wires(wiring: Wiring) -> list[dict[str, Any]]:
+    """Return the wires as rows."""
+    return [{("rate_bit_s" if key == "rate" else key): value for key, value in wire._asdict().items()}
+            for wire in wiring.wires]  # fmt: skip
+
+
+def _wiring_record(wiring: Wiring) -> dict[str, Any]:
+    """Return the JSON record."""
+    divider = {f"{name}_ohm": value for name, value in wiring.divider._asdict().items()}
+    return {"wires": _wires(wiring), "battery_divider": divider} | made_by(wiring.robot)
+
+
+def _wiring_lines(wiring: Wiring) -> Iterator[Any]:
+    """Lay out the wiring."""
+    yield table(
+        ["pin", "part", "signal", "bus", "range"],
+        [(f"{w.pin}", w.part, w.signal, _bus(w), w.range) for w in wiring.wires],
+        left=range(1, 5),
+    )
+    analog = next(wire.level for wire in wiring.wires if wire.bus == "analog")
+    yield f"analog: {analog} over the range; servos and serial lines: 0 or 3.3 V"
+    upper, lower, lift = (f"{ohm / 1e3:g} kohm" for ohm in wiring.divider)
+    yield f"voltage divider: {upper} from the battery, {lower} to ground, {lift} to 3.3 V, all at pin {_pin(wiring)}"
+    yield "No pin takes more than 3.3 V: a part of 5 V needs a divider or a level shifter.", "bold"
+
+
+def _bus(wire: Wire) -> str:
+    """Name the bus of a wire with its rate."""
+    return f"{wire.bus}, {wire.rate}" if wire.rate else wire.bus
+
+
+def _pin(wiring: Wiring) -> int:
+    """Return the pin of the battery's voltage."""
+    return next(wire.pin for wire in wiring.wires if wire.signal == "voltage")
 
 
 def _record(parameters: FirmwareTable) -> dict[str, Any]:

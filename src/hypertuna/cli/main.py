@@ -79,7 +79,10 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
         "log": ("log:log_app", "Logs of missions and black boxes: summary, plot, table, track; needs the extra log."),
     },
     "Build and drive": {
-        "firmware": ("firmware:firmware_app", "Firmware: parameters from a robot's description, list of faults."),
+        "firmware": (
+            "firmware:firmware_app",
+            "Firmware: parameters and wiring from a robot's description, list of faults.",
+        ),
         "hil": (
             "hil:hil_command",
             "Run the firmware in the loop: the twin at sea and the firmware on a board, in lock-step.",

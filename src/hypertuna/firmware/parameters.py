@@ -200,19 +200,24 @@ def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
     return tuple(parameters)
 
 
+def pins_of(robot: Robot) -> dict[str, list[int]]:
+    """Return the pins of the servos and of every analog sensor by their places, -1 where nothing is wired."""
+    wired = require(robot.firmware, "firmware", robot)
+    direct = [group.direct for group in robot.joints]
+    sensors = {sensor.quantity for sensor in robot.sensors if sensor.quantity is not None}
+    pins = {"servo": _placed(wired.servo_pins, [*map(bool, drive_names(robot)), True, True])}
+    return pins | {name: _placed(wired.analog_pins(name), channel_wired(name, direct, sensors)) for name in ANALOG}
+
+
 def header(table: FirmwareTable) -> str:
     """Return the C++ header firmware/robots/NAME.hpp of a robot."""
     import jinja2
 
     robot = table.robot
     wired = require(robot.firmware, "firmware", robot)
-    direct = [group.direct for group in robot.joints]
-    sensors = {sensor.quantity for sensor in robot.sensors if sensor.quantity is not None}
-    analog = [  # in the order of the channels
-        pin for name in ANALOG for pin in _placed(wired.analog_pins(name), channel_wired(name, direct, sensors))
-    ]
-    servos = _placed(wired.servo_pins, [*map(bool, drive_names(robot)), True, True])
-    pins = {"servo": servos, "analog": analog, "leak": (wired.leak_pin,)}
+    places = pins_of(robot)
+    analog = [pin for name in ANALOG for pin in places[name]]  # in the order of the channels
+    pins = {"servo": places["servo"], "analog": analog, "leak": (wired.leak_pin,)}
     loader = jinja2.PackageLoader("hypertuna.firmware")
     environment = jinja2.Environment(loader=loader, trim_blocks=True, keep_trailing_newline=True)
     environment.filters["literal"] = _literal
