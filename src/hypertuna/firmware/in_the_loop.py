@@ -158,7 +158,7 @@ def firmware_in_the_loop(
             answers, mismatches = _streamed(tested, other, random_messages(table, ticks, seed), report)
         else:
             failing = Failures(failures, TICK)
-            loop = _Loop(table, scenario, tested, other, relay, real_time, failing, station)
+            loop = Loop(table, scenario, tested, other, relay, failing, station, ground=radio is None, real_time=real_time)
             released = released_at(scenario) * TICK
             start_at = mission_start(
                 robot, scenario.mission, seed=seed, faults=sensors, resets=failing.resets, released=released
@@ -183,7 +183,7 @@ def _firmware(table: FirmwareTable, board: str, folder: str | Path | None) -> Pa
     return path
 
 
-class _Loop:
+class Loop:
     """A board in the place of the twin's pilot: called with the sensors' readings, it returns servo pulses."""
 
     def __init__(
@@ -193,17 +193,21 @@ class _Loop:
         board: Board,
         other: Board | None,
         relay: Relay | None,
-        real_time: bool,
         failures: Failures,
         station: Station | None,
+        *,
+        ground: bool = True,
+        real_time: bool = False,
     ) -> None:
+        self.ground = ground  # whether it stands for the ground's contact, as there is no station on the radio
         self.failures, self.station = failures, station
         self.tick_count = self.missed = 0
-        self.antenna: list[float] = []  # m above the surface, in every tick
+        self.ticks: list[int] = []  # of the answers
         self.board, self.other, self.relay, self.scenario = board, other, relay, scenario
         self.counts, self.commands = Counts(table, scenario.origin or (0, 0)), dict(scheduled_orders(scenario))
         self.tick = float(table.values[0])
-        self.last = [float(table.column("pulse_center")[0])] * (2 * len(table.robot.joints) + 2)  # of every servo [s]
+        self.center = float(table.column("pulse_center")[0])  # s
+        self.last = [self.center] * (2 * len(table.robot.joints) + 2)  # of every servo [s]
         self.answers: list[Any] = []
         self.mismatches: list[int] = []
         self.clock = time.perf_counter() if real_time else None
@@ -222,7 +226,7 @@ class _Loop:
         sensed = len(self.counts.zero)
         message["sample"] = self.counts.of(np.asarray(readings[:sensed]))
         silent = self.scenario.silent
-        contact = self.other is not None and hears and (silent is None or tick < silent)
+        contact = self.ground and hears and (silent is None or tick < silent)
         message["flags"] = GROUND * contact | STACK * (tick % 1000 == 0) | LEAK * failures.has("hull:leak", tick)
         if (reset := failures.reset(tick)) is not None:
             message["flags"] |= RESET | KEPT * (reset == "watchdog")
@@ -244,6 +248,7 @@ class _Loop:
             self.mismatches.append(tick)
         answer = np.frombuffer(got, FROM_BOARD)[0]
         self.answers.append(answer)
+        self.ticks.append(tick)
         # A servo without pulses holds its position.
         pulses = zip(answer["pulse"][: len(self.last)].tolist(), self.last, strict=True)
         self.last = [pulse if pulse > 0 else last for pulse, last in pulses]
@@ -254,14 +259,14 @@ class _Loop:
         ticks = round(start.duration / start.tick) if ticks is None else ticks
         start = replace(start, core={**start.core, "board": self}, duration=ticks * start.tick)
         parts = []
-        for made, part in fly_parts(start, ended=lambda _: self._done):
+        for made, part in fly_parts(start, ended=lambda _: self.done):
             parts.append(part)
             if report is not None:
                 report(made + int(part["ticks"][0]), ticks)
         return joined_parts(start, parts)
 
     @property
-    def _done(self) -> bool:
+    def done(self) -> bool:
         """Whether the pilot on board is done with its mission."""
         return self.scenario.gait is None and bool(self.answers[-1]["mode"] == _core.mode_names().index("done"))
 

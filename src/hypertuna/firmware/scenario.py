@@ -25,7 +25,7 @@ from hypertuna.firmware.lockstep import (
     order,
 )
 from hypertuna.firmware.parameters import FirmwareTable
-from hypertuna.mission.file import missions, read_mission
+from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.ranges import WHOLE
 from hypertuna.swimming.gait import Gait, named_gait
 
@@ -74,7 +74,11 @@ def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
     if name not in missions() and not name.endswith(".toml"):
         known = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
         raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, known))
-    file = read_mission(name)
+    return scenario_of(read_mission(name), name)
+
+
+def scenario_of(file: MissionFile, name: str = "mission") -> Scenario:
+    """Return the scenario of a mission file."""
     origin = None
     if file.origin is not None:
         latitude, longitude = (round(math.degrees(angle) * DEGREES) for angle in file.origin)

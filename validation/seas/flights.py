@@ -1,0 +1,110 @@
+"""Flights through random seas: the firmware on board `pc`, in lock-step with the twin."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from sampled_sea import Sea
+from stations import station_of
+from verdict import STATE, Truth
+
+import hypertuna as ht
+from hypertuna import _core
+from hypertuna.errors import InputError
+from hypertuna.firmware.boards import find_firmware, started
+from hypertuna.firmware.failures import Failures, split_faults
+from hypertuna.firmware.in_the_loop import TICK, Loop
+from hypertuna.firmware.parameters import firmware_table
+from hypertuna.firmware.scenario import released_at, scenario_of
+from hypertuna.mission.file import parse_mission
+from hypertuna.mission.run import expected, mission_start
+
+GUIDED = ("mission", "home", "surface", "paused", "held")  # states in which the robot must look after itself
+PASSIVE = 20.0  # s in another state after which a flight has ended
+PATIENCE = (1.5, 240.0)  # times the course at its speeds, plus these seconds
+
+
+class SeaLoop(Loop):
+    """A loop that ends when the robot has been passive for a while after its mission began."""
+
+    @property
+    def done(self) -> bool:
+        """Whether the flight has ended."""
+        states = np.array([answer["state"] for answer in self.answers[-round(PASSIVE / TICK) :]])
+        began = max(self.commands) + 100 < len(self.answers)
+        return began and not np.isin(states, guided()).any()
+
+
+class WildLoop(SeaLoop):
+    """The self-check: a robot that ignores its pilot, beating with its fins down, while the firmware says what it says."""
+
+    def __call__(self, readings: list[float], antenna: float) -> list[float]:
+        """Answer with pulses of its own."""
+        super().__call__(readings, antenna)
+        swing = 2e-4 * np.sin(2 * np.pi * 2.0 * TICK * self.tick_count)
+        center = self.center
+        tail = [center + swing, center - swing, center + swing, center - swing]
+        return [*tail[: len(self.last) - 2], center - 2e-4, center - 2e-4]
+
+
+def guided() -> list[int]:
+    """Return the indices of the states in which the pilot guides the robot."""
+    return [k for k, row in enumerate(_core.state_table()) if row[0] in GUIDED]
+
+
+def fly(sea: Sea, robot: ht.Robot, folder: str | Path | None = None, loop: type[SeaLoop] = SeaLoop) -> Truth:
+    """Fly through a sea; a refused mission is a flight of no rows."""
+    file = parse_mission(sea.document)
+    scenario = scenario_of(file)
+    sensors, failures = split_faults(sea.fault)
+    table = firmware_table(robot)
+    failing = Failures(failures, TICK)
+    factor, extra = PATIENCE
+    try:
+        seconds = factor * expected(file.mission) + extra
+        start = mission_start(
+            robot, file.mission, seed=sea.seed, faults=sensors, resets=failing.resets,
+            released=released_at(scenario) * TICK, duration=seconds,
+        )  # fmt: skip
+    except InputError as error:
+        return _refused(file.mission, str(error))
+    with started("pc", find_firmware(robot.name, "pc", folder)) as board:
+        station = station_of(sea.kind, sea.start, sea.seed)
+        on = loop(table, scenario, board, None, None, failing, station)
+        run = on.fly(start, round(seconds / TICK), None)
+    return _truth(file.mission, on, run.data["position"], run.time)
+
+
+def _refused(mission: Any, sentence: str) -> Truth:
+    none = np.zeros(1)
+    told = frozenset({f"refused: {sentence}"})
+    return Truth(mission, none, np.array([[*mission.start, 0.0]]), none, np.zeros(1, bool), False, told)
+
+
+def _truth(mission: Any, on: Loop, position: Any, time: Any) -> Truth:
+    """Collect the truth of the twin beside what the robot told."""
+    answers = np.array(on.answers)
+    row = np.searchsorted(on.ticks, np.round(time / TICK).astype(int), side="right") - 1  # last answer before
+    at = answers[np.maximum(row, 0)]
+    active = np.isin(at["state"], guided())
+    told: set[str] = set()
+    for name, table in (("reasons", _core.reason_table()), ("faults", _core.fault_table())):
+        seen = int(np.bitwise_or.reduce(answers[name][max(on.commands) :]))
+        told |= {entry[0] for bit, entry in enumerate(table) if seen >> bit & 1}
+    told |= {_core.refusal_table()[k][0] for k in np.unique(answers["refusal"]) if k}
+    visited = {_core.state_table()[k][0] for k in np.unique(answers["state"])}
+    told |= {f"{STATE}{name}" for name in visited & {"surface", "held"}}
+    ends = np.flatnonzero(active)
+    last = at[ends[-1]] if len(ends) else at[-1]
+    complete = _core.mode_names()[last["mode"]] == "done" or "all_reached" in _reasons(answers[-1])
+    done = complete and int(last["leg"]) >= len(mission.waypoints)
+    return Truth(
+        mission, np.asarray(time), np.asarray(position), at["position_error"].astype(float), active, done,
+        frozenset(told) - {"all_reached"},
+    )  # fmt: skip
+
+
+def _reasons(answer: Any) -> set[str]:
+    return {row[0] for bit, row in enumerate(_core.reason_table()) if int(answer["reasons"]) >> bit & 1}

@@ -1,0 +1,162 @@
+"""Random seas: place, weather, current, mission, and what fails there. Everything follows from the seed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+SWIMS = 0.347  # m/s, fastest gait of the robot hypertuna
+TOO_FAST = 0.06  # part of the seas whose current is above that: a mission there must be refused
+ORDERED = 5.0  # s until the robot swims: someone holds it while mission and orders come
+
+# What fails, and the words of which the robot must tell one: parts of names of reasons, faults, refusals and states.
+# No words: it is no failure of the robot's own, and its mission may end as if nothing were.
+FAULTS: dict[str, tuple[str, ...]] = {
+    "none": (),
+    "depth:nan": ("depth",),
+    "depth:stuck": ("depth", "no_answer"),
+    "imu:nan": ("imu",),
+    "imu:gaps": ("imu",),
+    "field:nan": ("compass",),
+    "field:stuck": ("compass",),
+    "position:nan": ("fix", "uncertain"),
+    "battery:nan": ("battery",),
+    "bend-I:nan": ("bend",),
+    "pressure-II:nan": ("pressure",),
+    "current-I:nan": ("current_sensor",),
+    "bus:stuck": ("depth", "overrun", "late"),
+    "board:brownout": ("watchdog", "reset", "power", "surface"),
+    "board:watchdog": ("watchdog", "reset"),
+    "hull:leak": ("leak",),
+    "battery low": ("battery",),
+    "battery empty": ("battery",),
+    "fin-port:stuck": ("fin", "no_answer", "stranded"),
+    "fin-starboard:down": ("fin", "no_answer", "stranded"),
+    "fins:level": ("fin", "no_answer", "stranded"),
+    "link:lost": (),
+    "station:second": (),
+    "stick:noise": (),
+    "receiver cold": (),
+    "receiver lying": (),
+}
+KINDS = tuple(FAULTS)
+
+
+@dataclass(frozen=True)
+class Sea:
+    """A sea with a mission and a failure."""
+
+    seed: int
+    kind: str  # of FAULTS
+    fault: tuple[str, ...]  # as `firmware_in_the_loop` takes it
+    start: float  # s: when it begins; 0 for from the start
+    document: dict[str, Any]  # of the mission file
+    too_fast: bool  # whether the current is above what the robot swims
+
+
+def sampled(seed: int) -> Sea:
+    """Return the sea of a seed; consecutive seeds go through all kinds of failures."""
+    random = np.random.default_rng([seed, 26])
+    kind = KINDS[seed % len(KINDS)]
+    document = _mission(random)
+    too_fast = bool(random.uniform() < TOO_FAST)
+    _water(random, document, too_fast)
+    _weather(random, document)
+    begin = round(ORDERED + float(random.uniform(10, 120)), 2)
+    document["start"]["battery"] = round(float(random.uniform(0.6, 1)), 3)
+    match kind:
+        case "battery low":
+            document["start"]["battery"] = round(document["limits"]["battery"] + float(random.uniform(0.01, 0.03)), 3)
+        case "battery empty":
+            document["start"]["battery"] = round(float(random.uniform(0.01, 0.04)), 3)
+        case "receiver cold":
+            document["gps"]["cold"] = True
+        case "receiver lying":
+            document["gps"] |= {"jump_m": 30.0, "jump_every_s": 40.0, "jump_told": bool(random.uniform() < 0.5)}
+    at_start = kind == "none" or " " in kind
+    return Sea(seed, kind, _spelled(kind, begin, random), 0.0 if at_start else begin, document, too_fast)
+
+
+def _spelled(kind: str, begin: float, random: np.random.Generator) -> tuple[str, ...]:
+    """Spell a failure as the loop takes it; of what stations send, `stations.py` takes care."""
+    if kind == "imu:gaps":  # half a second in each second, for a minute
+        return tuple(f"imu:nan@{begin + k:.2f}-{begin + k + 0.5:.2f}" for k in range(60))
+    if kind in ("link:lost", "bus:stuck"):
+        return (f"{kind}@{begin}-{begin + float(random.uniform(30, 120)):.2f}",)
+    if kind == "none" or " " in kind or kind.startswith(("station", "stick")):
+        return ()
+    return (f"{kind}@{begin}",)
+
+
+def _mission(random: np.random.Generator) -> dict[str, Any]:
+    """Sample a mission: a start off the origin, one to four waypoints, depths, fence, home."""
+    bottom = float(random.uniform(3, 12))
+    place = random.uniform(-40, 40, 2)
+    start, points = place.copy(), []
+    for _ in range(int(random.integers(1, 5))):
+        way, turn = random.uniform(10, 25), random.uniform(0, 2 * math.pi)
+        place = place + way * np.array([math.sin(turn), math.cos(turn)])
+        depth = 0.0 if random.uniform() < 0.2 else random.uniform(0.4, min(3.0, bottom - 1))
+        points.append({
+            **_at(place), "depth_m": round(float(depth), 2), "speed_m_s": round(float(random.uniform(0.2, 0.34)), 3),
+            "radius_m": round(float(random.uniform(2, 4)), 2), "hold_s": float(random.choice([0, 0, 0, 5])),
+        })  # fmt: skip
+    home = start + random.uniform(-4, 4, 2)
+    around = np.array([start, home, *((point["x_m"], point["y_m"]) for point in points)])
+    low, high = around.min(0) - random.uniform(10, 25, 2), around.max(0) + random.uniform(10, 25, 2)
+    limits: dict[str, Any] = {"depth_m": round(max(point["depth_m"] for point in points) + 0.8, 2), "battery": 0.2}
+    limits["duration_s"] = 900.0
+    if random.uniform() < 0.8:
+        corners = [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
+        limits["fence_m"] = [[round(float(x), 2), round(float(y), 2)] for x, y in corners]
+    latitude = float(random.uniform(-65, 65))
+    return {
+        "format": 1,
+        "name": "sea",
+        "stay": bool(random.uniform() < 0.2),
+        "origin": {"latitude_deg": round(latitude, 5), "longitude_deg": round(float(random.uniform(-180, 180)), 5)},
+        "start": {**_at(start), "heading_deg": round(float(random.uniform(0, 360)), 1)},
+        "waypoints": points,
+        "home": {**_at(home), "radius_m": 3.0, "speed_m_s": 0.3},
+        "water": {"bottom_m": round(bottom, 2)},
+        "limits": limits,
+        "gps": {"surface_every_s": round(float(random.uniform(120, 400)), 1)},
+    }
+
+
+def _water(random: np.random.Generator, document: dict[str, Any], too_fast: bool) -> None:
+    """Sample a current with shear."""
+    speed = random.uniform(1.1, 2) * SWIMS if too_fast else random.uniform(0, 0.45) * SWIMS
+    toward = random.uniform(0, 360)
+    document["water"] |= {
+        "current_m_s": round(float(speed), 3),
+        "current_deg": round(float(toward), 1),
+        "current_bottom_m_s": round(float(speed * random.uniform(0.2, 1)), 3),
+        "current_bottom_deg": round(float((toward + random.normal(0, 25)) % 360), 1),
+    }
+
+
+def _weather(random: np.random.Generator, document: dict[str, Any]) -> None:
+    """Sample air, field, tide and gusts. What the robot is told of the declination is right to half a degree."""
+    mountain = random.uniform() < 0.1
+    air = random.uniform(80e3, 95e3) if mountain else 101325 + np.clip(random.normal(0, 1200), -4000, 3500)
+    declination = float(random.uniform(-20, 20))
+    dip = math.degrees(math.atan(2 * math.tan(math.radians(document["origin"]["latitude_deg"]))))  # of a dipole
+    document["declination_deg"] = round(declination + float(random.normal(0, 0.5)), 2)
+    document["weather"] = {
+        "air_pressure_pa": round(float(air), 0),
+        "declination_deg": round(declination, 2),
+        "dip_deg": round(float(np.clip(dip, -75, 75)), 1),
+        "tide_m_s": round(float(random.uniform(0, 0.05)), 3),
+        "tide_deg": round(float(random.uniform(0, 360)), 1),
+        "tide_period_s": round(float(random.uniform(600, 3600)), 0),
+        "gust_m_s": round(float(random.uniform(0, 0.1)), 3),
+        "gust_deg": round(float(random.uniform(0, 360)), 1),
+    }
+
+
+def _at(place: Any) -> dict[str, float]:
+    return {"x_m": round(float(place[0]), 2), "y_m": round(float(place[1]), 2)}

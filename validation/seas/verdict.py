@@ -1,0 +1,100 @@
+"""Verdict of a flight, from the truth of the twin: never from what the robot says, but for whether it says why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sampled_sea import FAULTS, SWIMS, Sea
+
+from hypertuna.control.mission import Mission, fence_distance
+
+SURFACE = 0.3  # m of depth of the nose: the antenna is out of the water, or a radio passes what is above it
+DEEPER = 0.3  # m beyond limits.depth_m, of a dive that stops there and of the depth sensor
+SIGMAS = 3.0  # standard deviations that the robot tells of its position within which the truth must lie
+SWING = 0.5  # m by which the nose swings and the body reaches beyond a place
+STATE = "state "  # before a state among the words that the robot told
+DETECTION = 20.0  # s within which a failure must be told, or it came too late in the flight to matter
+SWEPT = ("current", "swept", "adrift", "drift", "carried", "stranded")  # words for a current that it cannot swim
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What happened: rows at equal times, and the words that the robot told."""
+
+    mission: Mission
+    time: NDArray[np.float64]  # (T,) [s]
+    position: NDArray[np.float64]  # (T, 3) of the nose: east, north, up [m]
+    sigma: NDArray[np.float64]  # (T,) standard deviation of the position that the robot told [m]
+    active: NDArray[np.bool_]  # (T,) whether it was guided: on its mission, home or up
+    done: bool  # whether it says that the mission is complete
+    told: frozenset[str]  # reasons, faults, refusals and states, from its start
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a flight ended, and the rules that it broke."""
+
+    ending: str  # home, up, refused or lost
+    broken: tuple[str, ...]
+    excursion: float  # m outside the fence, negative inside; -inf without a fence
+    allowed: float  # m, by the told error where it was farthest outside
+    depth: float  # m, the deepest
+    goal_distance: float  # m at the end
+    sigma: float  # m at the end
+    end: float  # s
+
+
+def judge(truth: Truth, sea: Sea) -> Verdict:
+    """Judge a flight by its truth."""
+    mission, depth = truth.mission, -truth.position[:, 2]
+    last = int(np.flatnonzero(truth.active)[-1]) if truth.active.any() else -1
+    during = slice(0, last + 1)
+    away = float(np.hypot(*(truth.position[last, :2] - mission.course[-1])))
+    sigma = float(truth.sigma[last])
+    margin = fence_distance(mission, truth.position[during, :2]) if last >= 0 else np.array([np.inf])
+    beyond = -margin - SIGMAS * truth.sigma[during] - SWING if last >= 0 else -margin
+    worst = int(np.argmax(beyond))
+    deepest = float(depth[during].max()) if last >= 0 else 0.0
+    at_goal = away <= _radius(mission) + SIGMAS * sigma + SWING
+    up = float(depth[max(0, last - 10) : last + 10].min()) <= SURFACE
+    ending = "refused" if last < 0 else "home" if at_goal and up else "up" if up else "lost"
+    broken = []
+    if ending == "lost":
+        broken.append("not up")
+    if truth.done and not at_goal:
+        broken.append("done elsewhere")
+    if beyond[worst] > 0 and not _swept(truth, sea):
+        broken.append("outside the fence")
+    if deepest > mission.depth_max + DEEPER:
+        broken.append("too deep")
+    if not _tells(truth, sea, ending, float(truth.time[last])):
+        broken.append("does not tell why")
+    if ending == "refused" and not sea.too_fast and not FAULTS[sea.kind]:
+        broken.append("refused without a reason")
+    return Verdict(
+        ending, tuple(broken), float(-margin[worst]), float(SIGMAS * truth.sigma[worst] + SWING), deepest, away, sigma,
+        float(truth.time[last]),
+    )  # fmt: skip
+
+
+def _radius(mission: Mission) -> float:
+    return mission.waypoints[-1].radius if mission.stay else mission.home_radius
+
+
+def _swept(truth: Truth, sea: Sea) -> bool:
+    """Return whether it told of a current that it cannot swim, and there is one."""
+    water: dict[str, Any] = sea.document["water"] | sea.document["weather"]
+    strongest = water["current_m_s"] + water["tide_m_s"] + water["gust_m_s"]
+    return strongest > 0.8 * SWIMS and any(word in name for name in truth.told for word in SWEPT)
+
+
+def _tells(truth: Truth, sea: Sea, ending: str, end: float) -> bool:
+    """Return whether the robot told of what failed, or of why it did not do its mission."""
+    words = FAULTS[sea.kind]
+    if words and sea.start + DETECTION < end:
+        return any(word in name for name in truth.told for word in words)
+    complete = truth.done and ending == "home"
+    return complete or any(not name.startswith(STATE) for name in truth.told)
