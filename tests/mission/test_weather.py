@@ -97,6 +97,8 @@ def test_the_keys_of_weather_and_receiver() -> None:
     calm = parse_mission(document).mission
     assert (calm.air_pressure, calm.tide, calm.gust, calm.cold, calm.jump_every) == (101325, (0, 0), (0, 0), False, 0)
     assert calm.dip == pytest.approx(math.radians(60))
+    origin = {"latitude_deg": 50.0, "longitude_deg": 9.0, "declination_deg": 4.0}
+    assert parse_mission(document | {"origin": origin}).mission.field_declination == pytest.approx(math.radians(4))
     weather = {"air_pressure_pa": 98.9e3, "dip_deg": 70.0, "declination_deg": -10.0, "tide_m_s": 0.2, "tide_deg": 90.0}
     weather |= {"tide_period_s": 600.0, "gust_m_s": 0.1, "gust_deg": 180.0, "gust_depth_m": 2.0, "gust_time_s": 5.0}
     receiver = {"cold": True, "jump_m": 20.0, "jump_every_s": 60.0, "jump_told": False}

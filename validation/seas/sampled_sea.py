@@ -145,7 +145,7 @@ def _weather(random: np.random.Generator, document: dict[str, Any]) -> None:
     air = random.uniform(80e3, 95e3) if mountain else 101325 + np.clip(random.normal(0, 1200), -4000, 3500)
     declination = float(random.uniform(-20, 20))
     dip = math.degrees(math.atan(2 * math.tan(math.radians(document["origin"]["latitude_deg"]))))  # of a dipole
-    document["declination_deg"] = round(declination + float(random.normal(0, 0.5)), 2)
+    document["origin"]["declination_deg"] = round(declination + float(random.normal(0, 0.5)), 2)
     document["weather"] = {
         "air_pressure_pa": round(float(air), 0),
         "declination_deg": round(declination, 2),

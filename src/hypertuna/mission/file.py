@@ -184,6 +184,7 @@ def _mission(document: Document) -> Mission:
     ground = water.current if water.current_bottom is None else water.current_bottom
     direction = water.toward if water.toward_bottom is None else water.toward_bottom
     weather, gps = document.weather, document.gps
+    declination = 0.0 if document.origin is None else document.origin.declination
     return Mission(
         waypoints=tuple(
             Waypoint(*_place(document, f"waypoints[{k}]", point), point.depth, point.speed, point.radius, point.hold)
@@ -203,14 +204,14 @@ def _mission(document: Document) -> Mission:
         surface_every=gps.surface_every or 0.0,
         stay=document.stay,
         silence_below=limits.silence_below,
-        declination=0.0 if document.origin is None else document.origin.declination,
+        declination=declination,
         bottom=water.bottom,
         current=toward(water.current, water.toward),
         current_bottom=toward(ground, direction),
         gaps=gps.gaps,
         air_pressure=weather.air_pressure,
         dip=weather.dip,
-        field_declination=weather.declination,
+        field_declination=declination if weather.declination is None else weather.declination,
         tide=toward(weather.tide, weather.tide_toward),
         tide_period=weather.tide_period,
         gust=toward(weather.gust, weather.gust_toward),

@@ -115,7 +115,11 @@ class Weather(Part):
         default=STANDARD_AIR,
     )
     dip: Degrees = entry("angle of the magnetic field below the horizon (default: 60)", "deg", default=DIP)
-    declination: Degrees = entry("angle of the magnetic field east of north (default: 0)", "deg", default=0.0)
+    declination: Degrees | None = entry(
+        "true angle of the magnetic field east of north (default: origin.declination_deg, as the robot believes)",
+        "deg",
+        default=None,
+    )
     tide: Current = entry(
         "largest speed of an added current that swings as a sine, none at the start (default: 0)", "m/s", default=0.0
     )
