@@ -22,6 +22,7 @@ from hypertuna.mission.file import parse_mission
 from hypertuna.mission.run import expected, mission_start
 
 GUIDED = ("mission", "home", "surface", "paused", "held")  # states in which the robot must look after itself
+WILD = 20.0  # s until the robot of the self-check ignores its pilot
 PASSIVE = 20.0  # s in another state after which a flight has ended
 PATIENCE = (1.5, 240.0)  # times the course at its speeds, plus these seconds
 
@@ -38,11 +39,13 @@ class SeaLoop(Loop):
 
 
 class WildLoop(SeaLoop):
-    """The self-check: a robot that ignores its pilot, beating with its fins down, while the firmware says what it says."""
+    """The self-check: a robot that soon ignores its pilot and beats with its fins down, whatever the firmware says."""
 
     def __call__(self, readings: list[float], antenna: float) -> list[float]:
         """Answer with pulses of its own."""
-        super().__call__(readings, antenna)
+        obeyed = super().__call__(readings, antenna)
+        if self.tick_count < round(WILD / TICK):
+            return obeyed
         swing = 2e-4 * np.sin(2 * np.pi * 2.0 * TICK * self.tick_count)
         center = self.center
         tail = [center + swing, center - swing, center + swing, center - swing]

@@ -26,7 +26,7 @@ def station_of(kind: str, start: float, seed: int) -> Callable[[int], bytes] | N
             waiting.extend(link.heartbeat_encode(6, 8, 0, 0, 4).pack(link))
         if since >= 0 and since % (TICKS // 10) == 5:
             noise = random.normal(0, 30, 4) + center if kind == "stick:noise" else np.zeros(4)
-            x, y, r, z = (int(value) for value in np.clip(noise + [0, 0, 0, 500], -1000, 1000))
+            x, y, r, z = (int(value) for value in np.clip(noise + np.array([0, 0, 0, 500]), -1000, 1000))
             waiting.extend(link.manual_control_encode(1, x, y, z, r, 0).pack(link))
         sent = bytes(waiting[:RADIO])
         del waiting[:RADIO]

@@ -12,6 +12,7 @@ from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import BOARDS, missing
+from hypertuna.firmware.failures import FAILURES
 from hypertuna.firmware.in_the_loop import PARTS, FirmwareRun, firmware_in_the_loop
 from hypertuna.firmware.relay import radio_model
 from hypertuna.firmware.scenario import find_scenario
@@ -49,6 +50,14 @@ def hil_command(
             "as rate=4800,loss=0.3. (default: a cable)",
         ),
     ] = None,
+    fault: Annotated[
+        list[str] | None,
+        opt.text(
+            "--fault",
+            "Failure: of a sensor or a fin's servo as depth:nan@100, or "
+            f"{', '.join(FAILURES)} as board:brownout@60 or link:lost@60-180; repeatable.",
+        ),
+    ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="Run no faster than real time.")] = False,
     black_box: Annotated[
         str | None,
@@ -81,6 +90,7 @@ def hil_command(
             folder=firmware,
             radio=radio,
             air=None if air is None else radio_model(air),
+            faults=fault or [],
             real_time=real_time,
             black_box=black_box,
             report=progress,

@@ -158,7 +158,8 @@ def firmware_in_the_loop(
             answers, mismatches = _streamed(tested, other, random_messages(table, ticks, seed), report)
         else:
             failing = Failures(failures, TICK)
-            loop = Loop(table, scenario, tested, other, relay, failing, station, ground=radio is None, real_time=real_time)
+            ground = radio is None
+            loop = Loop(table, scenario, tested, other, relay, failing, station, ground=ground, real_time=real_time)
             released = released_at(scenario) * TICK
             start_at = mission_start(
                 robot, scenario.mission, seed=seed, faults=sensors, resets=failing.resets, released=released
@@ -213,6 +214,7 @@ class Loop:
         self.clock = time.perf_counter() if real_time else None
 
     def __call__(self, readings: list[float], antenna: float) -> list[float]:
+        """Make a tick of what the sensors show and of the height of the antenna [m]; return servo pulses [s]."""
         tick, failures = self.tick_count, self.failures
         self.tick_count += 1
         if self.relay is not None:

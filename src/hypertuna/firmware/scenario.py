@@ -30,6 +30,7 @@ from hypertuna.ranges import WHOLE
 from hypertuna.swimming.gait import Gait, named_gait
 
 START = 100  # ticks before the first command: the attitude settles
+COLD = 6100  # ticks that the ground waits for the first fix of a cold receiver
 STORED = 250  # ticks to store the longest mission before arming
 Messages = NDArray[Any]
 
@@ -105,8 +106,9 @@ def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
     steps += [order("corner", *corner) for corner in m.fence]
     # As a ground station does: the origin of the mission's places comes with the mission, the robot's place by a fix.
     steps += [order("origin", fix=scenario.origin)] if scenario.origin is not None else []
-    yield from enumerate([*steps, order("end")], START)
-    stored = START + len(steps) + STORED
+    begin = START + COLD * m.cold
+    yield from enumerate([*steps, order("end")], begin)
+    stored = begin + len(steps) + STORED
     yield from enumerate([give("arm"), give("mission")], stored)
 
 
