@@ -61,7 +61,7 @@ $(VENV)/.installed-%: $(VENV)/.tools | $(VENV)/.installed
 
 # --- what to run
 
-.PHONY: dev demo test test-cpp test-studio hosts test-sanitized test-python test-fe test-firmware bench bench-json firmware system-deps lint format stub
+.PHONY: dev demo test test-cpp test-studio hosts test-sanitized test-python test-fe test-firmware bench bench-json firmware firmware-teensy system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -165,6 +165,25 @@ firmware: firmware-pc ## firmware of a robot, ROBOT=name, for this machine and t
 .PHONY: firmware-pc
 firmware-pc: $(VENV)/.installed-radio ## the same for this machine alone
 	$(call build-firmware,build/firmware/pc,pc)
+
+# The sources of the board's core and libraries are other people's: they lie beside the repository, if at all.
+TEENSY ?= ../shared/teensy/sources.tar.xz
+TEENSY_TEXT := 150000
+
+firmware-teensy: $(VENV)/.installed-radio ## firmware for a Teensy 4.1 with its real core and libraries, TEENSY=archive; skipped without them
+	@if [ ! -f "$(TEENSY)" ]; then echo 'skipped: firmware-teensy needs the sources of Teensyduino, $(TEENSY)'; \
+	  elif ! command -v arm-none-eabi-g++ > /dev/null; then echo 'skipped: firmware-teensy needs arm-none-eabi-g++'; \
+	  else $(MAKE) --no-print-directory build/firmware/$(ROBOT)-teensy41.elf; fi
+
+.PHONY: build/firmware/$(ROBOT)-teensy41.elf
+build/firmware/$(ROBOT)-teensy41.elf: build/teensy/core/core_pins.h
+	$(call build-firmware,build/firmware/teensy,teensy41,-DCMAKE_TOOLCHAIN_FILE=$(abspath firmware/boards/teensy41/toolchain.cmake) \
+	  -DHYPERTUNA_TEENSY=$(abspath build/teensy))
+	@arm-none-eabi-size "$@"
+	@arm-none-eabi-size "$@" | awk 'NR == 2 && $$1 > $(TEENSY_TEXT) { print "text is above $(TEENSY_TEXT) bytes"; exit 1 }'
+
+build/teensy/core/core_pins.h: $(TEENSY)
+	@mkdir -p build && tar -C build -xmf "$<"
 
 test-firmware: firmware-pc ## C++ tests of the firmware; those that run it, on the emulated Cortex-M7 too, are in test-python
 	@cmake --build build/firmware/pc >&2

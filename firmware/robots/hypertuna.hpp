@@ -342,12 +342,14 @@ inline constexpr struct {
     int servo[6];
     int analog[11];
     int leak[1];
+    int recovery[1];
     int imu_serial, position_serial, radio_serial, radio_baud;
     float watchdog;  // s
 } wiring = {
     {2, 3, 4, 5, 6, 9},
     {14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 26},
     {28},
+    {32},
     1, 8, 2, 9600,
     0.5f,
 };

@@ -1,5 +1,5 @@
 /// IMU of the JY931's kind: frames of 11 bytes on a serial line, 0x55, kind, four numbers of 16 bits, sum of all
-/// before.
+/// before. Its settings are registers that are written by 0xff 0xaa, number, two bytes, after an unlocking.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,11 @@ struct ImuFrame {
     ImuKind kind;
     std::int16_t value[3];
 };
+
+inline constexpr std::uint32_t imu_baud = 115'200;
+inline constexpr std::uint8_t imu_unlock[5] = {0xff, 0xaa, 0x69, 0x88, 0xb5}, imu_fast[5] = {0xff, 0xaa, 0x04, 0x06, 0},
+                              imu_content[5] = {0xff, 0xaa, 0x02, 0x16, 0},  // acceleration, rate, field
+    imu_rate[5] = {0xff, 0xaa, 0x03, 0x0b, 0};                               // 200 Hz
 
 /// Finds frames in a stream of bytes, and finds the next one after a broken one within its own length.
 struct ImuParser {

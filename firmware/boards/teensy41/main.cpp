@@ -5,9 +5,16 @@
 using namespace hypertuna::firmware;
 
 static App app;
-static Teensy<decltype(robot::wiring)> board{
-    robot::wiring, robot::description.joints, {}, 0, 0, {}, nullptr, nullptr, nullptr, {}, {}, {}, 0, {}, 0};
+static Teensy<decltype(robot::wiring)> board{robot::wiring, robot::description.joints};
+static_assert(Board<decltype(board)>);
 
+constexpr bool all_have_pulses() {
+    for (int pin : robot::wiring.servo)
+        if (0 <= pin && !has_pulses(pin)) return false;
+    return true;
+}
+static_assert(all_have_pulses(),
+              "a servo's pin has no pulses by hardware: choose 0 to 15, 18, 19, 22 to 25, 28, 29, 33, 36 or 37");
 constexpr bool is_port(int number) { return 1 <= number && number <= 8; }
 static_assert(is_port(robot::wiring.imu_serial) && is_port(robot::wiring.position_serial) &&
                   is_port(robot::wiring.radio_serial) && robot::wiring.imu_serial != robot::wiring.position_serial &&

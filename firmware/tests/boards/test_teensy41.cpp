@@ -2,6 +2,8 @@
 #include "../../../core/tests/check.hpp"
 #include "../../boards/teensy41/main.cpp"
 
+#include <cmath>
+
 using namespace hypertuna;
 
 static constexpr Station ground{255, 190};
@@ -9,22 +11,26 @@ static constexpr Station ground{255, 190};
 static std::uint32_t noise_state = 1;
 static std::uint8_t noise() { return std::uint8_t((noise_state = noise_state * 1664525u + 1013904223u) >> 24); }
 
-static void put_imu(HardwareSerial& line, std::uint8_t kind, const int (&value)[3]) {
+static void put_imu(HardwareSerialIMXRT& line, std::uint8_t kind, const int (&value)[3]) {
     std::uint8_t bytes[11] = {0x55, kind}, sum = 0;
     for (int k = 0; k < 3; ++k)
         bytes[2 + 2 * k] = std::uint8_t(value[k]), bytes[3 + 2 * k] = std::uint8_t(value[k] >> 8);
     for (int k = 0; k < 10; ++k) sum = std::uint8_t(sum + bytes[k]);
     bytes[10] = sum;
-    line.in.insert(line.in.end(), bytes, bytes + 11);
+    line.come(bytes, 11);
 }
 
-static void put_fix(HardwareSerial& line, std::int32_t latitude, std::int32_t longitude) {
-    std::uint8_t bytes[100] = {0xb5, 0x62, 1, 7, 92, 0}, a = 0, b = 0;
-    bytes[26] = 3, bytes[27] = 1;
+static void put_fix(HardwareSerialIMXRT& line, std::int32_t latitude, std::int32_t longitude, int type = 3,
+                    int valid = 1, int invalid = 0) {
+    std::uint8_t bytes[100] = {0xb5, 0x62, 1, 7, 92, 0}, sum[2];
+    const std::int32_t accuracy = 2500;
+    bytes[6 + 20] = std::uint8_t(type), bytes[6 + 21] = std::uint8_t(valid), bytes[6 + 23] = 9;
+    bytes[6 + 78] = std::uint8_t(invalid);
     std::memcpy(bytes + 30, &longitude, 4), std::memcpy(bytes + 34, &latitude, 4);
-    for (int k = 2; k < 98; ++k) a = std::uint8_t(a + bytes[k]), b = std::uint8_t(b + a);
-    bytes[98] = a, bytes[99] = b;
-    line.in.insert(line.in.end(), bytes, bytes + 100);
+    std::memcpy(bytes + 46, &accuracy, 4);
+    sum_message(bytes, 100, sum);
+    bytes[98] = sum[0], bytes[99] = sum[1];
+    line.come(bytes, 100);
 }
 
 /// What the sensors of a robot that floats upright send, with a little noise.
@@ -50,7 +56,7 @@ static void float_on(int ticks) {
 
 static void it_boots_and_reads() {
     setup();
-    CHECK(Serial2.rate == 9600 && SD.name == "box002.bin");
+    CHECK(Serial2.rates.back() == 9600 && stand_in::disk.files.count("box000.bin") == 1);
     float_on(200);
     const Snapshot& now = snapshot(app.vehicle);
     CHECK(now.tick == 200);
@@ -62,25 +68,38 @@ static void it_boots_and_reads() {
     CHECK(now.estimate.attitude && origin(app.vehicle).known);
     CHECK(origin(app.vehicle).latitude == 300000000);
     CHECK(app.vehicle.raw.channel[first_channel("bend")].count >= 8);  // a tick has ten samples
+    CHECK(stand_in::watchdog.on && stand_in::watchdog.timeout_us == 500'000 && stand_in::watchdog.bites == 0);
+    CHECK(Serial1.lost + Serial2.lost + Serial8.lost == 0);
     CHECK(!now.faults.has(firmware::Fault::overrun));
     CHECK(!Serial2.out.empty());  // telemetry
 }
 
+/// Pulses come from timers: 50 a second, each within a microsecond of what is asked for, none for 0.
 static void it_drives_servos() {
-    for (Servo& one : board.servo) CHECK(!one.attached());
+    const auto pulse = [](int k) { return stand_in::pwm.pulse(robot::wiring.servo[k]); };
+    for (int k = 0; k < 6; ++k) CHECK(pulse(k) == 0);
+    double worst = 0;
+    for (int pin : robot::wiring.servo) {
+        CHECK_NEAR(stand_in::pwm.rate(pin), 50, 1e-3);
+        for (float us = 500; us <= 2500; us += 0.1f) {
+            send_pulse(pin, us * 1e-6f);
+            worst = std::max(worst, std::abs(stand_in::pwm.pulse(pin) - double(us)));
+        }
+        send_pulse(pin, 0);
+    }
+    CHECK(worst < 0.5);
     CHECK(give(app.vehicle, Order::arm, ground) == Refusal::none);
     Command<float> beat = rest();
     beat.frequency = 2, beat.amplitude[0] = beat.amplitude[1] = 0.25f;
     CHECK(set_gait(app.vehicle, ground, beat) == Refusal::none);
-    int least = 9999, most = 0;
+    double low = 9999, high = 0;
     for (int k = 0; k < 300; ++k) {
         on_ground_contact(app.vehicle, ground), float_on(1);
-        CHECK(board.servo[0].pin == robot::wiring.servo[0]);
-        least = std::min(least, board.servo[0].pulse), most = std::max(most, board.servo[0].pulse);
+        low = std::min(low, pulse(0)), high = std::max(high, pulse(0));
     }
-    CHECK(800 <= least && least < 1490 && 1510 < most && most <= 2200);
+    CHECK(800 <= low && low < 1490 && 1510 < high && high <= 2200);
     give(app.vehicle, Order::disarm, ground), float_on(300);
-    for (Servo& one : board.servo) CHECK(!one.attached());
+    for (int k = 0; k < 6; ++k) CHECK(pulse(k) == 0);
 }
 
 static void parameters_survive_a_reset() {
@@ -90,39 +109,201 @@ static void parameters_survive_a_reset() {
     float_on(200);
     setup();
     CHECK(value(app.vehicle, k) == 0.25f && !app.vehicle.defaults);
-    CHECK(SD.content.size() > 100 * 200);  // and the black box has its records
 }
 
 static void silent_sensors_and_a_leak() {
-    Wire.silent = true;
-    Serial1.in.clear();
+    stand_in::bus.silent = true;
+    Serial1.line.clear(), Serial1.ring.clear();
     stand_in::digital[robot::wiring.leak[0]] = LOW;
     for (int k = 0; k < 150; ++k) loop();
     const Snapshot& now = snapshot(app.vehicle);
     CHECK(now.faults.has(firmware::Fault::imu) && now.faults.has(firmware::Fault::leak) && !now.estimate.depths);
-    Wire.silent = false, stand_in::digital.clear();
+    stand_in::bus.silent = false, stand_in::digital.clear();
+    float_on(150);
+    CHECK(app.vehicle.raw.channel[first_channel("depth")].count == 1);  // the sensor is back after its pause
 }
 
-/// A card keeps what was written to it up to the last flush: all but the last two seconds. Without a card the black box
-/// says so.
+/// Run for some ticks; return the longest time from one to the next [us].
+static std::uint64_t longest_tick(int ticks) {
+    std::uint64_t most = 0;
+    for (int k = 0; k < ticks; ++k) {
+        const std::uint64_t before = stand_in::now_us;
+        float_on(1);
+        most = std::max(most, stand_in::now_us - before);
+    }
+    return most;
+}
+
+/// A bus that is held low costs one late tick, then nothing but a look a second; it is freed by clock pulses.
+static void a_stuck_bus() {
+    stand_in::Bus& bus = stand_in::bus;
+    const int depth = first_channel("depth");
+    setup(), float_on(10);
+    CHECK(app.vehicle.raw.channel[depth].count == 1);
+    bus.broken = true;
+    float_on(1);
+    const int transfers = bus.transfers;
+    const std::uint64_t begin = stand_in::now_us;
+    CHECK(longest_tick(1000) < 11'000 && bus.transfers == transfers);
+    CHECK(stand_in::now_us - begin < 10'100'000);  // 100 ticks a second
+    CHECK(app.vehicle.raw.channel[depth].count == 0);
+    bus.broken = false, float_on(150);
+    CHECK(app.vehicle.raw.channel[depth].count == 1);
+    for (int stop = 0; stop < 5; ++stop) {
+        bus.clockless = true;  // the sensor is cut off in the middle of a transfer
+        CHECK(longest_tick(1) < 28'000 && bus.held);
+        CHECK(longest_tick(150) < 11'000 && !bus.held);
+        CHECK(app.vehicle.raw.channel[depth].count == 1);
+    }
+    bus.memory[3] ^= 4;  // read with an error: such a sensor measures nothing
+    setup(), float_on(50);
+    CHECK(app.vehicle.raw.channel[depth].count == 0);
+    bus.memory[3] ^= 4;
+    float_on(150);
+    CHECK(app.vehicle.raw.channel[depth].count == 1);
+}
+
+/// The example of the checksum's application note, and compensation to second order against whole numbers of Python.
+static void the_depth_sensor_computes() {
+    CHECK(DepthSensor::checksum({0x3132, 0x3334, 0x3536, 0x3738, 0x3940, 0x4142, 0x4344, 0x4500}) == 0xb);
+    DepthSensor sensor{{0x2000, 34982, 36352, 20328, 22354, 26646, 26146}, 0, 0};
+    CHECK(sensor.is_valid());
+    const std::uint32_t temperature[4] = {6815414, 6495414, 7135414, 5615414};
+    const int celsius[4] = {1981, 984, 2978, -1759}, pressure[4] = {39998, 39489, 40517, 38098};
+    for (int k = 0; k < 4; ++k) {
+        sensor.temperature(temperature[k]);
+        CHECK(sensor.celsius == celsius[k] && sensor.pressure(4958179) == pressure[k]);
+    }
+    sensor.c[5] ^= 0x100;
+    CHECK(!sensor.is_valid());
+    sensor = {};
+    CHECK(!sensor.is_valid());
+}
+
+/// The card has all but the last sectors, whenever the power goes; a slow one delays no tick, and what it has no time for
+/// is lost and told. At the next boot the file is cut to what was written.
 static void the_black_box_lasts() {
+    stand_in::Disk& disk = stand_in::disk;
+    disk.files.clear(), disk.sectors.clear();
     setup();
-    SD.content.clear(), SD.lasting = 0;
-    float_on(1000);
-    CHECK(SD.content.size() > 200'000 && SD.content.size() - SD.lasting < 2 * 22'000);
-    SD.missing = true;
+    const std::uint32_t waits = disk.waits;
+    disk.slow_every = 50, disk.slow_us = 250'000;
+    CHECK(longest_tick(1000) < 11'000 && disk.waits == waits);
+    CHECK(disk.content("box000.bin").size() > 200'000 && app.vehicle.box.lost == 0);
+    CHECK(1000 * 216 - disk.content("box000.bin").size() < 8'192 + 512 + 512);  // of records with 216 bytes
+    CHECK(!snapshot(app.vehicle).faults.has(firmware::Fault::black_box));
+    disk.slow_us = 900'000;  // longer than the watchdog's time
+    CHECK(longest_tick(300) < 11'000 && disk.waits == waits && stand_in::watchdog.bites == 0);
+    CHECK(app.vehicle.box.lost > 0 && snapshot(app.vehicle).faults.has(firmware::Fault::black_box));
+    disk.slow_every = 0;
+    const std::size_t written = disk.content("box000.bin").size();
     setup();
-    float_on(100);
-    CHECK(snapshot(app.vehicle).faults.has(firmware::Fault::black_box));
-    SD.missing = false;
+    CHECK(disk.files["box000.bin"].second == written && disk.files.count("box001.bin") == 1);
+    CHECK(disk.files["box001.bin"].second == box_bytes);
+    disk.failing = true, float_on(100);
+    CHECK(snapshot(app.vehicle).faults.has(firmware::Fault::black_box) && stand_in::watchdog.bites == 0);
+    disk.failing = false;
+    for (int which = 0; which < 2; ++which) {  // no card; one whose directory must be kept up to date
+        disk.missing = which == 0, disk.fat = which == 1 ? 64 : 32;
+        setup();
+        float_on(100);
+        CHECK(snapshot(app.vehicle).faults.has(firmware::Fault::black_box));
+    }
+    disk.missing = false, disk.fat = 32;
     setup();
+}
+
+/// Bytes that come during a long tick wait in the rings.
+static void rings_hold_a_long_tick() {
+    setup(), float_on(10);
+    const auto burst = [](std::uint32_t stall_us) {
+        const std::uint32_t lost = Serial1.lost + Serial8.lost;
+        for (int k = 0; k < 12; ++k) put_imu(Serial1, 0x52, {1, 2, 3});
+        put_fix(Serial8, 300000000, 1200000000);
+        stand_in::pass(stall_us);
+        float_on(3);
+        return Serial1.lost + Serial8.lost - lost;
+    };
+    CHECK(burst(60'000) == 0 && Serial1.ring.empty());
+}
+
+/// While an erasure takes the longest that the data sheet allows, the watchdog does not bite, and the clock sees it.
+static void a_slow_erasure() {
+    setup(), float_on(100);
+    stand_in::erase_us = 400'000;
+    int k = 0;
+    while (std::strcmp(parameter(app.vehicle, k).name, "learning") != 0) ++k;
+    CHECK(set_parameter(app.vehicle, k, 0.5f) == Refusal::none);
+    const std::uint32_t before = board.clock(), us = micros();
+    float_on(30);
+    CHECK(settled(app.vehicle.store) && stand_in::watchdog.bites == 0);
+    CHECK(board.clock() - before > 600 * (std::uint32_t(micros()) - us + 390'000));
+    stand_in::erase_us = 45'000;
+}
+
+/// A word is kept over a reset, and a register with anything else in it is none.
+static void a_word_is_kept() {
+    board.keep(0x12345678);
+    setup();
+    CHECK(board.kept() == 0x12345678 && (SNVS_LPCR & 1 << 24) != 0);
+    SNVS_LPGPR0 = 5;
+    CHECK(board.kept() == 0);
+    SNVS_LPGPR0 = SNVS_LPGPR1 = 0;
+    CHECK(board.kept() == 0);
+    WDOG1_WRSR = 2;
+    CHECK(board.watchdog_reset());
+    WDOG1_WRSR = 0;
+}
+
+/// A key is deleted by a pin that is connected to ground during a boot.
+static void a_key_is_recovered() {
+    const std::uint8_t secret[key_size] = {1, 2, 3};
+    CHECK(set_key(app.vehicle, secret) == Refusal::none);
+    float_on(50), setup();
+    CHECK(key(app.vehicle) != nullptr);
+    stand_in::digital[robot::wiring.recovery[0]] = LOW;
+    setup();
+    CHECK(key(app.vehicle) == nullptr && !app.vehicle.locked);
+    stand_in::digital.clear();
+}
+
+/// Fixes that the receiver itself calls bad are none; a good one has its accuracy. A receiver that is silent gets its
+/// settings again, as after the boot, at both rates that it may have.
+static void the_receiver() {
+    const auto read = [](int type, int valid, int invalid) {
+        Serial8.line.clear();
+        put_fix(Serial8, 300000000, 1200000000, type, valid, invalid);
+        for (int k = 0; k < 4; ++k) {
+            loop();
+            if (app.vehicle.raw.fixed) return true;
+        }
+        return false;
+    };
+    setup(), float_on(10);
+    CHECK(read(3, 1, 0) && app.vehicle.raw.accuracy == 2500 && app.vehicle.raw.satellites == 9);
+    CHECK(!read(2, 1, 0) && !read(3, 0, 0) && !read(3, 1, 1) && !read(0, 1, 0));
+    Serial8.out.clear(), Serial8.rates.clear(), Serial1.out.clear(), Serial1.rates.clear();
+    setup();
+    CHECK(Serial8.rates == (std::vector<std::uint32_t>{9600, 38400}));
+    CHECK(Serial1.rates == (std::vector<std::uint32_t>{9600, 115200}) && Serial1.out.size() == 25);
+    const ReceiverSettings settings;
+    const auto is_settings = [&](std::size_t at) {
+        return at + settings.size <= Serial8.out.size() &&
+               std::memcmp(&Serial8.out[at], settings.bytes, std::size_t(settings.size)) == 0;
+    };
+    CHECK(Serial8.out.size() == 2 * std::size_t(settings.size) && is_settings(0) && is_settings(std::size_t(settings.size)));
+    Serial8.out.clear(), Serial8.line.clear();
+    for (int k = 0; k < 490; ++k) loop();
+    CHECK(Serial8.out.empty());
+    for (int k = 0; k < 20; ++k) loop();
+    CHECK(Serial8.out.size() == std::size_t(settings.size) && is_settings(0));
 }
 
 /// After a long tick no samples are made up for: those of one moment say nothing of the others, and the depth sensor's
 /// conversions take their time.
 static void after_a_long_tick() {
     float_on(10);
-    stand_in::now_us += 80'000;
+    stand_in::pass(80'000);
     float_on(1);
     CHECK(app.vehicle.raw.channel[first_channel("bend")].count <= 2);
     float_on(1);
@@ -139,13 +320,17 @@ static void noise_on_the_lines() {
     int false_frames = 0;
     for (int k = 0; k < 300000; ++k) false_frames += imu.take(noise(), frame), false_frames += fixes.take(noise(), fix);
     CHECK(false_frames < 10);  // 3 of 256^2 frames in noise, times one checksum in 256: 0.05 expected
-    HardwareSerial line;
+    HardwareSerialIMXRT line;
+    line.begin(115'200), line.room = 1 << 20;
     for (int k = 0; k < 200; ++k) {
-        for (int n = noise() % 30; n > 0; --n) line.in.push_back(noise());
+        std::uint8_t bytes[30];
+        for (std::uint8_t& byte : bytes) byte = noise();
+        line.come(bytes, noise() % 30);
         put_imu(line, 0x52, {1, 2, 3}), put_imu(line, 0x52, {1, 2, 3});
         put_fix(line, 5, 6), put_fix(line, 5, 6);
     }
     int rates = 0, places = 0;
+    stand_in::pass(20'000'000);
     while (line.available() > 0) {
         const std::uint8_t byte = std::uint8_t(line.read());
         rates += imu.take(byte, frame) && frame.value[2] == 3;
@@ -158,9 +343,16 @@ int main() {
     it_boots_and_reads();
     it_drives_servos();
     parameters_survive_a_reset();
+    the_depth_sensor_computes();
     the_black_box_lasts();
     after_a_long_tick();
+    rings_hold_a_long_tick();
+    a_slow_erasure();
+    a_word_is_kept();
+    a_key_is_recovered();
+    the_receiver();
     silent_sensors_and_a_leak();
+    a_stuck_bus();
     noise_on_the_lines();
     return failures();
 }

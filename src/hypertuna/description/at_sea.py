@@ -12,7 +12,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.description.shape import ASPECT, DENSITY, Shape
 from hypertuna.errors import InputError
 
-SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 29, 30, 31, 32, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
+SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
 ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
 LENGTH, SPEED = 0.52, 0.298  # m and m/s, of HyperTuna and its slowest gait
 HEEL, LONE = 3.5, 20.0  # deg: more than full turns heel such robots; fins from which a lone one rolls them by 5
@@ -171,7 +171,7 @@ def _pins(joints: list[Mapping[str, Any]]) -> dict[str, list[int]]:
         "current_pins": list(islice(analog, sum(sides))),
     }
     if len(pins["servo_pins"]) < sum(sides) + 2 or len(pins["current_pins"]) < sum(sides):
-        most = 3 if soft else 14
+        most = 3 if soft else 12
         rule = f"must be at most {most} joint groups with --sea: a Teensy 4.1 has no more pins"
         raise InputError(rule, key="--joints", value=f"{len(joints)}", fix="name fewer groups, each of several links")
     return pins

@@ -1,54 +1,94 @@
-/// A stand-in for the Arduino API: as much of it as board teensy41 calls, made of memory that the test looks into.
+/// A stand-in for the Arduino API of a Teensy 4.1: as much of it as board teensy41 calls, with what its core and chips do
+/// to a program: rings that overflow, waits that take time, timers that count, a watchdog that bites.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <deque>
 #include <map>
+#include <utility>
+#include <vector>
 
-inline constexpr int INPUT_PULLUP = 2, LOW = 0, HIGH = 1;
+inline constexpr int INPUT_PULLUP = 2, OUTPUT_OPENDRAIN = 4, LOW = 0, HIGH = 1;
 
 namespace stand_in {
-inline std::uint32_t now_us = 0;
+
+inline std::uint64_t now_us = 0;        // time, which goes on by itself whenever it is looked at
+inline std::uint32_t lost_us = 0;       // of it, that micros() missed while interrupts were off
 inline std::map<int, int> analog, digital;  // by pin
-inline void (*each_look)() = nullptr;       // is called whenever the clock is looked at
 inline std::uint8_t flash[9 * 4096];
-}  // namespace stand_in
+inline std::uint32_t erase_us = 45'000;
 
-inline std::uint32_t micros() {
-    stand_in::now_us += 20;
-    if (stand_in::each_look != nullptr) stand_in::each_look();
-    return stand_in::now_us;
-}
-inline void delay(std::uint32_t ms) { stand_in::now_us += 1000 * ms; }
-inline void analogReadResolution(unsigned) {}
-inline int analogRead(std::uint8_t pin) { return stand_in::analog[pin]; }
-inline void pinMode(std::uint8_t, std::uint8_t) {}
-inline int digitalRead(std::uint8_t pin) { return stand_in::digital.count(pin) ? stand_in::digital[pin] : HIGH; }
+/// The watchdog is fed by two words in turn. It bites when it was not for too long, and the test counts that.
+struct Watchdog {
+    bool on = false, half = false;
+    std::uint32_t timeout_us = 0, bites = 0;
+    std::uint64_t fed_us = 0;
 
-struct HardwareSerial {
-    std::deque<std::uint8_t> in, out;
-    int room = 64;
-    std::uint32_t rate = 0;
-
-    void begin(std::uint32_t baud) { rate = baud; }
-    int available() { return int(in.size()); }
-    int read() {
-        const int byte = in.front();
-        in.pop_front();
-        return byte;
-    }
-    int availableForWrite() { return room; }
-    std::size_t write(const std::uint8_t* from, std::size_t count) {
-        out.insert(out.end(), from, from + count);
-        return count;
+    void look() {
+        if (on && timeout_us < now_us - fed_us) ++bites, fed_us = now_us;
     }
 };
-inline HardwareSerial Serial1, Serial2, Serial3, Serial4, Serial5, Serial6, Serial7, Serial8;
+inline Watchdog watchdog;
 
+inline void pass(std::uint64_t us) {
+    now_us += us;
+    watchdog.look();
+}
+
+struct WatchdogControl {
+    void operator=(std::uint16_t word) const {
+        watchdog = {(word & 4) != 0, false, ((word >> 8) + 1u) * 500'000u, watchdog.bites, now_us};
+    }
+};
+struct WatchdogService {
+    void operator=(std::uint16_t word) const {
+        if (watchdog.half && word == 0xaaaa) watchdog.fed_us = now_us;
+        watchdog.half = word == 0x5555;
+    }
+};
+
+}  // namespace stand_in
+
+// Registers of the processor.
+inline constexpr stand_in::WatchdogControl WDOG1_WCR;
+inline constexpr stand_in::WatchdogService WDOG1_WSR;
+inline std::uint16_t WDOG1_WMCR, WDOG1_WRSR;
+inline std::uint32_t CCM_CCGR3, SNVS_LPCR, SNVS_LPGPR0, SNVS_LPGPR1;
+inline constexpr std::uint32_t F_CPU_ACTUAL = 600'000'000, F_BUS_ACTUAL = 150'000'000;
+inline std::uint32_t cycle_count() { return std::uint32_t(stand_in::now_us * 600); }
+#define ARM_DWT_CYCCNT cycle_count()
+
+inline std::uint32_t micros() {
+    stand_in::pass(20);
+    return std::uint32_t(stand_in::now_us - stand_in::lost_us);
+}
+inline void delay(std::uint32_t ms) { stand_in::pass(1000 * ms); }
+inline void delayMicroseconds(std::uint32_t us) { stand_in::pass(us); }
+inline void analogReadResolution(unsigned) {}
+inline int analogRead(std::uint8_t pin) { return stand_in::analog[pin]; }
+
+#include "i2c.h"
+#include "pwm.h"
+#include "serial.h"
+
+inline void pinMode(std::uint8_t pin, std::uint8_t) { stand_in::bus.take_over(pin); }
+inline void digitalWrite(std::uint8_t pin, std::uint8_t level) { stand_in::bus.drive(pin, level); }
+inline int digitalRead(std::uint8_t pin) {
+    if (pin == 18 || pin == 19) return stand_in::bus.level(pin);
+    return stand_in::digital.count(pin) ? stand_in::digital[pin] : HIGH;
+}
+
+extern "C" {
 inline void eepromemu_flash_write(void* to, const void* from, std::uint32_t count) {
     auto* at = static_cast<std::uint8_t*>(to);
     for (std::uint32_t k = 0; k < count; ++k) at[k] &= static_cast<const std::uint8_t*>(from)[k];
+    stand_in::without_interrupts(700);
 }
-inline void eepromemu_flash_erase_sector(void* sector) { std::memset(sector, 0xff, 4096); }
+inline void eepromemu_flash_erase_sector(void* sector) {
+    std::memset(sector, 0xff, 4096);
+    stand_in::without_interrupts(stand_in::erase_us);
+}
+}

@@ -21,6 +21,8 @@ MAX_ID = 250  # of MAVLink
 # Teensy 4.1, by PJRC's card of its pins. Pins 42 to 47 are the card's, and those above lie under the board.
 PINS = range(42)
 ANALOG_PINS = (*range(14, 28), *range(38, 42))
+# Pins with hardware pulse-width modulation: an interrupt that is late does not stretch their pulses.
+PULSE_PINS = (*range(16), 18, 19, *range(22, 26), 28, 29, 33, 36, 37)
 PORTS = {1: (0, 1), 2: (7, 8), 3: (15, 14), 4: (16, 17), 5: (21, 20), 6: (25, 24), 7: (28, 29), 8: (34, 35)}  # RX, TX
 DEPTH = {18: "the depth sensor", 19: "the depth sensor"}  # its bus, Wire: SDA, SCL
 
@@ -50,6 +52,7 @@ class Firmware(Part, table="firmware", keys=_analog_pins()):
         "starboard fin"
     )
     leak_pin: Index = entry("pin of the leak sensor, low when wet")
+    recovery_pin: Index = entry("pin that deletes the signing key when it is connected to ground during a boot")
     imu_serial: Count = entry("number of the serial port of the IMU")
     position_serial: Count = entry("number of the serial port of the satellite receiver")
     radio_serial: Count = entry("number of the serial port of the radio")
@@ -91,12 +94,13 @@ class Firmware(Part, table="firmware", keys=_analog_pins()):
             for pin in PORTS[port]:
                 yield _free(uses, pin, name)
         analog = tuple(map(_pins_key, ANALOG))
-        for name in ("servo_pins", "leak_pin", *analog):
+        kinds = dict.fromkeys(("leak_pin", "recovery_pin"), (PINS, "must be from 0 to 41"))
+        kinds |= dict.fromkeys(analog, (ANALOG_PINS, "must be one of 14 to 27 or 38 to 41"))
+        pulses = "must have pulses by hardware: 0 to 15, 18, 19, 22 to 25, 28, 29, 33, 36 or 37"
+        for name, (pins, text) in {"servo_pins": (PULSE_PINS, pulses), **kinds}.items():
             given = getattr(self, name)
-            text = "must be one of 14 to 27 or 38 to 41" if name in analog else "must be from 0 to 41"
             for pin in (given,) if isinstance(given, int) else given:
-                exists = pin in (ANALOG_PINS if name in analog else PINS)
-                yield Check(exists, name, text, "choose another pin", f"{pin}")
+                yield Check(pin in pins, name, text, "choose another pin", f"{pin}")
                 yield _free(uses, pin, name)
 
     def sizes(self, direct: Sequence[bool], sensors: Collection[str]) -> Iterator[Check]:

@@ -100,6 +100,7 @@ MEASURING: dict[str, str] = {
     "firmware": "as HyperTuna's; limits for your water",
     "firmware.servo_pins": "read the wiring",
     "firmware.leak_pin": "read the wiring",
+    "firmware.recovery_pin": "read the wiring",
     "firmware.bend_pins": "read the wiring",
     "firmware.pressure_pins": "read the wiring",
     "firmware.current_pins": "read the wiring",
