@@ -120,6 +120,8 @@ def test_pins_have_one_use(table) -> None:
     ("wrong", "told"),
     [
         ({"leak_pin": 99}, "leak_pin must be from 0 to 41, but is 99"),
+        ({"servo_pins": [2, 3, 4, 5, 6, 30]}, "servo_pins must have pulses by hardware: 0 to 15, 18, .*, but is 30"),
+        ({"recovery_pin": 28}, "recovery_pin must leave pin 28 to leak_pin"),
         ({"bend_pins": [14, 30]}, "bend_pins must be one of 14 to 27 or 38 to 41, but is 30"),
         ({"leak_pin": 18}, "leak_pin must leave pin 18 to the depth sensor"),
         ({"leak_pin": 0}, "leak_pin must leave pin 0 to imu_serial"),

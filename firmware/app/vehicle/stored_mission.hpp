@@ -7,7 +7,7 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int max_waypoints = 54, max_corners = 32;   // as many as the EEPROM holds twice
+inline constexpr int max_waypoints = 64, max_corners = 32;
 inline constexpr float max_hold = 86400.0f;                  // s at a waypoint
 inline constexpr std::uint32_t mission_layout = 0x6d697302;  // of StoredMission: another layout is ignored
 
