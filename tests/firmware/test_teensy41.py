@@ -8,6 +8,7 @@ import shlex
 import shutil
 import subprocess
 from configparser import ConfigParser
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -33,7 +34,7 @@ def test_paths_of_the_project_exist() -> None:
     assert {source.name for source in sources} == {"main.cpp", "controller.cpp", "radio.cpp"}
     for source in sources:
         assert source.is_file()
-    folders = [folder for flag, folder in zip(flags, flags[1:], strict=False) if flag in {"-I", "-isystem"}]
+    folders = [folder for flag, folder in pairwise(flags) if flag in {"-I", "-isystem"}]
     for folder in folders:
         assert (PROJECT / folder).is_dir() or folder.startswith("../../../build/")
     assert len(folders) == 3

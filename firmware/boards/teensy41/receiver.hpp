@@ -1,5 +1,5 @@
-/// Satellite receiver of u-blox: the message UBX-NAV-PVT, 100 bytes with head and checksum, and the settings that make a
-/// receiver of the ninth or tenth generation send it. (Interface descriptions u-blox M9 and M10)
+/// Satellite receiver of u-blox: the message UBX-NAV-PVT, 100 bytes with head and checksum, and the settings that make
+/// a receiver of the ninth or tenth generation send it. (Interface descriptions u-blox M9 and M10)
 #pragma once
 
 #include <cstdint>

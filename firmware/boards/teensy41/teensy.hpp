@@ -127,7 +127,7 @@ struct Teensy {
     /// Open the serial ports, and set up the devices behind them; these may still have the rate that they came with.
     void begin_ports() {
         HardwareSerialIMXRT* const ports[] = {&Serial1, &Serial2, &Serial3, &Serial4,
-                                         &Serial5, &Serial6, &Serial7, &Serial8};
+                                              &Serial5, &Serial6, &Serial7, &Serial8};
         imu = ports[wiring.imu_serial - 1], receiver = ports[wiring.position_serial - 1];
         radio = ports[wiring.radio_serial - 1];
         imu->addMemoryForRead(rings.imu, sizeof(rings.imu));

@@ -1,8 +1,8 @@
 /// Board teensy41 against a stand-in for the Arduino API: sensors in, servos out, parsers that survive noise.
+#include <cmath>
+
 #include "../../../core/tests/check.hpp"
 #include "../../boards/teensy41/main.cpp"
-
-#include <cmath>
 
 using namespace hypertuna;
 
@@ -180,8 +180,8 @@ static void the_depth_sensor_computes() {
     CHECK(!sensor.is_valid());
 }
 
-/// The card has all but the last sectors, whenever the power goes; a slow one delays no tick, and what it has no time for
-/// is lost and told. At the next boot the file is cut to what was written.
+/// The card has all but the last sectors, whenever the power goes; a slow one delays no tick, and what it has no time
+/// for is lost and told. At the next boot the file is cut to what was written.
 static void the_black_box_lasts() {
     stand_in::Disk& disk = stand_in::disk;
     disk.files.clear(), disk.sectors.clear();
@@ -233,7 +233,7 @@ static void a_slow_erasure() {
     stand_in::erase_us = 400'000;
     int k = 0;
     while (std::strcmp(parameter(app.vehicle, k).name, "learning") != 0) ++k;
-    CHECK(set_parameter(app.vehicle, k, 0.5f) == Refusal::none);
+    CHECK(set_parameter(app.vehicle, ground, k, 0.5f) == Refusal::none);
     const std::uint32_t before = board.clock(), us = micros();
     float_on(30);
     CHECK(settled(app.vehicle.store) && stand_in::watchdog.bites == 0);
@@ -258,7 +258,7 @@ static void a_word_is_kept() {
 /// A key is deleted by a pin that is connected to ground during a boot.
 static void a_key_is_recovered() {
     const std::uint8_t secret[key_size] = {1, 2, 3};
-    CHECK(set_key(app.vehicle, secret) == Refusal::none);
+    CHECK(set_key(app.vehicle, ground, secret) == Refusal::none);
     float_on(50), setup();
     CHECK(key(app.vehicle) != nullptr);
     stand_in::digital[robot::wiring.recovery[0]] = LOW;
@@ -291,7 +291,8 @@ static void the_receiver() {
         return at + settings.size <= Serial8.out.size() &&
                std::memcmp(&Serial8.out[at], settings.bytes, std::size_t(settings.size)) == 0;
     };
-    CHECK(Serial8.out.size() == 2 * std::size_t(settings.size) && is_settings(0) && is_settings(std::size_t(settings.size)));
+    CHECK(Serial8.out.size() == 2 * std::size_t(settings.size) && is_settings(0) &&
+          is_settings(std::size_t(settings.size)));
     Serial8.out.clear(), Serial8.line.clear();
     for (int k = 0; k < 490; ++k) loop();
     CHECK(Serial8.out.empty());

@@ -142,7 +142,7 @@ static void power_cuts_of_a_mission() {
         board = first, board.flash.dice.state = std::uint64_t(cut) + 1;
         reboot();
         CHECK(set_mission(v, ground, numbered(1)) == Refusal::none);
-        board.flash.power = cut % 32;
+        board.flash.power = cut % (5 + (int(sizeof(StoredMission)) + piece - 1) / piece);  // none at times
         for (int k = 0; k < 300; ++k) write_stores(v, board);
         reboot();
         const bool is_old = v.has_mission && same(mission(v), numbered(0));

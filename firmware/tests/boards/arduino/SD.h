@@ -1,5 +1,5 @@
-/// An SD card with SdFat's interface: busy for as long as the test says after a sector was written, and who does not ask
-/// before the next one waits. Files are contiguous.
+/// An SD card with SdFat's interface: busy for as long as the test says after a sector was written, and who does not
+/// ask before the next one waits. Files are contiguous.
 #pragma once
 
 #include <string>

@@ -1,12 +1,13 @@
-/// An I2C bus with an MS5837 that shows the example of its data sheet. A transfer on a bus that is held low waits 17 ms.
+/// An I2C bus with an MS5837 that shows the example of its data sheet. A transfer on a bus that is held low waits 17
+/// ms.
 #pragma once
 
 namespace stand_in {
 
 struct Bus {
-    bool silent = false;  // the sensor does not answer
-    bool held = false;    // the sensor holds the data line low, until it is given nine clock pulses
-    bool broken = false;  // a short circuit: nothing helps
+    bool silent = false;     // the sensor does not answer
+    bool held = false;       // the sensor holds the data line low, until it is given nine clock pulses
+    bool broken = false;     // a short circuit: nothing helps
     bool clockless = false;  // the sensor stops the clock in the middle of the next transfer
     int pulses = 0, transfers = 0;
     std::uint16_t memory[7] = {0x2000, 34982, 36352, 20328, 22354, 26646, 26146};

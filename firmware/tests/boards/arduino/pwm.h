@@ -5,15 +5,16 @@ namespace stand_in {
 
 struct Pwm {
     std::uint32_t bits = 8;
-    std::map<int, std::pair<std::uint32_t, std::uint32_t>> timer;  // by its number: prescaler's power, counts of a period
-    std::map<int, std::uint32_t> high;                             // by pin: counts of a pulse
+    std::map<int, std::pair<std::uint32_t, std::uint32_t>>
+        timer;                          // by its number: prescaler's power, counts of a period
+    std::map<int, std::uint32_t> high;  // by pin: counts of a pulse
 
     /// Number of a pin's timer; -1 for a pin without.
     static int timer_of(int pin) {
-        static const std::map<int, int> timers = {
-            {0, 11},  {1, 10},  {2, 42},  {3, 42},  {4, 20},  {5, 21},  {6, 22},  {7, 13},  {8, 13},  {9, 22},
-            {10, 50}, {11, 52}, {12, 51}, {13, 60}, {14, 72}, {15, 73}, {18, 71}, {19, 70}, {22, 40}, {23, 41},
-            {24, 12}, {25, 13}, {28, 31}, {29, 31}, {33, 20}, {36, 23}, {37, 23}};
+        static const std::map<int, int> timers = {{0, 11},  {1, 10},  {2, 42},  {3, 42},  {4, 20},  {5, 21},  {6, 22},
+                                                  {7, 13},  {8, 13},  {9, 22},  {10, 50}, {11, 52}, {12, 51}, {13, 60},
+                                                  {14, 72}, {15, 73}, {18, 71}, {19, 70}, {22, 40}, {23, 41}, {24, 12},
+                                                  {25, 13}, {28, 31}, {29, 31}, {33, 20}, {36, 23}, {37, 23}};
         return timers.count(pin) ? timers.at(pin) : -1;
     }
     /// Length of a pin's pulses [us], and their number per second; 0 for none.
@@ -33,5 +34,7 @@ inline void analogWriteFrequency(std::uint8_t pin, float frequency) {
 }
 inline void analogWrite(std::uint8_t pin, int duty) {
     const int timer = stand_in::Pwm::timer_of(pin);
-    if (timer >= 0) stand_in::pwm.high[pin] = std::uint32_t(std::uint64_t(duty) * stand_in::pwm.timer[timer].second >> stand_in::pwm.bits);
+    if (timer >= 0)
+        stand_in::pwm.high[pin] =
+            std::uint32_t(std::uint64_t(duty) * stand_in::pwm.timer[timer].second >> stand_in::pwm.bits);
 }

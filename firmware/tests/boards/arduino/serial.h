@@ -1,5 +1,5 @@
-/// Serial ports: bytes come at the rate of the line into a ring of 64 bytes and what memory it was given, by an interrupt.
-/// What finds no room is lost; while interrupts are off, all but four bytes.
+/// Serial ports: bytes come at the rate of the line into a ring of 64 bytes and what memory it was given, by an
+/// interrupt. What finds no room is lost; while interrupts are off, all but four bytes.
 #pragma once
 
 struct HardwareSerialIMXRT {
@@ -54,7 +54,8 @@ namespace stand_in {
 
 /// Work with interrupts off: micros() misses all but the last millisecond, and rings most bytes.
 inline void without_interrupts(std::uint32_t us) {
-    HardwareSerialIMXRT* const ports[] = {&Serial1, &Serial2, &Serial3, &Serial4, &Serial5, &Serial6, &Serial7, &Serial8};
+    HardwareSerialIMXRT* const ports[] = {&Serial1, &Serial2, &Serial3, &Serial4,
+                                          &Serial5, &Serial6, &Serial7, &Serial8};
     for (HardwareSerialIMXRT* port : ports) port->available();
     const std::uint64_t from = now_us;
     pass(us);
