@@ -119,6 +119,7 @@ def _digital(robot: Robot, firmware: Firmware) -> Iterator[Wire]:
         part = f"depth sensor {parts.get('depth', '')}".strip()
         yield Wire(pin, part, signal, "both", "I2C", I2C_RATE, "3.3 V by a pull-up")
     yield Wire(firmware.leak_pin, "leak probe", "leak", "board", "digital", 0, "3.3 V dry, 0 V wet")
+    yield Wire(firmware.recovery_pin, "jumper", "recovery", "board", "digital", 0, "open; 0 V deletes the key at boot")
 
 
 def _divider(robot: Robot, firmware: Firmware) -> Divider:

@@ -19,7 +19,7 @@ from hypertuna.description.schema.base import (
 MAX_ID = 250  # of MAVLink
 
 # Teensy 4.1, by PJRC's card of its pins. Pins 42 to 47 are the card's, and those above lie under the board.
-PINS = range(42)
+PINS = tuple(range(42))
 ANALOG_PINS = (*range(14, 28), *range(38, 42))
 # Pins with hardware pulse-width modulation: an interrupt that is late does not stretch their pulses.
 PULSE_PINS = (*range(16), 18, 19, *range(22, 26), 28, 29, 33, 36, 37)
