@@ -88,19 +88,20 @@ def test_a_deaf_radio_loses_what_is_sent() -> None:
 
 
 def test_the_ground_reaches_the_robot_by_its_radio(fly: Fly) -> None:
-    """Bytes of a station are heard: noise is no contact, heartbeats are."""
-    pymavlink = pytest.importorskip("pymavlink")
-    assert pymavlink
+    """Heartbeats of a station hold off the loss of the link; without them, or under water, it is told."""
+    pytest.importorskip("pymavlink")
     from hypertuna.radio.dialect import dialect
 
-    link = dialect().MAVLink(None, srcSystem=255, srcComponent=190)
-    silent = Scenario("afloat", Mission(()))  # without a cable; the robot sinks slowly, so the run is short
+    def station(tick: int) -> bytes:
+        heart = dialect().MAVLink(None, srcSystem=255, srcComponent=190).heartbeat_encode(6, 8, 0, 0, 4)
+        return bytes(heart.pack(dialect().MAVLink(None, 255, 190))) if tick % 100 == 0 else b""
 
-    def heartbeats(tick: int) -> bytes:
-        heart = link.heartbeat_encode(6, 8, 0, 0, 4)
-        return bytes(heart.pack(link)) if tick % 100 == 0 else b""
-
-    assert fly(silent, ticks=50, station=heartbeats).ticks == 50
+    silent = replace(AFLOAT, silent=0)  # no contact but by the radio
+    assert "link_lost" in faults(fly(silent, ticks=800))
+    assert "link_lost" not in faults(fly(silent, ticks=800, station=station))
+    assert "link_lost" in faults(
+        fly(replace(silent, cable=False, mission=Mission((), depth=2.0)), ticks=800, station=station)
+    )
 
 
 def test_faults_are_parted_between_twin_and_board() -> None:
