@@ -14,7 +14,7 @@ from hypertuna.firmware.boards import find_firmware, missing
 from hypertuna.firmware.channel import Air, RadioModel
 from hypertuna.firmware.failures import Failures, split_faults
 from hypertuna.firmware.in_the_loop import FirmwareRun, firmware_in_the_loop
-from hypertuna.firmware.scenario import Scenario, find_scenario
+from hypertuna.firmware.scenario import find_scenario
 
 Fly = Callable[..., FirmwareRun]
 
