@@ -344,6 +344,7 @@ inline constexpr struct {
     int leak[1];
     int recovery[1];
     int imu_serial, position_serial, radio_serial, radio_baud;
+    int fix_ms;      // time between fixes
     float watchdog;  // s
 } wiring = {
     {2, 3, 4, 5, 6, 9},
@@ -351,6 +352,7 @@ inline constexpr struct {
     {28},
     {32},
     1, 8, 2, 9600,
+    1000,
     0.5f,
 };
 

@@ -13,15 +13,17 @@ struct ImuFrame {
     std::int16_t value[3];
 };
 
+/// 115,200 bit/s; then acceleration, rate and field, 200 times a second.
 inline constexpr std::uint32_t imu_baud = 115'200;
-inline constexpr std::uint8_t imu_unlock[5] = {0xff, 0xaa, 0x69, 0x88, 0xb5}, imu_fast[5] = {0xff, 0xaa, 0x04, 0x06, 0},
-                              imu_content[5] = {0xff, 0xaa, 0x02, 0x16, 0},  // acceleration, rate, field
-    imu_rate[5] = {0xff, 0xaa, 0x03, 0x0b, 0};                               // 200 Hz
+inline constexpr std::uint8_t imu_fast[] = {0xff, 0xaa, 0x69, 0x88, 0xb5, 0xff, 0xaa, 0x04, 0x06, 0};
+inline constexpr std::uint8_t imu_settings[] = {0xff, 0xaa, 0x69, 0x88, 0xb5, 0xff, 0xaa, 0x02,
+                                                0x16, 0,    0xff, 0xaa, 0x03, 0x0b, 0};
 
 /// Finds frames in a stream of bytes, and finds the next one after a broken one within its own length.
 struct ImuParser {
     std::uint8_t bytes[11];
     int count;
+    std::uint32_t frames;  // of a kind that we know
 
     /// Take a byte; true when a whole frame of a kind that we know is there.
     bool take(std::uint8_t byte, ImuFrame& frame) {
@@ -38,7 +40,10 @@ struct ImuParser {
         frame.kind = ImuKind(bytes[1]);
         for (int k = 0; k < 3; ++k) frame.value[k] = std::int16_t(bytes[2 + 2 * k] | bytes[3 + 2 * k] << 8);
         count = 0;
-        return frame.kind == ImuKind::acceleration || frame.kind == ImuKind::rate || frame.kind == ImuKind::field;
+        const bool known =
+            frame.kind == ImuKind::acceleration || frame.kind == ImuKind::rate || frame.kind == ImuKind::field;
+        frames += known;
+        return known;
     }
 
   private:

@@ -63,28 +63,42 @@ struct FixParser {
 
 inline constexpr std::uint32_t receiver_baud = 38'400;
 
-/// UBX-CFG-VALSET into the receiver's RAM: 5 fixes a second by UBX-NAV-PVT alone, dynamic model "sea", 38,400 bit/s.
+/// Settings in the receiver's RAM: UBX-NAV-PVT alone at 38,400 bit/s, the dynamic model "sea", time between fixes.
+/// First for the eighth generation, in messages of their own, then for the ninth and tenth; each ignores the other's.
 struct ReceiverSettings {
-    static constexpr int size = 6 + 4 + 5 + 5 + 5 + 6 + 5 + 8 + 2;
-    std::uint8_t bytes[size];
+    std::uint8_t bytes[160];
+    int size = 0;
 
-    ReceiverSettings() {
-        const std::uint8_t head[10] = {0xb5, 0x62, 0x06, 0x8a, size - 8, 0, 0, 1, 0, 0};
-        std::memcpy(bytes, head, sizeof(head));
-        int at = sizeof(head);
-        const auto set = [&](std::uint32_t key, std::uint32_t value, int count) {
-            for (int k = 0; k < 4; ++k) bytes[at++] = std::uint8_t(key >> 8 * k);
-            for (int k = 0; k < count; ++k) bytes[at++] = std::uint8_t(value >> 8 * k);
-        };
-        set(0x10740001, 1, 1);              // CFG-UART1OUTPROT-UBX
-        set(0x10740002, 0, 1);              // CFG-UART1OUTPROT-NMEA
-        set(0x20910007, 1, 1);              // CFG-MSGOUT-UBX_NAV_PVT_UART1
-        set(0x30210001, 200, 2);            // CFG-RATE-MEAS [ms]
-        set(0x20110021, 5, 1);              // CFG-NAVSPG-DYNMODEL: sea
-        set(0x40520001, receiver_baud, 4);  // CFG-UART1-BAUDRATE
+    explicit ReceiverSettings(int fix_ms) {
+        begin(0x01), put(0x0701, 2), put(1, 1), end();                            // CFG-MSG: NAV-PVT on this port
+        begin(0x08), put(fix_ms, 2), put(1, 2), put(1, 2), end();                 // CFG-RATE
+        begin(0x24), put(1, 2), put(5, 1), skip(33), end();                       // CFG-NAV5: model "sea" alone
+        begin(0x00), put(1, 4), put(0x8d0, 4), put(receiver_baud, 4), put(1, 2);  // CFG-PRT: UART 1, 8N1, UBX in
+        put(1, 2), skip(4), end();                                                // UBX out
+        begin(0x8a), put(0x100, 4);                                               // CFG-VALSET in RAM
+        put(0x10740001, 4), put(1, 1);                                            // CFG-UART1OUTPROT-UBX
+        put(0x10740002, 4), put(0, 1);                                            // CFG-UART1OUTPROT-NMEA
+        put(0x20910007, 4), put(1, 1);                                            // CFG-MSGOUT-UBX_NAV_PVT_UART1
+        put(0x30210001, 4), put(fix_ms, 2);                                       // CFG-RATE-MEAS
+        put(0x20110021, 4), put(5, 1);                                            // CFG-NAVSPG-DYNMODEL
+        put(0x40520001, 4), put(receiver_baud, 4), end();                         // CFG-UART1-BAUDRATE
+    }
+
+  private:
+    int from = 0;  // of the message being made
+
+    void put(std::uint32_t number, int count) {
+        for (int k = 0; k < count; ++k) bytes[size++] = std::uint8_t(number >> 8 * k);
+    }
+    void skip(int count) {
+        while (count-- > 0) bytes[size++] = 0;
+    }
+    void begin(std::uint8_t id) { from = size, put(0x0662b5, 3), put(id, 1), put(0, 2); }
+    void end() {
+        bytes[from + 4] = std::uint8_t(size - from - 6);
         std::uint8_t sum[2];
-        sum_message(bytes, size, sum);
-        bytes[at++] = sum[0], bytes[at++] = sum[1];
+        sum_message(bytes + from, size + 2 - from, sum);
+        put(sum[0], 1), put(sum[1], 1);
     }
 };
 

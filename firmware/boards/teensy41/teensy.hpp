@@ -8,6 +8,7 @@
 #include "app/app.hpp"
 #include "card.hpp"
 #include "depth.hpp"
+#include "device.hpp"
 #include "imu.hpp"
 #include "receiver.hpp"
 #include "servos.hpp"
@@ -18,7 +19,7 @@ extern "C" void eepromemu_flash_erase_sector(void* sector);
 
 namespace hypertuna::firmware {
 
-inline constexpr std::uint32_t tick_us = 10'000, sample_us = 1'000, silence_us = 5'000'000;
+inline constexpr std::uint32_t tick_us = 10'000, sample_us = 1'000;
 
 /// The core's emulated EEPROM has 63 sectors at the end of the flash memory, which an upload leaves alone: the store
 /// takes some of them instead.
@@ -31,7 +32,7 @@ inline std::uint8_t* const flash = stand_in::flash;
 
 /// Memory behind the core's rings of 64 bytes: at 115,200 bit/s these overflow in 6 ms, all of it in 94 ms.
 struct Rings {
-    std::uint8_t imu[1024], receiver[1024], radio[1024], to_receiver[128], to_radio[512];
+    std::uint8_t imu[1024], receiver[1024], radio[1024], to_receiver[256], to_radio[512];
 };
 
 template <class Wiring>
@@ -43,7 +44,7 @@ struct Teensy {
     HardwareSerialIMXRT *imu = nullptr, *receiver = nullptr, *radio = nullptr;
     ImuParser imu_frames{};
     FixParser fixes{};
-    std::uint32_t fixes_at = 0, messages = 0;  // us of the receiver's last message; their number
+    Device imu_device{imu_baud, 1'000'000}, receiver_device{receiver_baud, 5'000'000};  // us
     DepthLine depth{};
     int phase = 0;  // ms since the tick began
     Card card{};
@@ -59,7 +60,7 @@ struct Teensy {
         depth.begin();
         card.begin();
         begin_watchdog();
-        due = sampled = fixes_at = std::uint32_t(micros());
+        due = sampled = std::uint32_t(micros());
     }
 
     bool wait() {
@@ -124,7 +125,6 @@ struct Teensy {
     bool watchdog_reset() { return (WDOG1_WRSR & 2) != 0; }
 
   private:
-    /// Open the serial ports, and set up the devices behind them; these may still have the rate that they came with.
     void begin_ports() {
         HardwareSerialIMXRT* const ports[] = {&Serial1, &Serial2, &Serial3, &Serial4,
                                               &Serial5, &Serial6, &Serial7, &Serial8};
@@ -135,18 +135,8 @@ struct Teensy {
         receiver->addMemoryForWrite(rings.to_receiver, sizeof(rings.to_receiver));
         radio->addMemoryForRead(rings.radio, sizeof(rings.radio));
         radio->addMemoryForWrite(rings.to_radio, sizeof(rings.to_radio));
-        radio->begin(std::uint32_t(wiring.radio_baud));
-        imu->begin(9600), receiver->begin(9600);
-        write(*imu, imu_unlock), write(*imu, imu_fast), set_up_receiver();
-        imu->flush(), receiver->flush(), delay(100);
-        imu->begin(imu_baud), receiver->begin(receiver_baud);
-        write(*imu, imu_unlock), write(*imu, imu_content), write(*imu, imu_rate), set_up_receiver();
+        imu->begin(imu_baud), receiver->begin(receiver_baud), radio->begin(std::uint32_t(wiring.radio_baud));
     }
-    template <std::size_t N>
-    static void write(HardwareSerialIMXRT& port, const std::uint8_t (&bytes)[N]) {
-        port.write(bytes, N);
-    }
-    void set_up_receiver() { write(*receiver, ReceiverSettings().bytes); }
 
     /// Work between two ticks.
     void work() {
@@ -164,6 +154,9 @@ struct Teensy {
         depth.work(phase++, raw.channel[first_channel("depth")]);
     }
     void take_imu() {
+        imu_device.look(*imu, imu_frames.frames, [&](bool slow) {
+            slow ? imu->write(imu_fast, sizeof(imu_fast)) : imu->write(imu_settings, sizeof(imu_settings));
+        });
         ImuFrame frame;
         for (int k = 0; k < 64 && imu->available() > 0; ++k) {
             if (!imu_frames.take(std::uint8_t(imu->read()), frame)) continue;
@@ -173,19 +166,17 @@ struct Teensy {
             for (int axis = 0; axis < 3; ++axis) raw.channel[first + axis].add(frame.value[axis]);
         }
     }
-    /// A receiver that says nothing may have lost its settings with its power: it gets them again.
     void take_fixes() {
+        receiver_device.look(*receiver, fixes.messages, [&](bool) {
+            const ReceiverSettings settings(wiring.fix_ms);
+            receiver->write(settings.bytes, std::size_t(settings.size));
+        });
         Fix fix;
         for (int k = 0; k < 64 && receiver->available() > 0; ++k)
             if (fixes.take(std::uint8_t(receiver->read()), fix)) {
                 raw.fix[0] = fix.latitude, raw.fix[1] = fix.longitude, raw.fixed = true;
                 raw.accuracy = fix.accuracy, raw.satellites = fix.satellites;
             }
-        const std::uint32_t now = std::uint32_t(micros());
-        if (fixes.messages != messages) messages = fixes.messages, fixes_at = now;
-        if (now - fixes_at < silence_us) return;
-        fixes_at = now;
-        set_up_receiver();
     }
 };
 

@@ -1,5 +1,6 @@
 /// Board teensy41 against a stand-in for the Arduino API: sensors in, servos out, parsers that survive noise.
 #include <cmath>
+#include <new>
 
 #include "../../../core/tests/check.hpp"
 #include "../../boards/teensy41/main.cpp"
@@ -54,8 +55,15 @@ static void float_on(int ticks) {
     }
 }
 
-static void it_boots_and_reads() {
+/// The board as it is when its program starts.
+static void boot_board() {
+    new (&board) Teensy<decltype(robot::wiring)>{robot::wiring, robot::description.joints};
     setup();
+}
+
+static void it_boots_and_reads() {
+    Serial1.device = imu_baud, Serial8.device = receiver_baud;
+    boot_board();
     CHECK(Serial2.rates.back() == 9600 && stand_in::disk.files.count("box000.bin") == 1);
     float_on(200);
     const Snapshot& now = snapshot(app.vehicle);
@@ -107,7 +115,7 @@ static void parameters_survive_a_reset() {
     while (std::strcmp(parameter(app.vehicle, k).name, "learning") != 0) ++k;
     CHECK(set_parameter(app.vehicle, ground, k, 0.25f) == Refusal::none);
     float_on(200);
-    setup();
+    boot_board();
     CHECK(value(app.vehicle, k) == 0.25f && !app.vehicle.defaults);
 }
 
@@ -138,7 +146,7 @@ static std::uint64_t longest_tick(int ticks) {
 static void a_stuck_bus() {
     stand_in::Bus& bus = stand_in::bus;
     const int depth = first_channel("depth");
-    setup(), float_on(10);
+    boot_board(), float_on(10);
     CHECK(app.vehicle.raw.channel[depth].count == 1);
     bus.broken = true;
     float_on(1);
@@ -156,7 +164,7 @@ static void a_stuck_bus() {
         CHECK(app.vehicle.raw.channel[depth].count == 1);
     }
     bus.memory[3] ^= 4;  // read with an error: such a sensor measures nothing
-    setup(), float_on(50);
+    boot_board(), float_on(50);
     CHECK(app.vehicle.raw.channel[depth].count == 0);
     bus.memory[3] ^= 4;
     float_on(150);
@@ -185,7 +193,7 @@ static void the_depth_sensor_computes() {
 static void the_black_box_lasts() {
     stand_in::Disk& disk = stand_in::disk;
     disk.files.clear(), disk.sectors.clear();
-    setup();
+    boot_board();
     const std::uint32_t waits = disk.waits;
     disk.slow_every = 50, disk.slow_us = 250'000;
     CHECK(longest_tick(1000) < 11'000 && disk.waits == waits);
@@ -197,7 +205,7 @@ static void the_black_box_lasts() {
     CHECK(app.vehicle.box.lost > 0 && snapshot(app.vehicle).faults.has(firmware::Fault::black_box));
     disk.slow_every = 0;
     const std::size_t written = disk.content("box000.bin").size();
-    setup();
+    boot_board();
     CHECK(disk.files["box000.bin"].second == written && disk.files.count("box001.bin") == 1);
     CHECK(disk.files["box001.bin"].second == box_bytes);
     disk.failing = true, float_on(100);
@@ -205,17 +213,17 @@ static void the_black_box_lasts() {
     disk.failing = false;
     for (int which = 0; which < 2; ++which) {  // no card; one whose directory must be kept up to date
         disk.missing = which == 0, disk.fat = which == 1 ? 64 : 32;
-        setup();
+        boot_board();
         float_on(100);
         CHECK(snapshot(app.vehicle).faults.has(firmware::Fault::black_box));
     }
     disk.missing = false, disk.fat = 32;
-    setup();
+    boot_board();
 }
 
 /// Bytes that come during a long tick wait in the rings.
 static void rings_hold_a_long_tick() {
-    setup(), float_on(10);
+    boot_board(), float_on(10);
     const auto burst = [](std::uint32_t stall_us) {
         const std::uint32_t lost = Serial1.lost + Serial8.lost;
         for (int k = 0; k < 12; ++k) put_imu(Serial1, 0x52, {1, 2, 3});
@@ -229,7 +237,7 @@ static void rings_hold_a_long_tick() {
 
 /// While an erasure takes the longest that the data sheet allows, the watchdog does not bite, and the clock sees it.
 static void a_slow_erasure() {
-    setup(), float_on(100);
+    boot_board(), float_on(100);
     stand_in::erase_us = 400'000;
     int k = 0;
     while (std::strcmp(parameter(app.vehicle, k).name, "learning") != 0) ++k;
@@ -244,7 +252,7 @@ static void a_slow_erasure() {
 /// A word is kept over a reset, and a register with anything else in it is none.
 static void a_word_is_kept() {
     board.keep(0x12345678);
-    setup();
+    boot_board();
     CHECK(board.kept() == 0x12345678 && (SNVS_LPCR & 1 << 24) != 0);
     SNVS_LPGPR0 = 5;
     CHECK(board.kept() == 0);
@@ -259,17 +267,16 @@ static void a_word_is_kept() {
 static void a_key_is_recovered() {
     const std::uint8_t secret[key_size] = {1, 2, 3};
     CHECK(set_key(app.vehicle, ground, secret) == Refusal::none);
-    float_on(50), setup();
+    float_on(50), boot_board();
     CHECK(key(app.vehicle) != nullptr);
     stand_in::digital[robot::wiring.recovery[0]] = LOW;
-    setup();
+    boot_board();
     CHECK(key(app.vehicle) == nullptr && !app.vehicle.locked);
     stand_in::digital.clear();
 }
 
-/// Fixes that the receiver itself calls bad are none; a good one has its accuracy. A receiver that is silent gets its
-/// settings again, as after the boot, at both rates that it may have.
-static void the_receiver() {
+/// Fixes that the receiver itself calls bad are none; a good one has its accuracy.
+static void bad_fixes_are_none() {
     const auto read = [](int type, int valid, int invalid) {
         Serial8.line.clear();
         put_fix(Serial8, 300000000, 1200000000, type, valid, invalid);
@@ -279,25 +286,48 @@ static void the_receiver() {
         }
         return false;
     };
-    setup(), float_on(10);
+    boot_board(), float_on(100);
     CHECK(read(3, 1, 0) && app.vehicle.raw.accuracy == 2500 && app.vehicle.raw.satellites == 9);
     CHECK(!read(2, 1, 0) && !read(3, 0, 0) && !read(3, 1, 1) && !read(0, 1, 0));
-    Serial8.out.clear(), Serial8.rates.clear(), Serial1.out.clear(), Serial1.rates.clear();
-    setup();
-    CHECK(Serial8.rates == (std::vector<std::uint32_t>{9600, 38400}));
-    CHECK(Serial1.rates == (std::vector<std::uint32_t>{9600, 115200}) && Serial1.out.size() == 25);
-    const ReceiverSettings settings;
-    const auto is_settings = [&](std::size_t at) {
-        return at + settings.size <= Serial8.out.size() &&
-               std::memcmp(&Serial8.out[at], settings.bytes, std::size_t(settings.size)) == 0;
+}
+
+/// Receiver and IMU are set up at the rate that they come with and at their own: at boot, and again when they are
+/// silent, since they lose their settings with their power.
+static void devices_get_their_settings() {
+    const auto forget = [] {
+        for (HardwareSerialIMXRT* port : {&Serial1, &Serial8})
+            port->out.clear(), port->line.clear(), port->ring.clear(), port->rates = {port->rates.back()};
     };
-    CHECK(Serial8.out.size() == 2 * std::size_t(settings.size) && is_settings(0) &&
-          is_settings(std::size_t(settings.size)));
-    Serial8.out.clear(), Serial8.line.clear();
-    for (int k = 0; k < 490; ++k) loop();
-    CHECK(Serial8.out.empty());
-    for (int k = 0; k < 20; ++k) loop();
-    CHECK(Serial8.out.size() == std::size_t(settings.size) && is_settings(0));
+    const ReceiverSettings settings(1000);
+    CHECK(robot::wiring.fix_ms == 1000 && settings.size == 11 + 14 + 44 + 28 + 46);
+    int sums = 0;  // of every message, by its length
+    for (int at = 0; at < settings.size; at += settings.bytes[at + 4] + 8) {
+        std::uint8_t sum[2];
+        const int size = settings.bytes[at + 4] + 8;
+        sum_message(settings.bytes + at, size, sum);
+        sums += settings.bytes[at] == 0xb5 && settings.bytes[at + size - 2] == sum[0] &&
+                settings.bytes[at + size - 1] == sum[1];
+    }
+    CHECK(sums == 5);
+    const auto twice = [&] {
+        const std::size_t size = std::size_t(settings.size);
+        return Serial8.out.size() == 2 * size && std::memcmp(&Serial8.out[0], settings.bytes, size) == 0 &&
+               std::memcmp(&Serial8.out[size], settings.bytes, size) == 0;
+    };
+    forget(), boot_board();
+    for (int k = 0; k < 40; ++k) loop();
+    CHECK(Serial8.rates == (std::vector<std::uint32_t>{38400, 38400, 9600, 38400}) && twice());
+    CHECK(Serial1.rates == (std::vector<std::uint32_t>{115200, 115200, 9600, 115200}));
+    CHECK(Serial1.out.size() == sizeof(imu_fast) + sizeof(imu_settings));
+    forget(), float_on(600);
+    CHECK(Serial8.out.empty() && Serial1.out.empty());
+    forget();
+    for (int k = 0; k < 90; ++k) loop();
+    CHECK(Serial1.out.empty());
+    for (int k = 0; k < 60; ++k) loop();
+    CHECK(Serial1.rates == (std::vector<std::uint32_t>{115200, 9600, 115200}) && Serial8.out.empty());
+    for (int k = 0; k < 390; ++k) loop();
+    CHECK(Serial8.rates == (std::vector<std::uint32_t>{38400, 9600, 38400}) && twice());
 }
 
 /// After a long tick no samples are made up for: those of one moment say nothing of the others, and the depth sensor's
@@ -351,7 +381,8 @@ int main() {
     a_slow_erasure();
     a_word_is_kept();
     a_key_is_recovered();
-    the_receiver();
+    bad_fixes_are_none();
+    devices_get_their_settings();
     silent_sensors_and_a_leak();
     a_stuck_bus();
     noise_on_the_lines();

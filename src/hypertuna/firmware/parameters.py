@@ -18,7 +18,7 @@ from hypertuna import _core
 from hypertuna.actuation.hydraulics import drive_names
 from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.guidance import GaitTable, gait_table, pilot_columns
-from hypertuna.control.sensors import sensor_absent
+from hypertuna.control.sensors import sensor_absent, sensor_of
 from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.description.robot import Robot, require
@@ -221,7 +221,10 @@ def header(table: FirmwareTable) -> str:
     loader = jinja2.PackageLoader("hypertuna.firmware")
     environment = jinja2.Environment(loader=loader, trim_blocks=True, keep_trailing_newline=True)
     environment.filters["literal"] = _literal
-    return environment.get_template("robot.hpp.j2").render(table=table, robot=robot, wired=wired, pins=pins)
+    period = require(sensor_of(robot, "position").period, "sensors.period_s", robot)
+    return environment.get_template("robot.hpp.j2").render(
+        table=table, robot=robot, wired=wired, pins=pins, fix_ms=round(1000 * period)
+    )
 
 
 def _placed(pins: Sequence[int], there: Sequence[bool]) -> list[int]:

@@ -1,5 +1,5 @@
-/// Serial ports: bytes come at the rate of the line into a ring of 64 bytes and what memory it was given, by an
-/// interrupt. What finds no room is lost; while interrupts are off, all but four bytes.
+/// Serial ports: bytes come at the rate of the device into a ring of 64 bytes and what memory it was given, by an
+/// interrupt. What finds no room is lost; while interrupts are off, all but four bytes; at another rate, all.
 #pragma once
 
 struct HardwareSerialIMXRT {
@@ -8,7 +8,7 @@ struct HardwareSerialIMXRT {
     std::vector<std::uint8_t> out;
     std::vector<std::uint32_t> rates;  // of every begin()
     std::size_t room = 64, room_out = 40;
-    std::uint32_t lost = 0;
+    std::uint32_t lost = 0, device = 0;  // bytes; rate of the device, 0 for that of the port
 
     void begin(std::uint32_t baud) { rates.push_back(baud); }
     void flush() {}
@@ -36,6 +36,7 @@ struct HardwareSerialIMXRT {
 
     /// Put bytes onto the line, after those that are on it.
     void come(const std::uint8_t* bytes, std::size_t count) {
+        if (device != 0 && device != rates.back()) return;
         std::uint64_t at = std::max(stand_in::now_us, line.empty() ? 0 : line.back().first);
         for (std::size_t k = 0; k < count; ++k) line.push_back({at += 10'000'000 / rates.back(), bytes[k]});
     }
