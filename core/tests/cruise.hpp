@@ -35,10 +35,11 @@ Pilot<T> test_pilot() {
     m.every = 10;
     m.estimator.attitude = {T(0.01), T(0.2), T(0.2), T(0.02), T(35), T(157), T(0.5), T(1.5)};
     Estimator<T>& e = m.estimator;
-    e.depth_rate = T(1.5), e.depth_low = T(-1), e.depth_high = T(30), e.depth_step = T(0.5), e.glide = T(0.8);
+    e.depth_rate = T(1.5), e.depth_low = T(-10.3), e.depth_high = T(30), e.depth_step = T(0.5), e.glide = T(0.8);
     e.position_walk = T(0.05), e.current_walk = T(0.002), e.factor_walk = T(0.002);
     e.start_error = T(1), e.current_error = T(0.1), e.factor_error = T(0.1), e.fix_noise = T(1.5);
     e.fix_offset = T(1.5), e.fix_depth = T(0.24);
+    e.air_low = T(-5.2), e.air_high = T(0.74), e.antenna_x = T(0.17), e.antenna_z = T(0.086);
     Guidance<T>& g = m.guidance;
     g.steering = test_steering<T>();
     g.surface_depth = T(0.12), g.fence_margin = T(3), g.error_max = T(12), g.error_near = T(4);
@@ -58,7 +59,7 @@ inline Sensors<double> test_senses(std::uint64_t seed) {
     s.of("current") = {-5, 5, 0.02, 0, 0, 0, 0}, s.of("voltage") = {0, 20, 0.02, 0.005, 0, 0.04, 0};
     s.of("rate") = {-35, 35, 0.0012, 0.00107, 0, 0.0017, 0},
     s.of("acceleration") = {-157, 157, 0.02, 0.0048, 0, 0.05, 0};
-    s.of("depth") = {-1, 30, 0.01, 0.002, 0, 0.02, 0}, s.of("field") = {-2, 2, 0.01, 0.001, 0, 0.01, 0};
+    s.of("depth") = {-10.3, 30, 0.01, 0.002, 0, 0.02, 0}, s.of("field") = {-2, 2, 0.01, 0.001, 0, 0.01, 0};
     s.of("position") = {-1e5, 1e5, 1.5, 0, 0, 1.5, 0}, s.fix_every = 100;
     return s;
 }

@@ -173,6 +173,7 @@ static void depth_follows() {
     const Estimator<double> model = test_pilot<double>().estimator;
     const double start[2] = {0, 0};
     EstimatorState<double> state = init(model, start);
+    keep_zero(state, 0.0);  // it was switched on at the surface
     double noise = 0;
     for (int k = 0; k < 4000; ++k) {
         const double depth = 1 + 0.001 * k, error = 0.01 * normal<double>(random_bits(1, 2, std::uint64_t(k)));
@@ -187,6 +188,98 @@ static void depth_follows() {
     CHECK(std::fabs(state.sink) < 0.03);
 }
 
+/// What the sensor of a robot that stays at a depth [m] shows for some ticks, in weather that shows as `air` [m].
+static void stay(const Estimator<double>& model, EstimatorState<double>& state, double air, double depth, int ticks) {
+    for (int k = 0; k < ticks; ++k) {
+        const double noise = 0.005 * normal<double>(random_bits(3, 4, std::uint64_t(k)));
+        watch_depth(model, state, air + depth + noise, 0.0);
+    }
+}
+
+/// Depth counts from what the sensor shows in the first second, from a mountain lake to high weather at the sea.
+static void the_surface_is_seen_at_boot() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    const double start[2] = {0, 0};
+    for (double air : {-4.0, -1.53, -0.1, 0.0, 0.1, 0.4}) {
+        EstimatorState<double> state = init(model, start);
+        stay(model, state, air, 0.0, 100);
+        CHECK(state.zeroed);
+        CHECK_NEAR(state.zero, air, 0.01);
+        stay(model, state, air, 2.0, 1000);
+        CHECK_NEAR(state.depth, 2, 0.01);
+    }
+}
+
+/// A sensor that begins under water, out of its range, or after a second says no surface; on command it is where the
+/// robot is, unless no air has that pressure.
+static void no_surface_under_water() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    const double start[2] = {0, 0};
+    EstimatorState<double> state = init(model, start);
+    stay(model, state, 0, 3.0, 300);
+    CHECK(!state.zeroed && state.zero == 0);
+    CHECK_NEAR(state.depth, 3, 0.01);
+    CHECK(!zero_depth(model, state) && !state.zeroed);
+    stay(model, state, 0, 0.05, 1000);
+    CHECK(zero_depth(model, state) && state.zeroed);
+    CHECK_NEAR(state.zero, 0.05, 0.01);
+
+    state = init(model, start);
+    for (int k = 0; k < 200; ++k) watch_depth(model, state, k % 2 ? std::nan("") : -11.0, 0.0);
+    CHECK(!state.zeroed && !zero_depth(model, state));
+    stay(model, state, 0.3, 0, 200);  // it answers late
+    CHECK(!state.zeroed && state.zero == 0);
+
+    keep_zero(state, -1.5);  // after a restart at depth
+    stay(model, state, -1.5, 2.0, 1000);
+    CHECK(state.zeroed && state.zero == -1.5);
+    CHECK_NEAR(state.depth, 2, 0.01);
+}
+
+/// A robot that lost its power under water takes that for the surface: it is none once the robot has risen.
+static void a_zero_under_water_heals() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    const double start[2] = {0, 0};
+    EstimatorState<double> state = init(model, start);
+    stay(model, state, 0, 0.5, 100);
+    CHECK_NEAR(state.zero, 0.5, 0.01);
+    for (int k = 0; k < 1000; ++k) stay(model, state, 0, 0.5 - 0.0005 * k, 1);
+    stay(model, state, 0, 0.0, 400);
+    CHECK_NEAR(state.zero, 0, 0.01);
+}
+
+/// A fix proves that the antenna, 8.6 cm above the sensor, is out of the water: weather that rose by 20 cm of water is
+/// found out in half a minute, a descent by 1.1 m in some seconds. Where the antenna can be dry nothing moves.
+static void fixes_tell_the_surface() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    const double start[2] = {0, 0};
+    const auto after = [&](double rise, double pitch, int seconds) {
+        EstimatorState<double> state = init(model, start);
+        keep_zero(state, -1.5);
+        state.attitude.known = true, state.attitude.q = euler(0, pitch, 0);
+        const Vector<double> up = rotation(state.attitude.q).up;
+        for (int k = 0; k < 100 * seconds; ++k) {
+            PilotReadings<double> r{};
+            r.robot = calm_readings<double>();
+            const double still[3] = {9.81 * up.x, 9.81 * up.y, 9.81 * up.z};
+            for (int i = 0; i < 3; ++i) r.robot.acceleration[i] = still[i];
+            r.field[1] = 0.5, r.field[2] = -0.866;
+            r.depth = -1.45 + rise + 0.005 * normal<double>(random_bits(6, 7, std::uint64_t(k)));
+            r.fixed = k % 100 == 0;
+            estimate(model, state, r, 0.0, true);
+        }
+        return state;
+    };
+    CHECK(after(0, 0, 60).zero == -1.5);
+    const EstimatorState<double> risen = after(0.15, 0, 40);
+    CHECK_NEAR(risen.depth, 0.086, 0.01);
+    CHECK(after(0.15, 0, 4).depth > 0.15);  // slowly
+    CHECK_NEAR(after(1.1, 0, 10).depth, 0.086, 0.02);
+    // A nose that points up holds the antenna, 17 cm behind it, lower; one that points down, higher.
+    CHECK_NEAR(after(0.03, 0.17, 60).depth, 0.086 * std::cos(0.17) - 0.17 * std::sin(0.17), 0.01);
+    CHECK(after(0.05, -0.17, 60).zero == -1.5);
+}
+
 int main() {
     two_vectors_make_an_attitude();
     the_offset_of_the_gyroscope_is_learned();
@@ -196,5 +289,9 @@ int main() {
     a_stray_fix_is_refused();
     current_and_factor_part();
     depth_follows();
+    the_surface_is_seen_at_boot();
+    no_surface_under_water();
+    a_zero_under_water_heals();
+    fixes_tell_the_surface();
     return failures();
 }

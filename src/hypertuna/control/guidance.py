@@ -14,7 +14,8 @@ from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns, range_of
 from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.mission import Mission
-from hypertuna.control.sensors import sensor_of
+from hypertuna.control.sensors import STANDARD_AIR, sensor_of
+from hypertuna.description.at_sea import antenna_of
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Guidance
 from hypertuna.errors import InputError
@@ -22,6 +23,7 @@ from hypertuna.swimming.gait import Gait, lags, named_gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
 
+AIR_PRESSURE = (50e3, 108.5e3)  # Pa, from the highest lakes to the highest weather
 DEPTH_STEP = 0.5  # m, largest change of a working depth sensor within a tick
 FIELD_BAND = (0.5, 1.5)  # of the field's strength: a compass reading outside is a fault
 STEER = 0.5  # fraction of the largest tail bias at which the curvature of the path is computed
@@ -151,6 +153,9 @@ def _plain(pilot: Guidance) -> dict[str, float]:
 def _sensed(robot: Robot) -> dict[str, float]:
     """Return the ranges and errors of the pilot's sensors."""
     position, depth = sensor_of(robot, "position"), sensor_range(robot, "depth")
+    # A depth sensor counts from the standard atmosphere; its range may leave out a part of what the air can be.
+    air = [(pressure - STANDARD_AIR) / (robot.water.density * _core.GRAVITY) for pressure in AIR_PRESSURE]
+    antenna = antenna_of(robot)
     return {
         "rate_max": sensor_range(robot, "rate")[1],
         "acceleration_max": sensor_range(robot, "acceleration")[1],
@@ -159,6 +164,10 @@ def _sensed(robot: Robot) -> dict[str, float]:
         "depth_low": depth[0],
         "depth_high": depth[1],
         "depth_step": DEPTH_STEP,
+        "air_low": air[0],
+        "air_high": air[1],
+        "antenna_x": antenna[0],
+        "antenna_z": antenna[1],
         "fix_noise": position.noise,
         "fix_offset": position.bias,
     }

@@ -15,6 +15,7 @@ from hypertuna.io.tables import parse_float
 NUMBERS = ("low", "high", "noise", "resolution", "drift", "bias", "nonlinearity")
 KINDS = tuple(kind for kind in _core.fault_kinds() if kind != "none")
 FOREVER = float("inf")
+STANDARD_AIR = 101325.0  # Pa, ISO 2533: at which depth sensors are calibrated
 SPELLING = re.compile(r"(?P<channel>[^:@]+):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from hypertuna import _core
 from hypertuna.description.channels import CHANNELS
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, require
 from hypertuna.description.shape import ASPECT, DENSITY, Shape
 from hypertuna.errors import InputError
 
@@ -89,6 +89,15 @@ def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
     fix += f"`{shlex.join(command)} --sea` writes it"
     rule = "is missing" if len(absent) == 1 else "are missing"
     raise InputError(rule, file=robot.file or None, key=", ".join(absent), fix=fix)
+
+
+def antenna_of(robot: Robot) -> tuple[float, float]:
+    """Return the place of the satellite antenna: behind the nose and above the axis [m].
+
+    It stands at the head's center of mass, at the upper end of what is highest.
+    """
+    tall = robot.body.height or require(robot.spatial, "spatial", robot).height[0]
+    return robot.links.com[0], float(tall) / 2
 
 
 def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], speed: float) -> None:

@@ -33,7 +33,7 @@ from hypertuna.firmware.lockstep import (
 )
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.relay import Relay
-from hypertuna.firmware.scenario import Scenario, random_messages, released_at, scheduled_orders
+from hypertuna.firmware.scenario import START, Scenario, random_messages, released_at, scheduled_orders
 from hypertuna.mission.run import MissionRun, MissionStart, fly_parts, joined_parts, mission_start
 from hypertuna.ranges import Whole
 
@@ -41,6 +41,7 @@ Messages = NDArray[Any]
 Station = Callable[[int], bytes]  # what a ground station sends in a tick
 
 RADIO_DEPTH = 0.3  # m of fresh water over the antenna that a radio of hundreds of MHz does not pass
+AFLOAT = START + 50  # ticks at the surface
 CHUNK = 3000  # random messages sent at a time
 PARTS = ("controller", "pilot", "radio", "whole")  # parts of a tick whose instructions are counted
 TICK = 0.01  # s
@@ -209,6 +210,8 @@ class Loop:
         self.tick = float(table.values[0])
         self.center = float(table.column("pulse_center")[0])  # s
         self.last = [self.center] * (2 * len(table.robot.joints) + 2)  # of every servo [s]
+        self.depth = self.counts.names.index("depth")
+        self.start_depth = scenario.mission.depth if scenario.mission is not None and scenario.cable else 0.0
         self.answers: list[Any] = []
         self.mismatches: list[int] = []
         self.clock = time.perf_counter() if real_time else None
@@ -226,6 +229,8 @@ class Loop:
         commanded = tick in self.commands and hears
         message = self.commands[tick].copy() if commanded else order("none")
         sensed = len(self.counts.zero)
+        if tick < AFLOAT:  # switched on and armed at the surface, whatever depth the cable lets it begin at
+            readings[self.depth] -= self.start_depth
         message["sample"] = self.counts.of(np.asarray(readings[:sensed]))
         silent = self.scenario.silent
         contact = self.ground and hears and (silent is None or tick < silent)

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from hypertuna.control.mission import TIDE, cross, sides
+from hypertuna.control.sensors import STANDARD_AIR
 from hypertuna.description.schema.base import (
     Check,
     Degrees,
@@ -22,7 +23,7 @@ from hypertuna.description.schema.base import (
     number,
 )
 from hypertuna.ranges import Range
-from hypertuna.simulation.sea import AIR, DIP, STANDARD_AIR
+from hypertuna.simulation.sea import AIR, DIP
 
 MAX_SPEED = 5.0  # m/s of robot or water
 MAX_DEPTH = 1000.0  # m

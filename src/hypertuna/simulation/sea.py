@@ -9,13 +9,14 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.arrays import Array
+from hypertuna.control.sensors import STANDARD_AIR
+from hypertuna.description.at_sea import antenna_of
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, POSITIVE, Range
 
 DIP = math.radians(60)  # of the Earth's magnetic field below the horizon, at the latitudes of most lakes
 BOTTOM_RATE = 2 * math.pi * 10  # rad/s of the robot on the bottom: stiff, and resolved by the twin's steps
-STANDARD_AIR = 101325.0  # Pa, at which depth sensors are calibrated
 AIR = Range(min=30e3, max=110e3, unit="Pa")  # from the highest lakes to the highest weather
 FASTEST = 10.0  # m/s: no current is faster
 # Columns of a link in space, and their attributes in the table [spatial].
@@ -104,12 +105,11 @@ def sea_columns(robot: Robot, sea: Sea) -> dict[str, Any]:
 def space_columns(robot: Robot) -> dict[str, Any]:
     """Columns of a body beyond the plane: links, fins, shedding, antenna."""
     links, fins = _links(robot), require(robot.fins, "fins", robot)
-    tall = robot.body.height if robot.body.height is not None else links["height"][0]
     return {
         **{f"link.{name}": values for name, values in links.items()},
         **{f"fin.{name}": getattr(fins, name) for name in type(fins).model_fields},
         "shedding": require(robot.spatial, "spatial", robot).shedding_vertical,
-        "antenna": float(tall) / 2,  # at the upper end of what is highest
+        "antenna": antenna_of(robot)[1],
     }
 
 

@@ -237,6 +237,8 @@ FlightState<D> start_flight(const Twin<Body6<double, Law, D>>& twin, const Fligh
     static_assert(std::is_trivially_copyable_v<FlightState<D>>);
     on.twin = start_of(twin, run);
     on.pilot = init(flight.pilot, flight.mission);
+    // One that begins under water was switched on at the surface.
+    if (on.twin.plant.pose.position.z < 0) keep_zero(on.pilot.estimator, depth_shown(*world.sea, 0.0));
     on.receiver = init(world.receiver, instruments.sensors.seed);
     return on;
 }

@@ -3,6 +3,9 @@
 /// Under water nothing measures speed: the gait says it. So position, current and a factor on the gait's speed are
 /// estimated together by a Kalman filter, x' = c + s U f with the facing direction f: a fix after a dive tells the
 /// current from the error of the way, and two headings tell it from the factor.
+///
+/// The depth sensor measures absolute pressure: weather and altitude shift it by meters. Its zero is what it shows at
+/// the surface, or in the air.
 #pragma once
 
 #include "hypertuna/pilot/attitude.hpp"
@@ -24,6 +27,7 @@ struct Estimate {
     bool fix;              // a fix was taken in in this tick
     bool attitude;         // rates and gravity can be used
     bool compass, depths;  // the field, the depth can be used
+    bool zeroed;           // the depth counts from a surface that the sensor was seen at
     Vector<T> facing;      // direction that the head faces, in world axes
     T tilt;                // rad: roll, starboard down
 };
@@ -40,6 +44,8 @@ struct Estimator {
     T start_error, current_error, factor_error;  // standard deviations at the start
     T fix_noise, fix_offset;                     // m: noise of a fix, and what many of them share
     T fix_depth;                                 // m: deeper there can be none
+    T air_low, air_high;                         // m that the sensor shows in the air, of any weather and altitude
+    T antenna_x, antenna_z;                      // m toward the tail and up, from the depth sensor
 };
 
 template <class T>
@@ -57,8 +63,12 @@ struct EstimatorState {
     AttitudeState<T> attitude;
     Health<T> depth_health, field_health[3];
     T depth, sink;
-    bool dipped;  // a depth was seen
-    T speed;      // m/s by the gait, factor 1
+    bool dipped;            // a depth was seen
+    T zero;                 // m that the depth sensor shows at the surface
+    bool zeroed;            // it was seen there
+    int boot, boot_usable;  // ticks and usable readings of the depth sensor since boot, until its zero is taken
+    int dry;                // fixes in a row at a depth where there can be none
+    T speed;                // m/s by the gait, factor 1
     WayState<T> way;
 };
 
@@ -160,6 +170,71 @@ T drift_error(const WayState<T>& way, T ahead_x, T ahead_y) {
     return sqrt(max(T(0), max(variance(2, ahead_x), variance(3, ahead_y))));
 }
 
+// --- the surface
+
+inline constexpr int boot_ticks = 100, boot_readings = 25;  // the first readings after boot, and how many are averaged
+inline constexpr int dry_fixes = 5;                         // in a row: then it is the depth that was wrong
+
+/// Move the surface by which the depth counts, if the sensor can show that in the air.
+template <class T>
+bool shift_zero(const Estimator<T>& model, EstimatorState<T>& state, T shift) {
+    const T zero = state.zero + shift;
+    if (!(model.air_low <= zero && zero <= model.air_high)) return false;
+    state.zero = zero, state.depth -= shift;
+    return true;
+}
+
+/// Take the present reading as the surface, on arming or on command: false where it is no reading, or none of the air.
+template <class T>
+bool zero_depth(const Estimator<T>& model, EstimatorState<T>& state) {
+    if (!state.dipped || state.depth_health.bucket > 0 || !shift_zero(model, state, state.depth)) return false;
+    state.sink = T(0), state.zeroed = true, state.boot = boot_ticks;
+    return true;
+}
+
+/// Go on with a zero from before a restart.
+template <class T>
+void keep_zero(EstimatorState<T>& state, T zero) {
+    state.zero = zero, state.zeroed = true, state.boot = boot_ticks;
+}
+
+/// The first readings after boot are those of the surface, if the sensor can show them in the air: one that begins
+/// under water, or answers later, has no zero yet.
+template <class T>
+void zero_at_boot(const Estimator<T>& model, EstimatorState<T>& state, T reading, bool usable) {
+    if (state.boot == boot_ticks) return;
+    ++state.boot;
+    if (!usable) return;
+    if (state.boot_usable == 0) state.zeroed = model.air_low <= reading && reading <= model.air_high;
+    if (state.zeroed) state.zero += (reading - state.zero) / T(++state.boot_usable);
+    if (!state.zeroed || state.boot_usable == boot_readings) state.boot = boot_ticks;
+}
+
+/// A sensor is never above the surface: in the air it shows the air's pressure. What is less moves the zero.
+template <class T>
+void bound_depth(const Estimator<T>& model, EstimatorState<T>& state) {
+    if (state.depth < T(0)) shift_zero(model, state, model.depth_rate * model.attitude.tick * state.depth);
+}
+
+/// Whether a fix is believed at this depth; after several that are not it is the depth's zero that is not.
+template <class T>
+bool believes_fixes(const Estimator<T>& model, EstimatorState<T>& state, bool usable) {
+    state.dry = usable && state.zeroed && model.fix_depth <= state.depth ? state.dry + 1 : 0;
+    if (state.dry == dry_fixes) state.zeroed = false, state.dry = 0;
+    return state.dry == 0;
+}
+
+/// A fix proves that the antenna is out of the water, a second ago at most. A depth that keeps it below moves the zero:
+/// at once where there is none, else slowly.
+template <class T>
+void follow_surface(const Estimator<T>& model, EstimatorState<T>& state, const Vector<T>& up) {
+    const T highest = max(T(0), up.x * model.antenna_x + up.z * model.antenna_z);
+    const T below = max(T(0), state.depth - max(T(0), state.sink) - highest);
+    if (state.zeroed && below == T(0)) return;
+    const bool moved = shift_zero(model, state, state.zeroed ? T(0.1) * below : below);
+    state.zeroed = state.zeroed || moved;
+}
+
 /// Depth with its rate by a critically damped observer.
 template <class T>
 bool watch_depth(const Estimator<T>& model, EstimatorState<T>& state, T reading, T climb) {
@@ -168,12 +243,14 @@ bool watch_depth(const Estimator<T>& model, EstimatorState<T>& state, T reading,
     const bool usable = judge({model.depth_low, model.depth_high, model.depth_step, repeats_slow}, state.depth_health,
                               reading, state.depth_health.last, moving)
                             .usable;
-    if (usable && !state.dipped) state.depth = reading, state.dipped = true;
+    zero_at_boot(model, state, reading, usable);
+    if (usable && !state.dipped) state.depth = reading - state.zero, state.dipped = true;
     state.depth += state.sink * dt;
     if (usable) {
-        const T error = reading - state.depth, step = model.depth_rate * dt;
+        const T error = reading - state.zero - state.depth, step = model.depth_rate * dt;
         state.depth += T(2) * step * error;
         state.sink += model.depth_rate * step * error;
+        bound_depth(model, state);
     } else {
         state.sink -= model.depth_rate * dt * state.sink;
     }
@@ -227,7 +304,9 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     ++way.ticks;
     out.depths = watch_depth(model, state, readings.depth, in.speed * out.facing.z);
     // Without a valid depth every fix is used: under water the receiver has none.
-    if (readings.fixed && (!out.depths || state.depth < model.fix_depth)) out.fix = take_fix(model, way, readings.fix);
+    if (readings.fixed && believes_fixes(model, state, out.depths)) out.fix = take_fix(model, way, readings.fix);
+    if (out.fix && out.depths && out.attitude) follow_surface(model, state, pose.up);
+    out.zeroed = state.zeroed;
 
     const T since = T(way.ticks) * dt;
     out.q = state.attitude.q, out.rate = state.attitude.rate;

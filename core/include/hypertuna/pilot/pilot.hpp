@@ -145,6 +145,8 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     visit("start_error", 0, e.start_error), visit("current_error", 0, e.current_error);
     visit("factor_error", 0, e.factor_error), visit("fix_noise", 0, e.fix_noise);
     visit("fix_offset", 0, e.fix_offset), visit("fix_depth", 0, e.fix_depth);
+    visit("air_low", 0, e.air_low), visit("air_high", 0, e.air_high);
+    visit("antenna_x", 0, e.antenna_x), visit("antenna_z", 0, e.antenna_z);
     Steering<T>& s = m.guidance.steering;
     visit("period", 0, s.period);
     for (int k = 0; k < s.table.gaits; ++k) {
