@@ -8,7 +8,7 @@ from typing import Any
 
 from hypertuna import _core
 from hypertuna.description.channels import CHANNELS
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot
 from hypertuna.description.shape import ASPECT, DENSITY, Shape
 from hypertuna.errors import InputError
 
@@ -96,8 +96,9 @@ def antenna_of(robot: Robot) -> tuple[float, float]:
 
     It stands at the head's center of mass, at the upper end of what is highest.
     """
-    tall = robot.body.height or require(robot.spatial, "spatial", robot).height[0]
-    return robot.links.com[0], float(tall) / 2
+    links = robot.links
+    head = links.lateral_area[0] / links.length[0] if robot.spatial is None else robot.spatial.height[0]
+    return links.com[0], float(robot.body.height or head) / 2
 
 
 def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], speed: float) -> None:
