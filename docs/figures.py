@@ -271,6 +271,7 @@ for part in (
     "optimize",
     "mission",
     "fin",
+    "bring_up",
 ):
     made = runpy.run_path(str(ROOT / "docs" / f"figures_{part}.py"))
     TABLES |= made["TABLES"]

@@ -137,6 +137,24 @@ def test_numbers_of_the_pump_in_the_text_are_the_program_s() -> None:
     assert f"{power / 0.5:.1f} K warmer" in text
 
 
+def test_numbers_of_the_bring_up_in_the_text_are_the_robot_s() -> None:
+    text = " ".join((ROOT / "docs/howto/bring-up.md").read_text().split())
+    robot = ht.load("hypertuna")
+    firmware, controller, battery = robot.firmware, robot.controller, robot.battery
+    assert firmware is not None
+    assert controller is not None
+    assert battery is not None
+    assert f"the circuits see up to {controller.pressure_hard / 1e3:.0f} kPa" in text
+    air = f"{firmware.radio_baud:,} bit/s at the wire, {firmware.link_rate / 1e3:g} kbit/s in the air"
+    assert air in text
+    assert f"servo rail under power | as in the file, {battery.converter:g} V" in text
+    assert firmware.leak_after < 2
+    assert "the fault must appear within two seconds" in text
+    assert next(iter(robot.gaits)) == "unoptimised-max"
+    assert "**Do not press 1**: it is the fastest gait of the file" in text
+    assert max(robot.gaits.values(), key=lambda gait: gait.frequency) == robot.gaits["unoptimised-max"]
+
+
 @pytest.mark.parametrize("page", TASKS, ids=named)
 def test_sentences_of_a_task_are_short(page: Path) -> None:
     text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)

@@ -96,6 +96,8 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
                     "calibrate:calibrate_command",
                     "Calibrate sensors and servos' zeros, from a file or live.",
                 ),
+                "check": ("radio:check_command", "Check whether a robot may be armed, with its faults and sensors."),
+                "sign": ("radio:sign_command", "Give a robot the key that signs messages, or delete it."),
                 "drive": (
                     "drive:drive_command",
                     "Drive a robot by keyboard or gamepad, with a live view of its messages.",

@@ -1,23 +1,25 @@
-"""The commands `hypertuna radio params | log | mission`."""
+"""The commands `hypertuna radio params | log | mission | check | sign`."""
 
 import math
 import time
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import progress_bar
+from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import Setting
 from hypertuna.errors import InputError
 from hypertuna.io.files import read_bytes, rows_csv
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.upload import download, upload
+from hypertuna.radio.check import Readiness, check_ready
 from hypertuna.radio.client import connect
 from hypertuna.radio.log import RadioLogWriter, check_new
 from hypertuna.radio.parameters import read_parameters, set_parameter
-from hypertuna.radio.samples import set_interval
+from hypertuna.radio.samples import check_disarmed, set_interval
 from hypertuna.ranges import POSITIVE
 
 
@@ -124,5 +126,53 @@ def mission_command(
         stored,
         record=lambda stored: {"mission": mission, "items": len(stored)},
         lines=lambda stored: [f"{mission}: {len(stored)} items are on board"],
+        as_json=as_json,
+    )
+
+
+def check_command(place: Connect, key: Key = None, as_json: opt.AsJson = False) -> None:
+    """Check whether a disarmed robot may be armed: its faults, and what its sensors read. Exit code 1 if it may not."""
+    with connect(place, key=key) as robot:
+        readiness = check_ready(robot)
+    emit(readiness, record=Readiness.record, lines=_readiness_lines, as_json=as_json, failed=not readiness.ready)
+
+
+def _readiness_lines(found: Readiness) -> Iterator[Any]:
+    """Lay out the check."""
+    if found.faults:
+        rows = [(name, sentence, "yes" if forbids else "") for name, sentence, forbids in found.faults]
+        yield table(["fault", "meaning", "forbids arming"], rows, left=range(3))
+    heading, roll, pitch = (math.degrees(angle) for angle in (found.heading, found.roll, found.pitch))
+    yield f"battery {found.voltage:.2f} V, depth {found.depth:.2f} m"
+    yield f"heading {heading:.0f} deg, roll {roll:.0f} deg to starboard, nose {pitch:.0f} deg up"
+    yield from (f"not ready: {reason}" for reason in found.reasons)
+    yield ("The robot may be armed.", "bold") if found.ready else ("The robot may not be armed.", "bold")
+
+
+def sign_command(
+    place: Connect,
+    new: Annotated[
+        str | None, typer.Argument(metavar="FILE", help="File with the new key of 32 bytes; without it, --off.")
+    ] = None,
+    off: Annotated[
+        bool, typer.Option("--off", help="Delete the key: the robot accepts unsigned messages again.")
+    ] = False,
+    key: Key = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Give a disarmed robot the key that signs messages, on the bench: the key travels in the clear.
+
+    A robot that has a key already needs it: --key OLD.
+    """
+    if (new is None) is not off:
+        raise InputError("must be given, or --off", key="FILE", fix="make one: openssl rand -out key 32")
+    secret = bytes(32) if new is None else _read_key(new, "FILE")
+    with connect(place, key=key) as robot:
+        check_disarmed(robot)
+        robot.begin_signing(secret) if new is not None else robot.end_signing()
+    emit(
+        new,
+        record=lambda new: {"signed": new is not None, "key": new},
+        lines=lambda new: [f"The robot accepts messages signed by {new} only." if new else "The robot has no key."],
         as_json=as_json,
     )

@@ -191,12 +191,26 @@ class Client:
 
     def begin_signing(self, key: bytes) -> None:
         """Send the robot a key of 32 bytes, in the clear; from then on both sign, and the robot accepts nobody else."""
-        if len(key) != 32:
-            raise InputError("must have 32 bytes", key="key", value=f"{len(key)} long", fix="make one with `openssl`")
-        self.send(self.message("setup_signing", key, int((time.time() - EPOCH) * 1e5)))
+        if len(key) != 32 or not any(key):
+            value = f"{len(key)} long" if any(key) else "zeros alone"
+            raise InputError("must have 32 bytes", key="key", value=value, fix="make one with `openssl`")
+        self._set_key(key)
         self._line.setup_signing(key, sign_outgoing=True)
-        if self.wait(lambda m: m.get_type() == "HEARTBEAT" and m.get_signed(), 5 * HEARTBEAT) is None:
-            fix = "disarm it, and try again"
+        self._check_signed(True)
+
+    def end_signing(self) -> None:
+        """Delete the robot's key: it accepts unsigned messages."""
+        self._set_key(bytes(32))
+        self._line.disable_signing()
+        self._check_signed(False)
+
+    def _set_key(self, key: bytes) -> None:
+        self.send(self.message("setup_signing", key, int((time.time() - EPOCH) * 1e5)))
+
+    def _check_signed(self, signed: bool) -> None:
+        """Wait for a heartbeat with or without a signature."""
+        if self.wait(lambda m: m.get_type() == "HEARTBEAT" and m.get_signed() == signed, 5 * HEARTBEAT) is None:
+            fix = "disarm it, give its present key by --key, and try again"
             raise InputError("must be accepted by the robot", key="key", value="not accepted", fix=fix)
 
     def mode(self, name: str) -> None:

@@ -1,0 +1,47 @@
+"""The key, on the bench, by the command."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
+
+from program import Run
+from radio_bench import free_port, running
+
+
+def test_a_key_is_given_changed_and_deleted(run: Run, tmp_path: Path) -> None:
+    port = free_port()
+    place = ("--connect", f"udp:{port}")
+    old, new = tmp_path / "old", tmp_path / "new"
+    old.write_bytes(bytes(range(32)))
+    new.write_bytes(bytes(range(1, 33)))
+    with running(port):
+        code, told, errors = run("radio", "sign", str(old), *place, "--json")
+        assert (code, json.loads(told)["signed"] if told else None) == (0, True), errors
+        code, _, errors = run("radio", "params", *place, "--set", "link_rate=115200")
+        assert (code, "error" in errors) == (2, True)
+        code, _, errors = run("radio", "sign", str(new), *place, "--key", str(new))
+        assert (code, "must" in errors) == (2, True), errors
+        code, _, errors = run("radio", "sign", str(new), *place, "--key", str(old))
+        assert code == 0, errors
+        code, _, errors = run("radio", "params", *place, "--key", str(new), "--set", "link_rate=115200")
+        assert code == 0, errors
+        code, told, errors = run("radio", "sign", "--off", *place, "--key", str(new))
+        assert (code, "has no key" in told) == (0, True), errors
+        assert run("radio", "params", *place, "--set", "link_rate=9600")[0] == 0
+
+
+def test_a_key_is_a_file_of_32_bytes(run: Run, tmp_path: Path) -> None:
+    short, zeros = tmp_path / "short", tmp_path / "zeros"
+    short.write_bytes(bytes(31))
+    place = ("--connect", f"udp:{free_port()}")
+    for options, wanted in (
+        ((str(short),), "must have 32 bytes, but is 31 long"),
+        ((str(tmp_path / "none"),), "must be a readable file"),
+        ((), "FILE must be given, or --off"),
+        ((str(zeros), "--off"), "FILE must be given, or --off"),
+    ):
+        code, _, errors = run("radio", "sign", *options, *place)
+        assert (code, wanted in errors) == (2, True), errors
