@@ -57,6 +57,7 @@ struct DepthLine {
     DepthSensor sensor{};
     int step = -1;               // ms since the reset; -1 while the sensor is left alone
     bool measured = false;       // there is a temperature
+    bool sees = false;           // the lines can be read while they belong to the bus
     std::uint32_t retry_at = 0;  // us
 
     void begin() {
@@ -74,17 +75,22 @@ struct DepthLine {
     }
 
   private:
-    /// Free the bus from a device that was cut off in a byte: nine clock pulses let it finish. Then reset the sensor.
+    /// Take the lines from the bus, and free it from a device that was cut off in a byte: nine clock pulses let it
+    /// finish. Then reset the sensor.
     bool restart() {
-        if (!is_free()) {
-            pinMode(data_pin, INPUT_PULLUP), pinMode(clock_pin, OUTPUT_OPENDRAIN);
+        pinMode(data_pin, INPUT_PULLUP), pinMode(clock_pin, INPUT_PULLUP);
+        delayMicroseconds(10);
+        if (!are_high()) {
+            pinMode(clock_pin, OUTPUT_OPENDRAIN);
             for (int k = 0; k < 9; ++k) {
                 digitalWrite(clock_pin, LOW), delayMicroseconds(5);
                 digitalWrite(clock_pin, HIGH), delayMicroseconds(5);
             }
         }
+        const bool free = are_high();
         Wire.begin(), Wire.setClock(400'000);
-        return ask(reset) && ++step == 0;
+        sees = free && are_high();
+        return free && ask(reset) && ++step == 0;
     }
     bool read_memory() {
         std::uint32_t word = 0;
@@ -110,15 +116,15 @@ struct DepthLine {
         }
         return true;
     }
-    /// Whether both lines are high: else a transmission would wait 17 ms for them.
-    static bool is_free() { return digitalRead(data_pin) == HIGH && digitalRead(clock_pin) == HIGH; }
-    static bool ask(int command) {
-        if (!is_free()) return false;
+    static bool are_high() { return digitalRead(data_pin) == HIGH && digitalRead(clock_pin) == HIGH; }
+    /// A transfer on a line that is held low would wait 17 ms.
+    bool ask(int command) const {
+        if (sees && !are_high()) return false;
         Wire.beginTransmission(address);
         Wire.write(std::uint8_t(command));
         return Wire.endTransmission() == 0;
     }
-    static bool read(int command, int bytes, std::uint32_t& number) {
+    bool read(int command, int bytes, std::uint32_t& number) const {
         if (!ask(command) || Wire.requestFrom(address, std::uint8_t(bytes)) != bytes) return false;
         for (int k = 0; k < bytes; ++k) number = number << 8 | std::uint8_t(Wire.read());
         return true;

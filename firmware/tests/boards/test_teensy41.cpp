@@ -163,6 +163,15 @@ static void a_stuck_bus() {
         CHECK(longest_tick(150) < 11'000 && !bus.held);
         CHECK(app.vehicle.raw.channel[depth].count == 1);
     }
+    bus.blind = true;  // then each look at a stuck bus costs a late tick, once a second
+    boot_board(), float_on(50);
+    CHECK(app.vehicle.raw.channel[depth].count == 1);
+    bus.clockless = true;
+    CHECK(longest_tick(1) < 28'000);
+    CHECK(longest_tick(150) < 11'000 && app.vehicle.raw.channel[depth].count == 1);
+    bus.broken = true, float_on(1);
+    CHECK(longest_tick(300) < 11'000 && app.vehicle.raw.channel[depth].count == 0);
+    bus.broken = bus.blind = false;
     bus.memory[3] ^= 4;  // read with an error: such a sensor measures nothing
     boot_board(), float_on(50);
     CHECK(app.vehicle.raw.channel[depth].count == 0);

@@ -7,7 +7,7 @@ struct TwoWire {
     int left = 0;
     std::uint32_t number = 0;
 
-    void begin() {}
+    void begin() { stand_in::bus.taken = false; }
     void setClock(std::uint32_t) {}
     void beginTransmission(std::uint8_t) {}
     void write(std::uint8_t byte) {

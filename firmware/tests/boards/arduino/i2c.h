@@ -9,19 +9,21 @@ struct Bus {
     bool held = false;       // the sensor holds the data line low, until it is given nine clock pulses
     bool broken = false;     // a short circuit: nothing helps
     bool clockless = false;  // the sensor stops the clock in the middle of the next transfer
+    bool blind = false;      // the lines cannot be read while they belong to the bus
+    bool taken = false;      // they do not
     int pulses = 0, transfers = 0;
     std::uint16_t memory[7] = {0x2000, 34982, 36352, 20328, 22354, 26646, 26146};
     std::uint32_t pressure = 4958179, temperature = 6815414;
 
-    int level(int pin) const { return broken || (pin == 18 && held) ? 0 : 1; }
-    void take_over(int pin) { pulses = pin == 19 ? 0 : pulses; }
+    int level(int pin) const { return broken || (pin == 18 && held) || (blind && !taken) ? 0 : 1; }
+    void take_over(int pin) { pulses = pin == 19 ? 0 : pulses, taken = pin == 18 || pin == 19 || taken; }
     void drive(int pin, int to) {
         if (pin == 19 && to == 1 && ++pulses == 9) held = false;
     }
     /// Whether a transfer succeeds; it takes its time.
     bool transfer() {
         ++transfers;
-        const bool stuck = held || broken || clockless;
+        const bool stuck = held || broken || clockless || taken;
         held = held || clockless, clockless = false;
         pass(stuck ? 17'000 : 100);
         return !stuck && !silent;
