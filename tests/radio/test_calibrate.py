@@ -15,6 +15,9 @@ from scipy.spatial.transform import Rotation
 pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
 import hypertuna as ht
+from black_box import JOINTS, head, sealed
+from hypertuna import _core
+from hypertuna.firmware.black_box import record_dtype
 from hypertuna.firmware.parameters import firmware_table
 from hypertuna.radio.calibration import SINGLE
 from hypertuna.radio.client import connect
@@ -238,6 +241,32 @@ def test_a_compass_from_a_log(bench: Bench, turning: Callable[[bool], None], tmp
     assert one["parameters"]["field_scale_0"] == pytest.approx(described("field_scale_0"), rel=0.02)
     code, _, errors = run("radio", "log", *place, "-o", str(tmp_path / "x.mcap"), "--rate", "RAW_IMO=10")
     assert (code, "RAW_IMO must be a message: did you mean RAW_IMU" in errors) == (2, True), errors
+
+
+def test_a_compass_from_a_black_box(bench: Bench, tmp_path: Path, run: Run) -> None:
+    """Readings of a turned robot with iron on board: on top of the zeros that it has, the new ones."""
+    iron = np.array([0.2, -0.1, 0.3])
+    attitudes = Rotation.random(400, random_state=2).inv()
+    rng = np.random.default_rng(3)
+    content = head()
+    for k, attitude in enumerate(attitudes):
+        row = np.zeros((), record_dtype(JOINTS))
+        row["tick"], row["attitude_estimated"] = k, (1, 0, 0, 0)
+        row["field_read"] = attitude.apply(FIELD) + iron + rng.normal(0, 0.01, 3)
+        row["acceleration_read"] = attitude.apply(GRAVITY)
+        content += sealed(_core.RECORD_TICK, row.tobytes())
+    box = tmp_path / "box000.bin"
+    box.write_bytes(content)
+    code, _, errors = run("radio", "calibrate", "--log", str(box))
+    assert (code, "--connect must name the connection to the robot" in errors) == (2, True), errors
+    with connect(f"udp:{bench.port}") as robot:
+        set_parameter(robot, "field_zero_1", 500)
+    code, told, errors = run("radio", "calibrate", "--log", str(box), "--connect", f"udp:{bench.port}", "--json")
+    assert code == 0, errors
+    assert json.loads(told)["sensors"][0]["points"] == 400
+    kept, count = bench.parameters(), described("field_scale_0")
+    zeros = [(kept[f"field_zero_{k}"] - 500 * (k == 1)) * count for k in range(3)]
+    assert zeros == pytest.approx(iron, abs=0.01)
 
 
 def test_what_does_not_go_together_is_refused(run: Run) -> None:

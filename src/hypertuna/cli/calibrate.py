@@ -18,6 +18,7 @@ from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import number as read_number
 from hypertuna.cli.radio import Key
 from hypertuna.errors import InputError
+from hypertuna.firmware.black_box import read_black_box
 from hypertuna.radio.calibration import (
     AXES,
     KINDS,
@@ -48,6 +49,7 @@ from hypertuna.radio.samples import SAMPLING, Samples, average, check_disarmed, 
 REST = 5.0  # s of samples of a gyroscope
 TURNING_MAX = 300.0  # s that the compass may be turned for
 ENOUGH = 150  # samples of a compass that covers all directions
+BOX = ".bin"  # end of the name of a black box
 ONE_REFERENCE = ("servo", "voltage")  # kinds that one reference calibrates
 Known = dict[str, float]  # parameters on board before a calibration
 Calibrated = tuple[tuple[Calibration, ...], Known]
@@ -90,13 +92,22 @@ def calibrate_command(
     if sensor is not None and place is None:
         rule, fix = "must name the connection to the robot", "--sensor reads live"
         raise InputError(rule, key="--connect", value="missing", fix=fix)
+    if log is not None and place is None and log.endswith(BOX):
+        fix = "it has readings, by the calibration that the robot still has"
+        raise InputError("must name the connection to the robot", key="--connect", value="missing", fix=fix)
     references = [] if sensor is None else _references(sensor, reference)
-    calibrations = calibrate(read_pairs(csv)) if csv is not None else (_of_log(log),) if log is not None else ()
+    calibrations: tuple[Calibration, ...] = ()
+    if csv is not None:
+        calibrations = calibrate(read_pairs(csv))
+    elif log is not None and not log.endswith(BOX):
+        calibrations = (_of_log(log),)
     if place is not None:
         with connect(place, key=key) as robot:
             check_disarmed(robot)
             if sensor is not None:
                 calibrations, known = _live(robot, sensor, references)
+            elif log is not None and log.endswith(BOX):
+                calibrations, known = _of_box(robot, log)
             else:
                 known = _known(robot, [name for one in calibrations for name in one.parameters])
             if csv is not None:
@@ -274,6 +285,17 @@ def _of_log(path: str) -> Calibration:
         fix = "record it by `hypertuna radio log --rate RAW_IMU=10`"
         raise InputError("must have counts of the IMU", file=path, key="RAW_IMU", value="missing", fix=fix)
     return calibrate_compass(np.column_stack([fields[f"{axis}mag"] for axis in "xyz"]))
+
+
+def _of_box(robot: Client, path: str) -> Calibrated:
+    """Calibrate the compass from the last boot in a black box: readings by the calibration on board."""
+    known = _known(robot, _axes("field"))
+    zero, scale = _parts(known)
+    ticks = read_black_box(path)[-1].ticks
+    field, acceleration = ticks["field_read"], ticks["acceleration_read"]
+    whole = np.isfinite(field).all(axis=1) & np.isfinite(acceleration).all(axis=1)
+    counts = field[whole].astype(float) / scale + zero
+    return (calibrate_compass(counts, acceleration[whole].astype(float)),), known
 
 
 # --- servos
