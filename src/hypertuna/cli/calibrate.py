@@ -30,6 +30,7 @@ from hypertuna.radio.calibration import (
     read_pairs,
     zero_and_scale,
 )
+from hypertuna.radio.check import request
 from hypertuna.radio.client import Client, connect
 from hypertuna.radio.imu import (
     FACES,
@@ -49,6 +50,7 @@ from hypertuna.radio.samples import SAMPLING, Samples, average, check_disarmed, 
 REST = 5.0  # s of samples of a gyroscope
 TURNING_MAX = 300.0  # s that the compass may be turned for
 ENOUGH = 150  # samples of a compass that covers all directions
+PREFLIGHT_CALIBRATION = 241  # MAV_CMD
 BOX = ".bin"  # end of the name of a black box
 ONE_REFERENCE = ("servo", "voltage")  # kinds that one reference calibrates
 Known = dict[str, float]  # parameters on board before a calibration
@@ -135,7 +137,7 @@ def _lines(calibrations: Sequence[Calibration], place: str | None) -> Iterator[A
 
 
 def _references(sensor: str, values: Sequence[float] | None) -> list[float]:
-    """Check the references of a sensor: two at least; one suffices for voltage, a servo has at most one."""
+    """Check the references of a sensor: two at least; none of depth, one of voltage, none or one of a servo suffice."""
     kind = "servo" if sensor == "servo" else parse_sensor(sensor)[0]
     unit, references = KINDS[kind][0], list(values or [])
     given = ",".join(f"{value:g}" for value in references) or "missing"
@@ -145,7 +147,7 @@ def _references(sensor: str, values: Sequence[float] | None) -> list[float]:
         return []
     if kind == "servo" and len(references) > 1:
         raise InputError("must be one angle of a servo", key="--at", value=given, fix="write it as --at=2")
-    if kind not in ONE_REFERENCE and len(set(references)) < 2:
+    if not (kind in ONE_REFERENCE or (kind == "depth" and not references)) and len(set(references)) < 2:
         fix = f"give them in {unit}: --at={'0,1.5' if kind == 'depth' else '-20,0,20'}"
         raise InputError("must name at least two references", key="--at", value=given, fix=fix)
     if kind == "voltage" and (not references or references[0] <= 0):
@@ -203,6 +205,8 @@ def _known(robot: Client, names: Sequence[str]) -> Known:
 def _sensor_live(robot: Client, sensor: str, references: Sequence[float]) -> Calibrated:
     """Ask for one reference after another, and average the readings at each; a lone voltage gives the scale alone."""
     kind, index = parse_sensor(sensor)
+    if kind == "depth" and not references:
+        return (_zero_depth(robot),), {}
     unit, factor = KINDS[kind]
     names = zero_and_scale(sensor)
     known = _known(robot, names)
@@ -222,6 +226,14 @@ def _sensor_live(robot: Client, sensor: str, references: Sequence[float]) -> Cal
             "must rise with the voltage", key=sensor, value=f"{counts:.0f} counts", fix="check its divider"
         )
     return (Calibration(sensor, {names[1]: value / (counts - zero)}, 0.0, 1),), known
+
+
+def _zero_depth(robot: Client) -> Calibration:
+    """Take the present depth as that of the surface."""
+    _answer(robot, "keep the depth sensor in air or at the surface, and press Enter")
+    robot.command(PREFLIGHT_CALIBRATION, 0, 0, 1, name="zero of the depth")
+    depth = request(robot, "LOCAL_POSITION_NED").z
+    return Calibration("depth", {}, 0.0, 1, (f"it shows {depth:.2f} m now, until the next boot or arming",))
 
 
 # --- IMU

@@ -120,7 +120,9 @@ def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[
             value = f"off it by {rms * factor:.3g} {unit} of {np.ptp(reference) * factor:.3g} {unit}"
             fix = "hold it still at each reference, and check its wires"
             raise InputError("must follow the reference on a straight line", key=sensor, value=value, fix=fix)
-        if kind == "servo":
+        if kind == "depth":  # the robot takes the zero anew at the surface: the air's pressure changes
+            parameters = {zero_and_scale(sensor)[1]: scale}
+        elif kind == "servo":
             parameters = {f"servo_trim_{number}": zero * MICRO - pulse_center}
         else:
             parameters = dict(zip(zero_and_scale(sensor), (zero, scale), strict=True))
