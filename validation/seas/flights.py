@@ -12,6 +12,7 @@ from verdict import STATE, Truth
 
 import hypertuna as ht
 from hypertuna import _core
+from hypertuna.control.mission import Mission
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import find_firmware, started
 from hypertuna.firmware.failures import Failures, split_faults
@@ -19,7 +20,7 @@ from hypertuna.firmware.in_the_loop import TICK, Loop
 from hypertuna.firmware.parameters import firmware_table
 from hypertuna.firmware.scenario import released_at, scenario_of
 from hypertuna.mission.file import parse_mission
-from hypertuna.mission.run import expected, mission_start
+from hypertuna.mission.run import MissionRun, expected, mission_start
 
 GUIDED = ("mission", "home", "surface", "paused", "held")  # states in which the robot must look after itself
 WILD = 20.0  # s until the robot of the self-check ignores its pilot
@@ -77,18 +78,18 @@ def fly(sea: Sea, robot: ht.Robot, folder: str | Path | None = None, loop: type[
         station = station_of(sea.kind, sea.start, sea.seed)
         on = loop(table, scenario, board, None, None, failing, station)
         run = on.fly(start, round(seconds / TICK), None)
-    return _truth(file.mission, on, run.data["position"], run.time)
+    return _truth(file.mission, on, run)
 
 
-def _refused(mission: Any, sentence: str) -> Truth:
+def _refused(mission: Mission, sentence: str) -> Truth:
     none = np.zeros(1)
     told = frozenset({f"refused: {sentence}"})
     return Truth(mission, none, np.array([[*mission.start, 0.0]]), none, np.zeros(1, bool), False, told)
 
 
-def _truth(mission: Any, on: Loop, position: Any, time: Any) -> Truth:
+def _truth(mission: Mission, on: Loop, run: MissionRun) -> Truth:
     """Collect the truth of the twin beside what the robot told."""
-    answers = np.array(on.answers)
+    answers, time = np.array(on.answers), run.time
     row = np.searchsorted(on.ticks, np.round(time / TICK).astype(int), side="right") - 1  # last answer before
     at = answers[np.maximum(row, 0)]
     active = np.isin(at["state"], guided())
@@ -104,8 +105,8 @@ def _truth(mission: Any, on: Loop, position: Any, time: Any) -> Truth:
     complete = _core.mode_names()[last["mode"]] == "done" or "all_reached" in _reasons(answers[-1])
     done = complete and int(last["leg"]) >= len(mission.waypoints)
     return Truth(
-        mission, np.asarray(time), np.asarray(position), at["position_error"].astype(float), active, done,
-        frozenset(told) - {"all_reached"},
+        mission, time, run.data["position"], at["position_error"].astype(float), active, done,
+        frozenset(told) - {"all_reached"}, float(run.data["pump_pressure_high"].max()),
     )  # fmt: skip
 
 

@@ -20,8 +20,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from flights import SeaLoop, WildLoop, fly
-from sampled_sea import sampled
+from flights import fly
+from sampled_sea import FAULTS, sampled
 from verdict import judge
 
 import hypertuna as ht
@@ -31,18 +31,20 @@ from hypertuna.io.files import write_atomically
 
 HERE = Path(__file__).resolve().parent
 ROBOT = "hypertuna"
+PRESSURE = 315.0  # kPa, that no part of a circuit may exceed
 
 
-def sail(seed: int, wild: bool = False) -> dict[str, Any]:
+def sail(seed: int, firmware: Path | None = None) -> dict[str, Any]:
     """Fly through the sea of a seed; return the row of its table."""
     sea = sampled(seed)
     began = time.perf_counter()
-    truth = fly(sea, ht.load(ROBOT), loop=WildLoop if wild else SeaLoop)
+    truth = fly(sea, ht.load(ROBOT), firmware)
     verdict = judge(truth, sea)
     row = {"seed": seed, "failure": sea.kind, "from_s": sea.start, "ok": not verdict.broken}
     row |= {name: round(value, 2) if isinstance(value, float) else value for name, value in asdict(verdict).items()}
     row |= {"broken": "; ".join(verdict.broken), "done": truth.done, "told": " ".join(sorted(truth.told))}
     current = sea.document["water"]["current_m_s"]
+    row |= {"pressure_kpa": round(truth.pressure / 1e3, 1)}
     return row | {"current_m_s": current, "computed_s": round(time.perf_counter() - began, 1)}
 
 
@@ -67,6 +69,8 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "ok": sum(row["ok"] for row in rows),
         "endings": {name: endings.count(name) for name in sorted(set(endings))},
         "broken": dict(sorted(broken.items())),
+        "not done without a failure": [row["seed"] for row in rows if not row["done"] and not FAULTS[row["failure"]]],
+        "above 315 kPa": [row["seed"] for row in rows if row["pressure_kpa"] > PRESSURE],
     }
 
 
@@ -76,6 +80,7 @@ def main() -> None:
     parser.add_argument("--seeds", default="0:100", help="from:to (default: 0:100)")
     parser.add_argument("-j", type=int, default=1, help="processes (default: 1)")
     parser.add_argument("--journal", type=Path, default=HERE.parents[1] / "build" / "seas.journal")
+    parser.add_argument("--firmware", type=Path, help="folder of the program (default: build/firmware)")
     parser.add_argument("-o", type=Path, help="table (default: seas.csv beside this file for 0:100, else stdout)")
     options = parser.parse_args()
     first, last = (int(part) for part in options.seeds.split(":"))
@@ -86,7 +91,7 @@ def main() -> None:
     rows: list[dict[str, Any]] = []
     pool = ProcessPoolExecutor(options.j)
     with Journal(options.journal, header) as journal:
-        work = {seed: pool.submit(sail, seed) for seed in seeds[journal.known :]}
+        work = {seed: pool.submit(sail, seed, options.firmware) for seed in seeds[journal.known :]}
         try:
             for seed in seeds:
                 row = journal.answer(seed, lambda seed=seed: work[seed].result())

@@ -31,6 +31,7 @@ class Truth:
     active: NDArray[np.bool_]  # (T,) whether it was guided: on its mission, home or up
     done: bool  # whether it says that the mission is complete
     told: frozenset[str]  # reasons, faults, refusals and states, from its start
+    pressure: float = 0.0  # Pa, largest of all circuits in each tenth tick
 
 
 @dataclass(frozen=True)
