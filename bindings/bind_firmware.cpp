@@ -23,14 +23,14 @@ void bind_firmware(nb::module_& m) {
     m.def(
         "fault_table",
         [] {
-            std::vector<std::tuple<std::string, std::string, std::string, bool, bool>> rows;
+            std::vector<std::tuple<std::string, std::string, std::string, bool, bool, std::string>> rows;
             for (const firmware::FaultText& text : firmware::fault_texts)
                 rows.emplace_back(text.name, text.sentence, firmware::answer_names[int(text.answer)], text.latched,
-                                  text.forbids_arming);
+                                  text.forbids_arming, firmware::severity_name(text.severity));
             return rows;
         },
         "Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is latched "
-        "until the robot is armed again, and whether it forbids arming.");
+        "until the robot is armed again, whether it forbids arming, and its severity.");
     m.def(
         "record_fields",
         [](int joints) {

@@ -40,7 +40,7 @@ struct Raw {
 
 template <class B>
 concept Board = requires(B& board, Raw& raw, const float (&pulse)[max_servos], const std::uint8_t* from,
-                         std::uint8_t* to, int count) {
+                         std::uint8_t* to, int count, std::uint32_t word) {
     { board.wait() } -> std::same_as<bool>;  // until the next tick is due; false at the end of a simulated run
     { board.read(raw) };                     // adds the samples since the last tick
     { board.drive(pulse, count) };           // servo pulses [s]; 0 for none
@@ -48,6 +48,8 @@ concept Board = requires(B& board, Raw& raw, const float (&pulse)[max_servos], c
     { board.clock() } -> std::same_as<std::uint32_t>;     // counts up, wraps
     { board.per_tick() } -> std::same_as<std::uint32_t>;  // counts of that clock in a control tick
     { board.watchdog_reset() } -> std::same_as<bool>;     // whether the watchdog caused this boot
+    { board.keep(word) };                                 // over a reset without loss of power
+    { board.kept() } -> std::same_as<std::uint32_t>;      // the word; anything after a loss of power
     { board.load(count, to, count) };                     // bytes of the flash memory from an address on
     { board.program(count, from, count) };                // within a page; only clears bits; done when it returns
     { board.erase(count) };                               // sets all bits of a sector; may take 0.4 s

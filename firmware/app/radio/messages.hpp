@@ -122,7 +122,7 @@ inline mavlink_servo_output_raw_t servo_output(const Snapshot& now) {
 }
 
 inline mavlink_heartbeat_t heartbeat(const Snapshot& now) {
-    const bool worst = now.faults.flags != 0 && now.armed();
+    const bool worst = now.armed() && is_critical(now.faults);
     mavlink_heartbeat_t m{};
     m.custom_mode = custom_mode(now);
     m.type = MAV_TYPE_SUBMARINE, m.autopilot = MAV_AUTOPILOT_GENERIC;

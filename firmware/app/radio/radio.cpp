@@ -30,9 +30,7 @@ static void report_faults(Radio& radio, const Snapshot& now) {
     for (int f = 0; f < faults; ++f)
         if (fresh >> f & 1) {
             radio.reported_faults.set(Fault(f), true), radio.fault_reported_at = now.tick;
-            const bool warn = fault_texts[f].answer == Answer::warn;
-            return send_text(radio, std::uint8_t(warn ? MAV_SEVERITY_WARNING : MAV_SEVERITY_CRITICAL),
-                             fault_texts[f].sentence);
+            return send_text(radio, std::uint8_t(fault_texts[f].severity), fault_texts[f].sentence);
         }
 }
 

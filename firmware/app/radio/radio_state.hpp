@@ -88,6 +88,7 @@ inline std::uint8_t result_of(Refusal refusal) {
         case Refusal::not_now:
         case Refusal::other_pilot:
         case Refusal::no_depth:
+        case Refusal::not_centered:
             return MAV_RESULT_TEMPORARILY_REJECTED;
         default:
             return MAV_RESULT_DENIED;

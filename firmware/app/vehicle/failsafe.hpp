@@ -5,17 +5,20 @@
 
 namespace hypertuna::firmware {
 
+inline constexpr float boot_window = 10.0f;   // s after boot in which it may be found under water
+inline constexpr float under_any_air = 0.8f;  // m below the standard air pressure: 1,092 hPa
+
 /// Whether the robot is at the surface, as far as its depth is known.
 inline bool is_up(const Vehicle& vehicle) {
     const Estimate<float>& at = vehicle.now.estimate;
     return at.depths && at.depth < vehicle.model.pilot.guidance.surface_depth;
 }
 
-/// Whether a robot without a way home must ascend: in open water, where fixes come, from everywhere; in a tank from
-/// below rise_depth. The depth is the last plausible one.
+/// Whether a robot without a way home must ascend: in open water, where fixes come, from where no radio reaches it; in
+/// a tank from below rise_depth. The depth is the last plausible one.
 inline bool is_deep(const Vehicle& vehicle) {
-    const float open = 2.0f * vehicle.model.pilot.guidance.surface_depth, tank = vehicle.model.limits.rise_depth;
-    return (vehicle.fixed ? min(open, tank) : tank) < vehicle.now.estimate.depth;
+    const float tank = vehicle.model.limits.rise_depth;
+    return (vehicle.fixed ? min(radio_depth, tank) : tank) < vehicle.now.estimate.depth;
 }
 
 /// Whether there is a way home: by the mission on board, or by fixes to the place of arming.
@@ -32,17 +35,39 @@ inline void follow_recall(Vehicle& vehicle) {
     if (is_deep(vehicle) && !vehicle.ascent_failed) give(vehicle, Order::ascend);
 }
 
+/// Come up, and stay there. With an empty battery, disarm at the surface, or where the ascent failed.
+inline void follow_call_up(Vehicle& vehicle, bool disarm) {
+    const bool over = is_up(vehicle) || vehicle.ascent_failed;
+    if (!over) return give(vehicle, Order::ascend);
+    give(vehicle, disarm ? Order::spend : Order::stop);
+}
+
+/// Whether the robot booted under water: the word that was kept over the reset says armed, and the robot is not at the
+/// surface; or the sensor shows more than any air pressure. Somebody who carries it has it in the air at boot.
+inline bool is_under_water(Vehicle& vehicle) {
+    const Estimate<float>& at = vehicle.now.estimate;
+    const float tick = vehicle.model.pilot.controller.tick;
+    if (boot_window < float(vehicle.now.tick) * tick) return false;
+    const bool armed = vehicle.was_armed && (!at.depths || radio_depth < at.depth);
+    const bool cold = at.depths && under_any_air < at.depth;
+    return lasting(vehicle.submerged, armed || cold, sensor_after, tick);
+}
+
 /// The response to the faults.
 inline void respond(Vehicle& vehicle) {
     const Snapshot& now = vehicle.now;
+    if (now.state == State::disarmed) {
+        if (is_under_water(vehicle)) give(vehicle, Order::revive);
+        return;
+    }
+    if (is_up(vehicle)) vehicle.ascent_failed = false;
     give(vehicle, now.answer == Answer::rest ? Order::hold : Order::release);
     if (now.faults.has(Fault::link_lost)) give(vehicle, Order::stop);
     if (now.answer < Answer::home) vehicle.recalled = false;
-    if (now.answer == Answer::disarm) {
-        give(vehicle, Order::spend);
-    } else if (now.answer == Answer::home && now.state != State::held) {
+    if (now.answer == Answer::surface || now.answer == Answer::disarm)
+        follow_call_up(vehicle, now.answer == Answer::disarm);
+    else if (now.answer == Answer::home && now.state != State::held)
         follow_recall(vehicle);
-    }
 }
 
 /// What the pilot on board has come to.

@@ -24,43 +24,54 @@ enum class Fault : std::uint8_t {
     memory,
     black_box,
     key_lost,
+    depth_sensor,
+    too_deep,
     count
 };
 inline constexpr int faults = int(Fault::count);
 
-/// Responses in rising severity: the most severe of all present faults applies.
+/// Responses; the last of all present faults applies.
 ///
-/// warn: report only. home: follow the mission's way home, or rest without a mission. rest: bring the tail to rest and
-/// level the fins. disarm: rest for good.
-enum class Answer : std::uint8_t { warn, home, rest, disarm, count };
-inline constexpr const char* answer_names[int(Answer::count)] = {"warn", "home", "rest", "disarm"};
+/// warn: report only. home: swim home; without a way home ascend, and rest. surface: ascend, and rest. disarm: ascend,
+/// and disarm at the surface. rest: keep the tail at rest until upright.
+enum class Answer : std::uint8_t { warn, home, surface, disarm, rest, count };
+inline constexpr const char* answer_names[int(Answer::count)] = {"warn", "home", "surface", "disarm", "rest"};
+
+/// How a fault is reported, as MAVLink's MAV_SEVERITY.
+enum class Severity : std::uint8_t { critical = 2, warning = 4, notice = 5 };
+inline constexpr const char* severity_name(Severity severity) {
+    return severity == Severity::critical ? "critical" : severity == Severity::warning ? "warning" : "notice";
+}
 
 struct FaultText {
     const char* name;
     const char* sentence;  // at most the 50 characters of a STATUSTEXT
     Answer answer;
+    Severity severity;
     bool latched;         // until the robot is armed again
     bool forbids_arming;  // while the cause lasts
 };
 inline constexpr FaultText fault_texts[faults] = {
-    {"over_pressure", "a joint was released: pressure above its limit", Answer::warn, true, false},
-    {"bend_sensor", "a bend sensor failed: that joint is uncorrected", Answer::warn, false, true},
-    {"pressure_sensor", "a pressure sensor failed: that joint beats less", Answer::warn, false, true},
-    {"current_sensor", "a current sensor failed", Answer::warn, false, false},
-    {"imu", "the IMU failed", Answer::warn, false, true},
-    {"battery_sensor", "the battery voltage cannot be read", Answer::warn, false, true},
-    {"low_battery", "the battery is low", Answer::home, true, true},
-    {"empty_battery", "the battery is empty", Answer::disarm, true, true},
-    {"link_lost", "no contact with the ground station", Answer::warn, false, false},
-    {"link_gone", "no contact with the ground station for long", Answer::home, true, false},
-    {"tilt", "roll or pitch is above its limit", Answer::rest, false, true},
-    {"leak", "there is water in the hull", Answer::home, true, true},
-    {"watchdog", "the watchdog restarted the firmware", Answer::warn, true, false},
-    {"overrun", "a control tick overran its time", Answer::warn, false, false},
-    {"defaults", "no stored parameters: the defaults are used", Answer::warn, false, false},
-    {"memory", "the non-volatile memory could not be written", Answer::warn, false, false},
-    {"black_box", "the black box lost records", Answer::warn, true, false},
-    {"key_lost", "the signing key cannot be read: locked", Answer::warn, false, true},
+    {"over_pressure", "a joint was released: pressure above its limit", Answer::warn, Severity::critical, true, false},
+    {"bend_sensor", "a bend sensor failed: that joint is uncorrected", Answer::warn, Severity::warning, false, true},
+    {"pressure_sensor", "a pressure sensor failed: that joint beats less", Answer::warn, Severity::warning, false, true},
+    {"current_sensor", "a current sensor failed", Answer::warn, Severity::notice, false, false},
+    {"imu", "the IMU failed", Answer::warn, Severity::critical, false, true},
+    {"battery_sensor", "the battery voltage cannot be read", Answer::warn, Severity::warning, false, true},
+    {"low_battery", "the battery is low", Answer::home, Severity::warning, true, true},
+    {"empty_battery", "the battery is empty", Answer::disarm, Severity::critical, true, true},
+    {"link_lost", "no contact with the ground station", Answer::warn, Severity::notice, false, false},
+    {"link_gone", "no contact with the ground station for long", Answer::home, Severity::warning, true, false},
+    {"tilt", "roll or pitch is above its limit", Answer::rest, Severity::warning, false, true},
+    {"leak", "there is water in the hull", Answer::home, Severity::critical, true, true},
+    {"watchdog", "the watchdog restarted the firmware", Answer::warn, Severity::warning, true, false},
+    {"overrun", "control ticks come late", Answer::warn, Severity::warning, false, false},
+    {"defaults", "no stored parameters: the defaults are used", Answer::warn, Severity::notice, false, false},
+    {"memory", "the non-volatile memory could not be written", Answer::warn, Severity::warning, false, false},
+    {"black_box", "the black box lost records", Answer::warn, Severity::notice, true, false},
+    {"key_lost", "the signing key cannot be read: locked", Answer::warn, Severity::critical, false, true},
+    {"depth_sensor", "the depth sensor failed", Answer::warn, Severity::critical, false, true},
+    {"too_deep", "deeper than the depth limit", Answer::surface, Severity::critical, false, false},
 };
 
 /// A set of faults, one bit each.
@@ -83,11 +94,22 @@ inline Answer answer_to(const Faults& set) {
     return strongest;
 }
 
-/// Whether a fault of a set forbids arming.
-inline bool forbids_arming(const Faults& set) {
+/// First fault of a set that `holds` is true of; Fault::count if there is none.
+template <class Holds>
+Fault first_fault(const Faults& set, const Holds& holds) {
     for (int f = 0; f < faults; ++f)
-        if (set.has(Fault(f)) && fault_texts[f].forbids_arming) return true;
-    return false;
+        if (set.has(Fault(f)) && holds(fault_texts[f])) return Fault(f);
+    return Fault::count;
+}
+
+/// First fault of a set that forbids arming.
+inline Fault forbidding(const Faults& set) {
+    return first_fault(set, [](const FaultText& text) { return text.forbids_arming; });
+}
+
+/// Whether a fault of a set is critical.
+inline bool is_critical(const Faults& set) {
+    return first_fault(set, [](const FaultText& text) { return text.severity == Severity::critical; }) != Fault::count;
 }
 
 }  // namespace hypertuna::firmware

@@ -22,13 +22,31 @@ inline Refusal check_leg(const Vehicle& vehicle) {
     return check_start(rest_of_it, here(vehicle));
 }
 
+/// Present faults; a lost key among them.
+inline Faults arming_faults(const Vehicle& vehicle) {
+    Faults set = vehicle.memory.present;
+    set.set(Fault::key_lost, vehicle.locked);
+    return set;
+}
+
+/// Why an order was refused, as a sentence: of a fault, the fault's own.
+inline const char* sentence(const Vehicle& vehicle, Refusal refusal) {
+    if (refusal != Refusal::faulty) return sentence(refusal);
+    const Answer answer = vehicle.now.answer;
+    const Fault fault = vehicle.now.armed() ? first_fault(vehicle.now.faults, [&](const FaultText& text) {
+        return text.answer == answer;
+    })
+                                            : forbidding(arming_faults(vehicle));
+    return fault == Fault::count ? sentence(refusal) : fault_texts[int(fault)].sentence;
+}
+
 /// Why a need is not met; `none` if it is.
 inline Refusal check(const Vehicle& vehicle, Need need) {
     const Snapshot& now = vehicle.now;
     const auto unless = [](bool good, Refusal why) { return good ? Refusal::none : why; };
     switch (need) {
         case Need::sound:
-            return unless(!vehicle.locked && !forbids_arming(vehicle.memory.present), Refusal::faulty);
+            return unless(forbidding(arming_faults(vehicle)) == Fault::count, Refusal::faulty);
         case Need::stored:
             return unless(
                 settled(vehicle.store) && settled(vehicle.missions) && settled(vehicle.stamps) && settled(vehicle.keys),
@@ -36,7 +54,7 @@ inline Refusal check(const Vehicle& vehicle, Need need) {
         case Need::attitude:
             return unless(now.estimate.attitude, Refusal::not_ready);
         case Need::depth:
-            return Refusal::none;
+            return unless(now.estimate.depths && -depth_error_max < now.estimate.depth, Refusal::no_depth);
         case Need::inside:
             return unless(!vehicle.has_mission || !vehicle.fixed || holds(vehicle.mission, here(vehicle)),
                           Refusal::robot_outside);
@@ -55,7 +73,7 @@ inline Refusal check(const Vehicle& vehicle, Need need) {
 
 /// Whether a station may give an order.
 inline bool may_give(const Vehicle& vehicle, Who who, Station from) {
-    return who != Who::pilot || !vehicle.now.armed() || from == vehicle.pilot;
+    return who != Who::pilot || in_control(vehicle, from);
 }
 
 /// Why an order would be refused now.
@@ -130,15 +148,17 @@ inline void begin_ascent(Vehicle& vehicle) {
     vehicle.ascent_deadline = vehicle.now.tick + std::uint32_t(limit / vehicle.model.pilot.controller.tick);
 }
 
-/// Forget the faults since the last arming, and take this place for home.
-inline void on_arming(Vehicle& vehicle) {
+/// Take this place for home. On the ground's order, forget the faults since the last arming.
+inline void on_arming(Vehicle& vehicle, Order order) {
+    vehicle.recalled = vehicle.ascent_failed = false;
+    vehicle.armed_at = here(vehicle);
+    vehicle.silence = 0;
+    if (order != Order::arm) return;
+    vehicle.leg = 0;
     vehicle.memory.latched = {};
     vehicle.memory.present.set(Fault::link_gone, false);  // the ground is in contact: it arms
-    vehicle.watchdog_reset = vehicle.recalled = vehicle.ascent_failed = false;
+    vehicle.watchdog_reset = vehicle.was_armed = false;
     evaluate_faults(vehicle);
-    vehicle.armed_at = here(vehicle);
-    vehicle.leg = 0;
-    vehicle.silence = 0;
 }
 
 /// Work of entering a state.
@@ -146,7 +166,8 @@ inline void on_entry(Vehicle& vehicle, State before, Order order) {
     GuidanceState<float>& guidance = vehicle.state.guidance;
     vehicle.requested = rest();
     vehicle.requested_at = vehicle.now.tick;
-    if (before == State::disarmed) on_arming(vehicle);
+    vehicle.centered = false;
+    if (before == State::disarmed) on_arming(vehicle, order);
     if (before == State::held) return;
     switch (vehicle.now.state) {
         case State::disarmed:

@@ -20,6 +20,7 @@ struct Limits {
     float tilt_max, tilt_after;          // sine of roll or pitch; s
     float leak_after;                    // s
     float rise_depth;                    // m: from deeper it ascends if it has no way home
+    float depth_max;                     // m: deepest outside missions
     float link_rate, link_share;         // bit/s of the radio; fraction for telemetry
     float system_id;                     // in MAVLink
     float sign;                          // 1: commands must be signed
@@ -38,7 +39,7 @@ void visit_fields(Limits& m, const Visit& visit) {
     visit("home_timeout", 0, m.home_timeout), visit("voltage_empty", 0, m.voltage_empty);
     visit("voltage_after", 0, m.voltage_after), visit("tilt_max", 0, m.tilt_max);
     visit("tilt_after", 0, m.tilt_after), visit("leak_after", 0, m.leak_after);
-    visit("rise_depth", 0, m.rise_depth);
+    visit("rise_depth", 0, m.rise_depth), visit("depth_max", 0, m.depth_max);
     visit("link_rate", 0, m.link_rate), visit("link_share", 0, m.link_share);
     visit("system_id", 0, m.system_id), visit("sign", 0, m.sign);
 }

@@ -28,6 +28,7 @@ enum class Refusal : std::uint8_t {
     not_now,
     other_pilot,
     no_depth,
+    not_centered,
     count
 };
 inline constexpr int refusals = int(Refusal::count);
@@ -58,7 +59,8 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"too_deep", "deeper than the mission's or the sensor's limit"},
     {"not_now", "not in this mode"},
     {"other_pilot", "another station has control"},
-    {"no_depth", "the depth is unknown, or is none of the surface"},
+    {"no_depth", "the depth is unknown or implausible: zero it"},
+    {"not_centered", "center the sticks first"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

@@ -77,17 +77,25 @@ inline void clamp_command(const Controller<float>& model, Command<float>& comman
     for (float& fin : command.fin) fin = clamp(fin, -model.fin_max, model.fin_max);
 }
 
-/// Follow the sticks until they are silent for manual_timeout: thrust from 0 to 1 of the top speed (there is no reverse
-/// thrust), turn to port and climb from -1 to 1, by the gait table and clamped to the limits. Without thrust the tail
-/// straightens instead of stopping in mid-beat.
+/// Deflection of a stick beyond its dead band.
+inline float beyond_band(float axis) {
+    const float beyond = max(0.0f, abs(axis) - stick_band) / (1.0f - stick_band);
+    return axis < 0.0f ? -beyond : beyond;
+}
+
+/// Follow the sticks until they are silent for manual_timeout, once they were centered: thrust from 0 to 1 of the top
+/// speed (there is no reverse thrust), turn to port and climb from -1 to 1, by the gait table and clamped to the limits.
+/// Without thrust the tail straightens instead of stopping in mid-beat.
 inline Refusal sticks(Vehicle& vehicle, Station from, float ahead, float turn, float climb) {
     const Refusal refusal = check(vehicle, Order::sticks, from);
     if (refusal != Refusal::none) return refusal;
     if (!(abs(ahead) <= 1 && abs(turn) <= 1 && abs(climb) <= 1)) return Refusal::out_of_range;
+    ahead = max(0.0f, beyond_band(ahead)), turn = beyond_band(turn), climb = beyond_band(climb);
+    vehicle.centered = vehicle.centered || (ahead == 0.0f && turn == 0.0f && climb == 0.0f);
+    if (!vehicle.centered) return Refusal::not_centered;
     const Steering<float>& steering = vehicle.model.pilot.guidance.steering;
     Command<float> command = rest();
     const float top = steering.table.speed[steering.table.gaits - 1];
-    ahead = max(0.0f, ahead);
     beat_into(steering, command, ahead * top, -turn);
     for (int j = 0; j < max_joints && ahead == 0.0f; ++j) command.amplitude[j] = 0.0f;
     command.fin[0] = command.fin[1] = climb * steering.fin_max;
@@ -113,7 +121,7 @@ inline Refusal set_mission(Vehicle& vehicle, Station from, const Mission<float>&
     if (forbidden != Refusal::none) return forbidden;
     if (mission.waypoints > max_waypoints || mission.corners > max_corners) return Refusal::too_many;
     if (!fits(mission.waypoints, mission.corners) || !is_valid(mission)) return Refusal::out_of_range;
-    const Refusal refusal = check_mission(mission, vehicle.model.pilot.estimator.depth_high);
+    const Refusal refusal = check_mission(mission, min(vehicle.model.pilot.estimator.depth_high, vehicle.model.limits.depth_max));
     if (refusal != Refusal::none) return refusal;
     pack_mission(vehicle.plan, mission);
     vehicle.mission = mission_of(vehicle.plan);

@@ -3,12 +3,16 @@
 
 #include "app/vehicle/faults.hpp"
 #include "app/vehicle/parameters.hpp"
+#include "app/vehicle/states.hpp"
 
 namespace hypertuna::firmware {
 
+inline constexpr float sensor_after = 1.0f;  // s until a depth, or its absence, is believed
+inline constexpr float radio_depth = 0.3f;   // m of the nose from which water over the antenna stops the radio
+
 struct SupervisorState {
     Faults present, latched;
-    int low, empty, tilted, leaking;  // ticks that the condition has lasted
+    int low, empty, tilted, leaking, blind, deep;  // ticks that the condition has lasted
 };
 
 /// Input of a tick.
@@ -17,8 +21,8 @@ struct SupervisorInput {
     const Status& status;
     const Estimate<float>& at;
     bool leak, overrun, lost_records;
-    bool armed;
-    float silence;  // s since the last frame of the ground station
+    State state;
+    float silence;  // s without the ground station, where it could be received
 };
 
 /// Count the ticks that a condition lasts; whether it has lasted for `seconds`.
@@ -54,7 +58,7 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     now.set(Fault::empty_battery,
             lasting(memory.empty, known && supply < limits.voltage_empty, limits.voltage_after, tick));
     now.set(Fault::link_lost, limits.link_timeout < input.silence);
-    now.set(Fault::link_gone, input.armed && limits.home_timeout < input.silence);
+    now.set(Fault::link_gone, input.state != State::disarmed && limits.home_timeout < input.silence);
     const float pitch = input.at.facing.z, roll = input.at.tilt, limit = limits.tilt_max;
     const Quaternion<float>& q = input.at.q;
     const bool over = 0.5f < q.x * q.x + q.y * q.y;  // on its back, where both sines are small again
@@ -62,6 +66,10 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     now.set(Fault::tilt, lasting(memory.tilted, tilted, limits.tilt_after, tick));
     now.set(Fault::leak, lasting(memory.leaking, input.leak, limits.leak_after, tick));
     now.set(Fault::overrun, input.overrun);
+    now.set(Fault::depth_sensor, lasting(memory.blind, !input.at.depths, sensor_after, tick));
+    const bool hull = by_ground(input.state) || input.state == State::surface;
+    const bool too_deep = hull && input.at.depths && limits.depth_max < input.at.depth;
+    now.set(Fault::too_deep, lasting(memory.deep, too_deep, sensor_after, tick));
     now.set(Fault::black_box, input.lost_records);
     for (int f = 0; f < faults; ++f)
         if (fault_texts[f].latched && now.has(Fault(f))) memory.latched.set(Fault(f), true);

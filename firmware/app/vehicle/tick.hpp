@@ -12,6 +12,13 @@
 
 namespace hypertuna::firmware {
 
+inline constexpr float late_tick = 1.5f;          // ticks since the last one started
+inline constexpr std::uint32_t late_report = 100;  // ticks for which a late one is reported
+inline constexpr int max_steps = 5;                // of control in a tick
+/// The word that survives a reset without loss of power.
+inline constexpr std::uint32_t kept_mark = 0x5a360000, kept_armed = 1;
+inline bool is_kept(std::uint32_t word) { return (word & 0xffff0000) == kept_mark; }
+
 /// Restore the stored parameters; false if one is out of range or conflicts with another.
 [[gnu::cold]] inline bool restore(Vehicle& vehicle) {
     const Description& robot = *vehicle.robot;
@@ -74,9 +81,19 @@ template <Board B>
     if (open(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board)) restore_mission(vehicle);
     new (&vehicle.state) PilotState<float>(init(vehicle.model.pilot, vehicle.mission));  // in place, as above
     vehicle.watchdog_reset = board.watchdog_reset();
+    const std::uint32_t kept = board.kept();
+    if (is_kept(kept)) vehicle.was_armed = (kept & kept_armed) != 0;
+    vehicle.started = board.clock();
     Record record(vehicle.box, Kind::robot);
     record.put(record_layout), record.put(robot.layout), record.put(std::uint32_t(robot.joints));
     record.end();
+}
+
+/// Below the depth limit of the hull, and shortly before, fins only lift.
+inline void limit_fins(const Vehicle& vehicle, Command<float>& command) {
+    const Estimate<float>& at = vehicle.now.estimate;
+    if (!at.depths || at.depth < vehicle.model.limits.depth_max - depth_error_max) return;
+    for (float& fin : command.fin) fin = max(0.0f, fin);
 }
 
 /// The command of a state; nullptr where guidance makes it.
@@ -92,6 +109,7 @@ inline const Command<float>* choose_command(Vehicle& vehicle, Command<float>& ma
             [[fallthrough]];
         case State::gait:
             made = vehicle.requested, made.fresh = true;
+            limit_fins(vehicle, made);
             return &made;
         default:
             return &made;
@@ -106,15 +124,23 @@ inline void record_tick(Vehicle& vehicle) {
     record.end();
 }
 
+/// Whether silence of the ground counts: under water the pilot on board does not expect it, unless the mission does.
+inline bool could_receive(const Vehicle& vehicle) {
+    const Estimate<float>& at = vehicle.now.estimate;
+    const bool by_pilot = is_guided(vehicle.now.state) || vehicle.now.state == State::held;
+    return !by_pilot || vehicle.mission.silence_below || !at.depths || at.depth < radio_depth;
+}
+
 /// Detect faults, evaluate the response, estimate the charge.
 inline void supervise(Vehicle& vehicle) {
     Snapshot& now = vehicle.now;
     const float tick = vehicle.model.pilot.controller.tick;
-    ++vehicle.silence;
+    vehicle.silence += could_receive(vehicle);
     const float silence = float(vehicle.silence) * tick;
+    const bool late = 0 < std::int32_t(vehicle.late_until - now.tick);
     const SupervisorInput input{
-        vehicle.state.controller,         now.output.status, now.estimate, vehicle.raw.leak, now.load > 1.0f,
-        vehicle.box.lost != vehicle.lost, now.armed(),       silence};
+        vehicle.state.controller,         now.output.status, now.estimate, vehicle.raw.leak, late,
+        vehicle.box.lost != vehicle.lost, now.state,         silence};
     vehicle.lost = vehicle.box.lost;
     detect_faults(vehicle.model, vehicle.memory, input);
     evaluate_faults(vehicle);
@@ -123,15 +149,12 @@ inline void supervise(Vehicle& vehicle) {
     now.battery_left = clamp(above / guidance.battery_span, 0.0f, 1.0f);
 }
 
-/// From samples to servo pulses.
+/// One step of control: estimate, state, command, controller.
 template <Board B>
 void control(Vehicle& vehicle, B& board) {
     Snapshot& now = vehicle.now;
     PilotState<float>& state = vehicle.state;
     const Pilot<float>& pilot = vehicle.model.pilot;
-    vehicle.raw.fixed = vehicle.raw.fixed && is_place(vehicle.raw.fix[0], vehicle.raw.fix[1]);
-    if (vehicle.raw.fixed && !vehicle.fixed) on_first_fix(vehicle, vehicle.raw.fix);
-    now.readings = convert(vehicle.model.calibration, pilot.controller.joints, vehicle.raw, vehicle.origin);
     const std::uint32_t start = board.clock();
     now.estimate = perceive(pilot, state, now.readings);
     respond(vehicle);
@@ -150,6 +173,30 @@ void control(Vehicle& vehicle, B& board) {
     const bool guided = command == nullptr || now.state == State::paused, done = state.guidance.mode == Mode::done;
     now.mode = guided || done ? state.guidance.mode : Mode::idle;
     now.leg = (guided || done) && !vehicle.on_detour ? state.guidance.leg : vehicle.leg;
+}
+
+/// Convert the samples of a tick to readings.
+inline void sense(Vehicle& vehicle) {
+    vehicle.raw.fixed = vehicle.raw.fixed && is_place(vehicle.raw.fix[0], vehicle.raw.fix[1]);
+    if (vehicle.raw.fixed && !vehicle.fixed) on_first_fix(vehicle, vehicle.raw.fix);
+    vehicle.now.readings =
+        convert(vehicle.model.calibration, vehicle.model.pilot.controller.joints, vehicle.raw, vehicle.origin);
+}
+
+/// Steps of control that this tick makes: as many as its clock went on since the last one, so that beat, dead reckoning
+/// and time-outs keep their time when ticks come late; at least one, and no more than max_steps. More is lost.
+template <Board B>
+int steps_due(Vehicle& vehicle, B& board) {
+    const std::uint32_t start = board.clock();
+    const float elapsed = float(start - vehicle.started) / float(board.per_tick());
+    vehicle.started = start;
+    if (vehicle.now.tick == 0) return 1;  // the boot took its time
+    if (late_tick < elapsed) vehicle.late_until = vehicle.now.tick + late_report;
+    vehicle.owed += min(elapsed, float(2 * max_steps));
+    const int whole = int(vehicle.owed + 0.5f), steps = whole < 1 ? 1 : whole < max_steps ? whole : max_steps;
+    vehicle.owed -= float(steps);
+    if (0.5f < abs(vehicle.owed)) vehicle.owed = 0.0f;
+    return steps;
 }
 
 /// Send the controller's pulses with each servo's trim, clamped; none once a disarmed tail is at rest.
@@ -184,18 +231,30 @@ void write_stores(Vehicle& vehicle, B& board) {
     write_some(vehicle.missions, bytes(vehicle.plan), board);
 }
 
+/// Keep over a reset whether the robot is armed.
+template <Board B>
+void keep_word(const Vehicle& vehicle, B& board) {
+    board.keep(kept_mark | (vehicle.now.armed() ? kept_armed : 0));
+}
+
 /// One tick, after the radio's part.
 template <Board B>
 void tick(Vehicle& vehicle, B& board) {
-    const std::uint32_t start = board.clock();
+    const int steps = steps_due(vehicle, board);
+    const std::uint32_t start = vehicle.started;
     vehicle.raw = {};
     board.read(vehicle.raw);
-    control(vehicle, board);
+    sense(vehicle);
+    for (int k = 0; k < steps; ++k) {
+        if (k > 0) ++vehicle.now.tick, vehicle.now.readings.fixed = false;
+        control(vehicle, board);
+        supervise(vehicle);
+    }
     send_pulses(vehicle, board);
-    supervise(vehicle);
     record_tick(vehicle);
     flush(vehicle.box, board);
     write_stores(vehicle, board);
+    keep_word(vehicle, board);
     ++vehicle.now.tick;
     vehicle.now.time = float(vehicle.now.tick) * vehicle.model.pilot.controller.tick;
     vehicle.profile.whole = board.clock() - start;

@@ -24,7 +24,9 @@ struct StoredKey {
     std::uint32_t present;  // 0: there is none
     std::uint8_t key[key_size];
 };
-inline constexpr float detour_radius = 3.0f;  // m: of home without a mission
+inline constexpr float detour_radius = 3.0f;    // m: of home without a mission
+inline constexpr float depth_error_max = 0.5f;  // m: nothing that floats is that high above the surface
+inline constexpr float stick_band = 0.05f;      // of an axis: its deflection is noise
 
 /// The vehicle's public state at the end of the last tick.
 struct Snapshot {
@@ -83,10 +85,16 @@ struct Vehicle {
     Origin origin;
     bool unplaced;                  // the origin was given, and no fix has placed the robot yet
     bool fixed;                     // a fix came since boot
-    Command<float> requested;       // by the pilot station
+    Command<float> requested;       // by the station in control
+    bool centered;                  // the sticks were, since the state became `manual`
     std::uint32_t requested_at;     // tick
     std::uint32_t silence;          // ticks without the ground, where it could be received
     bool defaults, watchdog_reset;  // no stored parameters; booted by the watchdog
+    bool was_armed;                 // before a restart that left the kept word
+    int submerged;                  // ticks after boot for which the depth was none of the surface
+    std::uint32_t started;          // count of the clock at the start of the last tick
+    float owed;                     // ticks of control that the clock is ahead of those made
+    std::uint32_t late_until;       // tick until which a late tick is reported
     std::uint32_t lost;             // records lost before the last tick
 };
 
@@ -95,9 +103,14 @@ inline const Snapshot& snapshot(const Vehicle& vehicle) { return vehicle.now; }
 /// Where the robot believes to be.
 inline Place here(const Vehicle& vehicle) { return {vehicle.now.estimate.x, vehicle.now.estimate.y}; }
 
-/// Called for every valid frame of a ground station: it counts if the station is in control, or the robot disarmed.
+/// Whether a station is in control. Any is while the robot is disarmed, or ascends by itself after a restart.
+inline bool in_control(const Vehicle& vehicle, Station station) {
+    return vehicle.pilot == Station{} || station == vehicle.pilot;
+}
+
+/// Called for every valid frame of a ground station: only the one in control holds off the loss of the link.
 inline void on_ground_contact(Vehicle& vehicle, Station from) {
-    if (!vehicle.now.armed() || from == vehicle.pilot) vehicle.silence = 0;
+    if (in_control(vehicle, from)) vehicle.silence = 0;
 }
 
 inline const Origin& origin(const Vehicle& vehicle) { return vehicle.origin; }

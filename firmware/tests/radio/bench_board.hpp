@@ -48,6 +48,8 @@ struct BenchBoard {
     std::uint32_t clock() { return 0; }
     std::uint32_t per_tick() { return 1; }
     bool watchdog_reset() { return false; }
+    void keep(std::uint32_t) {}
+    std::uint32_t kept() { return 0; }
     void load(int at, std::uint8_t* to, int count) { std::copy_n(&memory[std::size_t(at)], count, to); }
     void program(int at, const std::uint8_t* from, int count) {
         for (int k = 0; k < count; ++k) memory[std::size_t(at + k)] &= from[k];

@@ -27,6 +27,8 @@ struct MemoryBoard {
     std::uint32_t clock() { return took += ticking; }
     std::uint32_t per_tick() { return 1000; }
     bool watchdog_reset() { return reset; }
+    void keep(std::uint32_t to) { word = to; }
+    std::uint32_t kept() { return word; }
     void load(int at, std::uint8_t* to, int count) { flash.load(at, to, count); }
     void program(int at, const std::uint8_t* from, int count) { flash.program(at, from, count); }
     void erase(int sector) { flash.erase(sector); }
@@ -40,6 +42,7 @@ struct MemoryBoard {
     int send(const std::uint8_t*, int count) { return count; }
 
     float depth = 0.05f;        // m
+    std::uint32_t word = 0;     // kept over a reset without loss of power
     std::uint32_t ticking = 0;  // counts that the clock goes on at every look
 };
 static_assert(Board<MemoryBoard>);

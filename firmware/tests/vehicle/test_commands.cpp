@@ -35,7 +35,8 @@ static void commands_out_of_range() {
     CHECK(sticks(v, ground, 1.1f, 0, 0) == Refusal::out_of_range);
     CHECK(sticks(v, ground, 0.5f, nan, 0) == Refusal::out_of_range);
     CHECK(!beats());
-    CHECK(sticks(v, ground, 1, -1, 0.5f) == Refusal::none);
+    CHECK(sticks(v, ground, 1, -1, 0.5f) == Refusal::not_centered);
+    CHECK(sticks(v, ground, 0, 0, 0) == Refusal::none && sticks(v, ground, 1, -1, 0.5f) == Refusal::none);
     Mission<float> m = plan();
     way[1].speed = nan;
     CHECK(set_mission(v, ground, m) == Refusal::out_of_range);
@@ -48,7 +49,8 @@ static void commands_out_of_range() {
 /// The sticks must repeat; a gait continues while the ground is in contact; then the tail rests, and it stays armed.
 static void a_silent_ground() {
     begin_armed();
-    CHECK(give(v, Order::manual, ground) == Refusal::none && sticks(v, ground, 1, 0, 0) == Refusal::none);
+    CHECK(give(v, Order::manual, ground) == Refusal::none && sticks(v, ground, 0, 0, 0) == Refusal::none);
+    CHECK(sticks(v, ground, 1, 0, 0) == Refusal::none);
     for (int k = 0; k < 90; ++k) on_ground_contact(v, ground), float_on(v, board, 1);
     CHECK(beats());
     for (int k = 0; k < 30; ++k) on_ground_contact(v, ground), float_on(v, board, 1);
@@ -99,7 +101,8 @@ static void joystick_within_tighter_limits() {
         CHECK(set_parameter(v, ground, index_of(name), 0.5f * value(v, index_of(name))) == Refusal::none);
     float_on(v, board, 300);
     CHECK(give(v, Order::arm, ground) == Refusal::none);
-    CHECK(give(v, Order::manual, ground) == Refusal::none && sticks(v, ground, 1, 1, 1) == Refusal::none);
+    CHECK(give(v, Order::manual, ground) == Refusal::none && sticks(v, ground, 0, 0, 0) == Refusal::none);
+    CHECK(sticks(v, ground, 1, 1, 1) == Refusal::none);
     CHECK(within(v.model.pilot.controller, v.requested) && v.requested.amplitude[0] > 0.05f &&
           v.requested.fin[0] > 0.3f);
     CHECK(sticks(v, ground, 0, 0, 0) == Refusal::none && v.requested.amplitude[0] == 0 &&

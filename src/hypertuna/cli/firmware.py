@@ -80,14 +80,14 @@ def wiring(
 @firmware_app.command()
 def faults(as_json: opt.AsJson = False) -> None:
     """List the faults that the supervisor on board detects, and the response of the robot to each."""
-    keys = ("name", "sentence", "answer", "latched", "forbids_arming")
+    keys = ("name", "sentence", "answer", "latched", "forbids_arming", "severity")
     rows: list[dict[str, Any]] = [dict(zip(keys, row, strict=True)) for row in _core.fault_table()]
     if as_json:
         print_json({"faults": rows})
         return
-    heads = ["fault", "meaning", "answer", "latched", "forbids arming"]
-    cells = ([*map(row.get, keys[:3]), *("yes" if row[key] else "" for key in keys[3:])] for row in rows)
-    print_lines([table(heads, cells, left=range(5))])
+    heads = ["fault", "meaning", "answer", "latched", "forbids arming", "severity"]
+    cells = ([*map(row.get, keys[:3]), *("yes" if row[key] else "" for key in keys[3:5]), row[keys[5]]] for row in rows)
+    print_lines([table(heads, cells, left=range(6))])
 
 
 def _wires(wiring: Wiring) -> list[dict[str, Any]]:

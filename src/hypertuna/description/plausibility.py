@@ -110,6 +110,7 @@ USUAL: dict[str, tuple[float, float]] = {
     "firmware.tilt_max_deg": (5.0, 180.0),
     "firmware.voltage_empty_v": (1.0, 60.0),
     "firmware.rise_depth_m": (0.05, 100.0),
+    "firmware.depth_max_m": (0.5, 1000.0),
     "spatial.com_height_m": (-1.0, 1.0),
     "spatial.height_m": (0.001, 5.0),
     "spatial.width_m": (5e-4, 5.0),

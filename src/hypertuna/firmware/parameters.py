@@ -126,6 +126,7 @@ RULES = (
     _Rule("limits", "voltage_empty", 1.0, 1.2),
     _Rule("limits", "tilt_max", 0.5, 1.0),
     _Rule("limits", "rise_depth", 0.2, 4.0),
+    _Rule("limits", "depth_max", 0.05, 1.0),
     _Rule("limits", "link_rate", 300.0, 115200.0, bounds=True),
     _Rule("limits", "link_share", 0.05, 1.0, bounds=True),
     _Rule("limits", "system_id", 1, 250, bounds=True, whole=True),
@@ -133,7 +134,7 @@ RULES = (
 )
 LIMITS = (  # of the supervisor, in the order of firmware/app/vehicle/parameters.hpp
     "manual_timeout", "link_timeout", "home_timeout", "voltage_empty", "voltage_after", "tilt_max", "tilt_after",
-    "leak_after", "rise_depth", "link_rate", "link_share", "system_id", "sign",
+    "leak_after", "rise_depth", "depth_max", "link_rate", "link_share", "system_id", "sign",
 )  # fmt: skip
 
 

@@ -70,7 +70,7 @@ TOPICS: dict[str, dict[str, Column]] = {
         "state": Column("", "1", "state of the robot, index in the list of states"),
         "armed": Column("", "1", "whether the robot is armed"),
         "faults": Column("", "1", "known to the supervisor, one bit each in the order of the list of faults"),
-        "answer": Column("", "1", "response of the supervisor to faults: 0 warn, 1 home, 2 rest, 3 disarm"),
+        "answer": Column("", "1", "response to faults: 0 warn, 1 home, 2 surface, 3 disarm, 4 rest"),
     },
     "/joints": {
         "angle_set": Column("joint", "rad", "setpoint of the bend"),

@@ -1,0 +1,250 @@
+/// Failsafes: what the robot does by itself in the water.
+#include "vehicle_test.hpp"
+
+/// Float with an empty battery.
+static void drain(int ticks) {
+    const int channel = hypertuna::first_channel("voltage");
+    const Calibration& c = v.model.calibration;
+    for (int k = 0; k < ticks; ++k) {
+        on_ground_contact(v, ground);
+        float_upright(board, v, int(v.now.tick));
+        board.raw.channel[channel] = {};
+        board.raw.channel[channel].add(std::int32_t(11.0f / c.scale[channel] + c.zero[channel]) + k % 3);
+        tick(v, board);
+    }
+}
+
+/// Float without a depth sensor.
+static void blind(int ticks) {
+    for (int k = 0; k < ticks; ++k) {
+        on_ground_contact(v, ground), float_upright(board, v, int(v.now.tick));
+        board.raw.channel[hypertuna::first_channel("depth")] = {};
+        tick(v, board);
+    }
+}
+
+static void contact(int ticks) {
+    for (int k = 0; k < ticks; ++k) on_ground_contact(v, ground), float_on(v, board, 1);
+}
+
+/// Reset as the watchdog does, or as a loss of power.
+static void reset(bool power) {
+    board.reset = power;
+    if (!power) board.word = 0xa5a5a5a5;
+    boot(v, robot::description, board);
+}
+
+/// A watchdog's restart at 3 m, and a loss of power there: the robot comes up by itself, and rests at the surface.
+static void restart_under_water() {
+    for (bool power : {true, false}) {
+        begin_armed();
+        CHECK(give(v, Order::gait, ground) == Refusal::none);
+        board.depth = 3, contact(300);
+        reset(power);
+        CHECK(v.now.state == State::disarmed);
+        float_on(v, board, 250);
+        CHECK(v.now.state == State::surface && beats() && v.now.command.fin[0] > 0.1f);
+        CHECK(v.now.faults.has(Fault::watchdog) == power);
+        board.depth = 0.05f, float_on(v, board, 200);
+        CHECK(v.now.state == State::rest && !beats());
+        CHECK(give(v, Order::rest, ground) == Refusal::none && v.pilot == ground);
+    }
+    // At the surface it stays disarmed, and so does one that was disarmed and is thrown into the water later.
+    for (bool armed : {true, false}) {
+        if (armed) begin_armed();
+        else begin(), float_on(v, board, 100);
+        reset(true), float_on(v, board, 1100);
+        board.depth = armed ? 0.05f : 3.0f, float_on(v, board, 500);
+        CHECK(v.now.state == State::disarmed);
+    }
+    // Half a meter deep no air pressure tells it from the surface, but the kept word does.
+    for (bool power : {true, false}) {
+        begin_armed();
+        board.depth = 0.5f, contact(300);
+        reset(power), float_on(v, board, 250);
+        CHECK(v.now.state == (power ? State::surface : State::disarmed));
+    }
+    // Without a depth sensor a robot that was armed ascends for as long as that takes at most.
+    begin_armed(), board.depth = 3, contact(300);
+    reset(true), blind(250);
+    CHECK(v.now.state == State::surface && beats());
+}
+
+/// An empty battery: up first, then disarmed.
+static void an_empty_battery() {
+    begin_armed();
+    board.depth = 3, contact(300);
+    drain(1500);
+    CHECK(v.now.faults.has(Fault::empty_battery) && v.now.state == State::surface && beats());
+    CHECK(give(v, Order::gait, ground) == Refusal::faulty && give(v, Order::home, ground) == Refusal::faulty);
+    board.depth = 0.05f, drain(200);
+    CHECK(v.now.state == State::disarmed && give(v, Order::arm, ground) == Refusal::faulty);
+    CHECK(std::strcmp(sentence(v, Refusal::faulty), fault_texts[int(Fault::empty_battery)].sentence) == 0 ||
+          std::strcmp(sentence(v, Refusal::faulty), fault_texts[int(Fault::low_battery)].sentence) == 0);
+}
+
+/// A dead depth sensor forbids arming, and says so.
+static void a_dead_depth_sensor() {
+    begin();
+    blind(200);
+    CHECK(v.now.faults.has(Fault::depth_sensor) && give(v, Order::arm, ground) == Refusal::faulty);
+    CHECK(std::strcmp(sentence(v, Refusal::faulty), "the depth sensor failed") == 0);
+    float_on(v, board, 400);
+    CHECK(!v.now.faults.has(Fault::depth_sensor) && give(v, Order::arm, ground) == Refusal::none);
+}
+
+/// Below the depth limit fins only lift, and after a second the robot comes up.
+static void the_depth_limit() {
+    for (Order order : {Order::manual, Order::gait}) {
+        begin();
+        CHECK(set_parameter(v, ground, index_of("depth_max"), 4) == Refusal::none);
+        float_on(v, board, 300);
+        CHECK(give(v, Order::arm, ground) == Refusal::none);
+        Command<float> dive = beat();
+        dive.fin[0] = dive.fin[1] = -0.4f;
+        const auto repeat = [&] {
+            if (order == Order::gait) return;
+            sticks(v, ground, 0, 0, 0), sticks(v, ground, 0.5f, 0, -1);
+        };
+        if (order == Order::gait)
+            CHECK(set_gait(v, ground, dive) == Refusal::none);
+        else
+            CHECK(give(v, order, ground) == Refusal::none);
+        const auto go = [&](int ticks) {
+            for (int k = 0; k < ticks; ++k) repeat(), contact(1);
+        };
+        board.depth = 3, go(300);
+        CHECK(v.now.command.fin[0] < -0.3f && beats());
+        board.depth = 3.8f, go(150);
+        CHECK(v.now.command.fin[0] == 0 && beats() && v.now.answer == Answer::warn);
+        board.depth = 4.4f, go(400);
+        CHECK(v.now.faults.has(Fault::too_deep) && v.now.state == State::surface && v.now.command.fin[0] > 0.1f);
+        CHECK(give(v, Order::gait, ground) == Refusal::faulty);
+        board.depth = 0.05f, contact(300);
+        CHECK(v.now.state == State::rest && !v.now.faults.has(Fault::too_deep));
+        CHECK(give(v, Order::gait, ground) == Refusal::none);
+    }
+    begin();
+    Mission<float> m = plan();
+    m.depth_max = 11;
+    CHECK(set_mission(v, ground, m) == Refusal::too_deep);  // than the hull's 10 m
+}
+
+/// Silence of the ground in a mission counts where it could be heard, or where the mission wants it.
+static void silence_under_water() {
+    const auto dive = [](int ticks) {  // the fins move it up and down
+        for (int k = 0; k < ticks; ++k) {
+            board.depth = std::max(0.05f, board.depth - 0.01f * v.now.command.fin[0]);
+            float_on(v, board, 1);
+        }
+    };
+    for (bool below : {false, true}) {
+        begin_armed();
+        Mission<float> m = plan();
+        Waypoint<float> deep[1] = {{0, -400, 2, 0.3f, 2, 0}};
+        m.waypoint = deep, m.waypoints = 1, m.silence_below = below;
+        CHECK(set_mission(v, ground, m) == Refusal::none && give(v, Order::mission, ground) == Refusal::none);
+        for (int k = 0; k < 9000; ++k) on_ground_contact(v, ground), dive(1);
+        CHECK(board.depth > 1.5f && v.now.state == State::mission);
+        dive(7000);
+        CHECK(v.now.faults.has(Fault::link_gone) == below && v.now.reasons.has(Reason::recalled) == below);
+        CHECK(v.now.state == (below ? State::home : State::mission));
+        if (below) continue;
+        CHECK(!v.now.faults.has(Fault::link_lost));
+        board.depth = 0.05f, float_on(v, board, 3000);  // half a minute up is not long enough
+        board.depth = 2, float_on(v, board, 3000);
+        CHECK(!v.now.faults.has(Fault::link_gone));
+        board.depth = 0.05f, float_on(v, board, 3300);
+        CHECK(v.now.faults.has(Fault::link_gone) && v.now.state == State::home);
+    }
+    // What the ground steers does not swim on without it, under water neither.
+    begin_armed();
+    CHECK(set_gait(v, ground, beat()) == Refusal::none);
+    board.depth = 2, float_on(v, board, 600);
+    CHECK(!beats() && v.now.state == State::rest);
+}
+
+/// A recalled mission is not done: not at home, and not later.
+static void recalled_is_not_done() {
+    begin_armed();
+    CHECK(set_mission(v, ground, plan()) == Refusal::none && give(v, Order::mission, ground) == Refusal::none);
+    float_on(v, board, 100);
+    CHECK(give(v, Order::home, ground) == Refusal::none);
+    for (int k = 0; k < 2000; ++k) {
+        float_on(v, board, 1);
+        CHECK(v.now.mode != Mode::done);
+    }
+    CHECK(v.now.reasons.has(Reason::recalled));
+}
+
+/// The first fix tells where the origin is. It moves neither the robot nor its mission.
+static void the_first_fix() {
+    begin_armed();
+    CHECK(set_mission(v, ground, plan()) == Refusal::none && set_gait(v, ground, beat()) == Refusal::none);
+    contact(6000);
+    const float x = v.now.estimate.x, y = v.now.estimate.y;
+    CHECK(std::hypot(x, y) > 10);
+    on_ground_contact(v, ground), fix(500000000, 80000000), contact(1);
+    CHECK_NEAR(v.now.estimate.x, x, 0.1);
+    CHECK_NEAR(v.now.estimate.y, y, 0.1);
+    const auto at = local(origin(v), 500000000, 80000000);
+    CHECK_NEAR(at.x, x, 0.1);
+    CHECK_NEAR(at.y, y, 0.1);
+    CHECK(v.mission.waypoint[0].y == -40);
+    // In an origin that was given, the fix places the robot, and the place of arming with it.
+    begin_armed();
+    give(v, Order::disarm, ground);
+    CHECK(set_origin(v, ground, 500000000, 80000000) == Refusal::none);
+    float_on(v, board, 10);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+    fix(500010000, 80000000), float_on(v, board, 1);
+    CHECK_NEAR(v.now.estimate.y, 111.2, 0.3);
+    CHECK_NEAR(v.armed_at.y, 111.2, 0.3);
+}
+
+/// A bus that hangs delays ticks: the fault tells, and beat and clock keep their time.
+static void late_ticks() {
+    const auto swims = [](std::uint32_t counts, int ticks) {
+        begin_armed();
+        CHECK(set_gait(v, ground, beat()) == Refusal::none);
+        contact(300);
+        board.took = 0;
+        const std::uint32_t before = v.now.tick;
+        int beats = 0;
+        float last = 0;
+        for (int k = 0; k < ticks; ++k) {
+            board.took += counts;
+            contact(1);
+            const float set = v.now.output.set[0];
+            beats += last < 0 && 0 <= set, last = set;
+        }
+        CHECK(v.now.faults.has(Fault::overrun) == (counts > 1500));
+        CHECK_NEAR(float(v.now.tick - before), float(counts) * float(ticks) / 1000.0f, 2);
+        return beats;
+    };
+    const int beats = swims(1000, 2000);
+    CHECK(38 <= beats && beats <= 41);  // 20 s at 2 Hz
+    CHECK(std::abs(swims(1724, 1160) - beats) <= 1);  // 20 s at 58 Hz
+    // A second is lost where the clock went on for a second: no more than five steps are made up for.
+    begin_armed();
+    contact(10);
+    const std::uint32_t before = v.now.tick;
+    board.took += 100'000;
+    contact(1);
+    CHECK(v.now.tick == before + 5);
+    contact(1);
+    CHECK(v.now.tick == before + 6);
+}
+
+int main() {
+    restart_under_water();
+    an_empty_battery();
+    a_dead_depth_sensor();
+    the_depth_limit();
+    silence_under_water();
+    recalled_is_not_done();
+    the_first_fix();
+    late_ticks();
+    CHECK(allocations == 0);
+    return failures();
+}
