@@ -485,9 +485,9 @@ def refusal_table() -> list[tuple[str, str]]:
     Refusals of the firmware in the order of their numbers: name and sentence.
     """
 
-def fault_table() -> list[tuple[str, str, str, bool, bool]]:
+def fault_table() -> list[tuple[str, str, str, bool, bool, str]]:
     """
-    Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is latched until the robot is armed again, and whether it forbids arming.
+    Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is latched until the robot is armed again, whether it forbids arming, and its severity.
     """
 
 def record_fields(joints: int) -> list[tuple[str, bool, int]]:

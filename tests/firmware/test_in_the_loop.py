@@ -99,17 +99,19 @@ def test_gait_on_the_twin(fish: ht.Robot, qemu: Path) -> None:
 
 
 def test_a_robot_that_is_lost_comes_up(fish: ht.Robot, pc: Path) -> None:
-    """Three meters deep the ground falls silent: the tail rests after 5 s, and after a minute the robot comes up."""
-    run = firmware_in_the_loop(fish, find_scenario("lost:unoptimised-0.3", fish), board="pc", ticks=14_000)
+    """Three meters deep the cable to the ground breaks: the tail rests after 5 s, after a minute the robot comes up."""
+    run = firmware_in_the_loop(fish, find_scenario("lost:unoptimised-0.3", fish), board="pc", ticks=24_000)
     assert len(run.mismatches) == 0
     depth = run.answers["depth"]
-    assert (depth[1500:7000] > 2).all()
+    assert (depth[5200:11_000] > 2).all()
     assert depth[-1] < 0.5
-    assert run.answers["state"][-1] != 0
+    names = [name for name, *_ in _core.state_table()]
+    states = run.answers["state"]
+    way = [names[state] for state in states[np.flatnonzero(np.diff(states, prepend=-1))]]
+    assert way == ["disarmed", "rest", "gait", "rest", "home", "rest"]
     np.testing.assert_allclose(depth[-1], -run.mission_run.data["position"][-1, 2], atol=0.1)
-    # It goes round about the place: no further than a few lengths of its own.
-    way = run.mission_run.data["position"][700:, :2] - run.mission_run.data["position"][700, :2]  # of each tenth tick
-    assert np.hypot(*way.T).max() < 6
+    # It had fixes before it dived: it comes home to where it was armed.
+    assert np.hypot(*run.mission_run.data["position"][-1, :2]) < 5
 
 
 @pytest.mark.parametrize("board", ["pc", "qemu"])
@@ -188,10 +190,14 @@ def test_a_run_without_a_way_to_go_is_not_given_up(fish: ht.Robot, pc: Path) -> 
 
 def test_a_mission_that_comes_home_early_is_not_done(fish: ht.Robot, pc: Path) -> None:
     run = firmware_in_the_loop(fish, find_scenario("box"), ticks=20)
-    last = run.answers[-1:].copy()
-    for leg, status in ((2, "home"), (4, "done")):
-        last["mode"], last["leg"] = _core.mode_names().index("done"), leg
-        assert replace(run, answers=last).status == status
+    answers = run.answers[-4:].copy()
+    names = [name for name, *_ in _core.state_table()]
+    for way, status in ((("mission", "home", "rest"), "home"), (("mission", "surface", "rest"), "up")):
+        answers["state"] = [names.index(name) for name in ("rest", *way)]
+        assert replace(run, answers=answers).status == status
+        answers["mode"][-1] = _core.mode_names().index("done")
+        assert replace(run, answers=answers).status == "done"
+        answers["mode"][-1] = 0
 
 
 def test_firmware_of_another_description_is_told(run: Run, pc: Path, tmp_path: Path) -> None:

@@ -54,7 +54,8 @@ struct FaultText {
 inline constexpr FaultText fault_texts[faults] = {
     {"over_pressure", "a joint was released: pressure above its limit", Answer::warn, Severity::critical, true, false},
     {"bend_sensor", "a bend sensor failed: that joint is uncorrected", Answer::warn, Severity::warning, false, true},
-    {"pressure_sensor", "a pressure sensor failed: that joint beats less", Answer::warn, Severity::warning, false, true},
+    {"pressure_sensor", "a pressure sensor failed: that joint beats less", Answer::warn, Severity::warning, false,
+     true},
     {"current_sensor", "a current sensor failed", Answer::warn, Severity::notice, false, false},
     {"imu", "the IMU failed", Answer::warn, Severity::critical, false, true},
     {"battery_sensor", "the battery voltage cannot be read", Answer::warn, Severity::warning, false, true},

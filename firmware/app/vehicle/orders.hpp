@@ -33,9 +33,8 @@ inline Faults arming_faults(const Vehicle& vehicle) {
 inline const char* sentence(const Vehicle& vehicle, Refusal refusal) {
     if (refusal != Refusal::faulty) return sentence(refusal);
     const Answer answer = vehicle.now.answer;
-    const Fault fault = vehicle.now.armed() ? first_fault(vehicle.now.faults, [&](const FaultText& text) {
-        return text.answer == answer;
-    })
+    const Fault fault = vehicle.now.armed() ? first_fault(vehicle.now.faults,
+                                                          [&](const FaultText& text) { return text.answer == answer; })
                                             : forbidding(arming_faults(vehicle));
     return fault == Fault::count ? sentence(refusal) : fault_texts[int(fault)].sentence;
 }

@@ -84,8 +84,8 @@ inline float beyond_band(float axis) {
 }
 
 /// Follow the sticks until they are silent for manual_timeout, once they were centered: thrust from 0 to 1 of the top
-/// speed (there is no reverse thrust), turn to port and climb from -1 to 1, by the gait table and clamped to the limits.
-/// Without thrust the tail straightens instead of stopping in mid-beat.
+/// speed (there is no reverse thrust), turn to port and climb from -1 to 1, by the gait table and clamped to the
+/// limits. Without thrust the tail straightens instead of stopping in mid-beat.
 inline Refusal sticks(Vehicle& vehicle, Station from, float ahead, float turn, float climb) {
     const Refusal refusal = check(vehicle, Order::sticks, from);
     if (refusal != Refusal::none) return refusal;
@@ -121,7 +121,8 @@ inline Refusal set_mission(Vehicle& vehicle, Station from, const Mission<float>&
     if (forbidden != Refusal::none) return forbidden;
     if (mission.waypoints > max_waypoints || mission.corners > max_corners) return Refusal::too_many;
     if (!fits(mission.waypoints, mission.corners) || !is_valid(mission)) return Refusal::out_of_range;
-    const Refusal refusal = check_mission(mission, min(vehicle.model.pilot.estimator.depth_high, vehicle.model.limits.depth_max));
+    const Refusal refusal =
+        check_mission(mission, min(vehicle.model.pilot.estimator.depth_high, vehicle.model.limits.depth_max));
     if (refusal != Refusal::none) return refusal;
     pack_mission(vehicle.plan, mission);
     vehicle.mission = mission_of(vehicle.plan);

@@ -91,9 +91,7 @@ constexpr bool is_guided(State state) {
 }
 
 /// Whether the ground makes the command: the depth limit is the hull's, and silence counts under water too.
-constexpr bool by_ground(State state) {
-    return state == State::rest || state == State::manual || state == State::gait;
-}
+constexpr bool by_ground(State state) { return state == State::rest || state == State::manual || state == State::gait; }
 
 struct StateText {
     const char* name;

@@ -12,7 +12,7 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr float late_tick = 1.5f;          // ticks since the last one started
+inline constexpr float late_tick = 1.5f;           // ticks since the last one started
 inline constexpr std::uint32_t late_report = 100;  // ticks for which a late one is reported
 inline constexpr int max_steps = 5;                // of control in a tick
 /// The word that survives a reset without loss of power.

@@ -51,8 +51,10 @@ static void restart_under_water() {
     }
     // At the surface it stays disarmed, and so does one that was disarmed and is thrown into the water later.
     for (bool armed : {true, false}) {
-        if (armed) begin_armed();
-        else begin(), float_on(v, board, 100);
+        if (armed)
+            begin_armed();
+        else
+            begin(), float_on(v, board, 100);
         reset(true), float_on(v, board, 1100);
         board.depth = armed ? 0.05f : 3.0f, float_on(v, board, 500);
         CHECK(v.now.state == State::disarmed);
@@ -223,7 +225,7 @@ static void late_ticks() {
         return beats;
     };
     const int beats = swims(1000, 2000);
-    CHECK(38 <= beats && beats <= 41);  // 20 s at 2 Hz
+    CHECK(38 <= beats && beats <= 41);                // 20 s at 2 Hz
     CHECK(std::abs(swims(1724, 1160) - beats) <= 1);  // 20 s at 58 Hz
     // A second is lost where the clock went on for a second: no more than five steps are made up for.
     begin_armed();

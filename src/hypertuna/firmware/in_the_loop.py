@@ -45,6 +45,8 @@ AFLOAT = START + 50  # ticks at the surface
 CHUNK = 3000  # random messages sent at a time
 PARTS = ("controller", "pilot", "radio", "whole")  # parts of a tick whose instructions are counted
 TICK = 0.01  # s
+STATES = tuple(name for name, *_ in _core.state_table())
+GUIDED = ("mission", "home", "surface")  # states in which the pilot on board makes the command
 MILLI = 1000  # mm in 1 m
 RANGES = {
     "ticks": Whole(min=1, max=100_000_000),  # up to eleven days
@@ -84,13 +86,13 @@ class FirmwareRun:
             return None
         if self.mission_run.status == "diverged":
             return "diverged"
-        waypoints, last = self.mission_run.start.mission.waypoints, self.answers[-1]
-        if not waypoints:
+        if not self.mission_run.start.mission.waypoints:
             return None
-        mode = _core.mode_names()[last["mode"]]
-        if mode == "done" and last["leg"] < len(waypoints):
-            return "home"
-        return mode if mode in ("done", "hold") else "given up"
+        mode = _core.mode_names()[self.answers[-1]["mode"]]
+        if mode in ("done", "hold"):
+            return mode
+        ends = {"home": "home", "surface": "up"}
+        return ends.get(_before_rest(self.answers["state"]) or "", "given up")
 
     @property
     def refused(self) -> dict[str, list[int]]:
@@ -213,6 +215,7 @@ class Loop:
         self.depth = self.counts.names.index("depth")
         self.start_depth = scenario.mission.depth if scenario.mission is not None and scenario.cable else 0.0
         self.answers: list[Any] = []
+        self._under_way = False
         self.mismatches: list[int] = []
         self.clock = time.perf_counter() if real_time else None
 
@@ -274,8 +277,21 @@ class Loop:
 
     @property
     def done(self) -> bool:
-        """Whether the pilot on board is done with its mission."""
-        return self.scenario.gait is None and bool(self.answers[-1]["mode"] == _core.mode_names().index("done"))
+        """Whether the pilot on board has ended its mission: the robot rests where that ended."""
+        return self.scenario.gait is None and self._flown and self.answers[-1]["state"] == STATES.index("rest")
+
+    @property
+    def _flown(self) -> bool:
+        """Whether the robot has been under way by its pilot."""
+        self._under_way = self._under_way or STATES[self.answers[-1]["state"]] in GUIDED
+        return self._under_way
+
+
+def _before_rest(states: NDArray[Any]) -> str | None:
+    """Return the last state by the pilot on board, if the robot rests or is disarmed since."""
+    names = [STATES[number] for number in states[np.flatnonzero(np.diff(states, prepend=-1))]]
+    under_way = [k for k, name in enumerate(names) if name in GUIDED]
+    return names[under_way[-1]] if under_way and names[-1] in ("rest", "disarmed") else None
 
 
 def _streamed(

@@ -16,6 +16,7 @@ from hypertuna.firmware.lockstep import (
     FIXED,
     GROUND,
     LAST,
+    LEAK,
     NO_SAMPLE,
     ORDERS_GIVEN,
     STACK,
@@ -35,8 +36,7 @@ STORED = 250  # ticks to store the longest mission before arming
 Messages = NDArray[Any]
 
 DEFAULT_TICKS = 6000  # of a scenario that does not end by itself
-BEAT = 1.0  # depth of a gait [m]
-LOST, SILENT = 3.0, 1000  # depth [m] and tick at which contact is lost
+FINS, DIVE, SILENT = -0.35, 5000, 5200  # of a dive [rad]; ticks at which it ends, and contact is lost
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,11 @@ class Scenario:
         """Control ticks of a run; None for one that ends with its mission."""
         if self.mission is not None and self.gait is None:
             return None
-        return DEFAULT_TICKS if self.silent is None else 3 * DEFAULT_TICKS
+        return DEFAULT_TICKS if self.silent is None else 4 * DEFAULT_TICKS
 
 
 def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
-    """Find a scenario: random, afloat, gait:NAME, lost:NAME (at depth, contact lost), or a mission or its file."""
+    """Find a scenario: random, afloat, gait:NAME, lost:NAME (a dive, contact lost at 3 m), or a mission or its file."""
     if name == "random":
         return Scenario(name, None)
     if name == "afloat":
@@ -69,9 +69,8 @@ def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
         if robot is None:
             raise InputError("must be given with a gait", key="--robot", fix="give --robot")
         gait = named_gait(robot, name[5:])
-        if name.startswith("lost:"):
-            return Scenario(name, Mission((), depth=LOST), gait, silent=SILENT, cable=True)
-        return Scenario(name, Mission((), depth=BEAT), gait, cable=True)
+        silent = SILENT if name.startswith("lost:") else None
+        return Scenario(name, Mission(()), gait, silent=silent, cable=True)
     if name not in missions() and not name.endswith(".toml"):
         known = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
         raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, known))
@@ -94,8 +93,12 @@ def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
     if scenario.gait is not None:
         gait = scenario.gait
         lag = [p - gait.phase[0] for p in gait.phase]
+        numbers = (gait.frequency, *gait.amplitude, *lag, *gait.bias)
         yield START, give("arm")
-        yield START + 1, order("gait", gait.frequency, *gait.amplitude, *lag, *gait.bias, 0.0, 0.0)
+        dives = scenario.silent is not None
+        yield START + 1, order("gait", *numbers, *([FINS, FINS] if dives else [0.0, 0.0]))
+        if dives:
+            yield DIVE, order("gait", *numbers, 0.0, 0.0)
         return
     if not mission.waypoints:
         return
@@ -125,9 +128,9 @@ def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
     rest = _at_rest(counts)
     clock = np.arange(ticks)[:, None]
     swing = 400 * np.sin(0.01 * 2 * np.pi * clock * random.uniform(0.2, 4, len(rest)))
-    samples = rest + swing + random.normal(0, 30, (ticks, len(rest)))
+    samples = rest + swing + random.normal(0, 30, (ticks, len(rest))) + _adventures(counts, clock[:, 0])
     # A sensor fails for a while: silent, stuck, or random.
-    for _ in range(ticks // 200):
+    for _ in range(ticks // 400):
         first, channel = int(random.integers(ticks)), int(random.integers(len(rest)))
         last = first + int(random.integers(1, 400))
         how = random.integers(3)
@@ -138,13 +141,28 @@ def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
     messages["sample"] = NO_SAMPLE
     messages["sample"][:, counts.channels] = np.clip(np.rint(samples), -(2**31), 2**31 - 1)
     messages["fix"] = random.integers(-2000, 2000, (ticks, 2))
-    messages["flags"] = np.where(clock[:, 0] % 100 == 0, FIXED, 0) | np.where((clock[:, 0] // 2000) % 4 < 3, GROUND, 0)
-    for k in np.flatnonzero(random.random(ticks) < 0.02):
+    tick = clock[:, 0]
+    contact = ((tick // 2000) % 4 < 3) & (tick % 30000 < 20000)
+    messages["flags"] = FIXED * (tick % 100 == 0) | GROUND * contact | LEAK * (tick % 25000 > 24800)
+    for k in np.flatnonzero(random.random(ticks) < 0.03):
         one = _random_order(table, random)
         for name in ("order", "which", "number"):
             messages[name][k] = one[name]
     messages["flags"][-1] |= LAST | STACK
     return messages
+
+
+def _adventures(counts: Counts, clock: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return samples to add: dives to 4 m, a robot on its side, a battery that runs empty."""
+    added = np.zeros((len(clock), len(counts.names)))
+    place = {name: counts.names.index(name) for name in ("depth", "acceleration", "voltage")}
+    scale = {name: counts.scale[k] for name, k in place.items()}
+    added[:, place["depth"]] = np.maximum(0.0, 4.0 * np.sin(2 * np.pi * clock / 9000)) / scale["depth"]
+    lies = clock % 7000 > 6000
+    for axis, gravity in ((1, 9.81), (2, -9.81)):
+        added[:, place["acceleration"] + axis] = lies * gravity / scale["acceleration"]
+    added[:, place["voltage"]] = np.where(clock % 60000 > 59000, -3.5, 0.0) / scale["voltage"]
+    return added
 
 
 def _at_rest(counts: Counts) -> NDArray[np.float64]:
@@ -163,7 +181,9 @@ def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
     wild = float(random.choice([1.0, 1.0, 1.0, 3.0, math.nan]))
     match int(random.integers(9)):
         case 0:
-            return give("arm" if random.random() < 0.8 else "disarm")
+            return give("arm" if random.random() < 0.95 else "disarm")
+        case 1 if random.random() < 0.7:
+            return give(str(random.choice(["mission", "mission", "pause", "go_on", "surface", "home", "manual"])))
         case 1:
             return order("give", which=int(random.integers(len(ORDERS_GIVEN) + 1)))
         case 2:
