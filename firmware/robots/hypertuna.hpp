@@ -112,7 +112,7 @@ inline constexpr float values[] = {
     0.5f,  // pilot field_low[0]
     1.5f,  // pilot field_high[0]
     1.5f,  // pilot depth_rate[0]
-    -1.0f,  // pilot depth_low[0]
+    -10.3f,  // pilot depth_low[0]
     30.0f,  // pilot depth_high[0]
     0.5f,  // pilot depth_step[0]
     0.8014128f,  // pilot glide[0]
@@ -125,6 +125,10 @@ inline constexpr float values[] = {
     1.5f,  // pilot fix_noise[0]
     1.5f,  // pilot fix_offset[0]
     0.24f,  // pilot fix_depth[0]
+    -5.2319064f,  // pilot air_low[0]
+    0.73139656f,  // pilot air_high[0]
+    0.1663f,  // pilot antenna_x[0]
+    0.086f,  // pilot antenna_z[0]
     0.1f,  // pilot period[0]
     0.298f,  // pilot speed[0]
     2.0f,  // pilot frequency[0]
@@ -260,85 +264,85 @@ inline constexpr ParameterInfo parameters[] = {
     {"pulse_min", 0.0008f, 0.0011999999f, 0.0008f, false, 92},
     {"pulse_max", 0.00165f, 0.0022f, 0.0022f, false, 93},
     {"slew", 0.015000001f, 0.15f, 0.15f, false, 94},
-    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 136},
-    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 139},
-    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 138},
-    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 137},
-    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 135},
-    {"lookahead", 2.0f, 8.0f, 4.0f, false, 141},
-    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 142},
-    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 147},
-    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 145},
-    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 146},
-    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 149},
-    {"speed_min", 0.05f, 0.2f, 0.1f, false, 140},
-    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 151},
-    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 152},
-    {"error_max", 6.0f, 24.0f, 12.0f, false, 153},
-    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 157},
-    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 174},
-    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 175},
-    {"bend_scale_0", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 176},
-    {"bend_scale_1", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 177},
-    {"pressure_zero_0", -65536.0f, 65536.0f, 15291.733f, false, 178},
-    {"pressure_zero_1", -65536.0f, 65536.0f, 15291.733f, false, 179},
-    {"pressure_zero_2", -65536.0f, 65536.0f, 15291.733f, false, 180},
-    {"pressure_zero_3", -65536.0f, 65536.0f, 15291.733f, false, 181},
-    {"pressure_scale_0", 2.861023f, 45.776367f, 11.444092f, false, 182},
-    {"pressure_scale_1", 2.861023f, 45.776367f, 11.444092f, false, 183},
-    {"pressure_scale_2", 2.861023f, 45.776367f, 11.444092f, false, 184},
-    {"pressure_scale_3", 2.861023f, 45.776367f, 11.444092f, false, 185},
-    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 186},
-    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 187},
-    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 188},
-    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 189},
-    {"current_scale_0", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 190},
-    {"current_scale_1", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 191},
-    {"current_scale_2", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 192},
-    {"current_scale_3", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 193},
-    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 206},
-    {"voltage_scale", 9.536743e-05f, 0.0015258789f, 0.00038146973f, false, 207},
-    {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 194},
-    {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 195},
-    {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 196},
-    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 197},
-    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 198},
-    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 199},
-    {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 200},
-    {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 201},
-    {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 202},
-    {"accel_scale_0", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 203},
-    {"accel_scale_1", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 204},
-    {"accel_scale_2", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 205},
-    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 208},
-    {"depth_scale", 0.00091743114f, 0.0011213047f, 0.001019368f, false, 209},
-    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 210},
-    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 211},
-    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 212},
-    {"field_scale_0", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 213},
-    {"field_scale_1", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 214},
-    {"field_scale_2", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 215},
-    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 216},
-    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 217},
-    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 218},
-    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 219},
-    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 220},
-    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 221},
-    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 222},
-    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 223},
-    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 224},
-    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 225},
-    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 227},
-    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 230},
-    {"depth_max", 0.5f, 10.0f, 10.0f, false, 231},
-    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 232},
-    {"link_share", 0.05f, 1.0f, 0.75f, false, 233},
-    {"system_id", 1.0f, 250.0f, 1.0f, true, 234},
-    {"sign", 0.0f, 1.0f, 0.0f, true, 235},
+    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 140},
+    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 143},
+    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 142},
+    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 141},
+    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 139},
+    {"lookahead", 2.0f, 8.0f, 4.0f, false, 145},
+    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 146},
+    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 151},
+    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 149},
+    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 150},
+    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 153},
+    {"speed_min", 0.05f, 0.2f, 0.1f, false, 144},
+    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 155},
+    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 156},
+    {"error_max", 6.0f, 24.0f, 12.0f, false, 157},
+    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 161},
+    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 178},
+    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 179},
+    {"bend_scale_0", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 180},
+    {"bend_scale_1", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 181},
+    {"pressure_zero_0", -65536.0f, 65536.0f, 15291.733f, false, 182},
+    {"pressure_zero_1", -65536.0f, 65536.0f, 15291.733f, false, 183},
+    {"pressure_zero_2", -65536.0f, 65536.0f, 15291.733f, false, 184},
+    {"pressure_zero_3", -65536.0f, 65536.0f, 15291.733f, false, 185},
+    {"pressure_scale_0", 2.861023f, 45.776367f, 11.444092f, false, 186},
+    {"pressure_scale_1", 2.861023f, 45.776367f, 11.444092f, false, 187},
+    {"pressure_scale_2", 2.861023f, 45.776367f, 11.444092f, false, 188},
+    {"pressure_scale_3", 2.861023f, 45.776367f, 11.444092f, false, 189},
+    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 190},
+    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 191},
+    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 192},
+    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 193},
+    {"current_scale_0", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 194},
+    {"current_scale_1", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 195},
+    {"current_scale_2", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 196},
+    {"current_scale_3", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 197},
+    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 210},
+    {"voltage_scale", 9.536743e-05f, 0.0015258789f, 0.00038146973f, false, 211},
+    {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 198},
+    {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 199},
+    {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 200},
+    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 201},
+    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 202},
+    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 203},
+    {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 204},
+    {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 205},
+    {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 206},
+    {"accel_scale_0", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 207},
+    {"accel_scale_1", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 208},
+    {"accel_scale_2", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 209},
+    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 212},
+    {"depth_scale", 0.00091743114f, 0.0011213047f, 0.001019368f, false, 213},
+    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 214},
+    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 215},
+    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 216},
+    {"field_scale_0", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 217},
+    {"field_scale_1", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 218},
+    {"field_scale_2", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 219},
+    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 220},
+    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 221},
+    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 222},
+    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 223},
+    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 224},
+    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 225},
+    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 226},
+    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 227},
+    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 228},
+    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 229},
+    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 231},
+    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 234},
+    {"depth_max", 0.5f, 10.0f, 10.0f, false, 235},
+    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 236},
+    {"link_share", 0.05f, 1.0f, 0.75f, false, 237},
+    {"system_id", 1.0f, 250.0f, 1.0f, true, 238},
+    {"sign", 0.0f, 1.0f, 0.0f, true, 239},
 };
 
 inline constexpr Description description = {
-    "hypertuna", 2, 2, values, 236, parameters, 89, 0x463663a3};
+    "hypertuna", 2, 2, values, 240, parameters, 89, 0xb12f72ba};
 
 inline constexpr struct {
     int servo[6];
@@ -346,6 +350,7 @@ inline constexpr struct {
     int leak[1];
     int recovery[1];
     int imu_serial, position_serial, radio_serial, radio_baud;
+    int fix_ms;      // time between fixes
     float watchdog;  // s
 } wiring = {
     {2, 3, 4, 5, 6, 9},
@@ -353,6 +358,7 @@ inline constexpr struct {
     {28},
     {32},
     1, 8, 2, 9600,
+    1000,
     0.5f,
 };
 

@@ -5,8 +5,7 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr float boot_window = 10.0f;   // s after boot in which it may be found under water
-inline constexpr float under_any_air = 0.8f;  // m below the standard air pressure: 1,092 hPa
+inline constexpr float boot_window = 10.0f;  // s after boot in which it may be found under water
 
 /// Whether the robot is at the surface, as far as its depth is known.
 inline bool is_up(const Vehicle& vehicle) {
@@ -49,7 +48,7 @@ inline bool is_under_water(Vehicle& vehicle) {
     const float tick = vehicle.model.pilot.controller.tick;
     if (boot_window < float(vehicle.now.tick) * tick) return false;
     const bool armed = vehicle.was_armed && (!at.depths || radio_depth < at.depth);
-    const bool cold = at.depths && under_any_air < at.depth;
+    const bool cold = at.depths && !at.zeroed && vehicle.model.pilot.estimator.air_high < at.depth;
     return lasting(vehicle.submerged, armed || cold, sensor_after, tick);
 }
 

@@ -39,6 +39,14 @@ inline const char* sentence(const Vehicle& vehicle, Refusal refusal) {
     return fault == Fault::count ? sentence(refusal) : fault_texts[int(fault)].sentence;
 }
 
+/// Whether the depth is plausible for arming: it counts from a surface, or can be taken as one.
+inline bool depth_stands(const Vehicle& vehicle) {
+    const Estimate<float>& at = vehicle.now.estimate;
+    const Estimator<float>& model = vehicle.model.pilot.estimator;
+    const float shown = at.depth + vehicle.state.estimator.zero;
+    return at.depths && (at.zeroed ? -depth_error_max < at.depth : model.air_low <= shown && shown <= model.air_high);
+}
+
 /// Why a need is not met; `none` if it is.
 inline Refusal check(const Vehicle& vehicle, Need need) {
     const Snapshot& now = vehicle.now;
@@ -53,7 +61,7 @@ inline Refusal check(const Vehicle& vehicle, Need need) {
         case Need::attitude:
             return unless(now.estimate.attitude, Refusal::not_ready);
         case Need::depth:
-            return unless(now.estimate.depths && -depth_error_max < now.estimate.depth, Refusal::no_depth);
+            return unless(depth_stands(vehicle), Refusal::no_depth);
         case Need::inside:
             return unless(!vehicle.has_mission || !vehicle.fixed || holds(vehicle.mission, here(vehicle)),
                           Refusal::robot_outside);
@@ -153,6 +161,10 @@ inline void on_arming(Vehicle& vehicle, Order order) {
     vehicle.armed_at = here(vehicle);
     vehicle.silence = 0;
     if (order != Order::arm) return;
+    // A robot that is armed near the surface is at the surface; one that is armed in a tank's depth keeps its zero.
+    const Estimator<float>& estimator = vehicle.model.pilot.estimator;
+    if (!vehicle.now.estimate.zeroed || abs(vehicle.now.estimate.depth) < estimator.fix_depth)
+        zero_depth(estimator, vehicle.state.estimator);
     vehicle.leg = 0;
     vehicle.memory.latched = {};
     vehicle.memory.present.set(Fault::link_gone, false);  // the ground is in contact: it arms

@@ -40,6 +40,13 @@ inline Refusal set_key(Vehicle& vehicle, Station from, const std::uint8_t (&to)[
     return Refusal::none;
 }
 
+/// Take the present depth as the surface.
+inline Refusal take_surface(Vehicle& vehicle, Station from) {
+    const Refusal refusal = check(vehicle, Order::zero_depth, from);
+    if (refusal != Refusal::none) return refusal;
+    return zero_depth(vehicle.model.pilot.estimator, vehicle.state.estimator) ? Refusal::none : Refusal::no_depth;
+}
+
 // --- gait and sticks
 
 /// Whether a command is within the controller's limits.

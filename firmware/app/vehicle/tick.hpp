@@ -15,9 +15,21 @@ namespace hypertuna::firmware {
 inline constexpr float late_tick = 1.5f;           // ticks since the last one started
 inline constexpr std::uint32_t late_report = 100;  // ticks for which a late one is reported
 inline constexpr int max_steps = 5;                // of control in a tick
-/// The word that survives a reset without loss of power.
-inline constexpr std::uint32_t kept_mark = 0x5a360000, kept_armed = 1;
-inline bool is_kept(std::uint32_t word) { return (word & 0xffff0000) == kept_mark; }
+
+/// What survives a reset without loss of power, in a word: whether the robot was armed, and the zero of its depth [m].
+struct Kept {
+    bool valid, armed;
+    float zero;
+};
+inline constexpr std::uint32_t kept_mark = 0x5a000000, kept_armed = 1 << 16, kept_center = 1 << 15;
+inline std::uint32_t pack(bool armed, float zero) {
+    return kept_mark | (armed ? kept_armed : 0) |
+           std::uint32_t(int(kept_center) + int(1e3f * clamp(zero, -30.0f, 30.0f)));
+}
+inline Kept unpack(std::uint32_t word) {
+    return {(word & 0xff000000) == kept_mark, (word & kept_armed) != 0,
+            1e-3f * float(int(word & 0xffff) - int(kept_center))};
+}
 
 /// Restore the stored parameters; false if one is out of range or conflicts with another.
 [[gnu::cold]] inline bool restore(Vehicle& vehicle) {
@@ -81,8 +93,9 @@ template <Board B>
     if (open(vehicle.missions, reinterpret_cast<std::uint8_t*>(&vehicle.plan), board)) restore_mission(vehicle);
     new (&vehicle.state) PilotState<float>(init(vehicle.model.pilot, vehicle.mission));  // in place, as above
     vehicle.watchdog_reset = board.watchdog_reset();
-    const std::uint32_t kept = board.kept();
-    if (is_kept(kept)) vehicle.was_armed = (kept & kept_armed) != 0;
+    const Kept kept = unpack(board.kept());
+    vehicle.was_armed = kept.valid && kept.armed;
+    if (vehicle.was_armed || (kept.valid && vehicle.watchdog_reset)) keep_zero(vehicle.state.estimator, kept.zero);
     vehicle.started = board.clock();
     Record record(vehicle.box, Kind::robot);
     record.put(record_layout), record.put(robot.layout), record.put(std::uint32_t(robot.joints));
@@ -231,12 +244,6 @@ void write_stores(Vehicle& vehicle, B& board) {
     write_some(vehicle.missions, bytes(vehicle.plan), board);
 }
 
-/// Keep over a reset whether the robot is armed.
-template <Board B>
-void keep_word(const Vehicle& vehicle, B& board) {
-    board.keep(kept_mark | (vehicle.now.armed() ? kept_armed : 0));
-}
-
 /// One tick, after the radio's part.
 template <Board B>
 void tick(Vehicle& vehicle, B& board) {
@@ -254,7 +261,7 @@ void tick(Vehicle& vehicle, B& board) {
     record_tick(vehicle);
     flush(vehicle.box, board);
     write_stores(vehicle, board);
-    keep_word(vehicle, board);
+    board.keep(pack(vehicle.now.armed(), vehicle.state.estimator.zero));
     ++vehicle.now.tick;
     vehicle.now.time = float(vehicle.now.tick) * vehicle.model.pilot.controller.tick;
     vehicle.profile.whole = board.clock() - start;

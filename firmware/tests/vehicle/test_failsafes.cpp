@@ -132,6 +132,42 @@ static void the_depth_limit() {
     CHECK(set_mission(v, ground, m) == Refusal::too_deep);  // than the hull's 10 m
 }
 
+/// The surface: zeroed at boot, on arming near the surface and on command; kept over a reset; implausible depths do not
+/// arm.
+static void the_surface() {
+    begin();
+    board.depth = -0.25f;  // an air pressure of 989 hPa
+    float_on(v, board, 300);
+    CHECK_NEAR(v.now.estimate.depth, 0, 0.02);
+    board.depth = -0.10f, float_on(v, board, 300);  // it rises by 15 hPa
+    CHECK_NEAR(v.now.estimate.depth, 0.15, 0.03);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+    float_on(v, board, 5);
+    CHECK_NEAR(v.now.estimate.depth, 0, 0.03);
+    CHECK(take_surface(v, ground) == Refusal::armed);
+    board.depth = 2.9f, contact(800);
+    CHECK_NEAR(v.now.estimate.depth, 3, 0.03);
+    reset(true), float_on(v, board, 50);
+    CHECK_NEAR(v.now.estimate.depth, 3, 0.03);
+    float_on(v, board, 200);
+    CHECK(v.now.state == State::surface);
+    // In a tank at 1 m the zero stays.
+    begin(), float_on(v, board, 300);
+    board.depth = 1.05f, float_on(v, board, 800);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+    float_on(v, board, 100);
+    CHECK_NEAR(v.now.estimate.depth, 1, 0.03);
+    // A sensor that shows no air pressure: neither armed nor zeroed there.
+    begin(), board.depth = -8, float_on(v, board, 300);
+    CHECK(!v.now.estimate.zeroed && give(v, Order::arm, ground) != Refusal::none);
+    CHECK(take_surface(v, ground) == Refusal::no_depth);
+    begin(), float_on(v, board, 300);
+    board.depth = 0.5f, float_on(v, board, 300);
+    CHECK(take_surface(v, ground) == Refusal::none);
+    float_on(v, board, 100);
+    CHECK_NEAR(v.now.estimate.depth, 0, 0.03);
+}
+
 /// Silence of the ground in a mission counts where it could be heard, or where the mission wants it.
 static void silence_under_water() {
     const auto dive = [](int ticks) {  // the fins move it up and down
@@ -243,6 +279,7 @@ int main() {
     an_empty_battery();
     a_dead_depth_sensor();
     the_depth_limit();
+    the_surface();
     silence_under_water();
     recalled_is_not_done();
     the_first_fix();

@@ -88,7 +88,7 @@ class FirmwareRun:
             return "diverged"
         if not self.mission_run.start.mission.waypoints:
             return None
-        mode = _core.mode_names()[self.answers[-1]["mode"]]
+        mode: str = _core.mode_names()[self.answers[-1]["mode"]]
         if mode in ("done", "hold"):
             return mode
         ends = {"home": "home", "surface": "up"}
