@@ -79,6 +79,16 @@ def test_damage_costs_what_it_hits(tmp_path: Path) -> None:
         assert box.damaged + bool(box.cut) == 1
 
 
+@pytest.mark.parametrize("blank", [b"\0", b"\xff"])
+def test_sectors_that_were_laid_out_and_not_written_are_none(tmp_path: Path, blank: bytes) -> None:
+    """The board lays out its file before; where the power goes, all after the last sector is as it was erased."""
+    content = head() + b"".join(tick(k) for k in range(1000))
+    written = content[: len(content) // 512 * 512]
+    whole = (len(written) - len(head())) // 216
+    (box,) = read(tmp_path / "box.bin", written + blank * 2**20)
+    assert told(box) == ([*range(whole)], 0, 0, 0, len(written) - len(head()) - 216 * whole)
+
+
 def test_boots_are_told_apart(tmp_path: Path) -> None:
     first, second = read(tmp_path / "box.bin", head() + tick(0) + tick(1) + head() + tick(0) + tick(3))
     assert told(first) == ([0, 1], 0, 0, 0, 0)

@@ -25,7 +25,7 @@ from hypertuna.mission.record import COLUMNS, MissionRecord, names_of
 
 Ticks = NDArray[Any]
 
-WORD = 4
+WORD, SECTOR = 4, 512  # bytes: of a word, of a sector of the card
 HEAD = 3  # words of the first record of a boot
 FRAME = 2  # further words of a record: mark, checksum
 BLOCK = 4096  # records checked at a time
@@ -81,7 +81,7 @@ def record_dtype(joints: int) -> np.dtype[Any]:
 def read_black_box(path: str | Path, report: Callable[[int, int], None] | None = None) -> list[Box]:
     """Read a black box boot by boot; damaged bytes are skipped and counted. `report(bytes read, all bytes)`."""
     file = str(path)
-    content = read_bytes(path, "give the path of a .bin file from the robot's card")
+    content = _written(read_bytes(path, "give the path of a .bin file from the robot's card"))
     boots: list[_Boot] = []
     first = b""  # bytes before the first record
     for piece in _pieces(content, report):
@@ -103,6 +103,14 @@ def read_black_box(path: str | Path, report: Callable[[int, int], None] | None =
     if not boxes:
         raise InputError("must have complete records", file=file, value="without", fix="record again")
     return boxes
+
+
+def _written(content: bytes) -> bytes:
+    """Return a box without the sectors at its end that were laid out on the card and not written."""
+    for blank in (b"\0", b"\xff"):
+        used = -(-len(content.rstrip(blank)) // SECTOR) * SECTOR
+        content = content if len(content) % SECTOR else content[:used]
+    return content
 
 
 def _pieces(content: bytes, report: Callable[[int, int], None] | None) -> Iterator[Ticks | bytes]:
