@@ -47,7 +47,7 @@ Pilot<T> test_pilot() {
     g.compass_timeout = T(120), g.fin_tilt = T(0.02), g.fin_min = T(0.2), g.fin_after = T(8), g.single_fin_max = T(0.7);
     g.response_time = T(25), g.response_depth = T(0.3), g.blind_fin = T(0.35), g.slow = T(0.25);
     g.battery_empty = T(12), g.battery_span = T(4.8), g.battery_drop = T(0.2), g.endurance = T(8000);
-    g.overhead = T(30);
+    g.overhead = T(30), g.error_fix = T(1.9), g.depth_tolerance = T(0.2), g.arrival_timeout = T(180);
     return m;
 }
 
@@ -67,6 +67,7 @@ inline Sensors<double> test_senses(std::uint64_t seed) {
 /// Where the fish is, and what the water and its builder did to it.
 struct Water {
     double current[2] = {0, 0};
+    double eases = 1e9;              // s after which there is none
     double factor = 1;               // of the speed that the gait table says
     double lean = 0;                 // part of the whole bias that the tail has by itself
     double sinking = 0;              // m/s, from a trim that is off
@@ -147,8 +148,9 @@ void swim_on(Cruiser& at, const Water& water, const Steering<T>& steering, const
     at.roll_rate += dt * (-w0 * w0 * at.roll - damp * at.roll_rate + 0.8 * q * (at.fin[0] - at.fin[1]));
     at.pitch += dt * at.pitch_rate, at.roll += dt * at.roll_rate;
     at.z = std::fmin(0.0, at.z + dt * (at.speed * std::sin(at.pitch) + at.heave - water.sinking));
-    at.x += dt * (at.speed * std::cos(at.pitch) * std::cos(at.swung()) + water.current[0]);
-    at.y += dt * (at.speed * std::cos(at.pitch) * std::sin(at.swung()) + water.current[1]);
+    const double flows = at.time < water.eases ? 1 : 0;
+    at.x += dt * (at.speed * std::cos(at.pitch) * std::cos(at.swung()) + flows * water.current[0]);
+    at.y += dt * (at.speed * std::cos(at.pitch) * std::sin(at.swung()) + flows * water.current[1]);
     at.time += dt;
     at.voltage = water.volts - water.drain * at.time;
 }
@@ -183,7 +185,7 @@ Voyage<T> voyage(const Mission<T>& mission, const Water& water, double most, std
     Voyage<T> out{fish, {}, 0};
     out.last.state = init(pilot, mission);
     fish.voltage = water.volts;
-    for (; out.ticks < int(most * 100) && out.last.mode != Mode::done; ++out.ticks) {
+    for (; out.ticks < int(most * 100) && !has_ended(out.last.mode); ++out.ticks) {
         const auto truth =
             truth_of(out.fish, water, out.last.output, double(out.last.state.controller.frequency.value));
         const auto sensed = sense(senses, sensing, truth, static_cast<const Fault<double>*>(nullptr), 0, out.fish.time);

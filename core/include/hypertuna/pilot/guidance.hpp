@@ -5,93 +5,40 @@
 /// for more than the way home.
 #pragma once
 
-#include "hypertuna/pilot/reasons.hpp"
-#include "hypertuna/pilot/steering.hpp"
+#include "hypertuna/pilot/legs.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-template <class T>
-struct Guidance {
-    Steering<T> steering;
-    T surface_depth;                              // m above which the robot counts as at the surface
-    T fence_margin;                               // m
-    T error_max, error_near, error_lost;          // m: come up, good enough, home
-    T drift_error_max;                            // m/s: error of the way per second that a dive is begun with
-    T fix_timeout, retry;                         // s at the surface without a fix; s until the next attempt
-    T lost_after;                                 // s without a sensor
-    T compass_timeout;                            // s home without a compass
-    T fin_tilt, fin_min, fin_after;               // sine, rad, s: roll against a fin command that tells a lost fin
-    T single_fin_max;                             // rad: largest angle of a fin that is left alone
-    T response_time, response_depth;              // s with fins at their limit, m of progress that is an answer
-    T blind_fin;                                  // rad: up without depth or IMU
-    T slow;                                       // m/s at which it comes up without IMU
-    T battery_empty, battery_span, battery_drop;  // V
-    T endurance;                                  // s that a full battery lasts at full speed
-    T overhead;                                   // s added to every way home
-};
+inline constexpr float no_way = 0.05f, slow_way = 0.1f;  // m/s toward home: none at all; so little that it swims faster
 
+/// Speed made good toward home, with the gaits as fast as they are when nothing less gets there [m/s].
 template <class T>
-struct GuidanceState {
-    Mode mode;
-    Reasons reasons;
-    SteeringState<T> steering;
-    int leg;
-    Corner<T> from;               // m: where the leg began
-    int ticks;                    // decisions so far
-    int since_fix, waiting;       // ticks since the last fix, at the surface without one
-    bool rising;                  // for a fix
-    int retry;                    // ticks until rising again makes sense
-    int blind[4];                 // ticks without depth, IMU, compass, battery
-    int poor;                     // ticks of low charge
-    T fin_evidence;               // s: positive for the starboard fin
-    int unanswered;               // ticks with fins at their limit
-    T depth_error, depth_wanted;  // m, when that began
-    T fin;                        // rad, last asked
-};
-
-template <class T>
-struct Guided {
-    GuidanceState<T> state;
-    Command<T> command;
-};
-
-/// Input of guidance from the controller.
-template <class T>
-struct Onboard {
-    T voltage;          // V, last valid reading
-    bool voltage_lost;  // its sensor is faulty
-    bool joint_lost;    // a joint was released at the hard limit
-};
-
-template <class T>
-GuidanceState<T> init(const Guidance<T>&, const Mission<T>& mission) {
-    GuidanceState<T> state{};
-    state.from = mission.start;
-    state.rising = true;  // it begins with fixes
-    return state;
-}
-
-template <class T>
-T seconds(const Guidance<T>& model, int ticks) {
-    return T(ticks) * model.steering.period;
+T way_made(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& mission) {
+    const Course<T> home = toward(mission.home.x - at.x, mission.home.y - at.y, {T(1), T(0)});
+    const T top = model.steering.table.speed[model.steering.table.gaits - 1];
+    const T calm = made_good(home, at.current, T(0.9) * min(mission.home_speed, top));
+    return calm < slow_way ? made_good(home, at.current, top * min(at.factor, T(1))) : calm;
 }
 
 /// Time to be home from here, the way up and a fifth more included [s].
 template <class T>
 T time_home(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& mission) {
     const T dx = mission.home.x - at.x, dy = mission.home.y - at.y, away = sqrt(dx * dx + dy * dy);
-    const T top = model.steering.table.speed[model.steering.table.gaits - 1];
-    const T speed = min(mission.home_speed, top) * T(0.9);
-    const T ground = max(made_good(toward(dx, dy, {T(1), T(0)}), at.current, speed), T(0.05));
+    const T speed = T(0.9) * min(mission.home_speed, model.steering.table.speed[model.steering.table.gaits - 1]);
+    const T ground = max(way_made(model, at, mission), T(no_way));  // less than that is swept
     const T climb = max(T(0), at.depth) / (T(0.5) * speed * model.steering.climb_max);
     return T(1.2) * ((away + T(2) * at.position_error) / ground + climb) + model.overhead;
 }
 
-/// Count ticks while something holds, and say whether it held for so long.
+/// A current against which there is no way home, as soon as fixes tell it; and for how long that holds.
 template <class T>
-bool lasts(int& ticks, bool holds, T limit, T period) {
-    ticks = !holds ? 0 : T(ticks) * period < limit ? ticks + 1 : ticks;
-    return holds && limit <= T(ticks) * period;
+void weigh_current(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at,
+                   const Mission<T>& mission) {
+    const bool known = at.drift_error < T(2) * model.drift_error_max;
+    const T made = known ? way_made(model, at, mission) : T(slow_way);
+    const bool carried = made < (state.swept ? T(slow_way) : T(no_way));
+    if (known) state.swept = lasts(state.carried, carried, T(10), model.steering.period) || (state.swept && carried);
+    state.reasons.set(Reason::swept, state.swept);
 }
 
 /// Battery, time and sensors.
@@ -103,6 +50,8 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     const T charge = (onboard.voltage + model.battery_drop - model.battery_empty) / model.battery_span;
     const bool poor = !onboard.voltage_lost && charge < mission.reserve + back / model.endurance;
     why.set(Reason::low_battery, lasts(state.poor, poor, T(5), period));
+    const bool drained = onboard.voltage_lost || charge < mission.reserve;
+    state.spent = state.spent || lasts(state.drained, drained, T(5), period);
     why.set(Reason::time_up, T(0) < mission.duration && mission.duration < seconds(model, state.ticks) + back);
     const bool lost[4] = {!at.depths, !at.attitude, !at.compass, onboard.voltage_lost};
     const Reason reason[4] = {Reason::depth_lost, Reason::imu_lost, Reason::compass_lost, Reason::battery_lost};
@@ -165,46 +114,51 @@ void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     const T age = seconds(model, state.since_fix);
     if (state.since_fix < 1 << 30) ++state.since_fix;
     if (state.retry > 0) --state.retry;
-    // Near the fence and at home a place must be known better.
-    const bool near = near_fence || state.mode == Mode::home;
-    const bool vague = (near ? model.error_near : model.error_max) < at.position_error;
+    // Near the fence, at home and near a waypoint a place must be known better.
+    T limit = near_fence ? model.error_near : error_limit(model, state, at, mission);
+    if (state.mode == Mode::home) limit = min(model.error_near, max(mission.home_radius, model.error_fix));
+    const bool vague = limit < at.position_error;
     const bool due = T(0) < mission.surface_every && mission.surface_every < age;
-    const bool drifts = state.mode == Mode::hold || state.mode == Mode::done;
+    const bool drifts = state.mode == Mode::hold || has_ended(state.mode);
     if (!state.rising && state.retry == 0 && (vague || due) && !drifts) {
-        state.rising = true, state.waiting = 0;
+        state.rising = true, state.waiting = state.surfaced = 0;
+        state.sought += vague && !near_fence && at.position_error <= model.error_max;
         why.set(vague ? Reason::uncertain : Reason::fix_due);
     }
     if (!state.rising) return;
-    if (up && !at.fix) ++state.waiting;
+    if (up) ++state.surfaced, state.waiting += !at.fix;
     const bool enough = at.fix && !vague && at.drift_error <= model.drift_error_max;
-    const bool vain = model.fix_timeout <= T(state.waiting) * period;
-    if (vain) why.set(Reason::no_fix), state.retry = int(model.retry / period);
+    const bool none = model.fix_timeout <= T(state.waiting) * period;
+    if (none) why.set(Reason::no_fix);
+    // Fixes that do not get better are used as they are.
+    const bool vain = none || T(3) * model.fix_timeout <= T(state.surfaced) * period;
+    if (vain) state.retry = int(model.retry / period);
     if (!enough && !vain) return;
     state.rising = false;
     why.clear(Reason::uncertain), why.clear(Reason::fix_due);
 }
 
-/// Go on to the next leg where a waypoint is reached, passed, or out of bounds.
+/// Whether the mission is over: home, or up at the last waypoint of a mission that stays, and known to be there.
 template <class T>
-void follow_legs(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
-    if (mission.waypoints <= state.leg) return;
-    const Waypoint<T>& next = mission.waypoint[state.leg];
-    const T dx = next.x - at.x, dy = next.y - at.y;
-    const bool near = dx * dx + dy * dy < next.radius * next.radius;
-    const Leg<T> leg = line_of_sight(state.from, {next.x, next.y}, at.x, at.y, model.steering.lookahead, {T(0), T(1)});
-    const bool passed = leg.length < leg.along && abs(leg.across) < next.radius + T(2) * at.position_error;
-    const bool beyond = inside(mission, next.x, next.y).distance < model.fence_margin;
-    if (!near && !passed && !beyond) return;
-    state.reasons.set(Reason::skipped, beyond);
-    state.from = {next.x, next.y};
-    if (++state.leg == mission.waypoints) state.reasons.set(Reason::all_reached);
+Mode at_goal(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
+             bool back, bool up) {
+    Reasons& why = state.reasons;
+    Waypoint<T> goal{mission.home.x, mission.home.y, T(0), mission.home_speed, mission.home_radius, T(0)};
+    if (!back) goal = mission.waypoint[mission.waypoints - 1];
+    const T dx = goal.x - at.x, dy = goal.y - at.y, radius = goal.radius;
+    const bool there = dx * dx + dy * dy < radius * radius, known = knows(model, at, radius);
+    why.clear(Reason::adrift), why.set(Reason::adrift, why.has(Reason::no_fix) && !known);
+    // Where the place is not known the robot keeps to where it should be, as long as it can.
+    const bool last = why.has(Reason::low_battery) || why.has(Reason::time_up);
+    if (!there || !up || state.rising || !(known || last)) return back ? Mode::home : Mode::surface;
+    const bool done = known && why.has(Reason::all_reached) && !why.has(Reason::recalled);
+    return done ? Mode::done : Mode::ended;
 }
 
 /// The mode that follows from the reasons.
 template <class T>
-Mode mode_of(const Guidance<T>& model, const GuidanceState<T>& state, const Estimate<T>& at,
-             const Mission<T>& mission) {
-    if (state.mode == Mode::done) return Mode::done;
+Mode mode_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
+    if (has_ended(state.mode)) return state.mode;
     const Reasons& why = state.reasons;
     const bool up =
         at.depths ? at.depth < model.surface_depth : at.fix || model.fix_timeout <= seconds(model, state.blind[0]);
@@ -214,26 +168,13 @@ Mode mode_of(const Guidance<T>& model, const GuidanceState<T>& state, const Esti
         return up || model.fix_timeout <= seconds(model, state.blind[1]) ? Mode::hold : Mode::surface;
     if (why.has(Reason::compass_lost) && !at.compass && model.compass_timeout <= seconds(model, state.blind[2]))
         return up ? Mode::hold : Mode::surface;
-    const bool all = why.has(Reason::all_reached);
-    const bool adrift = why.has(Reason::no_fix) && model.error_lost < at.position_error;
-    if (why.end() || adrift || (all && !mission.stay)) {
-        const T dx = mission.home.x - at.x, dy = mission.home.y - at.y;
-        const bool there = dx * dx + dy * dy < mission.home_radius * mission.home_radius;
-        // Where home is not known it keeps to where it should be, as long as it can.
-        const bool last = why.has(Reason::low_battery) || why.has(Reason::time_up);
-        return there && up && !state.rising && (!adrift || last) ? Mode::done : Mode::home;
-    }
-    if (all) return up ? Mode::done : Mode::surface;
+    // Against a current that is too strong as long as the charge lasts: then it drifts, and tells where.
+    if (state.swept && state.spent) return up ? Mode::hold : Mode::surface;
+    const bool all = 0 < mission.waypoints && mission.waypoints <= state.leg;
+    const bool unknown = why.has(Reason::no_fix) && model.error_lost < at.position_error;
+    const bool back = why.end() || unknown || (all && !mission.stay);
+    if (back || all) return at_goal(model, state, at, mission, back, up);
     return state.rising ? Mode::surface : mission.waypoints > 0 ? Mode::transit : Mode::idle;
-}
-
-/// Where it goes: home, or the present waypoint.
-template <class T>
-Corner<T> target_of(const GuidanceState<T>& state, const Mission<T>& mission) {
-    const int last = mission.waypoints - 1;
-    if (state.mode == Mode::home || last < 0) return mission.home;
-    const Waypoint<T>& to = mission.waypoint[state.leg < last ? state.leg : last];
-    return {to.x, to.y};
 }
 
 /// Distance to the fence at which to turn: more the less the position is known. Where it is known, and on the way home,
@@ -253,10 +194,11 @@ Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Est
                     const Inside<T>& room) {
     const Course<T> present = toward(at.facing.x, at.facing.y, {T(0), T(1)});
     const Corner<T> target = target_of(state, mission);
-    const bool direct = state.mode == Mode::home || mission.waypoints == 0;
+    const bool direct = state.mode == Mode::home || mission.waypoints <= state.leg;
     const Course<T> course =
-        direct ? toward(target.x - at.x, target.y - at.y, present)
-               : line_of_sight(state.from, target, at.x, at.y, model.steering.lookahead, present).course;
+        direct           ? toward(target.x - at.x, target.y - at.y, present)
+        : 0 < state.held ? circle(model, at, mission.waypoint[state.leg])
+                         : line_of_sight(state.from, target, at.x, at.y, model.steering.lookahead, present).course;
     const T margin = margin_of(model, state, at, mission);
     state.reasons.clear(Reason::fence), state.reasons.clear(Reason::outside);
     if (margin <= room.distance) return course;
@@ -304,6 +246,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     const Steering<T>& steering = model.steering;
     const Inside<T> room = inside(mission, at.x, at.y);
     weigh(model, state, at, onboard, mission);
+    weigh_current(model, state, at, mission);
     weigh_fixes(model, state, at, mission, room.distance < margin_of(model, state, at, mission));
     if (state.mode == Mode::transit || state.mode == Mode::surface) follow_legs(model, state, at, mission);
     state.mode = mode_of(model, state, at, mission);
@@ -312,7 +255,8 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     Command<T>& command = out.command;
     command.fresh = command.armed = true;
     const T depth = depth_of(model, state, at, mission);
-    if (state.mode == Mode::idle || state.mode == Mode::hold || state.mode == Mode::done) {
+    const bool moves = state.mode == Mode::transit || state.mode == Mode::surface || state.mode == Mode::home;
+    if (!moves || (state.resting && state.mode != Mode::home)) {
         state.fin = T(0);
         beat_into(steering, command, steering.speed_min, T(0));
         for (int j = 0; j < steering.joints; ++j) command.amplitude[j] = T(0);
@@ -323,7 +267,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     const int leg = state.leg < mission.waypoints ? state.leg : mission.waypoints - 1;
     T speed = home || leg < 0 ? mission.home_speed : mission.waypoint[leg].speed;
     // Against a current that leaves no way over ground: faster.
-    if (made_good(course, at.current, speed) < T(0.1)) speed = steering.table.speed[steering.table.gaits - 1];
+    if (made_good(course, at.current, speed) < T(slow_way)) speed = steering.table.speed[steering.table.gaits - 1];
     T bias = T(0);
     if (at.attitude) {
         bias = bias_for(steering, state.steering, crab(course, at.current, max(speed, steering.speed_min)), at.speed);

@@ -5,8 +5,8 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// m east and north, m down, m/s through the water, m within which it counts as reached (or passed: guidance.hpp,
-/// follow_legs), s to stay there.
+/// m east and north, m down, m/s through the water, m within which it counts as reached (legs.hpp), s to
+/// stay there.
 template <class T>
 struct Waypoint {
     T x, y, depth, speed, radius, hold;

@@ -167,6 +167,8 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     Guidance<T>& g = m.guidance;
     visit("surface_depth", 0, g.surface_depth), visit("fence_margin", 0, g.fence_margin);
     visit("error_max", 0, g.error_max), visit("error_near", 0, g.error_near), visit("error_lost", 0, g.error_lost);
+    visit("error_fix", 0, g.error_fix), visit("depth_tolerance", 0, g.depth_tolerance);
+    visit("arrival_timeout", 0, g.arrival_timeout);
     visit("drift_error_max", 0, g.drift_error_max), visit("fix_timeout", 0, g.fix_timeout), visit("retry", 0, g.retry);
     visit("lost_after", 0, g.lost_after), visit("compass_timeout", 0, g.compass_timeout);
     visit("fin_tilt", 0, g.fin_tilt), visit("fin_min", 0, g.fin_min), visit("fin_after", 0, g.fin_after);

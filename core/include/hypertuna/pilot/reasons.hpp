@@ -7,7 +7,7 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-enum class Mode : std::uint8_t { idle, transit, hold, surface, home, done, count };
+enum class Mode : std::uint8_t { idle, transit, hold, surface, home, done, ended, count };
 inline constexpr int modes = int(Mode::count);
 struct ModeText {
     const char* name;
@@ -16,8 +16,11 @@ struct ModeText {
 inline constexpr ModeText mode_texts[modes] = {
     {"idle", "no mission to fly"},   {"transit", "on a leg to a waypoint"},
     {"hold", "the beat is stopped"}, {"surface", "ascending for a fix, or waiting for it at the surface"},
-    {"home", "on the way home"},     {"done", "the mission has ended"},
+    {"home", "on the way home"},     {"done", "the mission is done: all waypoints are reached, and home"},
+    {"ended", "the mission has ended without being done: the reasons say why"},
 };
+
+inline bool has_ended(Mode mode) { return mode == Mode::done || mode == Mode::ended; }
 
 /// Why the robot does what it does. The first ones end the mission and are latched.
 enum class Reason : std::uint8_t {
@@ -33,6 +36,7 @@ enum class Reason : std::uint8_t {
     stranded,
     tail_lost,
     recalled,
+    swept,
     all_reached,
     no_fix,
     uncertain,
@@ -41,6 +45,8 @@ enum class Reason : std::uint8_t {
     outside,
     depth_limit,
     skipped,
+    passed,
+    adrift,
     count
 };
 inline constexpr int reasons = int(Reason::count);
@@ -64,6 +70,7 @@ inline constexpr ReasonText reason_texts[reasons] = {
     {"stranded", "the depth does not answer on the way up either: the beat stops and the robot floats"},
     {"tail_lost", "the controller released a joint at the hard pressure limit: home with the other"},
     {"recalled", "the ground or the supervisor on board called the robot home"},
+    {"swept", "the current is faster than the robot: home at the surface as long as the charge lasts, then hold"},
     {"all_reached", "all waypoints are reached"},
     {"no_fix", "no fix came at the surface in good time"},
     {"uncertain", "the position is too uncertain: up for a fix"},
@@ -71,7 +78,9 @@ inline constexpr ReasonText reason_texts[reasons] = {
     {"fence", "the fence is near: its inside comes first"},
     {"outside", "the robot is outside the fence"},
     {"depth_limit", "the depth is at its limit"},
-    {"skipped", "a waypoint was too near the fence, or beyond it"},
+    {"skipped", "a waypoint was left out: too near the fence or beyond it, or by order"},
+    {"passed", "a waypoint was passed without being reached: position or depth were not right in time"},
+    {"adrift", "the position is too uncertain to tell whether this is home"},
 };
 
 /// A set of reasons, one bit each.

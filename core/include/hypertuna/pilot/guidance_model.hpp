@@ -1,0 +1,90 @@
+/// Guidance: its constants, its state, and what it takes and gives.
+#pragma once
+
+#include "hypertuna/pilot/reasons.hpp"
+#include "hypertuna/pilot/steering.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+template <class T>
+struct Guidance {
+    Steering<T> steering;
+    T surface_depth;                              // m above which the robot counts as at the surface
+    T fence_margin;                               // m
+    T error_max, error_near, error_lost;          // m: come up, good enough, home
+    T error_fix;                                  // m: position error that fixes attain
+    T depth_tolerance;                            // m from a waypoint's depth within which it is reached
+    T arrival_timeout;                            // s near or past a waypoint until the robot goes on
+    T drift_error_max;                            // m/s: error of the way per second that a dive is begun with
+    T fix_timeout, retry;                         // s at the surface without a fix; s until the next attempt
+    T lost_after;                                 // s without a sensor
+    T compass_timeout;                            // s home without a compass
+    T fin_tilt, fin_min, fin_after;               // sine, rad, s: roll against a fin command that tells a lost fin
+    T single_fin_max;                             // rad: largest angle of a fin that is left alone
+    T response_time, response_depth;              // s with fins at their limit, m of progress that is an answer
+    T blind_fin;                                  // rad: up without depth or IMU
+    T slow;                                       // m/s at which it comes up without IMU
+    T battery_empty, battery_span, battery_drop;  // V
+    T endurance;                                  // s that a full battery lasts at full speed
+    T overhead;                                   // s added to every way home
+};
+
+template <class T>
+struct GuidanceState {
+    Mode mode;
+    Reasons reasons;
+    SteeringState<T> steering;
+    int leg;                      // current waypoint
+    Corner<T> from;               // m: where the leg began
+    int reached, passed;          // waypoints before this one; all others were skipped
+    int arriving, held, sought;   // ticks near or past the waypoint, of its time to hold; fixes sought for it
+    bool resting;                 // at the surface within a waypoint's radius
+    bool swept, spent;            // carried away from home now; the reserve of the charge is touched
+    int ticks;                    // decisions so far
+    int since_fix, waiting;       // ticks since the last fix, at the surface without one
+    int surfaced;                 // ticks at the surface for better fixes
+    bool rising;                  // for a fix
+    int retry;                    // ticks until rising again makes sense
+    int blind[4];                 // ticks without depth, IMU, compass, battery
+    int poor, drained, carried;   // ticks of low charge, without a reserve, of a current too strong for the way home
+    T fin_evidence;               // s: positive for the starboard fin
+    int unanswered;               // ticks with fins at their limit
+    T depth_error, depth_wanted;  // m, when that began
+    T fin;                        // rad, last asked
+};
+
+template <class T>
+struct Guided {
+    GuidanceState<T> state;
+    Command<T> command;
+};
+
+/// Input of guidance from the controller.
+template <class T>
+struct Onboard {
+    T voltage;          // V, last valid reading
+    bool voltage_lost;  // its sensor is faulty
+    bool joint_lost;    // a joint was released at the hard limit
+};
+
+template <class T>
+GuidanceState<T> init(const Guidance<T>&, const Mission<T>& mission) {
+    GuidanceState<T> state{};
+    state.from = mission.start;
+    state.rising = true;  // it begins with fixes
+    return state;
+}
+
+template <class T>
+T seconds(const Guidance<T>& model, int ticks) {
+    return T(ticks) * model.steering.period;
+}
+
+/// Count ticks while something holds, and say whether it held for so long.
+template <class T>
+bool lasts(int& ticks, bool holds, T limit, T period) {
+    ticks = !holds ? 0 : T(ticks) * period < limit ? ticks + 1 : ticks;
+    return holds && limit <= T(ticks) * period;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,0 +1,190 @@
+/// Guidance: what counts as reached, how a waypoint is held, what ends a mission without being done, and a current that
+/// is faster than the fish.
+#include "cruise.hpp"
+
+using namespace hypertuna;
+
+/// A leg that has ended, as the fish believed and as it was.
+struct Ended {
+    bool reached;
+    double believed, away, error, depth;  // m from the waypoint; of the position; too deep
+};
+
+struct Watched {
+    Voyage<double> end{};
+    Ended leg[8];
+    int legs = 0;
+    std::uint32_t told = 0;
+    double swept_at = 0;  // s
+
+    bool was(Reason reason) const { return told >> int(reason) & 1; }
+    const GuidanceState<double>& guidance() const { return end.last.state.guidance; }
+    double from_home() const { return std::hypot(end.fish.x, end.fish.y); }
+};
+
+template <class Look>
+static Watched watch(const Mission<double>& mission, const Water& water, double most, const Look& look) {
+    Watched out;
+    int reached = 0;
+    out.end = voyage<double>(mission, water, most, 7, [&](const Cruiser& fish, const PilotStep<double>& step, int tick) {
+        const GuidanceState<double>& at = step.state.guidance;
+        if (out.legs < at.leg && out.legs < 8) {
+            const Waypoint<double>& to = mission.waypoint[at.leg - 1];
+            out.leg[out.legs++] = {reached < at.reached, std::hypot(step.estimate.x - to.x, step.estimate.y - to.y),
+                                   std::hypot(fish.x - to.x, fish.y - to.y), step.estimate.position_error,
+                                   -fish.z - to.depth};
+            reached = at.reached;
+        }
+        if (step.reasons.has(Reason::swept) && out.swept_at == 0) out.swept_at = fish.time;
+        out.told |= step.reasons.flags;
+        look(fish, step, tick);
+    });
+    return out;
+}
+
+static Watched watch(const Mission<double>& mission, const Water& water, double most) {
+    return watch(mission, water, most, [](const Cruiser&, const auto&, int) {});
+}
+
+static Water without_satellites() {
+    Water water;
+    water.gap[1] = 1e6;
+    return water;
+}
+
+/// Waypoints nearer than the minute at the surface takes: reached at their depth, within their radius, as it knows.
+static void reached_at_its_depth() {
+    for (const double depth : {0.0, 0.5, 2.0}) {
+        const Waypoint<double> point[] = {{0, 6, depth, 0.3, 2, 0}, {6, 6, depth, 0.3, 2, 0}};
+        const Watched run = watch(mission_of(point, 2), Water{}, 900);
+        CHECK(run.end.last.mode == Mode::done && run.guidance().reached == 2 && run.legs == 2);
+        for (int k = 0; k < run.legs; ++k) {
+            const Ended& leg = run.leg[k];
+            CHECK(leg.reached && leg.believed < 2 && leg.error <= 2 && leg.away < 2 + 3 * leg.error);
+            CHECK(std::fabs(leg.depth) < 0.3);
+        }
+    }
+}
+
+/// Without satellites nothing is reached that is not known: waypoints are passed, and home is not claimed.
+static void unknown_is_not_reached() {
+    const Waypoint<double> point[] = {{0, 30, 1, 0.3, 2, 0}, {30, 30, 1, 0.3, 2, 0}};
+    Mission<double> mission = mission_of(point, 2);
+    mission.duration = 600;
+    Water water = without_satellites();
+    water.current[0] = 0.1;
+    const Watched run = watch(mission, water, 1500);
+    CHECK(run.end.last.mode == Mode::ended && run.was(Reason::adrift) && run.was(Reason::passed));
+    CHECK(run.guidance().reached == 0 && 0 < run.guidance().passed && !run.was(Reason::all_reached));
+    // Back at the surface with satellites, but with a waypoint that no fix can tell to be reached.
+    const Waypoint<double> small[] = {{0, 30, 1, 0.3, 0.5, 0}};
+    const Watched vague = watch(mission_of(small, 1), Water{}, 900);
+    CHECK(vague.end.last.mode == Mode::ended && vague.guidance().passed == 1 && !vague.was(Reason::adrift));
+    CHECK(vague.from_home() < 3 + 3 * vague.end.last.estimate.position_error);
+}
+
+/// At home without a fix it goes on around the place where home should be; a fix that comes at last takes it home.
+static void home_is_found_when_a_fix_comes() {
+    const Waypoint<double> point[] = {{0, 20, 1, 0.3, 2, 0}};
+    Water water;
+    water.current[0] = 0.05, water.gap[0] = 70, water.gap[1] = 700;
+    const Watched run = watch(mission_of(point, 1), water, 1500);
+    CHECK(run.was(Reason::adrift) && !run.end.last.reasons.has(Reason::adrift));
+    CHECK(has_ended(run.end.last.mode) && 700 < run.end.fish.time && run.from_home() < 3 + 5);
+}
+
+/// Hold at depth on a circle, at the surface at rest: so long, and as near as the radius and the error of the place.
+static void holds_at_a_waypoint() {
+    for (const double depth : {0.0, 1.5}) {
+        const Waypoint<double> point[] = {{0, 15, depth, 0.3, 3, 60}};
+        double away = 0, off = 0, held = 0, resting = 0;
+        Water water;
+        water.current[0] = 0.05;
+        const Watched run =
+            watch(mission_of(point, 1), water, 1500, [&](const Cruiser& fish, const PilotStep<double>& step, int) {
+                const GuidanceState<double>& at = step.state.guidance;
+                if (at.held == 0 || 0 < at.leg) return;
+                held += 0.01, resting += step.command.amplitude[0] == 0 ? 0.01 : 0;
+                away = std::fmax(away, std::hypot(fish.x, fish.y - 15));
+                off = std::fmax(off, std::fabs(-fish.z - depth));
+            });
+        CHECK(run.end.last.mode == Mode::done && run.legs == 1 && run.leg[0].reached);
+        CHECK(59 < held && held < 300 && away < 3 + 3 * 2);
+        CHECK((15 < resting) == (depth == 0.0));
+        if (depth == 0.0) CHECK(off < 0.2);
+    }
+}
+
+/// Called back by the ground, after all waypoints too, a mission is never done.
+static void called_back_is_not_done() {
+    const Waypoint<double> point[] = {{0, 10, 0, 0.3, 2, 0}};
+    const Mission<double> mission = mission_of(point, 1);
+    const Pilot<double> pilot = test_pilot<double>();
+    for (const int leg : {0, 1}) {
+        GuidanceState<double> state = init(pilot.guidance, mission);
+        state.leg = state.reached = leg, state.rising = false;
+        state.reasons.set(Reason::all_reached, leg == 1), state.reasons.set(Reason::recalled);
+        Estimate<double> at{};
+        at.depths = at.attitude = at.compass = at.fix = true, at.position_error = 1.6, at.factor = 1, at.facing.x = 1;
+        state = guide(pilot.guidance, state, at, {15.5, false, false}, mission).state;
+        CHECK(state.mode == Mode::ended);
+    }
+}
+
+/// A current faster than the fish: it tells so within a minute and a half, comes up, swims against it until the charge
+/// is at its reserve, and then drifts; home where the current eases before that.
+static void swept_and_back() {
+    const Waypoint<double> point[] = {{0, 40, 2, 0.3, 2, 0}};
+    Mission<double> mission = mission_of(point, 1);
+    Water water;
+    water.current[1] = 0.6;
+    for (const double eases : {1e9, 150.0}) {
+        water.eases = eases, water.volts = 12.6, water.drain = eases < 1e9 ? 0 : 4.8 / 8000;
+        double deepest = 0;
+        const Watched run = watch(mission, water, 1200, [&](const Cruiser& fish, const PilotStep<double>&, int tick) {
+            if (10000 < tick) deepest = std::fmax(deepest, -fish.z);
+        });
+        CHECK(0 < run.swept_at && run.swept_at < 90 && deepest < 0.3);
+        if (eases < 1e9)
+            CHECK(run.end.last.mode == Mode::ended && run.from_home() < 8);
+        else
+            CHECK(run.end.last.mode == Mode::hold && run.end.last.reasons.has(Reason::swept));
+    }
+    // One that it can just swim against is no reason.
+    water = {};
+    water.current[1] = 0.25;
+    const Watched slow = watch(mission, water, 1500);
+    CHECK(!slow.was(Reason::swept) && slow.end.last.mode == Mode::done);
+}
+
+/// Legs begin again from a place: what was left out is skipped, what was missed stays so.
+static void legs_begin_anywhere() {
+    const Waypoint<double> point[4] = {};
+    const Mission<double> mission = mission_of(point, 4);
+    GuidanceState<double> state = init(test_pilot<double>().guidance, mission);
+    begin_leg(state, mission, 2, {5, 6});
+    CHECK(state.leg == 2 && state.reached == 0 && state.passed == 0 && state.from.x == 5 && state.from.y == 6);
+    CHECK(state.reasons.has(Reason::skipped));
+    state = init(test_pilot<double>().guidance, mission);
+    state.leg = 4, state.reached = 3, state.passed = 1, state.mode = Mode::done;
+    begin_leg(state, mission, 1, {0, 0});
+    CHECK(state.leg == 1 && state.reached == 0 && state.passed == 1 && !has_ended(state.mode));
+    begin_leg(state, mission, 9, {0, 0});
+    CHECK(state.leg == 4 && state.reached == 0 && state.passed == 1);
+    begin_leg(state, mission, -3, {0, 0});
+    CHECK(state.leg == 0 && state.reached == 0 && state.passed == 0);
+    state.leg = state.reached = 3;
+    begin_leg(state, mission, 3, {1, 1});
+    CHECK(state.leg == 3 && state.reached == 3 && !state.reasons.has(Reason::all_reached));
+}
+
+int main() {
+    reached_at_its_depth();
+    unknown_is_not_reached();
+    home_is_found_when_a_fix_comes();
+    holds_at_a_waypoint();
+    called_back_is_not_done();
+    swept_and_back();
+    legs_begin_anywhere();
+    return failures();
+}
