@@ -117,9 +117,11 @@ class FlightTwin final : public LiveTwin {
     Ending ending() const {
         const GuidanceState<double>& at = on_.pilot.guidance;
         if (!plausible(on_.twin.plant)) return Ending::diverged;
-        if (at.mode == Mode::done) return at.leg < flight_.mission.waypoints ? Ending::home : Ending::done;
-        if (on_.ticks < mission_.ticks) return Ending::none;
-        return at.mode == Mode::hold ? Ending::hold : Ending::given_up;
+        if (at.mode == Mode::done) return Ending::done;
+        if (at.mode != Mode::ended && on_.ticks < mission_.ticks) return Ending::none;
+        if (at.mode == Mode::hold) return Ending::hold;
+        if (at.reasons.has(Reason::adrift)) return Ending::adrift;
+        return at.mode == Mode::ended ? Ending::home : Ending::given_up;
     }
 
     SpaceBody<Law, D> home_;

@@ -12,7 +12,7 @@ const MODES: Record<string, string> = {
   home: "sea-home",
   hold: "sea-hold",
 };
-const OTHER = "faint"; // idle, done
+const OTHER = "faint"; // idle, done, ended
 
 export const modeColor = (mode: string): string => MODES[mode] ?? OTHER;
 

@@ -2,8 +2,8 @@
 
     python validation/missions/random_missions.py -n 118 -o build/random.jsonl     # resumes where the file ends
 
-Each flight is one line of JSON. The table lists every flight that left its fence, went below its depth limit, ended away
-from home, or claims a waypoint or a home that it had not reached.
+Each flight is one line of JSON. The table lists every flight that left its fence, went below its depth limit, ended
+away from home, or claims a waypoint or a home that it had not reached.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ def measure(run: MissionRun, one: Sample) -> dict[str, Any]:
 def claims(run: MissionRun) -> list[list[float]]:
     """Return true distance, radius, position error and depth error [m] at every waypoint that counts as reached."""
     leg, mission = run.data["leg"].astype(int), run.start.mission
-    rows = np.flatnonzero(np.diff(leg)) + 1
+    rows = np.flatnonzero(np.diff(run.data["reached"])) + 1
     return [
         [
             float(np.hypot(*(run.data["position"][k, :2] - mission.waypoints[leg[k] - 1][:2]))),

@@ -16,6 +16,7 @@ from hypertuna.firmware.failures import FAILURES
 from hypertuna.firmware.in_the_loop import PARTS, FirmwareRun, firmware_in_the_loop
 from hypertuna.firmware.relay import radio_model
 from hypertuna.firmware.scenario import find_scenario
+from hypertuna.mission.checks import check_current
 
 ROBOT = "hypertuna"  # that flies scenarios without a robot of their own
 
@@ -71,7 +72,7 @@ def hil_command(
     """Run the firmware in the loop: the twin at sea and the firmware on a board, in lock-step.
 
     The same firmware runs beside it as a program on this machine, and must answer with the same bits in every tick.
-    The exit code is 0 if it did, 1 if not, 2 for bad input.
+    The exit code is 0 if it did and its mission, if it has one, is done; 1 if not, 2 for bad input.
     """
     if air is not None and radio is None:
         raise InputError("needs a ground station", key="--air", fix="give its port by --radio")
@@ -80,6 +81,8 @@ def hil_command(
     named = robot.load() if robot.robot else None
     flown = find_scenario(scenario, replace(robot, robot=ROBOT).load() if named is None and ":" in scenario else named)
     fish = named if named is not None else replace(robot, robot=flown.robot or ROBOT).load()
+    if flown.mission is not None:
+        check_current(fish, flown.mission)
     with progress_bar("ticks") as progress:
         run = firmware_in_the_loop(
             fish,
@@ -101,7 +104,7 @@ def hil_command(
         lines=_lines,
         written=(black_box,),
         as_json=as_json,
-        failed=bool(len(run.mismatches)),
+        failed=bool(len(run.mismatches)) or run.status not in (None, "done"),
     )
 
 

@@ -88,8 +88,8 @@ def mission_command(
 ) -> None:
     """Fly a mission on the twin at sea, under its pilot.
 
-    The exit code is 0 if it is done: all waypoints reached and home again; 1 if it ends otherwise (with --seeds: if
-    one of them does), 2 for bad input.
+    The exit code is 0 if it is done: all waypoints reached and home again, with a position that is known well enough to
+    say so; 1 if it ends otherwise (with --seeds: if one of them does), 2 for bad input.
     """
     file = read_mission(mission)
     fish = _robot(file, robot)
@@ -144,7 +144,8 @@ def _robot(file: MissionFile, options: opt.MissionRobot) -> Robot:
 
 def _outcome(one: Outcome) -> dict[str, Any]:
     """Return the outcome of a flight, names with units."""
-    return {"seed": one.seed, "status": one.status} | values_of(one.summary()) | {"reasons_s": one.reasons}
+    ending = {"seed": one.seed, "status": one.status}
+    return ending | values_of(one.summary()) | {"reasons_s": one.reasons, "waypoints": one.waypoints}
 
 
 def _record(flight: Flight) -> dict[str, Any]:
@@ -165,7 +166,8 @@ def _sentence(flight: Flight, one: Outcome) -> str:
     command, speed = ("The mission commands", asked) if fastest < asked else ("[home] commands", mission.home_speed)
     beyond = f" {command} {speed:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
     beyond = beyond if fastest < max(mission.speeds) else ""
-    reached = f" (waypoints reached: {one.waypoints_reached})" if one.status == "home" else ""
+    counts = (f"{one.waypoints_reached} of {len(one.waypoints)} reached", f"{one.waypoints_passed} passed")
+    reached = "" if one.status == "done" else f" (waypoints: {', '.join(counts)}, {one.waypoints_skipped} skipped)"
     reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
     return f"{ENDINGS[one.status]}{reached} after {one.duration:.4g} s{reasons}.{beyond}"
 
@@ -185,12 +187,18 @@ def _lines(flight: Flight) -> Iterator[Any]:
     radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
     if one.fence_margin_min < 0:
         yield f"It crossed the fence by {-one.fence_margin_min:.3g} m.", "yellow"
-    judged = flight.status == "done" or (flight.status == "home" and not mission.stay)
-    if judged and one.goal_distance > radius:
+    for k, point in enumerate(one.waypoints):
+        if point["outcome"] == "passed":
+            yield (
+                f"Waypoint {k} passed: {point['believed_m']:.3g} m away by the pilot's estimate, whose error is "
+                f"{point['error_m']:.3g} m, in truth {point['true_m']:.3g} m, at a depth of {point['depth_m']:.3g} m.",
+                "yellow",
+            )
+    if flight.status in ("done", "home", "adrift") and one.goal_distance > radius:
         goal = "the last waypoint" if mission.stay else "home"
         yield (
             f"It is {one.goal_distance:.3g} m from {goal}, beyond the radius of {radius:g} m: the pilot judges by its "
-            "estimated position.",
+            f"estimated position, with an error of {one.goal_error:.3g} m.",
             "dim",
         )
 
@@ -204,7 +212,9 @@ def _fly_many(
     facts = made_by(robot, mission=file.name, mission_hash=file.hash)
 
     def row(one: Outcome) -> dict[str, Any]:
-        return _outcome(one) | {"reasons_s": " ".join(f"{name}@{time:g}" for name, time in one.reasons.items())}
+        reasons = " ".join(f"{name}@{time:g}" for name, time in one.reasons.items())
+        waypoints = " ".join(point["outcome"] for point in one.waypoints)
+        return _outcome(one) | {"reasons_s": reasons, "waypoints": waypoints}
 
     emit(
         outcomes,

@@ -26,6 +26,7 @@ from hypertuna.swimming.swim import swim
 AIR_PRESSURE = (50e3, 108.5e3)  # Pa, from the highest lakes to the highest weather
 DEPTH_STEP = 0.5  # m, largest change of a working depth sensor within a tick
 FIELD_BAND = (0.5, 1.5)  # of the field's strength: a compass reading outside is a fault
+FIXED = 1.2  # position error at the surface that is good enough, over that after some ten fixes
 STEER = 0.5  # fraction of the largest tail bias at which the curvature of the path is computed
 
 
@@ -126,6 +127,17 @@ def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, lis
     }
 
 
+def depth_tolerance(pilot: Guidance) -> float:
+    """Return the difference [m] from the depth of a waypoint within which it is reached."""
+    return 2 * pilot.surface_depth
+
+
+def error_of_fixes(robot: Robot) -> float:
+    """Return the position error [m] that some fixes attain: their common offset, and what is left of their noise."""
+    position = sensor_of(robot, "position")
+    return FIXED * math.hypot(position.bias, position.noise / 3)
+
+
 # Constants that are in the table [guidance] under the same name.
 PLAIN = (
     *("gravity_rate", "field_rate", "depth_rate", "position_walk", "current_walk", "current_error"),
@@ -145,6 +157,8 @@ def _plain(pilot: Guidance) -> dict[str, float]:
         "climb_max": math.sin(pilot.climb_max),
         "lost_after": pilot.sensor_timeout,
         "slow": pilot.blind_speed,
+        "depth_tolerance": depth_tolerance(pilot),
+        "arrival_timeout": pilot.retry,
         # At the surface depth the antenna may still be wet: fixes come from up to twice that depth.
         "fix_depth": 2 * pilot.surface_depth,
     }
@@ -170,6 +184,7 @@ def _sensed(robot: Robot) -> dict[str, float]:
         "antenna_z": antenna[1],
         "fix_noise": position.noise,
         "fix_offset": position.bias,
+        "error_fix": error_of_fixes(robot),
     }
 
 

@@ -34,7 +34,14 @@ from hypertuna.firmware.lockstep import (
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.relay import Relay
 from hypertuna.firmware.scenario import START, Scenario, random_messages, released_at, scheduled_orders
-from hypertuna.mission.run import MissionRun, MissionStart, fly_parts, joined_parts, mission_start
+from hypertuna.mission.run import (
+    MissionRun,
+    MissionStart,
+    ending,
+    fly_parts,
+    joined_parts,
+    mission_start,
+)
 from hypertuna.ranges import Whole
 
 Messages = NDArray[Any]
@@ -88,11 +95,9 @@ class FirmwareRun:
             return "diverged"
         if not self.mission_run.start.mission.waypoints:
             return None
-        mode: str = _core.mode_names()[self.answers[-1]["mode"]]
-        if mode in ("done", "hold"):
-            return mode
-        ends = {"home": "home", "surface": "up"}
-        return ends.get(_before_rest(self.answers["state"]) or "", "given up")
+        last, ends = self.answers[-1], {"home": "home", "surface": "up"}
+        status = ending(last["mode"], last["reasons"])
+        return ends.get(_before_rest(self.answers["state"]) or "", status) if status == "given up" else status
 
     @property
     def refused(self) -> dict[str, list[int]]:

@@ -20,6 +20,7 @@ from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.quantity import Column, Quantity, summarized
+from hypertuna.mission.checks import check_current
 from hypertuna.mission.file import MissionFile, randomized, read_mission
 from hypertuna.mission.log import LogWriter
 from hypertuna.mission.record import COLUMNS, MissionRecord, joined, names_of
@@ -33,6 +34,7 @@ from hypertuna.mission.run import (
     joined_parts,
     mission_start,
 )
+from hypertuna.mission.waypoints import waypoint_results
 from hypertuna.swimming.sweep import thread_count
 
 Report = Callable[[int, int], None]
@@ -54,11 +56,13 @@ class Flight(
     robot: Robot
     seed: int
     record: MissionRecord
-    status: str  # "done"; "home" before all waypoints were reached; "hold", "given up" or "diverged"
+    status: str  # one of `hypertuna.mission.run.ENDINGS`
 
 
 OUTCOME = {
     "waypoints_reached": Column(),
+    "waypoints_passed": Column(),
+    "waypoints_skipped": Column(),
     "duration": Column("s"),
     "distance": Column("m", "over ground"),
     "energy": Column("Wh", "from the battery"),
@@ -67,6 +71,7 @@ OUTCOME = {
     "fence_margin_min": Column("m"),
     "estimation_error_max": Column("m", "of the position"),
     "goal_distance": Column("m", "at the end"),
+    "goal_error": Column("m", "position error at the end"),
 }
 
 
@@ -77,6 +82,8 @@ class Outcome:
     seed: int
     status: str
     waypoints_reached: int
+    waypoints_passed: int  # without being reached: position or depth were not right in time
+    waypoints_skipped: int
     duration: float  # s
     distance: float  # m, over ground
     energy: float  # J, from the battery
@@ -85,7 +92,9 @@ class Outcome:
     fence_margin_min: float  # m, min distance to the fence, negative outside; infinite without a fence
     estimation_error_max: float  # m, max error of the estimated position
     goal_distance: float  # m, at the end, from home or from the last waypoint of a mission that stays
+    goal_error: float  # m, position error (standard deviation) by the pilot at the end
     reasons: dict[str, float]  # s, time at which each of the pilot's reasons first held
+    waypoints: list[dict[str, Any]]  # of `waypoint_results`
 
     def summary(self) -> dict[str, Quantity]:
         """Return the numbers of a flight, by the names of the JSON record."""
@@ -141,6 +150,7 @@ def fly(
     file = read_mission(file) if isinstance(file, str | Path) else file
     robot = robot_of(robot)
     faults = tuple(faults)
+    check_current(robot, file.mission, file.scatter.current if seed else 0.0)
     start = mission_start(robot, randomized(file, seed), seed=seed, faults=faults, every=every, duration=duration)
     options = {"mission": file.hash, "seed": seed, "faults": list(faults), "every": every, "duration": start.duration}
     facts = _facts(file, robot, seed, faults)
@@ -181,7 +191,8 @@ def fly_seeds(
         raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
     faults = tuple(faults)
     options = {"mission": file.hash, "seeds": list(seeds), "faults": list(faults), "duration": duration}
-    mission_start(robot, file.mission, faults=faults, duration=duration)  # bad input fails before any work
+    check_current(robot, file.mission, file.scatter.current)  # bad input fails before any work
+    mission_start(robot, file.mission, faults=faults, duration=duration)
     outcomes: list[Outcome] = []
 
     stop = threading.Event()
@@ -212,12 +223,18 @@ def fly_seeds(
 def outcome(flight: Flight) -> Outcome:
     """Return the summary of a flight."""
     record, mission = flight.record, flight.record.mission
+    results = waypoint_results(record)
+    reached, passed, skipped = (
+        sum(one["outcome"] == name for one in results) for name in ("reached", "passed", "skipped")
+    )
     place = record.position[:, :2]
     goal = mission.course[-1]
     return Outcome(
         seed=flight.seed,
         status=flight.status,
-        waypoints_reached=int(record.data["leg"][-1]),
+        waypoints_reached=reached,
+        waypoints_passed=passed,
+        waypoints_skipped=skipped,
         duration=float(record.time[-1]),
         distance=record.distance,
         energy=float(record.energy[-1]),
@@ -226,7 +243,9 @@ def outcome(flight: Flight) -> Outcome:
         fence_margin_min=float(fence_distance(mission, place).min()),
         estimation_error_max=float(record.estimation_error.max()),
         goal_distance=float(np.hypot(*(place[-1] - goal))),
+        goal_error=float(record.data["position_error"][-1]),
         reasons=record.first_reasons,
+        waypoints=results,
     )
 
 

@@ -16,7 +16,8 @@ from hypertuna.mission.record import MissionRecord
 NARROW = 6.0  # inches: below it there are fewer columns in the legends
 TRUE, BELIEVED, POWER = COLORS[1], COLORS[0], COLORS[2]
 DASHES = (0, (4, 2))
-BANDS = {"surface": "#DDEBF3", "hold": "#EFE7D6", "home": "#E4EEDD", "done": "#ECECEC"}  # light: lines stay readable
+BANDS = {"surface": "#DDEBF3", "hold": "#EFE7D6", "home": "#E4EEDD"}  # light: lines stay readable
+BANDS |= dict.fromkeys(("done", "ended"), "#ECECEC")
 HOUR = 3600.0
 
 

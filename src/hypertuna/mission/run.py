@@ -13,12 +13,12 @@ from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
 from hypertuna.arrays import Array
 from hypertuna.control.guidance import GaitTable, gait_table, mission_columns, pilot_columns
-from hypertuna.control.mission import Mission, fence_distance
+from hypertuna.control.mission import Mission
 from hypertuna.control.sensors import fault_texts, fault_times, pilot_sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.robot import Robot, require
-from hypertuna.errors import InputError
+from hypertuna.mission.checks import check_fit
 from hypertuna.ranges import POSITIVE_WHOLE, Range, check_name
 from hypertuna.simulation.plant import SEEDS, controller_of, parts_of, steps_of
 from hypertuna.simulation.sea import Sea, world_columns
@@ -34,8 +34,9 @@ FINS = {"fin-port": (0,), "fin-starboard": (1,), "fins": (0, 1)}
 DISTANCE_STEP = 2.0  # s between the places that a distance is summed over: whole beats of most gaits
 # How a flight ends, in the order of hosts/twin.hpp.
 ENDINGS = {
-    "done": "The mission is done",
-    "home": "The robot came home early",
+    "done": "The mission is done: all waypoints reached, and home",
+    "home": "The robot is home, but the mission is not done",
+    "adrift": "The robot cannot tell whether it is home: its position is too uncertain",
     "hold": "The robot holds: it cannot go home",
     "given up": "The mission was given up",
     "diverged": "The run diverged: the state of the twin is no longer that of a robot",
@@ -68,7 +69,7 @@ class MissionRun:
     start: MissionStart
     time: Array = field(repr=False)  # (T,), start of every recorded control tick [s]
     data: dict[str, Array] = field(repr=False)  # by the names of `_core.simulate`, (T,) or (T, n) [SI]
-    status: str  # one of `ENDINGS`: "home" before all waypoints were reached, "given up" out of time
+    status: str  # one of `ENDINGS`
 
     @cached_property
     def distance(self) -> float:
@@ -103,7 +104,7 @@ def mission_start(
     tick = 1 / control.rate
     table = gait_table(robot)
     parts = parts_of(robot, "water", None)
-    _check_margin(robot, mission)
+    check_fit(robot, mission)
     every = POSITIVE_WHOLE.check(every, "every", "give a whole number of ticks")
     # A mission without a time limit is given up late, also one that stays: it may come home early.
     usual = max(mission.duration, SLACK * expected(replace(mission, stay=False))) + 600.0
@@ -174,10 +175,10 @@ def fly_parts(
     fly: Callable[[int, int, bytes | None], tuple[Part, bytes]] | None = None,
     ended: Callable[[Part], bool] | None = None,
 ) -> Iterator[tuple[int, Part]]:
-    """Fly part after part until the mission is done; yield each with the ticks before it.
+    """Fly part after part until the mission has ended; yield each with the ticks before it.
 
     `fly` takes ticks flown, ticks to fly and state in place of `fly_part`; `ended` returns whether a part was the last,
-    by default whether the pilot is done.
+    by default whether the pilot has ended the mission.
     """
     length = max(1, round(PART / (start.tick * start.every))) * start.every  # whole rows of the record
     state, made = None, 0
@@ -187,24 +188,36 @@ def fly_parts(
         yield made, part
         flown = int(part["ticks"][0])
         made += flown
-        done = _done(start, part) if ended is None else ended(part)
-        if flown < asked or done:
+        over = _ended(start, part) if ended is None else ended(part)
+        if flown < asked or over:
             return
 
 
 def joined_parts(start: MissionStart, parts: Sequence[Part]) -> MissionRun:
-    """Join consecutive parts of a mission, up to where it was done."""
+    """Join consecutive parts of a mission, up to where it ended."""
     rows = [_rows(start, part) for part in parts]
     diverged = rows[-1] < len(parts[-1]["mode"])
     names = [name for name in parts[0] if name != "ticks"]
     data = {name: np.concatenate([part[name][:n] for part, n in zip(parts, rows, strict=True)]) for name in names}
-    done = np.flatnonzero(data["mode"] == _core.mode_names().index("done"))
-    last = int(done[0]) + 1 if len(done) else len(data["mode"])
+    over = np.flatnonzero([has_ended(mode) for mode in data["mode"]])
+    last = int(over[0]) + 1 if len(over) else len(data["mode"])
     data = {name: values[:last] for name, values in data.items()}
-    end = _mode(data["mode"][-1])
-    early = end == "done" and data["leg"][-1] < len(start.mission.waypoints)
-    status = "diverged" if diverged else "home" if early else end if end in ("done", "hold") else "given up"
+    status = "diverged" if diverged else ending(data["mode"][-1], data["reasons"][-1])
     return MissionRun(start, np.arange(last, dtype=np.float64) * start.tick * start.every, data, status)
+
+
+def has_ended(mode: float) -> bool:
+    """Return whether a mode of the pilot ends the mission."""
+    return _core.mode_names()[int(mode)] in ("done", "ended")
+
+
+def ending(mode: float, reasons: float) -> str:
+    """Return how a mission ended, by the pilot's last mode and reasons: one of `ENDINGS`."""
+    name = _core.mode_names()[int(mode)]
+    adrift = [reason for reason, _ in _core.reason_table()].index("adrift")
+    if name in ("done", "hold"):
+        return name
+    return "adrift" if int(reasons) >> adrift & 1 else "home" if name == "ended" else "given up"
 
 
 def _rows(start: MissionStart, part: Part) -> int:
@@ -212,30 +225,16 @@ def _rows(start: MissionStart, part: Part) -> int:
     return -(-int(part["ticks"][0]) // start.every)
 
 
-def _done(start: MissionStart, part: Part) -> bool:
-    """Return whether the pilot is done at the end of a part."""
+def _ended(start: MissionStart, part: Part) -> bool:
+    """Return whether the mission has ended at the end of a part."""
     rows = _rows(start, part)
-    return rows > 0 and _mode(part["mode"][rows - 1]) == "done"
-
-
-def _mode(number: float) -> str:
-    return _core.mode_names()[int(number)]
+    return rows > 0 and has_ended(part["mode"][rows - 1])
 
 
 def _pose(mission: Mission) -> Array:
     """Position, attitude and fins at the start: upright, the axis from nose to tail along the heading."""
     attitude = np.array([math.cos(mission.heading / 2), 0.0, 0.0, math.sin(mission.heading / 2)])
     return np.concatenate([[*mission.start, -mission.depth], attitude, [0.0, 0.0]])
-
-
-def _check_margin(robot: Robot, mission: Mission) -> None:
-    """Check that no waypoint is within the pilot's fence margin."""
-    margin = require(robot.guidance, "guidance", robot).fence_margin
-    room = fence_distance(mission, np.array([(point.x, point.y) for point in mission.waypoints]).reshape(-1, 2))
-    for k in np.flatnonzero(room < margin)[:1]:
-        rule = f"must be {margin:g} m inside the fence, guidance.fence_margin_m of the robot"
-        fix = "move the point inside, or enlarge the fence"
-        raise InputError(rule, key=f"waypoints[{k}]", value=f"{room[k]:.3g} m inside", fix=fix)
 
 
 def _fin_fault(spelled: str, limit: float) -> list[tuple[int, float, float, float]]:

@@ -244,3 +244,5 @@ class Document(Part):
             rule = f"must be above the ground, less than water.bottom_m = {bottom:g}"
             yield Check(depth < bottom, key, rule, fix, value)
             yield Check(depth <= limit, key, f"must be at most limits.depth_m = {limit:g}", fix, value)
+        rule = f"must be less than water.bottom_m = {bottom:g}, or the ground is met first"
+        yield Check(limit < bottom, "limits.depth_m", rule, "give a limit above the ground", f"{limit:g}")

@@ -172,6 +172,8 @@ inline constexpr auto pilot_columns = std::to_array<Recorded<PilotStep<double>>>
     HYPERTUNA_COLUMN("mode", one, double(int(step.mode))),
     HYPERTUNA_COLUMN("reasons", one, double(step.reasons.flags)),
     HYPERTUNA_COLUMN("leg", one, double(step.state.guidance.leg)),
+    HYPERTUNA_COLUMN("reached", one, double(step.state.guidance.reached)),
+    HYPERTUNA_COLUMN("passed", one, double(step.state.guidance.passed)),
 });
 #undef HYPERTUNA_COLUMN
 
