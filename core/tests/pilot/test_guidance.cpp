@@ -26,19 +26,20 @@ template <class Look>
 static Watched watch(const Mission<double>& mission, const Water& water, double most, const Look& look) {
     Watched out;
     int reached = 0;
-    out.end = voyage<double>(mission, water, most, 7, [&](const Cruiser& fish, const PilotStep<double>& step, int tick) {
-        const GuidanceState<double>& at = step.state.guidance;
-        if (out.legs < at.leg && out.legs < 8) {
-            const Waypoint<double>& to = mission.waypoint[at.leg - 1];
-            out.leg[out.legs++] = {reached < at.reached, std::hypot(step.estimate.x - to.x, step.estimate.y - to.y),
-                                   std::hypot(fish.x - to.x, fish.y - to.y), step.estimate.position_error,
-                                   -fish.z - to.depth};
-            reached = at.reached;
-        }
-        if (step.reasons.has(Reason::swept) && out.swept_at == 0) out.swept_at = fish.time;
-        out.told |= step.reasons.flags;
-        look(fish, step, tick);
-    });
+    out.end =
+        voyage<double>(mission, water, most, 7, [&](const Cruiser& fish, const PilotStep<double>& step, int tick) {
+            const GuidanceState<double>& at = step.state.guidance;
+            if (out.legs < at.leg && out.legs < 8) {
+                const Waypoint<double>& to = mission.waypoint[at.leg - 1];
+                out.leg[out.legs++] = {reached < at.reached, std::hypot(step.estimate.x - to.x, step.estimate.y - to.y),
+                                       std::hypot(fish.x - to.x, fish.y - to.y), step.estimate.position_error,
+                                       -fish.z - to.depth};
+                reached = at.reached;
+            }
+            if (step.reasons.has(Reason::swept) && out.swept_at == 0) out.swept_at = fish.time;
+            out.told |= step.reasons.flags;
+            look(fish, step, tick);
+        });
     return out;
 }
 

@@ -128,7 +128,8 @@ static void what_is_out_of_bounds() {
     const Waypoint<double> deep[] = {{0, 40, 12, 0.3, 2, 0}};
     mission.waypoint = deep, mission.waypoints = 1;
     const Shown dive = watch(mission, Water{}, 1500);
-    CHECK(dive.end.last.mode == Mode::ended && dive.was(Reason::passed) && dive.was(Reason::depth_limit) && dive.deepest < 6 && 5 < dive.deepest);
+    CHECK(dive.end.last.mode == Mode::ended && dive.was(Reason::passed) && dive.was(Reason::depth_limit) &&
+          dive.deepest < 6 && 5 < dive.deepest);
 }
 
 /// A fence that holds neither the robot nor its home: called home from its waypoints it goes there all the same.

@@ -51,8 +51,8 @@ Arrival<T> arrival(const Guidance<T>& model, const GuidanceState<T>& state, cons
 
 inline constexpr int fixes_sought = 3;  // per waypoint: on the way there, and there
 
-/// Position error at which the robot surfaces on its way to a waypoint: near it no more than its radius, as far as fixes
-/// attain that.
+/// Position error at which the robot surfaces on its way to a waypoint: near it no more than its radius, as far as
+/// fixes attain that.
 template <class T>
 T error_limit(const Guidance<T>& model, const GuidanceState<T>& state, const Estimate<T>& at,
               const Mission<T>& mission) {
@@ -81,7 +81,8 @@ void follow_legs(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     if ((here.near || here.past) && !there && state.mode == Mode::transit) ++state.arriving;
     const bool vain = !here.placed && !state.rising &&
                       (0 < state.retry || next.radius < model.error_fix || fixes_sought <= state.sought);
-    const bool passed = ((here.near || here.past) && here.deep && vain) || model.arrival_timeout <= T(state.arriving) * period;
+    const bool passed =
+        ((here.near || here.past) && here.deep && vain) || model.arrival_timeout <= T(state.arriving) * period;
     const bool beyond = inside(mission, next.x, next.y).distance < model.fence_margin;
     state.resting = next.depth < model.surface_depth && T(0) < next.hold && there &&
                     (state.resting || here.away < T(0.5) * next.radius);

@@ -14,9 +14,12 @@ struct ModeText {
     const char* sentence;
 };
 inline constexpr ModeText mode_texts[modes] = {
-    {"idle", "no mission to fly"},   {"transit", "on a leg to a waypoint"},
-    {"hold", "the beat is stopped"}, {"surface", "ascending for a fix, or waiting for it at the surface"},
-    {"home", "on the way home"},     {"done", "the mission is done: all waypoints are reached, and home"},
+    {"idle", "no mission to fly"},
+    {"transit", "on a leg to a waypoint"},
+    {"hold", "the beat is stopped"},
+    {"surface", "ascending for a fix, or waiting for it at the surface"},
+    {"home", "on the way home"},
+    {"done", "the mission is done: all waypoints are reached, and home"},
     {"ended", "the mission has ended without being done: the reasons say why"},
 };
 
