@@ -158,6 +158,25 @@ static void swept_and_back() {
     CHECK(!slow.was(Reason::swept) && slow.end.last.mode == Mode::done);
 }
 
+/// From rest at a slow gait the nose dips to 0.75 m before it rises: the depth answers, though not within 25 s of the
+/// first dip. A body that goes on down does not.
+static void a_dip_is_no_failure() {
+    const Waypoint<double> point[] = {{0, 40, 2, 0.2, 2, 0}};
+    const Mission<double> mission = mission_of(point, 1);
+    const Pilot<double> pilot = test_pilot<double>();
+    for (const bool sinks : {false, true}) {
+        GuidanceState<double> state = init(pilot.guidance, mission);
+        Estimate<double> at{};
+        at.depths = at.attitude = at.compass = true, at.position_error = 3, at.factor = 1, at.facing.x = 1;
+        for (int k = 0; k < 400; ++k) {
+            const double time = 0.1 * k;
+            at.depth = sinks || time < 12 ? 0.0625 * time : std::fmax(0.05, 0.75 - 0.03 * (time - 12));
+            state = guide(pilot.guidance, state, at, {15.5, false, false}, mission).state;
+        }
+        CHECK(state.reasons.has(Reason::no_answer) == sinks);
+    }
+}
+
 /// Legs begin again from a place: what was left out is skipped, what was missed stays so.
 static void legs_begin_anywhere() {
     const Waypoint<double> point[4] = {};
@@ -186,6 +205,7 @@ int main() {
     holds_at_a_waypoint();
     called_back_is_not_done();
     swept_and_back();
+    a_dip_is_no_failure();
     legs_begin_anywhere();
     return failures();
 }

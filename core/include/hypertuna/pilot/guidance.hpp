@@ -92,8 +92,8 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
         state.unanswered = 0;
     else if (anew || state.unanswered == 0 || error < state.depth_error - model.response_depth)
         state.unanswered = 1, state.depth_error = error;
-    else
-        ++state.unanswered;
+    else  // what counts is progress from the worst: while a beat begins, the nose dips
+        ++state.unanswered, state.depth_error = max(state.depth_error, error);
     // Below the limit there is no time to wait: what goes on down with its fins up is driven down.
     const bool deep = mission.depth_max < at.depth && T(0.02) < at.sink;
     const T allowed = deep ? T(0.2) * model.response_time : model.response_time;
@@ -266,6 +266,8 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     const bool home = state.mode == Mode::home;
     const int leg = state.leg < mission.waypoints ? state.leg : mission.waypoints - 1;
     T speed = home || leg < 0 ? mission.home_speed : mission.waypoint[leg].speed;
+    // On the way up its fins need the flow of a gait.
+    if (state.mode == Mode::surface && model.surface_depth < at.depth) speed = max(speed, steering.table.speed[0]);
     // Against a current that leaves no way over ground: faster.
     if (made_good(course, at.current, speed) < T(slow_way)) speed = steering.table.speed[steering.table.gaits - 1];
     T bias = T(0);
