@@ -13,7 +13,7 @@ from hypertuna.mission.record import MissionRecord
 
 Array = NDArray[np.float64]
 
-MODES = ("idle", "transit", "hold", "surface", "home", "done")
+MODES = ("idle", "transit", "hold", "surface", "home", "done", "ended")
 STATES, FAULTS = ("disarmed", "rest", "mission"), ("over_pressure", "bend_sensor")
 REASONS = ("low_battery", "time_up", "fix_due", "fence")
 SPEED = 0.3
@@ -74,6 +74,8 @@ def _rest(time: Array, data: dict[str, Array], leg: NDArray[Any], random: np.ran
         "mode": mode.astype(float),
         "reasons": np.where(mode == 3, 4.0, 0.0),
         "leg": leg.astype(float),
+        "reached": leg.astype(float),
+        "passed": np.zeros(count),
         "state": np.full(count, float(STATES.index("mission"))),
         "armed": np.ones(count),
         "faults": np.where(time > 20, 2.0, 0.0),

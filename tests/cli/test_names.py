@@ -85,7 +85,7 @@ def test_columns_of_sweeps_are_the_attributes_of_a_swim() -> None:
 
 
 def test_flights_have_the_names_of_python() -> None:
-    one = Outcome(3, "done", 4, 60.0, 30.0, 7200.0, 0.9, 1.5, 5.0, 2.0, 1.0, {})
+    one = Outcome(3, "done", 4, 0, 0, 60.0, 30.0, 7200.0, 0.9, 1.5, 5.0, 2.0, 1.0, 1.6, {}, [])
     summary = summarized(one, OUTCOME)
     assert [base(key) for key in summary] == [*OUTCOME]
     assert summary["energy_wh"] == (2.0, "Wh", "energy, from the battery")

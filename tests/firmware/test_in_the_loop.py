@@ -198,6 +198,11 @@ def test_a_mission_that_comes_home_early_is_not_done(fish: ht.Robot, pc: Path) -
         answers["mode"][-1] = _core.mode_names().index("done")
         assert replace(run, answers=answers).status == "done"
         answers["mode"][-1] = 0
+    last = run.answers[-1:].copy()
+    adrift = 1 << [name for name, _ in _core.reason_table()].index("adrift")
+    for mode, reasons, status in (("ended", 0, "home"), ("ended", adrift, "adrift"), ("done", 0, "done")):
+        last["mode"], last["reasons"] = _core.mode_names().index(mode), reasons
+        assert replace(run, answers=last).status == status
 
 
 def test_firmware_of_another_description_is_told(run: Run, pc: Path, tmp_path: Path) -> None:

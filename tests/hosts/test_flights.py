@@ -118,7 +118,7 @@ def test_flight_that_cannot_dive_comes_home_as_in_python(host: Host) -> None:
     last = twin.read()
     assert last["position"] == pytest.approx(python.record.position[-1], rel=1e-9, abs=1e-9)
     assert last["charge_left"] == pytest.approx(python.record.data["charge_left"][-1])
-    assert names["modes"][int(last["mode"][0])]["name"] == "done"
+    assert names["modes"][int(last["mode"][0])]["name"] == "ended"
     twin.advance(10)
     assert twin.made == len(python.record.time)
 

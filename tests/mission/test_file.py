@@ -353,3 +353,19 @@ def test_back_and_forth(latitude: float, longitude: float, x: float, y: float) -
 def test_names_of_missions_are_words() -> None:
     assert all(re.fullmatch(r"[a-z]+", name) for name in missions())
     assert all(tomllib.loads((SHIPPED / f"{name}.toml").read_text())["name"] == name for name in missions())
+
+
+def test_a_depth_limit_below_the_ground_is_refused() -> None:
+    place = {"x_m": 0.0, "y_m": 0.0}
+    document = {
+        "format": 1,
+        "name": "shallow",
+        "start": place | {"heading_deg": 0.0},
+        "waypoints": [place | {"speed_m_s": 0.3, "radius_m": 3.0, "depth_m": 1.0}],
+        "water": {"bottom_m": 4.0},
+    }
+    with pytest.raises(
+        ht.InputError, match=r"limits.depth_m must be less than water.bottom_m = 4, .* but is 5: give a limit"
+    ):
+        parse_mission(document)
+    parse_mission(document | {"limits": {"depth_m": 3.5}})

@@ -227,7 +227,7 @@ def test_the_command_flies_seeds(run: Run, path: Path, tmp_path: Path) -> None:
     distance = [one["distance_m"] for one in told["flights"]]
     assert told["summary"]["distance_m"]["mean"] == pytest.approx(np.mean(distance))
     lines = Path(table).read_text().splitlines()
-    assert lines[0].startswith("seed,status,waypoints_reached,duration_s,distance_m")
+    assert lines[0].startswith("seed,status,waypoints_reached,waypoints_passed,waypoints_skipped,duration_s,distance_m")
     assert len(lines) == 3
     assert "1 done" in run("mission", str(path), "--seeds", "0:1")[1]
 

@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna import _core
 from hypertuna.control.mission import Mission, Waypoint
 from hypertuna.errors import InputError
 from hypertuna.frames import angles_of
+from hypertuna.mission.checks import check_current
 from hypertuna.mission.file import parse_mission
 from hypertuna.mission.flight import Flight, fly
-from hypertuna.mission.record import MissionRecord
-from hypertuna.mission.run import fly_part, joined_parts, mission_start
+from hypertuna.mission.record import MissionRecord, names_of
+from hypertuna.mission.run import ENDINGS, ending, fly_part, joined_parts, mission_start
+from hypertuna.mission.waypoints import waypoint_results
 
 NORTH = -math.pi / 2  # of the axis from nose to tail: the robot faces north
 OUT = Mission(waypoints=(Waypoint(0, 60, 1, 0.3, 2), Waypoint(30, 60, 1, 0.3, 2)), heading=NORTH, stay=True)
@@ -35,7 +38,7 @@ def minutes(robot: ht.Robot) -> MissionRecord:
 def flown(robot: ht.Robot, mission: Mission, **options: Any) -> Flight:
     """Fly a mission of no file, which scatters nothing over its seeds."""
     place = {"x_m": 0.0, "y_m": 0.0}
-    point = place | {"speed_m_s": 0.3, "radius_m": 1.0}
+    point = place | {"speed_m_s": 0.3, "radius_m": 2.0}
     start = place | {"heading_deg": 0.0}
     file = parse_mission({"format": 1, "name": "flown", "start": start, "waypoints": [point]})
     return fly(replace(file, mission=mission), robot, **options)
@@ -118,7 +121,7 @@ def test_a_lost_fin_loses_no_robot(robot: ht.Robot, fault: str, deepest: float) 
 def test_home_before_the_last_waypoint_is_not_done(robot: ht.Robot) -> None:
     """The time is up at once: home is here."""
     flight = flown(robot, Mission(**{**OUT.__dict__, "duration": 1.0}), seed=1, duration=200)
-    assert modes(flight.record)[-1] == "done"
+    assert modes(flight.record)[-1] == "ended"
     assert flight.record.data["leg"][-1] == 0
     assert flight.status == "home"
 
@@ -129,6 +132,78 @@ def test_a_waypoint_that_would_be_skipped_is_refused(robot: ht.Robot) -> None:
     fence = (*fence, (point.x - 100, point.y + 100))
     with pytest.raises(InputError, match=r"must be 3 m inside the fence, guidance.fence_margin_m .* but is 2 m inside"):
         mission_start(robot, Mission(**{**OUT.__dict__, "fence": fence}))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"waypoints": (Waypoint(0, 60, 1, 0.3, 0.5),)},
+            r"waypoints\[0\].radius_m must be at least 1.9 m, the error .* 0.5",
+        ),
+        ({"home_radius": 1.0}, r"home.radius_m must be at least 1.9 m"),
+        (
+            {"depth_max": 1.2},
+            r"limits.depth_m must be at least 1.3 m, 0.3 m below the deepest waypoint at 1 m, but is 1.2",
+        ),
+        ({"depth_max": 0.4, "waypoints": ()}, r"limits.depth_m must be at least 0.5 m, that the nose dips"),
+    ],
+)
+def test_what_a_robot_cannot_know_or_keep_is_refused(robot: ht.Robot, change: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        mission_start(robot, replace(OUT, **change))
+
+
+def test_a_current_against_which_there_is_no_way_home_is_refused(robot: ht.Robot) -> None:
+    """The fastest gait makes 0.347 m/s; a current that is slower below counts as it is at the surface, and back."""
+    for current, bottom in (((0.0, 0.32), (0.0, 0.0)), ((0.0, 0.1), (0.0, 7.0))):
+        with pytest.raises(
+            InputError, match=r"water.current_m_s must be at most 0.297 m/s for a robot that swims at 0.347"
+        ):
+            flown(robot, replace(OUT, current=current, current_bottom=bottom), duration=1)
+    check_current(robot, replace(OUT, current=(0.2, 0.0), current_bottom=(0.2, 0.0)))
+    with pytest.raises(InputError, match=r"0.32 m/s in all: wait for less current, or reduce scatter.current_m_s"):
+        check_current(robot, replace(OUT, current=(0.2, 0.0), current_bottom=(0.2, 0.0)), 0.12)
+
+
+def test_a_mission_ends_as_the_pilot_says() -> None:
+    modes, reasons = _core.mode_names(), [name for name, _ in _core.reason_table()]
+    adrift = 1 << reasons.index("adrift")
+    for mode, flags, status in [
+        ("done", 0, "done"),
+        ("ended", 0, "home"),
+        ("ended", adrift, "adrift"),
+        ("home", adrift, "adrift"),
+        ("home", 0, "given up"),
+        ("transit", 0, "given up"),
+        ("hold", adrift, "hold"),
+    ]:
+        assert ending(modes.index(mode), flags) == status
+        assert status in ENDINGS
+
+
+def test_waypoints_are_told_apart(robot: ht.Robot) -> None:
+    """A record by hand: the first waypoint is reached, the second passed, the third skipped, the fourth ahead."""
+    start = mission_start(robot, OUT, duration=1)
+    part, _ = fly_part(start, 50)
+    run = joined_parts(start, [part])
+    points = tuple(Waypoint(10.0 * k, 0, 1, 0.3, 2) for k in range(4))
+    leg, reached, passed = np.array([[0, 0, 0], [1, 1, 0], [2, 1, 1], [3, 1, 1], [3, 1, 1]]).T.astype(float)
+    data = {name: values for name, values in run.data.items() if name in ("attitude", "reasons")} | {
+        "position": run.data["position"] + [3.0, 4.0, -1.5],
+        "position_estimated": run.data["position"][:, :2],
+        "position_error": np.linspace(1, 5, 5),
+        **{"leg": leg, "reached": reached, "passed": passed},
+    }
+    record = MissionRecord("m", "r", replace(OUT, waypoints=points), run.time, data, **names_of(robot))
+    rows = waypoint_results(record)
+    assert [row["outcome"] for row in rows] == ["reached", "passed", "skipped", "ahead"]
+    assert [row["error_m"] for row in rows] == [2, 3, 4, None]
+    assert rows[0]["true_m"] == pytest.approx(5, abs=0.1)
+    assert rows[0]["believed_m"] == pytest.approx(0, abs=0.1)
+    assert rows[1]["believed_m"] == pytest.approx(10, abs=0.1)
+    assert rows[1]["depth_m"] == pytest.approx(1.5, abs=0.2)
+    assert rows[3]["time_s"] is None
 
 
 def test_a_mission_may_last_a_day(robot: ht.Robot) -> None:
