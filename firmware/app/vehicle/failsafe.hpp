@@ -73,13 +73,13 @@ inline void respond(Vehicle& vehicle) {
 inline void follow_pilot(Vehicle& vehicle) {
     const GuidanceState<float>& guidance = vehicle.state.guidance;
     const State& state = vehicle.now.state;
-    const bool done = guidance.mode == Mode::done, all = guidance.reasons.has(Reason::all_reached);
+    const bool done = guidance.mode == Mode::done, over = has_ended(guidance.mode);
     if (!vehicle.on_detour && guidance.leg < vehicle.mission.waypoints) vehicle.leg = guidance.leg;
-    if (state == State::mission && guidance.reasons.end()) give(vehicle, Order::end);
+    if (state == State::mission && (guidance.reasons.end() || (over && !done))) give(vehicle, Order::end);
     if (state == State::mission && done) {
         vehicle.leg = 0, give(vehicle, Order::complete);
-    } else if (state == State::home && done) {
-        give(vehicle, all ? Order::complete : Order::arrive);
+    } else if (state == State::home && over) {
+        give(vehicle, done ? Order::complete : Order::arrive);
     } else if (state == State::surface) {
         const bool late = 0 <= std::int32_t(vehicle.now.tick - vehicle.ascent_deadline);
         if (is_up(vehicle)) return give(vehicle, Order::emerge);

@@ -122,7 +122,7 @@ inline void begin_mission(Vehicle& vehicle, bool detour) {
     if (!detour && !vehicle.has_home) mission.home = vehicle.armed_at;
     vehicle.state.guidance = init(vehicle.model.pilot.guidance, mission);
     vehicle.state.wait = 0;
-    if (!detour) vehicle.state.guidance.leg = vehicle.leg;
+    if (!detour) begin_leg(vehicle.state.guidance, mission, vehicle.leg, mission.start);
 }
 
 /// Begin a detour without waypoints: guidance heads for a place, or circles if the place is everywhere, with its fins
@@ -187,7 +187,7 @@ inline void on_entry(Vehicle& vehicle, State before, Order order) {
         case State::rest:
         case State::manual:
         case State::gait:
-            if (order != Order::complete) guidance.mode = Mode::idle;
+            if (order != Order::complete && order != Order::arrive) guidance.mode = Mode::idle;
             break;
         case State::mission:
             if (before != State::paused) begin_mission(vehicle, false);

@@ -183,9 +183,9 @@ void control(Vehicle& vehicle, B& board) {
     now.command = state.command;
     now.reasons = state.guidance.reasons;
     if (command == nullptr && decision) follow_pilot(vehicle);
-    const bool guided = command == nullptr || now.state == State::paused, done = state.guidance.mode == Mode::done;
-    now.mode = guided || done ? state.guidance.mode : Mode::idle;
-    now.leg = (guided || done) && !vehicle.on_detour ? state.guidance.leg : vehicle.leg;
+    const bool guided = command == nullptr || now.state == State::paused, over = has_ended(state.guidance.mode);
+    now.mode = guided || over ? state.guidance.mode : Mode::idle;
+    now.leg = (guided || over) && !vehicle.on_detour ? state.guidance.leg : vehicle.leg;
 }
 
 /// Convert the samples of a tick to readings.
