@@ -67,13 +67,9 @@ TOPICS: dict[str, dict[str, Column]] = {
         "mode": Column("", "1", "index in the list of modes"),
         "reasons": Column("", "1", "one bit each in the order of the list of reasons"),
         "leg": Column("", "1", "current waypoint, from 0"),
-<<<<<<< HEAD
         "state": Column("", "1", "state of the robot, index in the list of states"),
-=======
         "reached": Column("", "1", "waypoints reached so far"),
         "passed": Column("", "1", "waypoints passed without being reached so far"),
-        "control": Column("", "1", "source of the command, index in the list of controls"),
->>>>>>> f79c2689 (Missions say what was reached, passed and skipped, and whether home is known; radii, depth limits and currents that a robot cannot keep are refused)
         "armed": Column("", "1", "whether the robot is armed"),
         "faults": Column("", "1", "known to the supervisor, one bit each in the order of the list of faults"),
         "answer": Column("", "1", "response to faults: 0 warn, 1 home, 2 surface, 3 disarm, 4 rest"),
