@@ -95,6 +95,7 @@ struct Teensy {
 
     /// Two words of the power domain that a reset leaves alone, and a coin cell keeps: the second one checks the first.
     void keep(std::uint32_t word) {
+        if (kept() == word) return;
         SNVS_LPGPR0 = word;
         SNVS_LPGPR1 = ~word;
     }

@@ -333,8 +333,7 @@ static void devices_get_their_settings() {
     forget(), float_on(600);
     CHECK(Serial8.out.empty() && Serial1.out.empty());
     forget();
-    for (int k = 0; k < 90; ++k) loop();
-    CHECK(Serial1.out.empty());
+    for (int k = 0; k < 90; ++k) loop(), CHECK(Serial1.out.empty());
     for (int k = 0; k < 60; ++k) loop();
     CHECK(Serial1.rates == (std::vector<std::uint32_t>{115200, 9600, 115200}) && Serial8.out.empty());
     for (int k = 0; k < 390; ++k) loop();
