@@ -36,7 +36,7 @@ def good(seed: int = 0) -> Truth:
     legs = np.linspace(mission.start, mission.course[-1], len(time))
     position = np.column_stack([legs, np.full(len(time), -0.1)])
     active = (time > 5) & (time < 290)
-    return Truth(mission, time, position, np.full(len(time), 2.0), active, True, frozenset())
+    return Truth(mission, time, position, np.full(len(time), 2.0), active, position, True, frozenset())
 
 
 def test_a_sea_follows_from_its_seed() -> None:

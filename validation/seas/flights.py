@@ -84,7 +84,9 @@ def fly(sea: Sea, robot: ht.Robot, folder: str | Path | None = None, loop: type[
 def _refused(mission: Mission, sentence: str) -> Truth:
     none = np.zeros(1)
     told = frozenset({f"refused: {sentence}"})
-    return Truth(mission, none, np.array([[*mission.start, 0.0]]), none, np.zeros(1, bool), False, told)
+    return Truth(
+        mission, none, np.array([[*mission.start, 0.0]]), none, np.zeros(1, bool), np.zeros((1, 3)), False, told
+    )
 
 
 def _truth(mission: Mission, on: Loop, run: MissionRun) -> Truth:
@@ -102,10 +104,13 @@ def _truth(mission: Mission, on: Loop, run: MissionRun) -> Truth:
     told |= {f"{STATE}{name}" for name in visited & {"surface", "held"}}
     ends = np.flatnonzero(active)
     last = at[ends[-1]] if len(ends) else at[-1]
-    complete = _core.mode_names()[last["mode"]] == "done" or "all_reached" in _reasons(answers[-1])
-    done = complete and int(last["leg"]) >= len(mission.waypoints)
+    early = [row[0] for row in _core.reason_table()]
+    early = early[: early.index("all_reached")]
+    ended = _core.mode_names()[last["mode"]] == "done" or "all_reached" in _reasons(last)
+    done = ended and int(last["leg"]) >= len(mission.waypoints) and not _reasons(last) & set(early)
+    place = np.column_stack([at["position"], -at["depth"]]).astype(float)
     return Truth(
-        mission, time, run.data["position"], at["position_error"].astype(float), active, done,
+        mission, time, run.data["position"], at["position_error"].astype(float), active, place, done,
         frozenset(told) - {"all_reached"}, float(run.data["pump_pressure_high"].max()),
     )  # fmt: skip
 

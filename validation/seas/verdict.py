@@ -17,6 +17,7 @@ SIGMAS = 3.0  # standard deviations that the robot tells of its position within 
 SWING = 0.5  # m by which the nose swings and the body reaches beyond a place
 STATE = "state "  # before a state among the words that the robot told
 DETECTION = 20.0  # s within which a failure must be told, or it came too late in the flight to matter
+SUNK = ("fins:level",)  # without both fins a robot of its own density cannot rise: it must say where it is
 SWEPT = ("current", "swept", "adrift", "drift", "carried", "stranded")  # words for a current that it cannot swim
 
 
@@ -29,7 +30,8 @@ class Truth:
     position: NDArray[np.float64]  # (T, 3) of the nose: east, north, up [m]
     sigma: NDArray[np.float64]  # (T,) standard deviation of the position that the robot told [m]
     active: NDArray[np.bool_]  # (T,) whether it was guided: on its mission, home or up
-    done: bool  # whether it says that the mission is complete
+    place: NDArray[np.float64]  # (T, 3) where it says to be: east, north, up [m]
+    done: bool  # whether it says that the mission is complete, and nothing called it home
     told: frozenset[str]  # reasons, faults, refusals and states, from its start
     pressure: float = 0.0  # Pa, largest of all circuits in each tenth tick
 
@@ -38,7 +40,7 @@ class Truth:
 class Verdict:
     """How a flight ended, and the rules that it broke."""
 
-    ending: str  # home, up, refused or lost
+    ending: str  # home, up, where told, refused or lost
     broken: tuple[str, ...]
     excursion: float  # m outside the fence, negative inside; -inf without a fence
     allowed: float  # m, by the told error where it was farthest outside
@@ -53,15 +55,21 @@ def judge(truth: Truth, sea: Sea) -> Verdict:
     mission, depth = truth.mission, -truth.position[:, 2]
     last = int(np.flatnonzero(truth.active)[-1]) if truth.active.any() else -1
     during = slice(0, last + 1)
-    away = float(np.hypot(*(truth.position[last, :2] - mission.course[-1])))
+    goal = mission.course[-1] if truth.done else mission.home
+    away = float(np.hypot(*(truth.position[last, :2] - goal)))
     sigma = float(truth.sigma[last])
     margin = fence_distance(mission, truth.position[during, :2]) if last >= 0 else np.array([np.inf])
     beyond = -margin - SIGMAS * truth.sigma[during] - SWING if last >= 0 else -margin
     worst = int(np.argmax(beyond))
     deepest = float(depth[during].max()) if last >= 0 else 0.0
-    at_goal = away <= _radius(mission) + SIGMAS * sigma + SWING
+    radius = mission.waypoints[-1].radius if truth.done and mission.stay else mission.home_radius
+    at_goal = away <= radius + SIGMAS * sigma + SWING
     up = float(depth[max(0, last - 10) : last + 10].min()) <= SURFACE
     ending = "refused" if last < 0 else "home" if at_goal and up else "up" if up else "lost"
+    if ending == "lost" and sea.kind in SUNK and "stranded" in truth.told:
+        off = truth.place[last] - truth.position[last]
+        if np.hypot(*off[:2]) <= SIGMAS * sigma + SWING and abs(off[2]) <= SURFACE:
+            ending = "where told"
     broken = []
     if ending == "lost":
         broken.append("not up")
@@ -79,10 +87,6 @@ def judge(truth: Truth, sea: Sea) -> Verdict:
         ending, tuple(broken), float(-margin[worst]), float(SIGMAS * truth.sigma[worst] + SWING), deepest, away, sigma,
         float(truth.time[last]),
     )  # fmt: skip
-
-
-def _radius(mission: Mission) -> float:
-    return mission.waypoints[-1].radius if mission.stay else mission.home_radius
 
 
 def _swept(truth: Truth, sea: Sea) -> bool:
