@@ -248,6 +248,7 @@ void run(App& app, Plan& plan, Lockstep<Wire>& board, const Description& robot) 
             board.reset();
             std::memset(static_cast<void*>(&app), 0, sizeof(app));
             boot(app, robot, board);
+            board.begun = board.wire.clock();  // the boot took its time before this tick
         }
         communicate(app, board);
         if (board.request.flags & ToBoard::ground) on_ground_contact(app.vehicle, ground);

@@ -36,6 +36,11 @@ def faults(run: FirmwareRun) -> list[str]:
     return [row[0] for bit, row in enumerate(_core.fault_table()) if seen >> bit & 1]
 
 
+def states(run: FirmwareRun) -> set[str]:
+    """States that the robot was in."""
+    return {_core.state_table()[k][0] for k in np.unique(run.answers["state"])}
+
+
 AFLOAT = find_scenario("afloat")
 
 
@@ -67,13 +72,10 @@ def test_a_leak_is_told(fly: Fly) -> None:
 
 
 def test_radio_does_not_pass_water(fly: Fly) -> None:
-    """Two meters deep nothing reaches the robot: it can not even be armed, unless a cable leads down."""
-    gait = find_scenario("gait:unoptimised-0.3", ht.load("hypertuna"))
-    deep = replace(gait, cable=False, mission=Mission((), depth=2.0))
-    assert fly(gait, ticks=300).answers["state"][-1] != 0  # armed
-    assert fly(deep, ticks=300).answers["state"][-1] == 0
-    link = [row[0] for row in _core.fault_table()].index("link_lost")
-    assert fly(deep, ticks=1200).answers["faults"][-1] >> link & 1
+    """Two meters deep no order reaches the robot, unless a cable leads down."""
+    gait = replace(find_scenario("gait:unoptimised-0.3", ht.load("hypertuna")), mission=Mission((), depth=2.0))
+    assert "gait" in states(fly(gait, ticks=300))
+    assert states(fly(replace(gait, cable=False), ticks=300)) <= {"disarmed", "surface"}  # it comes up by itself
 
 
 def test_a_deaf_radio_loses_what_is_sent() -> None:
@@ -88,20 +90,24 @@ def test_a_deaf_radio_loses_what_is_sent() -> None:
 
 
 def test_the_ground_reaches_the_robot_by_its_radio(fly: Fly) -> None:
-    """Heartbeats of a station hold off the loss of the link; without them, or under water, it is told."""
+    """A station arms the robot, and its heartbeats hold off the loss of the link; not under water."""
     pytest.importorskip("pymavlink")
     from hypertuna.radio.dialect import dialect
 
-    def station(tick: int) -> bytes:
-        heart = dialect().MAVLink(None, srcSystem=255, srcComponent=190).heartbeat_encode(6, 8, 0, 0, 4)
-        return bytes(heart.pack(dialect().MAVLink(None, 255, 190))) if tick % 100 == 0 else b""
+    def station(tick: int, hearts: bool = True) -> bytes:
+        link = dialect().MAVLink(None, 255, 190)
+        link.seq = tick % 256
+        heart = link.heartbeat_encode(6, 8, 0, 0, 4).pack(link) if hearts and tick % 100 == 0 else b""
+        arm = link.command_long_encode(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0).pack(link) if tick == 150 else b""
+        return bytes(heart + arm)
 
     silent = replace(AFLOAT, silent=0)  # no contact but by the radio
-    assert "link_lost" in faults(fly(silent, ticks=800))
-    assert "link_lost" not in faults(fly(silent, ticks=800, station=station))
-    assert "link_lost" in faults(
-        fly(replace(silent, cable=False, mission=Mission((), depth=2.0)), ticks=800, station=station)
-    )
+    heard = fly(silent, ticks=800, station=station)
+    assert "rest" in states(heard)
+    assert "link_lost" not in faults(heard)
+    assert "link_lost" in faults(fly(silent, ticks=800, station=lambda tick: station(tick, hearts=False)))
+    deep = fly(replace(silent, cable=False, mission=Mission((), depth=2.0)), ticks=800, station=station)
+    assert states(deep) <= {"disarmed", "surface"}
 
 
 def test_faults_are_parted_between_twin_and_board() -> None:
