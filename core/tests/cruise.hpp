@@ -38,7 +38,7 @@ Pilot<T> test_pilot() {
     e.depth_rate = T(1.5), e.depth_low = T(-10.3), e.depth_high = T(30), e.depth_step = T(0.5), e.glide = T(0.8);
     e.position_walk = T(0.05), e.current_walk = T(0.002), e.factor_walk = T(0.002);
     e.start_error = T(1), e.current_error = T(0.1), e.factor_error = T(0.1), e.fix_noise = T(1.5);
-    e.fix_offset = T(1.5), e.fix_depth = T(0.24);
+    e.fix_offset = T(1.5), e.fix_depth = T(0.24), e.fix_error_max = T(12);
     e.air_low = T(-5.2), e.air_high = T(0.74), e.antenna_x = T(0.17), e.antenna_z = T(0.086);
     Guidance<T>& g = m.guidance;
     g.steering = test_steering<T>();

@@ -1,10 +1,13 @@
 """The shipped mission `box`, from start to home: what a builder flies first."""
 
+import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.arrays import Array
 from hypertuna.mission.flight import fly, outcome
 
 
@@ -28,3 +31,19 @@ def test_the_box_is_done_in_any_weather(air: float) -> None:
     error = flight.record.data["depth_estimated"] - flight.record.depth
     assert abs(error[deep]).max() < 0.1
     assert flight.record.depth[-1] < 0.12
+
+
+def test_a_stated_declination_turns_the_compass() -> None:
+    """At 10 deg west the box was missed by 16.6 m: the pilot took magnetic north for true north."""
+    box, west = ht.read_mission("box"), math.radians(-10)
+    for told, error in ((west, 0.0), (0.0, 10.0)):
+        mission = replace(box.mission, field_declination=west, declination=told)
+        record = fly(replace(box, mission=mission), ht.load("hypertuna"), duration=40.0).record
+        seen, true = (_azimuth(record.data[name]) for name in ("attitude_estimated", "attitude"))
+        assert math.degrees(np.median((seen - true)[100:])) == pytest.approx(error, abs=2.0)
+
+
+def _azimuth(attitude: Array) -> Array:
+    """Return where the head points, clockwise from north [rad], of quaternions (T, 4)."""
+    w, x, y, z = attitude.T
+    return np.unwrap(np.arctan2(-(1 - 2 * (y * y + z * z)), -2 * (x * y + w * z)))

@@ -108,25 +108,61 @@ static void a_way_by_hand() {
     // One fix: the gain is P / (P + R) for the position and what goes with it for the rest.
     const double before = way.at[0], p = way.spread[0][0], r = 2.25;
     const double fix[2] = {before + 6, -4};
-    CHECK(take_fix(model, way, fix));
+    CHECK(take_fix(model, way, fix, 0.0));
     CHECK_NEAR(way.at[0], before + 6 * p / (p + r), 1e-10);
     CHECK_NEAR(way.at[2], 0.1 + 6 * 0.5 / (p + r), 1e-10);
     CHECK_NEAR(way.at[4], 0.9 + 6 * 0.2 / (p + r), 1e-10);
     CHECK_NEAR(way.spread[0][0], p * r / (p + r), 1e-10);
 }
 
-/// A fix 100 m off is refused, until five in a row agree.
+/// A fix 100 m off is refused, until as many agree as no reflected signal makes.
 static void a_stray_fix_is_refused() {
     const Estimator<double> model = test_pilot<double>().estimator;
     const double start[2] = {0, 0}, near[2] = {1, 1}, far[2] = {100, 0}, none[2] = {std::nan(""), 0};
     EstimatorState<double> state = init(model, start);
-    CHECK(take_fix(model, state.way, near));
-    CHECK(!take_fix(model, state.way, none));
-    for (int k = 0; k < 4; ++k) CHECK(!take_fix(model, state.way, far));
+    CHECK(take_fix(model, state.way, near, 0.0));
+    CHECK(!take_fix(model, state.way, none, 0.0) && !take_fix(model, state.way, near, 20.0));
+    for (int k = 0; k < 100; ++k) {  // each is somewhere else
+        const double scattered[2] = {k % 2 ? 80.0 : -50, 30};
+        CHECK(!take_fix(model, state.way, scattered, 0.0));
+    }
     CHECK(std::fabs(state.way.at[0]) < 2);
-    CHECK(take_fix(model, state.way, far));
+    int refused = 0;
+    while (!take_fix(model, state.way, far, 0.0)) ++refused;
+    CHECK(fixes_refused - 2 <= refused && refused <= fixes_refused + 2);
     CHECK_NEAR(state.way.at[0], 100, 3);
+    for (int k = 0; k < 5; ++k) CHECK(take_fix(model, state.way, far, 0.0));
     CHECK(position_error(model, state.way) < 3);
+}
+
+/// Signals that are reflected for 3 to 12 s move fixes by 10 to 30 m, once or twice a minute: an estimate that had half
+/// a minute of sound fixes stays near. Honest receivers tell, others do not.
+static void reflected_signals_move_little() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    for (const bool honest : {true, false}) {
+        double worst = 0;
+        for (int run = 0; run < 40; ++run) {
+            const double start[2] = {0, 0};
+            EstimatorState<double> state = init(model, start);
+            const auto draw = [&](int what, int k) {
+                return uniform<double>(random_bits(std::uint64_t(run), std::uint64_t(what), std::uint64_t(k)));
+            };
+            const auto noise = [&](int what, int k) {
+                return 1.5 * normal<double>(random_bits(std::uint64_t(run), std::uint64_t(what), std::uint64_t(k)));
+            };
+            for (int second = 0; second < 300; ++second) {
+                state.way.ticks += 100;
+                const int burst = second / 40, since = second % 40 - 28;
+                const bool off = burst > 0 && 0 <= since && since < 3 + int(9 * draw(1, burst));
+                const double far = off ? 10 + 20 * draw(2, burst) : 0, angle = 2 * pi * draw(3, burst);
+                const double fix[2] = {far * std::cos(angle) + noise(4, second),
+                                       far * std::sin(angle) + noise(5, second)};
+                take_fix(model, state.way, fix, 1.5 + (honest ? far : 0));
+                if (second > 30) worst = std::fmax(worst, std::hypot(state.way.at[0], state.way.at[1]));
+            }
+        }
+        CHECK(worst < (honest ? 2 : 5));  // 31 m, when five fixes in a row were believed
+    }
 }
 
 /// On two headings current and factor part: the filter finds both, and its errors are what it says they are.
@@ -151,7 +187,7 @@ static void current_and_factor_part() {
             state.way.ticks += 100;
             if (second % 50 > 45) {
                 const double fix[2] = {at[0] + 1.5 * draw(7, second), at[1] + 1.5 * draw(8, second)};
-                CHECK(take_fix(model, state.way, fix));
+                take_fix(model, state.way, fix, 0.0);
             }
         }
         carry(model, state.way);
@@ -266,7 +302,7 @@ static void fixes_tell_the_surface() {
             r.field[1] = 0.5, r.field[2] = -0.866;
             r.depth = -1.45 + rise + 0.005 * normal<double>(random_bits(6, 7, std::uint64_t(k)));
             r.fixed = k % 100 == 0;
-            estimate(model, state, r, 0.0, true);
+            estimate(model, state, r, 0.0, true, 0.0);
         }
         return state;
     };
@@ -280,6 +316,32 @@ static void fixes_tell_the_surface() {
     CHECK(after(0.05, -0.17, 60).zero == -1.5);
 }
 
+/// A compass that shows 10 deg west of north: told so, a robot that faces true east knows it, and where it goes.
+static void declination_turns_the_heading() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    for (const double declination : {-10 * pi / 180, 0.0, 25 * pi / 180}) {
+        const double start[2] = {0, 0};
+        EstimatorState<double> state = init(model, start);
+        PilotReadings<double> r{};
+        r.robot = calm_readings<double>();
+        for (int k = 0; k < 3; ++k) r.robot.acceleration[k] = k == 2 ? 9.81 : 0;
+        const Rotation<double> at = rotation(euler(pi, 0, 0));
+        const Vector<double> field = to_body(at, {0.5 * std::sin(declination), 0.5 * std::cos(declination), -0.8});
+        r.field[0] = field.x, r.field[1] = field.y, r.field[2] = field.z;
+        Estimate<double> out{};
+        for (int k = 0; k < 2000; ++k) {
+            r.depth = 1 + 0.001 * (k % 7);
+            for (int i = 0; i < 3; ++i) r.field[i] += 1e-9 * (k % 2 ? 1 : -1);
+            out = estimate(model, state, r, 0.3, true, declination);
+        }
+        CHECK_NEAR(out.facing.x, 1, 1e-6);
+        CHECK_NEAR(out.facing.y, 0, 1e-6);
+        CHECK(out.x > 2);
+        CHECK_NEAR(out.y, 0, 1e-5);
+        CHECK_NEAR(-rotation(out.q).east.x, 1, 1e-6);
+    }
+}
+
 int main() {
     two_vectors_make_an_attitude();
     the_offset_of_the_gyroscope_is_learned();
@@ -287,11 +349,13 @@ int main() {
     a_turn_is_no_roll();
     a_way_by_hand();
     a_stray_fix_is_refused();
+    reflected_signals_move_little();
     current_and_factor_part();
     depth_follows();
     the_surface_is_seen_at_boot();
     no_surface_under_water();
     a_zero_under_water_heals();
     fixes_tell_the_surface();
+    declination_turns_the_heading();
     return failures();
 }

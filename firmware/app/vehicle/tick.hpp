@@ -169,7 +169,7 @@ void control(Vehicle& vehicle, B& board) {
     PilotState<float>& state = vehicle.state;
     const Pilot<float>& pilot = vehicle.model.pilot;
     const std::uint32_t start = board.clock();
-    now.estimate = perceive(pilot, state, now.readings);
+    now.estimate = perceive(pilot, state, now.readings, vehicle.mission.declination);
     respond(vehicle);
     Command<float> made;
     const Command<float>* command = choose_command(vehicle, made);

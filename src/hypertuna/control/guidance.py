@@ -161,6 +161,7 @@ def _plain(pilot: Guidance) -> dict[str, float]:
         "arrival_timeout": pilot.retry,
         # At the surface depth the antenna may still be wet: fixes come from up to twice that depth.
         "fix_depth": 2 * pilot.surface_depth,
+        "fix_error_max": pilot.error_max,
     }
 
 

@@ -43,6 +43,7 @@ struct Estimator {
     T position_walk, current_walk, factor_walk;  // m, m/s, 1 per root of a second: what the way is uncertain by
     T start_error, current_error, factor_error;  // standard deviations at the start
     T fix_noise, fix_offset;                     // m: noise of a fix, and what many of them share
+    T fix_error_max;                             // m: a receiver that tells more has no fix
     T fix_depth;                                 // m: deeper there can be none
     T air_low, air_high;                         // m that the sensor shows in the air, of any weather and altitude
     T antenna_x, antenna_z;                      // m toward the tail and up, from the depth sensor
@@ -54,7 +55,8 @@ struct WayState {
     T spread[way_states][way_states];  // covariance
     T moved[2];                        // m through the water since the covariance was carried on, factor 1
     int ticks;                         // since then
-    int refused;                       // fixes in a row
+    int refused;                       // fixes in a row that agree
+    T off[2];                          // m from the last of them
     T astray;                          // m swum since the attitude was lost
 };
 
@@ -110,10 +112,10 @@ void go_astray(WayState<T>& way, T swum, bool known) {
     for (int axis = 0; axis < 2; ++axis) way.spread[axis][axis] += T(2) * way.astray * abs(swum);
 }
 
-/// One coordinate of a fix.
+/// One coordinate of a fix whose noise has this variance [m^2].
 template <class T>
-void take_fix(const Estimator<T>& model, WayState<T>& way, int axis, T innovation) {
-    const T variance = way.spread[axis][axis] + model.fix_noise * model.fix_noise;
+void take_fix(WayState<T>& way, int axis, T innovation, T noise) {
+    const T variance = way.spread[axis][axis] + noise;
     T gain[way_states], row[way_states];
     for (int k = 0; k < way_states; ++k) gain[k] = way.spread[k][axis] / variance, row[k] = way.spread[axis][k];
     for (int i = 0; i < way_states; ++i) {
@@ -128,27 +130,40 @@ void take_fix(const Estimator<T>& model, WayState<T>& way, int axis, T innovatio
     }
 }
 
-inline constexpr int fixes_refused = 5;  // in a row: then it is the estimate that was wrong
+/// Squares of the deviations within which a fix is believed, all but one in 1000; and while fixes are refused.
+inline constexpr double fix_gate = 14, doubt_gate = 5;
+inline constexpr int fixes_refused = 30;  // in a row at one place: then it is the estimate that was wrong
 
-/// Use a fix if it is plausible: within five deviations, or agreed on by several that are not.
+/// A fix beyond the gate may be a reflected signal for some seconds. The longer fixes agree within `near` [m^2], the
+/// less the estimate is believed: in `fixes_refused` of them its variance grows by `wide` [m^2], and the gate opens.
 template <class T>
-bool take_fix(const Estimator<T>& model, WayState<T>& way, const T (&fix)[2]) {
+void doubt(const Estimator<T>& model, WayState<T>& way, const T (&off)[2], T near, T wide) {
+    const T x = off[0] - way.off[0], y = off[1] - way.off[1], part = T(1) / T(fixes_refused);
+    way.refused = way.refused > 0 && x * x + y * y < near ? way.refused + 1 : 1;
+    for (int k = 0; k < 2; ++k) way.off[k] = off[k];
+    if (way.refused == 1) return;
+    for (int k = 0; k < 2; ++k) {
+        way.spread[k][k] += part * max(T(0), wide);
+        way.spread[2 + k][2 + k] += part * model.current_error * model.current_error;
+    }
+}
+
+/// Use a fix if it is plausible, by the accuracy [m] that the receiver tells; 0 where it tells none.
+template <class T>
+bool take_fix(const Estimator<T>& model, WayState<T>& way, const T (&fix)[2], T accuracy) {
     carry(model, way);
-    const T off[2] = {fix[0] - way.at[0], fix[1] - way.at[1]};
-    if (!(abs(off[0]) < T(1e5) && abs(off[1]) < T(1e5))) return false;  // nor what is no number
-    const T extra = model.fix_noise * model.fix_noise + model.fix_offset * model.fix_offset;
+    const T off[2] = {fix[0] - way.at[0], fix[1] - way.at[1]}, deviation = max(model.fix_noise, accuracy);
+    // Nor what is no number.
+    if (!(abs(off[0]) < T(1e5) && abs(off[1]) < T(1e5) && deviation <= model.fix_error_max)) return false;
+    const T noise = deviation * deviation, extra = noise + model.fix_offset * model.fix_offset;
     const T square = off[0] * off[0] / (way.spread[0][0] + extra) + off[1] * off[1] / (way.spread[1][1] + extra);
-    if (T(25) < square) {
-        if (++way.refused < fixes_refused) return false;
-        // Begin again from what it says: position unknown, the rest as uncertain as it can be.
-        for (int i = 0; i < 2; ++i) {
-            for (int k = 0; k < way_states; ++k) way.spread[i][k] = way.spread[k][i] = T(0);
-            way.spread[i][i] = off[0] * off[0] + off[1] * off[1];
-            way.spread[2 + i][2 + i] = max(way.spread[2 + i][2 + i], model.current_error * model.current_error);
-        }
+    if ((way.refused > 0 ? T(doubt_gate) : T(fix_gate)) < square) {
+        const T far = off[0] * off[0] + off[1] * off[1];
+        doubt(model, way, off, T(2 * fix_gate) * noise, far / T(doubt_gate) - extra);
+        return false;
     }
     way.refused = 0;
-    for (int axis = 0; axis < 2; ++axis) take_fix(model, way, axis, fix[axis] - way.at[axis]);
+    for (int axis = 0; axis < 2; ++axis) take_fix(way, axis, fix[axis] - way.at[axis], noise);
     return true;
 }
 
@@ -271,10 +286,19 @@ bool watch_field(const Estimator<T>& model, EstimatorState<T>& state, const T (&
     return usable && model.attitude.field_low < strength && strength < model.attitude.field_high;
 }
 
-/// One tick. `thrust` is the speed that the present beat keeps up, `imu` whether the controller believes the IMU.
+/// Attitude toward true north, of one toward magnetic north: turned about the vertical by the declination, clockwise.
+template <class T>
+Quaternion<T> true_attitude(const Quaternion<T>& q, T declination) {
+    const SinCos<T> half = sincos(T(-0.5) * declination);
+    return {half.cos * q.w - half.sin * q.z, half.cos * q.x - half.sin * q.y, half.cos * q.y + half.sin * q.x,
+            half.cos * q.z + half.sin * q.w};
+}
+
+/// One tick. `thrust` is the speed that the present beat keeps up, `imu` whether the controller believes the IMU,
+/// `declination` that of the magnetic field [rad, east positive].
 template <class T>
 Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const PilotReadings<T>& readings, T thrust,
-                     bool imu) {
+                     bool imu, T declination) {
     const AttitudeModel<T>& frame = model.attitude;
     const T dt = frame.tick;
     Estimate<T> out{};
@@ -291,7 +315,8 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     in.magnet = watch_field(model, state, readings.field, T(0.05) < abs(state.attitude.rate.z));
     in.speed = state.speed * state.way.at[4];
     state.attitude = attitude_step(frame, state.attitude, in);
-    const Rotation<T> pose = rotation(state.attitude.q);
+    out.q = true_attitude(state.attitude.q, declination);
+    const Rotation<T> pose = rotation(out.q);
     out.facing = {-pose.east.x, -pose.north.x, -pose.up.x};
 
     // Thrust against quadratic drag: U' = (U_beat^2 - U^2) / glide.
@@ -304,12 +329,13 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     ++way.ticks;
     out.depths = watch_depth(model, state, readings.depth, in.speed * out.facing.z);
     // Without a valid depth every fix is used: under water the receiver has none.
-    if (readings.fixed && believes_fixes(model, state, out.depths)) out.fix = take_fix(model, way, readings.fix);
+    if (readings.fixed && believes_fixes(model, state, out.depths))
+        out.fix = take_fix(model, way, readings.fix, readings.accuracy);
     if (out.fix && out.depths && out.attitude) follow_surface(model, state, pose.up);
     out.zeroed = state.zeroed;
 
     const T since = T(way.ticks) * dt;
-    out.q = state.attitude.q, out.rate = state.attitude.rate;
+    out.rate = state.attitude.rate;
     out.depth = state.depth, out.sink = state.sink;
     out.x = way.at[0] + since * way.at[2] + way.moved[0] * way.at[4];
     out.y = way.at[1] + since * way.at[3] + way.moved[1] * way.at[4];

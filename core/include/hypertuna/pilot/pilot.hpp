@@ -69,11 +69,12 @@ bool imu_stands(const ControllerState<T>& state) {
     return good;
 }
 
-/// What a tick's readings say of where the robot is.
+/// What a tick's readings say of where the robot is, where the magnetic field has a declination.
 template <class T>
-Estimate<T> perceive(const Pilot<T>& pilot, PilotState<T>& state, const PilotReadings<T>& readings) {
+Estimate<T> perceive(const Pilot<T>& pilot, PilotState<T>& state, const PilotReadings<T>& readings, T declination) {
     const T thrust = thrust_of(pilot, state.controller);
-    const Estimate<T> at = estimate(pilot.estimator, state.estimator, readings, thrust, imu_stands(state.controller));
+    const bool imu = imu_stands(state.controller);
+    const Estimate<T> at = estimate(pilot.estimator, state.estimator, readings, thrust, imu, declination);
     state.fix = state.fix || at.fix;
     state.command.fresh = false;
     return at;
@@ -119,7 +120,7 @@ PilotStep<T> fly(const Pilot<T>& pilot, const PilotState<T>& before, const Pilot
                  const Mission<T>& mission) {
     PilotStep<T> next{before, {}, {}, {}, {}, {}};
     PilotState<T>& state = next.state;
-    next.estimate = perceive(pilot, state, readings);
+    next.estimate = perceive(pilot, state, readings, mission.declination);
     if (due(pilot, state)) decide(pilot, state, next.estimate, mission);
     next.output = act(pilot, state, next.estimate, readings.robot);
     next.command = state.command;
@@ -145,6 +146,7 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     visit("start_error", 0, e.start_error), visit("current_error", 0, e.current_error);
     visit("factor_error", 0, e.factor_error), visit("fix_noise", 0, e.fix_noise);
     visit("fix_offset", 0, e.fix_offset), visit("fix_depth", 0, e.fix_depth);
+    visit("fix_error_max", 0, e.fix_error_max);
     visit("air_low", 0, e.air_low), visit("air_high", 0, e.air_high);
     visit("antenna_x", 0, e.antenna_x), visit("antenna_z", 0, e.antenna_z);
     Steering<T>& s = m.guidance.steering;
