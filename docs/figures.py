@@ -272,6 +272,7 @@ for part in (
     "mission",
     "fin",
     "bring_up",
+    "firmware",
 ):
     made = runpy.run_path(str(ROOT / "docs" / f"figures_{part}.py"))
     TABLES |= made["TABLES"]

@@ -69,6 +69,8 @@ inline Refusal check(const Vehicle& vehicle, Need need) {
             return unless(now.answer < Answer::home, Refusal::faulty);
         case Need::rises:
             return unless(now.answer <= Answer::home, Refusal::faulty);
+        case Need::upright:
+            return unless(now.answer < Answer::rest, Refusal::faulty);
         case Need::mission:
             return unless(vehicle.has_mission, Refusal::no_mission);
         case Need::start:
@@ -165,6 +167,7 @@ inline void on_arming(Vehicle& vehicle, Order order) {
     const Estimator<float>& estimator = vehicle.model.pilot.estimator;
     if (!vehicle.now.estimate.zeroed || abs(vehicle.now.estimate.depth) < estimator.fix_depth)
         zero_depth(estimator, vehicle.state.estimator);
+    if (!vehicle.has_home) vehicle.mission.home = vehicle.armed_at;
     vehicle.leg = 0;
     vehicle.memory.latched = {};
     vehicle.memory.present.set(Fault::link_gone, false);  // the ground is in contact: it arms

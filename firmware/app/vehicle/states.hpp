@@ -68,7 +68,7 @@ inline constexpr const char* who_names[int(Who::count)] = {"any station", "any s
                                                            "the station in control", "on board"};
 
 /// What must hold for an order to change the state, in the order in which it is checked.
-enum class Need : std::uint8_t { sound, stored, attitude, depth, inside, obeys, rises, mission, start, count };
+enum class Need : std::uint8_t { sound, stored, attitude, depth, inside, obeys, rises, upright, mission, start, count };
 struct NeedText {
     const char* name;
     const char* sentence;
@@ -81,6 +81,7 @@ inline constexpr NeedText need_texts[int(Need::count)] = {
     {"inside", "the robot is inside the fence of the mission on board, where its position is known"},
     {"obeys", "no fault calls it home, up or to rest"},
     {"rises", "no fault calls it up or to rest"},
+    {"upright", "no fault makes it rest"},
     {"mission", "there is a mission on board"},
     {"start", "the course to the current waypoint stays inside the fence"},
 };
@@ -152,7 +153,8 @@ inline constexpr struct Rules {
 } rules = [] {
     using namespace table;
     constexpr std::uint16_t arming = needs(Need::sound, Need::stored, Need::attitude, Need::depth, Need::inside),
-                            begins = needs(Need::obeys, Need::mission, Need::start), rises = needs(Need::rises);
+                            begins = needs(Need::obeys, Need::mission, Need::start), rises = needs(Need::rises),
+                            upright = needs(Need::upright);
     // clang-format off
     return Rules{{
     //                                                    disarmed  rest     manual   gait     mission  paused   home     surface  held
@@ -166,7 +168,7 @@ inline constexpr struct Rules {
     {"pause", "pause", Who::anyone, free,                  {disarmed, stay,    rest,    rest,    paused,  stay,    not_now, not_now, faulty}},
     {"go_on", "end the pause", Who::taker, obeys,          {disarmed, not_now, not_now, not_now, stay,    mission, not_now, not_now, faulty}},
     {"home", "swim home", Who::anyone, rises,              {disarmed, home,    home,    home,    home,    home,    stay,    home,    faulty}},
-    {"surface", "ascend here", Who::anyone, free,          {disarmed, up,      up,      up,      up,      up,      up,      stay,    faulty}},
+    {"surface", "ascend here", Who::anyone, upright,         {disarmed, up,      up,      up,      up,      up,      up,      stay,    faulty}},
     {"sticks", "deflection of the sticks", Who::pilot, free,
                                                            {disarmed, not_now, stay,    not_now, not_now, not_now, not_now, not_now, not_now}},
     {"set_leg", "set the current waypoint", Who::pilot, free,

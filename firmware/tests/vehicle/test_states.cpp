@@ -71,11 +71,11 @@ static void safety() {
         v.now.faults.set(Fault::tilt, true);
         for (int o = 0; o < int(Order::stop); ++o)
             for (Station from : {ground, other}) {
-                if (Order(o) == Order::disarm || Order(o) == Order::surface) continue;
+                if (Order(o) == Order::disarm) continue;
                 give(v, Order(o), from);
                 CHECK(v.now.state == state);
             }
-        CHECK(give(v, Order::surface, ground) == (state == State::held ? Refusal::faulty : Refusal::none));
+        CHECK(give(v, Order::surface, ground) == Refusal::faulty);
     }
     // A robot that is called home may be stopped by disarming, or made to ascend, and by nothing else.
     enter_state(State::home);

@@ -1,0 +1,73 @@
+"""Tables of docs/firmware.md from the firmware's own: states, orders, needs, faults."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from figures_common import rows
+
+from hypertuna import _core
+
+STATES = [name for name, *_ in _core.state_table()]
+EVENTS = [row[0] for row in _core.order_table()].index("stop")  # the first one
+
+
+def state_table() -> str:
+    """Tabulate the states with their numbers in MAVLink."""
+    body = [
+        [f"`{name}`", str(_core.MODE_BASE + k) if k else f"{_core.MODE_BASE + 1}, not armed", sentence, order and "yes"]
+        for k, (name, sentence, order) in enumerate(_core.state_table())
+    ]
+    return rows(["state", "custom_mode", "the robot", "selected as a mode"], body, 4)
+
+
+def transition_table(events: bool) -> str:
+    """Tabulate what follows from each order, or each event on board, in each state."""
+    part = _core.order_table()[EVENTS:] if events else _core.order_table()[:EVENTS]
+    body = [
+        [f"`{name}`", *([] if events else [who]), *(_cell(cell) for cell in cells)] for name, _, who, _, cells in part
+    ]
+    return rows(
+        ["event" if events else "order", *([] if events else ["from"]), *STATES],
+        body,
+        len(STATES) + (1 if events else 2),
+    )
+
+
+def _cell(cell: str) -> str:
+    """Write a cell: the next state in bold, a refusal in italics, a dot where nothing changes."""
+    return "·" if not cell else f"*{cell[1:]}*" if cell[0] == "!" else f"**{cell}**"
+
+
+def order_table() -> str:
+    """Tabulate orders and events with their meanings and needs."""
+    body = [
+        [f"`{name}`", sentence, ", ".join(f"`{need}`" for need in needs)]
+        for name, sentence, _, needs, _ in _core.order_table()
+    ]
+    return rows(["order or event", "meaning", "needs"], body, 3)
+
+
+def need_table() -> str:
+    """Tabulate what must hold."""
+    return rows(["need", "holds if"], [[f"`{name}`", sentence] for name, sentence in _core.need_table()], 2)
+
+
+def fault_table() -> str:
+    """Tabulate the faults."""
+    body = [
+        [f"`{name}`", sentence, answer, "yes" if latched else "", "yes" if forbids else "", severity]
+        for name, sentence, answer, latched, forbids, severity in _core.fault_table()
+    ]
+    return rows(["fault", "meaning", "response", "latched until armed again", "forbids arming", "severity"], body, 6)
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "states": state_table,
+    "orders": lambda: transition_table(events=False),
+    "events": lambda: transition_table(events=True),
+    "meanings of orders": order_table,
+    "needs": need_table,
+    "faults": fault_table,
+}
+PICTURES: dict[str, Callable[[], object]] = {}
