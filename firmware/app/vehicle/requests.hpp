@@ -158,7 +158,7 @@ inline Refusal set_leg(Vehicle& vehicle, Station from, int leg) {
     vehicle.leg = leg;
     const State state = vehicle.now.state;
     if (state == State::mission || state == State::paused)
-        vehicle.state.guidance.leg = leg, vehicle.state.guidance.from = here(vehicle);
+        begin_leg(vehicle.state.guidance, vehicle.mission, leg, here(vehicle));
     return Refusal::none;
 }
 
