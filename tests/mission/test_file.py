@@ -75,6 +75,7 @@ def test_a_mission_in_our_frames() -> None:
     assert mission.current == pytest.approx((0.1, 0))  # toward east
     assert mission.current_bottom == pytest.approx((0, 0))
     assert (mission.bottom, mission.depth_max, mission.reserve, mission.duration) == (4, 3, 0.2, 600)
+    assert read.declination == mission.declination
     assert (mission.silence_below, mission.declination) == (True, pytest.approx(math.radians(-10)))
     assert mission.gaps == ((10, 20), (30, 40))
     assert mission.surface_every == 120

@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated, Any
 
 import typer
@@ -14,6 +15,7 @@ from hypertuna.cli.parsing import Setting
 from hypertuna.errors import InputError
 from hypertuna.io.files import read_bytes, rows_csv
 from hypertuna.mission.file import read_mission
+from hypertuna.mission.magnetic import declination
 from hypertuna.mission.upload import download, upload
 from hypertuna.radio.check import Readiness, check_ready
 from hypertuna.radio.client import connect
@@ -118,14 +120,18 @@ def mission_command(
     as_json: opt.AsJson = False,
 ) -> None:
     """Send a mission to a robot: it keeps the stored mission until it has all of the new one."""
-    items = read_mission(mission).mission
+    file, note = read_mission(mission), ""
+    items = file.mission
+    if file.origin is not None and file.declination is None:
+        items = replace(items, declination=declination(file.origin))
+        note = f", declination {math.degrees(items.declination):.1f} deg by the World Magnetic Model"
     with connect(place, key=key) as robot, progress_bar("items") as progress:
         upload(robot, items, progress)
         stored = download(robot)
     emit(
         stored,
         record=lambda stored: {"mission": mission, "items": len(stored)},
-        lines=lambda stored: [f"{mission}: {len(stored)} items are on board"],
+        lines=lambda stored: [f"{mission}: {len(stored)} items are on board{note}"],
         as_json=as_json,
     )
 

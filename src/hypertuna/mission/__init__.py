@@ -1,7 +1,7 @@
 """Missions: from a file with waypoints to a flight, its log and its figures.
 
-In reading order: `schema` and `file` (the TOML file), `geodesy` (latitude and longitude), `checks` (what a robot cannot
-do), `run` (part by part on the twin at sea), `flight` (one seed with journal and log, or many), `record` (the time
-series), `waypoints` (which were reached), `log_fields`, `log` and `read_log` (MCAP), `gpx` (tracks for maps), `plots`,
-`cards` (what notebooks show), `upload` (to a robot by radio).
+In reading order: `schema` and `file` (the TOML file), `geodesy` (latitude and longitude), `magnetic` (declination),
+`checks` (what a robot cannot do), `run` (part by part on the twin at sea), `flight` (one seed with journal and log,
+or many), `record` (the time series), `waypoints` (which were reached), `log_fields`, `log` and `read_log` (MCAP),
+`gpx` (tracks for maps), `plots`, `cards` (what notebooks show), `upload` (to a robot by radio).
 """

@@ -50,6 +50,7 @@ class MissionFile(
     scatter: Scatter  # randomized by the seed
     file: str  # empty if not read from a file
     hash: str  # sha256 of all that can change a result
+    declination: float | None = None  # of the magnetic field at the origin [rad]; None if the file does not state it
 
 
 def missions() -> tuple[str, ...]:
@@ -97,7 +98,17 @@ def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile
     origin = None if checked.origin is None else (checked.origin.latitude, checked.origin.longitude)
     facts = json.dumps([_facts(mission), origin, checked.scatter.model_dump()], sort_keys=True)
     digest = hashlib.sha256(facts.encode()).hexdigest()
-    return MissionFile(checked.name, checked.description, checked.robot, mission, origin, checked.scatter, file, digest)
+    return MissionFile(
+        checked.name,
+        checked.description,
+        checked.robot,
+        mission,
+        origin,
+        checked.scatter,
+        file,
+        digest,
+        None if checked.origin is None else checked.origin.declination,
+    )
 
 
 def randomized(given: MissionFile, seed: int) -> Mission:
@@ -184,7 +195,7 @@ def _mission(document: Document) -> Mission:
     ground = water.current if water.current_bottom is None else water.current_bottom
     direction = water.toward if water.toward_bottom is None else water.toward_bottom
     weather, gps = document.weather, document.gps
-    declination = 0.0 if document.origin is None else document.origin.declination
+    declination = (document.origin and document.origin.declination) or 0.0
     return Mission(
         waypoints=tuple(
             Waypoint(*_place(document, f"waypoints[{k}]", point), point.depth, point.speed, point.radius, point.hold)

@@ -48,10 +48,11 @@ class Origin(Part):
 
     latitude: Latitude = entry("latitude of the origin, north positive", "deg")
     longitude: Longitude = entry("longitude of the origin, east positive", "deg")
-    declination: Degrees = entry(
-        "declination of the magnetic field: direction of magnetic north, clockwise from north (default: 0)",
+    declination: Degrees | None = entry(
+        "declination of the magnetic field: direction of magnetic north, clockwise from north (default: 0 on the twin; "
+        "by the World Magnetic Model of the day when it is sent to a robot)",
         "deg",
-        default=0.0,
+        default=None,
     )
 
 
