@@ -3,6 +3,7 @@
 /// `handle` of a message's type acts on it. Whether the message is for this robot was checked before (dispatch.hpp).
 #pragma once
 
+#include "app/radio/files.hpp"
 #include "app/radio/mission_protocol.hpp"
 #include "app/radio/parameter_protocol.hpp"
 #include "app/radio/radio_state.hpp"

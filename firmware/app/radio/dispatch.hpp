@@ -19,7 +19,7 @@ using Commands =
                 mavlink_mission_request_t, mavlink_mission_request_int_t, mavlink_mission_request_list_t,
                 mavlink_mission_count_t, mavlink_mission_item_int_t, mavlink_mission_clear_all_t, mavlink_mission_ack_t,
                 mavlink_manual_control_t, mavlink_command_long_t, mavlink_command_int_t, mavlink_setup_signing_t,
-                mavlink_gait_set_t, mavlink_set_gps_global_origin_t>;
+                mavlink_gait_set_t, mavlink_set_gps_global_origin_t, mavlink_file_transfer_protocol_t>;
 
 template <class... N, class... C>
 constexpr auto kinds_of(MessageList<N...>, MessageList<C...>) {

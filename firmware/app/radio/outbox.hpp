@@ -15,7 +15,7 @@ inline constexpr int max_answers_per_command = 3;
 inline constexpr int max_answers = 8, max_answer = 80, outbox_size = 2 * max_frame;
 
 struct Reply {
-    const MessageKind* kind;
+    MessageKind kind;
     std::uint8_t payload[max_answer];
 };
 
@@ -54,14 +54,14 @@ void send(Outbox& out, Signing& signing, const Message& message) {
 
 inline bool has_room(const Outbox& out, int places = 1) { return out.answers + places <= max_answers; }
 
-/// Queue an answer; the caller has checked has_room().
+/// Queue an answer; the caller has checked has_room(). Behind max_answer bytes it is zero.
 template <class Message>
 void reply(Outbox& out, const Message& message) {
-    static_assert(kind_of<Message>.max_length <= max_answer);
     if (!has_room(out)) return;
     Reply& place = out.reply[(out.first + out.answers++) % max_answers];
-    place.kind = &kind_of<Message>;
-    std::memcpy(place.payload, &message, kind_of<Message>.max_length);
+    place.kind = kind_of<Message>;
+    if (max_answer < place.kind.max_length) place.kind.max_length = max_answer;
+    std::memcpy(place.payload, &message, place.kind.max_length);
     if (out.max_waiting < out.answers) out.max_waiting = out.answers;
 }
 
@@ -69,7 +69,7 @@ void reply(Outbox& out, const Message& message) {
 inline bool send_answer(Outbox& out, Signing& signing) {
     if (out.answers == 0) return false;
     const Reply& place = out.reply[out.first];
-    send_payload(out, signing, *place.kind, place.payload);
+    send_payload(out, signing, place.kind, place.payload);
     out.first = (out.first + 1) % max_answers, --out.answers;
     return true;
 }

@@ -34,7 +34,12 @@ static void report_faults(Radio& radio, const Snapshot& now) {
         }
 }
 
-/// Fill the outbox: a due heartbeat first, then answers, then parameters and telemetry in turn.
+/// Send the next parameter of a list, or the next piece of a file; false if there is none.
+static bool send_next_of_list(Radio& radio, const Vehicle& vehicle) {
+    return send_next_parameter(radio, vehicle) || send_next_piece(radio, vehicle);
+}
+
+/// Fill the outbox: a due heartbeat first, then answers, then lists and telemetry in turn.
 static void fill_outbox(Radio& radio, const Vehicle& vehicle) {
     Outbox& out = radio.out;
     const Limits& limit = limits(vehicle);
@@ -46,9 +51,9 @@ static void fill_outbox(Radio& radio, const Vehicle& vehicle) {
     for (int k = 0; k < max_frames && may_send(out); ++k) {
         const bool beats = heartbeat_is_due(telemetry, snapshot(vehicle).tick);
         if (!beats && send_answer(out, radio.signing)) continue;
-        const bool listed = !beats && (out.frames & 1) != 0 && send_next_parameter(radio, vehicle);
+        const bool listed = !beats && (out.frames & 1) != 0 && send_next_of_list(radio, vehicle);
         if (listed || send_telemetry(telemetry, out, radio.signing, vehicle, radio.parser)) continue;
-        if (!send_next_parameter(radio, vehicle)) break;
+        if (!send_next_of_list(radio, vehicle)) break;
     }
 }
 

@@ -22,6 +22,19 @@ struct Upload {
     Mission<float> mission;
 };
 
+/// Address of an answer.
+using Peer = Station;
+
+/// A file, or a piece of it, that is being sent.
+struct Transfer {
+    bool on;
+    Peer to;
+    int file;
+    std::uint8_t code;  // of the request
+    std::uint16_t sequence;
+    int offset, limit;  // bytes; of a piece, 0 for as many as fit
+};
+
 struct Radio {
     Parser parser;
     Outbox out;
@@ -29,14 +42,12 @@ struct Radio {
     Telemetry telemetry;
     Run run[max_runs];
     Upload upload;
+    Transfer transfer;
     int list_next, list_end;  // parameters still to be listed
     Faults reported_faults;
     std::uint32_t fault_reported_at, refusal_reported_at;            // ticks of the last texts
     std::uint32_t commands, refused, replayed, not_signed, no_room;  // since boot
 };
-
-/// Address of an answer.
-using Peer = Station;
 
 /// Copy a text into a field that has no terminator if it is full.
 template <std::size_t N>

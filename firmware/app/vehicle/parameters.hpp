@@ -61,6 +61,14 @@ struct ParameterInfo {
     std::int16_t field;         // index in the row of all numbers
 };
 
+/// A file for ground stations, served by the radio.
+struct FileInfo {
+    const char* name;
+    const std::uint8_t* bytes;
+    int size;
+    std::uint32_t crc;
+};
+
 /// A robot's description at build time.
 struct Description {
     const char* name;
@@ -70,6 +78,8 @@ struct Description {
     const ParameterInfo* parameter;
     int parameters;
     std::uint32_t layout;  // checksum of the parameters' names and indices: a stored set of another layout is ignored
+    const FileInfo* file;
+    int files;
 };
 
 /// A number of the row, or the parameter that replaces it.

@@ -214,6 +214,8 @@ def header(table: FirmwareTable) -> str:
     """Return the C++ header firmware/robots/NAME.hpp of a robot."""
     import jinja2
 
+    from hypertuna.firmware.metadata import metadata
+
     robot = table.robot
     wired = require(robot.firmware, "firmware", robot)
     places = pins_of(robot)
@@ -224,7 +226,7 @@ def header(table: FirmwareTable) -> str:
     environment.filters["literal"] = _literal
     period = require(sensor_of(robot, "position").period, "sensors.period_s", robot)
     return environment.get_template("robot.hpp.j2").render(
-        table=table, robot=robot, wired=wired, pins=pins, fix_ms=round(1000 * period)
+        table=table, robot=robot, wired=wired, pins=pins, fix_ms=round(1000 * period), files=metadata(table)
     )
 
 

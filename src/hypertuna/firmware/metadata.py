@@ -1,0 +1,75 @@
+"""Descriptions of the parameters for ground stations: files of the component metadata service, kept in the firmware.
+
+mavlink.io/en/services/component_information.html. The robot serves both by file transfer (firmware/app/radio/files.hpp).
+"""
+
+import json
+import lzma
+import zlib
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hypertuna.description.schema.control import Controller, Guidance
+from hypertuna.description.schema.firmware import Firmware
+
+if TYPE_CHECKING:
+    from hypertuna.firmware.parameters import FirmwareTable, Parameter
+
+GENERAL, PARAMETERS = "general.json", "parameters.json.xz"  # names in firmware/app/radio/files.hpp
+SI = {"deg": "rad", "deg/s": "rad/s", "us": "s", "us/rad": "s/rad"}
+TABLES = {"controller": Controller, "pilot": Guidance, "limits": Firmware}
+TEXTS = {  # of parameters that are no keys of a robot's file: text and unit of zero and scale
+    "amplitude": ("largest amplitude of joint", "rad"),
+    "curvature": ("curvature of the path at the largest bias of the tail", "1/m"),
+    "sign": ("1: commands must be signed", ""),
+    "servo_trim": ("time added to the pulse of servo", "s"),
+    "timeout_ticks": ("time without a command after which the tail rests, in ticks of the controller", ""),
+    "tilt_max": ("sine of roll or pitch beyond which the tail rests", ""),
+}
+GROUPS = {"controller": "Controller", "pilot": "Pilot", "calibration": "Calibration", "limits": "Limits"}
+DIGITS = 6  # of numbers: the last bit of a fit differs from machine to machine
+
+
+class File(NamedTuple):
+    """A file that the robot serves."""
+
+    name: str
+    content: bytes
+
+    @property
+    def crc(self) -> int:
+        """CRC-32 as MAVLink's file transfer computes it: from zero, not inverted."""
+        return zlib.crc32(self.content, 0xFFFFFFFF) ^ 0xFFFFFFFF
+
+
+def metadata(table: "FirmwareTable") -> tuple[File, File]:
+    """Return the general file, and that of the parameters that it names."""
+    text = json.dumps({"version": 1, "parameters": [_entry(table, p) for p in table.parameters]})
+    packed = lzma.compress(text.encode(), check=lzma.CHECK_CRC32, preset=9 | lzma.PRESET_EXTREME)
+    parameters = File(PARAMETERS, packed)
+    types = [{"type": 1, "uri": f"mftp://{PARAMETERS}", "fileCrc": parameters.crc}]
+    general = json.dumps({"version": 1, "metadataTypes": types}, separators=(",", ":"))
+    return File(GENERAL, general.encode()), parameters
+
+
+def _entry(table: "FirmwareTable", parameter: "Parameter") -> dict[str, Any]:
+    """Return the description of a parameter."""
+    part, column, index = table.fields[parameter.field]
+    number = f" {index}" if parameter.name.endswith(f"_{index}") else ""
+    text, unit = describe(part, column, parameter.name)
+    numbers = {"min": parameter.low, "max": parameter.high, "default": parameter.standard}
+    made = {"name": parameter.name.upper(), "type": "Float", "group": GROUPS[part], "shortDesc": f"{text}{number}"}
+    return made | {key: float(f"{value:.{DIGITS}g}") for key, value in numbers.items()} | ({"units": unit} if unit else {})
+
+
+def describe(part: str, column: str, name: str) -> tuple[str, str]:
+    """Return text and SI unit of a parameter: those of its key in a robot's file, where it has one."""
+    known = TEXTS.get(name) or TEXTS.get(column)
+    if known is not None:
+        return known
+    if part == "calibration":
+        sensor, kind = column.rsplit("_", 1)
+        return (f"counts at zero of {sensor}", "") if kind == "zero" else (f"SI units per count of {sensor}", "")
+    field = TABLES[part].model_fields[column]
+    extra = field.json_schema_extra
+    unit = str(extra["unit"]) if isinstance(extra, dict) else ""
+    return str(field.description), SI.get(unit, unit)
