@@ -6,7 +6,7 @@
 #include "app/radio/files.hpp"
 #include "app/radio/mission_protocol.hpp"
 #include "app/radio/parameter_protocol.hpp"
-#include "app/radio/radio_state.hpp"
+#include "app/radio/services.hpp"
 
 namespace hypertuna::firmware {
 
@@ -50,65 +50,87 @@ inline Refusal gait_command(Vehicle& vehicle, Peer from, const mavlink_command_l
     return set_gait(vehicle, from, command);
 }
 
-/// A parameter that must be a whole number from 0 to `high`; -1 if it is not.
-inline int whole_of(float value, int high) {
-    if (!(0.0f <= value && value <= float(high))) return -1;
-    const int number = int(value);
-    return float(number) == value ? number : -1;
-}
-
 inline Refusal arm_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
     const int on = whole_of(m.param1, 1);
     return on < 0 ? Refusal::out_of_range : give(vehicle, on == 1 ? Order::arm : Order::disarm, from);
 }
 
-/// Select a mode: the state of that number, by its order.
-inline Refusal mode_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
-    const int base = whole_of(m.param1, 255), state = whole_of(m.param2 - float(mode_base), states - 1);
+/// Select a mode by its number in HEARTBEAT. Numbers of other autopilots are refused: theirs mean something else.
+inline Refusal mode_command(Vehicle& vehicle, Peer from, int base, float custom) {
+    const int mode = whole_of(custom, mode_base + states);
     if (base < 0 || (base & MAV_MODE_FLAG_CUSTOM_MODE_ENABLED) == 0) return Refusal::unknown;
-    return state < 0 ? Refusal::out_of_range : give(vehicle, state_texts[state].order, from);
+    return mode < 0 ? Refusal::unknown : give(vehicle, order_of_mode(std::uint32_t(mode)), from);
 }
 
-/// Set the interval [us] of a message: 0 for the interval at boot, -1 for never, otherwise one tick to a minute.
-inline Refusal interval_command(Radio& radio, const mavlink_command_long_t& m) {
-    const int id = whole_of(m.param1, 1 << 24), k = id < 0 ? -1 : stream_index(std::uint32_t(id));
-    if (k < 0) return Refusal::unknown;
-    const bool heart = k == 0, never = m.param2 == -1.0f;
-    if (!never && m.param2 != 0.0f && !(1e4f <= m.param2 && m.param2 <= 6e7f)) return Refusal::out_of_range;
-    if (heart && (never || 1e6f < m.param2)) return Refusal::out_of_range;  // without it, clients report a lost link
-    radio.telemetry.stream[k].interval = never              ? 0
-                                         : m.param2 == 0.0f ? telemetry_messages[k].interval
-                                                            : std::uint32_t(m.param2 * 1e-4f + 0.5f);
-    return Refusal::none;
+inline Refusal standard_mode_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
+    if (m.param1 == float(MAV_STANDARD_MODE_MISSION)) return give(vehicle, Order::mission, from);
+    if (m.param1 == float(MAV_STANDARD_MODE_SAFE_RECOVERY)) return give(vehicle, Order::home, from);
+    return Refusal::unknown;
 }
 
-inline Refusal request_command(Radio& radio, const mavlink_command_long_t& m) {
-    const int id = whole_of(m.param1, 1 << 24), k = id < 0 ? -1 : stream_index(std::uint32_t(id));
-    if (k < 0) return Refusal::unknown;
-    radio.telemetry.stream[k].requested = true;
-    return Refusal::none;
+/// Set the waypoint that the mission begins or resumes at, by the number of its item or of one before it.
+inline Refusal item_command(Vehicle& vehicle, Peer from, float item) {
+    const int number = whole_of(item, max_items);
+    return number < 0 ? Refusal::out_of_range : set_leg(vehicle, from, leg_of_item(vehicle, number));
+}
+
+/// Start or resume the mission, at an item if one is named.
+inline Refusal start_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
+    const Refusal refusal = 0.0f < m.param1 ? item_command(vehicle, from, m.param1) : Refusal::none;
+    return refusal != Refusal::none ? refusal : give(vehicle, Order::mission, from);
+}
+
+inline Refusal pause_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
+    const int go_on = whole_of(m.param1, 1);
+    return go_on < 0 ? Refusal::out_of_range : give(vehicle, go_on == 1 ? Order::go_on : Order::pause, from);
+}
+
+/// Orders that change the state.
+inline Refusal execute_order(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
+    switch (m.command) {
+        case MAV_CMD_COMPONENT_ARM_DISARM:
+            return arm_command(vehicle, from, m);
+        case MAV_CMD_DO_SET_MODE:
+            return mode_command(vehicle, from, whole_of(m.param1, 255), m.param2);
+        case MAV_CMD_DO_SET_STANDARD_MODE:
+            return standard_mode_command(vehicle, from, m);
+        case MAV_CMD_MISSION_START:
+            return start_command(vehicle, from, m);
+        case MAV_CMD_DO_SET_MISSION_CURRENT:
+            return item_command(vehicle, from, m.param1);
+        case MAV_CMD_DO_PAUSE_CONTINUE:
+            return pause_command(vehicle, from, m);
+        case MAV_CMD_NAV_RETURN_TO_LAUNCH:
+            return give(vehicle, Order::home, from);
+        case MAV_CMD_NAV_LAND:
+            return give(vehicle, Order::surface, from);
+        case HYPERTUNA_CMD_GAIT:
+            return gait_command(vehicle, from, m);
+        default:
+            return Refusal::unknown;
+    }
 }
 
 /// Execute a command, and return why it is refused.
 inline Refusal execute(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
     switch (m.command) {
-        case MAV_CMD_COMPONENT_ARM_DISARM:
-            return arm_command(vehicle, from, m);
-        case MAV_CMD_DO_SET_MODE:
-            return mode_command(vehicle, from, m);
-        case MAV_CMD_MISSION_START:
-            return give(vehicle, Order::mission, from);
         case MAV_CMD_SET_MESSAGE_INTERVAL:
             return interval_command(radio, m);
+        case MAV_CMD_GET_MESSAGE_INTERVAL:
+            return get_interval_command(radio, m);
         case MAV_CMD_REQUEST_MESSAGE:
-            return request_command(radio, m);
+            return request_command(radio, vehicle, m);
         case MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES:
             radio.telemetry.stream[stream_index(MAVLINK_MSG_ID_AUTOPILOT_VERSION)].requested = true;
             return Refusal::none;
-        case HYPERTUNA_CMD_GAIT:
-            return gait_command(vehicle, from, m);
+        case MAV_CMD_RUN_PREARM_CHECKS:
+            return prearm_command(radio, vehicle, from);
+        case MAV_CMD_PREFLIGHT_CALIBRATION:
+            return calibration_command(radio, vehicle, from, m);
+        case MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
+            return reboot_command(radio, vehicle, m);
         default:
-            return Refusal::unknown;
+            return execute_order(vehicle, from, m);
     }
 }
 
@@ -135,6 +157,15 @@ inline bool is_disarm(const Frame& frame) {
     const mavlink_command_long_t m =
         is_int ? long_of(message_of<mavlink_command_int_t>(frame)) : message_of<mavlink_command_long_t>(frame);
     return m.command == MAV_CMD_COMPONENT_ARM_DISARM && m.param1 == 0.0f;
+}
+
+/// Older messages of the same orders, without an acknowledgement.
+inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_set_mode_t& m) {
+    report_refusal(radio, mode_command(vehicle, from, m.base_mode, float(m.custom_mode)));
+}
+inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_set_current_t& m) {
+    report_refusal(radio, item_command(vehicle, from, m.seq));
+    radio.telemetry.stream[stream_index(MAVLINK_MSG_ID_MISSION_CURRENT)].requested = true;
 }
 
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_set_gps_global_origin_t& m) {

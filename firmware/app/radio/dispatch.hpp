@@ -10,8 +10,9 @@ namespace hypertuna::firmware {
 template <class... Messages>
 struct MessageList {};
 
-/// Messages that anybody may send: signs of life, round-trip times, the radio modem's own status.
-using Notices = MessageList<mavlink_heartbeat_t, mavlink_ping_t, mavlink_radio_status_t>;
+/// Messages that anybody may send: signs of life, times, the radio modem's own status.
+using Notices = MessageList<mavlink_heartbeat_t, mavlink_ping_t, mavlink_timesync_t, mavlink_system_time_t,
+                            mavlink_radio_status_t>;
 
 /// Commands: each has a sender, a target, and a `handle`.
 using Commands =
@@ -19,7 +20,8 @@ using Commands =
                 mavlink_mission_request_t, mavlink_mission_request_int_t, mavlink_mission_request_list_t,
                 mavlink_mission_count_t, mavlink_mission_item_int_t, mavlink_mission_clear_all_t, mavlink_mission_ack_t,
                 mavlink_manual_control_t, mavlink_command_long_t, mavlink_command_int_t, mavlink_setup_signing_t,
-                mavlink_gait_set_t, mavlink_set_gps_global_origin_t, mavlink_file_transfer_protocol_t>;
+                mavlink_gait_set_t, mavlink_set_gps_global_origin_t, mavlink_file_transfer_protocol_t, mavlink_set_mode_t,
+                mavlink_mission_set_current_t>;
 
 template <class... N, class... C>
 constexpr auto kinds_of(MessageList<N...>, MessageList<C...>) {
@@ -78,6 +80,14 @@ inline void notice(Radio& radio, Vehicle&, Peer from, mavlink_ping_t m) {
     m.target_system = from.system, m.target_component = from.component;
     reply(radio.out, m);
 }
+/// Answer with the time since boot [ns].
+inline void notice(Radio& radio, Vehicle& vehicle, Peer, mavlink_timesync_t m) {
+    if (m.tc1 != 0 || !has_room(radio.out)) return;
+    m.tc1 = std::int64_t(snapshot(vehicle).tick) * 10000000 + 1;
+    reply(radio.out, m);
+}
+/// The robot has no use for the time of day.
+inline void notice(Radio&, Vehicle&, Peer, const mavlink_system_time_t&) {}
 inline void notice(Radio& radio, Vehicle& vehicle, Peer, const mavlink_radio_status_t& m) {
     adapt(radio.telemetry, m.txbuf, snapshot(vehicle).tick);
 }

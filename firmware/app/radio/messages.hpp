@@ -10,6 +10,7 @@ namespace hypertuna::firmware {
 
 inline constexpr float centidegree = 18000.0f / float(pi);  // of a radian
 inline constexpr float ticks_per_second = 100.0f;
+inline constexpr std::uint32_t fix_lasts = 300;  // ticks that a fix counts as present
 
 /// A number in steps of 1/factor, rounded and clamped to its type; the largest of the type for NaN and infinity.
 template <class Whole>
@@ -136,7 +137,10 @@ inline mavlink_heartbeat_t heartbeat(const Snapshot& now) {
 
 inline int percent(float part) { return is_finite(part) ? int(clamp(part, 0.0f, 1.0f) * 100.0f + 0.5f) : -1; }
 
-inline mavlink_sys_status_t sys_status(const Snapshot& now, const Parser& parser) {
+/// prearm: the robot is armed, or would be on command. The receiver is healthy with a fix, which it has not under water.
+inline mavlink_sys_status_t sys_status(const Vehicle& vehicle, const Parser& parser) {
+    const Snapshot& now = snapshot(vehicle);
+    const Refusal refusal = check(vehicle, Order::arm, Station{});
     const float bad = float(parser.bad);
     const Status& status = now.output.status;
     const std::uint32_t imu = MAV_SYS_STATUS_SENSOR_3D_GYRO | MAV_SYS_STATUS_SENSOR_3D_ACCEL;
@@ -144,12 +148,15 @@ inline mavlink_sys_status_t sys_status(const Snapshot& now, const Parser& parser
     const std::uint32_t battery = MAV_SYS_STATUS_SENSOR_BATTERY, motors = MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS;
     const std::uint32_t compass = now.estimate.compass ? MAV_SYS_STATUS_SENSOR_3D_MAG : 0u;
     const std::uint32_t depth = now.estimate.depths ? MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE : 0u;
-    const bool stopped = status.has(Condition::hard_stop);
+    const std::uint32_t gps = MAV_SYS_STATUS_SENSOR_GPS, prearm = MAV_SYS_STATUS_PREARM_CHECK;
+    const bool stopped = status.has(Condition::hard_stop), ready = now.armed() || refusal == Refusal::none;
+    const bool fixed = vehicle.fix.any && now.tick - vehicle.fix.tick <= fix_lasts;
     mavlink_sys_status_t m{};
-    m.onboard_control_sensors_present = imu | others | battery | motors;
-    m.onboard_control_sensors_enabled = imu | others | battery | (now.armed() ? motors : 0);
+    m.onboard_control_sensors_present = imu | others | battery | motors | gps | prearm;
+    m.onboard_control_sensors_enabled = imu | others | battery | gps | prearm | (now.armed() ? motors : 0);
     m.onboard_control_sensors_health = (status.has(Condition::imu_fault) ? 0 : imu) | compass | depth |
-                                       (status.has(Condition::battery_fault) ? 0 : battery) | (stopped ? 0 : motors);
+                                       (status.has(Condition::battery_fault) ? 0 : battery) | (stopped ? 0 : motors) |
+                                       (fixed ? gps : 0) | (ready ? prearm : 0);
     m.load = whole<std::uint16_t>(now.load, 1000.0f);
     m.voltage_battery = whole<std::uint16_t>(now.readings.robot.voltage, 1000.0f);
     m.current_battery = -1, m.battery_remaining = std::int8_t(percent(now.battery_left));
@@ -200,7 +207,27 @@ inline mavlink_scaled_pressure_t scaled_pressure(const Vehicle& vehicle) {
 inline mavlink_autopilot_version_t autopilot_version(const Snapshot&) {
     mavlink_autopilot_version_t m{};
     m.capabilities = MAV_PROTOCOL_CAPABILITY_MISSION_INT | MAV_PROTOCOL_CAPABILITY_COMMAND_INT |
-                     MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST | MAV_PROTOCOL_CAPABILITY_MAVLINK2;
+                     MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST | MAV_PROTOCOL_CAPABILITY_MAVLINK2 |
+                     MAV_PROTOCOL_CAPABILITY_MISSION_FENCE | MAV_PROTOCOL_CAPABILITY_FTP;
+    return m;
+}
+
+inline mavlink_protocol_version_t protocol_version(const Snapshot&) {
+    mavlink_protocol_version_t m{};
+    m.version = m.min_version = m.max_version = 200;
+    return m;
+}
+
+/// Where the description of the parameters is (files.hpp): the first file names the others.
+inline mavlink_component_metadata_t component_metadata(const Vehicle& vehicle) {
+    const char scheme[] = "mftp://";
+    mavlink_component_metadata_t m{};
+    m.time_boot_ms = milliseconds(snapshot(vehicle));
+    if (vehicle.robot->files == 0) return m;
+    const FileInfo& general = vehicle.robot->file[0];
+    m.file_crc = general.crc;
+    std::memcpy(m.uri, scheme, sizeof scheme - 1);
+    for (std::size_t k = 0; general.name[k] != 0; ++k) m.uri[sizeof scheme - 1 + k] = general.name[k];
     return m;
 }
 

@@ -1,54 +1,137 @@
-/// The mission on board as a list of items: bounds, home, fence, then speeds and waypoints in their order.
+/// The mission on board as a list of items, as they were given: the same number, frames and values.
 #pragma once
 
-#include "app/radio/messages.hpp"
+#include "app/radio/positions.hpp"
 
 namespace hypertuna::firmware {
 
-inline constexpr int max_items = 2 * max_waypoints + max_corners + 3;
+inline constexpr std::uint16_t item_command[] = {HYPERTUNA_CMD_BOUNDS,
+                                                 HYPERTUNA_CMD_DECLINATION,
+                                                 MAV_CMD_DO_SET_HOME,
+                                                 MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION,
+                                                 MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION,
+                                                 MAV_CMD_DO_CHANGE_SPEED,
+                                                 MAV_CMD_NAV_WAYPOINT,
+                                                 MAV_CMD_NAV_RETURN_TO_LAUNCH};  // of each ItemKind
 
-/// Call visit(item) for every item, and return their number. Positions are in MAV_FRAME_LOCAL_NED.
-template <class Visit>
-int visit_items(const Mission<float>& mission, const Visit& visit) {
-    if (mission.waypoints == 0) return 0;
-    mavlink_mission_item_int_t item{};
-    item.frame = MAV_FRAME_LOCAL_NED, item.autocontinue = 1;
-    const auto add = [&](std::uint16_t command, const Corner<float>& at, float z, float first, float second) {
-        item.command = command, item.param1 = first, item.param2 = second, item.z = z;
-        item.x = whole<std::int32_t>(at.y, 1e4f), item.y = whole<std::int32_t>(at.x, 1e4f);
-        visit(item);
-        ++item.seq;
-    };
-    item.param3 = mission.duration, item.param4 = mission.surface_every;
-    const Corner<float> rest{0.01f * mission.home_radius,
-                             1e-4f * float(mission.stay + 2 * mission.silence_below)};  // 100 cm, 1: as positions
-    add(HYPERTUNA_CMD_BOUNDS, rest, mission.home_speed, mission.depth_max, mission.reserve);
-    item.param3 = item.param4 = 0.0f;
-    if (mission.declination != 0.0f)
-        add(HYPERTUNA_CMD_DECLINATION, {}, 0.0f, mission.declination * float(180 / pi), 0.0f);
-    add(MAV_CMD_DO_SET_HOME, mission.home, 0.0f, 0.0f, 0.0f);
-    for (int k = 0; k < mission.corners; ++k)
-        add(MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, mission.corner[k], 0.0f, float(mission.corners), 0.0f);
-    if (mission.corners < 3 && 0.0f < mission.range)
-        add(MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, mission.center, 0.0f, mission.range, 0.0f);
-    float speed = 0.0f;
-    for (int k = 0; k < mission.waypoints; ++k) {
-        const Waypoint<float>& w = mission.waypoint[k];
-        if (w.speed != speed) add(MAV_CMD_DO_CHANGE_SPEED, {}, 0.0f, 0.0f, w.speed);
-        speed = w.speed;
-        add(MAV_CMD_NAV_WAYPOINT, {w.x, w.y}, w.depth, w.hold, w.radius);
+using Item = mavlink_mission_item_int_t;
+
+inline void put_place(Item& item, const Origin& origin, const Place& at, float depth = 0.0f) {
+    if (item.frame == local_frame) {
+        item.x = whole<std::int32_t>(at.y, 1e4f), item.y = whole<std::int32_t>(at.x, 1e4f), item.z = depth;
+    } else {
+        const Degrees degrees = degrees_of(origin, at);
+        item.x = degrees.latitude, item.y = degrees.longitude, item.z = 0.0f - depth;
     }
-    return item.seq;
+}
+
+/// Depth, reserve, duration, fixes; whether it stays, and silence counts below; home's radius [cm] and speed.
+inline void put_bounds(Item& item, const Mission<float>& mission) {
+    item.param1 = mission.depth_max, item.param2 = mission.reserve;
+    item.param3 = mission.duration, item.param4 = mission.surface_every;
+    item.x = mission.stay + 2 * mission.silence_below, item.z = mission.home_speed;
+    item.y = whole<std::int32_t>(mission.home_radius, 100.0f);
+}
+
+inline void put_waypoint(Item& item, const ItemForm& form, const Origin& origin, const Waypoint<float>& to) {
+    put_place(item, origin, {to.x, to.y}, to.depth);
+    item.param1 = to.hold, item.param2 = form.flags & ItemForm::standard ? 0.0f : to.radius;
+}
+
+inline void put_speed(Item& item, const ItemForm& form, float speed) {
+    item.param1 = form.flags & ItemForm::ground_speed ? 1.0f : 0.0f, item.param2 = speed;
+    item.param3 = form.flags & ItemForm::no_throttle ? -1.0f : 0.0f;
+}
+
+/// Item `number` of the mission; waypoint and corner: of those before it.
+inline Item item_of(const Vehicle& vehicle, int number, int waypoint, int corner) {
+    const Mission<float>& mission = vehicle.mission;
+    const MissionForm& forms = vehicle.plan.form;
+    const ItemForm& form = forms.item[number];
+    Item item{};
+    item.seq = std::uint16_t(number), item.frame = form.frame, item.autocontinue = 1;
+    item.command = item_command[int(form.kind)];
+    switch (form.kind) {
+        case ItemKind::bounds:
+            put_bounds(item, mission);
+            break;
+        case ItemKind::declination:
+            item.param1 = mission.declination * float(180 / pi);
+            break;
+        case ItemKind::home:
+            put_place(item, vehicle.origin, mission.home);
+            break;
+        case ItemKind::corner:
+            item.param1 = float(mission.corners);
+            put_place(item, vehicle.origin, mission.corner[corner]);
+            break;
+        case ItemKind::circle:
+            item.param1 = mission.range;
+            put_place(item, vehicle.origin, mission.center);
+            break;
+        case ItemKind::speed:
+            put_speed(item, form, waypoint < mission.waypoints ? mission.waypoint[waypoint].speed : forms.last_speed);
+            break;
+        case ItemKind::waypoint:
+            put_waypoint(item, form, vehicle.origin, mission.waypoint[waypoint]);
+            break;
+        default:
+            break;
+    }
+    float* param[4] = {&item.param1, &item.param2, &item.param3, &item.param4};
+    for (int k = 0; k < 4; ++k)
+        if (form.flags >> k & 1) *param[k] = std::numeric_limits<float>::quiet_NaN();
+    return item;
+}
+
+/// Call visit(item) for every item of the mission, and return their number.
+template <class Visit>
+int visit_items(const Vehicle& vehicle, const Visit& visit) {
+    const MissionForm& form = vehicle.plan.form;
+    int waypoint = 0, corner = 0;
+    for (int k = 0; k < form.items; ++k) {
+        visit(item_of(vehicle, k, waypoint, corner));
+        waypoint += form.item[k].kind == ItemKind::waypoint, corner += form.item[k].kind == ItemKind::corner;
+    }
+    return form.items;
+}
+
+/// Number of items of the fence: the corners of a polygon, or a circle.
+inline int fence_items(const Vehicle& vehicle) {
+    const Mission<float>& mission = vehicle.mission;
+    return 0 < mission.corners ? mission.corners : 0.0f < mission.range;
+}
+
+/// Item `number` of the fence, which is a list of its own.
+inline Item fence_item(const Vehicle& vehicle, int number) {
+    const Mission<float>& mission = vehicle.mission;
+    const bool polygon = 0 < mission.corners;
+    Item item{};
+    item.seq = std::uint16_t(number), item.frame = std::uint8_t(vehicle.plan.form.fence_frame);
+    item.mission_type = MAV_MISSION_TYPE_FENCE, item.autocontinue = 1;
+    item.command = item_command[int(polygon ? ItemKind::corner : ItemKind::circle)];
+    item.param1 = polygon ? float(mission.corners) : mission.range;
+    put_place(item, vehicle.origin, polygon ? mission.corner[number] : mission.center);
+    return item;
+}
+
+/// Number of the waypoint that an item is, or that follows it.
+inline int leg_of_item(const Vehicle& vehicle, int number) {
+    int leg = 0;
+    for (int k = 0; k < number && k < vehicle.plan.form.items; ++k)
+        leg += vehicle.plan.form.item[k].kind == ItemKind::waypoint;
+    return number < vehicle.plan.form.items ? leg : -1;
 }
 
 /// Current item: the waypoint that the robot swims to.
 inline mavlink_mission_current_t mission_current(const Vehicle& vehicle) {
     const Snapshot& now = snapshot(vehicle);
+    const MissionForm& form = vehicle.plan.form;
     mavlink_mission_current_t m{};
+    m.total = std::uint16_t(form.items);
     int waypoints = 0;
-    m.total = std::uint16_t(visit_items(mission(vehicle), [&](const mavlink_mission_item_int_t& item) {
-        if (item.command == MAV_CMD_NAV_WAYPOINT && waypoints++ <= now.leg) m.seq = item.seq;
-    }));
+    for (int k = 0; k < form.items; ++k)
+        if (form.item[k].kind == ItemKind::waypoint && waypoints++ <= vehicle.leg) m.seq = std::uint16_t(k);
     const bool runs = now.state == State::mission, done = now.mode == Mode::done;
     m.mission_state = MISSION_STATE_NO_MISSION;
     if (0 < m.total) m.mission_state = MISSION_STATE_NOT_STARTED;

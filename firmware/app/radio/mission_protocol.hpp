@@ -11,40 +11,23 @@ namespace hypertuna::firmware {
 inline constexpr std::uint32_t request_timeout = 150;  // ticks without the requested item
 inline constexpr int max_tries = 8;
 
-inline void acknowledge_mission(Radio& radio, Peer to, std::uint8_t result) {
+inline void acknowledge_mission(Radio& radio, Peer to, std::uint8_t result, std::uint8_t type) {
     mavlink_mission_ack_t m{};
-    m.target_system = to.system, m.target_component = to.component, m.type = result;
+    m.target_system = to.system, m.target_component = to.component, m.type = result, m.mission_type = type;
     reply(radio.out, m);
+}
+
+inline std::uint8_t upload_type(const Upload& upload) {
+    return std::uint8_t(upload.fence ? MAV_MISSION_TYPE_FENCE : MAV_MISSION_TYPE_MISSION);
 }
 
 inline void request_item(Radio& radio, std::uint32_t tick) {
     Upload& upload = radio.upload;
     mavlink_mission_request_int_t m{};
-    m.seq = std::uint16_t(upload.next);
+    m.seq = std::uint16_t(upload.next), m.mission_type = upload_type(upload);
     m.target_system = upload.system, m.target_component = upload.component;
     reply(radio.out, m);
     upload.requested_at = tick, ++upload.tries;
-}
-
-/// Whether a message is about the mission: separate lists of fences and rally points are not supported.
-template <class Message>
-bool is_mission(Radio& radio, Peer from, const Message& m) {
-    if (m.mission_type == MAV_MISSION_TYPE_MISSION) return true;
-    acknowledge_mission(radio, from, MAV_MISSION_UNSUPPORTED);
-    return false;
-}
-
-inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlink_mission_count_t& m) {
-    Upload& upload = radio.upload;
-    if (!is_mission(radio, from, m)) return;
-    if (upload.on && (upload.system != from.system || upload.component != from.component))
-        return acknowledge_mission(radio, from, MAV_MISSION_DENIED);
-    if (m.count == 0 || max_items < m.count)
-        return acknowledge_mission(radio, from, m.count == 0 ? MAV_MISSION_ERROR : MAV_MISSION_NO_SPACE);
-    upload.on = true, upload.system = from.system, upload.component = from.component;
-    upload.count = m.count, upload.next = upload.tries = 0;
-    begin_mission(upload, snapshot(vehicle));
-    request_item(radio, snapshot(vehicle).tick);
 }
 
 inline std::uint8_t mission_result(Refusal refusal) {
@@ -57,36 +40,83 @@ inline std::uint8_t mission_result(Refusal refusal) {
         case Refusal::outside_fence:
         case Refusal::leaves_fence:
         case Refusal::too_deep:
+        case Refusal::too_fast:
+        case Refusal::way_home:
             return MAV_MISSION_INVALID;
         case Refusal::too_many:
             return MAV_MISSION_NO_SPACE;
         case Refusal::no_mission:
             return MAV_MISSION_ERROR;
+        case Refusal::not_taken:
+        case Refusal::one_fence:
+        case Refusal::no_rally:
+            return MAV_MISSION_UNSUPPORTED;
         default:
             return MAV_MISSION_DENIED;
     }
 }
 
+/// Clear the mission, the fence, or both.
+inline void clear(Radio& radio, Vehicle& vehicle, Peer from, std::uint8_t type) {
+    const bool all = type == MAV_MISSION_TYPE_ALL, rally = type == MAV_MISSION_TYPE_RALLY;  // there are none
+    const bool waypoints = all || type == MAV_MISSION_TYPE_MISSION, fence = all || type == MAV_MISSION_TYPE_FENCE;
+    const Refusal refusal = waypoints || fence ? clear_mission(vehicle, from, waypoints, fence)
+                            : rally            ? Refusal::none
+                                               : Refusal::unknown;
+    report_refusal(radio, refusal);
+    acknowledge_mission(radio, from, mission_result(refusal), type);
+}
+
+/// A list without items clears what it replaces.
+inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_count_t& m) {
+    Upload& upload = radio.upload;
+    if (m.count == 0) return clear(radio, vehicle, from, m.mission_type);
+    const bool fence = m.mission_type == MAV_MISSION_TYPE_FENCE;
+    if (m.mission_type != MAV_MISSION_TYPE_MISSION && !fence) {
+        report_refusal(radio, Refusal::no_rally);
+        return acknowledge_mission(radio, from, MAV_MISSION_UNSUPPORTED, m.mission_type);
+    }
+    const bool other = upload.on && (upload.system != from.system || upload.component != from.component);
+    if (other || max_items < m.count)
+        return acknowledge_mission(radio, from, other ? MAV_MISSION_DENIED : MAV_MISSION_NO_SPACE, m.mission_type);
+    const Refusal refusal = check(vehicle, Order::upload, from);
+    if (refusal != Refusal::none) {
+        report_refusal(radio, refusal);
+        return acknowledge_mission(radio, from, mission_result(refusal), m.mission_type);
+    }
+    upload.on = true, upload.system = from.system, upload.component = from.component, upload.fence = fence;
+    upload.count = m.count, upload.next = upload.tries = 0;
+    begin_upload(upload, vehicle);
+    request_item(radio, snapshot(vehicle).tick);
+}
+
+/// The last item has arrived: check the whole, and keep it.
+inline Refusal end_upload(Upload& upload, Vehicle& vehicle, Peer from) {
+    upload.on = false;
+    if (!upload.fence && upload.mission.waypoints == 0) return Refusal::no_mission;
+    if (upload.fence && 0 < upload.mission.corners && upload.mission.corners < 3) return Refusal::bad_fence;
+    const Refusal refusal = check_end(upload);
+    return refusal == Refusal::none ? set_mission(vehicle, from, upload.mission, &upload.form) : refusal;
+}
+
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_item_int_t& m) {
     Upload& upload = radio.upload;
     if (upload.system != from.system || upload.component != from.component) return;
+    const std::uint8_t type = upload_type(upload);
     // The last item again: its answer was lost.
     if (!upload.on && upload.next > 0 && m.seq == upload.next - 1)
-        return acknowledge_mission(radio, from, upload.result);
-    if (!upload.on || m.seq != upload.next) return;  // a repeated item, or one out of order
-    upload.result = add_item(upload, vehicle, m);
+        return acknowledge_mission(radio, from, upload.result, type);
+    if (!upload.on || m.seq != upload.next || m.mission_type != type) return;  // repeated, or out of order
+    Refusal refusal = add_item(upload, vehicle, m);
     upload.tries = 0, ++upload.next;
-    if (upload.result != MAV_MISSION_ACCEPTED) {
-        upload.on = false, ++radio.refused;
-        return acknowledge_mission(radio, from, upload.result);
-    }
-    if (upload.next < upload.count) return request_item(radio, snapshot(vehicle).tick);
+    if (refusal == Refusal::none && upload.next < upload.count) return request_item(radio, snapshot(vehicle).tick);
+    refusal = refusal == Refusal::none ? end_upload(upload, vehicle, from) : refusal;
     upload.on = false;
-    const Refusal refusal =
-        upload.mission.waypoints == 0 ? Refusal::no_mission : set_mission(vehicle, from, upload.mission);
+    const bool wrong_frame = 0 <= kind_of_command(m.command) && m.frame != local_frame && !is_global(m.frame);
+    upload.result = std::uint8_t(refusal == Refusal::not_taken && wrong_frame ? MAV_MISSION_UNSUPPORTED_FRAME
+                                                                               : mission_result(refusal));
     report_refusal(radio, refusal);
-    upload.result = mission_result(refusal);
-    acknowledge_mission(radio, from, upload.result);
+    acknowledge_mission(radio, from, upload.result, type);
 }
 
 /// Repeat the request for an item that did not arrive, and give up after max_tries.
@@ -95,24 +125,30 @@ inline void await_item(Radio& radio, std::uint32_t tick) {
     if (!upload.on || tick - upload.requested_at < request_timeout || !has_room(radio.out)) return;
     if (upload.tries < max_tries) return request_item(radio, tick);
     upload.on = false, upload.next = 0, ++radio.refused;
-    acknowledge_mission(radio, {upload.system, upload.component}, MAV_MISSION_OPERATION_CANCELLED);
+    acknowledge_mission(radio, {upload.system, upload.component}, MAV_MISSION_OPERATION_CANCELLED, upload_type(upload));
+}
+
+/// Number of items of a list. There are no rally points.
+inline int list_length(const Vehicle& vehicle, std::uint8_t type) {
+    if (type == MAV_MISSION_TYPE_MISSION) return vehicle.plan.form.items;
+    return type == MAV_MISSION_TYPE_FENCE ? fence_items(vehicle) : 0;
 }
 
 inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlink_mission_request_list_t& m) {
-    if (!is_mission(radio, from, m)) return;
     mavlink_mission_count_t out{};
-    out.count = std::uint16_t(visit_items(mission(vehicle), [](const auto&) {}));
+    out.count = std::uint16_t(list_length(vehicle, m.mission_type)), out.mission_type = m.mission_type;
     out.target_system = from.system, out.target_component = from.component;
     reply(radio.out, out);
 }
 
 inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlink_mission_request_int_t& m) {
-    if (!is_mission(radio, from, m)) return;
-    mavlink_mission_item_int_t item{};
-    const int count = visit_items(mission(vehicle), [&](const auto& each) {
-        if (each.seq == m.seq) item = each;
-    });
-    if (count <= m.seq) return acknowledge_mission(radio, from, MAV_MISSION_INVALID_SEQUENCE);
+    if (list_length(vehicle, m.mission_type) <= m.seq)
+        return acknowledge_mission(radio, from, MAV_MISSION_INVALID_SEQUENCE, m.mission_type);
+    Item item{};
+    if (m.mission_type == MAV_MISSION_TYPE_FENCE)
+        item = fence_item(vehicle, m.seq);
+    else
+        visit_items(vehicle, [&](const Item& each) { item = each.seq == m.seq ? each : item; });
     item.target_system = from.system, item.target_component = from.component;
     reply(radio.out, item);
 }
@@ -124,11 +160,7 @@ inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlin
 }
 
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_clear_all_t& m) {
-    const bool all = m.mission_type == MAV_MISSION_TYPE_ALL;
-    if (!all && !is_mission(radio, from, m)) return;
-    const Refusal refusal = clear_mission(vehicle, from);
-    report_refusal(radio, refusal);
-    acknowledge_mission(radio, from, mission_result(refusal));
+    clear(radio, vehicle, from, m.mission_type);
 }
 
 /// The ground cancels an upload.

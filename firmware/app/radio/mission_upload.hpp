@@ -1,7 +1,7 @@
-/// Items of a mission that comes in (mission_list.hpp has those of one on board), one checked after another.
+/// Items of a mission or of a fence that comes in (mission_download.hpp has those on board), one checked after another.
 ///
 /// Places are in MAV_FRAME_LOCAL_NED, m north, east and down of the origin, or in degrees, which the origin turns into
-/// m.
+/// m; their altitudes are of the water's surface (positions.hpp). A number that an item has no use for may be NaN.
 #pragma once
 
 #include "app/radio/radio_state.hpp"
@@ -13,93 +13,155 @@ inline constexpr float local_step = 1e-4f;  // m of an item's x and y
 /// Defaults, as in a mission file [m/s, m, m, 1].
 inline constexpr float standard_speed = 0.3f, standard_radius = 3.0f, standard_depth = 5.0f, standard_reserve = 0.1f;
 
-inline void begin_mission(Upload& upload, const Snapshot& now) {
-    upload.mission = {};
-    upload.mission.waypoint = upload.waypoint, upload.mission.corner = upload.corner;
-    upload.mission.start = upload.mission.home = {now.estimate.x, now.estimate.y};
-    upload.mission.home_radius = standard_radius, upload.mission.home_speed = standard_speed;
-    upload.mission.depth_max = standard_depth, upload.mission.reserve = standard_reserve;
+/// Begin a mission, which keeps the fence on board unless it brings its own, or a fence for the mission on board.
+inline void begin_upload(Upload& upload, const Vehicle& vehicle) {
+    const Mission<float>& old = mission(vehicle);
+    Mission<float>& mission = upload.mission;
+    for (int k = 0; k < old.waypoints; ++k) upload.waypoint[k] = old.waypoint[k];
+    for (int k = 0; k < old.corners; ++k) upload.corner[k] = old.corner[k];
+    mission = old, upload.form = vehicle.plan.form, upload.fenced = false;
+    mission.waypoint = upload.waypoint, mission.corner = upload.corner;
+    if (upload.fence) {
+        mission.corners = 0, mission.range = 0.0f, upload.form.drop_fence();
+        return;
+    }
+    if (upload.form.has_fence()) upload.form.fence_frame = local_frame;
+    upload.form.items = 0, mission.waypoints = 0;
+    mission.start = mission.home = here(vehicle);
+    mission.home_radius = standard_radius, mission.home_speed = standard_speed;
+    mission.depth_max = standard_depth, mission.reserve = standard_reserve;
+    mission.duration = mission.surface_every = mission.declination = 0.0f;
+    mission.stay = mission.silence_below = false;
     upload.speed = standard_speed;
 }
 
-/// Position of an item [m east and north]; false for a frame that is not supported.
-inline bool place_of(const Vehicle& vehicle, const mavlink_mission_item_int_t& m, Corner<float>& place) {
-    if (m.frame == MAV_FRAME_LOCAL_NED) {
-        place = {float(m.y) * local_step, float(m.x) * local_step};
-        return true;
-    }
-    const bool global = m.frame == MAV_FRAME_GLOBAL || m.frame == MAV_FRAME_GLOBAL_RELATIVE_ALT ||
-                        m.frame == MAV_FRAME_GLOBAL_INT || m.frame == MAV_FRAME_GLOBAL_RELATIVE_ALT_INT;
-    if (!global || !origin(vehicle).known) return false;
-    place = local(origin(vehicle), m.x, m.y);
-    return true;
+inline bool is_global(std::uint8_t frame) {
+    return frame == MAV_FRAME_GLOBAL || frame == MAV_FRAME_GLOBAL_RELATIVE_ALT || frame == MAV_FRAME_GLOBAL_INT ||
+           frame == MAV_FRAME_GLOBAL_RELATIVE_ALT_INT;
 }
 
 /// Depth of an item: z is down in the local frame, and up in the others.
-inline float depth_of(const mavlink_mission_item_int_t& m) { return m.frame == MAV_FRAME_LOCAL_NED ? m.z : -m.z; }
+inline float depth_of(const Item& m) { return m.frame == local_frame ? m.z : 0.0f - m.z; }
 
-inline bool has_place(std::uint16_t command) {
-    return command == MAV_CMD_NAV_WAYPOINT || command == MAV_CMD_DO_SET_HOME ||
-           command == MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION || command == MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION;
+inline int kind_of_command(std::uint16_t command) {
+    for (int k = 0; k <= int(ItemKind::go_home); ++k)
+        if (item_command[k] == command) return k;
+    return -1;
 }
 
-inline std::uint8_t add_waypoint(Upload& upload, const mavlink_mission_item_int_t& m, const Corner<float>& place) {
+inline bool has_place(ItemKind kind) {
+    return kind == ItemKind::waypoint || kind == ItemKind::home || kind == ItemKind::corner || kind == ItemKind::circle;
+}
+
+/// Position of an item [m east and north], or why it has none.
+inline Refusal place_of(const Vehicle& vehicle, const Item& m, Place& place) {
+    if (m.frame == local_frame) {
+        place = {float(m.y) * local_step, float(m.x) * local_step};
+        return Refusal::none;
+    }
+    if (!is_global(m.frame)) return Refusal::not_taken;
+    if (!is_place(m.x, m.y)) return Refusal::out_of_range;
+    if (!origin(vehicle).known) return Refusal::not_placed;
+    place = local(origin(vehicle), m.x, m.y);
+    return Refusal::none;
+}
+
+inline Refusal add_waypoint(Upload& upload, ItemForm& form, const Item& m, const Place& place) {
     Mission<float>& mission = upload.mission;
-    if (mission.waypoints == max_waypoints) return MAV_MISSION_NO_SPACE;
-    const float radius = 0.0f < m.param2 ? m.param2 : standard_radius;
-    upload.waypoint[mission.waypoints++] = {place.x, place.y, depth_of(m), upload.speed, radius, m.param1};
-    return MAV_MISSION_ACCEPTED;
+    if (mission.waypoints == max_waypoints) return Refusal::too_many;
+    const bool standard = m.param2 == 0.0f;
+    if (standard) form.flags |= ItemForm::standard;
+    upload.waypoint[mission.waypoints++] = {place.x,      place.y, depth_of(m),
+                                            upload.speed, standard ? standard_radius : m.param2, m.param1};
+    return Refusal::none;
 }
 
-inline std::uint8_t add_corner(Upload& upload, const Corner<float>& place) {
-    if (upload.mission.corners == max_corners) return MAV_MISSION_NO_SPACE;
-    upload.corner[upload.mission.corners++] = place;
-    return MAV_MISSION_ACCEPTED;
+/// A corner or a circle, in place of the fence on board.
+inline Refusal add_fence(Upload& upload, ItemKind kind, const Item& m, const Place& place) {
+    Mission<float>& mission = upload.mission;
+    if (!upload.fenced) mission.corners = 0, mission.range = 0.0f, upload.form.fence_frame = m.frame;
+    upload.fenced = true;
+    const bool circle = kind == ItemKind::circle;
+    // One polygon has as many corners as each of them names.
+    if (0.0f < mission.range || (circle && 0 < mission.corners)) return Refusal::one_fence;
+    if (0 < mission.corners && m.param1 != upload.corners) return Refusal::one_fence;
+    if (mission.corners == max_corners) return Refusal::too_many;
+    if (!(0.0f < m.param1)) return Refusal::out_of_range;
+    if (circle)
+        mission.center = place, mission.range = m.param1;
+    else if (0 < mission.corners && float(mission.corners) == upload.corners)
+        return Refusal::one_fence;
+    else
+        upload.corner[mission.corners++] = place, upload.corners = m.param1;
+    return Refusal::none;
 }
 
-inline std::uint8_t set_bounds(Mission<float>& mission, const mavlink_mission_item_int_t& m) {
+inline Refusal set_speed(Upload& upload, ItemForm& form, const Item& m) {
+    if (!(0.0f < m.param2)) return Refusal::out_of_range;
+    if (m.param1 == 1.0f) form.flags |= ItemForm::ground_speed;
+    if (m.param3 == -1.0f) form.flags |= ItemForm::no_throttle;
+    upload.speed = upload.form.last_speed = m.param2;
+    return Refusal::none;
+}
+
+inline Refusal set_bounds(Mission<float>& mission, const Item& m) {
     if (0.0f < m.param1) mission.depth_max = m.param1;
     if (0.0f < m.param2) mission.reserve = m.param2;
     mission.duration = m.param3, mission.surface_every = m.param4, mission.stay = (m.x & 1) != 0;
     mission.silence_below = (m.x & 2) != 0;
     if (0 < m.y) mission.home_radius = 0.01f * float(m.y);
     if (0.0f < m.z) mission.home_speed = m.z;
-    return MAV_MISSION_ACCEPTED;
+    return Refusal::none;
 }
 
-/// Add an item to the mission being uploaded; return a MAV_MISSION_RESULT.
-inline std::uint8_t add_item(Upload& upload, const Vehicle& vehicle, const mavlink_mission_item_int_t& m) {
-    Corner<float> place{};
-    if (!is_finite(m.param1) || !is_finite(m.param2) || !is_finite(m.param3) || !is_finite(m.z))
-        return MAV_MISSION_INVALID;  // param4 may be NaN: no heading
-    if (has_place(m.command) && m.frame != MAV_FRAME_LOCAL_NED && !is_place(m.x, m.y))
-        return MAV_MISSION_INVALID_PARAM5_X;
-    if (has_place(m.command) && !place_of(vehicle, m, place)) return MAV_MISSION_UNSUPPORTED_FRAME;
-    Mission<float>& mission = upload.mission;
-    switch (m.command) {
-        case MAV_CMD_NAV_WAYPOINT:
-            return add_waypoint(upload, m, place);
-        case MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION:
-            return add_corner(upload, place);
-        case MAV_CMD_DO_SET_HOME:
-            mission.home = place;
-            return MAV_MISSION_ACCEPTED;
-        case MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION:
-            if (!(0.0f < m.param1)) return MAV_MISSION_INVALID_PARAM1;
-            mission.center = place, mission.range = m.param1;
-            return MAV_MISSION_ACCEPTED;
-        case MAV_CMD_DO_CHANGE_SPEED:
-            if (!(0.0f < m.param2)) return MAV_MISSION_INVALID_PARAM2;
-            upload.speed = m.param2;
-            return MAV_MISSION_ACCEPTED;
-        case HYPERTUNA_CMD_DECLINATION:
-            mission.declination = m.param1 * float(pi / 180);
-            return MAV_MISSION_ACCEPTED;
-        case HYPERTUNA_CMD_BOUNDS:
-            return is_finite(m.param4) ? set_bounds(mission, m) : std::uint8_t(MAV_MISSION_INVALID_PARAM4);
-        default:
-            return MAV_MISSION_UNSUPPORTED;
+/// Note which numbers of an item are NaN, and take them as zero. A place without a depth is refused.
+inline Refusal drop_nan(Item& m, ItemForm& form, ItemKind kind) {
+    float* param[4] = {&m.param1, &m.param2, &m.param3, &m.param4};
+    for (int k = 0; k < 4; ++k) {
+        if (is_finite(*param[k])) continue;
+        form.flags = std::uint8_t(form.flags | ItemForm::no_number << k), *param[k] = 0.0f;
     }
+    if (is_finite(m.z)) return Refusal::none;
+    m.z = 0.0f;
+    return kind == ItemKind::waypoint || kind == ItemKind::bounds ? Refusal::out_of_range : Refusal::none;
+}
+
+/// Add an item to the mission or the fence being uploaded.
+inline Refusal add_item(Upload& upload, const Vehicle& vehicle, Item m) {
+    const int number = kind_of_command(m.command);
+    const bool excludes = m.command == MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION ||
+                          m.command == MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION;
+    if (excludes) return Refusal::one_fence;
+    const ItemKind kind = ItemKind(number);
+    const bool of_fence = kind == ItemKind::corner || kind == ItemKind::circle;
+    if (number < 0 || (upload.fence && !of_fence)) return Refusal::not_taken;
+    ItemForm form{kind, m.frame, 0};
+    Refusal refusal = drop_nan(m, form, kind);
+    if (kind == ItemKind::home && m.param1 == 1.0f) {  // the current position
+        m.frame = form.frame = local_frame;
+        m.x = whole<std::int32_t>(here(vehicle).y, 1e4f), m.y = whole<std::int32_t>(here(vehicle).x, 1e4f);
+    }
+    Place place{};
+    if (refusal == Refusal::none && has_place(kind)) refusal = place_of(vehicle, m, place);
+    Mission<float>& mission = upload.mission;
+    if (refusal != Refusal::none) return refusal;
+    if (kind == ItemKind::waypoint) refusal = add_waypoint(upload, form, m, place);
+    if (of_fence) refusal = add_fence(upload, kind, m, place);
+    if (kind == ItemKind::speed) refusal = set_speed(upload, form, m);
+    if (kind == ItemKind::bounds) refusal = set_bounds(mission, m);
+    if (kind == ItemKind::home) mission.home = place;
+    if (kind == ItemKind::declination) mission.declination = m.param1 * float(pi / 180);
+    if (refusal == Refusal::none && !upload.fence) upload.form.item[upload.form.items++] = form;
+    return refusal;
+}
+
+/// A mission that ends with the way home does not stay, and the way home is its end.
+inline Refusal check_end(const Upload& upload) {
+    const MissionForm& form = upload.form;
+    for (int k = 0; k < form.items; ++k)
+        if (form.item[k].kind == ItemKind::go_home && (k + 1 < form.items || upload.mission.stay))
+            return Refusal::way_home;
+    return Refusal::none;
 }
 
 }  // namespace hypertuna::firmware

@@ -34,9 +34,9 @@ static void report_faults(Radio& radio, const Snapshot& now) {
         }
 }
 
-/// Send the next parameter of a list, or the next piece of a file; false if there is none.
+/// Send the next parameter or mode of a list, or the next piece of a file; false if there is none.
 static bool send_next_of_list(Radio& radio, const Vehicle& vehicle) {
-    return send_next_parameter(radio, vehicle) || send_next_piece(radio, vehicle);
+    return send_next_parameter(radio, vehicle) || send_next_mode(radio) || send_next_piece(radio, vehicle);
 }
 
 /// Fill the outbox: a due heartbeat first, then answers, then lists and telemetry in turn.
@@ -69,6 +69,7 @@ void tick(Radio& radio, Vehicle& vehicle, const std::uint8_t* bytes, int count) 
     }
     store_stamp(radio.signing, vehicle);
     await_item(radio, now);
+    calibrate_gyro(radio, vehicle);
     report_faults(radio, snapshot(vehicle));
     fill_outbox(radio, vehicle);
 }

@@ -16,7 +16,11 @@ struct Upload {
     std::uint8_t result;             // of the last upload
     std::uint32_t requested_at;      // tick of the last request
     int tries;
-    float speed;  // of the next waypoints [m/s]
+    bool fence;     // it is a list of the fence alone
+    bool fenced;    // it has items of a fence
+    float corners;  // of its polygon
+    float speed;    // of the next waypoints [m/s]
+    MissionForm form;
     Waypoint<float> waypoint[max_waypoints];
     Corner<float> corner[max_corners];
     Mission<float> mission;
@@ -35,6 +39,15 @@ struct Transfer {
     int offset, limit;  // bytes; of a piece, 0 for as many as fit
 };
 
+/// Calibration of the gyroscope: ticks left; sums, minima and maxima of the counts.
+struct GyroCalibration {
+    Peer from;
+    std::uint32_t left;
+    float sum[3], low[3], high[3];
+};
+
+inline constexpr std::uint32_t restart_delay = 50;  // ticks until a restart, so that the answer is sent
+
 struct Radio {
     Parser parser;
     Outbox out;
@@ -43,7 +56,10 @@ struct Radio {
     Run run[max_runs];
     Upload upload;
     Transfer transfer;
+    GyroCalibration gyro;
     int list_next, list_end;  // parameters still to be listed
+    int mode_next, mode_end;  // modes still to be listed
+    std::uint32_t restart_at;  // tick; 0 for never
     Faults reported_faults;
     std::uint32_t fault_reported_at, refusal_reported_at;            // ticks of the last texts
     std::uint32_t commands, refused, replayed, not_signed, no_room;  // since boot
@@ -96,6 +112,9 @@ inline std::uint8_t result_of(Refusal refusal) {
         case Refusal::elsewhere:
         case Refusal::leaves_fence:
         case Refusal::robot_outside:
+        case Refusal::not_placed:
+        case Refusal::not_now:
+        case Refusal::no_depth:
         case Refusal::not_now:
         case Refusal::other_pilot:
         case Refusal::no_depth:

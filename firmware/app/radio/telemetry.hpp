@@ -8,7 +8,9 @@
 #include <concepts>
 
 #include "app/radio/mission_download.hpp"
+#include "app/radio/modes.hpp"
 #include "app/radio/outbox.hpp"
+#include "app/radio/positions.hpp"
 
 namespace hypertuna::firmware {
 
@@ -16,10 +18,11 @@ namespace hypertuna::firmware {
 struct TelemetryMessage {
     std::uint32_t id;
     std::uint32_t interval;  // ticks of 10 ms; 0 for on request only
+    bool placed;             // it needs the origin of coordinates
     void (*send)(Outbox&, Signing&, const Vehicle&, const Parser&);
 };
 
-/// Make a message of the vehicle, of its snapshot, or of the snapshot and the parser's counters.
+/// Make a message of the vehicle, of its snapshot, or of the vehicle and the parser's counters.
 template <auto make>
 auto made(const Vehicle& vehicle, const Parser& parser) {
     using Maker = decltype(make);
@@ -28,7 +31,7 @@ auto made(const Vehicle& vehicle, const Parser& parser) {
     else if constexpr (std::invocable<Maker, const Snapshot&>)
         return make(snapshot(vehicle));
     else
-        return make(snapshot(vehicle), parser);
+        return make(vehicle, parser);
 }
 
 template <auto make>
@@ -38,12 +41,13 @@ void send_made(Outbox& out, Signing& signing, const Vehicle& vehicle, const Pars
 
 /// Row of the table: the message that `make` returns, every `interval` ticks.
 template <auto make>
-constexpr TelemetryMessage every(std::uint32_t interval) {
+constexpr TelemetryMessage every(std::uint32_t interval, bool placed = false) {
     using Message = decltype(made<make>(std::declval<const Vehicle&>(), std::declval<const Parser&>()));
-    return {kind_of<Message>.id, interval, send_made<make>};
+    return {kind_of<Message>.id, interval, placed, send_made<make>};
 }
 
-/// All telemetry. The heartbeat is first: it is never late for another message.
+/// All telemetry. The heartbeat is first: it is never late for another message. What a map needs is sent at low rates, or
+/// on request where other messages have the same: it takes a tenth of a radio of 4.8 kbit/s.
 inline constexpr TelemetryMessage telemetry_messages[] = {
     every<heartbeat>(100),
     every<hydraulics>(20),
@@ -55,8 +59,17 @@ inline constexpr TelemetryMessage telemetry_messages[] = {
     every<sys_status>(500),
     every<battery_status>(1000),
     every<mission_current>(1000),
+    every<global_position>(200, true),
+    every<gps_raw>(500),
+    every<extended_state>(500),
+    every<home_position>(2000, true),
+    every<hud>(0),
+    every<current_mode>(0),
+    every<modes_monitor>(0),
     every<autopilot_version>(0),
-    every<global_origin>(0),
+    every<protocol_version>(0),
+    every<component_metadata>(0),
+    every<global_origin>(0, true),
     every<raw_imu>(0),
     every<scaled_pressure>(0),
 };
@@ -93,12 +106,13 @@ inline bool heartbeat_is_due(const Telemetry& telemetry, std::uint32_t tick) {
     return heart.interval <= tick - heart.last;
 }
 
-/// Stream to be sent now; -1 for none.
-inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick) {
+/// Stream to be sent now; -1 for none. placed: the origin of coordinates is known.
+inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick, bool placed) {
     int urgent = -1;
     float latest = 1.0f;
     for (int k = 0; k < streams; ++k) {
         const TelemetryStream& stream = telemetry.stream[k];
+        if (telemetry_messages[k].placed && !placed) continue;
         if (stream.requested) return k;
         if (stream.interval == 0) continue;
         const float late = float(tick - stream.last) / float(stream.interval);
@@ -113,7 +127,7 @@ inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick) {
 inline bool send_telemetry(Telemetry& telemetry, Outbox& out, Signing& signing, const Vehicle& vehicle,
                            const Parser& parser) {
     const std::uint32_t tick = snapshot(vehicle).tick;
-    const int k = max_urgent(telemetry, tick);
+    const int k = max_urgent(telemetry, tick, origin(vehicle).known);
     if (k < 0) return false;
     TelemetryStream& stream = telemetry.stream[k];
     const std::uint32_t before = out.sent;

@@ -1,6 +1,7 @@
 /// Checks of a mission as a whole: what a mission file may not say (hypertuna.mission), no ground station may upload.
 #pragma once
 
+#include "app/vehicle/parameters.hpp"
 #include "app/vehicle/refusal.hpp"
 #include "app/vehicle/stored_mission.hpp"
 
@@ -49,11 +50,22 @@ inline bool is_polygon(const Mission<float>& mission) {
     return has_area;
 }
 
+/// What a robot is able to do: the largest depth that its sensor reads [m], the speed of its fastest gait [m/s].
+struct Capability {
+    float depth, speed;
+};
+inline Capability capability_of(const Model& model) {
+    const auto& table = model.pilot.guidance.steering.table;
+    return {min(model.pilot.estimator.depth_high, model.limits.depth_max), table.speed[table.gaits - 1]};
+}
+
 /// Why a mission is refused: its fence, places and legs outside of it, depths beyond its limit or beyond what the depth
-/// sensor reads [m].
-inline Refusal check_mission(const Mission<float>& mission, float readable) {
+/// sensor reads, speeds beyond the fastest gait's.
+inline Refusal check_mission(const Mission<float>& mission, const Capability& robot) {
     if (!is_polygon(mission)) return Refusal::bad_fence;
-    if (readable < mission.depth_max) return Refusal::too_deep;
+    if (mission.waypoints == 0) return Refusal::none;  // a fence
+    if (robot.depth < mission.depth_max) return Refusal::too_deep;
+    if (robot.speed < mission.home_speed) return Refusal::too_fast;
     if (!holds(mission, mission.home)) return Refusal::outside_fence;
     const Place* before = nullptr;
     Place at{};
@@ -61,6 +73,7 @@ inline Refusal check_mission(const Mission<float>& mission, float readable) {
         const Waypoint<float>& to = mission.waypoint[k];
         const Place next{to.x, to.y};
         if (mission.depth_max < to.depth) return Refusal::too_deep;
+        if (robot.speed < to.speed) return Refusal::too_fast;
         if (!holds(mission, next)) return Refusal::outside_fence;
         if (before != nullptr && !holds_course(mission, at, next)) return Refusal::leaves_fence;
         at = next, before = &at;

@@ -29,6 +29,13 @@ enum class Refusal : std::uint8_t {
     other_pilot,
     no_depth,
     not_centered,
+    not_placed,
+    by_program,
+    one_fence,
+    no_rally,
+    too_fast,
+    not_taken,
+    way_home,
     count
 };
 inline constexpr int refusals = int(Refusal::count);
@@ -61,6 +68,13 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"other_pilot", "another station has control"},
     {"no_depth", "the depth is unknown or implausible: zero it"},
     {"not_centered", "center the sticks first"},
+    {"not_placed", "the position is unknown: no fix yet"},
+    {"by_program", "calibrate that by hypertuna radio calibrate"},
+    {"one_fence", "one polygon or one circle to stay inside of"},
+    {"no_rally", "rally points are not supported"},
+    {"too_fast", "faster than the fastest gait"},
+    {"not_taken", "an item has a command or frame without support"},
+    {"way_home", "the way home must be the mission's last item"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

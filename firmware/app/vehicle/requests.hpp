@@ -123,28 +123,33 @@ inline void store_mission(Vehicle& vehicle) {
 }
 
 /// Copy a mission on board; an invalid mission is refused as a whole.
-inline Refusal set_mission(Vehicle& vehicle, Station from, const Mission<float>& mission) {
+inline Refusal set_mission(Vehicle& vehicle, Station from, const Mission<float>& mission,
+                           const MissionForm* form = nullptr) {
     const Refusal forbidden = check(vehicle, Order::upload, from);
     if (forbidden != Refusal::none) return forbidden;
     if (mission.waypoints > max_waypoints || mission.corners > max_corners) return Refusal::too_many;
     if (!fits(mission.waypoints, mission.corners) || !is_valid(mission)) return Refusal::out_of_range;
-    const Refusal refusal =
-        check_mission(mission, min(vehicle.model.pilot.estimator.depth_high, vehicle.model.limits.depth_max));
+    const Refusal refusal = check_mission(mission, capability_of(vehicle.model));
     if (refusal != Refusal::none) return refusal;
-    pack_mission(vehicle.plan, mission);
+    pack_mission(vehicle.plan, mission, form);
     vehicle.mission = mission_of(vehicle.plan);
-    vehicle.has_mission = vehicle.way_home = vehicle.has_home = true;
+    vehicle.has_mission = vehicle.way_home = 0 < mission.waypoints;
+    vehicle.has_home = vehicle.plan.form.has(ItemKind::home);
     vehicle.leg = 0;
     store_mission(vehicle);
     return Refusal::none;
 }
 
-/// Delete the mission on board and the stored one.
-inline Refusal clear_mission(Vehicle& vehicle, Station from) {
+/// Delete the mission on board and the stored one, the fence, or both. A fence among the mission's items goes with it.
+inline Refusal clear_mission(Vehicle& vehicle, Station from, bool waypoints = true, bool fence = true) {
     const Refusal refusal = check(vehicle, Order::clear, from);
-    if (refusal != Refusal::none || !vehicle.has_mission) return refusal;
-    vehicle.has_mission = false, vehicle.mission = {};
-    std::memset(static_cast<void*>(&vehicle.plan), 0, sizeof(vehicle.plan));
+    StoredMission& plan = vehicle.plan;
+    const bool fenced = 0 < plan.corners || 0.0f < plan.range;
+    if (refusal != Refusal::none || !((waypoints && vehicle.has_mission) || (fence && fenced))) return refusal;
+    fence = fence || (waypoints && plan.form.has_fence());
+    if (waypoints) vehicle.has_mission = false, plan.waypoints = plan.form.items = 0;
+    if (fence) plan.corners = 0, plan.range = 0.0f, plan.form.drop_fence();
+    vehicle.mission = mission_of(plan);
     begin_write(vehicle.missions);
     return Refusal::none;
 }

@@ -8,8 +8,63 @@
 namespace hypertuna::firmware {
 
 inline constexpr int max_waypoints = 64, max_corners = 32;
+inline constexpr int max_waypoints = 64, max_corners = 32;
+inline constexpr int max_items = 2 * max_waypoints + max_corners + 4;
 inline constexpr float max_hold = 86400.0f;                  // s at a waypoint
-inline constexpr std::uint32_t mission_layout = 0x6d697302;  // of StoredMission: another layout is ignored
+inline constexpr std::uint32_t mission_layout = 0x6d697303;  // of StoredMission: another layout is ignored
+inline constexpr float max_hold = 86400.0f;                  // s at a waypoint
+inline constexpr std::uint32_t mission_layout = 0x6d697303;  // of StoredMission: another layout is ignored
+
+/// Kinds of items of a mission in MAVLink.
+enum class ItemKind : std::uint8_t { bounds, declination, home, corner, circle, speed, waypoint, go_home };
+inline constexpr int local_frame = 1;  // MAV_FRAME_LOCAL_NED
+
+/// How an item was given, so that it comes back the same: its values are those of the mission.
+struct ItemForm {
+    ItemKind kind;
+    std::uint8_t frame, flags;  // MAV_FRAME; below
+
+    static constexpr std::uint8_t no_number = 1;  // bit k - 1: param k was NaN
+    static constexpr std::uint8_t standard = 16, ground_speed = 32, no_throttle = 64;
+};
+
+/// Items of a mission, and the frame of a fence of its own.
+struct MissionForm {
+    std::int32_t items, fence_frame;
+    float last_speed;  // m/s, of a speed behind the last waypoint
+    ItemForm item[max_items];
+
+    bool has(ItemKind kind) const {
+        for (int k = 0; k < items; ++k)
+            if (item[k].kind == kind) return true;
+        return false;
+    }
+    bool has_fence() const { return has(ItemKind::corner) || has(ItemKind::circle); }
+    /// Remove the items of the fence.
+    void drop_fence() {
+        int kept = 0;
+        for (int k = 0; k < items; ++k)
+            if (item[k].kind != ItemKind::corner && item[k].kind != ItemKind::circle) item[kept++] = item[k];
+        items = kept;
+    }
+};
+static_assert(sizeof(MissionForm) == 4 * 3 + 3 * max_items);
+
+/// Form of a mission that was not given as items: bounds, declination, home, fence, then speeds and waypoints in order.
+inline void standard_form(MissionForm& form, const Mission<float>& mission) {
+    form = {};
+    form.fence_frame = local_frame;
+    const auto add = [&](ItemKind kind, int count = 1) {
+        for (int k = 0; k < count; ++k) form.item[form.items++] = {kind, local_frame, 0};
+    };
+    if (mission.waypoints == 0) return;
+    add(ItemKind::bounds), add(ItemKind::declination, mission.declination != 0.0f), add(ItemKind::home);
+    add(ItemKind::corner, mission.corners), add(ItemKind::circle, mission.corners == 0 && 0.0f < mission.range);
+    for (int k = 0; k < mission.waypoints; ++k) {
+        const bool changes = k == 0 || mission.waypoint[k].speed != mission.waypoint[k - 1].speed;
+        add(ItemKind::speed, changes), add(ItemKind::waypoint);
+    }
+}
 
 /// A mission without pointers, and the origin of its coordinates.
 struct StoredMission {
@@ -19,8 +74,10 @@ struct StoredMission {
     float range, home_radius, home_speed, depth_max, reserve, duration, surface_every, declination;
     Waypoint<float> waypoint[max_waypoints];
     Corner<float> corner[max_corners];
+    MissionForm form;
 };
-static_assert(sizeof(StoredMission) == 4 * (7 + 4 + 8 + 6 * max_waypoints + 2 * max_corners));
+static_assert(sizeof(StoredMission) ==
+              4 * (7 + 4 + 8 + 6 * max_waypoints + 2 * max_corners) + sizeof(MissionForm));
 
 /// View of a stored mission: waypoints and corners are not copied.
 inline Mission<float> mission_of(const StoredMission& stored) {
@@ -43,8 +100,8 @@ inline Mission<float> mission_of(const StoredMission& stored) {
             stored.declination};
 }
 
-/// Copy a mission, without its origin.
-inline void pack_mission(StoredMission& stored, const Mission<float>& m) {
+/// Copy a mission, without its origin; form: of its items, if it was given as such.
+inline void pack_mission(StoredMission& stored, const Mission<float>& m, const MissionForm* form = nullptr) {
     std::memset(static_cast<void*>(&stored), 0, sizeof(stored));
     stored.waypoints = m.waypoints, stored.corners = m.corners, stored.stay = m.stay;
     stored.silence_below = m.silence_below, stored.declination = m.declination;
@@ -53,11 +110,22 @@ inline void pack_mission(StoredMission& stored, const Mission<float>& m) {
     stored.reserve = m.reserve, stored.duration = m.duration, stored.surface_every = m.surface_every;
     for (int k = 0; k < m.waypoints; ++k) stored.waypoint[k] = m.waypoint[k];
     for (int k = 0; k < m.corners; ++k) stored.corner[k] = m.corner[k];
+    if (form != nullptr)
+        stored.form = *form;
+    else
+        standard_form(stored.form, m);
 }
 
 /// Whether a mission of this size fits.
 inline bool fits(int waypoints, int corners) {
     return 0 <= waypoints && waypoints <= max_waypoints && 0 <= corners && corners <= max_corners;
+}
+
+/// Whether the items of a mission are known.
+inline bool is_valid(const MissionForm& form) {
+    bool good = 0 <= form.items && form.items <= max_items;
+    for (int k = 0; good && k < form.items; ++k) good = form.item[k].kind <= ItemKind::go_home;
+    return good;
 }
 
 /// Whether all numbers of a mission are within their ranges.

@@ -44,11 +44,11 @@ inline Kept unpack(std::uint32_t word) {
 /// Restore the stored mission and its origin, if it is valid.
 [[gnu::cold]] inline void restore_mission(Vehicle& vehicle) {
     const StoredMission& plan = vehicle.plan;
-    if (plan.waypoints < 1 || !fits(plan.waypoints, plan.corners)) return;
+    if (!fits(plan.waypoints, plan.corners) || !is_valid(plan.form)) return;
     const Mission<float> mission = mission_of(plan);
     if (!is_valid(mission) || !is_place(plan.latitude, plan.longitude)) return;
     vehicle.mission = mission;
-    vehicle.has_mission = vehicle.has_home = true;
+    vehicle.has_mission = 0 < plan.waypoints, vehicle.has_home = plan.form.has(ItemKind::home);
     if (plan.has_origin == 0) return;
     vehicle.origin = origin_at(plan.latitude, plan.longitude);
     vehicle.unplaced = true;
@@ -191,6 +191,12 @@ void control(Vehicle& vehicle, B& board) {
 /// Convert the samples of a tick to readings.
 inline void sense(Vehicle& vehicle) {
     vehicle.raw.fixed = vehicle.raw.fixed && is_place(vehicle.raw.fix[0], vehicle.raw.fix[1]);
+    if (vehicle.raw.fixed)
+        vehicle.fix = {{vehicle.raw.fix[0], vehicle.raw.fix[1]},
+                       vehicle.raw.accuracy,
+                       vehicle.now.tick,
+                       vehicle.raw.satellites,
+                       true};
     if (vehicle.raw.fixed && !vehicle.fixed) on_first_fix(vehicle, vehicle.raw.fix);
     vehicle.now.readings =
         convert(vehicle.model.calibration, vehicle.model.pilot.controller.joints, vehicle.raw, vehicle.origin);

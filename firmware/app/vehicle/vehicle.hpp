@@ -53,11 +53,21 @@ struct Profile {
     std::uint32_t controller, pilot, whole, radio;  // the radio's part precedes the vehicle's
 };
 
+/// The satellite receiver's last fix.
+struct Fix {
+    std::int32_t place[2];  // latitude and longitude [1e-7 deg]
+    std::int32_t accuracy;  // standard deviation [mm]; 0 unknown
+    std::uint32_t tick;
+    std::uint8_t satellites;  // 0 unknown
+    bool any;                 // since boot
+};
+
 struct Vehicle {
     const Description* robot;
     float value[max_parameters];
     Model model;
     Raw raw;
+    Fix fix;
     PilotState<float> state;
     SupervisorState memory;
     std::uint8_t stored[4 * max_parameters];  // parameters
