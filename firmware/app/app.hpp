@@ -27,8 +27,7 @@ void communicate(App& app, B& board) {
     Outbox& out = app.radio.out;
     if (0 < out.fill) drop_sent(out, board.send(out.bytes, out.fill));
     app.vehicle.profile.radio = board.clock() - start;
-    if (app.radio.restart_at != 0 && app.radio.restart_at == app.vehicle.now.tick)
-        boot(app, *app.vehicle.robot, board);
+    if (app.radio.restart_at != 0 && app.radio.restart_at == app.vehicle.now.tick) boot(app, *app.vehicle.robot, board);
 }
 
 /// One tick of all.

@@ -11,8 +11,8 @@ template <class... Messages>
 struct MessageList {};
 
 /// Messages that anybody may send: signs of life, times, the radio modem's own status.
-using Notices = MessageList<mavlink_heartbeat_t, mavlink_ping_t, mavlink_timesync_t, mavlink_system_time_t,
-                            mavlink_radio_status_t>;
+using Notices =
+    MessageList<mavlink_heartbeat_t, mavlink_ping_t, mavlink_timesync_t, mavlink_system_time_t, mavlink_radio_status_t>;
 
 /// Commands: each has a sender, a target, and a `handle`.
 using Commands =
@@ -20,8 +20,8 @@ using Commands =
                 mavlink_mission_request_t, mavlink_mission_request_int_t, mavlink_mission_request_list_t,
                 mavlink_mission_count_t, mavlink_mission_item_int_t, mavlink_mission_clear_all_t, mavlink_mission_ack_t,
                 mavlink_manual_control_t, mavlink_command_long_t, mavlink_command_int_t, mavlink_setup_signing_t,
-                mavlink_gait_set_t, mavlink_set_gps_global_origin_t, mavlink_file_transfer_protocol_t, mavlink_set_mode_t,
-                mavlink_mission_set_current_t>;
+                mavlink_gait_set_t, mavlink_set_gps_global_origin_t, mavlink_file_transfer_protocol_t,
+                mavlink_set_mode_t, mavlink_mission_set_current_t>;
 
 template <class... N, class... C>
 constexpr auto kinds_of(MessageList<N...>, MessageList<C...>) {

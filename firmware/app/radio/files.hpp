@@ -1,7 +1,8 @@
-/// File transfer, read only: the files that describe the parameters to ground stations (mavlink.io/en/services/ftp.html).
+/// File transfer, read only: the files that describe the parameters to ground stations
+/// (mavlink.io/en/services/ftp.html).
 ///
-/// A session is the number of a file, so that none is ever lost or taken. Files travel behind answers and heartbeats, in
-/// turn with telemetry.
+/// A session is the number of a file, so that none is ever lost or taken. Files travel behind answers and heartbeats,
+/// in turn with telemetry.
 #pragma once
 
 #include "app/radio/radio_state.hpp"
@@ -20,7 +21,13 @@ enum FtpCode : std::uint8_t {
     ftp_ack = 128,
     ftp_nak = 129,
 };
-enum FtpError : std::uint8_t { ftp_wrong_size = 3, ftp_no_session = 4, ftp_end = 6, ftp_unknown = 7, ftp_not_found = 10 };
+enum FtpError : std::uint8_t {
+    ftp_wrong_size = 3,
+    ftp_no_session = 4,
+    ftp_end = 6,
+    ftp_unknown = 7,
+    ftp_not_found = 10
+};
 
 /// Head of the payload.
 struct FtpHead {
@@ -106,8 +113,8 @@ inline bool send_next_piece(Radio& radio, const Vehicle& vehicle) {
     const int rest = file.size - transfer.offset, most = 0 < transfer.limit ? transfer.limit : ftp_data;
     const int count = rest < most ? rest : most;
     const bool last = transfer.code == ftp_read || count == rest;
-    const FtpHead head{++transfer.sequence, std::uint8_t(transfer.file), ftp_ack, std::uint8_t(count), transfer.code,
-                       std::uint8_t(last),  0,                           std::uint32_t(transfer.offset)};
+    const FtpHead head{++transfer.sequence, std::uint8_t(transfer.file), ftp_ack, std::uint8_t(count),
+                       transfer.code,       std::uint8_t(last),          0,       std::uint32_t(transfer.offset)};
     send(radio.out, radio.signing, ftp_message(transfer.to, head, file.bytes + transfer.offset, count));
     transfer.offset += count, transfer.on = !last;
     return true;

@@ -137,7 +137,8 @@ inline mavlink_heartbeat_t heartbeat(const Snapshot& now) {
 
 inline int percent(float part) { return is_finite(part) ? int(clamp(part, 0.0f, 1.0f) * 100.0f + 0.5f) : -1; }
 
-/// prearm: the robot is armed, or would be on command. The receiver is healthy with a fix, which it has not under water.
+/// prearm: the robot is armed, or would be on command. The receiver is healthy with a fix, which it has not under
+/// water.
 inline mavlink_sys_status_t sys_status(const Vehicle& vehicle, const Parser& parser) {
     const Snapshot& now = snapshot(vehicle);
     const Refusal refusal = check(vehicle, Order::arm, Station{});

@@ -112,9 +112,8 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     if (refusal == Refusal::none && upload.next < upload.count) return request_item(radio, snapshot(vehicle).tick);
     refusal = refusal == Refusal::none ? end_upload(upload, vehicle, from) : refusal;
     upload.on = false;
-    const bool wrong_frame = 0 <= kind_of_command(m.command) && m.frame != local_frame && !is_global(m.frame);
-    upload.result = std::uint8_t(refusal == Refusal::not_taken && wrong_frame ? MAV_MISSION_UNSUPPORTED_FRAME
-                                                                               : mission_result(refusal));
+    const bool wrong_frame = refusal == Refusal::not_taken && 0 <= kind_of_command(m.command);
+    upload.result = wrong_frame ? std::uint8_t(MAV_MISSION_UNSUPPORTED_FRAME) : mission_result(refusal);
     report_refusal(radio, refusal);
     acknowledge_mission(radio, from, upload.result, type);
 }

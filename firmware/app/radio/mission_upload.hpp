@@ -71,8 +71,8 @@ inline Refusal add_waypoint(Upload& upload, ItemForm& form, const Item& m, const
     if (mission.waypoints == max_waypoints) return Refusal::too_many;
     const bool standard = m.param2 == 0.0f;
     if (standard) form.flags |= ItemForm::standard;
-    upload.waypoint[mission.waypoints++] = {place.x,      place.y, depth_of(m),
-                                            upload.speed, standard ? standard_radius : m.param2, m.param1};
+    upload.waypoint[mission.waypoints++] = {
+        place.x, place.y, depth_of(m), upload.speed, standard ? standard_radius : m.param2, m.param1};
     return Refusal::none;
 }
 
@@ -129,8 +129,8 @@ inline Refusal drop_nan(Item& m, ItemForm& form, ItemKind kind) {
 /// Add an item to the mission or the fence being uploaded.
 inline Refusal add_item(Upload& upload, const Vehicle& vehicle, Item m) {
     const int number = kind_of_command(m.command);
-    const bool excludes = m.command == MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION ||
-                          m.command == MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION;
+    const bool excludes =
+        m.command == MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION || m.command == MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION;
     if (excludes) return Refusal::one_fence;
     const ItemKind kind = ItemKind(number);
     const bool of_fence = kind == ItemKind::corner || kind == ItemKind::circle;

@@ -10,7 +10,7 @@ constexpr int mode_count() {
     for (const StateText& text : state_texts) count += text.order != Order::count;
     return count;
 }
-inline constexpr int modes = mode_count();
+inline constexpr int selectable_modes = mode_count();
 
 /// State of a mode, by its number from 0.
 constexpr State state_of_mode(int k) {
@@ -35,7 +35,8 @@ constexpr Order order_of_mode(std::uint32_t custom) {
 inline mavlink_available_modes_t available_mode(int k) {
     const State state = state_of_mode(k);
     mavlink_available_modes_t m{};
-    m.number_modes = std::uint8_t(modes), m.mode_index = std::uint8_t(k + 1), m.standard_mode = standard_mode(state);
+    m.number_modes = std::uint8_t(selectable_modes), m.mode_index = std::uint8_t(k + 1),
+    m.standard_mode = standard_mode(state);
     m.custom_mode = std::uint32_t(mode_base + int(state));
     const char* name = state_texts[int(state)].name;
     for (int c = 0; name[c] != 0; ++c) m.mode_name[c] = name[c];

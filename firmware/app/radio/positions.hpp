@@ -39,7 +39,7 @@ inline mavlink_global_position_int_t global_position(const Vehicle& vehicle) {
 
 /// Whether the receiver has a fix, and the last one.
 inline mavlink_gps_raw_int_t gps_raw(const Vehicle& vehicle) {
-    const Fix& fix = vehicle.fix;
+    const LastFix& fix = vehicle.fix;
     const bool present = fix.any && snapshot(vehicle).tick - fix.tick <= fix_lasts;
     mavlink_gps_raw_int_t m{};
     m.time_usec = snapshot(vehicle).tick * 10000ull;

@@ -70,6 +70,7 @@ void tick(Radio& radio, Vehicle& vehicle, const std::uint8_t* bytes, int count) 
     store_stamp(radio.signing, vehicle);
     await_item(radio, now);
     calibrate_gyro(radio, vehicle);
+    radio.centered = radio.centered && snapshot(vehicle).state == State::manual;
     report_faults(radio, snapshot(vehicle));
     fill_outbox(radio, vehicle);
 }

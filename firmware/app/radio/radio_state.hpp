@@ -57,8 +57,9 @@ struct Radio {
     Upload upload;
     Transfer transfer;
     GyroCalibration gyro;
-    int list_next, list_end;  // parameters still to be listed
-    int mode_next, mode_end;  // modes still to be listed
+    int list_next, list_end;   // parameters still to be listed
+    int mode_next, mode_end;   // modes still to be listed
+    bool centered;             // the stick of the pilot station was, since manual mode
     std::uint32_t restart_at;  // tick; 0 for never
     Faults reported_faults;
     std::uint32_t fault_reported_at, refusal_reported_at;            // ticks of the last texts
@@ -113,8 +114,6 @@ inline std::uint8_t result_of(Refusal refusal) {
         case Refusal::leaves_fence:
         case Refusal::robot_outside:
         case Refusal::not_placed:
-        case Refusal::not_now:
-        case Refusal::no_depth:
         case Refusal::not_now:
         case Refusal::other_pilot:
         case Refusal::no_depth:

@@ -47,9 +47,9 @@ inline Refusal get_interval_command(Radio& radio, const mavlink_command_long_t& 
 /// Send a message once. The modes are a list: param2 is the number of one of them, 0 for all.
 inline Refusal request_command(Radio& radio, const Vehicle& vehicle, const mavlink_command_long_t& m) {
     if (m.param1 == float(MAVLINK_MSG_ID_AVAILABLE_MODES)) {
-        const int mode = whole_of(m.param2, modes);
+        const int mode = whole_of(m.param2, selectable_modes);
         if (mode < 0) return Refusal::out_of_range;
-        radio.mode_next = mode == 0 ? 0 : mode - 1, radio.mode_end = mode == 0 ? modes : mode;
+        radio.mode_next = mode == 0 ? 0 : mode - 1, radio.mode_end = mode == 0 ? selectable_modes : mode;
         return Refusal::none;
     }
     const int k = stream_of_message(m.param1);
@@ -88,8 +88,8 @@ inline Refusal reboot_command(Radio& radio, const Vehicle& vehicle, const mavlin
     return Refusal::none;
 }
 
-inline constexpr std::uint32_t gyro_ticks = 100;     // of a calibration of the gyroscope
-inline constexpr float gyro_still = 0.05f;           // rad/s: largest deviation while it is still
+inline constexpr std::uint32_t gyro_ticks = 100;  // of a calibration of the gyroscope
+inline constexpr float gyro_still = 0.05f;        // rad/s: largest deviation while it is still
 
 /// Calibrate the gyroscope, at rest, or take this depth as the surface. Accelerometer and compass need the robot
 /// turned: `hypertuna radio calibrate`.

@@ -46,8 +46,8 @@ constexpr TelemetryMessage every(std::uint32_t interval, bool placed = false) {
     return {kind_of<Message>.id, interval, placed, send_made<make>};
 }
 
-/// All telemetry. The heartbeat is first: it is never late for another message. What a map needs is sent at low rates, or
-/// on request where other messages have the same: it takes a tenth of a radio of 4.8 kbit/s.
+/// All telemetry. The heartbeat is first: it is never late for another message. What a map needs is sent at low rates,
+/// or on request where other messages have the same: it takes a tenth of a radio of 4.8 kbit/s.
 inline constexpr TelemetryMessage telemetry_messages[] = {
     every<heartbeat>(100),
     every<hydraulics>(20),

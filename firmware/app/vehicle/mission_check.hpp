@@ -50,17 +50,21 @@ inline bool is_polygon(const Mission<float>& mission) {
     return has_area;
 }
 
-/// What a robot is able to do: the largest depth that its sensor reads [m], the speed of its fastest gait [m/s].
+/// A speed up to this part of the fastest gait's is the fastest gait: tables of speeds differ from robot to robot.
+inline constexpr float speed_excess = 2.0f;
+
+/// What a robot is able to do: the largest depth that its sensor reads [m], the largest speed of a waypoint [m/s].
 struct Capability {
     float depth, speed;
 };
 inline Capability capability_of(const Model& model) {
     const auto& table = model.pilot.guidance.steering.table;
-    return {min(model.pilot.estimator.depth_high, model.limits.depth_max), table.speed[table.gaits - 1]};
+    return {min(model.pilot.estimator.depth_high, model.limits.depth_max),
+            speed_excess * table.speed[table.gaits - 1]};
 }
 
 /// Why a mission is refused: its fence, places and legs outside of it, depths beyond its limit or beyond what the depth
-/// sensor reads, speeds beyond the fastest gait's.
+/// sensor reads, speeds far beyond the fastest gait's.
 inline Refusal check_mission(const Mission<float>& mission, const Capability& robot) {
     if (!is_polygon(mission)) return Refusal::bad_fence;
     if (mission.waypoints == 0) return Refusal::none;  // a fence

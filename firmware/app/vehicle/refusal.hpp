@@ -72,7 +72,7 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"by_program", "calibrate that by hypertuna radio calibrate"},
     {"one_fence", "one polygon or one circle to stay inside of"},
     {"no_rally", "rally points are not supported"},
-    {"too_fast", "faster than the fastest gait"},
+    {"too_fast", "far faster than the fastest gait"},
     {"not_taken", "an item has a command or frame without support"},
     {"way_home", "the way home must be the mission's last item"},
 };

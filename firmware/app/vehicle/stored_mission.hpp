@@ -8,10 +8,7 @@
 namespace hypertuna::firmware {
 
 inline constexpr int max_waypoints = 64, max_corners = 32;
-inline constexpr int max_waypoints = 64, max_corners = 32;
 inline constexpr int max_items = 2 * max_waypoints + max_corners + 4;
-inline constexpr float max_hold = 86400.0f;                  // s at a waypoint
-inline constexpr std::uint32_t mission_layout = 0x6d697303;  // of StoredMission: another layout is ignored
 inline constexpr float max_hold = 86400.0f;                  // s at a waypoint
 inline constexpr std::uint32_t mission_layout = 0x6d697303;  // of StoredMission: another layout is ignored
 
@@ -76,8 +73,7 @@ struct StoredMission {
     Corner<float> corner[max_corners];
     MissionForm form;
 };
-static_assert(sizeof(StoredMission) ==
-              4 * (7 + 4 + 8 + 6 * max_waypoints + 2 * max_corners) + sizeof(MissionForm));
+static_assert(sizeof(StoredMission) == 4 * (7 + 4 + 8 + 6 * max_waypoints + 2 * max_corners) + sizeof(MissionForm));
 
 /// View of a stored mission: waypoints and corners are not copied.
 inline Mission<float> mission_of(const StoredMission& stored) {

@@ -54,7 +54,7 @@ struct Profile {
 };
 
 /// The satellite receiver's last fix.
-struct Fix {
+struct LastFix {
     std::int32_t place[2];  // latitude and longitude [1e-7 deg]
     std::int32_t accuracy;  // standard deviation [mm]; 0 unknown
     std::uint32_t tick;
@@ -67,7 +67,7 @@ struct Vehicle {
     float value[max_parameters];
     Model model;
     Raw raw;
-    Fix fix;
+    LastFix fix;
     PilotState<float> state;
     SupervisorState memory;
     std::uint8_t stored[4 * max_parameters];  // parameters

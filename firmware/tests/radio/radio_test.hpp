@@ -81,17 +81,40 @@ inline int told(const Bench& bench, Refusal refusal) {
 }
 
 /// Answer the robot's requests for items as a ground station does.
-inline std::uint8_t upload(Bench& bench, std::vector<mavlink_mission_item_int_t> items, std::size_t from = 0) {
+inline std::uint8_t upload(Bench& bench, std::vector<mavlink_mission_item_int_t> items, std::size_t from = 0,
+                           std::uint8_t type = MAV_MISSION_TYPE_MISSION) {
     mavlink_mission_count_t count{};
-    count.count = std::uint16_t(items.size()), count.target_system = 1;
+    count.count = std::uint16_t(items.size()), count.target_system = 1, count.mission_type = type;
     bench.board.said.clear();
     bench.say(count);
     for (std::size_t k = from; k < items.size(); ++k) {
-        items[k].seq = std::uint16_t(k), items[k].target_system = 1;
+        items[k].seq = std::uint16_t(k), items[k].target_system = 1, items[k].mission_type = type;
         bench.say(items[k]);
     }
     const auto acks = said<mavlink_mission_ack_t>(bench.board.said);
     return acks.empty() ? 255 : acks.back().type;
+}
+
+/// Ask for a list as a ground station does.
+inline std::vector<mavlink_mission_item_int_t> download(Bench& bench, std::uint8_t type = MAV_MISSION_TYPE_MISSION) {
+    mavlink_mission_request_list_t list{};
+    list.target_system = 1, list.mission_type = type;
+    bench.board.said.clear();
+    bench.say(list);
+    const auto counts = said<mavlink_mission_count_t>(bench.board.said);
+    CHECK(counts.size() == 1 && counts[0].mission_type == type);
+    mavlink_mission_request_int_t request{};
+    request.target_system = 1, request.mission_type = type;
+    for (int k = 0; !counts.empty() && k < counts[0].count; ++k) request.seq = std::uint16_t(k), bench.say(request);
+    return said<mavlink_mission_item_int_t>(bench.board.said);
+}
+
+/// Whether two items are the same, NaN included.
+inline bool same(const mavlink_mission_item_int_t& a, const mavlink_mission_item_int_t& b) {
+    const auto equal = [](float x, float y) { return x == y || (!is_finite(x) && !is_finite(y)); };
+    return a.command == b.command && a.frame == b.frame && a.x == b.x && a.y == b.y && equal(a.z, b.z) &&
+           equal(a.param1, b.param1) && equal(a.param2, b.param2) && equal(a.param3, b.param3) &&
+           equal(a.param4, b.param4);
 }
 
 inline mavlink_mission_item_int_t item(int what, float north, float east, float z, float first = 0, float second = 0) {

@@ -14,12 +14,9 @@ static void test_missions() {
     CHECK(m.waypoint[2].x == 20.0f && m.waypoint[2].y == 20.0f && m.waypoint[2].depth == 1.5f);
     CHECK(m.waypoint[1].speed == 0.35f && m.home.x == 2.0f && m.home.y == 1.0f);
 
-    std::size_t same = 0;
-    CHECK(visit_items(m, [&](const mavlink_mission_item_int_t& got) {
-              const auto& sent = items[same++];
-              CHECK(got.command == sent.command && got.x == sent.x && got.y == sent.y && got.z == sent.z);
-              CHECK(abs(got.param1 - sent.param1) < 1e-5f && got.param2 == sent.param2);
-          }) == int(items.size()));
+    const auto got = download(bench);
+    CHECK(got.size() == items.size());
+    for (std::size_t k = 0; k < got.size() && k < items.size(); ++k) CHECK(same(got[k], items[k]));
 
     auto bad = items;
     bad[8].z = std::bit_cast<float>(0x7fc00000u);
@@ -55,9 +52,9 @@ static void test_mission_in_degrees() {
     CHECK_NEAR(mission(bench.vehicle()).waypoint[0].x, 0, 1e-3);
     CHECK(mission(bench.vehicle()).waypoint[0].depth == 1.0f);
     point.x = INT32_MIN;
-    CHECK(upload(bench, {point}) == MAV_MISSION_INVALID_PARAM5_X);
+    CHECK(upload(bench, {point}) == MAV_MISSION_INVALID);
     point.x = 0, point.y = INT32_MAX;
-    CHECK(upload(bench, {point}) == MAV_MISSION_INVALID_PARAM5_X);
+    CHECK(upload(bench, {point}) == MAV_MISSION_INVALID);
 }
 
 /// The last item once more, because its answer was lost: the same answer once more.
@@ -83,7 +80,161 @@ static void test_lost_acknowledgement_of_a_mission() {
     CHECK(said<mavlink_mission_ack_t>(bench.board.said).empty());
 }
 
+static const float no_number = std::bit_cast<float>(0x7fc00000u);
+
+static mavlink_mission_item_int_t at_degrees(const Bench& bench, int what, int north, int east, float z) {
+    auto m = item(what, 0, 0, z);
+    m.frame = MAV_FRAME_GLOBAL_RELATIVE_ALT_INT;
+    m.x = origin(bench.vehicle()).latitude + north, m.y = origin(bench.vehicle()).longitude + east;
+    return m;
+}
+
+/// A mission as MAVSDK sends it: NaN where a number has no use, speeds behind their waypoints, the way home last. As
+/// many items come back, in their frames, with their values.
+static void test_items_come_back() {
+    Bench bench;
+    bench.run(200);
+    std::vector<mavlink_mission_item_int_t> items;
+    for (int k = 0; k < 3; ++k) {
+        auto point = at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 1234 * k - 777, 4321 - 999 * k, -0.5f * float(k));
+        point.param1 = 10.0f * float(k), point.param2 = k == 0 ? no_number : 2.5f, point.param4 = no_number;
+        items.push_back(point);
+        auto speed = item(MAV_CMD_DO_CHANGE_SPEED, 0, 0, 0, 1, 0.2f + 0.05f * float(k));
+        speed.frame = MAV_FRAME_MISSION, speed.param3 = -1.0f;
+        items.push_back(speed);
+    }
+    auto back = item(MAV_CMD_NAV_RETURN_TO_LAUNCH, 0, 0, 0);
+    back.frame = MAV_FRAME_MISSION, back.param1 = back.param2 = back.param3 = back.param4 = no_number;
+    items.push_back(back);
+    CHECK(upload(bench, items) == MAV_MISSION_ACCEPTED);
+    const Mission<float>& m = mission(bench.vehicle());
+    CHECK(m.waypoints == 3 && m.waypoint[2].hold == 20.0f && m.waypoint[2].speed == 0.25f &&
+          m.waypoint[2].depth == 1.0f);
+    const auto got = download(bench);
+    CHECK(got.size() == items.size());
+    for (std::size_t k = 0; k < got.size() && k < items.size(); ++k) CHECK(same(got[k], items[k]));
+    std::swap(items[5], items[6]);  // not the last
+    CHECK(upload(bench, items) == MAV_MISSION_INVALID && told(bench, Refusal::way_home) == 1);
+}
+
+/// Altitudes are up and of the surface, depths down. Frames of the body, of the terrain or of other axes are refused.
+static void test_frames() {
+    Bench bench;
+    bench.run(200);
+    for (int frame :
+         {MAV_FRAME_GLOBAL, MAV_FRAME_GLOBAL_INT, MAV_FRAME_GLOBAL_RELATIVE_ALT, MAV_FRAME_GLOBAL_RELATIVE_ALT_INT}) {
+        auto point = at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 100, 100, -2);
+        point.frame = std::uint8_t(frame);
+        CHECK(upload(bench, {point}) == MAV_MISSION_ACCEPTED && mission(bench.vehicle()).waypoint[0].depth == 2.0f);
+        CHECK(download(bench).at(0).frame == frame);
+        point.z = 400;  // above the water
+        CHECK(upload(bench, {point}) == MAV_MISSION_INVALID && told(bench, Refusal::out_of_range) == 1);
+        point.z = no_number;
+        CHECK(upload(bench, {point}) == MAV_MISSION_INVALID);
+    }
+    for (int frame : {MAV_FRAME_LOCAL_OFFSET_NED, MAV_FRAME_LOCAL_ENU, MAV_FRAME_BODY_NED, MAV_FRAME_BODY_FRD,
+                      MAV_FRAME_GLOBAL_TERRAIN_ALT, MAV_FRAME_GLOBAL_TERRAIN_ALT_INT, MAV_FRAME_MISSION}) {
+        auto point = item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1);
+        point.frame = std::uint8_t(frame);
+        CHECK(upload(bench, {point}) == MAV_MISSION_UNSUPPORTED_FRAME && told(bench, Refusal::not_taken) == 1);
+    }
+    Bench lost;  // without an origin degrees are nowhere
+    auto point = item(MAV_CMD_NAV_WAYPOINT, 0, 0, 0);
+    point.frame = MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, point.x = 500000000, point.y = 80000000;
+    if (!origin(lost.vehicle()).known)
+        CHECK(upload(lost, {point}) == MAV_MISSION_DENIED && told(lost, Refusal::not_placed) == 1);
+}
+
+/// What the robot is not able to do is refused: depths beyond its sensor's range or the mission's limit, speeds beyond
+/// its fastest gait.
+static void test_impossible_missions() {
+    Bench bench;
+    CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 9000)}) == MAV_MISSION_INVALID);
+    CHECK(told(bench, Refusal::too_deep) == 1);
+    CHECK(upload(bench, {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 0, 9500), item(MAV_CMD_NAV_WAYPOINT, 1, 1, 9000)}) ==
+          MAV_MISSION_INVALID);
+    CHECK(told(bench, Refusal::too_deep) == 1);
+    const auto fast = item(MAV_CMD_DO_CHANGE_SPEED, 0, 0, 0, 1, 9.9f);
+    CHECK(upload(bench, {fast, item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1)}) == MAV_MISSION_INVALID);
+    CHECK(told(bench, Refusal::too_fast) == 1);
+    CHECK(upload(bench, {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 9.9f), item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1)}) ==
+          MAV_MISSION_INVALID);
+    CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1, -5)}) == MAV_MISSION_INVALID);  // a negative hold
+    CHECK(mission(bench.vehicle()).waypoints == 0);
+}
+
+static std::vector<mavlink_mission_item_int_t> square(const Bench& bench, int half) {
+    std::vector<mavlink_mission_item_int_t> items;
+    for (int k = 0; k < 4; ++k) {
+        items.push_back(at_degrees(bench, MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, k < 2 ? -half : half,
+                                   k % 3 == 0 ? -half : half, 0));
+        items.back().frame = MAV_FRAME_GLOBAL, items.back().param1 = 4;
+    }
+    return items;
+}
+
+/// A fence is a list of its own: it comes back as it went up, holds the missions before and after it, and is cleared
+/// alone.
+static void test_fence() {
+    Bench bench;
+    bench.run(200);
+    const auto fence = square(bench, 3000);
+    CHECK(upload(bench, fence, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_ACCEPTED);
+    CHECK(mission(bench.vehicle()).corners == 4 && !bench.vehicle().has_mission);
+    const auto got = download(bench, MAV_MISSION_TYPE_FENCE);
+    CHECK(got.size() == 4);
+    for (std::size_t k = 0; k < got.size(); ++k) CHECK(same(got[k], fence[k]));
+    CHECK(upload(bench, {at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 5000, 0, -1)}) == MAV_MISSION_INVALID);
+    CHECK(told(bench, Refusal::outside_fence) == 1);
+    CHECK(upload(bench, {at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 2000, 0, -1)}) == MAV_MISSION_ACCEPTED);
+    CHECK(mission(bench.vehicle()).corners == 4 && download(bench).size() == 1);
+    CHECK(upload(bench, square(bench, 1000), 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_INVALID);
+    CHECK(told(bench, Refusal::outside_fence) == 1);
+    auto circle = at_degrees(bench, MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, 0, 0, 0);
+    circle.param1 = 60;
+    CHECK(upload(bench, {circle}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_ACCEPTED);
+    CHECK(download(bench, MAV_MISSION_TYPE_FENCE).size() == 1 && mission(bench.vehicle()).range == 60.0f);
+    CHECK(upload(bench, {}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_ACCEPTED);  // no items: cleared
+    CHECK(mission(bench.vehicle()).range == 0.0f && bench.vehicle().has_mission);
+    CHECK(upload(bench, fence, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_ACCEPTED);
+    mavlink_mission_clear_all_t clear{};
+    clear.target_system = 1;
+    bench.say(clear);
+    CHECK(!bench.vehicle().has_mission && download(bench).empty() && mission(bench.vehicle()).corners == 4);
+    clear.mission_type = MAV_MISSION_TYPE_ALL;
+    bench.say(clear);
+    CHECK(mission(bench.vehicle()).corners == 0 && download(bench, MAV_MISSION_TYPE_FENCE).empty());
+}
+
+/// A fence to stay out of, two fences, or a line are refused with the reason; so are rally points, but for none.
+static void test_other_fences() {
+    Bench bench;
+    bench.run(200);
+    for (int what : {MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION, MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION}) {
+        auto out = at_degrees(bench, what, 100, 100, 0);
+        out.param1 = 4;
+        CHECK(upload(bench, {out}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_UNSUPPORTED);
+        CHECK(told(bench, Refusal::one_fence) == 1);
+    }
+    auto two = square(bench, 3000), more = square(bench, 1000);
+    two.insert(two.end(), more.begin(), more.end());
+    CHECK(upload(bench, two, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_UNSUPPORTED);
+    auto line = square(bench, 1000);
+    line.resize(2);
+    CHECK(upload(bench, line, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_INVALID);
+    CHECK(upload(bench, {at_degrees(bench, MAV_CMD_NAV_RALLY_POINT, 1, 1, 0)}, 0, MAV_MISSION_TYPE_RALLY) ==
+          MAV_MISSION_UNSUPPORTED);
+    CHECK(told(bench, Refusal::no_rally) == 1 && download(bench, MAV_MISSION_TYPE_RALLY).empty());
+    CHECK(upload(bench, {}, 0, MAV_MISSION_TYPE_RALLY) == MAV_MISSION_ACCEPTED);
+    CHECK(fence_items(bench.vehicle()) == 0);
+}
+
 int main() {
+    test_items_come_back();
+    test_frames();
+    test_impossible_missions();
+    test_fence();
+    test_other_fences();
     test_missions();
     test_mission_in_degrees();
     test_lost_acknowledgement_of_a_mission();

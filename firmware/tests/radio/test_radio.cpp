@@ -23,7 +23,7 @@ static void test_arm_gait_disarm() {
         bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, value));
         CHECK(last_answer(bench) == Refusal::out_of_range);
     }
-    bench.say(command(MAV_CMD_NAV_LAND));
+    bench.say(command(MAV_CMD_NAV_TAKEOFF));
     CHECK(last_answer(bench) == Refusal::unknown);
 }
 
@@ -88,11 +88,40 @@ static void test_unused_axes() {
     bench.say(stick, 2);  // centered
     stick.z = 750;
     bench.say(stick, 2);
+    CHECK(snapshot(bench.vehicle()).command.frequency == 0);  // not centered yet
+    stick.z = 500;
+    bench.say(stick, 2);
+    stick.z = 750;
+    bench.say(stick, 2);
     CHECK(snapshot(bench.vehicle()).command.frequency > 0.5f && snapshot(bench.vehicle()).command.fin[0] == 0);
     stick.r = INT16_MIN;
     const std::uint32_t before = bench.app.radio.refused;
     bench.say(stick, 2);
     CHECK(bench.app.radio.refused == before + 1);
+}
+
+/// A centered joystick, as QGroundControl sends it by default, moves nothing, even where it trembles.
+static void test_centered_stick() {
+    Bench bench;
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    mavlink_manual_control_t stick{};
+    stick.target = 1, stick.z = 500;
+    bench.say(stick, 2);  // in mode rest
+    CHECK(snapshot(bench.vehicle()).state == State::rest && bench.app.radio.refused == 0);
+    bench.say(command(MAV_CMD_DO_SET_MODE, 1, float(mode_base + int(State::manual))));
+    for (int k = -20; k <= 20; ++k) {
+        stick.x = std::int16_t(2 * k), stick.r = std::int16_t(-2 * k), stick.z = std::int16_t(500 + k);
+        bench.say(stick, 2);
+        const Command<float>& command = snapshot(bench.vehicle()).command;
+        CHECK(command.frequency == 0 && command.fin[0] == 0 && command.bias[0] == 0);
+    }
+    stick.z = 1000;
+    bench.ground.system = 254;  // another station's stick
+    bench.say(stick, 2);
+    CHECK(snapshot(bench.vehicle()).command.frequency == 0 && told(bench, Refusal::other_pilot) <= 1);
+    bench.ground.system = 255;
+    bench.say(stick, 2);
+    CHECK(snapshot(bench.vehicle()).command.frequency > 0.5f);
 }
 
 /// What is said to another robot is no sign of life of this one's ground; what is said to all is.
@@ -210,6 +239,7 @@ int main() {
     test_parameters();
     test_command_int();
     test_unused_axes();
+    test_centered_stick();
     test_who_is_heard();
     test_radio_budget();
     test_radio_status();

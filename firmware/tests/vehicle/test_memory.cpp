@@ -138,7 +138,7 @@ static void power_cuts_of_a_mission() {
     static MemoryBoard first;
     first = board;
     int old_ones = 0, new_ones = 0;
-    for (int cut = 0; cut < 320; ++cut) {
+    for (int cut = 0; cut < 480; ++cut) {
         board = first, board.flash.dice.state = std::uint64_t(cut) + 1;
         reboot();
         CHECK(set_mission(v, ground, numbered(1)) == Refusal::none);
