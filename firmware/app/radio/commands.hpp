@@ -70,6 +70,24 @@ inline Refusal mode_command(Vehicle& vehicle, Peer from, int base, float custom)
     return mode < 0 ? Refusal::unknown : give(vehicle, order_of_mode(std::uint32_t(mode)), from);
 }
 
+/// MAVSDK names its modes to every autopilot as PX4 does: main mode AUTO in param2, a sub-mode in param3, which no
+/// other autopilot uses. Order::count for all else.
+inline Order order_of_submode(const mavlink_command_long_t& m) {
+    if (m.param2 != 4.0f) return Order::count;
+    switch (whole_of(m.param3, 6)) {
+        case 3:
+            return Order::pause;
+        case 4:
+            return Order::mission;
+        case 5:
+            return Order::home;
+        case 6:
+            return Order::surface;
+        default:
+            return Order::count;
+    }
+}
+
 inline Refusal standard_mode_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
     if (m.param1 == float(MAV_STANDARD_MODE_MISSION)) return give(vehicle, Order::mission, from);
     if (m.param1 == float(MAV_STANDARD_MODE_SAFE_RECOVERY)) return give(vehicle, Order::home, from);
@@ -99,6 +117,7 @@ inline Refusal execute_order(Vehicle& vehicle, Peer from, const mavlink_command_
         case MAV_CMD_COMPONENT_ARM_DISARM:
             return arm_command(vehicle, from, m);
         case MAV_CMD_DO_SET_MODE:
+            if (const Order order = order_of_submode(m); order != Order::count) return give(vehicle, order, from);
             return mode_command(vehicle, from, whole_of(m.param1, 255), m.param2);
         case MAV_CMD_DO_SET_STANDARD_MODE:
             return standard_mode_command(vehicle, from, m);

@@ -1,8 +1,8 @@
 /// File transfer, read only: the files that describe the parameters to ground stations
 /// (mavlink.io/en/services/ftp.html).
 ///
-/// A session is the number of a file, so that none is ever lost or taken. Files travel behind answers and heartbeats,
-/// in turn with telemetry.
+/// There is one session, number 0: the file that was opened last, of the station that opened it. Files travel behind
+/// answers and heartbeats, in turn with telemetry.
 #pragma once
 
 #include "app/radio/radio_state.hpp"
@@ -78,19 +78,19 @@ inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlin
     const char* name = reinterpret_cast<const char*>(m.payload + ftp_head);
     const bool named = head.code == ftp_open || head.code == ftp_checksum;
     const int length = head.size != 0 && name[head.size - 1] == 0 ? head.size - 1 : head.size;
-    const int file = named ? file_named(robot, name, length) : head.session;
-    const bool known = 0 <= file && file < robot.files;
+    Transfer& transfer = radio.transfer;
+    const bool open = transfer.open && transfer.to == from && head.session == 0;
+    const int file = named ? file_named(robot, name, length) : open ? transfer.file : -1;
+    const bool known = 0 <= file;
     switch (head.code) {
         case ftp_terminate:
         case ftp_reset:
-            radio.transfer.on = false;
+            if (open) transfer.open = transfer.on = false;
             return ftp_answer(radio, from, head, 0);
-        case ftp_open: {
+        case ftp_open:
             if (!known) return ftp_refuse(radio, from, head, ftp_not_found);
-            FtpHead opened = head;
-            opened.session = std::uint8_t(file);
-            return ftp_answer(radio, from, opened, 4, std::uint32_t(robot.file[file].size));
-        }
+            transfer = {true, false, from, file, 0, 0, 0, 0};
+            return ftp_answer(radio, from, head, 4, std::uint32_t(robot.file[file].size));
         case ftp_checksum:
             if (!known) return ftp_refuse(radio, from, head, ftp_not_found);
             return ftp_answer(radio, from, head, 4, robot.file[file].crc);
@@ -98,7 +98,7 @@ inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlin
         case ftp_burst:
             if (!known) return ftp_refuse(radio, from, head, ftp_no_session);
             if (std::uint32_t(robot.file[file].size) <= head.offset) return ftp_refuse(radio, from, head, ftp_end);
-            radio.transfer = {true, from, file, head.code, head.sequence, int(head.offset), head.size};
+            transfer = {true, true, from, file, head.code, head.sequence, int(head.offset), head.size};
             return;
         default:
             return ftp_refuse(radio, from, head, ftp_unknown);
@@ -113,8 +113,9 @@ inline bool send_next_piece(Radio& radio, const Vehicle& vehicle) {
     const int rest = file.size - transfer.offset, most = 0 < transfer.limit ? transfer.limit : ftp_data;
     const int count = rest < most ? rest : most;
     const bool last = transfer.code == ftp_read || count == rest;
-    const FtpHead head{++transfer.sequence, std::uint8_t(transfer.file), ftp_ack, std::uint8_t(count),
-                       transfer.code,       std::uint8_t(last),          0,       std::uint32_t(transfer.offset)};
+    const FtpHead head{
+        ++transfer.sequence,           0, ftp_ack, std::uint8_t(count), transfer.code, std::uint8_t(last), 0,
+        std::uint32_t(transfer.offset)};
     send(radio.out, radio.signing, ftp_message(transfer.to, head, file.bytes + transfer.offset, count));
     transfer.offset += count, transfer.on = !last;
     return true;

@@ -29,9 +29,9 @@ struct Upload {
 /// Address of an answer.
 using Peer = Station;
 
-/// A file, or a piece of it, that is being sent.
+/// A file that is open, and the piece of it that is being sent.
 struct Transfer {
-    bool on;
+    bool open, on;  // there is a session; a request is being answered
     Peer to;
     int file;
     std::uint8_t code;  // of the request
