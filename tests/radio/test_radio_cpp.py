@@ -136,6 +136,7 @@ def test_a_joystick_that_stops_stops_the_tail(bench: RadioBench) -> None:
     armed(bench, ground)
     stick = ground.mavlink.MAVLink_manual_control_message
     bench.tick(ground.command(176, 1, 100 + MANUAL))
+    bench.tick(ground.pack(stick(1, 0, 0, 500, 0, 0)))  # centered first
     for _ in range(50):
         _, told = bench.tick(ground.pack(stick(1, 0, 0, 750, 300, 0)))
     assert told.state == MANUAL
@@ -173,8 +174,7 @@ def test_telemetry_fits_the_radio() -> None:
     assert rates["HEARTBEAT"] == pytest.approx(1, rel=0.05)
     assert rates["HYDRAULICS"] > 2.5
     assert rates["ATTITUDE"] > 2
-    assert rates["LOCAL_POSITION_NED"] > 0.5
-    for kind in ("GAIT", "PILOT", "SERVO_OUTPUT_RAW"):
+    for kind in ("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "GAIT", "PILOT", "SERVO_OUTPUT_RAW"):
         assert rates[kind] > 0.25
-    for kind in ("SYS_STATUS", "BATTERY_STATUS", "MISSION_CURRENT"):
+    for kind in ("SYS_STATUS", "BATTERY_STATUS", "MISSION_CURRENT", "GPS_RAW_INT", "EXTENDED_SYS_STATE", "HOME_POSITION"):
         assert counts[kind] > 3

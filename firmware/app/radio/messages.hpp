@@ -152,12 +152,16 @@ inline mavlink_sys_status_t sys_status(const Vehicle& vehicle, const Parser& par
     const std::uint32_t gps = MAV_SYS_STATUS_SENSOR_GPS, prearm = MAV_SYS_STATUS_PREARM_CHECK;
     const bool stopped = status.has(Condition::hard_stop), ready = now.armed() || refusal == Refusal::none;
     const bool fixed = vehicle.fix.any && now.tick - vehicle.fix.tick <= fix_lasts;
+    const Mission<float>& fence = mission(vehicle);
+    const bool fenced = 0 < fence.corners || 0.0f < fence.range, inside = !fenced || holds(fence, here(vehicle));
+    const std::uint32_t geofence = MAV_SYS_STATUS_GEOFENCE;
     mavlink_sys_status_t m{};
-    m.onboard_control_sensors_present = imu | others | battery | motors | gps | prearm;
-    m.onboard_control_sensors_enabled = imu | others | battery | gps | prearm | (now.armed() ? motors : 0);
+    m.onboard_control_sensors_present = imu | others | battery | motors | gps | prearm | (fenced ? geofence : 0);
+    m.onboard_control_sensors_enabled =
+        imu | others | battery | gps | prearm | (fenced ? geofence : 0) | (now.armed() ? motors : 0);
     m.onboard_control_sensors_health = (status.has(Condition::imu_fault) ? 0 : imu) | compass | depth |
                                        (status.has(Condition::battery_fault) ? 0 : battery) | (stopped ? 0 : motors) |
-                                       (fixed ? gps : 0) | (ready ? prearm : 0);
+                                       (fixed ? gps : 0) | (ready ? prearm : 0) | (inside ? geofence : 0);
     m.load = whole<std::uint16_t>(now.load, 1000.0f);
     m.voltage_battery = whole<std::uint16_t>(now.readings.robot.voltage, 1000.0f);
     m.current_battery = -1, m.battery_remaining = std::int8_t(percent(now.battery_left));

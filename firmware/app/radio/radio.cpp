@@ -34,6 +34,16 @@ static void report_faults(Radio& radio, const Snapshot& now) {
         }
 }
 
+/// Send mode and current item when they change.
+static void report_changes(Radio& radio, const Vehicle& vehicle) {
+    const State state = snapshot(vehicle).state;
+    if (radio.reported_state == state && radio.reported_leg == vehicle.leg) return;
+    if (radio.reported_state != state)
+        radio.telemetry.stream[stream_index(MAVLINK_MSG_ID_CURRENT_MODE)].requested = true;
+    radio.telemetry.stream[stream_index(MAVLINK_MSG_ID_MISSION_CURRENT)].requested = true;
+    radio.reported_state = state, radio.reported_leg = vehicle.leg;
+}
+
 /// Send the next parameter or mode of a list, or the next piece of a file; false if there is none.
 static bool send_next_of_list(Radio& radio, const Vehicle& vehicle) {
     return send_next_parameter(radio, vehicle) || send_next_mode(radio) || send_next_piece(radio, vehicle);
@@ -72,6 +82,7 @@ void tick(Radio& radio, Vehicle& vehicle, const std::uint8_t* bytes, int count) 
     calibrate_gyro(radio, vehicle);
     radio.centered = radio.centered && snapshot(vehicle).state == State::manual;
     report_faults(radio, snapshot(vehicle));
+    report_changes(radio, vehicle);
     fill_outbox(radio, vehicle);
 }
 

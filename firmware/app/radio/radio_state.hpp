@@ -57,8 +57,10 @@ struct Radio {
     Upload upload;
     Transfer transfer;
     GyroCalibration gyro;
-    int list_next, list_end;   // parameters still to be listed
-    int mode_next, mode_end;   // modes still to be listed
+    int list_next, list_end;  // parameters still to be listed
+    int mode_next, mode_end;  // modes still to be listed
+    State reported_state;
+    int reported_leg;
     bool centered;             // the stick of the pilot station was, since manual mode
     std::uint32_t restart_at;  // tick; 0 for never
     Faults reported_faults;

@@ -46,13 +46,14 @@ constexpr TelemetryMessage every(std::uint32_t interval, bool placed = false) {
     return {kind_of<Message>.id, interval, placed, send_made<make>};
 }
 
-/// All telemetry. The heartbeat is first: it is never late for another message. What a map needs is sent at low rates,
-/// or on request where other messages have the same: it takes a tenth of a radio of 4.8 kbit/s.
+/// All telemetry. The heartbeat is first: it is never late for another message. Position comes once in local
+/// coordinates and once in degrees every two seconds. Whether there is a fix, and whether the robot is at the surface,
+/// changes within seconds; home seldom changes. The rest is on request: its numbers are in other messages, too.
 inline constexpr TelemetryMessage telemetry_messages[] = {
     every<heartbeat>(100),
     every<hydraulics>(20),
     every<attitude>(25),
-    every<local_position>(100),
+    every<local_position>(200),
     every<gait>(200),
     every<pilot_state>(200),
     every<servo_output>(200),

@@ -197,7 +197,7 @@ def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
             numbers = (*random.uniform(-50, 50, 2), 3.0, 0.3, 4.0 * wild, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             return order("begin", *numbers)
         case 4:
-            return order("waypoint", *random.uniform(-50, 50, 2), random.uniform(0, 3), 0.3 * wild, 3.0)
+            return order("waypoint", *random.uniform(-50, 50, 2), random.uniform(0, 3), 0.3, 3.0 * wild)
         case 5:
             return order("end")
         case 6:

@@ -1,0 +1,136 @@
+"""A session of MAVSDK: `mavsdk_session.py udp:PORT | tcp:HOST:PORT`. It prints what it asks for and what it gets."""
+
+import math
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from mavsdk import ComponentType, Configuration, Mavsdk, MavsdkError
+from mavsdk.plugins.action import Action
+from mavsdk.plugins.component_metadata import ComponentMetadata
+from mavsdk.plugins.geofence import Circle, FenceType, Geofence, GeofenceData, Point, Polygon
+from mavsdk.plugins.mission import Mission, MissionItem, MissionPlan
+from mavsdk.plugins.param import Param
+from mavsdk.plugins.telemetry import Telemetry
+
+PATIENCE = 60.0  # s
+WIRE = 115200.0  # bit/s
+
+
+def until(ask: Callable[[], Any], what: str) -> Any:
+    """Ask until the answer is true."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        try:
+            if answer := ask():
+                return answer
+        except MavsdkError:
+            pass
+        time.sleep(0.3)
+    raise SystemExit(f"{what}: none in {PATIENCE:g} s")
+
+
+def near(a: float, b: float) -> bool:
+    return math.isclose(a, b, abs_tol=2e-7)
+
+
+def connect(address: str) -> Any:
+    kind, _, place = address.partition(":")
+    url = f"udpin://127.0.0.1:{place}" if kind == "udp" else f"tcpout://{place}"
+    sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    print(f"connect {url}: {sdk.add_any_connection(url).name}")
+    system = sdk.first_autopilot(PATIENCE)
+    print(f"system {system.get_system_id()}, {system.autopilot_type().name}, {system.vehicle_type().name}")
+    return sdk, system
+
+
+def parameters(system: Any) -> None:
+    param = Param(system)
+    until(lambda: param.set_param_float("LINK_RATE", WIRE), "LINK_RATE")
+    print(f"parameters: {len(param.get_all_params().float_params)}")
+    until(lambda: param.set_param_float("LEARNING", 0.25), "LEARNING")
+    print(f"LEARNING = {param.get_param_float('LEARNING'):g}")
+    try:
+        param.set_param_float("LEARNING", 7.0)
+        raise SystemExit("LEARNING = 7 was accepted")
+    except MavsdkError as error:
+        print(f"LEARNING = 7: {error}")
+    metadata, received = ComponentMetadata(system), []
+    metadata.subscribe_metadata_available(lambda data, _: received.append(data))
+    metadata.request_autopilot_component()
+    until(lambda: any(data.json_metadata for data in received), "metadata")
+    print(f"component metadata: {max(len(data.json_metadata) for data in received)} characters")
+
+
+def geofence(system: Any, lat: float, lon: float) -> None:
+    fence = Geofence(system)
+    far = 4e-4
+    points = [Point(lat + far * n, lon + far * e) for n, e in ((-1, -1), (-1, 1), (1, 1), (1, -1))]
+    fence.upload_geofence(GeofenceData([Polygon(points, FenceType.INCLUSION)], []))
+    found = fence.download_geofence().polygons[0].points
+    pairs = zip(points, found, strict=True)
+    assert all(near(a.latitude_deg, b.latitude_deg) and near(a.longitude_deg, b.longitude_deg) for a, b in pairs)
+    print(f"fence: {len(found)} corners up and down")
+    try:
+        fence.upload_geofence(GeofenceData([], [Circle(points[0], 5.0, FenceType.EXCLUSION)]))
+        raise SystemExit("an exclusion was accepted")
+    except MavsdkError as error:
+        print(f"exclusion: {error}")
+
+
+def mission(system: Any, lat: float, lon: float) -> Any:
+    service, none = Mission(system), math.nan
+
+    def item(north: float, east: float, altitude: float, speed: float) -> MissionItem:
+        gimbal, camera, action = (none, none), MissionItem.CameraAction.NONE, MissionItem.VehicleAction.NONE
+        return MissionItem(
+            lat + north, lon + east, altitude, speed, True, *gimbal, camera, none, none, 3.0, none, none, action
+        )
+
+    plan = [item(1e-4, 0, -0.5, 0.3), item(1e-4, 1e-4, -1.0, 0.25), item(0, 1e-4, -0.5, 0.3)]
+    service.set_return_to_launch_after_mission(True)
+    service.upload_mission(MissionPlan(plan))
+    found = service.download_mission().mission_items
+    for a, b in zip(plan, found, strict=True):
+        assert near(a.latitude_deg, b.latitude_deg)
+        assert near(a.longitude_deg, b.longitude_deg)
+        assert a.relative_altitude_m == b.relative_altitude_m
+        assert near(a.speed_m_s, round(b.speed_m_s, 6))
+    print(f"mission: {len(found)} items up and down, then the way home: {service.get_return_to_launch_after_mission()}")
+    return service
+
+
+def main(address: str) -> None:
+    sdk, system = connect(address)
+    parameters(system)
+    telemetry, action = Telemetry(system), Action(system)
+    until(lambda: telemetry.health().is_global_position_ok and telemetry.home().latitude_deg, "position")
+    at = telemetry.position()
+    print(f"position {at.latitude_deg:.6f} {at.longitude_deg:.6f}, {at.relative_altitude_m:.2f} m")
+    print(f"fix {telemetry.gps_info().fix_type.name}, armable {telemetry.health().is_armable}")
+    geofence(system, at.latitude_deg, at.longitude_deg)
+    service = mission(system, at.latitude_deg, at.longitude_deg)
+    until(lambda: action.arm() or True, "arm")
+    until(telemetry.armed, "armed")
+    print("armed")
+    for name, order in (
+        ("start", service.start_mission),
+        ("pause", service.pause_mission),
+        ("start", service.start_mission),
+        ("return", action.return_to_launch),
+        ("surface", action.land),
+    ):
+        order()
+        print(f"{name}: accepted, item {service.mission_progress().current} of {service.mission_progress().total}")
+    action.disarm()
+    until(lambda: not telemetry.armed(), "disarmed")
+    print("disarmed")
+    service.clear_mission()
+    Geofence(system).clear_geofence()
+    print("mission and fence cleared")
+    sdk.destroy()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
