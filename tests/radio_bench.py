@@ -5,12 +5,17 @@ import shutil
 import socket
 import struct
 import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from hypertuna.errors import InputError
+from hypertuna.firmware.boards import find_firmware, missing
 
 ROOT = Path(__file__).parents[1]
 BUILD = ROOT / "build" / "firmware" / "bench"
@@ -93,4 +98,29 @@ def running(port: int, readings: Path | None = None) -> Iterator[None]:
         yield
     finally:
         process.kill()
+        process.wait()
+
+
+@contextmanager
+def in_the_loop(board: str, port: int) -> Iterator[None]:
+    """The twin in the water and the firmware on a board, no faster than the clock."""
+    if (sentence := missing(board)) is not None:
+        pytest.skip(sentence)
+    try:
+        find_firmware("hypertuna", board)
+    except InputError as error:
+        pytest.skip(str(error))
+    options = ["--scenario", "afloat", "--radio", str(port), "--real-time", "--ticks", "30000"]
+    command = [sys.executable, "-m", "hypertuna", "hil", "--board", board, *options]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        end = time.monotonic() + 60
+        while board == "qemu" and time.monotonic() < end:
+            with socket.socket() as line:
+                if line.connect_ex(("127.0.0.1", port)) == 0:
+                    break
+            time.sleep(0.5)
+        yield
+    finally:
+        process.terminate()
         process.wait()

@@ -1,6 +1,8 @@
 """What the firmware is made with is what the robot's description says."""
 
 import dataclasses
+import json
+import lzma
 import re
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from hypertuna.description.channels import CHANNELS, COUNTED
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.firmware.lockstep import NO_SAMPLE, Counts
+from hypertuna.firmware.metadata import File, metadata
 from hypertuna.firmware.parameters import NAME_LENGTH_MAX, PARAMETERS_MAX, firmware_table, header
 from program import Run
 
@@ -26,11 +29,37 @@ def table():
     return firmware_table(ht.load("hypertuna"))
 
 
+BYTES = re.compile(r"inline constexpr std::uint8_t file_(\d)\[\] = \{(.*?)\};", re.DOTALL)
+
+
+def test_parameters_describe_themselves(table) -> None:
+    """Every parameter has text, unit and range; the file in the header says the same, however it is compressed."""
+    general, packed = metadata(table)
+    entries = json.loads(lzma.decompress(packed.content))["parameters"]
+    assert [entry["name"].lower() for entry in entries] == [p.name for p in table.parameters]
+    assert all(entry["min"] <= entry["default"] <= entry["max"] and len(entry["shortDesc"]) > 8 for entry in entries)
+    units = {entry["name"]: entry.get("units") for entry in entries}
+    assert (units["FIN_MAX"], units["PULSE_CENTER"], units["LOOKAHEAD"]) == ("rad", "s", "m")
+    assert json.loads(general.content)["metadataTypes"][0]["fileCrc"] == packed.crc
+    assert File("", b"123456789").crc == 0x2DFD2D88  # CRC-32 from zero, not inverted
+    committed = dict(BYTES.findall((FIRMWARE / "robots" / "hypertuna.hpp").read_text()))
+    content = bytes(int(byte) for byte in re.findall(r"\d+", committed["1"]))
+    assert json.loads(lzma.decompress(content))["parameters"] == entries
+    assert (
+        File("", content).crc
+        == json.loads(bytes(map(int, re.findall(r"\d+", committed["0"]))))["metadataTypes"][0]["fileCrc"]
+    )
+
+
 def test_committed_header_is_what_the_description_makes(table) -> None:
-    committed = (FIRMWARE / "robots" / "hypertuna.hpp").read_text()
+    # Another machine may compress the metadata differently: they are compared above.
+    files = re.compile(rf"{BYTES.pattern}|inline constexpr FileInfo.*?\}};", re.DOTALL)
+    committed, made = (
+        files.sub("", text) for text in ((FIRMWARE / "robots" / "hypertuna.hpp").read_text(), header(table))
+    )
     # Another machine's linear algebra may round the last bit of a fit differently.
-    assert NUMBER.sub("#", committed) == NUMBER.sub("#", header(table)), "run `hypertuna firmware params -o ...` anew"
-    found, wanted = ([float(n.rstrip("f")) for n in NUMBER.findall(text)] for text in (committed, header(table)))
+    assert NUMBER.sub("#", committed) == NUMBER.sub("#", made), "run `hypertuna firmware params -o ...` anew"
+    found, wanted = ([float(n.rstrip("f")) for n in NUMBER.findall(text)] for text in (committed, made))
     np.testing.assert_allclose(found, wanted, rtol=3e-7, atol=1e-12)
 
 

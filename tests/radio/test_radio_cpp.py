@@ -176,5 +176,12 @@ def test_telemetry_fits_the_radio() -> None:
     assert rates["ATTITUDE"] > 2
     for kind in ("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "GAIT", "PILOT", "SERVO_OUTPUT_RAW"):
         assert rates[kind] > 0.25
-    for kind in ("SYS_STATUS", "BATTERY_STATUS", "MISSION_CURRENT", "GPS_RAW_INT", "EXTENDED_SYS_STATE", "HOME_POSITION"):
+    for kind in (
+        "SYS_STATUS",
+        "BATTERY_STATUS",
+        "MISSION_CURRENT",
+        "GPS_RAW_INT",
+        "EXTENDED_SYS_STATE",
+        "HOME_POSITION",
+    ):
         assert counts[kind] > 3

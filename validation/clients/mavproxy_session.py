@@ -17,9 +17,9 @@ WAYPOINTS = """QGC WPL 110
 1\t0\t2\t178\t1\t0.3\t-1\t0\t0\t0\t0\t1
 2\t0\t3\t16\t0\t3\t0\t0\t{north:.7f}\t{lon:.7f}\t-1.0\t1
 """
+CORNERS = (("south", "west"), ("south", "east"), ("north", "east"), ("north", "west"))
 FENCE = "QGC WPL 110\n" + "".join(
-    f"{k}\t0\t0\t5001\t4\t0\t0\t0\t{{{'north' if n else 'south'}_far:.7f}}\t{{{'east' if e else 'west'}_far:.7f}}\t0\t1\n"
-    for k, (n, e) in enumerate(((0, 0), (0, 1), (1, 1), (1, 0)))
+    f"{k}\t0\t0\t5001\t4\t0\t0\t0\t{{{n}_far:.7f}}\t{{{e}_far:.7f}}\t0\t1\n" for k, (n, e) in enumerate(CORNERS)
 )
 # What is typed, and what must be printed before the next is.
 SCRIPT = (

@@ -105,7 +105,7 @@ def main(address: str) -> None:
     sdk, system = connect(address)
     parameters(system)
     telemetry, action = Telemetry(system), Action(system)
-    until(lambda: telemetry.health().is_global_position_ok and telemetry.home().latitude_deg, "position")
+    until(lambda: telemetry.health().is_global_position_ok and telemetry.health().is_home_position_ok, "position")
     at = telemetry.position()
     print(f"position {at.latitude_deg:.6f} {at.longitude_deg:.6f}, {at.relative_altitude_m:.2f} m")
     print(f"fix {telemetry.gps_info().fix_type.name}, armable {telemetry.health().is_armable}")

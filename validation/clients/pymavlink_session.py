@@ -25,7 +25,9 @@ class Session:
         self.line = mavutil.mavlink_connection(f"udpin:127.0.0.1:{place}" if kind == "udp" else f"tcp:{place}")
         heart = self.line.wait_heartbeat(timeout=PATIENCE)
         assert heart is not None
-        print(f"heartbeat of system {heart.get_srcSystem()}, type {heart.type}, mode {STATES[heart.custom_mode - BASE]}")
+        print(
+            f"heartbeat of system {heart.get_srcSystem()}, type {heart.type}, mode {STATES[heart.custom_mode - BASE]}"
+        )
         self.mav = self.line.mav
 
     def wait(self, kind: str, **fields: Any) -> Any:
@@ -61,7 +63,9 @@ class Session:
         """Upload a list; return the result."""
         self.mav.mission_count_send(1, 1, len(items), kind)
         while True:
-            m = self.line.recv_match(type=["MISSION_REQUEST_INT", "MISSION_ACK", "STATUSTEXT"], blocking=True, timeout=20)
+            m = self.line.recv_match(
+                type=["MISSION_REQUEST_INT", "MISSION_ACK", "STATUSTEXT"], blocking=True, timeout=20
+            )
             assert m is not None
             if m.get_type() == "STATUSTEXT":
                 print(f"    says: {m.text}")
@@ -87,7 +91,10 @@ class Session:
         assert self.upload(kind, items) == 0
         found = self.download(kind)
         for a, b in zip(items, found, strict=True):
-            assert all(x == y or math.isclose(x, y, rel_tol=1e-6) or x != x != y for x, y in zip(a, b, strict=True)), (a, b)
+            assert all(x == y or math.isclose(x, y, rel_tol=1e-6) or x != x != y for x, y in zip(a, b, strict=True)), (
+                a,
+                b,
+            )
         print(f"{name}: {len(found)} items up and down, the same")
 
 

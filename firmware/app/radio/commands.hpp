@@ -11,28 +11,20 @@
 namespace hypertuna::firmware {
 
 inline constexpr int stick_max = 1000, thrust_center = 500;  // full deflection of a joystick's axis; of z, its center
-inline constexpr float dead_band = 0.05f;                    // of the full deflection
-
-/// Deflection of an axis, -1 to 1, without the dead band around its center. An axis of INT16_MAX is absent.
-inline float deflection(int axis, int center, int range) {
-    const float part = axis == INT16_MAX ? 0.0f : float(axis - center) / float(range);
-    const float free = abs(part) <= dead_band ? 0.0f : (abs(part) - dead_band) / (1.0f - dead_band);
-    return clamp(part < 0.0f ? -free : free, -1.0f, 1.0f);
-}
 
 /// MANUAL_CONTROL: z is thrust, from the center up (ground stations send 0 to 1000, and 500 for a centered stick), r
-/// turns to starboard, x pushed forward dives. Thrust counts once the stick was centered in this mode. There is no
-/// acknowledgement: the next message follows soon.
-inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_manual_control_t& m) {
+/// turns to starboard, x pushed forward dives. An axis of INT16_MAX is absent. There is no acknowledgement: the next
+/// message follows soon.
+inline void handle(Radio& radio, Vehicle& vehicle, Peer from, mavlink_manual_control_t m) {
     bool within = true;
-    for (int axis : {int(m.x), int(m.z), int(m.r)})
-        within = within && (axis == INT16_MAX || (-stick_max <= axis && axis <= stick_max));
-    const float thrust = max(0.0f, deflection(m.z, thrust_center, thrust_center));
-    const bool steers = snapshot(vehicle).state == State::manual && from == vehicle.pilot;
-    radio.centered = radio.centered || (steers && within && thrust == 0.0f);
-    const Refusal refusal = within ? sticks(vehicle, from, radio.centered ? thrust : 0.0f,
-                                            -deflection(m.r, 0, stick_max), -deflection(m.x, 0, stick_max))
-                                   : Refusal::out_of_range;
+    if (m.x == INT16_MAX) m.x = 0;
+    if (m.z == INT16_MAX) m.z = thrust_center;
+    if (m.r == INT16_MAX) m.r = 0;
+    for (int axis : {int(m.x), int(m.z), int(m.r)}) within = within && -stick_max <= axis && axis <= stick_max;
+    const auto part = [](int axis) { return float(axis) / float(stick_max); };
+    const Refusal refusal =
+        within ? sticks(vehicle, from, max(-1.0f, part(2 * (m.z - thrust_center))), -part(m.r), -part(m.x))
+               : Refusal::out_of_range;
     // Ground stations send the sticks in every mode: outside of manual that is no mistake.
     if (refusal != Refusal::none && refusal != Refusal::not_now) report_rarely(radio, snapshot(vehicle).tick, refusal);
 }

@@ -80,7 +80,6 @@ void tick(Radio& radio, Vehicle& vehicle, const std::uint8_t* bytes, int count) 
     store_stamp(radio.signing, vehicle);
     await_item(radio, now);
     calibrate_gyro(radio, vehicle);
-    radio.centered = radio.centered && snapshot(vehicle).state == State::manual;
     report_faults(radio, snapshot(vehicle));
     report_changes(radio, vehicle);
     fill_outbox(radio, vehicle);

@@ -61,7 +61,6 @@ struct Radio {
     int mode_next, mode_end;  // modes still to be listed
     State reported_state;
     int reported_leg;
-    bool centered;             // the stick of the pilot station was, since manual mode
     std::uint32_t restart_at;  // tick; 0 for never
     Faults reported_faults;
     std::uint32_t fault_reported_at, refusal_reported_at;            // ticks of the last texts

@@ -101,7 +101,7 @@ inline Refusal calibration_command(Radio& radio, Vehicle& vehicle, Peer from, co
         if (refusal == Refusal::none) radio.gyro = {from, gyro_ticks, {}, {}, {}};
         return refusal;
     }
-    if (m.param1 == 0.0f && m.param3 == 1.0f) return give(vehicle, Order::zero_depth, from);
+    if (m.param1 == 0.0f && m.param3 == 1.0f) return take_surface(vehicle, from);
     return m.param1 == 0.0f && m.param3 == 0.0f ? Refusal::none : Refusal::by_program;
 }
 

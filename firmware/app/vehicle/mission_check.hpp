@@ -59,8 +59,7 @@ struct Capability {
 };
 inline Capability capability_of(const Model& model) {
     const auto& table = model.pilot.guidance.steering.table;
-    return {min(model.pilot.estimator.depth_high, model.limits.depth_max),
-            speed_excess * table.speed[table.gaits - 1]};
+    return {min(model.pilot.estimator.depth_high, model.limits.depth_max), speed_excess * table.speed[table.gaits - 1]};
 }
 
 /// Why a mission is refused: its fence, places and legs outside of it, depths beyond its limit or beyond what the depth

@@ -1,6 +1,6 @@
 """Descriptions of the parameters for ground stations: files of the component metadata service, kept in the firmware.
 
-mavlink.io/en/services/component_information.html. The robot serves both by file transfer (firmware/app/radio/files.hpp).
+mavlink.io/en/services/component_information.html. The robot serves both files (firmware/app/radio/files.hpp).
 """
 
 import json
@@ -8,6 +8,7 @@ import lzma
 import zlib
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from hypertuna.description.schema.base import Part
 from hypertuna.description.schema.control import Controller, Guidance
 from hypertuna.description.schema.firmware import Firmware
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 GENERAL, PARAMETERS = "general.json", "parameters.json.xz"  # names in firmware/app/radio/files.hpp
 SI = {"deg": "rad", "deg/s": "rad/s", "us": "s", "us/rad": "s/rad"}
-TABLES = {"controller": Controller, "pilot": Guidance, "limits": Firmware}
+TABLES: dict[str, type[Part]] = {"controller": Controller, "pilot": Guidance, "limits": Firmware}
 TEXTS = {  # of parameters that are no keys of a robot's file: text and unit of zero and scale
     "amplitude": ("largest amplitude of joint", "rad"),
     "curvature": ("curvature of the path at the largest bias of the tail", "1/m"),
@@ -58,7 +59,9 @@ def _entry(table: "FirmwareTable", parameter: "Parameter") -> dict[str, Any]:
     text, unit = describe(part, column, parameter.name)
     numbers = {"min": parameter.low, "max": parameter.high, "default": parameter.standard}
     made = {"name": parameter.name.upper(), "type": "Float", "group": GROUPS[part], "shortDesc": f"{text}{number}"}
-    return made | {key: float(f"{value:.{DIGITS}g}") for key, value in numbers.items()} | ({"units": unit} if unit else {})
+    return (
+        made | {key: float(f"{value:.{DIGITS}g}") for key, value in numbers.items()} | ({"units": unit} if unit else {})
+    )
 
 
 def describe(part: str, column: str, name: str) -> tuple[str, str]:
