@@ -1,5 +1,6 @@
 """The firmware's radio on a bench board, in lock-step or by the clock, for tests; built when it is first needed."""
 
+import fcntl
 import functools
 import shutil
 import socket
@@ -28,11 +29,18 @@ def built(target: str) -> Path:
     if shutil.which("c++") is None or shutil.which("cmake") is None:
         pytest.skip("the firmware needs a C++ compiler and CMake")
     pytest.importorskip("pymavlink", reason="the firmware's MAVLink headers need the extra radio")
+    BUILD.parent.mkdir(parents=True, exist_ok=True)
+    with BUILD.with_suffix(".lock").open("w") as lock:  # workers of one run of the tests build one after another
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        _build(target)
+    return BUILD / "firmware" / "tests" / target
+
+
+def _build(target: str) -> None:
     options = ["-G", "Ninja", "-DHYPERTUNA_BUILD_FIRMWARE=ON"]
     for command in (["cmake", "-S", ROOT, "-B", BUILD, *options], ["cmake", "--build", BUILD, "--target", target]):
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
-    return BUILD / "firmware" / "tests" / target
 
 
 @dataclass(frozen=True)
