@@ -342,6 +342,37 @@ static void declination_turns_the_heading() {
     }
 }
 
+/// A head that swings by 7 deg at 2 Hz, and half a second without IMU, which the controller then distrusts for another:
+/// the gap is reported, and three seconds later the heading is right again, whatever phase of the swing the gap began
+/// at.
+static void a_gap_of_the_imu_is_no_turn() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    const double beat = 2 * pi * 2, swing = 7 * pi / 180;
+    for (int phase = 0; phase < 50; phase += 5) {
+        const double start[2] = {0, 0};
+        EstimatorState<double> state = init(model, start);
+        double worst = 0;
+        for (int k = 0; k < 4000; ++k) {
+            const double t = 0.01 * k, yaw = swing * std::sin(beat * t);
+            const Vector<double> field = to_body(rotation(euler(yaw, 0, 0)), {0.0, 0.5, -0.866});
+            PilotReadings<double> r{};
+            r.robot = calm_readings<double>();
+            for (int i = 0; i < 3; ++i) r.robot.rate[i] = i == 2 ? swing * beat * std::cos(beat * t) : 0;
+            for (int i = 0; i < 3; ++i) r.robot.acceleration[i] = i == 2 ? 9.81 : 0;
+            r.field[0] = field.x, r.field[1] = field.y, r.field[2] = field.z;
+            r.depth = 1 + 0.001 * (k % 7);
+            const int since = k - 2000 - phase;
+            const bool gap = 0 <= since && since < 50, trusted = since < 5 || 150 <= since;
+            if (gap) r.robot.rate[0] = r.robot.rate[1] = r.robot.rate[2] = r.robot.acceleration[0] = std::nan("");
+            const Estimate<double> out = estimate(model, state, r, 0.3, trusted, 0.0);
+            CHECK(out.attitude == (trusted && k > 0) || k == 0);
+            const double off = std::atan2(out.facing.y, out.facing.x) - (yaw + pi);
+            if (450 <= since) worst = std::fmax(worst, std::fabs(std::remainder(off, 2 * pi)));
+        }
+        CHECK(worst < 3 * pi / 180);  // 131 deg, when the last rate went on
+    }
+}
+
 int main() {
     two_vectors_make_an_attitude();
     the_offset_of_the_gyroscope_is_learned();
@@ -357,5 +388,6 @@ int main() {
     a_zero_under_water_heals();
     fixes_tell_the_surface();
     declination_turns_the_heading();
+    a_gap_of_the_imu_is_no_turn();
     return failures();
 }

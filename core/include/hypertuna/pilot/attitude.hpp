@@ -88,6 +88,8 @@ Pull<T> pull_of(const AttitudeState<T>& state, const AttitudeInput<T>& in) {
     return pull;
 }
 
+inline constexpr int gap_age = 50;  // ticks that gravity counts as averaged for, after a gap of the gyroscope
+
 /// One tick. Until it has averaged for its own time constant gravity counts as in a mean: the start is quick.
 template <class T>
 AttitudeState<T> attitude_step(const AttitudeModel<T>& model, const AttitudeState<T>& before,
@@ -97,7 +99,12 @@ AttitudeState<T> attitude_step(const AttitudeModel<T>& model, const AttitudeStat
         state.known = in.gravity && in.magnet && attitude_from(in.acceleration, in.field, state.q);
         state.age = 0;
     }
-    if (in.gyro) state.rate = in.rate - state.drift;
+    if (in.gyro) {
+        state.rate = in.rate - state.drift;
+    } else {  // a beat swings to and fro: no rate is the best guess, and what the gap cost is made up for quickly
+        state.rate = {T(0), T(0), T(0)};
+        state.age = state.age < gap_age ? state.age : gap_age;
+    }
     const Pull<T> pull = pull_of(state, in);
     const T young = T(1) / (T(state.age + 1) * model.tick);
     if (in.gravity && min(model.tilt_rate, model.heading_rate) < young) ++state.age;
