@@ -329,6 +329,7 @@ def remedy_table(kind: str) -> str:
         listed, remedies = dict(_core.refusal_table()[1:]), REFUSAL_REMEDIES  # type: ignore[assignment]
         body = [[f"{sentence}", remedies[name]] for name, sentence in listed.items()]  # type: ignore[misc]
         heads = ["the robot says", "you do"]
+    assert set(listed) == set(remedies), set(listed) ^ set(remedies)
     return rows(heads, body, len(heads))
 
 

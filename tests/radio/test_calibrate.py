@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from threading import Event, Thread
@@ -286,3 +287,18 @@ def test_what_does_not_go_together_is_refused(run: Run) -> None:
 
 def test_single_sensors_have_no_number() -> None:
     assert set(SINGLE) == {"voltage", "depth", "accelerometer", "gyroscope", "compass"}
+
+
+def test_the_surface_is_taken_anew(bench: Bench) -> None:
+    """Air pressure has changed by 30 hPa since the boot: the depth shows 0.3 m, and 0 after the command."""
+
+    def step() -> None:
+        bench.depth = 0.3
+        bench.hold(Rotation.identity())
+        time.sleep(1)  # until the depth of the estimate has followed
+
+    code, record, errors = bench.calibrate("depth", steps=[step])
+    assert code == 0, errors
+    (one,) = record["sensors"]
+    assert one["parameters"] == {}
+    assert one["notes"][0].startswith(("it shows 0.0", "it shows -0.0"))

@@ -1,4 +1,4 @@
-"""The key, on the bench, by the command."""
+"""The check before a swim, and the key: on the bench, by the commands."""
 
 import json
 from pathlib import Path
@@ -9,6 +9,35 @@ pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
 
 from program import Run
 from radio_bench import free_port, running
+
+
+def test_a_sound_robot_may_be_armed(run: Run) -> None:
+    port = free_port()
+    with running(port):
+        code, told, errors = run("radio", "check", "--connect", f"udp:{port}", "--json")
+    assert code == 0, errors
+    found = json.loads(told)
+    assert (found["ready"], found["reasons"]) == (True, [])
+    assert found["battery_v"] == pytest.approx(15, abs=0.1)
+    assert found["depth_m"] == pytest.approx(0.05, abs=0.06)
+
+
+def test_a_robot_without_battery_says_why(run: Run, tmp_path: Path) -> None:
+    """The readings of a robot whose battery is at 12.5 V: low, which forbids arming; exit code 1."""
+    port, readings = free_port(), tmp_path / "readings"
+    readings.write_text("0 0 9.81 0 0 0 -0.6 0 -0.8 12.5 0.05")
+    with running(port, readings):
+        from hypertuna.radio.client import connect
+
+        with connect(f"udp:{port}") as robot:
+            robot.wait(lambda m: m.get_type() == "PILOT" and m.fault >> 6 & 1, 30)
+        code, told, errors = run("radio", "check", "--connect", f"udp:{port}", "--json")
+        found = json.loads(told)
+        assert (code, found["ready"]) == (1, False), errors
+        assert {"name": "low_battery", "sentence": "the battery is low", "forbids_arming": True} in found["faults"]
+        assert found["reasons"] != []
+        code, told, _ = run("radio", "check", "--connect", f"udp:{port}")
+        assert (code, "may not be armed" in told) == (1, True)
 
 
 def test_a_key_is_given_changed_and_deleted(run: Run, tmp_path: Path) -> None:
