@@ -172,7 +172,7 @@ def test_telemetry_fits_the_radio() -> None:
     assert told.frames > 0.95 * seconds
     rates = {kind: count / seconds for kind, count in counts.items()}
     assert rates["HEARTBEAT"] == pytest.approx(1, rel=0.05)
-    assert rates["HYDRAULICS"] > 2.5
+    assert rates["HYDRAULICS"] > 2.3  # the messages for a map take 6 % of it
     assert rates["ATTITUDE"] > 2
     for kind in ("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "GAIT", "PILOT", "SERVO_OUTPUT_RAW"):
         assert rates[kind] > 0.25

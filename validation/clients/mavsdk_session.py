@@ -12,7 +12,7 @@ from mavsdk.plugins.component_metadata import ComponentMetadata
 from mavsdk.plugins.geofence import Circle, FenceType, Geofence, GeofenceData, Point, Polygon
 from mavsdk.plugins.mission import Mission, MissionItem, MissionPlan
 from mavsdk.plugins.param import Param
-from mavsdk.plugins.telemetry import Telemetry
+from mavsdk.plugins.telemetry import FixType, Telemetry
 
 PATIENCE = 60.0  # s
 WIRE = 115200.0  # bit/s
@@ -55,7 +55,7 @@ def parameters(system: Any) -> None:
         param.set_param_float("LEARNING", 7.0)
         raise SystemExit("LEARNING = 7 was accepted")
     except MavsdkError as error:
-        print(f"LEARNING = 7: {error}")
+        print(f"LEARNING = 7: {str(error).partition(chr(59))[0]}")
     metadata, received = ComponentMetadata(system), []
     metadata.subscribe_metadata_available(lambda data, _: received.append(data))
     metadata.request_autopilot_component()
@@ -76,7 +76,7 @@ def geofence(system: Any, lat: float, lon: float) -> None:
         fence.upload_geofence(GeofenceData([], [Circle(points[0], 5.0, FenceType.EXCLUSION)]))
         raise SystemExit("an exclusion was accepted")
     except MavsdkError as error:
-        print(f"exclusion: {error}")
+        print(f"exclusion: {str(error).partition(chr(59))[0]}")
 
 
 def mission(system: Any, lat: float, lon: float) -> Any:
@@ -105,10 +105,11 @@ def main(address: str) -> None:
     sdk, system = connect(address)
     parameters(system)
     telemetry, action = Telemetry(system), Action(system)
-    until(lambda: telemetry.health().is_global_position_ok and telemetry.health().is_home_position_ok, "position")
+    until(lambda: not math.isnan(telemetry.position().latitude_deg), "position")
     at = telemetry.position()
     print(f"position {at.latitude_deg:.6f} {at.longitude_deg:.6f}, {at.relative_altitude_m:.2f} m")
-    print(f"fix {telemetry.gps_info().fix_type.name}, armable {telemetry.health().is_armable}")
+    until(lambda: telemetry.gps_info().fix_type != FixType.NO_GPS, "receiver")
+    print(f"satellite receiver: {telemetry.gps_info().fix_type.name}")
     geofence(system, at.latitude_deg, at.longitude_deg)
     service = mission(system, at.latitude_deg, at.longitude_deg)
     until(lambda: action.arm() or True, "arm")

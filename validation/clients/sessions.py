@@ -1,6 +1,6 @@
 """Run the sessions of real clients against the firmware in the loop, on either board, and keep their transcripts.
 
-`python validation/clients/sessions.py` writes transcripts/CLIENT-BOARD.txt.
+`python validation/clients/sessions.py [CLIENT ...]` writes transcripts/CLIENT-BOARD.txt.
 """
 
 import importlib.metadata
@@ -11,14 +11,17 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 HERE = Path(__file__).parent
 CLIENTS, BOARDS = ("mavsdk", "mavproxy", "pymavlink", "node"), ("pc", "qemu")
 PATIENCE = 300.0  # s, on a busy machine
-NODE = ("node-mavlink", "npm install --prefix validation/clients")
+NODE = ("node-mavlink", "npm ci --prefix validation/clients")
 PACKAGES = {"mavsdk": "mavsdk", "mavproxy": "MAVProxy", "pymavlink": "pymavlink"}
-NOISE = re.compile(r"Debug\]|^\s*$|Log Directory|Telemetry log|t=\w+ \w+ +\d+|Saved .* to |/tmp/")  # times and folders
+NOISE = re.compile(
+    r"(Debug|Info |Warn )\]|^\s*$|Log Directory|Telemetry log|t=\w+ \w+ +\d+|Saved .* to |/tmp/"
+)  # times and folders
 
 
 def absent(client: str) -> str:
@@ -66,12 +69,12 @@ def clean(transcript: str, address: str) -> str:
     return "\n".join(line.rstrip() for line in text.splitlines() if not NOISE.search(line)) + "\n"
 
 
-def main() -> None:
+def main(clients: Sequence[str]) -> None:
     sys.path.insert(0, str(HERE.parents[1] / "tests"))
     from radio_bench import free_port, in_the_loop
 
-    (HERE / "transcripts").mkdir(exist_ok=True)
-    for client in CLIENTS:
+    folder = HERE / "transcripts"
+    for client in clients:
         if reason := absent(client):
             print(f"{client}: {reason}")
             continue
@@ -84,9 +87,10 @@ def main() -> None:
             head = (
                 f"{version(client)}, firmware on {board} beside the twin: {Path(__file__).name}, exit code {code}\n\n"
             )
-            path = HERE / "transcripts" / f"{client}-{board}.txt"
+            folder.mkdir(exist_ok=True)
+            path = folder / f"{client}-{board}.txt"
             path.write_text(head + clean(transcript, address), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:] or CLIENTS)
