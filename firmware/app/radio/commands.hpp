@@ -37,7 +37,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_gait
         command.amplitude[j] = angle(m.amplitude[j]), command.phase[j] = angle(m.lag[j]),
         command.bias[j] = angle(m.bias[j]);
     for (int k = 0; k < 2; ++k) command.fin[k] = angle(m.fin[k]);
-    acknowledge(radio, from, HYPERTUNA_CMD_GAIT, set_gait(vehicle, from, command));
+    acknowledge(radio, vehicle, from, HYPERTUNA_CMD_GAIT, set_gait(vehicle, from, command));
 }
 
 inline Refusal gait_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
@@ -164,7 +164,7 @@ inline mavlink_command_long_t long_of(const mavlink_command_int_t& m) {
 }
 
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
-    acknowledge(radio, from, m.command, execute(radio, vehicle, from, m));
+    acknowledge(radio, vehicle, from, m.command, execute(radio, vehicle, from, m));
 }
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_int_t& m) {
     handle(radio, vehicle, from, long_of(m));
@@ -180,15 +180,15 @@ inline bool is_disarm(const Frame& frame) {
 
 /// Older messages of the same orders, without an acknowledgement.
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_set_mode_t& m) {
-    report_refusal(radio, mode_command(vehicle, from, m.base_mode, float(m.custom_mode)));
+    report_refusal(radio, vehicle, mode_command(vehicle, from, m.base_mode, float(m.custom_mode)));
 }
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_set_current_t& m) {
-    report_refusal(radio, leg_command(vehicle, from, m.seq));
+    report_refusal(radio, vehicle, leg_command(vehicle, from, m.seq));
     radio.telemetry.stream[stream_index(MAVLINK_MSG_ID_MISSION_CURRENT)].requested = true;
 }
 
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_set_gps_global_origin_t& m) {
-    report_refusal(radio, set_origin(vehicle, from, m.latitude, m.longitude));
+    report_refusal(radio, vehicle, set_origin(vehicle, from, m.latitude, m.longitude));
 }
 
 }  // namespace hypertuna::firmware

@@ -64,7 +64,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_setu
     Refusal refusal = long_stamp ? Refusal::out_of_range : set_key(vehicle, from, secret);
     if (refusal == Refusal::none)
         refusal = set_parameter(vehicle, from, parameter_named(vehicle, "sign"), any != 0 ? 1.0f : 0.0f);
-    report_refusal(radio, refusal);
+    report_refusal(radio, vehicle, refusal);
     if (refusal != Refusal::none) return;
     radio.signing = {};
     radio.signing.stamp = m.initial_timestamp;

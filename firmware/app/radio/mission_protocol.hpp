@@ -63,7 +63,7 @@ inline void clear(Radio& radio, Vehicle& vehicle, Peer from, std::uint8_t type) 
     const Refusal refusal = waypoints || fence ? clear_mission(vehicle, from, waypoints, fence)
                             : rally            ? Refusal::none
                                                : Refusal::unknown;
-    report_refusal(radio, refusal);
+    report_refusal(radio, vehicle, refusal);
     acknowledge_mission(radio, from, mission_result(refusal), type);
 }
 
@@ -73,7 +73,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     if (m.count == 0) return clear(radio, vehicle, from, m.mission_type);
     const bool fence = m.mission_type == MAV_MISSION_TYPE_FENCE;
     if (m.mission_type != MAV_MISSION_TYPE_MISSION && !fence) {
-        report_refusal(radio, Refusal::no_rally);
+        report_refusal(radio, vehicle, Refusal::no_rally);
         return acknowledge_mission(radio, from, MAV_MISSION_UNSUPPORTED, m.mission_type);
     }
     const bool other = upload.on && (upload.system != from.system || upload.component != from.component);
@@ -81,7 +81,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
         return acknowledge_mission(radio, from, other ? MAV_MISSION_DENIED : MAV_MISSION_NO_SPACE, m.mission_type);
     const Refusal refusal = check(vehicle, Order::upload, from);
     if (refusal != Refusal::none) {
-        report_refusal(radio, refusal);
+        report_refusal(radio, vehicle, refusal);
         return acknowledge_mission(radio, from, mission_result(refusal), m.mission_type);
     }
     upload.on = true, upload.system = from.system, upload.component = from.component, upload.fence = fence;
@@ -114,7 +114,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     upload.on = false;
     const bool wrong_frame = refusal == Refusal::not_taken && 0 <= kind_of_command(m.command);
     upload.result = wrong_frame ? std::uint8_t(MAV_MISSION_UNSUPPORTED_FRAME) : mission_result(refusal);
-    report_refusal(radio, refusal);
+    report_refusal(radio, vehicle, refusal);
     acknowledge_mission(radio, from, upload.result, type);
 }
 

@@ -45,8 +45,9 @@ inline std::uint8_t error_of(Refusal refusal) {
     return std::uint8_t(range ? MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE : MAV_PARAM_ERROR_PERMISSION_DENIED);
 }
 
-inline void refuse_parameter(Radio& radio, Peer to, const char (&id)[16], int index, Refusal refusal) {
-    report_refusal(radio, refusal);
+inline void refuse_parameter(Radio& radio, const Vehicle& vehicle, Peer to, const char (&id)[16], int index,
+                             Refusal refusal) {
+    report_refusal(radio, vehicle, refusal);
     mavlink_param_error_t m{};
     m.param_index = std::int16_t(index), m.error = error_of(refusal);
     m.target_system = to.system, m.target_component = to.component;
@@ -57,18 +58,18 @@ inline void refuse_parameter(Radio& radio, Peer to, const char (&id)[16], int in
 inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlink_param_request_read_t& m) {
     const int k = m.param_index >= 0 ? m.param_index : parameter_index(vehicle, m.param_id);
     if (k < 0 || parameter_count(vehicle) <= k)
-        return refuse_parameter(radio, from, m.param_id, m.param_index, Refusal::unknown);
+        return refuse_parameter(radio, vehicle, from, m.param_id, m.param_index, Refusal::unknown);
     reply(radio.out, parameter_value(vehicle, k));
 }
 
 /// Answer with the value on board, accepted or not; a refusal adds PARAM_ERROR.
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_param_set_t& m) {
     const int k = parameter_index(vehicle, m.param_id);
-    if (k < 0) return refuse_parameter(radio, from, m.param_id, -1, Refusal::unknown);
+    if (k < 0) return refuse_parameter(radio, vehicle, from, m.param_id, -1, Refusal::unknown);
     const Refusal refusal =
         is_finite(m.param_value) ? set_parameter(vehicle, from, k, m.param_value) : Refusal::out_of_range;
     reply(radio.out, parameter_value(vehicle, k));
-    if (refusal != Refusal::none) refuse_parameter(radio, from, m.param_id, -1, refusal);
+    if (refusal != Refusal::none) refuse_parameter(radio, vehicle, from, m.param_id, -1, refusal);
 }
 
 inline void handle(Radio& radio, const Vehicle& vehicle, Peer, const mavlink_param_request_list_t&) {

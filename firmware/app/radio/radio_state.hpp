@@ -91,12 +91,12 @@ inline void report_rarely(Radio& radio, std::uint32_t tick, Refusal refusal) {
 }
 
 /// Count a refusal and report the reason, unless the answer says it all: clients request much that a robot need not
-/// support. One slot stays free for the answer itself.
-inline void report_refusal(Radio& radio, Refusal refusal) {
+/// support. One slot stays free for the answer itself. Of a fault the reason is its own sentence.
+inline void report_refusal(Radio& radio, const Vehicle& vehicle, Refusal refusal) {
     if (refusal == Refusal::none) return;
     ++radio.refused;
     if (refusal != Refusal::unknown && has_room(radio.out, 2))
-        send_text(radio, MAV_SEVERITY_WARNING, sentence(refusal));
+        send_text(radio, MAV_SEVERITY_WARNING, sentence(vehicle, refusal));
 }
 
 inline std::uint8_t result_of(Refusal refusal) {
@@ -126,8 +126,8 @@ inline std::uint8_t result_of(Refusal refusal) {
 }
 
 /// Acknowledge a command; result_param2 is the number of the refusal.
-inline void acknowledge(Radio& radio, Peer to, std::uint16_t command, Refusal refusal) {
-    report_refusal(radio, refusal);
+inline void acknowledge(Radio& radio, const Vehicle& vehicle, Peer to, std::uint16_t command, Refusal refusal) {
+    report_refusal(radio, vehicle, refusal);
     mavlink_command_ack_t m{};
     m.command = command, m.result = result_of(refusal), m.result_param2 = int(refusal);
     m.target_system = to.system, m.target_component = to.component;

@@ -72,10 +72,7 @@ inline Refusal prearm_command(Radio& radio, const Vehicle& vehicle, Peer from) {
     const Refusal refusal = check(vehicle, Order::arm, from);
     radio.telemetry.stream[stream_index(MAVLINK_MSG_ID_SYS_STATUS)].requested = true;
     if (refusal == Refusal::none) send_text(radio, MAV_SEVERITY_INFO, "ready to be armed");
-    for (int f = 0; f < faults; ++f)
-        if (refusal == Refusal::faulty && fault_texts[f].forbids_arming && vehicle.memory.present.has(Fault(f)))
-            return send_text(radio, MAV_SEVERITY_WARNING, fault_texts[f].sentence), Refusal::none;
-    if (refusal != Refusal::none) send_text(radio, MAV_SEVERITY_WARNING, sentence(refusal));
+    if (refusal != Refusal::none) send_text(radio, MAV_SEVERITY_WARNING, sentence(vehicle, refusal));
     return Refusal::none;
 }
 
@@ -135,7 +132,7 @@ inline void calibrate_gyro(Radio& radio, Vehicle& vehicle) {
         refusal = set_parameter(vehicle, gyro.from, number, gyro.sum[k] / float(gyro_ticks));
     }
     if (refusal == Refusal::none) return send_text(radio, MAV_SEVERITY_INFO, "gyroscope calibrated");
-    report_refusal(radio, refusal);
+    report_refusal(radio, vehicle, refusal);
 }
 
 }  // namespace hypertuna::firmware

@@ -236,7 +236,21 @@ static void test_files() {
     CHECK(std::strcmp(said<mavlink_component_metadata_t>(bench.board.said).back().uri, "mftp://general.json") == 0);
 }
 
+/// An order to arm that a fault forbids is answered with the fault's own sentence.
+static void test_reason_of_a_refusal() {
+    Bench bench;
+    bench.board.leak = true;
+    bench.run(200);
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    CHECK(last_answer(bench) == Refusal::faulty && told(bench, Refusal::faulty) == 0);
+    int reasons = 0;
+    for (const auto& m : said<mavlink_statustext_t>(bench.board.said))
+        reasons += std::strncmp(m.text, "there is water in the hull", sizeof m.text) == 0;
+    CHECK(reasons == 2);  // as a fault, and as the reason
+}
+
 int main() {
+    test_reason_of_a_refusal();
     test_modes();
     test_orders();
     test_positions();
