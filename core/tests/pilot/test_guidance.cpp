@@ -177,6 +177,32 @@ static void a_dip_is_no_failure() {
     }
 }
 
+/// Without IMU it holds at the surface: it tells that a current carries it, and out of its fence.
+static void held_and_carried() {
+    const Waypoint<double> point[] = {{0, 20, 1, 0.3, 2, 0}};
+    const Corner<double> corner[4] = {{-30, -10}, {30, -10}, {30, 40}, {-30, 40}};
+    Mission<double> mission = mission_of(point, 1);
+    mission.corner = corner, mission.corners = 4;
+    for (const double current : {0.0, 0.15}) {
+        Water water;
+        water.current[0] = current;
+        double worst = 0;
+        std::uint32_t told = 0;
+        const auto end = voyage<double>(
+            mission, water, 500, 7,
+            [&](const Cruiser& fish, const PilotStep<double>& step, int) {
+                told |= step.reasons.flags;
+                const double beyond = -inside(mission, fish.x, fish.y).distance;
+                worst = std::fmax(worst, beyond - 3 * step.estimate.position_error);
+            },
+            [](PilotReadings<double>& r, int tick) { r.robot.rate[1] = tick < 9000 ? r.robot.rate[1] : std::nan(""); });
+        const auto was = [&](Reason reason) { return (told >> int(reason) & 1) != 0; };
+        CHECK(was(Reason::imu_lost) && end.last.mode == Mode::hold);
+        CHECK(was(Reason::swept) == (0 < current) && was(Reason::outside) == (0 < current));
+        CHECK((0 < worst) == (0 < current));
+    }
+}
+
 /// Legs begin again from a place: what was left out is skipped, what was missed stays so.
 static void legs_begin_anywhere() {
     const Waypoint<double> point[4] = {};
@@ -206,6 +232,7 @@ int main() {
     called_back_is_not_done();
     swept_and_back();
     a_dip_is_no_failure();
+    held_and_carried();
     legs_begin_anywhere();
     return failures();
 }

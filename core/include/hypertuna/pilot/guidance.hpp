@@ -30,13 +30,16 @@ T time_home(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& m
     return T(1.2) * ((away + T(2) * at.position_error) / ground + climb) + model.overhead;
 }
 
-/// A current against which there is no way home, as soon as fixes tell it; and for how long that holds.
+/// A current against which there is no way home, or any that carries a robot that cannot swim: as soon as fixes tell
+/// it.
 template <class T>
 void weigh_current(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at,
                    const Mission<T>& mission) {
     const bool known = at.drift_error < T(2) * model.drift_error_max;
-    const T made = known ? way_made(model, at, mission) : T(slow_way);
-    const bool carried = made < (state.swept ? T(slow_way) : T(no_way));
+    const T drift = sqrt(at.current[0] * at.current[0] + at.current[1] * at.current[1]);
+    const bool carried = state.mode == Mode::hold
+                             ? T(no_way) < drift
+                             : way_made(model, at, mission) < (state.swept ? T(slow_way) : T(no_way));
     if (known) state.swept = lasts(state.carried, carried, T(10), model.steering.period) || (state.swept && carried);
     state.reasons.set(Reason::swept, state.swept);
 }
@@ -200,9 +203,8 @@ Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Est
         : 0 < state.held ? circle(model, at, mission.waypoint[state.leg])
                          : line_of_sight(state.from, target, at.x, at.y, model.steering.lookahead, present).course;
     const T margin = margin_of(model, state, at, mission);
-    state.reasons.clear(Reason::fence), state.reasons.clear(Reason::outside);
     if (margin <= room.distance) return course;
-    state.reasons.set(room.distance < T(0) ? Reason::outside : Reason::fence);
+    state.reasons.set(Reason::fence, T(0) <= room.distance);
     const bool held = T(0) < room.distance && T(0) < inside(mission, mission.home.x, mission.home.y).distance;
     if (state.mode == Mode::home && !held) return course;
     const T in = course.x * room.x + course.y * room.y;
@@ -245,6 +247,8 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     GuidanceState<T>& state = out.state;
     const Steering<T>& steering = model.steering;
     const Inside<T> room = inside(mission, at.x, at.y);
+    state.reasons.clear(Reason::fence), state.reasons.clear(Reason::outside);
+    state.reasons.set(Reason::outside, room.distance < T(0));
     weigh(model, state, at, onboard, mission);
     weigh_current(model, state, at, mission);
     weigh_fixes(model, state, at, mission, room.distance < margin_of(model, state, at, mission));

@@ -73,7 +73,7 @@ inline constexpr ReasonText reason_texts[reasons] = {
     {"stranded", "the depth does not answer on the way up either: the beat stops and the robot floats"},
     {"tail_lost", "the controller released a joint at the hard pressure limit: home with the other"},
     {"recalled", "the ground or the supervisor on board called the robot home"},
-    {"swept", "the current is faster than the robot: home at the surface as long as the charge lasts, then hold"},
+    {"swept", "the current carries the robot away: home at the surface as long as the charge lasts, then hold"},
     {"all_reached", "all waypoints are reached"},
     {"no_fix", "no fix came at the surface in good time"},
     {"uncertain", "the position is too uncertain: up for a fix"},
