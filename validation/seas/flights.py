@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from hypertuna.firmware.failures import Failures, split_faults
 from hypertuna.firmware.in_the_loop import TICK, Loop
 from hypertuna.firmware.parameters import firmware_table
 from hypertuna.firmware.scenario import released_at, scenario_of
+from hypertuna.mission.checks import check_current
 from hypertuna.mission.file import parse_mission
 from hypertuna.mission.run import MissionRun, expected, mission_start
 
@@ -78,7 +80,16 @@ def fly(sea: Sea, robot: ht.Robot, folder: str | Path | None = None, loop: type[
         station = station_of(sea.kind, sea.start, sea.seed)
         on = loop(table, scenario, board, None, None, failing, station)
         run = on.fly(start, round(seconds / TICK), None)
-    return _truth(file.mission, on, run)
+    return replace(_truth(file.mission, on, run), warned=_warned(robot, file.mission))
+
+
+def _warned(robot: ht.Robot, mission: Mission) -> bool:
+    """Return whether a mission is refused where its current is known; on board nobody knows it."""
+    try:
+        check_current(robot, mission)
+    except InputError:
+        return True
+    return False
 
 
 def _refused(mission: Mission, sentence: str) -> Truth:

@@ -34,6 +34,7 @@ class Truth:
     done: bool  # whether it says that the mission is complete, and nothing called it home
     told: frozenset[str]  # reasons, faults, refusals and states, from its start
     pressure: float = 0.0  # Pa, largest of all circuits in each tenth tick
+    warned: bool = False  # whether the mission file with this current was refused; it is flown nevertheless
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,8 @@ def judge(truth: Truth, sea: Sea) -> Verdict:
         broken.append("too deep")
     if not _tells(truth, sea, ending, float(truth.time[last])):
         broken.append("does not tell why")
+    if sea.too_fast and not truth.warned:
+        broken.append("current not refused")
     if ending == "refused" and not sea.too_fast and not FAULTS[sea.kind]:
         broken.append("refused without a reason")
     return Verdict(
