@@ -96,7 +96,7 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
                     "calibrate:calibrate_command",
                     "Calibrate sensors and servos' zeros, from a file or live.",
                 ),
-                "check": ("radio:check_command", "Check whether a robot may be armed, with its faults and sensors."),
+                "check": ("radio:check_command", "Check whether a disarmed robot may be armed."),
                 "sign": ("radio:sign_command", "Give a robot the key that signs messages, or delete it."),
                 "drive": (
                     "drive:drive_command",

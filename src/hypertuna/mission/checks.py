@@ -6,9 +6,11 @@ import numpy as np
 
 from hypertuna.control.guidance import error_of_fixes, gait_table
 from hypertuna.control.mission import Mission, fence_distance
+from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError
 
+PILOTED = ("battery", "controller", "spatial", "fins", "guidance")  # tables of a robot that flies missions
 WAY_MIN = 0.05  # m/s over ground toward home: the pilot reports less than that as `swept`
 DIP = 0.5  # m that the nose dips below the surface during its first beats
 OVERSHOOT = 0.3  # m that the robot may go beyond the depth that it dives to
@@ -45,6 +47,7 @@ def check_current(robot: Robot, mission: Mission, added: float = 0.0) -> None:
 
     `added` is the maximum speed of a randomized current.
     """
+    require_at_sea(robot, *PILOTED)
     fastest = gait_table(robot).speed[-1]
     part = max((point.depth for point in mission.waypoints), default=0.0) / mission.bottom
     deep = [

@@ -18,7 +18,7 @@ from hypertuna.control.sensors import fault_texts, fault_times, pilot_sensor_col
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.robot import Robot, require
-from hypertuna.mission.checks import check_fit
+from hypertuna.mission.checks import PILOTED, check_fit
 from hypertuna.ranges import POSITIVE_WHOLE, Range, check_name
 from hypertuna.simulation.plant import SEEDS, controller_of, parts_of, steps_of
 from hypertuna.simulation.sea import Sea, world_columns
@@ -99,7 +99,7 @@ def mission_start(
 
     The receiver restarts at `resets` [s]. Until `released` [s] someone holds the robot where it starts.
     """
-    require_at_sea(robot, "battery", "controller", "spatial", "fins", "guidance")
+    require_at_sea(robot, *PILOTED)
     control = require(robot.controller, "controller", robot)
     tick = 1 / control.rate
     table = gait_table(robot)
