@@ -55,7 +55,7 @@ def test_what_was_stored_of_another_robot_does_not_count(
     assert "no flight is stored" in read_lake().reason
     (tmp_path / STORED).write_text(json.dumps(record))
     assert read_lake().record is not None
-    (tmp_path / STORED).write_text(json.dumps(record | {"taken_hash": "0"}))
+    (tmp_path / STORED).write_text(json.dumps(record | {"robot_hash": "0"}))
     stale = read_lake()
     assert "has changed since the stored flight; validation/missions/lake.py flies it again" in stale.reason
     assert {judge(published(), found).verdict for found in findings(stale)} == {"not-computed"}

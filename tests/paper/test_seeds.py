@@ -96,6 +96,9 @@ def test_only_what_the_twin_takes_makes_seeds_stale() -> None:
     document = fish.document()
     document["water"]["strip"]["drag_normal"] = [2.0] * 8  # of a law that the twin of this robot does not use
     assert taken_hash(parse(document)) == taken_hash(fish) != fish.hash
+    depth = next(part for part in document["sensors"] if part["measures"] == "depth")  # only the pilot reads it
+    depth["noise"] *= 2
+    assert taken_hash(parse(document)) == taken_hash(fish)
     document["controller"]["learning"] *= 0.9
     assert taken_hash(parse(document)) != taken_hash(fish)
 

@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hypertuna.arrays import Array
+from hypertuna.description.channels import CHANNELS
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import shipped, write_atomically
@@ -98,6 +99,7 @@ def taken_hash(robot: Robot) -> str:
     """Return the SHA-256 of what the twin takes of a robot: all that affects results but water laws not chosen."""
     others = {"description", "sources", "guidance", "firmware"}  # no study has a pilot
     content = robot.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=others)
+    content["sensors"] = [part for part in content["sensors"] if not CHANNELS[part["quantity"]].pilot]
     content["water"] = {key: content["water"][key] for key in ("density_kg_m3", robot.model.water)}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 

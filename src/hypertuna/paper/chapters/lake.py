@@ -14,7 +14,7 @@ from hypertuna.mission.flight import Flight, fly, outcome
 from hypertuna.mission.record import MissionRecord
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.ledger import Finding, published, published_value
-from hypertuna.paper.seeds import read_seeds, taken_hash
+from hypertuna.paper.seeds import read_seeds
 from hypertuna.paper.studies import LAKE_GAITS, ROBOT
 from hypertuna.reports.html import WIDTH, Section
 
@@ -43,7 +43,7 @@ def read_lake() -> Lake:
         robot, mission = load(record["robot"]), read_mission(MISSION)
     except (OSError, ValueError, KeyError):
         return Lake(None, f"no flight is stored; {AGAIN}")
-    if (record["taken_hash"], record["mission_hash"]) != (taken_hash(robot), mission.hash):
+    if (record["robot_hash"], record["mission_hash"]) != (robot.hash, mission.hash):
         return Lake(None, f"the robot or the mission has changed since the stored flight; {AGAIN}")
     return Lake(record)
 
@@ -63,7 +63,6 @@ def lake_record(flight: Flight) -> dict[str, Any]:
     return {
         "robot": flight.robot.name,
         "robot_hash": flight.robot.hash,
-        "taken_hash": taken_hash(flight.robot),
         "mission_hash": flight.file.hash,
         "seed": flight.seed,
         "seconds": seconds,
