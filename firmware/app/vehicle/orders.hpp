@@ -63,8 +63,7 @@ inline Refusal check(const Vehicle& vehicle, Need need) {
         case Need::depth:
             return unless(depth_stands(vehicle), Refusal::no_depth);
         case Need::inside:
-            return unless(!vehicle.has_mission || !vehicle.fixed || holds(vehicle.mission, here(vehicle)),
-                          Refusal::robot_outside);
+            return unless(!vehicle.fixed || holds(vehicle.mission, here(vehicle)), Refusal::robot_outside);
         case Need::obeys:
             return unless(now.answer < Answer::home, Refusal::faulty);
         case Need::rises:

@@ -114,6 +114,17 @@ inline Refusal sticks(Vehicle& vehicle, Station from, float ahead, float turn, f
 
 // --- missions
 
+/// Forget mission and fence on board, not those that are stored.
+inline void forget_mission(Vehicle& vehicle) {
+    vehicle.has_mission = false, vehicle.mission = {};
+    std::memset(static_cast<void*>(&vehicle.plan), 0, sizeof(vehicle.plan));
+}
+
+/// Whether a mission or a fence is on board, whose coordinates count from the origin.
+inline bool has_plan(const Vehicle& vehicle) {
+    return vehicle.has_mission || 0 < vehicle.mission.corners || 0.0f < vehicle.mission.range;
+}
+
 /// Store the mission on board and its origin. It is written while disarmed.
 inline void store_mission(Vehicle& vehicle) {
     const Origin& origin = vehicle.origin;
@@ -144,8 +155,7 @@ inline Refusal set_mission(Vehicle& vehicle, Station from, const Mission<float>&
 inline Refusal clear_mission(Vehicle& vehicle, Station from, bool waypoints = true, bool fence = true) {
     const Refusal refusal = check(vehicle, Order::clear, from);
     StoredMission& plan = vehicle.plan;
-    const bool fenced = 0 < plan.corners || 0.0f < plan.range;
-    if (refusal != Refusal::none || !((waypoints && vehicle.has_mission) || (fence && fenced))) return refusal;
+    if (refusal != Refusal::none || !has_plan(vehicle)) return refusal;
     fence = fence || (waypoints && plan.form.has_fence());
     if (waypoints) vehicle.has_mission = false, plan.waypoints = plan.form.items = 0;
     if (fence) plan.corners = 0, plan.range = 0.0f, plan.form.drop_fence();
@@ -187,9 +197,9 @@ inline Refusal set_origin(Vehicle& vehicle, Station from, std::int32_t latitude,
     const Origin before = vehicle.origin;
     const bool same = before.known && before.latitude == latitude && before.longitude == longitude;
     if (same) return Refusal::none;
-    if (vehicle.has_mission && before.known) return Refusal::elsewhere;
+    if (has_plan(vehicle) && before.known) return Refusal::elsewhere;
     vehicle.origin = origin_at(latitude, longitude);
-    if (vehicle.has_mission) store_mission(vehicle);
+    if (has_plan(vehicle)) store_mission(vehicle);
     if (!vehicle.fixed) return vehicle.unplaced = true, Refusal::none;
     const Corner<float> shift = local(vehicle.origin, before.latitude, before.longitude);
     reset_position(vehicle, {here(vehicle).x + shift.x, here(vehicle).y + shift.y});
@@ -215,12 +225,13 @@ inline void on_first_fix(Vehicle& vehicle, const std::int32_t (&fix)[2]) {
             if (vehicle.leg == 0) vehicle.state.guidance.from = at;
             return;
         }
-        vehicle.has_mission = vehicle.origin.known = false, vehicle.mission = {};
+        vehicle.origin.known = false;
+        forget_mission(vehicle);
         give(vehicle, Order::drop);
     }
     if (vehicle.origin.known) return;
     vehicle.origin = origin_of_fix(fix, here(vehicle));
-    if (vehicle.has_mission) store_mission(vehicle);
+    if (has_plan(vehicle)) store_mission(vehicle);
 }
 
 }  // namespace hypertuna::firmware

@@ -117,11 +117,16 @@ inline bool fits(int waypoints, int corners) {
     return 0 <= waypoints && waypoints <= max_waypoints && 0 <= corners && corners <= max_corners;
 }
 
-/// Whether the items of a mission are known.
-inline bool is_valid(const MissionForm& form) {
-    bool good = 0 <= form.items && form.items <= max_items;
-    for (int k = 0; good && k < form.items; ++k) good = form.item[k].kind <= ItemKind::go_home;
-    return good;
+/// Whether there is an item for every waypoint, and for every corner of a fence among the items.
+inline bool is_valid(const MissionForm& form, int waypoints, int corners) {
+    if (form.items < 0 || max_items < form.items) return false;
+    int count[int(ItemKind::go_home) + 1] = {};
+    for (int k = 0; k < form.items; ++k) {
+        if (ItemKind::go_home < form.item[k].kind) return false;
+        ++count[int(form.item[k].kind)];
+    }
+    const int cornered = count[int(ItemKind::corner)];
+    return count[int(ItemKind::waypoint)] == waypoints && (cornered == 0 || cornered == corners);
 }
 
 /// Whether all numbers of a mission are within their ranges.

@@ -44,9 +44,10 @@ inline Kept unpack(std::uint32_t word) {
 /// Restore the stored mission and its origin, if it is valid.
 [[gnu::cold]] inline void restore_mission(Vehicle& vehicle) {
     const StoredMission& plan = vehicle.plan;
-    if (!fits(plan.waypoints, plan.corners) || !is_valid(plan.form)) return;
     const Mission<float> mission = mission_of(plan);
-    if (!is_valid(mission) || !is_place(plan.latitude, plan.longitude)) return;
+    if (!fits(plan.waypoints, plan.corners) || !is_valid(plan.form, plan.waypoints, plan.corners) ||
+        !is_valid(mission) || !is_place(plan.latitude, plan.longitude))
+        return forget_mission(vehicle);
     vehicle.mission = mission;
     vehicle.has_mission = 0 < plan.waypoints, vehicle.has_home = plan.form.has(ItemKind::home);
     if (plan.has_origin == 0) return;

@@ -11,6 +11,8 @@
 using namespace hypertuna;
 using namespace hypertuna::firmware;
 
+static constexpr Station ground{255, 190};
+
 static void must(bool holds) {
     if (!holds) std::abort();
 }
@@ -35,6 +37,8 @@ static void check(const App& app) {
     must(is_finite(now.command.frequency) && 0 <= now.command.frequency && now.command.frequency <= 8);
     const Mission<float>& m = mission(app.vehicle);
     must(0 <= m.waypoints && m.waypoints <= max_waypoints && 0 <= m.corners && m.corners <= max_corners);
+    const MissionForm& form = app.vehicle.plan.form;
+    must(is_valid(form, m.waypoints, m.corners) && (m.waypoints == 0) != app.vehicle.has_mission);
     for (int k = 0; k < m.waypoints; ++k) must(is_finite(m.waypoint[k].x) && 0 < m.waypoint[k].speed);
     for (int k = 0; k < parameter_count(app.vehicle); ++k) {
         const ParameterInfo& info = parameter(app.vehicle, k);
@@ -63,8 +67,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::uint8_t choice = data[0];
     if (choice & 1) give(app.vehicle, Order::disarm, ground);
     if ((choice & 2) && size > key_length) {
-        std::memcpy(app.vehicle.stored + stored_size(robot::description) - key_size, data, key_size);
-        app.vehicle.key = true, app.vehicle.model.limits.sign = 1.0f;
+        std::memcpy(app.vehicle.secret.key, data, key_size);
+        app.vehicle.secret.present = 1, app.vehicle.model.limits.sign = 1.0f;
     }
     std::size_t at = 1;
     for (int portion = 0; at < size && portion < 64; ++portion) {

@@ -184,6 +184,11 @@ static void test_fence() {
     const auto got = download(bench, MAV_MISSION_TYPE_FENCE);
     CHECK(got.size() == 4);
     for (std::size_t k = 0; k < got.size(); ++k) CHECK(same(got[k], fence[k]));
+    bench.run(400);  // until it is stored
+    const float before = bench.app.vehicle.now.estimate.y;
+    bench.app.vehicle.now.estimate.y = 100;  // outside, without a mission
+    CHECK(give(bench.app.vehicle, Order::arm, Station{255, 190}) == Refusal::robot_outside);
+    bench.app.vehicle.now.estimate.y = before;
     CHECK(upload(bench, {at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 5000, 0, -1)}) == MAV_MISSION_INVALID);
     CHECK(told(bench, Refusal::outside_fence) == 1);
     CHECK(upload(bench, {at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 2000, 0, -1)}) == MAV_MISSION_ACCEPTED);
@@ -229,7 +234,31 @@ static void test_other_fences() {
     CHECK(fence_items(bench.vehicle()) == 0);
 }
 
+/// Mission and fence belong to the origin of their coordinates: neither moves with another origin. From another water
+/// both are dropped, with their items.
+static void test_origin() {
+    for (const bool fence : {true, false}) {
+        Bench bench;
+        bench.run(200);
+        const auto items = fence ? square(bench, 3000) : box();
+        CHECK(upload(bench, items, 0, fence ? MAV_MISSION_TYPE_FENCE : MAV_MISSION_TYPE_MISSION) ==
+              MAV_MISSION_ACCEPTED);
+        mavlink_set_gps_global_origin_t elsewhere{};
+        elsewhere.target_system = 1, elsewhere.latitude = 100000000, elsewhere.longitude = 100000000;
+        bench.say(elsewhere);
+        CHECK(told(bench, Refusal::elsewhere) == 1 && mission(bench.vehicle()).corners == 4);
+        bench.run(400);  // until it is stored
+        boot(bench.app, robot::description, bench.board);
+        CHECK(mission(bench.vehicle()).corners == 4 && bench.vehicle().has_mission != fence);
+        const std::int32_t far[2] = {100000000, 100000000};
+        on_first_fix(bench.app.vehicle, far);
+        CHECK(mission(bench.vehicle()).corners == 0 && !bench.vehicle().has_mission);
+        CHECK(download(bench).empty() && download(bench, MAV_MISSION_TYPE_FENCE).empty());
+    }
+}
+
 int main() {
+    test_origin();
     test_items_come_back();
     test_frames();
     test_impossible_missions();

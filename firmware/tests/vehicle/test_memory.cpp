@@ -123,6 +123,9 @@ static void stored_missions_out_of_range() {
     CHECK(!stored([](StoredMission& m) { m.waypoints = max_waypoints + 1; }));
     CHECK(!stored([](StoredMission& m) { m.corners = -1; }));
     CHECK(!stored([](StoredMission& m) { m.has_origin = 1, m.latitude = INT32_MIN; }));
+    CHECK(!stored([](StoredMission& m) { m.form.items = max_items + 1; }) && v.plan.form.items == 0);
+    CHECK(!stored([](StoredMission& m) { m.form.item[0].kind = ItemKind(200); }) && v.plan.form.items == 0);
+    CHECK(!stored([](StoredMission& m) { m.form.item[0].kind = ItemKind::waypoint; }) && v.plan.form.items == 0);
 }
 
 /// Boot as from power on.
