@@ -56,7 +56,8 @@ export class Course {
   go(at: Vector3, leg: number, mode: string): void {
     const corners = cornersOf(this.mission).map((place) => new Vector3(...place));
     const count = this.mission.waypoints.length;
-    const next = mode === "home" ? count + 1 : mode === "done" || mode === "ended" ? corners.length : Math.min(leg, count) + 1;
+    const next =
+      mode === "home" ? count + 1 : mode === "done" || mode === "ended" ? corners.length : Math.min(leg, count) + 1;
     const points = next < corners.length ? [at, ...corners.slice(next)] : [];
     this.ahead.geometry.dispose();
     this.ahead.geometry = new BufferGeometry().setFromPoints(points);
