@@ -134,7 +134,7 @@ POND = {
         "fence_m": [[-30, -30], [30, -30], [30, 30], [-30, 30]],
         "depth_m": 2.0,
         "battery": 0.2,
-        "duration_s": 120.0,
+        "duration_s": 400.0,
     },
     "scatter": {"current_m_s": 0.05, "gaps": 5, "gap_s": 20.0},
 }

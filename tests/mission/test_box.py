@@ -30,7 +30,7 @@ def test_the_box_is_done_in_any_weather(air: float) -> None:
     deep = flight.record.data["mode"] == 1
     error = flight.record.data["depth_estimated"] - flight.record.depth
     assert abs(error[deep]).max() < 0.1
-    assert flight.record.depth[-1] < 0.12
+    assert flight.record.depth[-1] < 0.12 + 0.1  # at the surface, as far as the zero is known
 
 
 def test_a_stated_declination_turns_the_compass() -> None:

@@ -97,7 +97,7 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
                     "Calibrate sensors and servos' zeros, from a file or live.",
                 ),
                 "check": ("radio:check_command", "Check whether a disarmed robot may be armed."),
-                "sign": ("radio:sign_command", "Give a robot the key that signs messages, or delete it."),
+                "sign": ("radio:sign_command", "Give a disarmed robot the key that signs messages."),
                 "drive": (
                     "drive:drive_command",
                     "Drive a robot by keyboard or gamepad, with a live view of its messages.",
