@@ -15,7 +15,8 @@ from hypertuna.description.plausibility import implausible
 from hypertuna.description.robot import parse
 from hypertuna.description.shape import Shape
 from hypertuna.errors import InputError
-from hypertuna.firmware.parameters import firmware_table, header
+from hypertuna.firmware.header import header
+from hypertuna.firmware.parameters import firmware_table
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.flight import fly
 from hypertuna.simulation.dive import dive

@@ -15,9 +15,10 @@ from hypertuna.control.guidance import pilot_columns
 from hypertuna.description.channels import CHANNELS, COUNTED
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
+from hypertuna.firmware.header import header
 from hypertuna.firmware.lockstep import NO_SAMPLE, Counts
 from hypertuna.firmware.metadata import File, metadata
-from hypertuna.firmware.parameters import NAME_LENGTH_MAX, PARAMETERS_MAX, firmware_table, header
+from hypertuna.firmware.parameters import NAME_LENGTH_MAX, PARAMETERS_MAX, firmware_table
 from program import Run
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"

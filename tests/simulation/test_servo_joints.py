@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 
 import hypertuna as ht
 from hypertuna.description.robot import Robot, parse
-from hypertuna.firmware.parameters import firmware_table, header
+from hypertuna.firmware.header import header
+from hypertuna.firmware.parameters import firmware_table
 from hypertuna.mission.flight import fly
 
 SERVO = {"torque_n_m": 2.0, "speed_rad_s": 10.0, "voltage_v": 7.4, "friction_n_m": 0.05}

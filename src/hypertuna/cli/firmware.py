@@ -9,7 +9,8 @@ from hypertuna import _core
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import print_json, print_lines, print_written, table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.firmware.parameters import FirmwareTable, firmware_table, header
+from hypertuna.firmware.header import header
+from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.wiring import Wire, Wiring, wiring_of
 from hypertuna.io.files import rows_csv, write_atomically
 from hypertuna.io.tables import read_text

@@ -6,14 +6,12 @@ mavlink.io/en/services/component_information.html. The robot serves both files (
 import json
 import lzma
 import zlib
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from hypertuna.description.schema.base import Part
 from hypertuna.description.schema.control import Controller, Guidance
 from hypertuna.description.schema.firmware import Firmware
-
-if TYPE_CHECKING:
-    from hypertuna.firmware.parameters import FirmwareTable, Parameter
+from hypertuna.firmware.parameters import FirmwareTable, Parameter
 
 GENERAL, PARAMETERS = "general.json", "parameters.json.xz"  # names in firmware/app/radio/files.hpp
 SI = {"deg": "rad", "deg/s": "rad/s", "us": "s", "us/rad": "s/rad"}
@@ -42,7 +40,7 @@ class File(NamedTuple):
         return zlib.crc32(self.content, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
-def metadata(table: "FirmwareTable") -> tuple[File, File]:
+def metadata(table: FirmwareTable) -> tuple[File, File]:
     """Return the general file, and that of the parameters that it names."""
     text = json.dumps({"version": 1, "parameters": [_entry(table, p) for p in table.parameters]})
     packed = lzma.compress(text.encode(), check=lzma.CHECK_CRC32, preset=9 | lzma.PRESET_EXTREME)
@@ -52,7 +50,7 @@ def metadata(table: "FirmwareTable") -> tuple[File, File]:
     return File(GENERAL, general.encode()), parameters
 
 
-def _entry(table: "FirmwareTable", parameter: "Parameter") -> dict[str, Any]:
+def _entry(table: FirmwareTable, parameter: Parameter) -> dict[str, Any]:
     """Return the description of a parameter."""
     part, column, index = table.fields[parameter.field]
     number = f" {index}" if parameter.name.endswith(f"_{index}") else ""

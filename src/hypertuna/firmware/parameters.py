@@ -18,7 +18,7 @@ from hypertuna import _core
 from hypertuna.actuation.hydraulics import drive_names
 from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.guidance import GaitTable, gait_table, pilot_columns
-from hypertuna.control.sensors import sensor_absent, sensor_of
+from hypertuna.control.sensors import sensor_absent
 from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.description.robot import Robot, require
@@ -210,33 +210,7 @@ def pins_of(robot: Robot) -> dict[str, list[int]]:
     return pins | {name: _placed(wired.analog_pins(name), channel_wired(name, direct, sensors)) for name in ANALOG}
 
 
-def header(table: FirmwareTable) -> str:
-    """Return the C++ header firmware/robots/NAME.hpp of a robot."""
-    import jinja2
-
-    from hypertuna.firmware.metadata import metadata
-
-    robot = table.robot
-    wired = require(robot.firmware, "firmware", robot)
-    places = pins_of(robot)
-    analog = [pin for name in ANALOG for pin in places[name]]  # in the order of the channels
-    pins = {"servo": places["servo"], "analog": analog, "leak": (wired.leak_pin,), "recovery": (wired.recovery_pin,)}
-    loader = jinja2.PackageLoader("hypertuna.firmware")
-    environment = jinja2.Environment(loader=loader, trim_blocks=True, keep_trailing_newline=True)
-    environment.filters["literal"] = _literal
-    period = require(sensor_of(robot, "position").period, "sensors.period_s", robot)
-    return environment.get_template("robot.hpp.j2").render(
-        table=table, robot=robot, wired=wired, pins=pins, fix_ms=round(1000 * period), files=metadata(table)
-    )
-
-
 def _placed(pins: Sequence[int], there: Sequence[bool]) -> list[int]:
     """Return the pin of each place, -1 where nothing is wired."""
     given = iter(pins)
     return [next(given) if here else -1 for here in there]
-
-
-def _literal(value: float) -> str:
-    """Return a float literal of the same 32 bits in C++."""
-    text = str(np.float32(value))
-    return f"{text}f" if any(c in text for c in ".e") else f"{text}.0f"
