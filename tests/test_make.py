@@ -105,9 +105,9 @@ def python_of(folder):
 def test_an_environment_is_made_once_and_again_only_where_it_is_not_sound(machine, tmp_path):
     tools, folder = machine({"python3": ""}, quick=True), tmp_path / "made"
     assert environment(tools, folder) == (0, f"make: virtual environment {folder} of Python {sys.version.split()[0]}\n")
-    stamp = (folder / ".python").stat()
+    stamp = (folder / ".python").stat().st_mtime_ns
     assert environment(tools, folder) == (0, "")
-    assert (folder / ".python").stat() == stamp
+    assert (folder / ".python").stat().st_mtime_ns == stamp
 
     (folder / "bin/python").unlink()  # as when its Python was removed from the machine
     status, errors = environment(tools, folder)

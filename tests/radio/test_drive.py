@@ -250,7 +250,7 @@ def test_a_drive_from_a_terminal(tmp_path: Path) -> None:
 
         typed(b"", b"deg")
         typed(b"\n", b"yes")
-        typed(b"2", b"2.00 Hz")
+        typed(b"2", b"gait ")  # as the state, from a heartbeat
         typed(b"wwwd", b"manual")
         typed(b"q", b"never shown")
         assert process.stdout is not None
