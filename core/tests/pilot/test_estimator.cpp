@@ -213,22 +213,37 @@ static void depth_follows() {
     double noise = 0;
     for (int k = 0; k < 4000; ++k) {
         const double depth = 1 + 0.001 * k, error = 0.01 * normal<double>(random_bits(1, 2, std::uint64_t(k)));
-        watch_depth(model, state, depth + error, 0.1);
+        watch_depth(model, state, depth + error, 0.1, 0.3);
         if (k > 1000) noise += (state.depth - depth) * (state.depth - depth) / 3000;
     }
     CHECK_NEAR(state.sink, 0.1, 0.01);
     CHECK(std::sqrt(noise) < 0.002);
     // What is no number is left out; the depth goes on as it sank, for a while.
-    for (int k = 0; k < 100; ++k) CHECK(!watch_depth(model, state, std::nan(""), 0.1));
+    for (int k = 0; k < 100; ++k) CHECK(!watch_depth(model, state, std::nan(""), 0.1, 0.3));
     CHECK_NEAR(state.depth, 5.05, 0.01);
     CHECK(std::fabs(state.sink) < 0.03);
+}
+
+/// A stuck sensor shows at once on the way down, within 5 s of a level swim, and not at rest.
+static void a_stuck_depth_shows() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    const double start[2] = {0, 0};
+    const auto ticks_until_lost = [&](double climb, double speed) {
+        EstimatorState<double> state = init(model, start);
+        for (int k = 0; k < 1000; ++k)
+            if (!watch_depth(model, state, 1.5, climb, speed)) return k;
+        return 1000;
+    };
+    CHECK(ticks_until_lost(0.1, 0.3) <= 30);
+    CHECK(450 < ticks_until_lost(0, 0.3) && ticks_until_lost(0, 0.3) < 550);
+    CHECK(ticks_until_lost(0, 0) == 1000);
 }
 
 /// What the sensor of a robot that stays at a depth [m] shows for some ticks, in weather that shows as `air` [m].
 static void stay(const Estimator<double>& model, EstimatorState<double>& state, double air, double depth, int ticks) {
     for (int k = 0; k < ticks; ++k) {
         const double noise = 0.005 * normal<double>(random_bits(3, 4, std::uint64_t(k)));
-        watch_depth(model, state, air + depth + noise, 0.0);
+        watch_depth(model, state, air + depth + noise, 0.0, 0.0);
     }
 }
 
@@ -261,7 +276,7 @@ static void no_surface_under_water() {
     CHECK_NEAR(state.zero, 0.05, 0.01);
 
     state = init(model, start);
-    for (int k = 0; k < 200; ++k) watch_depth(model, state, k % 2 ? std::nan("") : -11.0, 0.0);
+    for (int k = 0; k < 200; ++k) watch_depth(model, state, k % 2 ? std::nan("") : -11.0, 0.0, 0.0);
     CHECK(!state.zeroed && !zero_depth(model, state));
     stay(model, state, 0.3, 0, 200);  // it answers late
     CHECK(!state.zeroed && state.zero == 0);
@@ -383,6 +398,7 @@ int main() {
     reflected_signals_move_little();
     current_and_factor_part();
     depth_follows();
+    a_stuck_depth_shows();
     the_surface_is_seen_at_boot();
     no_surface_under_water();
     a_zero_under_water_heals();

@@ -32,7 +32,8 @@ struct Estimate {
     T tilt;                // rad: roll, starboard down
 };
 
-inline constexpr int way_states = 5;  // position x, y, current x, y, factor
+inline constexpr int still_max = 500;  // equal readings of depth while it swims: the sensor is stuck
+inline constexpr int way_states = 5;   // position x, y, current x, y, factor
 
 template <class T>
 struct Estimator {
@@ -66,6 +67,7 @@ struct EstimatorState {
     Health<T> depth_health, field_health[3];
     T depth, sink;
     bool dipped;            // a depth was seen
+    int still;              // equal readings of depth in a row while it swims
     T zero;                 // m that the depth sensor shows at the surface
     bool zeroed;            // it was seen there
     int boot, boot_usable;  // ticks and usable readings of the depth sensor since boot, until its zero is taken
@@ -250,14 +252,19 @@ void follow_surface(const Estimator<T>& model, EstimatorState<T>& state, const V
     state.zeroed = state.zeroed || moved;
 }
 
-/// Depth with its rate by a critically damped observer.
+/// Depth with its rate by a critically damped observer. A sensor that is stuck shows by equal readings: at once on the
+/// way up or down, in some seconds of any swim.
 template <class T>
-bool watch_depth(const Estimator<T>& model, EstimatorState<T>& state, T reading, T climb) {
+bool watch_depth(const Estimator<T>& model, EstimatorState<T>& state, T reading, T climb, T speed) {
     const T dt = model.attitude.tick;
     const bool moving = T(0.05) < abs(climb);
-    const bool usable = judge({model.depth_low, model.depth_high, model.depth_step, repeats_slow}, state.depth_health,
-                              reading, state.depth_health.last, moving)
-                            .usable;
+    const Verdict<T> verdict = judge({model.depth_low, model.depth_high, model.depth_step, repeats_slow},
+                                     state.depth_health, reading, state.depth_health.last, moving);
+    if (!verdict.repeated)
+        state.still = 0;
+    else if (T(0.1) < speed && state.still < still_max)
+        ++state.still;
+    const bool usable = verdict.usable && state.still < still_max;
     zero_at_boot(model, state, reading, usable);
     if (usable && !state.dipped) state.depth = reading - state.zero, state.dipped = true;
     state.depth += state.sink * dt;
@@ -327,7 +334,7 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     out.attitude = imu && state.attitude.known;
     go_astray(way, out.attitude ? T(0) : dt * in.speed, out.attitude);
     ++way.ticks;
-    out.depths = watch_depth(model, state, readings.depth, in.speed * out.facing.z);
+    out.depths = watch_depth(model, state, readings.depth, in.speed * out.facing.z, in.speed);
     // Without a valid depth every fix is used: under water the receiver has none.
     if (readings.fixed && believes_fixes(model, state, out.depths))
         out.fix = take_fix(model, way, readings.fix, readings.accuracy);
