@@ -9,6 +9,7 @@ struct Bus {
     bool held = false;       // the sensor holds the data line low, until it is given nine clock pulses
     bool broken = false;     // a short circuit: nothing helps
     bool clockless = false;  // the sensor stops the clock in the middle of the next transfer
+    bool hangs = false;      // it does so in every transfer, and lets go of the lines afterwards
     bool blind = false;      // the lines cannot be read while they belong to the bus
     bool taken = false;      // they do not
     int pulses = 0, transfers = 0;
@@ -25,8 +26,8 @@ struct Bus {
         ++transfers;
         const bool stuck = held || broken || clockless || taken;
         held = held || clockless, clockless = false;
-        pass(stuck ? 17'000 : 100);
-        return !stuck && !silent;
+        pass(stuck || hangs ? 17'000 : 100);
+        return !stuck && !hangs && !silent;
     }
 };
 inline Bus bus;

@@ -34,9 +34,9 @@ struct HardwareSerialIMXRT {
         return count;
     }
 
-    /// Put bytes onto the line, after those that are on it.
+    /// Put bytes onto the line, after those that are on it. A port hears nothing before it has a rate.
     void come(const std::uint8_t* bytes, std::size_t count) {
-        if (device != 0 && device != rates.back()) return;
+        if (rates.empty() || (device != 0 && device != rates.back())) return;
         std::uint64_t at = std::max(stand_in::now_us, line.empty() ? 0 : line.back().first);
         for (std::size_t k = 0; k < count; ++k) line.push_back({at += 10'000'000 / rates.back(), bytes[k]});
     }
