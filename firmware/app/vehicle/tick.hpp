@@ -204,14 +204,16 @@ inline void sense(Vehicle& vehicle) {
 }
 
 /// Steps of control that this tick makes: as many as its clock went on since the last one, so that beat, dead reckoning
-/// and time-outs keep their time when ticks come late; at least one, and no more than max_steps. More is lost.
+/// and time-outs keep their time when ticks come late; at least one, and no more than max_steps. More is lost. A tick
+/// that is late by an erasure alone, which is made while disarmed, is not reported.
 template <Board B>
 int steps_due(Vehicle& vehicle, B& board) {
     const std::uint32_t start = board.clock();
     const float elapsed = float(start - vehicle.started) / float(board.per_tick());
     vehicle.started = start;
     if (vehicle.now.tick == 0) return 1;  // the boot took its time
-    if (late_tick < elapsed) vehicle.late_until = vehicle.now.tick + late_report;
+    if (late_tick < elapsed - float(vehicle.writing) / float(board.per_tick()))
+        vehicle.late_until = vehicle.now.tick + late_report;
     vehicle.owed += min(elapsed, float(2 * max_steps));
     const int whole = int(vehicle.owed + 0.5f), steps = whole < 1 ? 1 : whole < max_steps ? whole : max_steps;
     vehicle.owed -= float(steps);
@@ -267,7 +269,9 @@ void tick(Vehicle& vehicle, B& board) {
     send_pulses(vehicle, board);
     record_tick(vehicle);
     flush(vehicle.box, board);
+    const std::uint32_t write = board.clock();
     write_stores(vehicle, board);
+    vehicle.writing = board.clock() - write;
     board.keep(pack(vehicle.now.armed(), vehicle.state.estimator.zero));
     ++vehicle.now.tick;
     vehicle.now.time = float(vehicle.now.tick) * vehicle.model.pilot.controller.tick;

@@ -104,6 +104,7 @@ static void a_slow_erasure() {
     const std::uint32_t before = board.clock(), us = micros();
     float_on(30);
     CHECK(settled(app.vehicle.store) && stand_in::watchdog.bites == 0);
+    CHECK(!snapshot(app.vehicle).faults.has(firmware::Fault::overrun));
     CHECK(board.clock() - before > 600 * (std::uint32_t(micros()) - us + 390'000));
     for (std::uint32_t wait : {400'000u, 0u}) {  // the erasure does not count with what was before it, nor after it
         board.feed();

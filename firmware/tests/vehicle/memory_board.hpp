@@ -31,7 +31,7 @@ struct MemoryBoard {
     std::uint32_t kept() { return word; }
     void load(int at, std::uint8_t* to, int count) { flash.load(at, to, count); }
     void program(int at, const std::uint8_t* from, int count) { flash.program(at, from, count); }
-    void erase(int sector) { flash.erase(sector); }
+    void erase(int sector) { took += erasing, flash.erase(sector); }
     bool recovers() { return jumper; }
     int log(const std::uint8_t* from, int count) {
         const int take = count < card ? count : card;
@@ -44,6 +44,7 @@ struct MemoryBoard {
     float depth = 0.05f;        // m
     std::uint32_t word = 0;     // kept over a reset without loss of power
     std::uint32_t ticking = 0;  // counts that the clock goes on at every look
+    std::uint32_t erasing = 0;  // counts that an erasure takes
 };
 static_assert(Board<MemoryBoard>);
 

@@ -274,6 +274,26 @@ static void late_ticks() {
     CHECK(v.now.tick == before + 6);
 }
 
+/// An erasure, while disarmed, delays the next tick and is no fault; what is late besides is one. The clock keeps its
+/// time.
+static void erasures_are_not_late() {
+    const auto stores = [](std::uint32_t erasing, std::uint32_t besides) {
+        begin(), float_on(v, board, 100);
+        board.took = v.started, board.erasing = erasing;
+        const std::uint32_t before = v.now.tick;
+        CHECK(set_parameter(v, ground, index_of("learning"), 0.5f) == Refusal::none);
+        bool late = false;
+        for (int k = 0; k < 100; ++k) {
+            board.took += k == 1 ? besides : 1000;
+            float_on(v, board, 1), late = late || v.now.faults.has(Fault::overrun);
+        }
+        CHECK(board.flash.erasures == 1 && settled(v.store));
+        CHECK_NEAR(float(v.now.tick - before), 100 + std::min(float(erasing) / 1000, 4.0f), 2);
+        return late;
+    };
+    for (std::uint32_t erasing : {4'500u, 40'000u}) CHECK(!stores(erasing, 1000) && stores(erasing, 2000));
+}
+
 int main() {
     restart_under_water();
     an_empty_battery();
@@ -284,6 +304,7 @@ int main() {
     recalled_is_not_done();
     the_first_fix();
     late_ticks();
+    erasures_are_not_late();
     CHECK(allocations == 0);
     return failures();
 }
