@@ -61,10 +61,10 @@ REFUSAL_REMEDIES = {
     "not_signed": "Give the key: `--key FILE`.",
     "elsewhere": "Clear the mission, or upload it again at this place.",
     "bad_fence": "Draw the fence without crossing sides.",
-    "outside_fence": "Move home or the waypoint inside the fence.",
+    "outside_fence": "Move the waypoint 3 m inside the fence (`fence_margin`), and home inside.",
     "leaves_fence": "Add a waypoint, so that each leg stays inside.",
     "robot_outside": "Carry the robot into the fence, or draw a larger one.",
-    "too_deep": "Lower the depth of the waypoint.",
+    "too_deep": "Leave 30 cm below the deepest waypoint, and 50 cm below the surface.",
     "not_now": "Select the mode first, such as `manual` for the sticks.",
     "other_pilot": "Take control by arming, or by selecting a mode.",
     "no_depth": "Bring the robot to the surface: `hypertuna radio calibrate --sensor depth`.",
@@ -76,6 +76,7 @@ REFUSAL_REMEDIES = {
     "too_fast": "Lower the speed of the leg.",
     "not_taken": "Leave that item out of the mission.",
     "way_home": "Move the item of the way home to the end.",
+    "too_small": "Enlarge the radius of the waypoint or of home: `hypertuna` asks for 1.9 m.",
 }
 
 

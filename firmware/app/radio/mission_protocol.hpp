@@ -41,6 +41,7 @@ inline std::uint8_t mission_result(Refusal refusal) {
         case Refusal::leaves_fence:
         case Refusal::too_deep:
         case Refusal::too_fast:
+        case Refusal::too_small:
         case Refusal::way_home:
             return MAV_MISSION_INVALID;
         case Refusal::too_many:

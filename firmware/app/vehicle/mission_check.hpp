@@ -32,9 +32,10 @@ inline bool holds_course(const Mission<float>& mission, const Place& from, const
     return true;
 }
 
-inline bool holds(const Mission<float>& mission, const Place& at) {
-    return 0.0f < inside(mission, at.x, at.y).distance;
-}
+/// Distance inside the fence [m].
+inline float room(const Mission<float>& mission, const Place& at) { return inside(mission, at.x, at.y).distance; }
+
+inline bool holds(const Mission<float>& mission, const Place& at) { return 0.0f < room(mission, at); }
 
 /// Whether a fence is a polygon whose sides do not cross.
 inline bool is_polygon(const Mission<float>& mission) {
@@ -53,36 +54,48 @@ inline bool is_polygon(const Mission<float>& mission) {
 /// A speed up to this part of the fastest gait's is the fastest gait: tables of speeds differ from robot to robot.
 inline constexpr float speed_excess = 2.0f;
 
-/// What a robot is able to do: the largest depth that its sensor reads [m], the largest speed of a waypoint [m/s].
+/// Depth that the nose may dip at the surface, and go beyond the depth that it dives to [m].
+inline constexpr float dip = 0.5f, overshoot = 0.3f;
+inline constexpr float rounding = 0.01f;  // m: of places and depths on their way
+
+/// What a robot is able to do: the largest depth that its sensor reads [m], the largest speed of a waypoint [m/s], the
+/// smallest radius in which fixes let it know a place, and how far from the fence it turns [m].
 struct Capability {
-    float depth, speed;
+    float depth, speed, radius, margin;
 };
 inline Capability capability_of(const Model& model) {
-    const auto& table = model.pilot.guidance.steering.table;
-    return {min(model.pilot.estimator.depth_high, model.limits.depth_max), speed_excess * table.speed[table.gaits - 1]};
+    const Guidance<float>& guidance = model.pilot.guidance;
+    const auto& table = guidance.steering.table;
+    return {min(model.pilot.estimator.depth_high, model.limits.depth_max), speed_excess * table.speed[table.gaits - 1],
+            guidance.error_fix - rounding, guidance.fence_margin - rounding};
+}
+
+/// Why a waypoint is refused.
+inline Refusal check_waypoint(const Mission<float>& mission, const Waypoint<float>& to, const Capability& robot) {
+    if (mission.depth_max + rounding < to.depth + overshoot) return Refusal::too_deep;
+    if (robot.speed < to.speed) return Refusal::too_fast;
+    if (to.radius < robot.radius) return Refusal::too_small;
+    return room(mission, {to.x, to.y}) < robot.margin ? Refusal::outside_fence : Refusal::none;
 }
 
 /// Why a mission is refused: its fence, places and legs outside of it, depths beyond its limit or beyond what the depth
-/// sensor reads, speeds far beyond the fastest gait's.
+/// sensor reads, speeds far beyond the fastest gait's, radii in which no place can be known.
 inline Refusal check_mission(const Mission<float>& mission, const Capability& robot) {
     if (!is_polygon(mission)) return Refusal::bad_fence;
     if (mission.waypoints == 0) return Refusal::none;  // a fence
-    if (robot.depth < mission.depth_max) return Refusal::too_deep;
+    if (robot.depth < mission.depth_max || mission.depth_max + rounding < dip) return Refusal::too_deep;
     if (robot.speed < mission.home_speed) return Refusal::too_fast;
+    if (mission.home_radius < robot.radius) return Refusal::too_small;
     if (!holds(mission, mission.home)) return Refusal::outside_fence;
-    const Place* before = nullptr;
     Place at{};
     for (int k = 0; k < mission.waypoints; ++k) {
-        const Waypoint<float>& to = mission.waypoint[k];
-        const Place next{to.x, to.y};
-        if (mission.depth_max < to.depth) return Refusal::too_deep;
-        if (robot.speed < to.speed) return Refusal::too_fast;
-        if (!holds(mission, next)) return Refusal::outside_fence;
-        if (before != nullptr && !holds_course(mission, at, next)) return Refusal::leaves_fence;
-        at = next, before = &at;
+        const Place next{mission.waypoint[k].x, mission.waypoint[k].y};
+        const Refusal refusal = check_waypoint(mission, mission.waypoint[k], robot);
+        if (refusal != Refusal::none) return refusal;
+        if (k > 0 && !holds_course(mission, at, next)) return Refusal::leaves_fence;
+        at = next;
     }
-    const bool returns = before != nullptr && !mission.stay;
-    return returns && !holds_course(mission, at, mission.home) ? Refusal::leaves_fence : Refusal::none;
+    return !mission.stay && !holds_course(mission, at, mission.home) ? Refusal::leaves_fence : Refusal::none;
 }
 
 /// Why a mission is not begun from a place.

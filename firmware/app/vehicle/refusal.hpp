@@ -36,6 +36,7 @@ enum class Refusal : std::uint8_t {
     too_fast,
     not_taken,
     way_home,
+    too_small,
     count
 };
 inline constexpr int refusals = int(Refusal::count);
@@ -60,10 +61,10 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"not_signed", "commands must be signed"},
     {"elsewhere", "the mission on board has another origin"},
     {"bad_fence", "sides of the fence cross, or it holds no area"},
-    {"outside_fence", "home or a waypoint is outside the fence"},
+    {"outside_fence", "home or a waypoint is too near the fence or beyond"},
     {"leaves_fence", "a straight course would leave the fence"},
     {"robot_outside", "the robot is outside the mission's fence"},
-    {"too_deep", "deeper than the mission's or the sensor's limit"},
+    {"too_deep", "too deep, or too near to the limit of depth"},
     {"not_now", "not in this mode"},
     {"other_pilot", "another station has control"},
     {"no_depth", "the depth is unknown or implausible: zero it"},
@@ -75,6 +76,7 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"too_fast", "far faster than the fastest gait"},
     {"not_taken", "an item has a command or frame without support"},
     {"way_home", "the way home must be the mission's last item"},
+    {"too_small", "a radius is below the error of satellite fixes"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }
