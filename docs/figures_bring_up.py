@@ -77,6 +77,7 @@ REFUSAL_REMEDIES = {
     "not_taken": "Leave that item out of the mission.",
     "way_home": "Move the item of the way home to the end.",
     "too_small": "Enlarge the radius of the waypoint or of home: `hypertuna` asks for 1.9 m.",
+    "int_only": "Send `COMMAND_INT`; or 1 in param1, for home here.",
 }
 
 

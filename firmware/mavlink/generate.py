@@ -18,6 +18,12 @@ from xml.sax.saxutils import escape
 INCLUDED = ("common.xml", "standard.xml", "minimal.xml")
 ENUMS = re.compile(r'(?<=  <enums>\n).*(?=    <enum name="MAV_CMD">)', re.DOTALL)  # all before MAV_CMD
 WIDTH = 115  # characters of a line
+# Fields of the standard dialect behind those of pymavlink's common.xml: numbers that tell whether a plan has changed.
+NEWER_FIELDS = {
+    "MISSION_CURRENT": ("mission_id", "fence_id", "rally_points_id"),
+    "MISSION_COUNT": ("opaque_id",),
+    "MISSION_ACK": ("opaque_id",),
+}
 
 
 def generate(dialect: str | Path, language: str, output: str | Path) -> None:
@@ -29,6 +35,8 @@ def generate(dialect: str | Path, language: str, output: str | Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name in INCLUDED:  # mavgen expects them beside the dialect
             shutil.copy(Path(pymavlink.dialects.v20.__path__[0]) / name, folder)
+        common = Path(folder) / "common.xml"
+        common.write_text(_extended(common.read_text(encoding="utf-8")), encoding="utf-8")
         source = shutil.copy(dialect, folder)
         options = mavgen.Opts(str(output), mavparse.PROTOCOL_2_0, language=language, validate=True)
         printed = io.StringIO()
@@ -38,6 +46,17 @@ def generate(dialect: str | Path, language: str, output: str | Path) -> None:
         raise RuntimeError(printed.getvalue())
     if language == "C":
         _list_messages(Path(output))
+
+
+def _extended(common: str) -> str:
+    """Add the newer fields to common.xml, as extensions: checksums do not change. One that has them stays as it is."""
+    for message, fields in NEWER_FIELDS.items():
+        head, body, rest = re.split(rf'(<message id="\d+" name="{message}">.*?</message>)', common, flags=re.DOTALL)
+        if fields[0] not in body:
+            added = "".join(f'<field type="uint32_t" name="{name}">Number of a plan.</field>' for name in fields)
+            body = body.replace("</message>", f"{added}</message>")
+        common = head + body + rest
+    return common
 
 
 def _list_messages(folder: Path) -> None:

@@ -130,6 +130,21 @@ inline Refusal execute_order(Vehicle& vehicle, Peer from, const mavlink_command_
     }
 }
 
+inline Refusal home_command(Radio& radio, Vehicle& vehicle, Peer from, const Place& to) {
+    const Refusal refusal = set_home(vehicle, from, to);
+    if (refusal == Refusal::none) radio.telemetry.stream[stream_index(MAVLINK_MSG_ID_HOME_POSITION)].requested = true;
+    return refusal;
+}
+
+/// Set home at coordinates, once a fix has placed the robot in a given origin. Their altitude is not used.
+inline Refusal home_command(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_int_t& m) {
+    Item at{};
+    at.frame = m.frame, at.x = m.x, at.y = m.y;
+    Place to{};
+    const Refusal refusal = vehicle.unplaced ? Refusal::not_placed : place_of(vehicle, at, to);
+    return refusal == Refusal::none ? home_command(radio, vehicle, from, to) : refusal;
+}
+
 /// Execute a command, and return why it is refused.
 inline Refusal execute(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
     switch (m.command) {
@@ -148,12 +163,18 @@ inline Refusal execute(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_
             return calibration_command(radio, vehicle, from, m);
         case MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
             return reboot_command(radio, vehicle, m);
+        case MAV_CMD_DO_SET_HOME:
+            return m.param1 == 1.0f ? home_command(radio, vehicle, from, here(vehicle)) : Refusal::int_only;
+        case MAV_CMD_DO_START_MAG_CAL:
+        case MAV_CMD_DO_ACCEPT_MAG_CAL:
+        case MAV_CMD_DO_CANCEL_MAG_CAL:
+            return Refusal::by_program;
         default:
             return execute_order(vehicle, from, m);
     }
 }
 
-/// COMMAND_INT as COMMAND_LONG: NaN for coordinates, which no accepted command has.
+/// COMMAND_INT as COMMAND_LONG: NaN for coordinates, which no command has that is accepted as such.
 inline mavlink_command_long_t long_of(const mavlink_command_int_t& m) {
     const auto number = [](std::int32_t x) { return x == 0 ? 0.0f : std::numeric_limits<float>::quiet_NaN(); };
     mavlink_command_long_t out{};
@@ -167,6 +188,8 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_comm
     acknowledge(radio, vehicle, from, m.command, execute(radio, vehicle, from, m));
 }
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_int_t& m) {
+    if (m.command == MAV_CMD_DO_SET_HOME && m.param1 == 0.0f)
+        return acknowledge(radio, vehicle, from, m.command, home_command(radio, vehicle, from, m));
     handle(radio, vehicle, from, long_of(m));
 }
 

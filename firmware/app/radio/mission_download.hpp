@@ -123,12 +123,20 @@ inline int leg_of_item(const Vehicle& vehicle, int number) {
     return number < vehicle.plan.form.items ? leg : -1;
 }
 
+/// Number of the mission or of the fence on board; 0 for none, and for other types.
+inline std::uint32_t plan_number(const Vehicle& vehicle, std::uint8_t type) {
+    return type == MAV_MISSION_TYPE_MISSION ? vehicle.numbers.mission
+           : type == MAV_MISSION_TYPE_FENCE ? vehicle.numbers.fence
+                                            : 0;
+}
+
 /// Current item: the waypoint that the robot swims to.
 inline mavlink_mission_current_t mission_current(const Vehicle& vehicle) {
     const Snapshot& now = snapshot(vehicle);
     const MissionForm& form = vehicle.plan.form;
     mavlink_mission_current_t m{};
     m.total = std::uint16_t(form.items);
+    m.mission_id = vehicle.numbers.mission, m.fence_id = vehicle.numbers.fence;
     int waypoints = 0;
     for (int k = 0; k < form.items; ++k)
         if (form.item[k].kind == ItemKind::waypoint && waypoints++ <= vehicle.leg) m.seq = std::uint16_t(k);

@@ -11,9 +11,10 @@ namespace hypertuna::firmware {
 inline constexpr std::uint32_t request_timeout = 150;  // ticks without the requested item
 inline constexpr int max_tries = 8;
 
-inline void acknowledge_mission(Radio& radio, Peer to, std::uint8_t result, std::uint8_t type) {
+inline void acknowledge_mission(Radio& radio, const Vehicle& vehicle, Peer to, std::uint8_t result, std::uint8_t type) {
     mavlink_mission_ack_t m{};
     m.target_system = to.system, m.target_component = to.component, m.type = result, m.mission_type = type;
+    if (result == MAV_MISSION_ACCEPTED) m.opaque_id = plan_number(vehicle, type);
     reply(radio.out, m);
 }
 
@@ -65,7 +66,7 @@ inline void clear(Radio& radio, Vehicle& vehicle, Peer from, std::uint8_t type) 
                             : rally            ? Refusal::none
                                                : Refusal::unknown;
     report_refusal(radio, vehicle, refusal);
-    acknowledge_mission(radio, from, mission_result(refusal), type);
+    acknowledge_mission(radio, vehicle, from, mission_result(refusal), type);
 }
 
 /// A list without items clears what it replaces.
@@ -75,15 +76,16 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     const bool fence = m.mission_type == MAV_MISSION_TYPE_FENCE;
     if (m.mission_type != MAV_MISSION_TYPE_MISSION && !fence) {
         report_refusal(radio, vehicle, Refusal::no_rally);
-        return acknowledge_mission(radio, from, MAV_MISSION_UNSUPPORTED, m.mission_type);
+        return acknowledge_mission(radio, vehicle, from, MAV_MISSION_UNSUPPORTED, m.mission_type);
     }
     const bool other = upload.on && (upload.system != from.system || upload.component != from.component);
     if (other || max_items < m.count)
-        return acknowledge_mission(radio, from, other ? MAV_MISSION_DENIED : MAV_MISSION_NO_SPACE, m.mission_type);
+        return acknowledge_mission(radio, vehicle, from, other ? MAV_MISSION_DENIED : MAV_MISSION_NO_SPACE,
+                                   m.mission_type);
     const Refusal refusal = check(vehicle, Order::upload, from);
     if (refusal != Refusal::none) {
         report_refusal(radio, vehicle, refusal);
-        return acknowledge_mission(radio, from, mission_result(refusal), m.mission_type);
+        return acknowledge_mission(radio, vehicle, from, mission_result(refusal), m.mission_type);
     }
     upload.on = true, upload.system = from.system, upload.component = from.component, upload.fence = fence;
     upload.count = m.count, upload.next = upload.tries = 0;
@@ -106,7 +108,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     const std::uint8_t type = upload_type(upload);
     // The last item again: its answer was lost.
     if (!upload.on && upload.next > 0 && m.seq == upload.next - 1)
-        return acknowledge_mission(radio, from, upload.result, type);
+        return acknowledge_mission(radio, vehicle, from, upload.result, type);
     if (!upload.on || m.seq != upload.next || m.mission_type != type) return;  // repeated, or out of order
     Refusal refusal = add_item(upload, vehicle, m);
     upload.tries = 0, ++upload.next;
@@ -116,16 +118,18 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     const bool wrong_frame = refusal == Refusal::not_taken && 0 <= kind_of_command(m.command);
     upload.result = wrong_frame ? std::uint8_t(MAV_MISSION_UNSUPPORTED_FRAME) : mission_result(refusal);
     report_refusal(radio, vehicle, refusal);
-    acknowledge_mission(radio, from, upload.result, type);
+    acknowledge_mission(radio, vehicle, from, upload.result, type);
 }
 
 /// Repeat the request for an item that did not arrive, and give up after max_tries.
-inline void await_item(Radio& radio, std::uint32_t tick) {
+inline void await_item(Radio& radio, const Vehicle& vehicle) {
     Upload& upload = radio.upload;
+    const std::uint32_t tick = snapshot(vehicle).tick;
     if (!upload.on || tick - upload.requested_at < request_timeout || !has_room(radio.out)) return;
     if (upload.tries < max_tries) return request_item(radio, tick);
     upload.on = false, upload.next = 0, ++radio.refused;
-    acknowledge_mission(radio, {upload.system, upload.component}, MAV_MISSION_OPERATION_CANCELLED, upload_type(upload));
+    acknowledge_mission(radio, vehicle, {upload.system, upload.component}, MAV_MISSION_OPERATION_CANCELLED,
+                        upload_type(upload));
 }
 
 /// Number of items of a list. There are no rally points.
@@ -138,12 +142,13 @@ inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlin
     mavlink_mission_count_t out{};
     out.count = std::uint16_t(list_length(vehicle, m.mission_type)), out.mission_type = m.mission_type;
     out.target_system = from.system, out.target_component = from.component;
+    out.opaque_id = plan_number(vehicle, m.mission_type);
     reply(radio.out, out);
 }
 
 inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlink_mission_request_int_t& m) {
     if (list_length(vehicle, m.mission_type) <= m.seq)
-        return acknowledge_mission(radio, from, MAV_MISSION_INVALID_SEQUENCE, m.mission_type);
+        return acknowledge_mission(radio, vehicle, from, MAV_MISSION_INVALID_SEQUENCE, m.mission_type);
     Item item{};
     if (m.mission_type == MAV_MISSION_TYPE_FENCE)
         item = fence_item(vehicle, m.seq);

@@ -27,7 +27,7 @@ inline void begin_upload(Upload& upload, const Vehicle& vehicle) {
     }
     if (upload.form.has_fence()) upload.form.fence_frame = local_frame;
     upload.form.items = 0, mission.waypoints = 0;
-    mission.start = mission.home = here(vehicle);
+    mission.start = here(vehicle), mission.home = own_home(vehicle);
     mission.home_radius = standard_radius, mission.home_speed = standard_speed;
     mission.depth_max = standard_depth, mission.reserve = standard_reserve;
     mission.duration = mission.surface_every = mission.declination = 0.0f;

@@ -50,12 +50,6 @@ inline mavlink_gps_raw_int_t gps_raw(const Vehicle& vehicle) {
     return m;
 }
 
-/// Home of the mission on board, otherwise the place of arming: before, where the robot is.
-inline Place home_of(const Vehicle& vehicle) {
-    if (vehicle.has_mission && vehicle.has_home) return mission(vehicle).home;
-    return snapshot(vehicle).armed() ? vehicle.armed_at : here(vehicle);
-}
-
 inline mavlink_home_position_t home_position(const Vehicle& vehicle) {
     const Place home = home_of(vehicle);
     const Degrees at = degrees_of(origin(vehicle), home);

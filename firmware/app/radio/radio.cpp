@@ -68,7 +68,6 @@ static void fill_outbox(Radio& radio, const Vehicle& vehicle) {
 }
 
 void tick(Radio& radio, Vehicle& vehicle, const std::uint8_t* bytes, int count) {
-    const std::uint32_t now = snapshot(vehicle).tick;
     adopt_key(radio.signing, vehicle);
     radio.signing.stamp += std::uint64_t(1e5f / ticks_per_second);
     const int end = count < max_bytes ? count : max_bytes;
@@ -78,7 +77,7 @@ void tick(Radio& radio, Vehicle& vehicle, const std::uint8_t* bytes, int count) 
         while (next(radio.parser, frame)) on_frame(radio, vehicle, frame);
     }
     store_stamp(radio.signing, vehicle);
-    await_item(radio, now);
+    await_item(radio, vehicle);
     calibrate_gyro(radio, vehicle);
     report_faults(radio, snapshot(vehicle));
     report_changes(radio, vehicle);

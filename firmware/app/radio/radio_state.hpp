@@ -105,6 +105,8 @@ inline std::uint8_t result_of(Refusal refusal) {
             return MAV_RESULT_ACCEPTED;
         case Refusal::unknown:
             return MAV_RESULT_UNSUPPORTED;
+        case Refusal::int_only:
+            return MAV_RESULT_COMMAND_INT_ONLY;
         case Refusal::armed:
         case Refusal::disarmed:
         case Refusal::not_ready:

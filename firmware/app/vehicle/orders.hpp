@@ -120,7 +120,7 @@ inline void begin_mission(Vehicle& vehicle, bool detour) {
     vehicle.on_detour = detour;
     Mission<float>& mission = flown(vehicle);
     mission.start = here(vehicle);
-    if (!detour && !vehicle.has_home) mission.home = vehicle.armed_at;
+    if (!detour && !vehicle.has_home) mission.home = vehicle.home;
     vehicle.state.guidance = init(vehicle.model.pilot.guidance, mission);
     vehicle.state.wait = 0;
     if (!detour) begin_leg(vehicle.state.guidance, mission, vehicle.leg, mission.start);
@@ -137,14 +137,14 @@ inline void begin_detour(Vehicle& vehicle, Place home, float radius, float speed
     vehicle.state.guidance.reasons.set(Reason::recalled);
 }
 
-/// Home, by the mission on board or, without one, to the place of arming.
+/// Home, by the mission on board or, without one, straight.
 inline void begin_way_home(Vehicle& vehicle, State before) {
     const bool under_way = (before == State::mission || before == State::paused) && !vehicle.on_detour;
     if (vehicle.has_mission && vehicle.way_home) {
         if (!under_way) begin_mission(vehicle, false);
         vehicle.state.guidance.reasons.set(Reason::recalled);
     } else {
-        begin_detour(vehicle, vehicle.armed_at, detour_radius, vehicle.model.pilot.guidance.slow);
+        begin_detour(vehicle, vehicle.home, detour_radius, vehicle.model.pilot.guidance.slow);
     }
 }
 
@@ -156,17 +156,18 @@ inline void begin_ascent(Vehicle& vehicle) {
     vehicle.ascent_deadline = vehicle.now.tick + std::uint32_t(limit / vehicle.model.pilot.controller.tick);
 }
 
-/// Take this place for home. On the ground's order, forget the faults since the last arming.
+/// Take this place for home, unless an order has set it. On the ground's order, forget the faults since the last
+/// arming.
 inline void on_arming(Vehicle& vehicle, Order order) {
     vehicle.recalled = vehicle.ascent_failed = false;
-    vehicle.armed_at = here(vehicle);
+    if (!vehicle.home_set) vehicle.home = here(vehicle);
     vehicle.silence = 0;
     if (order != Order::arm) return;
     // A robot that is armed near the surface is at the surface; one that is armed in a tank's depth keeps its zero.
     const Estimator<float>& estimator = vehicle.model.pilot.estimator;
     if (!vehicle.now.estimate.zeroed || abs(vehicle.now.estimate.depth) < estimator.fix_depth)
         zero_depth(estimator, vehicle.state.estimator);
-    if (!vehicle.has_home) vehicle.mission.home = vehicle.armed_at;
+    if (!vehicle.has_home) vehicle.mission.home = vehicle.home;
     vehicle.leg = 0;
     vehicle.memory.latched = {};
     vehicle.memory.present.set(Fault::link_gone, false);  // the ground is in contact: it arms
@@ -184,7 +185,7 @@ inline void on_entry(Vehicle& vehicle, State before, Order order) {
     if (before == State::held) return;
     switch (vehicle.now.state) {
         case State::disarmed:
-            vehicle.pilot = {};
+            vehicle.pilot = {}, vehicle.home_set = false;
             break;
         case State::rest:
         case State::manual:

@@ -37,6 +37,7 @@ enum class Refusal : std::uint8_t {
     not_taken,
     way_home,
     too_small,
+    int_only,
     count
 };
 inline constexpr int refusals = int(Refusal::count);
@@ -77,6 +78,7 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"not_taken", "an item has a command or frame without support"},
     {"way_home", "the way home must be the mission's last item"},
     {"too_small", "a radius is below the error of satellite fixes"},
+    {"int_only", "coordinates must come by COMMAND_INT"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

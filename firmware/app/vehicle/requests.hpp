@@ -114,10 +114,18 @@ inline Refusal sticks(Vehicle& vehicle, Station from, float ahead, float turn, f
 
 // --- missions
 
+/// Take the plan for the mission and the fence on board.
+HYPERTUNA_NOINLINE inline void adopt_plan(Vehicle& vehicle) {
+    const StoredMission& plan = vehicle.plan;
+    vehicle.mission = mission_of(plan);
+    vehicle.has_mission = 0 < plan.waypoints, vehicle.has_home = plan.form.has(ItemKind::home);
+    vehicle.numbers = numbers_of(plan);
+}
+
 /// Forget mission and fence on board, not those that are stored.
 inline void forget_mission(Vehicle& vehicle) {
-    vehicle.has_mission = false, vehicle.mission = {};
     std::memset(static_cast<void*>(&vehicle.plan), 0, sizeof(vehicle.plan));
+    adopt_plan(vehicle);
 }
 
 /// Whether a mission or a fence is on board, whose coordinates count from the origin.
@@ -143,10 +151,8 @@ inline Refusal set_mission(Vehicle& vehicle, Station from, const Mission<float>&
     const Refusal refusal = check_mission(mission, capability_of(vehicle.model));
     if (refusal != Refusal::none) return refusal;
     pack_mission(vehicle.plan, mission, form);
-    vehicle.mission = mission_of(vehicle.plan);
-    vehicle.has_mission = vehicle.way_home = 0 < mission.waypoints;
-    vehicle.has_home = vehicle.plan.form.has(ItemKind::home);
-    vehicle.leg = 0;
+    adopt_plan(vehicle);
+    vehicle.way_home = vehicle.has_mission, vehicle.leg = 0;
     store_mission(vehicle);
     return Refusal::none;
 }
@@ -157,10 +163,27 @@ inline Refusal clear_mission(Vehicle& vehicle, Station from, bool waypoints = tr
     StoredMission& plan = vehicle.plan;
     if (refusal != Refusal::none || !has_plan(vehicle)) return refusal;
     fence = fence || (waypoints && plan.form.has_fence());
-    if (waypoints) vehicle.has_mission = false, plan.waypoints = plan.form.items = 0;
+    if (waypoints) plan.waypoints = plan.form.items = 0;
     if (fence) plan.corners = 0, plan.range = 0.0f, plan.form.drop_fence();
-    vehicle.mission = mission_of(plan);
+    adopt_plan(vehicle);
     begin_write(vehicle.missions);
+    return Refusal::none;
+}
+
+/// Set home: that of the mission on board, if it says where home is, or else until the robot is disarmed.
+inline Refusal set_home(Vehicle& vehicle, Station from, const Place& to) {
+    const Refusal forbidden = check(vehicle, Order::set_home, from);
+    if (forbidden != Refusal::none) return forbidden;
+    if (!is_near(to.x, to.y)) return Refusal::out_of_range;
+    Mission<float> mission = vehicle.mission;
+    mission.home = to;
+    const Refusal refusal =
+        holds(mission, to) ? check_mission(mission, capability_of(vehicle.model)) : Refusal::outside_fence;
+    if (refusal != Refusal::none) return refusal;
+    vehicle.mission.home = vehicle.home = to, vehicle.home_set = true;
+    if (!vehicle.has_home) return Refusal::none;
+    vehicle.plan.home = to;
+    adopt_plan(vehicle), store_mission(vehicle);
     return Refusal::none;
 }
 
@@ -184,7 +207,7 @@ inline void reset_position(Vehicle& vehicle, const Place& to) {
     const float start[2] = {to.x, to.y};
     const Place before = here(vehicle);
     vehicle.state.estimator.way = init(vehicle.model.pilot.estimator, start).way;
-    vehicle.armed_at = {vehicle.armed_at.x + to.x - before.x, vehicle.armed_at.y + to.y - before.y};
+    vehicle.home = {vehicle.home.x + to.x - before.x, vehicle.home.y + to.y - before.y};
     vehicle.now.estimate.x = to.x, vehicle.now.estimate.y = to.y;
 }
 

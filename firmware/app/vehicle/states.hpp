@@ -31,6 +31,7 @@ enum class Order : std::uint8_t {
     set_parameter,
     set_key,
     set_origin,
+    set_home,
     zero_depth,
     // events
     stop,
@@ -178,6 +179,7 @@ inline constexpr struct Rules {
     {"set_parameter", "set a parameter", Who::pilot, free, {stay,     armed,   armed,   armed,   armed,   armed,   armed,   armed,   armed}},
     {"set_key", "set the key", Who::pilot, free,           {stay,     armed,   armed,   armed,   armed,   armed,   armed,   armed,   armed}},
     {"set_origin", "set the origin", Who::pilot, free,     {stay,     armed,   armed,   armed,   armed,   armed,   armed,   armed,   armed}},
+    {"set_home", "set home", Who::pilot, free,             {stay,     stay,    stay,    stay,    not_now, not_now, not_now, stay,    not_now}},
     {"zero_depth", "take this depth as the surface", Who::pilot, free,
                                                            {stay,     armed,   armed,   armed,   armed,   armed,   armed,   armed,   armed}},
     {"stop", "ground silent, or a fault without a way home", Who::board, free,

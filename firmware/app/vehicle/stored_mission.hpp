@@ -1,16 +1,18 @@
 /// Missions in non-volatile memory: plain words without pointers, and the checks of a mission.
 #pragma once
 
+#include <cstddef>
 #include <cstring>
 
 #include "app/vehicle/convert.hpp"
+#include "app/vehicle/store.hpp"
 
 namespace hypertuna::firmware {
 
 inline constexpr int max_waypoints = 64, max_corners = 32;
 inline constexpr int max_items = 2 * max_waypoints + max_corners + 4;
 inline constexpr float max_hold = 86400.0f;                  // s at a waypoint
-inline constexpr std::uint32_t mission_layout = 0x6d697303;  // of StoredMission: another layout is ignored
+inline constexpr std::uint32_t mission_layout = 0x6d697304;  // of StoredMission: another layout is ignored
 
 /// Kinds of items of a mission in MAVLink.
 enum class ItemKind : std::uint8_t { bounds, declination, home, corner, circle, speed, waypoint, go_home };
@@ -27,9 +29,10 @@ struct ItemForm {
 
 /// Items of a mission, and the frame of a fence of its own.
 struct MissionForm {
-    std::int32_t items, fence_frame;
+    std::int32_t items;
     float last_speed;  // m/s, of a speed behind the last waypoint
     ItemForm item[max_items];
+    std::int32_t fence_frame;
 
     bool has(ItemKind kind) const {
         for (int k = 0; k < items; ++k)
@@ -63,17 +66,35 @@ inline void standard_form(MissionForm& form, const Mission<float>& mission) {
     }
 }
 
-/// A mission without pointers, and the origin of its coordinates.
+/// A mission without pointers, its fence, from `form.fence_frame` on, and the origin of its coordinates.
 struct StoredMission {
-    std::int32_t waypoints, corners, stay, silence_below;
-    std::int32_t latitude, longitude, has_origin;  // origin [1e-7 deg], if known
-    Corner<float> center, home;
-    float range, home_radius, home_speed, depth_max, reserve, duration, surface_every, declination;
+    std::int32_t waypoints, stay, silence_below;
+    Corner<float> home;
+    float home_radius, home_speed, depth_max, reserve, duration, surface_every, declination;
     Waypoint<float> waypoint[max_waypoints];
-    Corner<float> corner[max_corners];
     MissionForm form;
+    std::int32_t corners;
+    Corner<float> center;
+    float range;
+    Corner<float> corner[max_corners];
+    std::int32_t latitude, longitude, has_origin;  // origin [1e-7 deg], if known
 };
 static_assert(sizeof(StoredMission) == 4 * (7 + 4 + 8 + 6 * max_waypoints + 2 * max_corners) + sizeof(MissionForm));
+
+/// Numbers of the mission and of the fence on board: another one after any change, 0 for none.
+struct PlanNumbers {
+    std::uint32_t mission, fence;
+};
+
+/// A fence among the mission's items is a part of it.
+inline PlanNumbers numbers_of(const StoredMission& plan) {
+    constexpr int fence_at = int(offsetof(StoredMission, form) + offsetof(MissionForm, fence_frame));
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(&plan);
+    const std::uint32_t fence = crc32(bytes + fence_at, int(offsetof(StoredMission, latitude)) - fence_at);
+    const std::uint32_t mission = crc32(bytes, fence_at, plan.form.has_fence() ? fence : 0);
+    const bool fenced = 0 < plan.corners || 0.0f < plan.range;
+    return {0 < plan.form.items ? mission | 1 : 0, fenced ? fence | 1 : 0};
+}
 
 /// View of a stored mission: waypoints and corners are not copied.
 inline Mission<float> mission_of(const StoredMission& stored) {
@@ -129,20 +150,22 @@ inline bool is_valid(const MissionForm& form, int waypoints, int corners) {
     return count[int(ItemKind::waypoint)] == waypoints && (cornered == 0 || cornered == corners);
 }
 
+/// Whether a place is within 100 km of the origin.
+inline bool is_near(float x, float y) { return abs(x) < 1e5f && abs(y) < 1e5f; }
+
 /// Whether all numbers of a mission are within their ranges.
 inline bool is_valid(const Mission<float>& mission) {
-    const auto place = [](float x, float y) { return abs(x) < 1e5f && abs(y) < 1e5f; };
-    bool good = place(mission.home.x, mission.home.y) && place(mission.center.x, mission.center.y);
+    bool good = is_near(mission.home.x, mission.home.y) && is_near(mission.center.x, mission.center.y);
     good = good && 0 < mission.home_radius && mission.home_radius < 1e5f && 0 < mission.home_speed;
     good = good && mission.home_speed < 10 && 0 <= mission.depth_max && mission.depth_max < 1e4f;
     good = good && 0 <= mission.reserve && mission.reserve <= 1 && 0 <= mission.duration && 0 <= mission.surface_every;
     good = good && abs(mission.declination) <= 3.15f && 0 <= mission.range && mission.range < 1e6f;
     for (int k = 0; k < mission.waypoints; ++k) {
         const Waypoint<float>& to = mission.waypoint[k];
-        good = good && place(to.x, to.y) && 0 <= to.depth && to.depth < 1e4f && 0 < to.speed && to.speed < 10 &&
+        good = good && is_near(to.x, to.y) && 0 <= to.depth && to.depth < 1e4f && 0 < to.speed && to.speed < 10 &&
                0 < to.radius && to.radius < 1e5f && 0 <= to.hold && to.hold <= max_hold;
     }
-    for (int k = 0; k < mission.corners; ++k) good = good && place(mission.corner[k].x, mission.corner[k].y);
+    for (int k = 0; k < mission.corners; ++k) good = good && is_near(mission.corner[k].x, mission.corner[k].y);
     // A fence is a polygon or a circle, not both.
     return good && (mission.corners == 0 || (mission.corners >= 3 && mission.range == 0.0f));
 }

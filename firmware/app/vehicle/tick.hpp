@@ -48,8 +48,7 @@ inline Kept unpack(std::uint32_t word) {
     if (!fits(plan.waypoints, plan.corners) || !is_valid(plan.form, plan.waypoints, plan.corners) ||
         !is_valid(mission) || !is_place(plan.latitude, plan.longitude))
         return forget_mission(vehicle);
-    vehicle.mission = mission;
-    vehicle.has_mission = 0 < plan.waypoints, vehicle.has_home = plan.form.has(ItemKind::home);
+    adopt_plan(vehicle);
     if (plan.has_origin == 0) return;
     vehicle.origin = origin_at(plan.latitude, plan.longitude);
     vehicle.unplaced = true;

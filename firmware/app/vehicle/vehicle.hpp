@@ -84,11 +84,13 @@ struct Vehicle {
     Mission<float> mission;  // on board
     bool has_mission;        // there is one
     bool way_home;           // it was uploaded or begun since boot: it is of this water
-    bool has_home;           // it says where home is; otherwise home is the place of arming
+    bool has_home;           // it says where home is
+    PlanNumbers numbers;     // of the mission and the fence on board
     int leg;                 // waypoint at which the mission begins or resumes
     Mission<float> detour;   // flown in place of it: an ascent, or home without a mission
     bool on_detour;
-    Place armed_at;                 // m
+    Place home;                     // without a mission that has one: of arming, or of an order [m]
+    bool home_set;                  // by an order, which arming does not change
     bool recalled;                  // the present call home was followed
     std::uint32_t ascent_deadline;  // tick at which the ascent has failed
     bool ascent_failed;             // it is not repeated
@@ -113,6 +115,12 @@ inline const Snapshot& snapshot(const Vehicle& vehicle) { return vehicle.now; }
 
 /// Where the robot believes to be.
 inline Place here(const Vehicle& vehicle) { return {vehicle.now.estimate.x, vehicle.now.estimate.y}; }
+
+/// Home of a mission without one of its own: before arming, where the robot is.
+inline Place own_home(const Vehicle& vehicle) {
+    return vehicle.now.armed() || vehicle.home_set ? vehicle.home : here(vehicle);
+}
+inline Place home_of(const Vehicle& vehicle) { return vehicle.has_home ? vehicle.mission.home : own_home(vehicle); }
 
 /// Whether a station is in control. Any is while the robot is disarmed, or ascends by itself after a restart.
 inline bool in_control(const Vehicle& vehicle, Station station) {

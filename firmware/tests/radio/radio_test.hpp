@@ -60,16 +60,22 @@ std::vector<Message> said(const Bytes& bytes) {
     return found;
 }
 
+/// The last frame of a kind; zeros if there is none.
+template <class Message>
+Message last_said(const Bench& bench) {
+    const auto all = said<Message>(bench.board.said);
+    CHECK(!all.empty());
+    return all.empty() ? Message{} : all.back();
+}
+
 inline mavlink_command_long_t command(int what, float first = 0, float second = 0) {
     mavlink_command_long_t m{};
     m.command = std::uint16_t(what), m.param1 = first, m.param2 = second, m.target_system = 1;
     return m;
 }
 
-inline Refusal last_answer(Bench& bench) {
-    const auto acks = said<mavlink_command_ack_t>(bench.board.said);
-    CHECK(!acks.empty());
-    return acks.empty() ? Refusal::count : Refusal(acks.back().result_param2);
+inline Refusal last_answer(const Bench& bench) {
+    return Refusal(last_said<mavlink_command_ack_t>(bench).result_param2);
 }
 
 /// How often a reason was told.

@@ -80,6 +80,59 @@ static void test_lost_acknowledgement_of_a_mission() {
     CHECK(said<mavlink_mission_ack_t>(bench.board.said).empty());
 }
 
+/// Each change of mission or fence changes its number, and no other one; a client finds the number of what it has sent
+/// in what is on board.
+static void test_numbers_of_plans() {
+    Bench bench;
+    const auto acked = [&] { return last_said<mavlink_mission_ack_t>(bench).opaque_id; };
+    const auto counted = [&](std::uint8_t type) {
+        download(bench, type);
+        return last_said<mavlink_mission_count_t>(bench).opaque_id;
+    };
+    const auto current = [&] {
+        bench.board.said.clear();
+        bench.say(command(MAV_CMD_REQUEST_MESSAGE, MAVLINK_MSG_ID_MISSION_CURRENT));
+        return last_said<mavlink_mission_current_t>(bench);
+    };
+    constexpr std::uint8_t way = MAV_MISSION_TYPE_MISSION, fence = MAV_MISSION_TYPE_FENCE;
+    CHECK(current().mission_id == 0 && current().fence_id == 0 && counted(way) == 0 && counted(fence) == 0);
+    const std::vector<mavlink_mission_item_int_t> circle = {item(MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, 0, 0, 0, 90)},
+                                                  wider = {item(MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, 0, 0, 0, 91)};
+    const std::vector<mavlink_mission_item_int_t> there = {item(MAV_CMD_NAV_WAYPOINT, 20, 0, 1, 0, 2)};
+    CHECK(upload(bench, circle, 0, fence) == MAV_MISSION_ACCEPTED);
+    const std::uint32_t first_fence = acked();
+    CHECK(upload(bench, there) == MAV_MISSION_ACCEPTED);
+    const std::uint32_t first = acked();
+    CHECK(first != 0 && first_fence != 0 && current().mission_id == first && current().fence_id == first_fence);
+    CHECK(counted(way) == first && counted(fence) == first_fence);
+    CHECK(upload(bench, wider, 0, fence) == MAV_MISSION_ACCEPTED);
+    const std::uint32_t second_fence = acked();
+    CHECK(second_fence != first_fence && current().fence_id == second_fence && current().mission_id == first);
+    for (int k = 0; k < 4; ++k) {  // any number of a waypoint
+        auto other = there;
+        (k == 0 ? other[0].param1 : k == 1 ? other[0].param2 : other[0].z) += 1.0f;
+        if (k == 3) other = there, other[0].x += 1;
+        CHECK(upload(bench, other) == MAV_MISSION_ACCEPTED);
+        const std::uint32_t next = acked();
+        CHECK(next != first && current().mission_id == next && current().fence_id == second_fence);
+    }
+    CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 200, 0, 1, 0, 2)}) == MAV_MISSION_INVALID && acked() == 0);
+    // A fence among a mission's items is a part of both.
+    CHECK(upload(bench, box()) == MAV_MISSION_ACCEPTED);
+    const std::uint32_t with_fence = acked();
+    auto moved = box();
+    moved[3].x -= 10000;
+    CHECK(upload(bench, moved) == MAV_MISSION_ACCEPTED && acked() != with_fence);
+    bench.run(300);
+    boot(bench.app, robot::description, bench.board);
+    bench.run(60);
+    CHECK(current().mission_id != 0 && current().mission_id != with_fence);
+    mavlink_mission_clear_all_t clear{};
+    clear.target_system = 1, clear.mission_type = MAV_MISSION_TYPE_ALL;
+    bench.say(clear);
+    CHECK(acked() == 0 && current().mission_id == 0 && current().fence_id == 0);
+}
+
 static const float no_number = std::bit_cast<float>(0x7fc00000u);
 
 static mavlink_mission_item_int_t at_degrees(const Bench& bench, int what, int north, int east, float z) {
@@ -266,6 +319,7 @@ int main() {
     test_other_fences();
     test_missions();
     test_mission_in_degrees();
+    test_numbers_of_plans();
     test_lost_acknowledgement_of_a_mission();
     return failures();
 }

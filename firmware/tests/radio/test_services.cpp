@@ -18,7 +18,7 @@ static void test_modes() {
         CHECK(std::strcmp(list[k].mode_name, state_texts[of].name) == 0);
     }
     bench.say(command(MAV_CMD_REQUEST_MESSAGE, MAVLINK_MSG_ID_AVAILABLE_MODES, 3), 300);
-    CHECK(said<mavlink_available_modes_t>(bench.board.said).back().mode_index == 3);
+    CHECK(last_said<mavlink_available_modes_t>(bench).mode_index == 3);
     bench.say(command(MAV_CMD_REQUEST_MESSAGE, MAVLINK_MSG_ID_AVAILABLE_MODES, 8));
     CHECK(last_answer(bench) == Refusal::out_of_range);
 
@@ -48,7 +48,7 @@ static void test_modes() {
     bench.say(old);
     CHECK(state(bench) == State::manual);
     bench.say(command(MAV_CMD_REQUEST_MESSAGE, MAVLINK_MSG_ID_CURRENT_MODE), 100);
-    CHECK(said<mavlink_current_mode_t>(bench.board.said).back().custom_mode == std::uint32_t(mode_of(State::manual)));
+    CHECK(last_said<mavlink_current_mode_t>(bench).custom_mode == std::uint32_t(mode_of(State::manual)));
 }
 
 /// The commands of ground stations' buttons.
@@ -73,7 +73,7 @@ static void test_orders() {
     current.target_system = 1, current.seq = std::uint16_t(items.size() - 2);
     bench.say(current, 100);
     CHECK(bench.vehicle().leg == 1);
-    CHECK(said<mavlink_mission_current_t>(bench.board.said).back().seq == items.size() - 2);
+    CHECK(last_said<mavlink_mission_current_t>(bench).seq == items.size() - 2);
     order(MAV_CMD_DO_PAUSE_CONTINUE, 1, State::mission);
     order(MAV_CMD_NAV_RETURN_TO_LAUNCH, 0, State::home);
     order(MAV_CMD_DO_SET_STANDARD_MODE, MAV_STANDARD_MODE_MISSION, State::mission);
@@ -95,14 +95,14 @@ static void test_positions() {
         bench.say(command(MAV_CMD_REQUEST_MESSAGE, float(id)), 100);
         CHECK(last_answer(bench) == Refusal::none);
     }
-    const auto position = said<mavlink_global_position_int_t>(bench.board.said).back();
+    const auto position = last_said<mavlink_global_position_int_t>(bench);
     CHECK(std::abs(position.lat - at.latitude) < 100 && std::abs(position.lon - at.longitude) < 100);
     CHECK(position.alt == position.relative_alt && std::abs(position.alt) < 500 && position.hdg < 36000);
-    const auto fix = said<mavlink_gps_raw_int_t>(bench.board.said).back();
+    const auto fix = last_said<mavlink_gps_raw_int_t>(bench);
     CHECK(fix.fix_type == GPS_FIX_TYPE_3D_FIX && std::abs(fix.lat - 500000000) < 100);
-    CHECK(std::abs(said<mavlink_home_position_t>(bench.board.said).back().latitude - position.lat) < 100);
-    CHECK(said<mavlink_extended_sys_state_t>(bench.board.said).back().landed_state == MAV_LANDED_STATE_ON_GROUND);
-    const auto status = said<mavlink_sys_status_t>(bench.board.said).back();
+    CHECK(std::abs(last_said<mavlink_home_position_t>(bench).latitude - position.lat) < 100);
+    CHECK(last_said<mavlink_extended_sys_state_t>(bench).landed_state == MAV_LANDED_STATE_ON_GROUND);
+    const auto status = last_said<mavlink_sys_status_t>(bench);
     CHECK(status.onboard_control_sensors_health & MAV_SYS_STATUS_PREARM_CHECK);
     CHECK(status.onboard_control_sensors_health & MAV_SYS_STATUS_SENSOR_GPS);
     Bench dark;
@@ -165,7 +165,7 @@ static void test_preparations() {
     for (const auto& m : said<mavlink_statustext_t>(bench.board.said))
         leaks += std::strncmp(m.text, fault_texts[int(firmware::Fault::leak)].sentence, sizeof m.text) == 0;
     CHECK(last_answer(bench) == Refusal::none && 1 <= leaks);
-    const auto status = said<mavlink_sys_status_t>(bench.board.said).back();
+    const auto status = last_said<mavlink_sys_status_t>(bench);
     CHECK(!(status.onboard_control_sensors_health & MAV_SYS_STATUS_PREARM_CHECK));
     bench.board.leak = false;
     bench.run(20);
@@ -179,6 +179,10 @@ static void test_preparations() {
     other = command(MAV_CMD_PREFLIGHT_CALIBRATION), other.param5 = 1;
     bench.say(other);
     CHECK(last_answer(bench) == Refusal::by_program);
+    for (int what : {MAV_CMD_DO_START_MAG_CAL, MAV_CMD_DO_ACCEPT_MAG_CAL, MAV_CMD_DO_CANCEL_MAG_CAL}) {
+        bench.say(command(what));
+        CHECK(last_answer(bench) == Refusal::by_program);
+    }
 }
 
 static void test_restart() {
@@ -233,7 +237,7 @@ static void test_files() {
     const auto answers = ask({name, 0, ftp_read, 0, 0, 0, 0, 0});
     CHECK(answers.size() == 1 && answers[0].payload[ftp_head] == ftp_no_session);
     bench.say(command(MAV_CMD_REQUEST_MESSAGE, MAVLINK_MSG_ID_COMPONENT_METADATA), 100);
-    CHECK(std::strcmp(said<mavlink_component_metadata_t>(bench.board.said).back().uri, "mftp://general.json") == 0);
+    CHECK(std::strcmp(last_said<mavlink_component_metadata_t>(bench).uri, "mftp://general.json") == 0);
 }
 
 /// An order to arm that a fault forbids is answered with the fault's own sentence.
@@ -249,6 +253,36 @@ static void test_reason_of_a_refusal() {
     CHECK(reasons == 2);  // as a fault, and as the reason
 }
 
+/// Home by DO_SET_HOME: here, or at coordinates, which only COMMAND_INT carries to the centimeter.
+static void test_home() {
+    Bench bench;
+    bench.run(200);
+    mavlink_command_int_t there{};
+    there.command = MAV_CMD_DO_SET_HOME, there.frame = MAV_FRAME_GLOBAL, there.target_system = 1;
+    there.param4 = std::numeric_limits<float>::quiet_NaN(), there.z = 123;
+    there.x = origin(bench.vehicle()).latitude + 10000, there.y = origin(bench.vehicle()).longitude;
+    bench.board.said.clear();
+    bench.say(there);
+    CHECK(last_answer(bench) == Refusal::none);
+    CHECK_NEAR(last_said<mavlink_home_position_t>(bench).x, 111.2, 0.1);
+    CHECK(last_said<mavlink_home_position_t>(bench).latitude == there.x);
+    bench.say(command(MAV_CMD_DO_SET_HOME, 1));
+    CHECK(last_answer(bench) == Refusal::none);
+    CHECK_NEAR(last_said<mavlink_home_position_t>(bench).x, here(bench.vehicle()).y, 1);
+    bench.say(command(MAV_CMD_DO_SET_HOME, 0));
+    CHECK(last_answer(bench) == Refusal::int_only);
+    CHECK(last_said<mavlink_command_ack_t>(bench).result == MAV_RESULT_COMMAND_INT_ONLY);
+    there.frame = MAV_FRAME_BODY_FRD, bench.say(there);
+    CHECK(last_answer(bench) == Refusal::not_taken);
+    there.frame = MAV_FRAME_GLOBAL, there.x = INT32_MAX, bench.say(there);
+    CHECK(last_answer(bench) == Refusal::out_of_range);
+    there.frame = MAV_FRAME_LOCAL_NED, there.x = 30'0000, there.y = -20'0000, bench.say(there);
+    CHECK(last_answer(bench) == Refusal::none && home_of(bench.vehicle()).y == 30 && home_of(bench.vehicle()).x == -20);
+    bench.app.vehicle.unplaced = true;  // the origin was given, and where the robot is in it is not known yet
+    bench.say(there);
+    CHECK(last_answer(bench) == Refusal::not_placed);
+}
+
 int main() {
     test_reason_of_a_refusal();
     test_modes();
@@ -259,6 +293,7 @@ int main() {
     test_times();
     test_preparations();
     test_restart();
+    test_home();
     test_files();
     return failures();
 }

@@ -237,7 +237,7 @@ static void the_first_fix() {
     CHECK(give(v, Order::arm, ground) == Refusal::none);
     fix(500010000, 80000000), float_on(v, board, 1);
     CHECK_NEAR(v.now.estimate.y, 111.2, 0.3);
-    CHECK_NEAR(v.armed_at.y, 111.2, 0.3);
+    CHECK_NEAR(v.home.y, 111.2, 0.3);
 }
 
 /// A bus that hangs delays ticks: the fault tells, and beat and clock keep their time.

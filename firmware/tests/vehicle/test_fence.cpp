@@ -99,6 +99,46 @@ static void a_robot_outside() {
     CHECK(give(v, Order::mission, ground) == Refusal::none);
 }
 
+/// Home by order: inside the fence, where the last course leads, and until the robot is disarmed.
+static void home_by_order() {
+    const auto home_is = [](float x, float y) { return home_of(v).x == x && home_of(v).y == y; };
+    begin_armed();
+    CHECK(set_home(v, ground, {20, 10}) == Refusal::none && home_is(20, 10));
+    CHECK(set_home(v, ground, {2e5f, 0}) == Refusal::out_of_range);
+    CHECK(set_home(v, {7, 7}, {0, 0}) == Refusal::other_pilot && home_is(20, 10));
+    fix(500000000, 80000000);
+    v.silence = 100'000;
+    float_on(v, board, 300);  // without a mission it is called there
+    CHECK(v.now.state == State::home && v.detour.home.x == 20 && v.detour.home.y == 10);
+    CHECK(set_home(v, ground, {0, 0}) == Refusal::not_now && home_is(20, 10));
+    CHECK(give(v, Order::disarm, ground) == Refusal::none);
+    float_on(v, board, 300);
+    const Place at = here(v);
+    CHECK(home_is(at.x, at.y) && set_home(v, ground, {30, 0}) == Refusal::none && home_is(30, 0));
+    CHECK(give(v, Order::arm, ground) == Refusal::none && home_is(30, 0));
+    // That of the mission on board is changed with it, and stored.
+    begin();
+    CHECK(given(square, {{10, 10, 1, 0.3f, 2, 0}}) == Refusal::none && home_is(0, 0));
+    float_on(v, board, 100);
+    const std::uint32_t number = v.numbers.mission, fence = v.numbers.fence;
+    CHECK(set_home(v, ground, {60, 0}) == Refusal::outside_fence && home_is(0, 0) && v.numbers.mission == number);
+    CHECK(set_home(v, ground, {40, 0}) == Refusal::none && home_is(40, 0));
+    CHECK(v.numbers.mission != number && v.numbers.fence == fence);
+    float_on(v, board, 100);
+    boot(v, robot::description, board);
+    CHECK(home_is(40, 0) && v.mission.waypoints == 1 && v.numbers.mission != number && v.numbers.fence == fence);
+    const std::vector<Corner<float>> horseshoe = {{-40, -5}, {40, -5}, {40, 60}, {20, 60}, {20, 5}, {-40, 5}};
+    CHECK(given(horseshoe, {{30, 50, 1, 0.3f, 2, 0}}, {30, 0}) == Refusal::none);
+    CHECK(set_home(v, ground, {-30, 0}) == Refusal::leaves_fence && home_is(30, 0));
+    // A mission that does not say where home is has it of the order, too.
+    begin_armed();
+    MissionForm form{};
+    form.item[form.items++] = {ItemKind::waypoint, local_frame, 0}, form.item[form.items++] = form.item[0];
+    CHECK(set_home(v, ground, {5, -10}) == Refusal::none);
+    CHECK(set_mission(v, ground, plan(), &form) == Refusal::none && home_is(5, -10));
+    CHECK(give(v, Order::mission, ground) == Refusal::none && v.mission.home.x == 5 && v.mission.home.y == -10);
+}
+
 /// Random fences and missions: what is accepted lies inside with all its courses, point by point.
 static void random_missions() {
     begin();
@@ -136,6 +176,7 @@ int main() {
     refusals_by_hand();
     margins();
     a_robot_outside();
+    home_by_order();
     random_missions();
     return failures();
 }

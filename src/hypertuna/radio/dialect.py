@@ -37,7 +37,8 @@ def dialect() -> Any:
     need_radio()
     os.environ["MAVLINK20"] = "1"  # protocol version of mavutil
     source = dialect_file()
-    key = hashlib.sha256(source.read_bytes() + version("pymavlink").encode()).hexdigest()[:16]
+    made_of = source.read_bytes() + (source.parent / "generate.py").read_bytes() + version("pymavlink").encode()
+    key = hashlib.sha256(made_of).hexdigest()[:16]
     path = _cache() / f"mavlink_{key}.py"
     if not path.exists():
         _make(source, path)
