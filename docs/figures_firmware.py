@@ -24,14 +24,8 @@ def state_table() -> str:
 def transition_table(events: bool) -> str:
     """Tabulate what follows from each order, or each event on board, in each state."""
     part = _core.order_table()[EVENTS:] if events else _core.order_table()[:EVENTS]
-    body = [
-        [f"`{name}`", *([] if events else [who]), *(_cell(cell) for cell in cells)] for name, _, who, _, cells in part
-    ]
-    return rows(
-        ["event" if events else "order", *([] if events else ["from"]), *STATES],
-        body,
-        len(STATES) + (1 if events else 2),
-    )
+    body = [[f"`{name}`", *(_cell(cell) for cell in cells)] for name, *_, cells in part]
+    return rows(["event" if events else "order", *STATES], body, len(STATES) + 1)
 
 
 def _cell(cell: str) -> str:
@@ -40,12 +34,12 @@ def _cell(cell: str) -> str:
 
 
 def order_table() -> str:
-    """Tabulate orders and events with their meanings and needs."""
+    """Tabulate orders and events with their meanings, senders and needs."""
     body = [
-        [f"`{name}`", sentence, ", ".join(f"`{need}`" for need in needs)]
-        for name, sentence, _, needs, _ in _core.order_table()
+        [f"`{name}`", sentence, who, ", ".join(f"`{need}`" for need in needs)]
+        for name, sentence, who, needs, _ in _core.order_table()
     ]
-    return rows(["order or event", "meaning", "needs"], body, 3)
+    return rows(["order or event", "meaning", "from", "needs"], body, 4)
 
 
 def need_table() -> str:
