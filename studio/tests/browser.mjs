@@ -12,7 +12,7 @@ export const SIZES = {
   tablet: { width: 1024, height: 800 },
   phone: { width: 390, height: 844 },
 };
-const PATIENCE = 20_000; // ms: a machine of a tenth of the speed passes
+const PATIENCE = 60_000; // ms: a busy machine of a tenth of the speed passes
 
 /** Start the browser of the machine. */
 export function browser() {
@@ -54,6 +54,11 @@ export function watch(page) {
 /** Wait until a fish is shown and no answer is outstanding. */
 export async function settled(page) {
   await page.waitForSelector('html[data-ready="1"][data-busy="0"]', { state: "attached" });
+}
+
+/** Wait until the page has drawn what it was told before, however long its frames take. */
+export async function redrawn(page) {
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 }
 
 /** Turn a knob to a value in its unit, or to its "min" or "max". */
