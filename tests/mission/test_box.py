@@ -20,11 +20,14 @@ def test_the_box_is_done_without_a_release() -> None:
     assert flight.record.data["pump_pressure"].max() < 270e3
 
 
-@pytest.mark.parametrize("air", [86325.0, 102325.0, 105325.0])
-def test_the_box_is_done_in_any_weather(air: float) -> None:
-    """From a mountain lake to high weather at the sea: without a surface zero it failed beyond 8 hPa."""
+@pytest.mark.parametrize(("air", "seed"), [(86325.0, 0), (102325.0, 3), (105325.0, 0)])
+def test_the_box_is_done_in_any_weather(air: float, seed: int) -> None:
+    """From a mountain lake to high weather at the sea: without a surface zero it failed beyond 8 hPa.
+
+    With seed 3 the robot once dived with a position error of nearly the radius: two waypoints, and time was up.
+    """
     box = ht.read_mission("box")
-    flight = fly(replace(box, mission=replace(box.mission, air_pressure=air)), ht.load("hypertuna"))
+    flight = fly(replace(box, mission=replace(box.mission, air_pressure=air)), ht.load("hypertuna"), seed=seed)
     assert flight.status == "done"
     assert outcome(flight).waypoints_reached == 4
     deep = flight.record.data["mode"] == 1

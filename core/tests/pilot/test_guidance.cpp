@@ -132,6 +132,27 @@ static void called_back_is_not_done() {
     }
 }
 
+/// At home a known place is enough; before a dive the current must be known too, and the place so well that the dive
+/// leaves it within the radius.
+static void fixes_are_enough() {
+    const Waypoint<double> point[] = {{0, 40, 1, 0.3, 2, 0}};
+    const Mission<double> mission = mission_of(point, 1);
+    const Pilot<double> pilot = test_pilot<double>();
+    const auto after = [&](Mode mode, double error, double drift) {
+        GuidanceState<double> state = init(pilot.guidance, mission);
+        state.mode = mode, state.rising = true;
+        state.reasons.set(Reason::recalled, mode == Mode::home);
+        Estimate<double> at{};
+        at.depths = at.attitude = at.compass = at.fix = true, at.factor = 1, at.facing.x = 1;
+        at.y = mode == Mode::home ? 0 : 39;
+        at.position_error = error, at.drift_error = drift;
+        return guide(pilot.guidance, state, at, {15.5, false, false}, mission).state.mode;
+    };
+    CHECK(after(Mode::home, 1.6, 0.05) == Mode::ended && after(Mode::home, 3.5, 0.01) == Mode::home);
+    CHECK(after(Mode::surface, 1.6, 0.05) == Mode::surface && after(Mode::surface, 1.6, 0.01) == Mode::transit);
+    CHECK(after(Mode::surface, 1.9, 0.02) == Mode::surface);
+}
+
 /// A current faster than the fish: it tells so within a minute and a half, comes up, swims against it until the charge
 /// is at its reserve, and then drifts; home where the current eases before that.
 static void swept_and_back() {
@@ -174,6 +195,23 @@ static void a_dip_is_no_failure() {
             state = guide(pilot.guidance, state, at, {15.5, false, false}, mission).state;
         }
         CHECK(state.reasons.has(Reason::no_answer) == sinks);
+    }
+}
+
+/// With a fin stuck down it rises by 1.1 cm/s, less than counts as an answer: it goes on, and is not stranded.
+static void slowly_up_is_up() {
+    const Waypoint<double> point[] = {{0, 40, 1.2, 0.2, 2, 0}};
+    const Mission<double> mission = mission_of(point, 1);
+    const Pilot<double> pilot = test_pilot<double>();
+    for (const double climb : {0.0, 0.011}) {
+        GuidanceState<double> state = init(pilot.guidance, mission);
+        Estimate<double> at{};
+        at.depths = at.attitude = at.compass = true, at.position_error = 3, at.factor = 1, at.facing.x = 1;
+        for (int k = 0; k < 700; ++k) {
+            at.depth = 1.2 - climb * 0.1 * k;
+            state = guide(pilot.guidance, state, at, {15.5, false, false}, mission).state;
+        }
+        CHECK(state.reasons.has(Reason::no_answer) && state.reasons.has(Reason::stranded) == (climb == 0));
     }
 }
 
@@ -230,8 +268,10 @@ int main() {
     home_is_found_when_a_fix_comes();
     holds_at_a_waypoint();
     called_back_is_not_done();
+    fixes_are_enough();
     swept_and_back();
     a_dip_is_no_failure();
+    slowly_up_is_up();
     held_and_carried();
     legs_begin_anywhere();
     return failures();

@@ -223,6 +223,21 @@ static void fins_that_do_not_follow() {
     CHECK(sunk.was(Reason::stranded) && sunk.end.last.mode == Mode::hold && sunk.deepest < 6.5);
 }
 
+/// A robot that begins 0.6 m under water takes that for the surface: on its way to the surface it presses on upward
+/// until it is there, has fixes and flies its mission.
+static void a_surface_under_water_is_found_out() {
+    const Box<double> box;
+    Cruiser deep;
+    deep.z = -0.6;
+    double top = -1, zero = 1;
+    const auto look = [&](const Cruiser& fish, const PilotStep<double>& step, int) {
+        top = std::fmax(top, fish.z), zero = std::fmin(zero, step.state.estimator.zero);
+    };
+    const Voyage<double> end = voyage(box.mission, Water{}, 150, 7, look, Sound{}, deep);
+    CHECK(-0.05 < top && zero < 0.1);
+    CHECK(end.last.estimate.position_error < 5 && (end.last.reasons.flags & ((1u << ending_reasons) - 1)) == 0);
+}
+
 /// Single precision, as on the robot, goes the same way to within a decimeter.
 static void float_against_double() {
     const Box<double> fine;
@@ -309,6 +324,7 @@ int main() {
     home_while_it_can();
     each_failure_has_its_rule();
     fins_that_do_not_follow();
+    a_surface_under_water_is_found_out();
     float_against_double();
     arbitrary_bits<float>(100000);
     arbitrary_bits<double>(100000);

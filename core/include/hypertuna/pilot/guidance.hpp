@@ -101,9 +101,20 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
     const bool deep = mission.depth_max < at.depth && T(0.02) < at.sink;
     const T allowed = deep ? T(0.2) * model.response_time : model.response_time;
     if (seconds(model, state.unanswered) < allowed) return;
-    why.set(Reason::stranded, (deep || why.has(Reason::no_answer)) && model.surface_depth < at.depth);
+    // What still rises, however slowly, goes on.
+    const bool rises = error < state.depth_error - T(0.3) * model.response_depth;
+    why.set(Reason::stranded, (deep || (why.has(Reason::no_answer) && !rises)) && model.surface_depth < at.depth);
     why.set(Reason::no_answer);
     state.unanswered = 0;
+}
+
+/// Whether position and current are known well enough for a dive to the next waypoint; on the way home none follows.
+template <class T>
+bool knows_to_dive(const Guidance<T>& model, const GuidanceState<T>& state, const Estimate<T>& at,
+                   const Mission<T>& mission, T limit) {
+    if (state.mode == Mode::home || mission.waypoints <= state.leg) return true;
+    return at.drift_error <= model.drift_error_max &&
+           at.position_error <= error_to_dive(model, at, mission, mission.waypoint[state.leg], limit);
 }
 
 /// Whether to come up for a fix, and whether to stay there for it.
@@ -130,7 +141,7 @@ void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     }
     if (!state.rising) return;
     if (up) ++state.surfaced, state.waiting += !at.fix;
-    const bool enough = at.fix && !vague && at.drift_error <= model.drift_error_max;
+    const bool enough = at.fix && !vague && knows_to_dive(model, state, at, mission, limit);
     const bool none = model.fix_timeout <= T(state.waiting) * period;
     if (none) why.set(Reason::no_fix);
     // Fixes that do not get better are used as they are.
@@ -212,6 +223,16 @@ Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Est
     return toward(course.x + push * room.x, course.y + push * room.y, course);
 }
 
+inline constexpr float fix_awaited = 3;  // s at the surface within which a fix comes
+
+/// Depth to steer for. At the surface, as long as no fix comes, it presses on upward: the antenna comes out of the
+/// water where the depth's zero is some cm off, and a zero that was taken under water is found out.
+template <class T>
+T steered_depth(const Guidance<T>& model, const GuidanceState<T>& state, T wanted) {
+    const bool awaited = T(fix_awaited) < seconds(model, state.since_fix);
+    return wanted == T(0) && awaited ? -model.surface_depth : wanted;
+}
+
 /// Fins for a depth that is wanted, with what is left of them.
 template <class T>
 void steer_depth(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, T wanted,
@@ -283,7 +304,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     // The gait's speed is as far off as the fixes said.
     const T through = max(speed, steering.speed_min) / at.factor;
     beat_into(steering, command, through, ease_bias(steering, state.steering, bias, through));
-    steer_depth(model, state, at, depth, command);
+    steer_depth(model, state, at, steered_depth(model, state, depth), command);
     weigh_fins(model, state, at, mission, depth);
     return out;
 }

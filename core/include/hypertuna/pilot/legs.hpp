@@ -66,6 +66,16 @@ T error_limit(const Guidance<T>& model, const GuidanceState<T>& state, const Est
     return soon || there ? min(model.error_max, max(next.radius, model.error_fix)) : model.error_max;
 }
 
+/// Position error with which a robot dives to a waypoint: what the dive adds to it leaves it within a limit, as far as
+/// fixes attain that.
+template <class T>
+T error_to_dive(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& mission, const Waypoint<T>& next,
+                T limit) {
+    const T rate = T(0.5) * model.steering.climb_max * max(next.speed, model.steering.speed_min);
+    const T loss = at.drift_error * min(next.depth, mission.depth_max) / rate;
+    return limit <= loss ? limit : max(T(0.87) * model.error_fix, sqrt(limit * limit - loss * loss));
+}
+
 /// Go on to the next leg where a waypoint is reached, or passed, or out of bounds.
 template <class T>
 void follow_legs(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
