@@ -5,7 +5,9 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr float boot_window = 10.0f;  // s after boot in which it may be found under water
+inline constexpr float boot_window = 10.0f;     // s after boot in which it may be found under water
+inline constexpr float boot_silence = 5.0f;     // s without the ground after which it may be
+inline constexpr float surface_change = 0.05f;  // m by which the surface differs from the stored one
 
 /// Whether the robot is at the surface, as far as its depth is known.
 inline bool is_up(const Vehicle& vehicle) {
@@ -41,14 +43,30 @@ inline void follow_call_up(Vehicle& vehicle, bool disarm) {
     give(vehicle, disarm ? Order::spend : Order::stop);
 }
 
+/// Store what the sensor shows at the surface: a robot that hears the ground has its antenna out of the water.
+inline void remember_surface(Vehicle& vehicle) {
+    const EstimatorState<float>& at = vehicle.state.estimator;
+    const float tick = vehicle.model.pilot.controller.tick;
+    const bool hears = sensor_after < float(vehicle.now.tick) * tick && float(vehicle.silence) * tick < sensor_after;
+    if (!hears || !at.zeroed || (0 <= vehicle.surfaces.kept && abs(at.zero - vehicle.surface) < surface_change)) return;
+    if (!settled(vehicle.surfaces)) return;
+    vehicle.surface = at.zero;
+    begin_write(vehicle.surfaces);
+}
+
 /// Whether the robot booted under water: the word that was kept over the reset says armed, and the robot is not at the
-/// surface; or the sensor shows more than any air pressure. Somebody who carries it has it in the air at boot.
+/// surface; or the sensor shows more than any air pressure, or more than the stored surface in any weather while no
+/// ground is heard. Somebody who carries the robot has it in the air at boot.
 inline bool is_under_water(Vehicle& vehicle) {
     const Estimate<float>& at = vehicle.now.estimate;
     const float tick = vehicle.model.pilot.controller.tick;
     if (boot_window < float(vehicle.now.tick) * tick) return false;
     const bool armed = vehicle.was_armed && (!at.depths || radio_depth < at.depth);
-    const bool cold = at.depths && !at.zeroed && vehicle.model.pilot.estimator.air_high < at.depth;
+    const EstimatorState<float>& estimator = vehicle.state.estimator;
+    const float shown = at.depth + estimator.zero;
+    const bool certain = vehicle.model.pilot.estimator.air_high < shown;
+    const bool likely = estimator.air_max < shown && boot_silence < float(vehicle.silence) * tick;
+    const bool cold = at.depths && !at.zeroed && (certain || likely);
     return lasting(vehicle.submerged, armed || cold, sensor_after, tick);
 }
 

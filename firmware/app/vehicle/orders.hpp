@@ -106,8 +106,8 @@ inline void evaluate_faults(Vehicle& vehicle) {
     now.faults = all_faults(vehicle.memory);
     now.faults.set(Fault::watchdog, vehicle.watchdog_reset);
     now.faults.set(Fault::defaults, vehicle.defaults);
-    now.faults.set(Fault::memory,
-                   vehicle.store.failed || vehicle.missions.failed || vehicle.stamps.failed || vehicle.keys.failed);
+    now.faults.set(Fault::memory, vehicle.store.failed || vehicle.missions.failed || vehicle.stamps.failed ||
+                                      vehicle.keys.failed || vehicle.surfaces.failed);
     now.faults.set(Fault::key_lost, vehicle.locked);
     now.answer = answer_to(now.faults);
 }

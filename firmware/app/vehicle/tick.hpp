@@ -95,7 +95,11 @@ template <Board B>
     vehicle.watchdog_reset = board.watchdog_reset();
     const Kept kept = unpack(board.kept());
     vehicle.was_armed = kept.valid && kept.armed;
-    if (vehicle.was_armed || (kept.valid && vehicle.watchdog_reset)) keep_zero(vehicle.state.estimator, kept.zero);
+    EstimatorState<float>& estimator = vehicle.state.estimator;
+    vehicle.surfaces = store_at(surface_sector, 4, surface_layout);
+    if (open(vehicle.surfaces, reinterpret_cast<std::uint8_t*>(&vehicle.surface), board))
+        expect_surface(vehicle.model.pilot.estimator, estimator, vehicle.surface);
+    if (vehicle.was_armed || (kept.valid && vehicle.watchdog_reset)) keep_zero(estimator, kept.zero);
     vehicle.started = board.clock();
     Record record(vehicle.box, Kind::robot);
     record.put(record_layout), record.put(robot.layout), record.put(std::uint32_t(robot.joints));
@@ -241,6 +245,7 @@ void send_pulses(const Vehicle& vehicle, B& board) {
 template <Board B>
 void write_stores(Vehicle& vehicle, B& board) {
     if (vehicle.now.armed()) return;
+    remember_surface(vehicle);
     const auto bytes = [](auto& from) { return reinterpret_cast<const std::uint8_t*>(&from); };
     if (!settled(vehicle.keys)) return write_some(vehicle.keys, bytes(vehicle.secret), board);
     if (0 <= vehicle.keys.kept && !vehicle.witnessed) {
@@ -249,6 +254,7 @@ void write_stores(Vehicle& vehicle, B& board) {
     }
     if (!settled(vehicle.store)) return write_some(vehicle.store, vehicle.stored, board);
     if (!settled(vehicle.stamps)) return write_some(vehicle.stamps, bytes(vehicle.stamp), board);
+    if (!settled(vehicle.surfaces)) return write_some(vehicle.surfaces, bytes(vehicle.surface), board);
     write_some(vehicle.missions, bytes(vehicle.plan), board);
 }
 

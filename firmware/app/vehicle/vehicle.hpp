@@ -14,10 +14,17 @@ inline constexpr float max_origin_distance =
     2e4f;  // m: a stored mission further from its origin belongs to another water
 
 /// Sectors of the flash memory: two each for the parameters, a mission, the timestamp of signatures and the key; one
-/// that bears witness that there was a key.
-enum Sector : int { parameter_sector = 0, mission_sector = 2, stamp_sector = 4, key_sector = 6, witness_sector = 8 };
-inline constexpr int flash_sectors = 9;
-inline constexpr std::uint32_t stamp_layout = 0x73746d02, key_layout = 0x6b657901;
+/// that bears witness that there was a key; two for the surface.
+enum Sector : int {
+    parameter_sector = 0,
+    mission_sector = 2,
+    stamp_sector = 4,
+    key_sector = 6,
+    witness_sector = 8,
+    surface_sector = 9
+};
+inline constexpr int flash_sectors = 11;
+inline constexpr std::uint32_t stamp_layout = 0x73746d02, key_layout = 0x6b657901, surface_layout = 0x73757201;
 static_assert(piece + int(sizeof(StoredMission)) <= flash_sector && piece + 4 * max_parameters <= flash_sector);
 
 struct StoredKey {
@@ -74,7 +81,8 @@ struct Vehicle {
     StoredMission plan;
     std::uint64_t stamp;  // of signatures: later than every verified timestamp
     StoredKey secret;
-    Store store, missions, stamps, keys;
+    float surface;  // m that the depth sensor showed there, when the robot was disarmed and heard the ground
+    Store store, missions, stamps, keys, surfaces;
     bool locked, witnessed;  // there was a key, and it cannot be read: no command is accepted; witnesses are complete
     BlackBox box;
     Snapshot now;

@@ -66,6 +66,37 @@ static void restart_under_water() {
         reset(power), float_on(v, board, 250);
         CHECK(v.now.state == (power ? State::surface : State::disarmed));
     }
+    // Nor does it after a loss of power, but the surface that was stored before arming does. With the ground in contact
+    // the robot waits for orders: it may have been carried down from a mountain lake.
+    for (bool heard : {false, true}) {
+        begin(), contact(200);
+        CHECK(give(v, Order::arm, ground) == Refusal::none);
+        board.depth = 0.6f, contact(300);
+        reset(false);
+        const auto go = [&](int ticks) { heard ? contact(ticks) : float_on(v, board, ticks); };
+        go(300);
+        CHECK(v.now.state == State::disarmed && !v.now.estimate.zeroed);
+        go(400);
+        CHECK(v.now.state == (heard ? State::disarmed : State::surface));
+        if (heard) {
+            CHECK(give(v, Order::arm, ground) == Refusal::none && v.now.state == State::rest);
+            contact(10);
+            CHECK(v.now.estimate.zeroed && abs(v.now.estimate.depth) < 0.1f);
+        } else {
+            CHECK(beats() && v.now.command.fin[0] > 0.1f);
+            board.depth = 0.05f, float_on(v, board, 200);
+            CHECK(v.now.state == State::rest && !beats());
+        }
+    }
+    // Less air than before is no water, nor is weather.
+    for (float rise : {-1.5f, 0.3f}) {
+        begin(), contact(200);
+        board.depth += rise, reset(false), float_on(v, board, 1000);
+        CHECK(v.now.state == State::disarmed && v.now.estimate.zeroed);
+        const float before = v.surface;
+        contact(100);
+        CHECK(abs(v.surface - before - rise) < 0.02f);
+    }
     // Without a depth sensor a robot that was armed ascends for as long as that takes at most.
     begin_armed(), board.depth = 3, contact(300);
     reset(true), blind(250);

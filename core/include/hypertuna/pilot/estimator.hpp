@@ -70,6 +70,7 @@ struct EstimatorState {
     int still;              // equal readings of depth in a row while it swims
     T zero;                 // m that the depth sensor shows at the surface
     bool zeroed;            // it was seen there
+    T air_max;              // m that the sensor may show at boot in the air
     int boot, boot_usable;  // ticks and usable readings of the depth sensor since boot, until its zero is taken
     int dry;                // fixes in a row at a depth where there can be none
     T speed;                // m/s by the gait, factor 1
@@ -80,6 +81,7 @@ template <class T>
 EstimatorState<T> init(const Estimator<T>& model, const T (&start)[2]) {
     EstimatorState<T> state{};
     state.attitude.q.w = T(1);
+    state.air_max = model.air_high;
     WayState<T>& way = state.way;
     way.at[0] = start[0], way.at[1] = start[1], way.at[4] = T(1);
     const T error[way_states] = {model.start_error, model.start_error, model.current_error, model.current_error,
@@ -215,14 +217,23 @@ void keep_zero(EstimatorState<T>& state, T zero) {
     state.zero = zero, state.zeroed = true, state.boot = boot_ticks;
 }
 
-/// The first readings after boot are those of the surface, if the sensor can show them in the air: one that begins
-/// under water, or answers later, has no zero yet.
+inline constexpr float weather_max = 0.4f;  // m of water, 39 hPa: the weather rises by less between two swims
+
+/// Begin with what the sensor showed at the surface before it was switched on: what shows much more is under water,
+/// until a fix, the ground or an ascent says otherwise.
+template <class T>
+void expect_surface(const Estimator<T>& model, EstimatorState<T>& state, T zero) {
+    state.zero = zero, state.air_max = min(model.air_high, zero + T(weather_max));
+}
+
+/// The first readings after boot are those of the surface, if the sensor can show them in the air of these days: one
+/// that begins under water, or answers later, has no zero yet.
 template <class T>
 void zero_at_boot(const Estimator<T>& model, EstimatorState<T>& state, T reading, bool usable) {
     if (state.boot == boot_ticks) return;
     ++state.boot;
     if (!usable) return;
-    if (state.boot_usable == 0) state.zeroed = model.air_low <= reading && reading <= model.air_high;
+    if (state.boot_usable == 0) state.zeroed = model.air_low <= reading && reading <= state.air_max;
     if (state.zeroed) state.zero += (reading - state.zero) / T(++state.boot_usable);
     if (!state.zeroed || state.boot_usable == boot_readings) state.boot = boot_ticks;
 }

@@ -18,7 +18,7 @@ namespace stand_in {
 inline std::uint64_t now_us = 0;            // time, which goes on by itself whenever it is looked at
 inline std::uint32_t lost_us = 0;           // of it, that micros() missed while interrupts were off
 inline std::map<int, int> analog, digital;  // by pin
-inline std::uint8_t flash[9 * 4096];
+inline std::uint8_t flash[11 * 4096];
 inline std::uint32_t erase_us = 45'000;
 
 /// The watchdog is fed by two words in turn. It bites when it was not for too long, and the test counts that.
