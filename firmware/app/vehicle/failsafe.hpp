@@ -92,10 +92,11 @@ inline void follow_pilot(Vehicle& vehicle) {
     const GuidanceState<float>& guidance = vehicle.state.guidance;
     const State& state = vehicle.now.state;
     const bool done = guidance.mode == Mode::done, over = has_ended(guidance.mode);
-    if (!vehicle.on_detour && guidance.leg < vehicle.mission.waypoints) vehicle.leg = guidance.leg;
+    if (!vehicle.on_detour && guidance.leg < vehicle.mission.waypoints)
+        vehicle.leg = guidance.leg, vehicle.progress = {guidance.leg, guidance.reached, guidance.passed};
     if (state == State::mission && (guidance.reasons.end() || (over && !done))) give(vehicle, Order::end);
     if (state == State::mission && done) {
-        vehicle.leg = 0, give(vehicle, Order::complete);
+        rewind(vehicle), give(vehicle, Order::complete);
     } else if (state == State::home && over) {
         give(vehicle, done ? Order::complete : Order::arrive);
     } else if (state == State::surface) {

@@ -123,8 +123,15 @@ inline void begin_mission(Vehicle& vehicle, bool detour) {
     if (!detour && !vehicle.has_home) mission.home = vehicle.home;
     vehicle.state.guidance = init(vehicle.model.pilot.guidance, mission);
     vehicle.state.wait = 0;
-    if (!detour) begin_leg(vehicle.state.guidance, mission, vehicle.leg, mission.start);
+    if (detour) return;
+    GuidanceState<float>& guidance = vehicle.state.guidance;
+    guidance.leg = vehicle.progress.leg;
+    guidance.reached = vehicle.progress.reached, guidance.passed = vehicle.progress.passed;
+    begin_leg(guidance, mission, vehicle.leg, mission.start);
 }
+
+/// The mission on board begins anew at its first waypoint.
+inline void rewind(Vehicle& vehicle) { vehicle.leg = 0, vehicle.progress = {}; }
 
 /// Begin a detour without waypoints: guidance heads for a place, or circles if the place is everywhere, with its fins
 /// up, and handles the loss of IMU, depth or a fin.
@@ -168,7 +175,7 @@ inline void on_arming(Vehicle& vehicle, Order order) {
     if (!vehicle.now.estimate.zeroed || abs(vehicle.now.estimate.depth) < estimator.fix_depth)
         zero_depth(estimator, vehicle.state.estimator);
     if (!vehicle.has_home) vehicle.mission.home = vehicle.home;
-    vehicle.leg = 0;
+    rewind(vehicle);
     vehicle.memory.latched = {};
     vehicle.memory.present.set(Fault::link_gone, false);  // the ground is in contact: it arms
     vehicle.watchdog_reset = vehicle.was_armed = false;

@@ -152,7 +152,8 @@ inline Refusal set_mission(Vehicle& vehicle, Station from, const Mission<float>&
     if (refusal != Refusal::none) return refusal;
     pack_mission(vehicle.plan, mission, form);
     adopt_plan(vehicle);
-    vehicle.way_home = vehicle.has_mission, vehicle.leg = 0;
+    vehicle.way_home = vehicle.has_mission;
+    rewind(vehicle);
     store_mission(vehicle);
     return Refusal::none;
 }

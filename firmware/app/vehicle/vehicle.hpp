@@ -69,6 +69,11 @@ struct LastFix {
     bool any;                 // since boot
 };
 
+/// Of the mission on board: the last waypoint that was current, and how many of those before it were reached or passed.
+struct Progress {
+    int leg, reached, passed;
+};
+
 struct Vehicle {
     const Description* robot;
     float value[max_parameters];
@@ -95,6 +100,7 @@ struct Vehicle {
     bool has_home;           // it says where home is
     PlanNumbers numbers;     // of the mission and the fence on board
     int leg;                 // waypoint at which the mission begins or resumes
+    Progress progress;       // when it was flown last
     Mission<float> detour;   // flown in place of it: an ascent, or home without a mission
     bool on_detour;
     Place home;                     // without a mission that has one: of arming, or of an order [m]

@@ -152,6 +152,28 @@ static void pauses() {
     CHECK(give(v, Order::arm, ground) == Refusal::none && v.leg == 0);
 }
 
+/// A mission that resumes from another state keeps what it reached: a waypoint is skipped only by order.
+static void what_was_reached_stays() {
+    enter_state(State::mission);
+    begin_leg(v.state.guidance, v.mission, 1, {0, 0});
+    v.state.guidance.reached = 1, v.state.guidance.reasons.clear(Reason::skipped);
+    float_on(v, board, 30);
+    CHECK(v.leg == 1);
+    for (Order away : {Order::rest, Order::surface}) {
+        CHECK(give(v, away, ground) == Refusal::none);
+        float_on(v, board, 30);
+        CHECK(give(v, Order::mission, ground) == Refusal::none);
+        float_on(v, board, 30);
+        CHECK(v.state.guidance.leg == 1 && v.state.guidance.reached == 1 && !v.now.reasons.has(Reason::skipped));
+    }
+    CHECK(give(v, Order::rest, ground) == Refusal::none && set_leg(v, ground, 0) == Refusal::none);
+    CHECK(give(v, Order::mission, ground) == Refusal::none);
+    CHECK(v.state.guidance.leg == 0 && v.state.guidance.reached == 0);
+    CHECK(set_leg(v, ground, 1) == Refusal::none && v.state.guidance.reasons.has(Reason::skipped));
+    give(v, Order::disarm, ground), float_on(v, board, 30);
+    CHECK(give(v, Order::arm, ground) == Refusal::none && v.progress.reached == 0);
+}
+
 /// Home without a mission is where the robot was armed.
 static void home_without_a_mission() {
     begin_armed();
@@ -172,6 +194,7 @@ int main() {
     needs();
     control_of_stations();
     pauses();
+    what_was_reached_stays();
     home_without_a_mission();
     CHECK(allocations == 0);
     return failures();
