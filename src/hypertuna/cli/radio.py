@@ -101,9 +101,9 @@ def log_command(
                 lost = error
         seconds = time.monotonic() - begin
     emit(
-        sorted(robot.last),
-        record=lambda kinds: {"written": output, "messages": log.messages, "kinds": kinds, "seconds": seconds},
-        lines=lambda kinds: [f"{log.messages} messages in {seconds:.0f} s: {', '.join(kinds)}"],
+        dict(sorted(log.counts.items())),
+        record=lambda counts: {"written": output, "messages": counts, "seconds": seconds},
+        lines=lambda counts: [f"messages in {seconds:.0f} s: {', '.join(f'{name} {n}' for name, n in counts.items())}"],
         written=(output,),
         as_json=as_json,
     )

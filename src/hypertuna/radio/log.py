@@ -5,6 +5,7 @@ Topic /mavlink/NAME has the messages of that name as JSON, each field in the dia
 
 import json
 import time
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ class RadioLogWriter(McapWriter):
         check_new(path)
         super().__init__(Path(path), overwrite=False)
         self.write_metadata(METADATA, {LINK: json.dumps({"robot": robot, "hypertuna_version": version()})})
-        self.messages = 0
+        self.counts: Counter[str] = Counter()  # messages of each name
         self._flushed = time.monotonic()
 
     def write(self, message: Any, stamp: float | None = None) -> None:
@@ -42,7 +43,7 @@ class RadioLogWriter(McapWriter):
         text = json.dumps(content | {"source": message.get_srcSystem()}, allow_nan=False).encode()
         stamp = time.time() if stamp is None else stamp
         self.channel(TOPIC + message.get_type(), Channel, schema=schema).log(text, log_time=int(stamp * NANO))
-        self.messages += 1
+        self.counts[message.get_type()] += 1
         if time.monotonic() - self._flushed > FLUSH:
             self._flushed = time.monotonic()
             self.flush()
