@@ -50,26 +50,41 @@ TickOf<Body> command_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, cons
     });
 }
 
-/// A command to a controller.
-struct GaitCommand {
-    Controller<double> controller;
+/// A command from a time on.
+struct TimedCommand {
+    double since;  // s
     Command<double> command;
-    std::vector<double> fin;  // ticks x 2: rad; empty where there are no fins
-    double lost_at;           // s from which no command arrives
 };
 
-/// A command from `frequency`, `amplitude`, `phase` and `bias` (joints), `fin` (ticks, 2) where there are fins.
+/// Commands to a controller, one after another.
+struct GaitCommand {
+    Controller<double> controller;
+    std::vector<TimedCommand> commands;  // one or more, by their times
+    std::vector<double> fin;             // ticks x 2: rad; empty where there are no fins
+    double lost_at;                      // s from which no command arrives
+};
+
+/// A command from `frequency`, `amplitude`, `phase` and `bias` (joints), `fin` (ticks, 2) where there are fins. Several
+/// have a row each, and `since` [s] and `armed` (0 or 1) beside them.
 inline Loaded<GaitCommand> load_command(const Controller<double>& controller, const NamedColumns& columns,
                                         double lost_at) {
     ColumnReader in(columns);
     GaitCommand out{controller, {}, {}, lost_at};
-    out.command.frequency = in.number("frequency");
-    out.command.armed = true;
-    for (const auto& [name, to] : {std::pair("amplitude", out.command.amplitude), std::pair("phase", out.command.phase),
-                                   std::pair("bias", out.command.bias)}) {
-        const std::vector<double> values = in.numbers(name, controller.joints);
-        std::copy(values.begin(), values.end(), to);
+    const NamedColumn* const since = in.find("since");
+    const std::size_t count = since ? since->rows : 1, joints = std::size_t(controller.joints);
+    out.commands.resize(count);
+    for (std::size_t k = 0; k < count; ++k) {
+        auto& [from, command] = out.commands[k];
+        from = since ? in.number("since", k) : 0.0;
+        command.frequency = in.number("frequency", k);
+        command.armed = !since || in.number("armed", k) != 0;
+        for (const auto& [name, to] : {std::pair("amplitude", command.amplitude), std::pair("phase", command.phase),
+                                       std::pair("bias", command.bias)}) {
+            const std::vector<double> values = in.numbers(name, since ? count : joints, since ? joints : 1);
+            std::copy_n(values.begin() + std::ptrdiff_t(k * joints), joints, to);
+        }
     }
+    if (count == 0) in.refuse("since: must have a command");
     if (const NamedColumn* fin = in.find("fin")) out.fin = in.numbers("fin", fin->rows, 2);
     return in.loaded(std::move(out));
 }
@@ -153,10 +168,12 @@ inline Record simulate(const PlantData& plant, const GaitCommand& command, const
     with_body(plant, world, [&]<class Body>(const Body& body) {
         Twin<Body> twin = make_twin(plant, body, run.tick, run.steps);
         twin.controller = command.controller;
-        Command<double> now = command.command;
+        std::size_t at = 0;
         SensorsState<double> sensing{};
         const auto go = [&](TwinStateOf<Body>& state, std::size_t k) {
             const double time = run.tick * double(k);
+            while (at + 1 < command.commands.size() && command.commands[at + 1].since <= time) ++at;
+            Command<double> now = command.commands[at].command;
             now.fresh = time < command.lost_at;
             for (std::size_t f = 0; f < 2 && !command.fin.empty(); ++f) now.fin[f] = command.fin[2 * k + f];
             return command_tick(twin, state, now, instruments, sensing, time);
