@@ -12,12 +12,15 @@ Controller<T> test_controller() {
     m.joints = 2, m.tick = T(tick);
     m.network = {T(std::exp(-20 * tick)), T(std::exp(-10 * tick))};
     m.smoothing = {T(smooth * tick), T(std::exp(-smooth * tick))};
+    m.servo = {T(97.6 * tick), T(std::exp(-97.6 * tick))};
+    m.viscosity_min = T(0.005), m.viscosity_own = T(0.1);
     m.posture = {T(0.7), T(0.25), T(0.1), T(0.05), T(0.05)};
-    for (int j = 0; j < 2; ++j) m.joint[j] = {0, T(0.5), T(0.4), T(1.57), T(0.5), T(2.5), T(1.0), T(1.2)};
+    for (int j = 0; j < 2; ++j) m.joint[j] = {0, T(0.5), T(0.4), T(30), T(1.57), T(0.5), T(2.5), T(1.0), T(1.2)};
     for (int c = 0; c < 4; ++c) {
         m.map[c] = {T(-0.5), T(0.5), {T(1), T(-0.3), T(1), T(0), T(0.7), T(0)}};
         SupervisorModel<T>& s = m.circuit[c];
         s.speed = T(7.5), s.stall = T(1.2e6), s.fill = T(6e4), s.compliance = T(3e-7);
+        s.line = T(3e5), s.hammer = T(7e4);
     }
     m.pressure_soft = T(2.5e5), m.pressure_hard = T(3e5), m.pressure_low = T(-1e5), m.pressure_high = T(5e5);
     m.pressure_step = T(2e5);

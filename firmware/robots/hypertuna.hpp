@@ -12,6 +12,10 @@ inline constexpr float values[] = {
     0.9048374f,  // controller couple[0]
     0.15813f,  // controller smoothing_rate[0]
     0.8537388f,  // controller smoothing_decay[0]
+    0.97626495f,  // controller servo_loop[0]
+    0.3767155f,  // controller servo_decay[0]
+    0.0051040207f,  // controller viscosity_min[0]
+    0.10045777f,  // controller viscosity_own[0]
     0.7f,  // controller learning[0]
     0.25f,  // controller missing[0]
     0.1f,  // controller limited[0]
@@ -20,18 +24,20 @@ inline constexpr float values[] = {
     0.0f,  // controller direct[0]
     0.3811799f,  // controller reach[0]
     0.31764993f,  // controller amplitude[0]
+    10.454144f,  // controller rate[0]
     1.5708f,  // controller bend_range[0]
     0.31933653f,  // controller bend_step[0]
     3.3901567f,  // controller safe_static[0]
-    0.2782882f,  // controller safe_rate[0]
+    2.7702007f,  // controller safe_rate[0]
     4.4173307f,  // controller safe_square[0]
     0.0f,  // controller direct[1]
     0.65345126f,  // controller reach[1]
     0.54454273f,  // controller amplitude[1]
+    18.772001f,  // controller rate[1]
     1.5708f,  // controller bend_range[1]
     0.54743403f,  // controller bend_step[1]
     2.0624087f,  // controller safe_static[1]
-    0.18228951f,  // controller safe_rate[1]
+    1.8145885f,  // controller safe_rate[1]
     3.0374575f,  // controller safe_square[1]
     -0.19821355f,  // controller map_low[0]
     0.19821355f,  // controller map_high[0]
@@ -45,6 +51,8 @@ inline constexpr float values[] = {
     804864.94f,  // controller servo_stall[0]
     60000.0f,  // controller fill[0]
     2.5105754e-07f,  // controller compliance[0]
+    125784.45f,  // controller line[0]
+    44569.98f,  // controller hammer[0]
     -0.19821355f,  // controller map_low[1]
     0.19821355f,  // controller map_high[1]
     0.40777695f,  // controller map[6]
@@ -57,6 +65,8 @@ inline constexpr float values[] = {
     804864.94f,  // controller servo_stall[1]
     60000.0f,  // controller fill[1]
     2.5105754e-07f,  // controller compliance[1]
+    125784.45f,  // controller line[1]
+    44569.98f,  // controller hammer[1]
     -0.37900174f,  // controller map_low[2]
     0.37900174f,  // controller map_high[2]
     0.14362517f,  // controller map[12]
@@ -69,6 +79,8 @@ inline constexpr float values[] = {
     804864.94f,  // controller servo_stall[2]
     60000.0f,  // controller fill[2]
     1.3290689e-07f,  // controller compliance[2]
+    314461.12f,  // controller line[2]
+    70471.33f,  // controller hammer[2]
     -0.37900174f,  // controller map_low[3]
     0.37900174f,  // controller map_high[3]
     0.14362517f,  // controller map[18]
@@ -81,6 +93,8 @@ inline constexpr float values[] = {
     804864.94f,  // controller servo_stall[3]
     60000.0f,  // controller fill[3]
     1.3290689e-07f,  // controller compliance[3]
+    314461.12f,  // controller line[3]
+    70471.33f,  // controller hammer[3]
     250000.0f,  // controller pressure_soft[0]
     300000.0f,  // controller pressure_hard[0]
     -100000.0f,  // controller pressure_low[0]
@@ -254,95 +268,95 @@ inline constexpr float values[] = {
 };
 
 inline constexpr ParameterInfo parameters[] = {
-    {"learning", 0.0f, 1.0f, 0.7f, false, 5},
-    {"amplitude_0", 0.0f, 0.31764993f, 0.31764993f, false, 12},
-    {"amplitude_1", 0.0f, 0.54454273f, 0.54454273f, false, 20},
-    {"pressure_soft", 125000.0f, 250000.0f, 250000.0f, false, 74},
-    {"pressure_hard", 150000.0f, 300000.0f, 300000.0f, false, 75},
-    {"frequency_max", 0.8f, 8.0f, 8.0f, false, 87},
-    {"fin_max", 0.0f, 0.7853982f, 0.7853982f, false, 88},
-    {"voltage_low", 12.8f, 15.360001f, 12.8f, false, 84},
-    {"timeout_ticks", 10.0f, 50.0f, 50.0f, true, 89},
-    {"pulse_center", 0.00135f, 0.00165f, 0.0015f, false, 90},
-    {"pulse_per_rad", 0.00050960004f, 0.00079625f, 0.000637f, false, 91},
-    {"pulse_min", 0.0008f, 0.0011999999f, 0.0008f, false, 92},
-    {"pulse_max", 0.00165f, 0.0022f, 0.0022f, false, 93},
-    {"slew", 0.015000001f, 0.15f, 0.15f, false, 94},
-    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 141},
-    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 144},
-    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 143},
-    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 142},
-    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 140},
-    {"lookahead", 2.0f, 8.0f, 4.0f, false, 146},
-    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 147},
-    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 152},
-    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 150},
-    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 151},
-    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 154},
-    {"speed_min", 0.05f, 0.2f, 0.1f, false, 145},
-    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 156},
-    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 157},
-    {"error_max", 6.0f, 24.0f, 12.0f, false, 158},
-    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 165},
-    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 182},
-    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 183},
-    {"bend_scale_0", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 184},
-    {"bend_scale_1", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 185},
-    {"pressure_zero_0", -65536.0f, 65536.0f, 15291.733f, false, 186},
-    {"pressure_zero_1", -65536.0f, 65536.0f, 15291.733f, false, 187},
-    {"pressure_zero_2", -65536.0f, 65536.0f, 15291.733f, false, 188},
-    {"pressure_zero_3", -65536.0f, 65536.0f, 15291.733f, false, 189},
-    {"pressure_scale_0", 2.861023f, 45.776367f, 11.444092f, false, 190},
-    {"pressure_scale_1", 2.861023f, 45.776367f, 11.444092f, false, 191},
-    {"pressure_scale_2", 2.861023f, 45.776367f, 11.444092f, false, 192},
-    {"pressure_scale_3", 2.861023f, 45.776367f, 11.444092f, false, 193},
-    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 194},
-    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 195},
-    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 196},
-    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 197},
-    {"current_scale_0", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 198},
-    {"current_scale_1", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 199},
-    {"current_scale_2", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 200},
-    {"current_scale_3", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 201},
-    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 214},
-    {"voltage_scale", 9.536743e-05f, 0.0015258789f, 0.00038146973f, false, 215},
-    {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 202},
-    {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 203},
-    {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 204},
-    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 205},
-    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 206},
-    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 207},
-    {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 208},
-    {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 209},
-    {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 210},
-    {"accel_scale_0", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 211},
-    {"accel_scale_1", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 212},
-    {"accel_scale_2", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 213},
-    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 216},
-    {"depth_scale", 0.00091743114f, 0.0011213047f, 0.001019368f, false, 217},
-    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 218},
-    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 219},
-    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 220},
-    {"field_scale_0", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 221},
-    {"field_scale_1", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 222},
-    {"field_scale_2", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 223},
-    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 224},
-    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 225},
-    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 226},
-    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 227},
-    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 228},
-    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 229},
-    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 230},
-    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 231},
-    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 232},
-    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 233},
-    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 235},
-    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 238},
-    {"depth_max", 0.5f, 10.0f, 10.0f, false, 239},
-    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 240},
-    {"link_share", 0.05f, 1.0f, 0.75f, false, 241},
-    {"system_id", 1.0f, 250.0f, 1.0f, true, 242},
-    {"sign", 0.0f, 1.0f, 0.0f, true, 243},
+    {"learning", 0.0f, 1.0f, 0.7f, false, 9},
+    {"amplitude_0", 0.0f, 0.31764993f, 0.31764993f, false, 16},
+    {"amplitude_1", 0.0f, 0.54454273f, 0.54454273f, false, 25},
+    {"pressure_soft", 125000.0f, 250000.0f, 250000.0f, false, 88},
+    {"pressure_hard", 150000.0f, 300000.0f, 300000.0f, false, 89},
+    {"frequency_max", 0.8f, 8.0f, 8.0f, false, 101},
+    {"fin_max", 0.0f, 0.7853982f, 0.7853982f, false, 102},
+    {"voltage_low", 12.8f, 15.360001f, 12.8f, false, 98},
+    {"timeout_ticks", 10.0f, 50.0f, 50.0f, true, 103},
+    {"pulse_center", 0.00135f, 0.00165f, 0.0015f, false, 104},
+    {"pulse_per_rad", 0.00050960004f, 0.00079625f, 0.000637f, false, 105},
+    {"pulse_min", 0.0008f, 0.0011999999f, 0.0008f, false, 106},
+    {"pulse_max", 0.00165f, 0.0022f, 0.0022f, false, 107},
+    {"slew", 0.015000001f, 0.15f, 0.15f, false, 108},
+    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 155},
+    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 158},
+    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 157},
+    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 156},
+    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 154},
+    {"lookahead", 2.0f, 8.0f, 4.0f, false, 160},
+    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 161},
+    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 166},
+    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 164},
+    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 165},
+    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 168},
+    {"speed_min", 0.05f, 0.2f, 0.1f, false, 159},
+    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 170},
+    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 171},
+    {"error_max", 6.0f, 24.0f, 12.0f, false, 172},
+    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 179},
+    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 196},
+    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 197},
+    {"bend_scale_0", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 198},
+    {"bend_scale_1", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 199},
+    {"pressure_zero_0", -65536.0f, 65536.0f, 15291.733f, false, 200},
+    {"pressure_zero_1", -65536.0f, 65536.0f, 15291.733f, false, 201},
+    {"pressure_zero_2", -65536.0f, 65536.0f, 15291.733f, false, 202},
+    {"pressure_zero_3", -65536.0f, 65536.0f, 15291.733f, false, 203},
+    {"pressure_scale_0", 2.861023f, 45.776367f, 11.444092f, false, 204},
+    {"pressure_scale_1", 2.861023f, 45.776367f, 11.444092f, false, 205},
+    {"pressure_scale_2", 2.861023f, 45.776367f, 11.444092f, false, 206},
+    {"pressure_scale_3", 2.861023f, 45.776367f, 11.444092f, false, 207},
+    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 208},
+    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 209},
+    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 210},
+    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 211},
+    {"current_scale_0", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 212},
+    {"current_scale_1", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 213},
+    {"current_scale_2", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 214},
+    {"current_scale_3", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 215},
+    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 228},
+    {"voltage_scale", 9.536743e-05f, 0.0015258789f, 0.00038146973f, false, 229},
+    {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 216},
+    {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 217},
+    {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 218},
+    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 219},
+    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 220},
+    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 221},
+    {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 222},
+    {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 223},
+    {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 224},
+    {"accel_scale_0", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 225},
+    {"accel_scale_1", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 226},
+    {"accel_scale_2", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 227},
+    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 230},
+    {"depth_scale", 0.00091743114f, 0.0011213047f, 0.001019368f, false, 231},
+    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 232},
+    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 233},
+    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 234},
+    {"field_scale_0", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 235},
+    {"field_scale_1", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 236},
+    {"field_scale_2", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 237},
+    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 238},
+    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 239},
+    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 240},
+    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 241},
+    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 242},
+    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 243},
+    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 244},
+    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 245},
+    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 246},
+    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 247},
+    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 249},
+    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 252},
+    {"depth_max", 0.5f, 10.0f, 10.0f, false, 253},
+    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 254},
+    {"link_share", 0.05f, 1.0f, 0.75f, false, 255},
+    {"system_id", 1.0f, 250.0f, 1.0f, true, 256},
+    {"sign", 0.0f, 1.0f, 0.0f, true, 257},
 };
 
 inline constexpr std::uint8_t file_0[] = {
@@ -454,7 +468,7 @@ inline constexpr FileInfo files[] = {
 };
 
 inline constexpr Description description = {
-    "hypertuna", 2, 2, values, 244, parameters, 89, 0x7a36c7d9, files, 2};
+    "hypertuna", 2, 2, values, 258, parameters, 89, 0xe3f59052, files, 2};
 
 inline constexpr struct {
     int servo[6];

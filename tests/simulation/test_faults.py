@@ -8,6 +8,7 @@ import pytest
 
 SCRIPT = Path(__file__).parents[2] / "validation" / "faults" / "runs.py"
 RUNS = 24
+START = 2.0  # s: by then a joint beats as wide as it was asked to, where its pressures allow
 
 
 def _load() -> Any:
@@ -48,8 +49,13 @@ def test_every_fault_is_told_and_no_other(rows: list[Any], study: Any) -> None:
         assert not [name for name in healthy.conditions if name.endswith("_fault")]
 
 
+def _grows(fault: str) -> bool:
+    """Return whether a joint goes blind within the start, before its governor has allowed the whole amplitude."""
+    return fault.startswith("pressure") and float(fault.split("@")[1]) < START
+
+
 def test_the_tail_beats_on(rows: list[Any], study: Any) -> None:
-    """Half of the healthy swing at least, where no circuit was released."""
+    """Half of the healthy swing at least, where no circuit was released and no joint went blind within its start."""
     for fault, _, healthy, faulty in rows:
-        if "hard_stop" not in faulty.conditions:
+        if "hard_stop" not in faulty.conditions and not _grows(fault):
             assert (faulty.swing > study.SWING_MIN * healthy.swing).all(), fault

@@ -87,7 +87,7 @@ def test_the_axle_moves_as_its_equation_says() -> None:
 @pytest.mark.parametrize("joints", [(0,), (1,), (0, 1)])
 def test_servos_beside_muscles_and_alone(joints: tuple[int, ...]) -> None:
     robot = with_servos(*joints)
-    run = ht.twin(robot, GAIT, duration=6)
+    run = ht.twin(robot, GAIT, duration=8)
     assert run.status == "completed"
     assert run.circuits == tuple(
         f"{'I' * (j + 1)}-{side}" for j in (0, 1) if j not in joints for side in ("left", "right")

@@ -92,6 +92,43 @@ static void the_hard_stop_is_latched_until_armed_anew() {
     CHECK(only_asked.output.status.has(Condition::hard_stop));
 }
 
+/// A hard limit is one whatever is held of the sensor: readings that come in steps no sound sensor makes still release
+/// the joint, after as many as spikes never are in a row.
+static void the_hard_stop_believes_any_sensor() {
+    const auto high = [](int first, int last) {
+        return [=](int i, auto& r, auto&) {
+            if (i >= 200 && r.pressure[1] > 0)
+                r.pressure[1] = i % 2 == 0 ? -9e4 : 1.5e5;  // steps of 240 kPa: distrusted
+            if (first <= i && i < last) r.pressure[1] = 4e5 + 1e3 * (i % 3);
+        };
+    };
+    const auto sure = run<double>(400, high(260, 260 + hard_any));
+    CHECK(sure.output.status.has(Condition::pressure_fault, 1) && sure.output.status.has(Condition::hard_stop, 1));
+    CHECK(!run<double>(400, high(260, 260 + hard_any - 1)).output.status.has(Condition::hard_stop));
+}
+
+/// A bias is a bend, too: the governor bounds it.
+static void a_bias_is_governed() {
+    const auto pressed = run<double>(900, [](int, auto& r, auto& c) {
+        c.frequency = 2, c.amplitude[0] = 0, c.bias[0] = 0.4;
+        r.pressure[0] += 1.7e5;
+    });
+    CHECK(std::fabs(pressed.state.bend_sent[0]) < 0.1);
+}
+
+/// A pump turns no faster than what the units leave of the soft limit to its flow: thick oil holds a part of it.
+static void a_pump_pushes_no_faster_than_its_oil_allows() {
+    const Controller<double> model = test_controller<double>();
+    const auto push = [&](double viscosity) {
+        ControllerState<double> state = init(model);
+        state.viscosity.value = state.viscosity.largest = viscosity;
+        const double sent = furthest_angle(model, state, 0);
+        return follow(model.servo, state.circuit[0].servo, sent).change / model.tick;
+    };
+    CHECK_NEAR(push(1.0), (1 - flow_held) * 1.9e5 / std::hypot(3e5, 7e4), 1e-9);
+    CHECK_NEAR(push(0.0), 1.9e5 / 7e4, 1e-9);
+}
+
 static void without_commands_the_tail_comes_to_rest() {
     const auto lost = run<double>(500, [](int i, auto&, auto& c) { c.fresh = i < 300; });
     CHECK(lost.output.status.has(Condition::timeout));
@@ -151,9 +188,9 @@ static bool all_finite(const ControllerState<T>& s) {
     for (int j = 0; j < max_joints; ++j)
         sum += s.amplitude[j].value + s.bias[j].value + s.phase[j].value + s.more[j].value + s.aside[j].value +
                s.bend_sent[j] + s.governor[j].ceiling + s.governor[j].bend_limit + s.posture[j].seen.mean +
-               s.posture[j].seen.first.x + s.posture[j].seen.third.y + s.posture[j].more + s.posture[j].aside;
-    for (int c = 0; c < max_circuits; ++c)
-        sum += s.oscillator[c].x + s.oscillator[c].y + s.circuit[c].pressure + s.circuit[c].change;
+               s.posture[j].seen.first.x + s.posture[j].seen.third.y + s.posture[j].more + s.posture[j].aside +
+               s.oscillator[j].x + s.oscillator[j].y;
+    for (int c = 0; c < max_circuits; ++c) sum += s.circuit[c].pressure + s.circuit[c].change;
     return is_finite(sum);
 }
 
@@ -198,6 +235,9 @@ int main() {
     faults_are_told_and_survived();
     the_last_good_correction_is_kept();
     the_hard_stop_is_latched_until_armed_anew();
+    the_hard_stop_believes_any_sensor();
+    a_bias_is_governed();
+    a_pump_pushes_no_faster_than_its_oil_allows();
     without_commands_the_tail_comes_to_rest();
     float_against_double();
     arbitrary_bits<float>(700000);

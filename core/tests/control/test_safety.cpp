@@ -49,12 +49,23 @@ static void a_pump_goes_back_from_the_soft_limit() {
     CHECK_NEAR(furthest(s, 0.2, 5e5, soft, hard), 0.185, 1e-15);  // no further: a sensor may lie
 }
 
+/// A beat of a joint that bends by 1 rad and 100 rad/s at most.
+static BeatEnd<double> beat_of(double bend, double frequency = 2) { return {bend, bend, frequency, 1, 100}; }
+
+/// A governor that has seen a pressure in a beat of a frequency.
+static Governor<double> governor_after(double ceiling, double pressure, double frequency = 2) {
+    Governor<double> g{};
+    g.ceiling = g.bend_limit = ceiling, g.frequency = frequency, g.peak = pressure;
+    return g;
+}
+
 /// A beat at fill + room x makes the next one 1 / x as wide, or wider by the fourth root.
 static void the_governor_by_hand() {
     const double fill = 6e4, soft = 2.5e5, room = governor_aim * soft - fill;
     const auto after = [&](double load, bool doubt) {
-        Governor<double> g{0.2, 0.2, 2, 0, fill + room * load, doubt};
-        govern(g, 0.2, 2.0, fill, soft);
+        Governor<double> g = governor_after(0.2, fill + room * load);
+        g.doubt = doubt;
+        govern(g, beat_of(0.2), fill, soft);
         CHECK(g.peak == fill && !g.doubt);
         return g;
     };
@@ -67,16 +78,36 @@ static void the_governor_by_hand() {
     CHECK(after(0.5, false).proven == 0.2 && after(0.5, true).proven == 0 && after(1.25, false).proven == 0);
 }
 
+/// What else cuts a beat, or keeps it from growing.
+static void the_governor_sees_more_than_pressure() {
+    const double fill = 6e4, soft = 2.5e5;
+    const auto after = [&](const auto& change) {
+        Governor<double> g = governor_after(0.2, 1e5);
+        BeatEnd<double> beat = beat_of(0.2);
+        change(g, beat);
+        govern(g, beat, fill, soft);
+        return g;
+    };
+    // A ceiling that fell within the beat grows from there, not from what the beat still had.
+    CHECK(after([](auto& g, auto&) { g.ceiling = 0.02; }).ceiling < 0.02 * governor_max);
+    // A joint that swings by 0.4 rad at 2 Hz bends at 5 rad/s: faster than its oil allows, or not.
+    const auto swings = [](auto& g, auto&) { g.swung = 0.4; };
+    CHECK(after(swings).ceiling > 0.2);
+    const Governor<double> cut = after([&](auto& g, auto& b) { swings(g, b), b.rate = 5; });
+    CHECK_NEAR(cut.ceiling, 0.2 * governor_swing * 5 / (2 * pi * 2 * 0.4), 1e-15);
+    CHECK(after([](auto&, auto& b) { b.reach = 0.1; }).ceiling == 0.1);  // no wider than the pumps reach
+}
+
 /// With pressure above the fill as the amplitude to a power, it comes to the aim and stays.
 static void the_governor_settles() {
     const double fill = 6e4, soft = 2.5e5, aim = governor_aim * soft;
     for (double power : {1.0, 2.0, 3.0}) {
-        Governor<double> g{0.05, 0.05, 2, 0, fill, false};
+        Governor<double> g = governor_after(0.05, fill);
         double most = 0, pressure = 0;
         for (int beat = 0; beat < 60; ++beat) {
             pressure = g.peak = fill + 1e6 * std::pow(g.ceiling, power);
             most = std::fmax(most, pressure);
-            govern(g, g.ceiling, 2.0, fill, soft);
+            govern(g, beat_of(g.ceiling), fill, soft);
         }
         CHECK_NEAR(pressure, aim, 0.02 * aim);
         CHECK(most < 1.05 * aim);
@@ -85,7 +116,7 @@ static void the_governor_settles() {
 
 /// A higher frequency than any seen begins with what the model holds safe; a lower one goes on as it was.
 static void a_new_frequency_begins_safe() {
-    Governor<double> g{0.3, 0.3, 2, 0.3, 0, false};
+    Governor<double> g = governor_after(0.3, 0);
     expect(g, 1.0, 0.1);
     CHECK(g.ceiling == 0.3);
     expect(g, 4.0, 0.1);
@@ -109,6 +140,7 @@ int main() {
     a_reading_is_stuck_only_where_the_robot_moves();
     a_pump_goes_back_from_the_soft_limit();
     the_governor_by_hand();
+    the_governor_sees_more_than_pressure();
     the_governor_settles();
     a_new_frequency_begins_safe();
     every_condition_has_its_text();

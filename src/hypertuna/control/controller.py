@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna import _core
-from hypertuna.actuation.hydraulics import SIDES, Circuits, circuits, rated_voltage, servo_angle
+from hypertuna.actuation.hydraulics import SIDES, Circuits, circuits, rated_voltage, servo_angle, viscosity
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, joint_key, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
-from hypertuna.description.schema.hydraulics import JointServo
+from hypertuna.description.schema.hydraulics import HOTTEST, JointServo
 from hypertuna.errors import InputError
 from hypertuna.swimming.model import core_model
 
@@ -25,8 +25,10 @@ SETTLED = 4.7439  # rate times time at which a critically damped filter has made
 SUCTION = 0.2  # fraction of the cavitation pressure down to which a pump draws taut units to hold a bend at rest
 FREE = 1e-6  # largest difference of the two sides' mean pressure from the fill, over it, where no limit acts
 REACH = 1.2  # largest bend that control may command over the joint's largest bend, to make up for losses
-NO_PRESSURE_STALLS = 1e9  # Pa, of a servo without oil
+NO_LIMIT = 1e9  # Pa of a servo without oil that stalls it, and rad/s of its joint
 MAP_TERMS = 6  # of a pump map, core controller_model.hpp
+HAMMER_AT = 100e3  # Pa: pressure in a cylinder that hammer is reckoned at
+SERVO_LOOP = 2 * math.pi / 0.64359425290558262  # undamped rate of a servo's loop over its bandwidth, core servo.hpp
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
 
 
@@ -52,13 +54,15 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     """
     control = require(robot.controller, "controller", robot)
     hydraulics = circuits(robot, temperature)
-    columns = _constants(robot, control)
+    columns = _constants(robot, control) | _oil(robot, control, hydraulics)
+    thickest = circuits(robot, robot.oil.pour_point) if robot.oil else hydraulics
     for j, group in enumerate(robot.joints):
         if group.servo is not None:
             rows = [_axle(robot, group, group.servo), _no_oil(group.servo)]
         else:
-            rows = [_circuit(robot, control, hydraulics, 2 * j + side) for side in range(len(SIDES))]
-            rows[0] |= _joint(robot, control, hydraulics, j)
+            rows = [_circuit(robot, control, hydraulics, thickest, 2 * j + side) for side in range(len(SIDES))]
+            rows[0] |= _joint(robot, control, thickest, j)
+            rows[0]["rate"] = _rate_max(control, rows[0])
         for row in rows:
             for name, value in row.items():
                 columns.setdefault(name, []).extend(np.atleast_1d(value).tolist())
@@ -69,20 +73,20 @@ def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
     """Return the constants of a joint that a servo turns: no pressure bounds its beat, no sensor reads its bend."""
     bend = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
     no = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
-    return {"direct": 1.0, "reach": bend, "amplitude": bend} | no | _no_oil(servo)
+    return {"direct": 1.0, "reach": bend, "amplitude": bend, "rate": NO_LIMIT} | no | _no_oil(servo)
 
 
 def _no_oil(servo: JointServo) -> dict[str, Any]:
     """Return the constants of a circuit without oil."""
-    no = dict.fromkeys(("fill", "map_low", "map_high", "compliance"), 0.0)
-    return {**no, "map": np.zeros(MAP_TERMS), "servo_speed": servo.speed, "servo_stall": NO_PRESSURE_STALLS}
+    no = dict.fromkeys(("fill", "map_low", "map_high", "compliance", "line", "hammer"), 0.0)
+    return {**no, "map": np.zeros(MAP_TERMS), "servo_speed": servo.speed, "servo_stall": NO_LIMIT}
 
 
-def _circuit(robot: Robot, control: Controller, hydraulics: Circuits, c: int) -> dict[str, Any]:
+def _circuit(robot: Robot, control: Controller, hydraulics: Circuits, thickest: Circuits, c: int) -> dict[str, Any]:
     """Compute the constants of a circuit: pump map and supervisor."""
     one = pump_map(robot, hydraulics, c)
     known = {"fill": _fill(robot, c // 2), "map": one.terms, "map_low": one.low, "map_high": one.high}
-    return known | _supervisor(control, hydraulics, c)
+    return known | _supervisor(control, hydraulics, c) | _flow(thickest, c)
 
 
 def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
@@ -255,10 +259,44 @@ def _water_load(robot: Robot, frequency: float) -> Array:
     return np.array([abs(moment).max() for moment in moments])
 
 
+def _slope(hydraulics: Circuits, circuit: int) -> float:
+    """Return the largest volume that a servo displaces per angle [m^3/rad]."""
+    return float(_core.displaced(hydraulics.values[circuit], np.linspace(-0.5, 0.5, 51))[:, 1].max())
+
+
+def _flow(thickest: Circuits, circuit: int) -> dict[str, float]:
+    """Compute the pressures per rate of a circuit's servo [Pa s/rad]: in the thickest oil's line, and of hammer.
+
+    Hammer is sqrt(L / C) of the line's inertance and the compliance of the oil in the cylinder at `HAMMER_AT`.
+    """
+    at, slope = thickest.row(circuit), _slope(thickest, circuit)
+    absolute = _core.ATMOSPHERE + HAMMER_AT
+    gives = at["oil_pump"] * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / absolute**2)
+    return {"line": slope * at["resistance"], "hammer": slope * math.sqrt(at["inertance"] / gives)}
+
+
+def _rate_max(control: Controller, circuit: dict[str, Any]) -> float:
+    """Compute the largest rate of a joint's bend [rad/s], whose oil hammers up to the soft limit."""
+    room = require(control.pressure_soft, "controller.pressure_soft_pa") - circuit["fill"]
+    return float(room / (circuit["hammer"] * circuit["map"][0]))
+
+
+def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:
+    """Compute how the servos follow, and the oil's viscosities relative to that at its pour point."""
+    bandwidths = [rate for rate in hydraulics.column("bandwidth").tolist() if rate > 0]
+    loop = SERVO_LOOP * min(bandwidths) / control.rate
+    lowest = own = 1.0
+    if robot.oil is not None:
+        hottest, at, thickest = viscosity(robot.oil, [HOTTEST, hydraulics.temperature, robot.oil.pour_point]).tolist()
+        lowest, own = hottest / thickest, at / thickest
+    values = {"servo_loop": loop, "servo_decay": math.exp(-loop), "viscosity_min": lowest, "viscosity_own": own}
+    return {name: [float(value)] for name, value in values.items()}
+
+
 def _supervisor(control: Controller, hydraulics: Circuits, circuit: int) -> dict[str, float]:
     """Compute the supervisor's constants of a circuit."""
     at = hydraulics.row(circuit)
-    slope = float(_core.displaced(hydraulics.values[circuit], np.linspace(-0.5, 0.5, 51))[:, 1].max())
+    slope = _slope(hydraulics, circuit)
     high = _core.ATMOSPHERE + require(control.pressure_soft, "controller.pressure_soft_pa")
     oil = (at["oil_pump"] + at["oil_unit"]) * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / high**2)
     return {

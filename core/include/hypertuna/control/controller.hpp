@@ -22,11 +22,9 @@ void generate(const Controller<T>& model, ControllerState<T>& state, bool active
                                        : target.bias[j];
         state.bias[j] = follow(model.smoothing, state.bias[j], active ? bias : T(0));
         state.phase[j] = follow(model.smoothing, state.phase[j], target.phase[j]);
-        Oscillator<T>&left = state.oscillator[2 * j], &right = state.oscillator[2 * j + 1];
-        if (j > 0) left = couple(model.network, left, reference, sincos(state.phase[j].value));
-        right = couple(model.network, right, left, {T(0), T(-1)});
-        left = oscillate(model.network, left, turn);
-        right = oscillate(model.network, right, turn);
+        Oscillator<T>& z = state.oscillator[j];
+        if (j > 0) z = couple(model.network, z, reference, sincos(state.phase[j].value));
+        z = oscillate(model.network, z, turn);
     }
     for (int k = 0; k < 2; ++k) state.fin[k] = follow(model.smoothing, state.fin[k], active ? target.fin[k] : T(0));
 }
@@ -37,11 +35,23 @@ T asked_amplitude(const ControllerState<T>& state, int j) {
     return state.amplitude[j].value * (T(1) + state.more[j].value);
 }
 
-/// Amplitude that its pressures allow: the governor bounds the widest bend, of which the bias is a part.
+/// Bias with its correction, within what the joint's pressures allow.
 template <class T>
-T allowed_amplitude(const ControllerState<T>& state, int j) {
-    const T room = max(T(0), state.governor[j].bend_limit - abs(state.bias[j].value));
-    return min(asked_amplitude(state, j), room);
+T allowed_bias(const ControllerState<T>& state, int j) {
+    const T limit = state.governor[j].bend_limit;
+    return clamp(state.bias[j].value + state.aside[j].value, -limit, limit);
+}
+
+/// Amplitude that its pressures allow: the governor bounds the widest bend, of which the bias is a part, and the hammer
+/// of the oil bounds its rate.
+template <class T>
+T allowed_amplitude(const Controller<T>& model, const ControllerState<T>& state, int j) {
+    const T room = max(T(0), state.governor[j].bend_limit - abs(allowed_bias(state, j)));
+    const T thin = clamp(T(4) * (T(1) - state.viscosity.value / model.viscosity_own), T(0), T(1));
+    const T rate =
+        model.joint[j].rate * (T(1) - T(flow_undamped) * thin) * (state.bend[j].faulty ? T(flow_unseen) : T(1));
+    const T quick = rate / (T(2 * pi) * max(state.frequency.value, T(0.1)));
+    return min(asked_amplitude(state, j), min(room, quick));
 }
 
 /// End of a joint's beat: what it was sent to and what its sensor read give the corrections of the next beats.
@@ -79,15 +89,21 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     const bool moving = moves(model, state.circuit[2 * j]);
     const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
                                      state.bend[j], reading, state.bend[j].last, moving);
-    if (verdict.usable) add_reading(posture, state.oscillator[2 * j], reading);
-    if (!verdict.usable) status.set(Condition::bend_fault, j), ++posture.missing;
-    const T amplitude = allowed_amplitude(state, j);
-    posture.sent.amplitude += amplitude, posture.sent.bias += state.bias[j].value + state.aside[j].value;
+    const T amplitude = allowed_amplitude(model, state, j), bias = allowed_bias(state, j);
+    if (verdict.usable) {
+        add_reading(posture, state.oscillator[j], reading);
+        governor.swung = max(governor.swung, abs(reading));
+    } else {
+        status.set(Condition::bend_fault, j), ++posture.missing;
+    }
+    posture.sent.amplitude += amplitude, posture.sent.bias += bias;
     ++posture.ticks;
     if (ended) {
+        const T mean = (posture.sent.amplitude + abs(posture.sent.bias)) / T(posture.ticks);
+        const T frequency = max(state.frequency.value, state.target.frequency);
         correct_posture(model, state, j);
-        govern(governor, amplitude + abs(state.bias[j].value), max(state.frequency.value, state.target.frequency),
-               model.circuit[2 * j].fill, model.pressure_soft);
+        govern(governor, {amplitude + abs(bias), mean, frequency, joint.reach, joint.rate}, model.circuit[2 * j].fill,
+               model.pressure_soft);
     }
     // Two beats without a swing: the sensor lives, but does not follow.
     if (posture.dull > 1) status.set(Condition::bend_fault, j);
@@ -110,16 +126,14 @@ void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutpu
     output.pulse[servo] = clamp(model.pulse_center + model.pulse_per_rad * kept, model.pulse_min, model.pulse_max);
 }
 
-/// Bend that is asked of a joint, within what its pressures allow and its pumps reach: half the difference of what its
-/// two oscillators put out.
+/// Bend that is asked of a joint, within what its pressures allow and its pumps reach.
 template <class T>
 T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Status& status) {
     Governor<T>& governor = state.governor[j];
     governor.bend_limit += model.smoothing.rate * (governor.ceiling - governor.bend_limit);
-    const T asked = asked_amplitude(state, j), amplitude = allowed_amplitude(state, j);
+    const T asked = asked_amplitude(state, j), amplitude = allowed_amplitude(model, state, j);
     for (int side = 0; side < 2 && amplitude < asked; ++side) status.set(Condition::pressure_limit, 2 * j + side);
-    const T swing = T(0.5) * (state.oscillator[2 * j].x - state.oscillator[2 * j + 1].x);
-    const T wanted = state.bias[j].value + state.aside[j].value + amplitude * swing;
+    const T wanted = allowed_bias(state, j) + amplitude * state.oscillator[j].x;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
     if (bend != wanted) status.set(Condition::amplitude_limit, j), ++state.posture[j].limited;
     // What was held back catches up little faster than the beat goes: no jump, no surge of pressure.
@@ -138,41 +152,57 @@ void drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
     const T last = state.sent[c];
     send(model, state, output, c, angle);
     circuit.change = output.target[c] - last;
+    circuit.servo = follow(model.servo, circuit.servo, output.target[c]);
     const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
     if (clamp(free, T(0.1), T(1)) * supervisor.speed * model.tick < abs(circuit.change))
         output.status.set(Condition::speed_limit, c);
     output.pressure[c] = circuit.pressure;
 }
 
+/// Within a tick: the furthest angle that a circuit's servo may be sent to. Above the soft limit it goes back, and it
+/// turns no faster than what the pressure in the drive units leaves of the limit to its flow.
+template <class T>
+T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
+    const SupervisorModel<T>& supervisor = model.circuit[c];
+    const SupervisorState<T>& circuit = state.circuit[c];
+    const T viscosity = state.viscosity.value, line = supervisor.line * viscosity;
+    // One reading of a sensor that is doubted may be a spike, and a pump that jerks back hammers as it comes again.
+    const T pressure = state.pressure[c].bucket == 0 ? circuit.pressure : min(circuit.pressure, circuit.before);
+    const T bent = blind(state, c / 2) ? model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2]) : T(0);
+    const T held = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
+    const T unit = max(supervisor.fill + held, pressure - line * circuit.servo.change / model.tick);
+    const T room = max(T(0), model.pressure_soft - unit);
+    const T change = room / pressure_per_rate(supervisor, state.viscosity.largest) * model.tick;
+    return min(furthest(supervisor, state.sent[c], pressure, model.pressure_soft, model.pressure_hard),
+               furthest_target(model.servo, circuit.servo, change));
+}
+
 /// One joint: from the bend that is asked to the angles of its two servos.
 ///
-/// Where one circuit is held back, both stop at the same bend. Were each held back by itself, the side that draws would
-/// outrun the side that pushes, and the oil between them would be lost beat by beat.
+/// Where one circuit is held back, both go the same part of the way. Were each held back by itself, the side that draws
+/// would outrun the side that pushes, and the oil between them would be lost beat by beat.
 template <class T>
 void drive_joint(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int j) {
     const T asked = asked_bend(model, state, j, output.status);
     const bool stopped = state.circuit[2 * j].stopped || state.circuit[2 * j + 1].stopped;
     const T supply = min(T(1), state.supply / model.voltage_rated);
-    T angle[2], limit[2];
-    const auto bend_to = [&](T bend) {
-        for (int side = 0; side < 2; ++side)
-            angle[side] = stopped ? T(0) : servo_angle(model.map[2 * j + side], side == 0 ? bend : -bend);
+    const auto angle_of = [&](int side, T bend) {
+        return stopped ? T(0) : servo_angle(model.map[2 * j + side], side == 0 ? bend : -bend);
     };
-    bend_to(asked);
+    T angle[2], limit[2], part = T(1);
     bool pressed = false, slow = false;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
-        limit[side] = furthest(model.circuit[c], state.sent[c], state.circuit[c].pressure, model.pressure_soft,
-                               model.pressure_hard);
-        if (limit[side] < angle[side]) output.status.set(Condition::pressure_limit, c), pressed = true;
+        angle[side] = angle_of(side, asked), limit[side] = furthest_angle(model, state, c);
+        if (angle[side] <= limit[side]) continue;
+        const T last = angle_of(side, state.bend_sent[j]);
+        part = min(part, max(T(0), (limit[side] - last) / max(angle[side] - last, T(1e-6))));
+        output.status.set(Condition::pressure_limit, c), pressed = true;
     }
-    if (pressed)
-        bend_to(state.bend_sent[j]);
-    else
-        state.bend_sent[j] = asked;
+    state.bend_sent[j] = pressed ? state.bend_sent[j] + part * (asked - state.bend_sent[j]) : asked;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
-        const T sent = min(angle[side], limit[side]);
+        const T sent = min(pressed ? angle_of(side, state.bend_sent[j]) : angle[side], limit[side]);
         drive_circuit(model, state, output, c, sent, supply);
         slow = slow || output.status.has(Condition::speed_limit, c) || output.target[c] != sent;
     }
@@ -196,19 +226,20 @@ ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& stat
     Status& status = output.status;
     take_command(model, state, command, status);
     Oscillator<T> before[max_joints];
-    for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[2 * j];
+    for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[j];
     generate(model, state, state.armed && state.age <= model.timeout);
     read_robot(model, state, readings, status);
     for (int j = 0; j < model.joints; ++j)
         for (int c = 2 * j; c < 2 * j + 2 && !direct(model, j); ++c)
             read_pressure(model, state, c, readings.pressure[c], status);
+    weigh(state.viscosity, model.viscosity_min);
     for (int j = 0; j < model.joints; ++j) {
-        output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[2 * j].x;
+        output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[j].x;
         if (direct(model, j)) {
             turn_joint(model, state, output, j);
             continue;
         }
-        const bool ended = beat_ends(before[j], state.oscillator[2 * j]);
+        const bool ended = beat_ends(before[j], state.oscillator[j]);
         hold_posture(model, state, j, readings.bend[j], ended, status);
         drive_joint(model, state, output, j);
     }

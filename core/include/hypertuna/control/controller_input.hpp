@@ -85,6 +85,20 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
     if (state.voltage.seen && state.supply < model.voltage_low) status.set(Condition::low_voltage);
 }
 
+/// Take in a usable pressure: its sensor is trusted where no reading of late was rejected.
+template <class T>
+void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, bool trusted) {
+    SupervisorState<T>& circuit = state.circuit[c];
+    Governor<T>& governor = state.governor[c / 2];
+    // Two ticks apart, and never through a cavity, where the oil yields.
+    if (trusted && T(0) < min(min(circuit.before, circuit.pressure), reading))
+        learn(state.viscosity, model.circuit[c].line * (circuit.servo.change - circuit.turned[1]) / model.tick,
+              reading - circuit.before);
+    governor.peak = max(governor.peak, median(circuit.before, circuit.pressure, reading));
+    circuit.before = circuit.pressure;
+    circuit.pressure = reading;
+}
+
 /// Take in the pressure of a circuit, and stop it where that has passed the hard limit.
 template <class T>
 void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, Status& status) {
@@ -94,17 +108,16 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast},
                                      state.pressure[c], reading, state.pressure[c].last, moving);
     Governor<T>& governor = state.governor[c / 2];
+    const bool trusted = state.pressure[c].bucket == 0;
     if (verdict.usable) {
-        governor.peak = max(governor.peak, median(circuit.before, circuit.pressure, reading));
-        // Two in a row, of a sensor in good standing: spikes stop nothing.
-        if (state.pressure[c].bucket == 0 && model.pressure_hard < min(circuit.pressure, reading))
-            circuit.stopped = true;
-        circuit.before = circuit.pressure;
-        circuit.pressure = reading;
+        use_pressure(model, state, c, reading, trusted);
     } else {
         status.set(Condition::pressure_fault, c);
         circuit.pressure = min(circuit.pressure, circuit.before);  // the one before may have been the first of a spike
     }
+    // Spikes stop nothing; a pressure that stays does, whatever is held of its sensor.
+    circuit.hard = model.pressure_hard < reading && reading <= model.pressure_high ? circuit.hard + 1 : 0;
+    if ((trusted ? hard_trusted : hard_any) <= circuit.hard) circuit.stopped = true;
     governor.doubt = governor.doubt || !verdict.usable || T(1) < T(state.pressure[c].repeats);
     if (state.pressure[c].faulty) {
         status.set(Condition::blind, c);
@@ -112,6 +125,7 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
         governor.ceiling =
             min(governor.ceiling, max(governor.proven, safe_amplitude(model.joint[c / 2], state.target.frequency)));
     }
+    circuit.turned[1] = circuit.turned[0], circuit.turned[0] = circuit.servo.change;
     if (circuit.stopped) status.set(Condition::hard_stop, c);
 }
 

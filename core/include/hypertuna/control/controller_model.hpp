@@ -1,8 +1,8 @@
 /// Types of the controller: model, input, state and output.
 #pragma once
 
+#include "hypertuna/control/flow.hpp"
 #include "hypertuna/control/posture.hpp"
-#include "hypertuna/control/safety.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
@@ -28,6 +28,7 @@ struct JointModel {
     int direct;                             // 1 where a servo turns its axle: no oil, no bend sensor, no second servo
     T reach;                                // rad: largest bend to either side that its pumps are asked for
     T amplitude;                            // rad: largest amplitude of a command
+    T rate;                                 // rad/s: largest rate of its bend that the hammer of the oil allows
     T bend_range;                           // rad: of the bend sensor, to either side
     T bend_step;                            // rad: largest change of its reading within a tick
     T safe_static, safe_rate, safe_square;  // 1/rad, s/rad, s^2/rad: largest pressure over the soft limit's room, per
@@ -40,6 +41,8 @@ struct Controller {
     T tick;  // s
     Network<T> network;
     Smoothing<T> smoothing;
+    Smoothing<T> servo;              // position loop of the pumps' servos
+    T viscosity_min, viscosity_own;  // of hot oil, and at the oil's own temperature, relative to the thickest
     PostureModel<T> posture;
     JointModel<T> joint[max_joints];
     PumpMap<T> map[max_circuits];
@@ -88,12 +91,13 @@ struct ControllerState {
     bool armed;
     Follower<T> frequency, amplitude[max_joints], phase[max_joints], bias[max_joints], fin[2];
     Follower<T> more[max_joints], aside[max_joints];  // corrections: of the amplitude, relative, and of the bias
-    Oscillator<T> oscillator[max_circuits];           // of each circuit; the two of a joint in antiphase
+    Oscillator<T> oscillator[max_joints];             // of each joint's left circuit; the right one is in antiphase
     PostureState<T> posture[max_joints];
     SupervisorState<T> circuit[max_circuits];
     Governor<T> governor[max_joints];
     Health<T> bend[max_joints], pressure[max_circuits], current[max_circuits], imu[6], voltage;
     T supply;                 // V, last valid reading
+    Viscosity<T> viscosity;   // of the oil
     T bend_sent[max_joints];  // rad: bends that the pumps were last sent to
     T sent[max_servos];       // rad: last angles sent
 };
@@ -125,11 +129,12 @@ ControllerState<T> init(const Controller<T>& model) {
     ControllerState<T> state{};
     state.age = model.timeout + 1;
     state.supply = model.voltage_rated;
-    for (int j = 0; j < max_joints; ++j) state.governor[j].ceiling = model.joint[j].reach;
-    for (int c = 0; c < max_circuits; ++c) {
-        state.oscillator[c] = c % 2 == 0 ? Oscillator<T>{T(0), T(-1)} : Oscillator<T>{T(0), T(1)};
-        state.circuit[c].before = state.circuit[c].pressure = model.circuit[c].fill;
+    state.viscosity.value = state.viscosity.largest = T(1);
+    for (int j = 0; j < max_joints; ++j) {
+        state.oscillator[j] = at_rest<T>();
+        state.governor[j].ceiling = model.joint[j].reach;
     }
+    for (int c = 0; c < max_circuits; ++c) state.circuit[c].before = state.circuit[c].pressure = model.circuit[c].fill;
     return state;
 }
 
@@ -140,6 +145,8 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     visit("tick", 0, m.tick);
     visit("relax", 0, m.network.relax), visit("couple", 0, m.network.couple);
     visit("smoothing_rate", 0, m.smoothing.rate), visit("smoothing_decay", 0, m.smoothing.decay);
+    visit("servo_loop", 0, m.servo.rate), visit("servo_decay", 0, m.servo.decay);
+    visit("viscosity_min", 0, m.viscosity_min), visit("viscosity_own", 0, m.viscosity_own);
     visit("learning", 0, m.posture.learning);
     visit("missing", 0, m.posture.missing), visit("limited", 0, m.posture.limited);
     visit("moving", 0, m.posture.moving), visit("amplitude_min", 0, m.posture.amplitude_min);
@@ -147,6 +154,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         JointModel<T>& joint = m.joint[j];
         visit("direct", j, joint.direct);
         visit("reach", j, joint.reach), visit("amplitude", j, joint.amplitude);
+        visit("rate", j, joint.rate);
         visit("bend_range", j, joint.bend_range), visit("bend_step", j, joint.bend_step);
         visit("safe_static", j, joint.safe_static), visit("safe_rate", j, joint.safe_rate);
         visit("safe_square", j, joint.safe_square);
@@ -156,6 +164,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         for (int k = 0; k < map_terms; ++k) visit("map", map_terms * c + k, m.map[c].term[k]);
         visit("servo_speed", c, m.circuit[c].speed), visit("servo_stall", c, m.circuit[c].stall);
         visit("fill", c, m.circuit[c].fill), visit("compliance", c, m.circuit[c].compliance);
+        visit("line", c, m.circuit[c].line), visit("hammer", c, m.circuit[c].hammer);
     }
     visit("pressure_soft", 0, m.pressure_soft), visit("pressure_hard", 0, m.pressure_hard);
     visit("pressure_low", 0, m.pressure_low), visit("pressure_high", 0, m.pressure_high);

@@ -140,14 +140,22 @@ struct SupervisorModel {
     T stall;       // Pa at which it stalls, at the rated voltage
     T fill;        // Pa: pressure at rest
     T compliance;  // rad/Pa: how far the servo turns for a pressure at the soft limit, where the joint is held
+    T line;        // Pa s/rad: drop along the line per rate of the servo, with the thickest oil that flows
+    T hammer;      // Pa s/rad: hammer of the line's oil per rate of the servo
 };
+
+/// Two readings of a trusted sensor in a row above the hard limit release a joint, and this many of any sensor.
+inline constexpr int hard_trusted = 2, hard_any = 5;
 
 template <class T>
 struct SupervisorState {
-    T pressure;    // Pa: last valid reading, the fill pressure before the first
-    T before;      // Pa: the one before
-    T change;      // rad: of the servo's angle that the last tick commanded
-    bool stopped;  // released by the hard limit
+    T pressure;         // Pa: last valid reading, the fill pressure before the first
+    T before;           // Pa: the one before
+    T change;           // rad: of the servo's angle that the last tick commanded
+    Follower<T> servo;  // rad: where the servo is, as long as no load slows it down
+    T turned[2];        // rad: its change in the two ticks before
+    int hard;           // readings in a row above the hard limit, trusted or not
+    bool stopped;       // released by the hard limit
 };
 
 /// Within a tick: the furthest angle a pump may be sent to. Beyond the soft limit it goes back by what takes the
@@ -166,29 +174,45 @@ struct Governor {
     T frequency;   // Hz that the ceiling was found at
     T proven;      // rad: widest bend of the last beat that was seen to keep the limit
     T peak;        // Pa: largest pressure read in the beat so far
+    T swung;       // rad: largest bend read in the beat so far
     bool doubt;    // a reading of this beat is not to be trusted
 };
 
 inline constexpr double governor_aim = 0.8;     // of the soft limit: between readings hammer adds a fifth and more
+inline constexpr double governor_swing = 0.8;   // of the rate that the oil allows: a joint that swings faster is cut
 inline constexpr double governor_min = 0.6;     // a bend falls to this part from beat to beat at most,
 inline constexpr double governor_max = 2.0;     // and grows to this one
 inline constexpr double governor_floor = 0.02;  // rad: a bend is never governed below
 
-/// End of a beat of this widest bend. Pressure above the fill grows with it in proportion, in water up to its
-/// square, and it takes some beats to come about: cut in proportion, and grow by the fourth root.
+/// A beat that ends, and what its joint allows.
 template <class T>
-void govern(Governor<T>& governor, T bend, T frequency, T fill, T soft) {
+struct BeatEnd {
+    T bend, mean;  // rad: widest bend that was allowed, at its end and on average
+    T frequency;   // Hz that is commanded
+    T reach;       // rad: largest bend of the joint
+    T rate;        // rad/s: largest rate of its bend
+};
+
+/// End of a beat. Pressure above the fill grows with the bend in proportion, in water up to its square, and it takes
+/// some beats to come about: cut in proportion, and grow by the fourth root, from a ceiling that may have fallen within
+/// the beat.
+template <class T>
+void govern(Governor<T>& governor, const BeatEnd<T>& beat, T fill, T soft) {
     const T room = T(governor_aim) * soft - fill;
-    const T part = room / max(governor.peak - fill, T(0.01) * room);
+    // A joint that swings wider than it was sent is carried by its inertia: the oil that it presses out hammers.
+    const T swing = T(2 * pi) * max(beat.frequency, T(0.1)) * max(governor.swung, T(governor_floor));
+    const T part = min(room / max(governor.peak - fill, T(0.01) * room), T(governor_swing) * beat.rate / swing);
     if (part < T(1)) {
-        governor.ceiling = bend * max(part, T(governor_min));
+        governor.ceiling = min(governor.ceiling, beat.bend * max(part, T(governor_min)));
     } else if (!governor.doubt) {
-        governor.ceiling = max(governor.ceiling, bend * min(sqrt(sqrt(part)), T(governor_max)));
-        governor.proven = bend;
-        governor.frequency = frequency;
+        const T grown = min(beat.mean, governor.ceiling) * min(sqrt(sqrt(part)), T(governor_max));
+        governor.ceiling = max(governor.ceiling, grown);
+        governor.proven = beat.mean;
+        governor.frequency = beat.frequency;
     }
-    governor.ceiling = max(governor.ceiling, T(governor_floor));
+    governor.ceiling = clamp(governor.ceiling, T(governor_floor), beat.reach);
     governor.peak = fill;
+    governor.swung = T(0);
     governor.doubt = false;
 }
 

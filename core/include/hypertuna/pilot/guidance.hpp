@@ -302,8 +302,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
         speed = model.slow;
     }
     // The gait's speed is as far off as the fixes said.
-    const T through = max(speed, steering.speed_min) / at.factor;
-    beat_into(steering, command, through, ease_bias(steering, state.steering, bias, through));
+    beat_into(steering, command, max(speed, steering.speed_min) / at.factor, bias);
     steer_depth(model, state, at, steered_depth(model, state, depth), command);
     weigh_fins(model, state, at, mission, depth);
     return out;

@@ -83,7 +83,6 @@ struct SteeringState {
     BeatMean<T> beat;
     T turn_sum;   // rad/s: rate of turn that the integral asks for
     T climb_sum;  // sine of the path that the integral asks for
-    T bias;       // part of the whole tail bias that was commanded last
 };
 
 /// A direction over ground, of length 1.
@@ -176,17 +175,6 @@ T fins_for(const Steering<T>& model, const Estimate<T>& at, T climb) {
     const T asked = model.climb_lead * climb + model.climb_gain * (climb - path) - model.pitch_gain * at.facing.z -
                     model.pitch_damping * at.rate.y;
     return clamp(asked, -model.fin_max, model.fin_max);
-}
-
-inline constexpr double bias_beats = 4;  // from straight to the whole tail bias
-
-/// Part of the whole tail bias that is commanded on the way to the one asked for: the controller limits pressure from
-/// beat to beat, and a whole bias at once on top of a wide beat passes the hard limit before it can.
-template <class T>
-T ease_bias(const Steering<T>& model, SteeringState<T>& state, T asked, T speed) {
-    const T step = model.period * beating(model.table, model.joints, speed).frequency / T(bias_beats);
-    state.bias = clamp(asked, state.bias - step, state.bias + step);
-    return state.bias;
 }
 
 /// The beat of a speed, turned by a part of the tail bias. What bends one way swings less.

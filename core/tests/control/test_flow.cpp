@@ -1,0 +1,49 @@
+/// Flow: the viscosity that pressures tell, and how fast a pump may turn.
+#include <cmath>
+
+#include "check.hpp"
+#include "pilot.hpp"
+
+using namespace hypertuna;
+
+/// Pressures that an oil of some viscosity makes tell it, whatever else moves them out of step.
+static void the_viscosity_is_learned() {
+    for (double truth : {1.0, 0.3, 0.02}) {
+        Viscosity<double> oil{};
+        for (int i = 0; i < 400; ++i) {
+            const double turned = std::cos(0.2 * i), load = 2e4 * std::sin(0.2 * i);
+            learn(oil, 3e5 * turned, truth * 3e5 * turned + load);
+            weigh(oil, 0.005);
+        }
+        CHECK_NEAR(oil.value, truth, 0.02);
+        CHECK(oil.value <= oil.largest && oil.largest <= 1);
+    }
+    Viscosity<double> unknown{};
+    weigh(unknown, 0.005);
+    CHECK(unknown.value == 1);  // before any reading the oil may be as thick as it gets
+}
+
+/// A critically damped servo that is sent to the furthest target turns by what was asked within the tick, no more.
+static void the_furthest_target_by_the_filter() {
+    const Smoothing<double> servo = test_controller<double>().servo;
+    for (double before : {0.0, 0.01, -0.02})
+        for (double change : {0.0, 0.005, 0.03}) {
+            const Follower<double> now{0.1, before};
+            CHECK_NEAR(follow(servo, now, furthest_target(servo, now, change)).change, change, 1e-15);
+        }
+}
+
+/// Thick oil: the line's drop; thin oil: hammer. Together as two sides of a right angle.
+static void pressure_per_rate_by_hand() {
+    SupervisorModel<double> circuit{};
+    circuit.line = 3e5, circuit.hammer = 4e4;
+    CHECK_NEAR(pressure_per_rate(circuit, 0.1), 5e4, 1e-9);
+    CHECK_NEAR(pressure_per_rate(circuit, 0.0), 4e4, 1e-9);
+}
+
+int main() {
+    the_viscosity_is_learned();
+    the_furthest_target_by_the_filter();
+    pressure_per_rate_by_hand();
+    return failures();
+}
