@@ -34,7 +34,7 @@ from hypertuna.firmware.scenario import find_scenario, random_messages
 from hypertuna.swimming.gait import named_gait
 from program import Run
 
-MAX_INSTRUCTIONS, MAX_TEXT, MAX_STACK = 4200, 96 * 1024, 2048
+MAX_INSTRUCTIONS, MAX_TEXT, MAX_STACK = 4900, 96 * 1024, 2048
 
 
 @pytest.fixture(scope="module")

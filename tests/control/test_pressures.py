@@ -1,0 +1,49 @@
+"""The pressure that no circuit passes: the worst random twins of validation/control, and what the guard costs."""
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from pressures import HARD, row
+
+# Seeds, and the largest pressure [kPa] without a limit on the rate of a pump.
+WORST = {
+    1226: 656,
+    190: 581,
+    1258: 572,
+    107: 523,
+    382: 476,
+    559: 455,
+    226: 416,
+    1452: 408,
+    1546: 400,
+    683: 400,
+    353: 390,
+    463: 384,
+    27: 384,
+    797: 383,
+    1515: 376,
+    908: 371,
+    944: 365,
+    995: 363,
+    766: 361,
+    513: 359,
+    891: 359,
+    284: 356,
+    67: 356,
+    212: 355,
+}
+
+
+@pytest.mark.parametrize("seed", list(WORST))
+def test_the_worst_random_twins_keep_the_hard_limit(seed: int) -> None:
+    """Gaits to 8 Hz, steps of the command, faulty sensors, oil of -9 to 60 C, air and water."""
+    run = row(seed)
+    assert run["status"] == "completed"
+    assert max(float(run["peak_kpa"]), float(run["unit_kpa"])) < HARD < WORST[seed]
+
+
+def test_a_gait_keeps_its_speed() -> None:
+    """A start from rest is slower until pressures say how thick the oil is; a steady gait is as fast as before."""
+    run = ht.twin(ht.load("hypertuna"), "optimised-0.3", duration=20.0, seed=1)
+    np.testing.assert_allclose(run.speed, 0.30534, rtol=1e-3)  # 0.305341 m/s without a limit on the rate of a pump
