@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from figures_common import rows
 
 from hypertuna import _core
 
 STATES = [name for name, *_ in _core.state_table()]
+LOCKSTEP: dict[str, Any] = json.loads(  # its measure.py writes it
+    (Path(__file__).parents[1] / "validation/lockstep/lockstep.json").read_text()
+)
 EVENTS = [row[0] for row in _core.order_table()].index("stop")  # the first one
 
 
@@ -56,6 +62,38 @@ def fault_table() -> str:
     return rows(["fault", "meaning", "response", "latched until armed again", "forbids arming", "severity"], body, 6)
 
 
+def lockstep_table() -> str:
+    """Tabulate the runs on the emulated board: maxima of instructions per tick."""
+    body = [
+        [
+            f"`{robot}`",
+            label,
+            f"{run['ticks']:,}",
+            "" if run["differ"] is None else str(run["differ"]),
+            *(f"{run[part]:,}" for part in ("controller", "pilot", "radio", "whole")),
+            f"{run['stack']:,} B",
+            f"{run['real_time']:.0f}",
+        ]
+        for robot, found in LOCKSTEP.items()
+        for label, run in found["runs"].items()
+    ]
+    heads = ["robot", "run", "ticks", "differ", "controller", "pilot", "radio", "whole tick", "stack", "times real time"]
+    return rows(heads, body, 2)
+
+
+def size_table() -> str:
+    """Tabulate what the firmware of each robot holds."""
+    body = [
+        [
+            f"`{robot}`",
+            *(str(found["sizes"][key]) for key in ("joints", "numbers", "parameters")),
+            *(f"{found['sizes'][key] / 1024:.1f} kB" for key in ("text", "data")),
+        ]
+        for robot, found in LOCKSTEP.items()
+    ]
+    return rows(["robot", "joints", "numbers on board", "of them parameters", "program text", "data"], body)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "states": state_table,
     "orders": lambda: transition_table(events=False),
@@ -63,5 +101,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "meanings of orders": order_table,
     "needs": need_table,
     "faults": fault_table,
+    "lock-step": lockstep_table,
+    "sizes of firmware": size_table,
 }
 PICTURES: dict[str, Callable[[], object]] = {}

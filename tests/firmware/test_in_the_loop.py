@@ -35,6 +35,10 @@ from hypertuna.swimming.gait import named_gait
 from program import Run
 
 MAX_INSTRUCTIONS, MAX_TEXT, MAX_STACK = 4900, 96 * 1024, 2048
+DOCS = Path(__file__).parents[2] / "docs" / "firmware.md"
+STORED = json.loads((DOCS.parents[1] / "validation" / "lockstep" / "lockstep.json").read_text())  # tables of the docs
+MEASURE = "validation/lockstep/measure.py, and docs/figures.py"
+STALE = 0.05  # a change of the firmware by which the tables must be measured anew
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +71,10 @@ def test_hundred_thousand_ticks_have_the_same_bits(fish: ht.Robot, qemu: Path) -
     assert len(run.mismatches) == 0
     assert run.instructions("controller") <= MAX_INSTRUCTIONS
     assert 0 < run.answers["stack"].max() <= MAX_STACK
+    stored = STORED["hypertuna"]["runs"]["random messages"]
+    for part in ("controller", "pilot", "radio"):
+        assert run.instructions(part) == pytest.approx(stored[part], rel=STALE), f"run {MEASURE}"
+    assert run.answers["stack"].max() == pytest.approx(stored["stack"], rel=STALE), f"run {MEASURE}"
     # The messages went everywhere: other digests in nearly every tick, arming, all sources of commands, refusals.
     assert len(np.unique(run.answers["digest"])) > 0.99 * run.ticks
     assert set(run.answers["state"].tolist()) == set(range(len(_core.state_table())))
@@ -128,9 +136,21 @@ def test_mission_on_the_twin(fish: ht.Robot, pc: Path, board: str, request: pyte
         assert run.answers["speed"][-1] > 0.2
 
 
+def test_bounds_and_runs_of_the_docs() -> None:
+    page = DOCS.read_text()
+    for words in (f"controller to {MAX_INSTRUCTIONS:,}", f"{MAX_TEXT // 1024} kB of program", f"{MAX_STACK // 1024} kB of stack"):
+        assert words in page
+    for found in STORED.values():
+        runs = found["runs"].values()
+        assert sum(run["ticks"] for run in runs) >= 100_000
+        assert all(run["differ"] in (0, None) and run["stack"] <= MAX_STACK for run in runs)
+        assert found["sizes"]["text"] <= MAX_TEXT
+
+
 def test_sizes_and_symbols(qemu: Path) -> None:
     text = int(subprocess.run(["arm-none-eabi-size", qemu], capture_output=True, text=True).stdout.split()[6])
     assert text <= MAX_TEXT
+    assert text == pytest.approx(STORED["hypertuna"]["sizes"]["text"], rel=STALE), f"run {MEASURE}"
     symbols = subprocess.run(["arm-none-eabi-nm", "-C", qemu], capture_output=True, text=True).stdout
     for word in ("malloc", "operator new", "free", "_sbrk", "unwind", "__cxa_throw", "personality"):
         assert word not in symbols, word
