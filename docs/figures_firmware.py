@@ -72,12 +72,11 @@ def lockstep_table() -> str:
             "" if run["differ"] is None else str(run["differ"]),
             *(f"{run[part]:,}" for part in ("controller", "pilot", "radio", "whole")),
             f"{run['stack']:,} B",
-            f"{run['real_time']:.0f}",
         ]
         for robot, found in LOCKSTEP.items()
         for label, run in found["runs"].items()
     ]
-    heads = ["robot", "run", "ticks", "differ", "controller", "pilot", "radio", "whole tick", "stack", "times real time"]
+    heads = ["robot", "run", "ticks", "differ", "controller", "pilot", "radio", "vehicle", "stack"]
     return rows(heads, body, 2)
 
 

@@ -138,7 +138,11 @@ def test_mission_on_the_twin(fish: ht.Robot, pc: Path, board: str, request: pyte
 
 def test_bounds_and_runs_of_the_docs() -> None:
     page = DOCS.read_text()
-    for words in (f"controller to {MAX_INSTRUCTIONS:,}", f"{MAX_TEXT // 1024} kB of program", f"{MAX_STACK // 1024} kB of stack"):
+    for words in (
+        f"controller to {MAX_INSTRUCTIONS:,}",
+        f"{MAX_TEXT // 1024} kB of program",
+        f"{MAX_STACK // 1024} kB of stack",
+    ):
         assert words in page
     for found in STORED.values():
         runs = found["runs"].values()

@@ -52,6 +52,19 @@ def test_sources_of_the_project_compile_with_its_flags() -> None:
         assert ran.returncode == 0, ran.stderr
 
 
+def test_sizes_are_those_of_the_docs() -> None:
+    image = ROOT / "build/firmware/hypertuna-teensy41.elf"
+    if not image.is_file() or shutil.which("arm-none-eabi-size") is None:
+        pytest.skip("the image is missing: make firmware-teensy")
+    printed = subprocess.run(["arm-none-eabi-size", image], capture_output=True, text=True, check=True).stdout
+    page = (ROOT / "docs/firmware.md").read_text()
+    told = re.search(r"(\d+) kB of text, (\d+) kB of data and (\d+) kB of zeroed memory", page)
+    assert told is not None
+    assert [int(size) / 1024 for size in printed.split()[6:9]] == pytest.approx(
+        [float(k) for k in told.groups()], rel=0.05
+    )
+
+
 def test_pins_with_pulses_are_the_same_in_the_description_and_on_the_board() -> None:
     text = (PROJECT / "servos.hpp").read_text()
     body = re.search(r"has_pulses\(int pin\) \{\s*return (.*?);", text, re.DOTALL)

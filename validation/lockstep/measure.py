@@ -1,6 +1,6 @@
 """Firmware in lock-step on the emulated Cortex-M7: differing ticks, instructions, stack and sizes of three robots.
 
-python validation/lockstep/measure.py           # runs everything, and writes lockstep.json: the tables of docs/firmware.md
+python validation/lockstep/measure.py           # runs everything, and writes lockstep.json: tables of docs/firmware.md
 python validation/lockstep/measure.py hypertuna # one robot alone
 """
 
@@ -89,7 +89,6 @@ def row(run: FirmwareRun) -> dict[str, Any]:
         "differ": len(run.mismatches) if run.compared else None,
         "status": run.status,
         "stack": int(run.answers["stack"].max()),
-        "real_time": round(run.real_time_factor, 1),
     } | {part: round(run.instructions(part) or 0) for part in PARTS}
 
 
@@ -103,7 +102,7 @@ def session(robot: ht.Robot) -> dict[str, Any]:
             firmware_in_the_loop, robot, find_scenario("afloat"), board="qemu", ticks=4000, radio=port, real_time=True
         )
         with connect(f"tcp:127.0.0.1:{port}", patience=60) as client:
-            set_parameter(client, "learning", 0.4)
+            set_parameter(client, "link_rate", 57600.0)
             upload(client, read_mission("box").mission)
             client.arm()
             client.gait(named_gait(robot, GAITS.get(robot.name, "cruise")))
