@@ -107,6 +107,15 @@ static void the_hard_stop_believes_any_sensor() {
     CHECK(!run<double>(400, high(260, 260 + hard_any - 1)).output.status.has(Condition::hard_stop));
 }
 
+/// A pressure that stays bit for bit while the other joint moves the body is a sensor that is stuck.
+static void a_sensor_is_stuck_while_anything_moves() {
+    const auto stuck = run<double>(600, [](int i, auto& r, auto& c) {
+        c.amplitude[1] = 0;
+        if (i > 300) r.pressure[2] = 2.3e5;
+    });
+    CHECK(stuck.output.status.has(Condition::blind, 2));
+}
+
 /// A bias is a bend, too: the governor bounds it.
 static void a_bias_is_governed() {
     const auto pressed = run<double>(900, [](int, auto& r, auto& c) {
@@ -236,6 +245,7 @@ int main() {
     the_last_good_correction_is_kept();
     the_hard_stop_is_latched_until_armed_anew();
     the_hard_stop_believes_any_sensor();
+    a_sensor_is_stuck_while_anything_moves();
     a_bias_is_governed();
     a_pump_pushes_no_faster_than_its_oil_allows();
     without_commands_the_tail_comes_to_rest();

@@ -50,12 +50,12 @@ static void a_pump_goes_back_from_the_soft_limit() {
 }
 
 /// A beat of a joint that bends by 1 rad and 100 rad/s at most.
-static BeatEnd<double> beat_of(double bend, double frequency = 2) { return {bend, bend, frequency, 1, 100}; }
+static BeatEnd<double> beat_of(double bend, double frequency = 2) { return {bend, frequency, 1, 100}; }
 
 /// A governor that has seen a pressure in a beat of a frequency.
 static Governor<double> governor_after(double ceiling, double pressure, double frequency = 2) {
     Governor<double> g{};
-    g.ceiling = g.bend_limit = ceiling, g.frequency = frequency, g.peak = pressure;
+    g.ceiling = g.bend_limit = g.sent = ceiling, g.frequency = frequency, g.peak = pressure;
     return g;
 }
 

@@ -61,7 +61,7 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
             rows = [_axle(robot, group, group.servo), _no_oil(group.servo)]
         else:
             rows = [_circuit(robot, control, hydraulics, thickest, 2 * j + side) for side in range(len(SIDES))]
-            rows[0] |= _joint(robot, control, thickest, j)
+            rows[0] |= _joint(robot, control, hydraulics, j)
             rows[0]["rate"] = _rate_max(control, rows[0])
         for row in rows:
             for name, value in row.items():

@@ -99,10 +99,9 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     posture.sent.amplitude += amplitude, posture.sent.bias += bias;
     ++posture.ticks;
     if (ended) {
-        const T mean = (posture.sent.amplitude + abs(posture.sent.bias)) / T(posture.ticks);
         const T frequency = max(state.frequency.value, state.target.frequency);
         correct_posture(model, state, j);
-        govern(governor, {amplitude + abs(bias), mean, frequency, joint.reach, joint.rate}, model.circuit[2 * j].fill,
+        govern(governor, {amplitude + abs(bias), frequency, joint.reach, joint.rate}, model.circuit[2 * j].fill,
                model.pressure_soft);
     }
     // Two beats without a swing: the sensor lives, but does not follow.
@@ -200,6 +199,7 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
         output.status.set(Condition::pressure_limit, c), pressed = true;
     }
     state.bend_sent[j] = pressed ? state.bend_sent[j] + part * (asked - state.bend_sent[j]) : asked;
+    state.governor[j].sent = max(state.governor[j].sent, abs(state.bend_sent[j]));
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
         const T sent = min(pressed ? angle_of(side, state.bend_sent[j]) : angle[side], limit[side]);
@@ -228,10 +228,11 @@ ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& stat
     Oscillator<T> before[max_joints];
     for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[j];
     generate(model, state, state.armed && state.age <= model.timeout);
-    read_robot(model, state, readings, status);
+    const bool moving = any_moves(model, state);
+    read_robot(model, state, readings, moving, status);
     for (int j = 0; j < model.joints; ++j)
         for (int c = 2 * j; c < 2 * j + 2 && !direct(model, j); ++c)
-            read_pressure(model, state, c, readings.pressure[c], status);
+            read_pressure(model, state, c, readings.pressure[c], moving, status);
     weigh(state.viscosity, model.viscosity_min);
     for (int j = 0; j < model.joints; ++j) {
         output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[j].x;

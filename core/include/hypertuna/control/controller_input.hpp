@@ -58,11 +58,18 @@ bool moves(const Controller<T>& model, const SupervisorState<T>& circuit) {
     return T(0.2) * model.tick < abs(circuit.change);
 }
 
-/// Currents, IMU and battery: they steer nothing but the voltage, which the servos' speed depends on.
+/// Whether any circuit's servo moves, so that the body moves, and every pressure with it.
 template <class T>
-void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, Status& status) {
+bool any_moves(const Controller<T>& model, const ControllerState<T>& state) {
     bool moving = false;
     for (int c = 0; c < 2 * model.joints; ++c) moving = moving || moves(model, state.circuit[c]);
+    return moving;
+}
+
+/// Currents, IMU and battery: they steer nothing but the voltage, which the servos' speed depends on.
+template <class T>
+void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, bool moving,
+                Status& status) {
     const auto plain = [&](Health<T>& health, T reading, T low, T high, T part) {
         return judge({low, high, part * (high - low), repeats_slow}, health, reading, health.last, moving).usable;
     };
@@ -101,10 +108,10 @@ void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, 
 
 /// Take in the pressure of a circuit, and stop it where that has passed the hard limit.
 template <class T>
-void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, Status& status) {
+void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, bool moving,
+                   Status& status) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
-    const bool moving = moves(model, circuit);
     const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast},
                                      state.pressure[c], reading, state.pressure[c].last, moving);
     Governor<T>& governor = state.governor[c / 2];

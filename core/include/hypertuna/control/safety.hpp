@@ -169,13 +169,13 @@ T furthest(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard) 
 /// From beat to beat: the widest bend of a joint, amplitude and bias, that its pressures allow.
 template <class T>
 struct Governor {
-    T ceiling;     // rad: what the beats so far allow
-    T bend_limit;  // rad: what is allowed now, on its way to that
-    T frequency;   // Hz that the ceiling was found at
-    T proven;      // rad: widest bend of the last beat that was seen to keep the limit
-    T peak;        // Pa: largest pressure read in the beat so far
-    T swung;       // rad: largest bend read in the beat so far
-    bool doubt;    // a reading of this beat is not to be trusted
+    T ceiling;      // rad: what the beats so far allow
+    T bend_limit;   // rad: what is allowed now, on its way to that
+    T frequency;    // Hz that the ceiling was found at
+    T proven;       // rad: widest bend of the last beat that was seen to keep the limit
+    T peak;         // Pa: largest pressure read in the beat so far
+    T sent, swung;  // rad: largest bend that the joint was sent to, and that was read, in the beat so far
+    bool doubt;     // a reading of this beat is not to be trusted
 };
 
 inline constexpr double governor_aim = 0.8;     // of the soft limit: between readings hammer adds a fifth and more
@@ -187,10 +187,10 @@ inline constexpr double governor_floor = 0.02;  // rad: a bend is never governed
 /// A beat that ends, and what its joint allows.
 template <class T>
 struct BeatEnd {
-    T bend, mean;  // rad: widest bend that was allowed, at its end and on average
-    T frequency;   // Hz that is commanded
-    T reach;       // rad: largest bend of the joint
-    T rate;        // rad/s: largest rate of its bend
+    T bend;       // rad: widest bend that is allowed at its end
+    T frequency;  // Hz that is commanded
+    T reach;      // rad: largest bend of the joint
+    T rate;       // rad/s: largest rate of its bend
 };
 
 /// End of a beat. Pressure above the fill grows with the bend in proportion, in water up to its square, and it takes
@@ -204,15 +204,16 @@ void govern(Governor<T>& governor, const BeatEnd<T>& beat, T fill, T soft) {
     const T part = min(room / max(governor.peak - fill, T(0.01) * room), T(governor_swing) * beat.rate / swing);
     if (part < T(1)) {
         governor.ceiling = min(governor.ceiling, beat.bend * max(part, T(governor_min)));
+        governor.proven = min(governor.proven, governor.ceiling);
     } else if (!governor.doubt) {
-        const T grown = min(beat.mean, governor.ceiling) * min(sqrt(sqrt(part)), T(governor_max));
+        const T grown = min(beat.bend, governor.ceiling) * min(sqrt(sqrt(part)), T(governor_max));
         governor.ceiling = max(governor.ceiling, grown);
-        governor.proven = beat.mean;
+        governor.proven = governor.sent;
         governor.frequency = beat.frequency;
     }
     governor.ceiling = clamp(governor.ceiling, T(governor_floor), beat.reach);
     governor.peak = fill;
-    governor.swung = T(0);
+    governor.sent = governor.swung = T(0);
     governor.doubt = false;
 }
 
