@@ -38,7 +38,7 @@ MAX_INSTRUCTIONS, MAX_TEXT, MAX_STACK = 4900, 96 * 1024, 2048
 DOCS = Path(__file__).parents[2] / "docs" / "firmware.md"
 STORED = json.loads((DOCS.parents[1] / "validation" / "lockstep" / "lockstep.json").read_text())  # tables of the docs
 MEASURE = "validation/lockstep/measure.py, and docs/figures.py"
-STALE = 0.25  # a change of the firmware by which the tables must be measured anew
+STALE = 0.05  # a change of the firmware by which the tables must be measured anew
 
 
 @pytest.fixture(scope="module")
