@@ -1,6 +1,6 @@
 """Pressures of random twins, for README.md. Run: python validation/control/pressures.py [RUNS [FIRST_SEED]] [-j JOBS].
 
-Each run is a line of pressures.csv; a run whose line is there is not repeated.
+Each run is a line of build/pressures.csv, and not repeated; the summary is stored in pressures.json.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from hypertuna.description.robot import Robot, parse
 from hypertuna.simulation.plant import controller_of, parts_of, steps_of
 
 HERE = Path(__file__).parent
-TABLE, RECORD = HERE / "pressures.csv", HERE / "pressures.json"
+TABLE, RECORD = HERE.parents[1] / "build" / "pressures.csv", HERE / "pressures.json"
 ROBOT = ht.load("hypertuna")
 HARD = 315.0  # kPa: the hard limit of 300 kPa and 5 %
 SECONDS, TICK = 6.0, 0.01  # of a run, and of control [s]
@@ -190,6 +190,7 @@ def known() -> dict[int, dict[str, str]]:
 
 def compute(seeds: list[int], jobs: int) -> None:
     """Run seeds and append their lines."""
+    TABLE.parent.mkdir(exist_ok=True)
     fresh = not TABLE.exists()
     with TABLE.open("a", newline="") as file, ProcessPoolExecutor(jobs) as pool:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
