@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from pressures import HARD, row
 
 import hypertuna as ht
-from pressures import HARD, row
 
 # Seeds, and the largest pressure [kPa] without a limit on the rate of a pump.
 WORST = {
