@@ -333,6 +333,7 @@ static void bind_joints(nb::module_& m) {
 
 static void bind_hydraulics(nb::module_& m) {
     m.attr("ATMOSPHERE") = atmosphere;
+    m.attr("SERVO_LOOP_RATE") = servo_loop_rate;
     m.def("circuit_columns", &circuit_names, "Numbers that describe a circuit, in the order of a row.");
     m.def(
         "displaced", &displaced_by, nb::arg("circuit"), nb::arg("angle"),

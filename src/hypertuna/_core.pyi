@@ -248,6 +248,8 @@ def balance_joint(
 
 ATMOSPHERE: float = 101325.0
 
+SERVO_LOOP_RATE: float = 9.762649804303567
+
 def circuit_columns() -> list[str]:
     """Numbers that describe a circuit, in the order of a row."""
 

@@ -44,6 +44,6 @@ def test_the_worst_random_twins_keep_the_hard_limit(seed: int) -> None:
 
 
 def test_a_gait_keeps_its_speed() -> None:
-    """A start from rest is slower until pressures say how thick the oil is; a steady gait is as fast as before."""
+    """The limits act on transients and faults: a steady gait is as fast as without them."""
     run = ht.twin(ht.load("hypertuna"), "optimised-0.3", duration=20.0, seed=1)
     np.testing.assert_allclose(run.speed, 0.30534, rtol=1e-3)  # 0.305341 m/s without a limit on the rate of a pump

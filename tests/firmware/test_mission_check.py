@@ -20,8 +20,11 @@ def fish() -> ht.Robot:
     return ht.load("hypertuna")
 
 
-def mission(depth: float = 1.0, radius: float = 2.0, y: float = 20.0, **given: float) -> Mission:
-    return Mission((Waypoint(0.0, y, depth, 0.3, radius),), fence=FENCE, **{"depth_max": 4.0, **given})  # type: ignore[arg-type]
+def mission(
+    depth: float = 1.0, radius: float = 2.0, y: float = 20.0, depth_max: float = 4.0, home_radius: float = 3.0
+) -> Mission:
+    waypoint = Waypoint(0.0, y, depth, 0.3, radius)
+    return Mission((waypoint,), fence=FENCE, depth_max=depth_max, home_radius=home_radius)
 
 
 def by_ground(robot: ht.Robot, flight: Mission) -> bool:

@@ -92,8 +92,8 @@ static void the_hard_stop_is_latched_until_armed_anew() {
     CHECK(only_asked.output.status.has(Condition::hard_stop));
 }
 
-/// A hard limit is one whatever is held of the sensor: readings that come in steps no sound sensor makes still release
-/// the joint, after as many as spikes never are in a row.
+/// The hard limit holds for a faulty sensor, too: readings in steps that no working sensor makes still release the
+/// joint, after more in a row than spikes are.
 static void the_hard_stop_believes_any_sensor() {
     const auto high = [](int first, int last) {
         return [=](int i, auto& r, auto&) {

@@ -1,4 +1,4 @@
-/// Flow: the viscosity that pressures tell, and how fast a pump may turn.
+/// Flow: viscosity from pressures, and the largest rate of a pump.
 #include <cmath>
 
 #include "check.hpp"
@@ -6,20 +6,21 @@
 
 using namespace hypertuna;
 
-/// Pressures that an oil of some viscosity makes tell it, whatever else moves them out of step.
+/// The viscosity is found from the pressures that it causes, in spite of a load out of phase.
 static void the_viscosity_is_learned() {
     for (double truth : {1.0, 0.3, 0.02}) {
         Viscosity<double> oil{};
         for (int i = 0; i < 400; ++i) {
             const double turned = std::cos(0.2 * i), load = 2e4 * std::sin(0.2 * i);
             learn(oil, 3e5 * turned, truth * 3e5 * turned + load);
-            weigh(oil, 0.005);
+            weigh(oil, 0.005, 0.1);
         }
         CHECK_NEAR(oil.value, truth, 0.02);
         CHECK(oil.value <= oil.largest && oil.largest <= 1);
+        CHECK(oil.rate == (truth < 0.05 ? 1 - flow_undamped : 1));  // thin oil bends slower
     }
     Viscosity<double> unknown{};
-    weigh(unknown, 0.005);
+    weigh(unknown, 0.005, 0.1);
     CHECK(unknown.value == 1);  // before any reading the oil may be as thick as it gets
 }
 

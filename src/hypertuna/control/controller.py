@@ -28,7 +28,6 @@ REACH = 1.2  # largest bend that control may command over the joint's largest be
 NO_LIMIT = 1e9  # Pa of a servo without oil that stalls it, and rad/s of its joint
 MAP_TERMS = 6  # of a pump map, core controller_model.hpp
 HAMMER_AT = 100e3  # Pa: pressure in a cylinder that hammer is reckoned at
-SERVO_LOOP = 2 * math.pi / 0.64359425290558262  # undamped rate of a servo's loop over its bandwidth, core servo.hpp
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
 
 
@@ -284,7 +283,7 @@ def _rate_max(control: Controller, circuit: dict[str, Any]) -> float:
 def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:
     """Compute how the servos follow, and the oil's viscosities relative to that at its pour point."""
     bandwidths = [rate for rate in hydraulics.column("bandwidth").tolist() if rate > 0]
-    loop = SERVO_LOOP * min(bandwidths) / control.rate
+    loop = _core.SERVO_LOOP_RATE * min(bandwidths) / control.rate
     lowest = own = 1.0
     if robot.oil is not None:
         hottest, at, thickest = viscosity(robot.oil, [HOTTEST, hydraulics.temperature, robot.oil.pour_point]).tolist()

@@ -240,7 +240,9 @@ def run_command(
     check_command(configured, gait)
     open_loop = {} if closed_loop else {"learning": [0.0]}  # the pumps' inverse maps alone
     controller = _core.Controller(controller_of(configured) | open_loop)
-    command = {"frequency": gait.frequency, "amplitude": gait.amplitude, "phase": lags(gait), "bias": gait.bias}
+    angles = {"amplitude": gait.amplitude, "phase": lags(gait), "bias": gait.bias}
+    command: dict[str, Any] = {"since": 0.0, "armed": 1.0, "frequency": gait.frequency}
+    command |= {name: np.atleast_2d(values) for name, values in angles.items()}
     command |= {} if fins is None else {"fin": fins(ticks, tick)}
     if speed is None:
         settled = swim(with_known_lag(robot), gait).speed

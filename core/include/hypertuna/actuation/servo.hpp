@@ -45,10 +45,13 @@ struct ServoPower {
 /// A rate this slow counts as rest for friction, rad/s: it sets in smoothly around it.
 inline constexpr double servo_rest = 0.05;
 
-/// Undamped rate of the critically damped loop, 1/s: |1 / (1 + i w / w0)^2| = 1 / sqrt(2) at the bandwidth.
+/// Undamped rate of the critically damped loop over its bandwidth: |1 / (1 + i w / w0)^2| = 1 / sqrt(2) there.
+inline constexpr double servo_loop_rate = 2 * pi / 0.64359425290558262;
+
+/// Undamped rate of the loop, 1/s.
 template <class S>
 HYPERTUNA_INLINE S servo_loop(const Servo<S>& servo) {
-    return servo.bandwidth * S(base_t<S>(2 * pi / 0.64359425290558262));
+    return servo.bandwidth * S(base_t<S>(servo_loop_rate));
 }
 
 /// Share of the friction that acts at a rate: -1 to 1.

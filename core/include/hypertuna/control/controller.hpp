@@ -47,9 +47,7 @@ T allowed_bias(const ControllerState<T>& state, int j) {
 template <class T>
 T allowed_amplitude(const Controller<T>& model, const ControllerState<T>& state, int j) {
     const T room = max(T(0), state.governor[j].bend_limit - abs(allowed_bias(state, j)));
-    const T thin = clamp(T(4) * (T(1) - state.viscosity.value / model.viscosity_own), T(0), T(1));
-    const T rate =
-        model.joint[j].rate * (T(1) - T(flow_undamped) * thin) * (state.bend[j].faulty ? T(flow_unseen) : T(1));
+    const T rate = model.joint[j].rate * state.viscosity.rate * (state.bend[j].faulty ? T(flow_unseen) : T(1));
     const T quick = rate / (T(2 * pi) * max(state.frequency.value, T(0.1)));
     return min(asked_amplitude(state, j), min(room, quick));
 }
@@ -233,7 +231,7 @@ ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& stat
     for (int j = 0; j < model.joints; ++j)
         for (int c = 2 * j; c < 2 * j + 2 && !direct(model, j); ++c)
             read_pressure(model, state, c, readings.pressure[c], moving, status);
-    weigh(state.viscosity, model.viscosity_min);
+    weigh(state.viscosity, model.viscosity_min, model.viscosity_own);
     for (int j = 0; j < model.joints; ++j) {
         output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[j].x;
         if (direct(model, j)) {

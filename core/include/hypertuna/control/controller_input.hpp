@@ -122,7 +122,7 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
         status.set(Condition::pressure_fault, c);
         circuit.pressure = min(circuit.pressure, circuit.before);  // the one before may have been the first of a spike
     }
-    // Spikes stop nothing; a pressure that stays does, whatever is held of its sensor.
+    // A spike does not stop a joint; a pressure that lasts does, even where the sensor seems faulty.
     circuit.hard = model.pressure_hard < reading && reading <= model.pressure_high ? circuit.hard + 1 : 0;
     if ((trusted ? hard_trusted : hard_any) <= circuit.hard) circuit.stopped = true;
     governor.doubt = governor.doubt || !verdict.usable || T(1) < T(state.pressure[c].repeats);

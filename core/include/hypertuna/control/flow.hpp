@@ -22,6 +22,7 @@ struct Viscosity {
     T product, square;  // Pa^2: of the thickest oil's change of pressure, with that read and with itself
     T value;
     T largest;  // that it may be
+    T rate;     // part of a bend's rate that it leaves
 };
 
 /// Take in a change of pressure beside the one that the thickest oil would have made of the change of the servo's rate.
@@ -33,10 +34,12 @@ void learn(Viscosity<T>& viscosity, T thickest, T read) {
 
 /// Once per tick. In thick oil the pressure lags behind the rate by milliseconds, so that fast beats show half of it.
 template <class T>
-void weigh(Viscosity<T>& viscosity, T lowest) {
+void weigh(Viscosity<T>& viscosity, T lowest, T own) {
     const T prior = T(flow_prior), found = (viscosity.product + prior) / (viscosity.square + prior);
     viscosity.value = clamp(found, lowest, T(1));
     viscosity.largest = min(T(1), viscosity.value * (T(1) + T(flow_lag) * viscosity.value));
+    const T thin = clamp(T(4) * (T(1) - viscosity.value / own), T(0), T(1));
+    viscosity.rate = T(1) - T(flow_undamped) * thin;
 }
 
 /// G, Pa s/rad.

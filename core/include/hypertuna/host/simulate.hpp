@@ -64,27 +64,27 @@ struct GaitCommand {
     double lost_at;                      // s from which no command arrives
 };
 
-/// A command from `frequency`, `amplitude`, `phase` and `bias` (joints), `fin` (ticks, 2) where there are fins. Several
-/// have a row each, and `since` [s] and `armed` (0 or 1) beside them.
+/// Commands from `since`, `armed` (0 or 1), `frequency`, `amplitude`, `phase` and `bias` (commands, joints), and `fin`
+/// (ticks, 2) where there are fins.
 inline Loaded<GaitCommand> load_command(const Controller<double>& controller, const NamedColumns& columns,
                                         double lost_at) {
     ColumnReader in(columns);
     GaitCommand out{controller, {}, {}, lost_at};
     const NamedColumn* const since = in.find("since");
-    const std::size_t count = since ? since->rows : 1, joints = std::size_t(controller.joints);
+    const std::size_t count = since ? since->rows : 0, joints = std::size_t(controller.joints);
+    if (count == 0) in.refuse("since: must have a command");
     out.commands.resize(count);
     for (std::size_t k = 0; k < count; ++k) {
         auto& [from, command] = out.commands[k];
-        from = since ? in.number("since", k) : 0.0;
+        from = in.number("since", k);
         command.frequency = in.number("frequency", k);
-        command.armed = !since || in.number("armed", k) != 0;
+        command.armed = in.number("armed", k) != 0;
         for (const auto& [name, to] : {std::pair("amplitude", command.amplitude), std::pair("phase", command.phase),
                                        std::pair("bias", command.bias)}) {
-            const std::vector<double> values = in.numbers(name, since ? count : joints, since ? joints : 1);
+            const std::vector<double> values = in.numbers(name, count, joints);
             std::copy_n(values.begin() + std::ptrdiff_t(k * joints), joints, to);
         }
     }
-    if (count == 0) in.refuse("since: must have a command");
     if (const NamedColumn* fin = in.find("fin")) out.fin = in.numbers("fin", fin->rows, 2);
     return in.loaded(std::move(out));
 }
