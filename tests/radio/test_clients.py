@@ -85,7 +85,9 @@ def test_a_signed_link(bench: str) -> None:
         robot.begin_signing(key)
         robot.arm()
         robot.arm(False)
-    with connect(bench, patience=3) as stranger, pytest.raises(InputError, match="must be answered"):
-        stranger.arm()
+    with connect(bench, patience=3) as stranger:
+        with pytest.raises(InputError, match="--key must be that of the robot, but is missing: give its file"):
+            stranger.arm()
+        assert stranger.wait(lambda m: m.get_type() == "STATUSTEXT" and m.text.startswith("messages must be sig"), 5)
     with connect(bench, key=key) as robot:
         robot.arm()

@@ -82,10 +82,12 @@ inline void send_text(Radio& radio, std::uint8_t severity, const char* text) {
     reply(radio.out, m);
 }
 
-/// Count a refusal without an answer of its own, and report the reason at most every two seconds.
+/// Count a refusal without an answer of its own, and report the reason at most every two seconds; a missing signature,
+/// which the heartbeats of others lack for hours, every ten.
 inline void report_rarely(Radio& radio, std::uint32_t tick, Refusal refusal) {
     ++radio.refused;
-    if (tick - radio.refusal_reported_at < 200 || !has_room(radio.out)) return;
+    const std::uint32_t pause = refusal == Refusal::not_signed ? 1000 : 200;
+    if (tick - radio.refusal_reported_at < pause || !has_room(radio.out)) return;
     radio.refusal_reported_at = tick;
     send_text(radio, MAV_SEVERITY_WARNING, sentence(refusal));
 }
@@ -120,6 +122,7 @@ inline std::uint8_t result_of(Refusal refusal) {
         case Refusal::not_now:
         case Refusal::other_pilot:
         case Refusal::no_depth:
+        case Refusal::submerged:
         case Refusal::not_centered:
             return MAV_RESULT_TEMPORARILY_REJECTED;
         default:

@@ -38,6 +38,7 @@ enum class Refusal : std::uint8_t {
     way_home,
     too_small,
     int_only,
+    submerged,
     count
 };
 inline constexpr int refusals = int(Refusal::count);
@@ -59,7 +60,7 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"no_mission", "there is no mission on board"},
     {"too_many", "too many waypoints or fence corners"},
     {"replayed", "the command is older than the last one"},
-    {"not_signed", "commands must be signed"},
+    {"not_signed", "messages must be signed: give the station the key"},
     {"elsewhere", "the mission on board has another origin"},
     {"bad_fence", "sides of the fence cross, or it holds no area"},
     {"outside_fence", "home or a waypoint is too near the fence or beyond"},
@@ -79,6 +80,7 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"way_home", "the way home must be the mission's last item"},
     {"too_small", "a radius is below the error of satellite fixes"},
     {"int_only", "coordinates must come by COMMAND_INT"},
+    {"submerged", "under water: zero the depth at the surface"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

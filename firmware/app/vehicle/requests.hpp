@@ -40,11 +40,14 @@ inline Refusal set_key(Vehicle& vehicle, Station from, const std::uint8_t (&to)[
     return Refusal::none;
 }
 
-/// Take the present depth as the surface.
+/// Take the present depth as the surface: not under water, deeper than the weather makes it.
 inline Refusal take_surface(Vehicle& vehicle, Station from) {
     const Refusal refusal = check(vehicle, Order::zero_depth, from);
     if (refusal != Refusal::none) return refusal;
-    return zero_depth(vehicle.model.pilot.estimator, vehicle.state.estimator) ? Refusal::none : Refusal::no_depth;
+    const Estimate<float>& at = vehicle.now.estimate;
+    const bool deep = at.zeroed && weather_max < at.depth;
+    if (!deep && zero_depth(vehicle.model.pilot.estimator, vehicle.state.estimator)) return Refusal::none;
+    return 0.0f < at.depth && at.depths ? Refusal::submerged : Refusal::no_depth;
 }
 
 // --- gait and sticks

@@ -151,6 +151,20 @@ static void test_ninth_stream() {
     }
 }
 
+/// A station without the key learns why nothing happens, by its first heartbeat; from then on rarely, however much
+/// comes without a signature.
+static void test_unsigned_stations_learn_why() {
+    Bench bench;
+    begin_signing(bench);
+    bench.key.on = false;
+    mavlink_heartbeat_t beat{};
+    beat.type = MAV_TYPE_GCS;
+    bench.say(beat);
+    CHECK(told(bench, Refusal::not_signed) == 1);
+    for (int k = 0; k < 1900; ++k) bench.say(beat, 1);
+    CHECK(told(bench, Refusal::not_signed) == 2);
+}
+
 /// A command with a later time than is stored does not arm: its recording would after a loss of power.
 static void test_arming_waits_for_the_stamp() {
     Bench bench;
@@ -187,6 +201,7 @@ static void test_a_lost_key() {
 }
 
 int main() {
+    test_unsigned_stations_learn_why();
     test_arming_waits_for_the_stamp();
     test_a_lost_key();
     test_status_of_a_modem();

@@ -192,10 +192,28 @@ static void the_surface() {
     begin(), board.depth = -8, float_on(v, board, 300);
     CHECK(!v.now.estimate.zeroed && give(v, Order::arm, ground) != Refusal::none);
     CHECK(take_surface(v, ground) == Refusal::no_depth);
+    // On command it is zeroed by what the weather changes, not under water, whether its surface was seen or not.
     begin(), float_on(v, board, 300);
-    board.depth = 0.5f, float_on(v, board, 300);
+    board.depth = 0.35f, float_on(v, board, 300);
     CHECK(take_surface(v, ground) == Refusal::none);
     float_on(v, board, 100);
+    CHECK_NEAR(v.now.estimate.depth, 0, 0.03);
+    for (float depth : {0.6f, 0.8f, 3.0f}) {
+        begin(), float_on(v, board, 300);
+        board.depth = depth + 0.05f, float_on(v, board, 800);
+        CHECK(v.now.estimate.zeroed && take_surface(v, ground) == Refusal::submerged);
+        CHECK_NEAR(v.now.estimate.depth, depth, 0.03);
+    }
+    begin(), board.depth = 0.9f, float_on(v, board, 90);
+    CHECK(!v.now.estimate.zeroed && take_surface(v, ground) == Refusal::submerged);
+    // One that was carried down from a mountain, where it was zeroed, is zeroed after a restart.
+    begin(), board.depth = -1.5f, contact(300);
+    board.depth = 0, float_on(v, board, 800);
+    CHECK(take_surface(v, ground) == Refusal::submerged);
+    boot(v, robot::description, board);
+    float_on(v, board, 300);
+    CHECK(take_surface(v, ground) == Refusal::none);
+    float_on(v, board, 10);
     CHECK_NEAR(v.now.estimate.depth, 0, 0.03);
 }
 

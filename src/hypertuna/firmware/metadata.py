@@ -19,7 +19,7 @@ TABLES: dict[str, type[Part]] = {"controller": Controller, "pilot": Guidance, "l
 TEXTS = {  # of parameters that are no keys of a robot's file: text and unit of zero and scale
     "amplitude": ("largest amplitude of joint", "rad"),
     "curvature": ("curvature of the path at the largest bias of the tail", "1/m"),
-    "sign": ("1: commands must be signed", ""),
+    "sign": ("1: messages must be signed", ""),
     "servo_trim": ("time added to the pulse of servo", "s"),
     "timeout_ticks": ("time without a command after which the tail rests, in ticks of the controller", ""),
     "tilt_max": ("sine of roll or pitch beyond which the tail rests", ""),

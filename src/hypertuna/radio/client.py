@@ -159,6 +159,10 @@ class Client:
 
     def ask(self, message: Any, wanted: Callable[[Any], bool], what: str) -> Any:
         """Send a message until it is answered; `what` names it in the error."""
+        heartbeat = self.last.get("HEARTBEAT")
+        if heartbeat is not None and is_signed(heartbeat) and not self._line.mav.signing.sign_outgoing:
+            fix = "give its file: the robot accepts signed messages only"
+            raise InputError("must be that of the robot", key="--key", value="missing", fix=fix)
         for _ in range(TRIES):
             self.send(message)
             if (answer := self.wait(wanted, PATIENCE)) is not None:
@@ -209,7 +213,7 @@ class Client:
 
     def _check_signed(self, signed: bool) -> None:
         """Wait for a heartbeat with or without a signature."""
-        if self.wait(lambda m: m.get_type() == "HEARTBEAT" and m.get_signed() == signed, 5 * HEARTBEAT) is None:
+        if self.wait(lambda m: m.get_type() == "HEARTBEAT" and is_signed(m) == signed, 5 * HEARTBEAT) is None:
             fix = "disarm it, give its present key by --key, and try again"
             raise InputError("must be accepted by the robot", key="key", value="not accepted", fix=fix)
 
@@ -239,6 +243,11 @@ class Client:
 def make_message(name: str, *values: Any) -> Any:
     """Make a message of the dialect."""
     return getattr(dialect(), f"MAVLink_{name}_message")(*values)
+
+
+def is_signed(message: Any) -> bool:
+    """Return whether a message has a signature; pymavlink's get_signed() asks for the key, too."""
+    return bool(message.get_header().incompat_flags & 1)
 
 
 def of_kind(*kinds: str, **fields: Any) -> Callable[[Any], bool]:
