@@ -39,6 +39,7 @@ enum class Refusal : std::uint8_t {
     too_small,
     int_only,
     submerged,
+    far_origin,
     count
 };
 inline constexpr int refusals = int(Refusal::count);
@@ -81,6 +82,7 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"too_small", "a radius is below the error of satellite fixes"},
     {"int_only", "coordinates must come by COMMAND_INT"},
     {"submerged", "under water: zero the depth at the surface"},
+    {"far_origin", "the origin is more than 20 km from the robot"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

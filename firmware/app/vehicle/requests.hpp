@@ -215,8 +215,11 @@ inline void reset_position(Vehicle& vehicle, const Place& to) {
     vehicle.now.estimate.x = to.x, vehicle.now.estimate.y = to.y;
 }
 
-/// Set the origin of local coordinates. An origin that would move the mission on board is refused. The robot's place
-/// is that of the next fix, or is carried over where a fix came before.
+/// Whether a place is of the water that the origin belongs to.
+inline bool is_of_origin(const Place& at) { return abs(at.x) < max_origin_distance && abs(at.y) < max_origin_distance; }
+
+/// Set the origin of local coordinates. An origin that would move the mission on board is refused, and one far from the
+/// robot. Its place is that of the next fix, or is carried over where a fix came before.
 inline Refusal set_origin(Vehicle& vehicle, Station from, std::int32_t latitude, std::int32_t longitude) {
     const Refusal refusal = check(vehicle, Order::set_origin, from);
     if (refusal != Refusal::none) return refusal;
@@ -225,11 +228,14 @@ inline Refusal set_origin(Vehicle& vehicle, Station from, std::int32_t latitude,
     const bool same = before.known && before.latitude == latitude && before.longitude == longitude;
     if (same) return Refusal::none;
     if (has_plan(vehicle) && before.known) return Refusal::elsewhere;
-    vehicle.origin = origin_at(latitude, longitude);
+    const Origin after = origin_at(latitude, longitude);
+    const Place shift = local(after, before.latitude, before.longitude), at = here(vehicle);
+    const Place moved = {at.x + shift.x, at.y + shift.y};
+    if (vehicle.fixed && !is_of_origin(moved)) return Refusal::far_origin;
+    vehicle.origin = after;
     if (has_plan(vehicle)) store_mission(vehicle);
     if (!vehicle.fixed) return vehicle.unplaced = true, Refusal::none;
-    const Corner<float> shift = local(vehicle.origin, before.latitude, before.longitude);
-    reset_position(vehicle, {here(vehicle).x + shift.x, here(vehicle).y + shift.y});
+    reset_position(vehicle, moved);
     return Refusal::none;
 }
 
@@ -246,8 +252,7 @@ inline void on_first_fix(Vehicle& vehicle, const std::int32_t (&fix)[2]) {
     if (vehicle.unplaced) {
         vehicle.unplaced = false;
         const Corner<float> at = local(vehicle.origin, fix[0], fix[1]);
-        const bool near = abs(at.x) < max_origin_distance && abs(at.y) < max_origin_distance;
-        if (near) {
+        if (is_of_origin(at)) {
             reset_position(vehicle, at);
             if (vehicle.leg == 0) vehicle.state.guidance.from = at;
             return;

@@ -126,7 +126,28 @@ static void fences() {
     CHECK(set_origin(v, ground, 0, INT32_MIN) == Refusal::out_of_range);
 }
 
+/// An origin far from where fixes have placed the robot is none, and changes nothing; a near one carries it over.
+static void origins() {
+    begin();
+    float_on(v, board, 50);
+    CHECK(set_origin(v, ground, 0, 0) == Refusal::none);  // the first fix will tell
+    begin();
+    float_on(v, board, 50), fix(500000000, 80000000), float_on(v, board, 1);
+    const Origin before = origin(v);
+    const float x = here(v).x, y = here(v).y;
+    for (std::int32_t north : {2'000'000, -2'000'000, 300'000'000})  // 22 km and more
+        CHECK(set_origin(v, ground, 500000000 + north, 80000000) == Refusal::far_origin);
+    CHECK(set_origin(v, ground, 0, 0) == Refusal::far_origin);
+    CHECK(origin(v).latitude == before.latitude && here(v).x == x && here(v).y == y);
+    CHECK(set_origin(v, ground, before.latitude + 100'000, before.longitude) == Refusal::none);
+    CHECK_NEAR(here(v).y, y - 1112, 1);
+    float_on(v, board, 100);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+    CHECK(set_origin(v, ground, before.latitude, before.longitude) == Refusal::armed);
+}
+
 int main() {
+    origins();
     arming();
     commands_out_of_range();
     a_silent_ground();
