@@ -78,7 +78,7 @@ REFUSAL_REMEDIES = {
     "way_home": "Move the item of the way home to the end.",
     "too_small": "Enlarge the radius of the waypoint or of home: `hypertuna` asks for 1.9 m.",
     "int_only": "Send `COMMAND_INT`; or 1 in param1, for home here.",
-    "submerged": "Lift the robot to the surface first; if it is there, as after a drive down a mountain, restart it there.",
+    "submerged": "Lift it to the surface. If it is there, as after a drive down a mountain, restart it.",
     "far_origin": "Give the origin of this water, or none: the first fix makes one.",
 }
 

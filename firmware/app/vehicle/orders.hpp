@@ -15,9 +15,13 @@ inline Command<float> rest() {
 
 // --- what must hold
 
-/// Why the mission on board is not begun here at its current waypoint.
+/// Why the mission on board is not begun here at its current waypoint. The whole is checked as on its upload:
+/// parameters and home may have changed since.
 inline Refusal check_leg(const Vehicle& vehicle) {
     Mission<float> rest_of_it = vehicle.mission;
+    rest_of_it.home = home_of(vehicle);
+    const Refusal refusal = check_mission(rest_of_it, capability_of(vehicle.model));
+    if (refusal != Refusal::none) return refusal;
     rest_of_it.waypoint += vehicle.leg, rest_of_it.waypoints -= vehicle.leg;
     return check_start(rest_of_it, here(vehicle));
 }

@@ -84,7 +84,7 @@ inline constexpr NeedText need_texts[int(Need::count)] = {
     {"rises", "no fault calls it up or to rest"},
     {"upright", "no fault makes it rest"},
     {"mission", "there is a mission on board"},
-    {"start", "the course to the current waypoint stays inside the fence"},
+    {"start", "the mission fits the present parameters, and the course to its current waypoint stays inside the fence"},
 };
 
 /// Whether the pilot on board makes the command.

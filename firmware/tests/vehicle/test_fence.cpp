@@ -68,6 +68,36 @@ static void margins() {
     CHECK(set_mission(v, ground, m) == Refusal::none);
 }
 
+/// A mission on board is begun only if it could be uploaded: parameters may have changed since, also before a restart.
+static void a_mission_of_other_parameters() {
+    const auto begun = [](const char* name, float to) {
+        begin();
+        float_on(v, board, 100);
+        CHECK(given(square, {{46, 10, 3, 0.3f, 2, 0}}) == Refusal::none);
+        CHECK(set_parameter(v, ground, index_of(name), to) == Refusal::none);
+        float_on(v, board, 400);  // until both are stored
+        boot(v, robot::description, board);
+        float_on(v, board, 100);
+        CHECK(v.has_mission && give(v, Order::arm, ground) == Refusal::none);
+        return give(v, Order::mission, ground);
+    };
+    CHECK(begun("depth_max", 4) == Refusal::none);
+    CHECK(begun("depth_max", 3) == Refusal::too_deep);  // the mission's limit is 4 m
+    CHECK(begun("fence_margin", 6) == Refusal::outside_fence);
+    // Without a home of its own it comes home to where it was armed.
+    static const Corner<float> bend[6] = {{-40, -10}, {40, -10}, {40, 60}, {20, 60}, {20, 10}, {-40, 10}};
+    static const Waypoint<float> to[2] = {{30, 0, 1, 0.3f, 2, 0}, {30, 50, 1, 0.3f, 2, 0}};
+    Mission<float> m = plan();
+    m.corner = bend, m.corners = 6, m.waypoint = to, m.home = {30, 5};
+    MissionForm form{2, 0.3f, {{ItemKind::waypoint, local_frame, 0}, {ItemKind::waypoint, local_frame, 0}}, 0};
+    begin();
+    float_on(v, board, 100);
+    CHECK(set_mission(v, ground, m, &form) == Refusal::none);
+    float_on(v, board, 300);
+    CHECK(give(v, Order::arm, ground) == Refusal::none && v.home.x == 0);
+    CHECK(give(v, Order::mission, ground) == Refusal::leaves_fence);
+}
+
 /// A mission from whose fence the robot is away is neither begun nor armed with, and a recall is not refused.
 static void a_robot_outside() {
     begin_armed();
@@ -173,6 +203,7 @@ static void random_missions() {
 }
 
 int main() {
+    a_mission_of_other_parameters();
     refusals_by_hand();
     margins();
     a_robot_outside();
