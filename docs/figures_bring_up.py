@@ -74,11 +74,12 @@ REFUSAL_REMEDIES = {
     "one_fence": "Draw one polygon or one circle.",
     "no_rally": "Leave rally points out.",
     "too_fast": "Lower the speed of the leg.",
-    "not_taken": "Leave that item out of the mission.",
+    "not_taken": "Leave that item out: a take-off, a landing, a loiter. The robot begins where it is armed.",
     "way_home": "Move the item of the way home to the end.",
     "too_small": "Enlarge the radius of the waypoint or of home: `hypertuna` asks for 1.9 m.",
     "int_only": "Send `COMMAND_INT`; or 1 in param1, for home here.",
     "submerged": "Lift it to the surface. If it is there, as after a drive down a mountain, restart it.",
+    "bad_frame": "Give the item's place in degrees, or in m from the origin (`MAV_FRAME_LOCAL_NED`).",
     "far_origin": "Give the origin of this water, or none: the first fix makes one.",
 }
 

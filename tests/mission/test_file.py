@@ -61,6 +61,11 @@ def put(where: str, value: Any) -> dict[str, Any]:
     return changed
 
 
+def test_a_waypoint_without_a_radius_has_that_of_the_board() -> None:
+    """As `NAV_WAYPOINT` with a radius of 0 (firmware/tests/radio/test_missions.cpp)."""
+    assert parse_mission(put("waypoints.0.radius_m", ...)).mission.waypoints[0].radius == 3.0
+
+
 # --- what they say
 
 

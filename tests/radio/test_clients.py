@@ -5,6 +5,7 @@ twin, whose UART is a TCP socket.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 
@@ -75,6 +76,20 @@ def test_our_own_client_from_connecting_to_disarming(place: str) -> None:
         assert robot.wait(lambda m: m.get_type() == "HEARTBEAT" and not m.base_mode & 128, 5)
         for kind in ("ATTITUDE", "HYDRAULICS", "LOCAL_POSITION_NED", "SERVO_OUTPUT_RAW", "SYS_STATUS", "PILOT"):
             assert kind in robot.last or robot.wait(lambda m, kind=kind: m.get_type() == kind, 12)
+
+
+def test_a_refused_mission_says_why(bench: str) -> None:
+    """In the robot's words, by the item's number where it is an item's."""
+    mission = read_mission("lake").mission
+    first = mission.waypoints[0]
+    with connect(bench) as robot:
+        set_parameter(robot, "link_rate", WIRE)
+        for point, words in (
+            (first._replace(speed=-1), "mission must be accepted by the robot, but is invalid: item 6: a value is out"),
+            (first._replace(radius=0.1), "is invalid: a radius is below the error of satellite fixes"),
+        ):
+            with pytest.raises(InputError, match=words):
+                upload(robot, replace(mission, waypoints=(point,)))
 
 
 def test_a_signed_link(bench: str) -> None:

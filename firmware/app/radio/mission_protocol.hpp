@@ -53,6 +53,8 @@ inline std::uint8_t mission_result(Refusal refusal) {
         case Refusal::one_fence:
         case Refusal::no_rally:
             return MAV_MISSION_UNSUPPORTED;
+        case Refusal::bad_frame:
+            return MAV_MISSION_UNSUPPORTED_FRAME;
         default:
             return MAV_MISSION_DENIED;
     }
@@ -93,6 +95,26 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     request_item(radio, snapshot(vehicle).tick);
 }
 
+inline char* append(char* at, const char* words) {
+    while (*words != 0) *at++ = *words++;
+    return at;
+}
+inline char* append(char* at, unsigned number) {
+    if (number > 9) at = append(at, number / 10);
+    *at = char('0' + number % 10);
+    return at + 1;
+}
+
+/// Report why an item is refused, by its number and, where that is unsupported, its command.
+inline void report_item(Radio& radio, const Item& m, Refusal refusal) {
+    ++radio.refused;
+    char text[100] = {};
+    char* at = append(append(text, "item "), m.seq);
+    if (refusal == Refusal::not_taken) at = append(append(at, ", command "), m.command);
+    append(append(at, ": "), sentence(refusal));
+    send_text(radio, MAV_SEVERITY_WARNING, text);
+}
+
 /// The last item has arrived: check the whole, and keep it.
 inline Refusal end_upload(Upload& upload, Vehicle& vehicle, Peer from) {
     upload.on = false;
@@ -113,11 +135,11 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     Refusal refusal = add_item(upload, vehicle, m);
     upload.tries = 0, ++upload.next;
     if (refusal == Refusal::none && upload.next < upload.count) return request_item(radio, snapshot(vehicle).tick);
-    refusal = refusal == Refusal::none ? end_upload(upload, vehicle, from) : refusal;
-    upload.on = false;
-    const bool wrong_frame = refusal == Refusal::not_taken && 0 <= kind_of_command(m.command);
-    upload.result = wrong_frame ? std::uint8_t(MAV_MISSION_UNSUPPORTED_FRAME) : mission_result(refusal);
-    report_refusal(radio, vehicle, refusal);
+    if (refusal == Refusal::none)
+        report_refusal(radio, vehicle, refusal = end_upload(upload, vehicle, from));
+    else
+        report_item(radio, m, refusal);
+    upload.on = false, upload.result = mission_result(refusal);
     acknowledge_mission(radio, vehicle, from, upload.result, type);
 }
 

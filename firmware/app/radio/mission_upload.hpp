@@ -59,7 +59,7 @@ inline Refusal place_of(const Vehicle& vehicle, const Item& m, Place& place) {
         place = {float(m.y) * local_step, float(m.x) * local_step};
         return Refusal::none;
     }
-    if (!is_global(m.frame)) return Refusal::not_taken;
+    if (!is_global(m.frame)) return Refusal::bad_frame;
     if (!is_place(m.x, m.y)) return Refusal::out_of_range;
     if (!origin(vehicle).known) return Refusal::not_placed;
     place = local(origin(vehicle), m.x, m.y);

@@ -40,6 +40,7 @@ enum class Refusal : std::uint8_t {
     int_only,
     submerged,
     far_origin,
+    bad_frame,
     count
 };
 inline constexpr int refusals = int(Refusal::count);
@@ -74,15 +75,16 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"not_centered", "center the sticks first"},
     {"not_placed", "the position is unknown: no fix yet"},
     {"by_program", "calibrate that by hypertuna radio calibrate"},
-    {"one_fence", "one polygon or one circle to stay inside of"},
+    {"one_fence", "one polygon or circle to stay inside of"},
     {"no_rally", "rally points are not supported"},
     {"too_fast", "far faster than the fastest gait"},
-    {"not_taken", "an item has a command or frame without support"},
+    {"not_taken", "unsupported: use waypoints"},
     {"way_home", "the way home must be the mission's last item"},
     {"too_small", "a radius is below the error of satellite fixes"},
     {"int_only", "coordinates must come by COMMAND_INT"},
     {"submerged", "under water: zero the depth at the surface"},
     {"far_origin", "the origin is more than 20 km from the robot"},
+    {"bad_frame", "frame unsupported: degrees or local NED"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

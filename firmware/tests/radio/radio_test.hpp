@@ -1,6 +1,8 @@
 /// A robot on the bench and a ground station that writes frames, for the tests of the radio.
 #pragma once
 
+#include <string_view>
+
 #include "../../../core/tests/check.hpp"
 #include "app/radio/dispatch.hpp"
 #include "bench_board.hpp"
@@ -78,13 +80,14 @@ inline Refusal last_answer(const Bench& bench) {
     return Refusal(last_said<mavlink_command_ack_t>(bench).result_param2);
 }
 
-/// How often a reason was told.
-inline int told(const Bench& bench, Refusal refusal) {
+/// How often a text was told.
+inline int told(const Bench& bench, std::string_view text) {
     int count = 0;
     for (const auto& m : said<mavlink_statustext_t>(bench.board.said))
-        count += std::strncmp(m.text, sentence(refusal), sizeof m.text) == 0;
+        count += std::string_view(m.text, strnlen(m.text, sizeof m.text)) == text;
     return count;
 }
+inline int told(const Bench& bench, Refusal refusal) { return told(bench, sentence(refusal)); }
 
 /// Answer the robot's requests for items as a ground station does.
 inline std::uint8_t upload(Bench& bench, std::vector<mavlink_mission_item_int_t> items, std::size_t from = 0,
@@ -97,6 +100,7 @@ inline std::uint8_t upload(Bench& bench, std::vector<mavlink_mission_item_int_t>
         items[k].seq = std::uint16_t(k), items[k].target_system = 1, items[k].mission_type = type;
         bench.say(items[k]);
     }
+    bench.run(40);  // a text may go before the answer
     const auto acks = said<mavlink_mission_ack_t>(bench.board.said);
     return acks.empty() ? 255 : acks.back().type;
 }

@@ -189,13 +189,48 @@ static void test_frames() {
                       MAV_FRAME_GLOBAL_TERRAIN_ALT, MAV_FRAME_GLOBAL_TERRAIN_ALT_INT, MAV_FRAME_MISSION}) {
         auto point = item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1);
         point.frame = std::uint8_t(frame);
-        CHECK(upload(bench, {point}) == MAV_MISSION_UNSUPPORTED_FRAME && told(bench, Refusal::not_taken) == 1);
+        CHECK(upload(bench, {point}) == MAV_MISSION_UNSUPPORTED_FRAME);
+        CHECK(told(bench, "item 0: frame unsupported: degrees or local NED") == 1);
     }
     Bench lost;  // without an origin degrees are nowhere
     auto point = item(MAV_CMD_NAV_WAYPOINT, 0, 0, 0);
     point.frame = MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, point.x = 500000000, point.y = 80000000;
     if (!origin(lost.vehicle()).known)
-        CHECK(upload(lost, {point}) == MAV_MISSION_DENIED && told(lost, Refusal::not_placed) == 1);
+        CHECK(upload(lost, {point}) == MAV_MISSION_DENIED &&
+              told(lost, "item 0: the position is unknown: no fix yet") == 1);
+}
+
+/// What is unsupported is refused by the item's number and its command; the mission on board stays.
+static void test_unsupported_items() {
+    Bench bench;
+    CHECK(upload(bench, box()) == MAV_MISSION_ACCEPTED);
+    const auto point = item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1);
+    CHECK(upload(bench, {point, item(MAV_CMD_NAV_TAKEOFF, 0, 0, 0)}) == MAV_MISSION_UNSUPPORTED);
+    CHECK(told(bench, "item 1, command 22: unsupported: use waypoints") == 1);
+    std::vector<mavlink_mission_item_int_t> long_one(101, point);
+    long_one.back().command = HYPERTUNA_CMD_GAIT;
+    for (int k = 64; k < 100; ++k) long_one[std::size_t(k)] = item(MAV_CMD_DO_CHANGE_SPEED, 0, 0, 0, 1, 0.3f);
+    CHECK(upload(bench, long_one) == MAV_MISSION_UNSUPPORTED);
+    CHECK(told(bench, "item 100, command 52510: unsupported: use waypoint") == 1);  // all that a text holds
+    CHECK(upload(bench, {point}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_UNSUPPORTED);
+    CHECK(told(bench, "item 0, command 16: unsupported: use waypoints") == 1);
+    CHECK(mission(bench.vehicle()).waypoints == 3);
+}
+
+/// A radius of 0, or none, is the default of a mission file, and comes back as it went up; one below what a fix knows
+/// is refused.
+static void test_no_radius() {
+    Bench bench;
+    for (float radius : {0.0f, no_number}) {
+        const auto point = item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1, 0, radius);
+        CHECK(upload(bench, {point}) == MAV_MISSION_ACCEPTED && mission(bench.vehicle()).waypoint[0].radius == 3.0f);
+        CHECK(same(download(bench).at(0), point));
+    }
+    for (float radius : {0.1f, 1.0f}) {
+        CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1, 0, radius)}) == MAV_MISSION_INVALID);
+        CHECK(told(bench, Refusal::too_small) == 1);
+    }
+    CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1, 0, -1)}) == MAV_MISSION_INVALID);
 }
 
 /// What the robot is not able to do is refused: depths beyond its sensor's range or the mission's limit, speeds beyond
@@ -272,7 +307,7 @@ static void test_other_fences() {
         auto out = at_degrees(bench, what, 100, 100, 0);
         out.param1 = 4;
         CHECK(upload(bench, {out}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_UNSUPPORTED);
-        CHECK(told(bench, Refusal::one_fence) == 1);
+        CHECK(told(bench, "item 0: one polygon or circle to stay inside of") == 1);
     }
     auto two = square(bench, 3000), more = square(bench, 1000);
     two.insert(two.end(), more.begin(), more.end());
@@ -314,6 +349,8 @@ int main() {
     test_origin();
     test_items_come_back();
     test_frames();
+    test_unsupported_items();
+    test_no_radius();
     test_impossible_missions();
     test_fence();
     test_other_fences();

@@ -273,7 +273,7 @@ static void test_home() {
     CHECK(last_answer(bench) == Refusal::int_only);
     CHECK(last_said<mavlink_command_ack_t>(bench).result == MAV_RESULT_COMMAND_INT_ONLY);
     there.frame = MAV_FRAME_BODY_FRD, bench.say(there);
-    CHECK(last_answer(bench) == Refusal::not_taken);
+    CHECK(last_answer(bench) == Refusal::bad_frame);
     there.frame = MAV_FRAME_GLOBAL, there.x = INT32_MAX, bench.say(there);
     CHECK(last_answer(bench) == Refusal::out_of_range);
     there.frame = MAV_FRAME_LOCAL_NED, there.x = 30'0000, there.y = -20'0000, bench.say(there);

@@ -78,7 +78,7 @@ class WaypointTable(Place):
 
     depth: Depth = entry("depth on the way there (default: 0)", "m", default=0.0)
     speed: Speed = entry("speed through the water on the way there", "m/s")
-    radius: Positive = entry("distance within which the waypoint counts as reached", "m")
+    radius: Positive = entry("distance within which the waypoint counts as reached (default: 3)", "m", default=3.0)
     hold: Moment = entry("time to stay at the waypoint (default: 0)", "s", default=0.0)
 
 

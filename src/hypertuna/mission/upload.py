@@ -43,7 +43,7 @@ def items_of(mission: Mission, system: int) -> list[Any]:
 
 def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None] | None = None) -> None:
     """Send a mission; the robot keeps the former one until the new one is complete."""
-    items = items_of(mission, robot.system)
+    items, before = items_of(mission, robot.system), len(robot.texts)
     answers = of_kind("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK", target_system=SYSTEM)
     answer = robot.ask(robot.message("mission_count", len(items)), answers, "mission")
     while answer.get_type() != "MISSION_ACK":
@@ -53,7 +53,7 @@ def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None]
         answer = robot.ask(item, answers, f"mission item {item.seq}")
     if answer.type != 0:
         word = dialect().enums["MAV_MISSION_RESULT"][answer.type].name.removeprefix("MAV_MISSION_").lower()
-        value, fix = word.replace("_", " "), "see limits in docs/radio.md"
+        value, fix = word.replace("_", " "), ["see limits in docs/radio.md", *robot.texts[before:]][-1]
         raise InputError("must be accepted by the robot", key="mission", value=value, fix=fix)
 
 
