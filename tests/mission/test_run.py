@@ -107,6 +107,19 @@ def test_a_lost_sensor_is_told_and_survived(robot: ht.Robot, fault: str) -> None
     assert run.depth.max() < 1.5
 
 
+@pytest.mark.parametrize(("grams", "fixed"), [(0.0, False), (15.0, True)])
+def test_a_robot_at_rest_has_fixes_if_it_floats(robot: ht.Robot, grams: float, fixed: bool) -> None:
+    """Without an IMU it holds. As heavy as its water it may settle with the antenna below: not if trimmed to float."""
+    spatial = robot.spatial
+    assert spatial is not None
+    first, *others = spatial.volume
+    lighter = spatial.model_copy(update={"volume": (first + grams * 1e-6, *others)})
+    run = flown(robot.model_copy(update={"spatial": lighter}), OUT, seed=1, faults=["imu:nan@60"], duration=130).record
+    assert modes(run)[-1] == "hold"
+    falls = np.diff(run.data["position_error"]) < -0.005
+    assert falls[run.time[1:] > 90].any() == fixed
+
+
 @pytest.mark.parametrize(
     ("fault", "deepest"), [("fin-port:stuck@5", 4.5), ("fin-starboard:down@5", 4.5), ("fins:down@5", 6.0)]
 )
