@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import hypertuna as ht
 from hypertuna.cli.main import main
 from hypertuna.mission.gpx import read_gpx
 from hypertuna.mission.plots import plot_mission
@@ -61,6 +62,22 @@ def test_info_tells_the_mission(run: Run, file: str, record: MissionRecord) -> N
     code, output, _ = run("log", "info", file)
     assert f"{record.distance:.4g}" in output
     assert "all checksums are right" in output
+
+
+def test_info_counts_the_messages_of_a_radio_log(run: Run, tmp_path: Path) -> None:
+    pytest.importorskip("pymavlink", reason="the radio needs the extra radio")
+    from tank_log import bench_test
+
+    path = tmp_path / "bench.mcap"
+    bench_test(path, ht.load("hypertuna"))
+    code, output, _ = run("log", "info", str(path), "--json")
+    told = json.loads(output)
+    assert (code, told["messages"], told["complete"]) == (0, {"HYDRAULICS": 802}, True)
+    assert told["seconds"] == pytest.approx(90)
+    assert "802 HYDRAULICS" in run("log", "info", str(path))[1]
+    path.write_bytes(path.read_bytes()[:-300])
+    assert run("log", "info", str(path))[0] == 1
+    assert "identify" in run("log", "plot", str(path), "-o", str(tmp_path / "plot.svg"))[2]
 
 
 def test_a_log_that_was_cut_is_told_with_exit_code_1(run: Run, file: str, tmp_path: Path) -> None:

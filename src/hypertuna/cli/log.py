@@ -10,13 +10,14 @@ from hypertuna.cli.console import command_line, progress_bar, summary_table
 from hypertuna.cli.emit import draw, emit
 from hypertuna.firmware.black_box import mission_record, read_black_box
 from hypertuna.io.files import Csv, columns_csv
-from hypertuna.io.mcap import need_log
+from hypertuna.io.mcap import is_radio_log, need_log
 from hypertuna.io.quantity import Quantity, values_of
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.gpx import check_origin, write_gpx
 from hypertuna.mission.log import write_log
 from hypertuna.mission.log_fields import record_columns
 from hypertuna.mission.read_log import Log, read_log
+from hypertuna.radio.log import RadioLog, read_radio_log
 from hypertuna.ranges import Whole
 
 log_app = opt.group("Logs of missions and black boxes: summary, plot, table, track; needs the extra log.")
@@ -31,11 +32,14 @@ def _output(*suffixes: str) -> Any:
 
 @log_app.command("info")
 def info_command(log: LogFile, as_json: opt.AsJson = False) -> None:
-    """Summarize a log: mission, times, topics, distance, energy, and whether it is complete.
+    """Summarize a log: mission, times, topics, distance, energy, completeness; of the radio, its messages.
 
     The exit code is 0 for a complete log, 1 for one that is cut short or damaged (the rest is still summarized), 2 for
     bad input.
     """
+    if is_radio_log(log):
+        heard = read_radio_log(log)
+        return emit(heard, record=_radio, lines=_radio_lines, as_json=as_json, failed=not heard.complete)
     content = read_log(log)
     emit(content, record=_record, lines=_lines, as_json=as_json, failed=not content.complete)
 
@@ -128,6 +132,22 @@ def _record(log: Log) -> dict[str, Any]:
     state = {"complete": log.complete, "status_text": log.sentence}
     state |= {"chunks": log.chunks, "size_bytes": log.size, "messages": log.messages}
     return values_of(log.record.summary()) | {"facts": dict(log.record.facts)} | state
+
+
+def _radio(log: RadioLog) -> dict[str, Any]:
+    """Return the JSON record of a log of the radio."""
+    counts = {name: len(times) for name, times in sorted(log.time.items())}
+    seconds = max((float(times[-1]) for times in log.time.values()), default=0.0)
+    return {"messages": counts, "seconds": seconds, "complete": log.complete}
+
+
+def _radio_lines(log: RadioLog) -> Iterator[Any]:
+    """Lay out a log of the radio."""
+    record = _radio(log)
+    yield f"log of the radio, {record['seconds']:.4g} s", "bold"
+    yield f"messages: {', '.join(f'{count} {name}' for name, count in record['messages'].items())}"
+    yield "`hypertuna identify` and `joint fit` read it.", "dim"
+    yield ("The log is whole.", "green") if log.complete else ("The log is cut short or damaged.", "yellow")
 
 
 def _lines(log: Log) -> Iterator[Any]:

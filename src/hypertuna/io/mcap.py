@@ -152,6 +152,14 @@ def read_messages(path: str | Path, name: Callable[[str, bytes], str] | None = N
     return messages
 
 
+def is_radio_log(path: str | Path) -> bool:
+    """Return whether a file is a log of the radio: its metadata comes before the first chunk."""
+    need_log()
+    messages = Messages({}, {})
+    next(_chunks(read_bytes(path, "give the path of a .mcap file"), messages), None)
+    return LINK in (messages.metadata or {})
+
+
 def _chunks(content: bytes, messages: Messages) -> Iterator[list[Any]]:
     """Yield the records of each whole chunk; store metadata and the first fault."""
     from mcap.records import Chunk, Metadata

@@ -66,7 +66,7 @@ def read_log(path: str | Path) -> Log:
     content = read_messages(path, _name)
     metadata = content.metadata or {}
     if LINK in metadata:
-        fix = "open it in Foxglove, or give it to identify or joint fit; the robot's card has a black box"
+        fix = "open it in Foxglove, or give it to log info, identify or joint fit; the robot's card has a black box"
         raise InputError("must be a log of a mission or a black box", file=file, value="one of the radio", fix=fix)
     if "record" not in metadata:
         cut = f", and it is {content.fault}" if content.fault else ""
