@@ -55,7 +55,8 @@ function wait(kind, fits = () => true) {
 }
 
 async function command(name, what, ...values) {
-  for (let attempt = 0; attempt < 20; attempt++) {
+  const end = Date.now() + PATIENCE
+  while (Date.now() < end) {
     const answer = wait(common.CommandAck, ack => ack.command === what)
     const fields = { targetSystem: 1, targetComponent: 1, command: what, confirmation: 0 }
     for (let k = 0; k < 7; k++) fields[`_param${k + 1}`] = values[k] ?? 0
@@ -67,9 +68,12 @@ async function command(name, what, ...values) {
   throw new Error(`${name}: refused`)
 }
 
-async function mode() {
+/** Check the mode of the next heartbeat. */
+async function mode(expected) {
   const heart = await wait(minimal.Heartbeat)
-  return `${STATES[heart.customMode - BASE]}, ${heart.baseMode & 128 ? 'armed' : 'disarmed'}`
+  const found = `${STATES[heart.customMode - BASE]}, ${heart.baseMode & 128 ? 'armed' : 'disarmed'}`
+  console.log(`    ${found}`)
+  if (found !== expected) throw new Error(`mode ${found}, not ${expected}`)
 }
 
 async function upload(type, items) {
@@ -140,15 +144,15 @@ async function main(address) {
   await roundTrip('mission', 0, [point(1000, 0, -0.5), point(1000, 1000, -1), point(0, 1000, -0.5)])
   await command('arm', 400, 1)
   await command('start', 300)
-  console.log(`    ${await mode()}`)
+  await mode('mission, armed')
   await command('pause', 193, 0)
-  console.log(`    ${await mode()}`)
+  await mode('paused, armed')
   await command('continue', 193, 1)
   await command('return', 20)
-  console.log(`    ${await mode()}`)
+  await mode('home, armed')
   await command('surface', 21)
   await command('disarm', 400, 0)
-  console.log(`    ${await mode()}`)
+  await mode('rest, disarmed')
   for (const missionType of [0, 1]) {
     const done = wait(common.MissionAck, ack => ack.missionType === missionType)
     say(new common.MissionClearAll(), { targetSystem: 1, targetComponent: 1, missionType })

@@ -45,26 +45,29 @@ class Session:
 
     def command(self, name: str, what: int, *values: float, result: int = 0) -> None:
         """Send a command, again while the robot is busy."""
-        for _ in range(20):
+        end = time.monotonic() + PATIENCE
+        while True:
             self.mav.command_long_send(1, 1, what, 0, *values, *[0.0] * (7 - len(values)))
             ack = self.wait("COMMAND_ACK", command=what)
-            if ack.result == result:
+            if ack.result == result or end < time.monotonic():
                 break
             time.sleep(0.5)
         print(f"{name}: result {ack.result}")
         assert ack.result == result
 
-    def mode(self) -> str:
-        """Return the mode of the next heartbeat."""
+    def mode(self, expected: str) -> None:
+        """Check the mode of the next heartbeat."""
         heart = self.wait("HEARTBEAT")
-        return f"{STATES[heart.custom_mode - BASE]}, {'armed' if heart.base_mode & 128 else 'disarmed'}"
+        mode = f"{STATES[heart.custom_mode - BASE]}, {'armed' if heart.base_mode & 128 else 'disarmed'}"
+        print(f"    {mode}")
+        assert mode == expected
 
     def upload(self, kind: int, items: list[tuple[Any, ...]]) -> int:
         """Upload a list; return the result."""
         self.mav.mission_count_send(1, 1, len(items), kind)
         while True:
             m = self.line.recv_match(
-                type=["MISSION_REQUEST_INT", "MISSION_ACK", "STATUSTEXT"], blocking=True, timeout=20
+                type=["MISSION_REQUEST_INT", "MISSION_ACK", "STATUSTEXT"], blocking=True, timeout=PATIENCE
             )
             assert m is not None
             if m.get_type() == "STATUSTEXT":
@@ -116,7 +119,9 @@ def main(address: str) -> None:
     lat, lon, far, nan = position.lat, position.lon, 4000, math.nan
     corners = ((-far, -far), (-far, far), (far, far), (far, -far))
     s.round_trip("fence", FENCE, [(0, 5001, 4.0, 0.0, 0.0, 0.0, lat + n, lon + e, 0.0) for n, e in corners])
-    print(f"exclusion: result {s.upload(FENCE, [(0, 5004, 5.0, 0.0, 0.0, 0.0, lat, lon, 0.0)])}")
+    unsupported = s.upload(FENCE, [(0, 5004, 5.0, 0.0, 0.0, 0.0, lat, lon, 0.0)])
+    print(f"exclusion: result {unsupported}")
+    assert unsupported == 3
     mission: list[tuple[Any, ...]] = [(2, 178, 1.0, 0.3, -1.0, 0.0, 0, 0, 0.0)]
     for north, east, altitude in ((1000, 0, -0.5), (1000, 1000, -1.0), (0, 1000, -0.5)):
         mission.append((6, 16, 5.0, 3.0, 0.0, nan, lat + north, lon + east, altitude))
@@ -130,21 +135,21 @@ def main(address: str) -> None:
     s.command("mode 2, another autopilot's ALT_HOLD", 176, 1, 2, result=3)
     s.command("arm", 400, 1)
     s.command("start", 300)
-    print("   ", s.mode())
+    s.mode("mission, armed")
     s.command("pause", 193, 0)
-    print("   ", s.mode())
+    s.mode("paused, armed")
     s.command("item 2", 224, 2)
     s.command("continue", 193, 1)
     s.command("return", 20)
-    print("   ", s.mode())
+    s.mode("home, armed")
     s.command("surface", 21)
     s.command("mode manual", 176, 1, BASE + 2)
     for _ in range(5):
         s.mav.manual_control_send(1, 0, 0, 500, 0, 0)
         time.sleep(0.05)
-    print("   ", s.mode())
+    s.mode("manual, armed")
     s.command("disarm", 400, 0)
-    print("   ", s.mode())
+    s.mode("rest, disarmed")
     for kind in (MISSION, FENCE, 2):
         s.mav.mission_clear_all_send(1, 1, kind)
         assert s.wait("MISSION_ACK", mission_type=kind).type == 0

@@ -240,17 +240,21 @@ static void test_files() {
     CHECK(std::strcmp(last_said<mavlink_component_metadata_t>(bench).uri, "mftp://general.json") == 0);
 }
 
-/// An order to arm that a fault forbids is answered with the fault's own sentence.
+/// An order to arm that a fault forbids is answered with the fault's own sentence. Texts have the severity of what they
+/// report: critical is a leak, and not the refusal or the default parameters.
 static void test_reason_of_a_refusal() {
     Bench bench;
     bench.board.leak = true;
     bench.run(200);
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
     CHECK(last_answer(bench) == Refusal::faulty && told(bench, Refusal::faulty) == 0);
-    int reasons = 0;
-    for (const auto& m : said<mavlink_statustext_t>(bench.board.said))
-        reasons += std::strncmp(m.text, "there is water in the hull", sizeof m.text) == 0;
-    CHECK(reasons == 2);  // as a fault, and as the reason
+    std::vector<int> leak, defaults;
+    for (const auto& m : said<mavlink_statustext_t>(bench.board.said)) {
+        if (std::strncmp(m.text, "there is water in the hull", sizeof m.text) == 0) leak.push_back(m.severity);
+        if (std::strncmp(m.text, "no stored parameters", 20) == 0) defaults.push_back(m.severity);
+    }
+    CHECK(leak == (std::vector<int>{MAV_SEVERITY_CRITICAL, MAV_SEVERITY_WARNING}));  // as a fault, and as the reason
+    CHECK(defaults == (std::vector<int>{MAV_SEVERITY_NOTICE}));
 }
 
 /// Home by DO_SET_HOME: here, or at coordinates, which only COMMAND_INT carries to the centimeter.

@@ -1,19 +1,6 @@
 /// Failsafes: what the robot does by itself in the water.
 #include "vehicle_test.hpp"
 
-/// Float with an empty battery.
-static void drain(int ticks) {
-    const int channel = hypertuna::first_channel("voltage");
-    const Calibration& c = v.model.calibration;
-    for (int k = 0; k < ticks; ++k) {
-        on_ground_contact(v, ground);
-        float_upright(board, v, int(v.now.tick));
-        board.raw.channel[channel] = {};
-        board.raw.channel[channel].add(std::int32_t(11.0f / c.scale[channel] + c.zero[channel]) + k % 3);
-        tick(v, board);
-    }
-}
-
 /// Float without a depth sensor.
 static void blind(int ticks) {
     for (int k = 0; k < ticks; ++k) {
@@ -107,10 +94,10 @@ static void restart_under_water() {
 static void an_empty_battery() {
     begin_armed();
     board.depth = 3, contact(300);
-    drain(1500);
+    drain(11, 1500);
     CHECK(v.now.faults.has(Fault::empty_battery) && v.now.state == State::surface && beats());
     CHECK(give(v, Order::gait, ground) == Refusal::faulty && give(v, Order::home, ground) == Refusal::faulty);
-    board.depth = 0.05f, drain(200);
+    board.depth = 0.05f, drain(11, 200);
     CHECK(v.now.state == State::disarmed && give(v, Order::arm, ground) == Refusal::faulty);
     CHECK(std::strcmp(sentence(v, Refusal::faulty), fault_texts[int(Fault::empty_battery)].sentence) == 0 ||
           std::strcmp(sentence(v, Refusal::faulty), fault_texts[int(Fault::low_battery)].sentence) == 0);

@@ -48,20 +48,23 @@ static void faults_and_responses() {
     // An empty battery ends it.
     begin_armed();
     CHECK(set_gait(v, ground, beat()) == Refusal::none);
-    const hypertuna::firmware::Calibration& c = v.model.calibration;
-    for (int k = 0; k < 1500; ++k) {
-        on_ground_contact(v, ground);
-        float_upright(board, v, int(snapshot(v).tick));
-        board.raw.channel[hypertuna::first_channel("voltage")] = {};
-        board.raw.channel[hypertuna::first_channel("voltage")].add(
-            std::int32_t(11.0f / c.scale[hypertuna::first_channel("voltage")] +
-                         c.zero[hypertuna::first_channel("voltage")]) +
-            k % 3);
-        tick(v, board);
-    }
+    drain(11, 1500);
     CHECK(snapshot(v).faults.has(Fault::empty_battery) && !snapshot(v).armed());
     CHECK(give(v, Order::arm, ground) == Refusal::faulty);
     CHECK(snapshot(v).battery_left == 0);
+}
+
+/// A low battery calls the robot home, and forbids arming; a voltage that recovers does not end that.
+static void a_low_battery() {
+    begin_armed();
+    CHECK(set_mission(v, ground, plan()) == Refusal::none && set_gait(v, ground, beat()) == Refusal::none);
+    drain(12.5f, 1500);
+    CHECK(snapshot(v).faults.has(Fault::low_battery) && !snapshot(v).faults.has(Fault::empty_battery));
+    CHECK(snapshot(v).state == State::home && snapshot(v).reasons.has(Reason::recalled));
+    drain(15, 500);
+    CHECK(snapshot(v).faults.has(Fault::low_battery) && set_gait(v, ground, beat()) == Refusal::faulty);
+    drain(12.5f, 1500), give(v, Order::disarm, ground);
+    CHECK(give(v, Order::arm, ground) == Refusal::faulty);
 }
 
 static void a_watchdog_and_a_slow_tick() {
@@ -200,6 +203,7 @@ static void upside_down() {
 int main() {
     silence_on_a_mission();
     faults_and_responses();
+    a_low_battery();
     a_watchdog_and_a_slow_tick();
     sensors_fail();
     arming_again_after_a_call_home();

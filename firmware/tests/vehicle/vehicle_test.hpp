@@ -38,6 +38,19 @@ inline void fix(std::int32_t latitude, std::int32_t longitude) {
     board.raw.fixed = false;
 }
 
+/// Float with this voltage of the battery, and the ground in contact.
+inline void drain(float volts, int ticks) {
+    const int channel = hypertuna::first_channel("voltage");
+    const Calibration& c = v.model.calibration;
+    for (int k = 0; k < ticks; ++k) {
+        on_ground_contact(v, ground);
+        float_upright(board, v, int(snapshot(v).tick));
+        board.raw.channel[channel] = {};
+        board.raw.channel[channel].add(std::int32_t(volts / c.scale[channel] + c.zero[channel]) + k % 3);
+        tick(v, board);
+    }
+}
+
 inline int index_of(const char* name) {
     for (int k = 0; k < parameter_count(v); ++k)
         if (std::strcmp(parameter(v, k).name, name) == 0) return k;
