@@ -115,7 +115,7 @@ static void begin_signing(Bench& bench) {
     CHECK(bench.app.radio.signing.on);
 }
 
-/// A modem's status has no signature. Its system and component ids do not count as a station's.
+/// A modem's status has no signature, and is followed. Its system and component ids do not count as a station's.
 static void test_status_of_a_modem() {
     Bench bench;
     begin_signing(bench);
@@ -130,7 +130,12 @@ static void test_status_of_a_modem() {
         bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, float(k % 2 == 0)));
         heard += snapshot(bench.vehicle()).armed() == (k % 2 == 0);
     }
-    CHECK(heard == 50);
+    CHECK(heard == 50 && bench.app.radio.not_signed == 0);
+    bench.key.on = false;
+    mavlink_radio_status_t full{};
+    full.txbuf = 10;
+    bench.say(full, 1);
+    CHECK(bench.app.radio.telemetry.throttle < 100);
 }
 
 /// A ninth station is heard as the others were; who was silent for longest then counts as new.

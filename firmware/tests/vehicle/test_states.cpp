@@ -174,17 +174,26 @@ static void what_was_reached_stays() {
     CHECK(give(v, Order::arm, ground) == Refusal::none && v.progress.reached == 0);
 }
 
-/// Home without a mission is where the robot was armed.
-static void home_without_a_mission() {
+/// Home is where the robot was armed, not where it booted or where a mission without a home was uploaded.
+static void home_is_where_it_was_armed() {
+    const auto swim = [] {
+        CHECK(set_gait(v, ground, beat()) == Refusal::none);
+        for (int k = 0; k < 4000; ++k) on_ground_contact(v, ground), float_on(v, board, 1);
+    };
     begin_armed();
-    const float x = v.now.estimate.x, y = v.now.estimate.y;
-    CHECK(set_gait(v, ground, beat()) == Refusal::none);
-    for (int k = 0; k < 4000; ++k) on_ground_contact(v, ground), float_on(v, board, 1);
-    const float away = std::hypot(v.now.estimate.x - x, v.now.estimate.y - y);
-    CHECK(away > 5);
-    CHECK(give(v, Order::home, ground) == Refusal::none);
+    MissionForm form{};
+    form.item[form.items++] = {ItemKind::waypoint, local_frame, 0}, form.item[form.items++] = form.item[0];
+    CHECK(set_mission(v, ground, plan(), &form) == Refusal::none);
+    swim();
+    give(v, Order::disarm, ground), float_on(v, board, 300);
+    const Place at = here(v);
+    CHECK(std::hypot(at.x, at.y) > 5 && give(v, Order::arm, ground) == Refusal::none);
+    CHECK(v.mission.home.x == at.x && v.mission.home.y == at.y);
+    CHECK(clear_mission(v, ground) == Refusal::none);
+    swim();
+    CHECK(std::hypot(here(v).x - at.x, here(v).y - at.y) > 5 && give(v, Order::home, ground) == Refusal::none);
     float_on(v, board, 30);
-    CHECK(beats() && v.now.mode == Mode::home && v.detour.home.x == x && v.detour.home.y == y);
+    CHECK(beats() && v.now.mode == Mode::home && v.detour.home.x == at.x && v.detour.home.y == at.y);
     CHECK(std::strcmp(state_texts[int(v.now.state)].name, "home") == 0);
 }
 
@@ -195,7 +204,7 @@ int main() {
     control_of_stations();
     pauses();
     what_was_reached_stays();
-    home_without_a_mission();
+    home_is_where_it_was_armed();
     CHECK(allocations == 0);
     return failures();
 }
