@@ -165,7 +165,9 @@ T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, in
     const T viscosity = state.viscosity.value, line = supervisor.line * viscosity;
     // One reading of a sensor that is doubted may be a spike, and a pump that jerks back hammers as it comes again.
     const T pressure = state.pressure[c].bucket == 0 ? circuit.pressure : min(circuit.pressure, circuit.before);
-    const T bent = blind(state, c / 2) ? model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2]) : T(0);
+    const T bent = blind(state, c / 2) || repeats(state.pressure[c])
+                       ? model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2])
+                       : T(0);
     const T held = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
     const T unit = max(supervisor.fill + held, pressure - line * circuit.servo.change / model.tick);
     const T room = max(T(0), model.pressure_soft - unit);

@@ -133,6 +133,12 @@ Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T exp
     return {usable && !health.faulty, repeated};
 }
 
+/// Whether a sensor shows the same number for the third time: it may be stuck, long before that counts as a fault.
+template <class T>
+bool repeats(const Health<T>& health) {
+    return 1 < health.repeats;
+}
+
 /// What the supervisor knows of one circuit.
 template <class T>
 struct SupervisorModel {
