@@ -112,15 +112,19 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
 /// Slew and clamp: the last that happens to every servo's angle. One that is no number leaves the last good one.
 template <class T>
 void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int servo, T angle) {
-    const T last = state.sent[servo], wanted = is_finite(angle) ? angle : last;
-    const T slewed = clamp(wanted, last - model.slew, last + model.slew);
-    const T low = (model.pulse_min - model.pulse_center) / model.pulse_per_rad;
-    const T high = (model.pulse_max - model.pulse_center) / model.pulse_per_rad;
-    const T kept = clamp(slewed, low, high);
-    if (slewed != wanted) output.status.set(Condition::slew_limit, servo);
-    if (kept != slewed) output.status.set(Condition::pulse_limit, servo);
-    state.sent[servo] = output.target[servo] = kept;
-    output.pulse[servo] = clamp(model.pulse_center + model.pulse_per_rad * kept, model.pulse_min, model.pulse_max);
+    const T last = state.sent[servo];
+    if (!(abs(angle - last) <= model.slew)) {
+        angle = is_finite(angle) ? clamp(angle, last - model.slew, last + model.slew) : last;
+        output.status.set(Condition::slew_limit, servo);
+    }
+    T pulse = model.pulse_center + model.pulse_per_rad * angle;
+    if (!(model.pulse_min <= pulse && pulse <= model.pulse_max)) {
+        pulse = clamp(pulse, model.pulse_min, model.pulse_max);
+        angle = (pulse - model.pulse_center) / model.pulse_per_rad;
+        output.status.set(Condition::pulse_limit, servo);
+    }
+    state.sent[servo] = output.target[servo] = angle;
+    output.pulse[servo] = pulse;
 }
 
 /// Bend that is asked of a joint, within what its pressures allow and its pumps reach.
@@ -151,7 +155,7 @@ void drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
     circuit.change = output.target[c] - last;
     circuit.servo = follow(model.servo, circuit.servo, output.target[c]);
     const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
-    if (clamp(free, T(0.1), T(1)) * supervisor.speed * model.tick < abs(circuit.change))
+    if (max(T(0.1), free) * supervisor.speed * model.tick < abs(circuit.change))
         output.status.set(Condition::speed_limit, c);
     output.pressure[c] = circuit.pressure;
 }

@@ -8,8 +8,12 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 /// Take a value of a command within its bounds; one that is no number leaves the last good one.
 template <class T>
 void take(T& kept, T value, T low, T high, Status& status) {
+    if (low <= value && value <= high) {
+        kept = value;
+        return;
+    }
+    status.set(Condition::bad_command);
     if (is_finite(value)) kept = clamp(value, low, high);
-    if (!(low <= value && value <= high)) status.set(Condition::bad_command);
 }
 
 /// Amplitude at which the model's pressure surely stays below the soft limit: for a beat that no pressure was seen of.
@@ -70,23 +74,27 @@ bool any_moves(const Controller<T>& model, const ControllerState<T>& state) {
 template <class T>
 void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, bool moving,
                 Status& status) {
-    const auto plain = [&](Health<T>& health, T reading, T low, T high, T part) {
-        return judge({low, high, part * (high - low), repeats_slow}, health, reading, health.last, moving).usable;
+    const auto range = [](T low, T high, T part) {
+        return Plausible<T>{low, high, part * (high - low), repeats_slow};
+    };
+    const auto plain = [&](const Plausible<T>& limits, Health<T>& health, T reading) {
+        return judge(limits, health, reading, health.last, moving).usable;
     };
     // A range without extent: the robot has no such sensor.
-    for (int j = 0; j < model.joints && model.current_low < model.current_high; ++j)
+    const Plausible<T> current = range(model.current_low, model.current_high, T(0.24));
+    for (int j = 0; j < model.joints && current.low < current.high; ++j)
         for (int c = 2 * j; c < 2 * j + (direct(model, j) ? 1 : 2); ++c)
-            if (!plain(state.current[c], readings.current[c], model.current_low, model.current_high, T(0.24)))
-                status.set(Condition::current_fault, c);
+            if (!plain(current, state.current[c], readings.current[c])) status.set(Condition::current_fault, c);
     const auto judge_imu = [&](const T(&reading)[3], Health<T>* health, T limit) {
+        const Plausible<T> limits = range(-limit, limit, T(0.2));
         for (int k = 0; k < 3 && T(0) < limit; ++k)
-            if (!plain(health[k], reading[k], -limit, limit, T(0.2))) status.set(Condition::imu_fault);
+            if (!plain(limits, health[k], reading[k])) status.set(Condition::imu_fault);
     };
     judge_imu(readings.rate, state.imu, model.rate_high);
     judge_imu(readings.acceleration, state.imu + 3, model.acceleration_high);
     if (!(model.voltage_min < model.voltage_max)) return;
     const bool first = !state.voltage.seen;
-    const bool voltage = plain(state.voltage, readings.voltage, model.voltage_min, model.voltage_max, T(0.2));
+    const bool voltage = plain(range(model.voltage_min, model.voltage_max, T(0.2)), state.voltage, readings.voltage);
     if (voltage) state.supply += (first ? T(1) : T(0.1)) * (readings.voltage - state.supply);
     if (!voltage) status.set(Condition::battery_fault);
     if (state.voltage.seen && state.supply < model.voltage_low) status.set(Condition::low_voltage);

@@ -16,10 +16,11 @@ struct PumpMap {
 };
 template <class T>
 T servo_angle(const PumpMap<T>& map, T bend) {
-    const T middle = clamp(bend, map.low, map.high), below = min(bend - map.low, T(0)),
-            above = max(bend - map.high, T(0));
-    return (map.term[0] + map.term[1] * middle) * middle + (map.term[2] + map.term[3] * below) * below +
-           (map.term[4] + map.term[5] * above) * above;
+    const T middle = clamp(bend, map.low, map.high), past = bend - middle;
+    const T angle = (map.term[0] + map.term[1] * middle) * middle;
+    if (past == T(0)) return angle;
+    const T* term = past < T(0) ? map.term + 2 : map.term + 4;
+    return angle + (term[0] + term[1] * past) * past;
 }
 
 /// What the controller knows of one joint.

@@ -121,11 +121,14 @@ struct Verdict {
 template <class T>
 Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T expected, bool moving) {
     const bool inside = limits.low <= reading && reading <= limits.high;  // false for what is no number
-    const bool near = !health.seen || abs(reading - expected) <= limits.step;
-    const bool repeated = inside && health.seen && reading == health.last;
+    bool near = false, repeated = false;
+    if (inside) {
+        near = !health.seen || abs(reading - expected) <= limits.step;
+        repeated = health.seen && reading == health.last;
+        health.last = reading, health.seen = true;
+    }
     health.repeats = !repeated ? 0 : moving && health.repeats < limits.repeats ? health.repeats + 1 : health.repeats;
-    const bool usable = inside && near && health.repeats < limits.repeats;
-    if (inside) health.last = reading, health.seen = true;
+    const bool usable = near && health.repeats < limits.repeats;
     if (usable && health.bucket == 0) return {true, repeated};  // as nearly always: not faulty, nothing to drain
     const int bucket = health.bucket + (usable ? -1 : bucket_bad);
     health.bucket = bucket < bucket_max ? bucket : bucket_max;
