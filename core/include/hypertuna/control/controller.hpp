@@ -35,21 +35,14 @@ T asked_amplitude(const ControllerState<T>& state, int j) {
     return state.amplitude[j].value * (T(1) + state.more[j].value);
 }
 
-/// Bias with its correction, within what the joint's pressures allow.
+/// Amplitude and bias that its pressures allow: the governor bounds the widest bend, of which the bias is a part, and the
+/// hammer of the oil bounds its rate.
 template <class T>
-T allowed_bias(const ControllerState<T>& state, int j) {
+BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state, int j) {
     const T limit = state.governor[j].bend_limit;
-    return clamp(state.bias[j].value + state.aside[j].value, -limit, limit);
-}
-
-/// Amplitude that its pressures allow: the governor bounds the widest bend, of which the bias is a part, and the hammer
-/// of the oil bounds its rate.
-template <class T>
-T allowed_amplitude(const Controller<T>& model, const ControllerState<T>& state, int j) {
-    const T room = max(T(0), state.governor[j].bend_limit - abs(allowed_bias(state, j)));
-    const T rate = model.joint[j].rate * state.viscosity.rate * (state.bend[j].faulty ? T(flow_unseen) : T(1));
-    const T quick = rate / (T(2 * pi) * max(state.frequency.value, T(0.1)));
-    return min(asked_amplitude(state, j), min(room, quick));
+    const T bias = clamp(state.bias[j].value + state.aside[j].value, -limit, limit);
+    const T quick = model.joint[j].rate * state.swing * (state.bend[j].faulty ? T(flow_unseen) : T(1));
+    return {min(asked_amplitude(state, j), min(limit - abs(bias), quick)), bias};
 }
 
 /// End of a joint's beat: what it was sent to and what its sensor read give the corrections of the next beats.
@@ -87,19 +80,19 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     const bool moving = moves(model, state.circuit[2 * j]);
     const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
                                      state.bend[j], reading, state.bend[j].last, moving);
-    const T amplitude = allowed_amplitude(model, state, j), bias = allowed_bias(state, j);
+    const BeatShape<T> sent = allowed(model, state, j);
     if (verdict.usable) {
         add_reading(posture, state.oscillator[j], reading);
         governor.swung = max(governor.swung, abs(reading));
     } else {
         status.set(Condition::bend_fault, j), ++posture.missing;
     }
-    posture.sent.amplitude += amplitude, posture.sent.bias += bias;
+    posture.sent.amplitude += sent.amplitude, posture.sent.bias += sent.bias;
     ++posture.ticks;
     if (ended) {
         const T frequency = max(state.frequency.value, state.target.frequency);
         correct_posture(model, state, j);
-        govern(governor, {amplitude + abs(bias), frequency, joint.reach, joint.rate}, model.circuit[2 * j].fill,
+        govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, joint.rate}, model.circuit[2 * j].fill,
                model.pressure_soft);
     }
     // Two beats without a swing: the sensor lives, but does not follow.
@@ -132,13 +125,14 @@ template <class T>
 T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Status& status) {
     Governor<T>& governor = state.governor[j];
     governor.bend_limit += model.smoothing.rate * (governor.ceiling - governor.bend_limit);
-    const T asked = asked_amplitude(state, j), amplitude = allowed_amplitude(model, state, j);
-    for (int side = 0; side < 2 && amplitude < asked; ++side) status.set(Condition::pressure_limit, 2 * j + side);
-    const T wanted = allowed_bias(state, j) + amplitude * state.oscillator[j].x;
+    const BeatShape<T> sent = allowed(model, state, j);
+    const bool limited = sent.amplitude < asked_amplitude(state, j);
+    for (int side = 0; side < 2 && limited; ++side) status.set(Condition::pressure_limit, 2 * j + side);
+    const T wanted = sent.bias + sent.amplitude * state.oscillator[j].x;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
     if (bend != wanted) status.set(Condition::amplitude_limit, j), ++state.posture[j].limited;
     // What was held back catches up little faster than the beat goes: no jump, no surge of pressure.
-    const T fastest = amplitude * T(2 * pi) * state.frequency.value * model.tick + abs(state.bias[j].change);
+    const T fastest = sent.amplitude * T(2 * pi) * state.frequency.value * model.tick + abs(state.bias[j].change);
     const T limit = T(1.25) * fastest + T(0.02) * reach, last = state.bend_sent[j];
     return clamp(bend, last - limit, last + limit);
 }
@@ -222,12 +216,12 @@ void turn_joint(const Controller<T>& model, ControllerState<T>& state, Controlle
     send(model, state, output, 2 * j + 1, T(0));
 }
 
-/// One tick of the controller, its state in place.
+/// One tick of the controller, its state and output in place.
 template <class T>
-ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings,
-                            const Command<T>& command) {
-    ControllerOutput<T> output{};
+void advance(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings,
+             const Command<T>& command, ControllerOutput<T>& output) {
     Status& status = output.status;
+    status = {};
     take_command(model, state, command, status);
     Oscillator<T> before[max_joints];
     for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[j];
@@ -238,6 +232,7 @@ ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& stat
         for (int c = 2 * j; c < 2 * j + 2 && !direct(model, j); ++c)
             read_pressure(model, state, c, readings.pressure[c], moving, status);
     weigh(state.viscosity, model.viscosity_min, model.viscosity_own);
+    state.swing = state.viscosity.rate / (T(2 * pi) * max(state.frequency.value, T(0.1)));
     for (int j = 0; j < model.joints; ++j) {
         output.set[j] = state.bias[j].value + state.amplitude[j].value * state.oscillator[j].x;
         if (direct(model, j)) {
@@ -249,7 +244,6 @@ ControllerOutput<T> advance(const Controller<T>& model, ControllerState<T>& stat
         drive_joint(model, state, output, j);
     }
     for (int k = 0; k < 2; ++k) send(model, state, output, 2 * model.joints + k, state.fin[k].value);
-    return output;
 }
 
 /// The same as a function of the state before.
@@ -257,7 +251,7 @@ template <class T>
 ControllerStep<T> step(const Controller<T>& model, const ControllerState<T>& before, const Readings<T>& readings,
                        const Command<T>& command) {
     ControllerStep<T> next{before, {}};
-    next.output = advance(model, next.state, readings, command);
+    advance(model, next.state, readings, command, next.output);
     return next;
 }
 

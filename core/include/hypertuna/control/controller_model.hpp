@@ -99,6 +99,7 @@ struct ControllerState {
     Health<T> bend[max_joints], pressure[max_circuits], current[max_circuits], imu[6], voltage;
     T supply;                 // V, last valid reading
     Viscosity<T> viscosity;   // of the oil
+    T swing;                  // s: amplitude over the rate of a bend, at the frequency and with what the oil leaves
     T bend_sent[max_joints];  // rad: bends that the pumps were last sent to
     T sent[max_servos];       // rad: last angles sent
 };

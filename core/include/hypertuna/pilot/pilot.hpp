@@ -105,13 +105,13 @@ void decide(const Pilot<T>& pilot, PilotState<T>& state, Estimate<T> at, const M
 
 /// The controller follows the command.
 template <class T>
-ControllerOutput<T> act(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, const Readings<T>& robot) {
+void act(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, const Readings<T>& robot,
+         ControllerOutput<T>& output) {
     const Oscillator<T> before = state.controller.oscillator[0];
-    const ControllerOutput<T> output = advance(pilot.controller, state.controller, robot, state.command);
+    advance(pilot.controller, state.controller, robot, state.command, output);
     const bool ended = beat_ends(before, state.controller.oscillator[0]);
     update(state.guidance.steering.beat, at, ended, int(T(1) / pilot.estimator.attitude.tick));
     state.joint = state.joint || output.status.has(Condition::hard_stop);
-    return output;
 }
 
 /// One tick.
@@ -122,7 +122,7 @@ PilotStep<T> fly(const Pilot<T>& pilot, const PilotState<T>& before, const Pilot
     PilotState<T>& state = next.state;
     next.estimate = perceive(pilot, state, readings, mission.declination);
     if (due(pilot, state)) decide(pilot, state, next.estimate, mission);
-    next.output = act(pilot, state, next.estimate, readings.robot);
+    act(pilot, state, next.estimate, readings.robot, next.output);
     next.command = state.command;
     next.mode = state.guidance.mode;
     next.reasons = state.guidance.reasons;
