@@ -34,7 +34,7 @@ from hypertuna.firmware.scenario import find_scenario, random_messages
 from hypertuna.swimming.gait import named_gait
 from program import Run
 
-MAX_INSTRUCTIONS, MAX_TEXT, MAX_STACK = 5100, 96 * 1024, 2048
+MAX_INSTRUCTIONS, MAX_TEXT, MAX_STACK = 4000, 96 * 1024, 2048
 DOCS = Path(__file__).parents[2] / "docs" / "firmware.md"
 STORED = json.loads((DOCS.parents[1] / "validation" / "lockstep" / "lockstep.json").read_text())  # tables of the docs
 MEASURE = "validation/lockstep/measure.py, and docs/figures.py"

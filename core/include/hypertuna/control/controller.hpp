@@ -23,8 +23,10 @@ void generate(const Controller<T>& model, ControllerState<T>& state, bool active
         state.bias[j] = follow(model.smoothing, state.bias[j], active ? bias : T(0));
         state.phase[j] = follow(model.smoothing, state.phase[j], target.phase[j]);
         Oscillator<T>& z = state.oscillator[j];
+        const Oscillator<T> before = z;
         if (j > 0) z = couple(model.network, z, reference, sincos(state.phase[j].value));
         z = oscillate(model.network, z, turn);
+        state.posture[j].ended = beat_ends(before, z);
     }
     for (int k = 0; k < 2; ++k) state.fin[k] = follow(model.smoothing, state.fin[k], active ? target.fin[k] : T(0));
 }
@@ -35,8 +37,8 @@ T asked_amplitude(const ControllerState<T>& state, int j) {
     return state.amplitude[j].value * (T(1) + state.more[j].value);
 }
 
-/// Amplitude and bias that its pressures allow: the governor bounds the widest bend, of which the bias is a part, and the
-/// hammer of the oil bounds its rate.
+/// Amplitude and bias that its pressures allow: the governor bounds the widest bend, of which the bias is a part, and
+/// the hammer of the oil bounds its rate.
 template <class T>
 BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state, int j) {
     const T limit = state.governor[j].bend_limit;
@@ -73,7 +75,7 @@ void correct_posture(const Controller<T>& model, ControllerState<T>& state, int 
 
 /// One tick of a joint's posture control: take in the reading, and at the end of its beat learn from it.
 template <class T>
-void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, T reading, bool ended, Status& status) {
+void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, T reading, Status& status) {
     PostureState<T>& posture = state.posture[j];
     Governor<T>& governor = state.governor[j];
     const JointModel<T>& joint = model.joint[j];
@@ -89,11 +91,11 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     }
     posture.sent.amplitude += sent.amplitude, posture.sent.bias += sent.bias;
     ++posture.ticks;
-    if (ended) {
+    if (posture.ended) {
         const T frequency = max(state.frequency.value, state.target.frequency);
         correct_posture(model, state, j);
-        govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, joint.rate}, model.circuit[2 * j].fill,
-               model.pressure_soft);
+        govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, joint.rate},
+               model.circuit[2 * j].fill, model.pressure_soft);
     }
     // Two beats without a swing: the sensor lives, but does not follow.
     if (posture.dull > 1) status.set(Condition::bend_fault, j);
@@ -137,10 +139,10 @@ T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Statu
     return clamp(bend, last - limit, last + limit);
 }
 
-/// Send a circuit's servo to an angle, and say where it cannot follow at a part of its voltage. Torque-speed line: no
-/// load leaves the whole speed, the stall pressure leaves none.
+/// Send a circuit's servo to an angle, and tell whether it follows at a part of its voltage. Torque-speed line: no load
+/// leaves the whole speed, the stall pressure leaves none.
 template <class T>
-void drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c, T angle,
+bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c, T angle,
                    T supply) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
@@ -149,9 +151,10 @@ void drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
     circuit.change = output.target[c] - last;
     circuit.servo = follow(model.servo, circuit.servo, output.target[c]);
     const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
-    if (max(T(0.1), free) * supervisor.speed * model.tick < abs(circuit.change))
-        output.status.set(Condition::speed_limit, c);
     output.pressure[c] = circuit.pressure;
+    const bool slow = max(T(0.1), free) * supervisor.speed * model.tick < abs(circuit.change);
+    if (slow) output.status.set(Condition::speed_limit, c);
+    return !slow && output.target[c] == angle;
 }
 
 /// Within a tick: the furthest angle that a circuit's servo may be sent to. Above the soft limit it goes back, and it
@@ -170,8 +173,9 @@ T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, in
     const T unit = max(supervisor.fill + held, pressure - line * circuit.servo.change / model.tick);
     const T room = max(T(0), model.pressure_soft - unit);
     const T change = room / pressure_per_rate(supervisor, state.viscosity.largest) * model.tick;
-    return min(furthest(supervisor, state.sent[c], pressure, model.pressure_soft, model.pressure_hard),
-               furthest_target(model.servo, circuit.servo, change));
+    const T target = furthest_target(model.servo, circuit.servo, change);
+    if (pressure <= model.pressure_soft) return target;
+    return min(target, furthest(supervisor, state.sent[c], pressure, model.pressure_soft, model.pressure_hard));
 }
 
 /// One joint: from the bend that is asked to the angles of its two servos.
@@ -187,7 +191,7 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
         return stopped ? T(0) : servo_angle(model.map[2 * j + side], side == 0 ? bend : -bend);
     };
     T angle[2], limit[2], part = T(1);
-    bool pressed = false, slow = false;
+    bool pressed = false, followed = true;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
         angle[side] = angle_of(side, asked), limit[side] = furthest_angle(model, state, c);
@@ -201,10 +205,9 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
         const T sent = min(pressed ? angle_of(side, state.bend_sent[j]) : angle[side], limit[side]);
-        drive_circuit(model, state, output, c, sent, supply);
-        slow = slow || output.status.has(Condition::speed_limit, c) || output.target[c] != sent;
+        followed = drive_circuit(model, state, output, c, sent, supply) && followed;
     }
-    if (pressed || slow) ++state.posture[j].limited;
+    if (pressed || !followed) ++state.posture[j].limited;
 }
 
 /// One joint with a servo on its axle: sent to the bend that is asked.
@@ -223,14 +226,11 @@ void advance(const Controller<T>& model, ControllerState<T>& state, const Readin
     Status& status = output.status;
     status = {};
     take_command(model, state, command, status);
-    Oscillator<T> before[max_joints];
-    for (int j = 0; j < model.joints; ++j) before[j] = state.oscillator[j];
     generate(model, state, state.armed && state.age <= model.timeout);
     const bool moving = any_moves(model, state);
     read_robot(model, state, readings, moving, status);
-    for (int j = 0; j < model.joints; ++j)
-        for (int c = 2 * j; c < 2 * j + 2 && !direct(model, j); ++c)
-            read_pressure(model, state, c, readings.pressure[c], moving, status);
+    for (int c = 0; c < 2 * model.joints; ++c)
+        if (!direct(model, c / 2)) read_pressure(model, state, c, readings.pressure[c], moving, status);
     weigh(state.viscosity, model.viscosity_min, model.viscosity_own);
     state.swing = state.viscosity.rate / (T(2 * pi) * max(state.frequency.value, T(0.1)));
     for (int j = 0; j < model.joints; ++j) {
@@ -239,8 +239,7 @@ void advance(const Controller<T>& model, ControllerState<T>& state, const Readin
             turn_joint(model, state, output, j);
             continue;
         }
-        const bool ended = beat_ends(before[j], state.oscillator[j]);
-        hold_posture(model, state, j, readings.bend[j], ended, status);
+        hold_posture(model, state, j, readings.bend[j], status);
         drive_joint(model, state, output, j);
     }
     for (int k = 0; k < 2; ++k) send(model, state, output, 2 * model.joints + k, state.fin[k].value);

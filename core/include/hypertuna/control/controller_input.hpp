@@ -74,9 +74,7 @@ bool any_moves(const Controller<T>& model, const ControllerState<T>& state) {
 template <class T>
 void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, bool moving,
                 Status& status) {
-    const auto range = [](T low, T high, T part) {
-        return Plausible<T>{low, high, part * (high - low), repeats_slow};
-    };
+    const auto range = [](T low, T high, T part) { return Plausible<T>{low, high, part * (high - low), repeats_slow}; };
     const auto plain = [&](const Plausible<T>& limits, Health<T>& health, T reading) {
         return judge(limits, health, reading, health.last, moving).usable;
     };
@@ -106,7 +104,7 @@ void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, 
     SupervisorState<T>& circuit = state.circuit[c];
     Governor<T>& governor = state.governor[c / 2];
     // Two ticks apart, and never through a cavity, where the oil yields.
-    if (trusted && T(0) < min(min(circuit.before, circuit.pressure), reading))
+    if (trusted && T(0) < circuit.before && T(0) < circuit.pressure && T(0) < reading)
         learn(state.viscosity, model.circuit[c].line * (circuit.servo.change - circuit.turned[1]) / model.tick,
               reading - circuit.before);
     governor.peak = max(governor.peak, median(circuit.before, circuit.pressure, reading));

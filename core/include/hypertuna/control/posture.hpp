@@ -44,6 +44,7 @@ struct PostureState {
     BeatShape<T> sent;         // sums over the beat so far
     T more, aside;             // F - 1, and c in rad
     int ticks, missing, limited, dull;
+    bool ended;  // the beat ends in this tick
 };
 
 template <class T>

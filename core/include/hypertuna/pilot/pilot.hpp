@@ -107,10 +107,9 @@ void decide(const Pilot<T>& pilot, PilotState<T>& state, Estimate<T> at, const M
 template <class T>
 void act(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, const Readings<T>& robot,
          ControllerOutput<T>& output) {
-    const Oscillator<T> before = state.controller.oscillator[0];
     advance(pilot.controller, state.controller, robot, state.command, output);
-    const bool ended = beat_ends(before, state.controller.oscillator[0]);
-    update(state.guidance.steering.beat, at, ended, int(T(1) / pilot.estimator.attitude.tick));
+    update(state.guidance.steering.beat, at, state.controller.posture[0].ended,
+           int(T(1) / pilot.estimator.attitude.tick));
     state.joint = state.joint || output.status.has(Condition::hard_stop);
 }
 
