@@ -33,6 +33,7 @@ from hypertuna.firmware.relay import radio_model
 from hypertuna.firmware.scenario import find_scenario, random_messages
 from hypertuna.swimming.gait import named_gait
 from program import Run
+from radio_bench import free_port
 
 MAX_INSTRUCTIONS, MAX_TEXT, MAX_STACK = 4000, 96 * 1024, 2048
 DOCS = Path(__file__).parents[2] / "docs" / "firmware.md"
@@ -319,6 +320,14 @@ def test_a_modelled_radio_needs_a_ground_station(run: Run) -> None:
     code, _, told = run("hil", "--air", "loss=0.1")
     assert code == 2
     assert "--air needs a ground station: give its port by --radio" in told
+
+
+@pytest.mark.parametrize(("scenario", "told"), [("box", True), ("afloat", False)])
+def test_who_starts_a_mission_is_told(run: Run, pc: Path, scenario: str, told: bool) -> None:
+    note = "note: box is armed and started by itself; --scenario afloat waits for the ground station"
+    port = str(free_port())
+    _, _, errors = run("hil", "--board", "pc", "--scenario", scenario, "--radio", port, "--ticks", "20")
+    assert (note in errors) == told
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])

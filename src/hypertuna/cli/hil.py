@@ -83,6 +83,9 @@ def hil_command(
     fish = named if named is not None else replace(robot, robot=flown.robot or ROBOT).load()
     if flown.mission is not None:
         check_current(fish, flown.mission)
+        if radio is not None and flown.mission.waypoints:
+            note = f"note: {scenario} is armed and started by itself; --scenario afloat waits for the ground station"
+            typer.echo(note, err=True)
     with progress_bar("ticks") as progress:
         run = firmware_in_the_loop(
             fish,
