@@ -16,6 +16,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,10 +28,10 @@ from hypertuna.errors import InputError
 from hypertuna.firmware.boards import find_firmware, missing, started
 from hypertuna.firmware.channel import RadioModel
 from hypertuna.firmware.in_the_loop import firmware_in_the_loop
-from hypertuna.firmware.lockstep import order
+from hypertuna.firmware.lockstep import ORDERS, order
 from hypertuna.firmware.parameters import firmware_table
 from hypertuna.firmware.relay import radio_model
-from hypertuna.firmware.scenario import find_scenario, random_messages
+from hypertuna.firmware.scenario import START, Scenario, find_scenario, random_messages, scheduled_orders
 from hypertuna.swimming.gait import named_gait
 from program import Run
 from radio_bench import free_port
@@ -212,6 +213,20 @@ def test_json(run: Run, pc: Path) -> None:
 def test_a_run_without_a_way_to_go_is_not_given_up(fish: ht.Robot, pc: Path) -> None:
     assert firmware_in_the_loop(fish, find_scenario("afloat"), ticks=20).status is None
     assert firmware_in_the_loop(fish, find_scenario("box"), ticks=20).status == "given up"
+
+
+def test_the_origin_comes_with_the_mission_or_by_the_first_fix() -> None:
+    """As on a real robot: an origin at the first tick hid that the first fix moved the mission."""
+
+    def origins(scenario: Scenario) -> list[tuple[int, Any]]:
+        given = ORDERS.index("origin")
+        return [(tick, message["fix"]) for tick, message in scheduled_orders(scenario) if message["order"] == given]
+
+    box = find_scenario("box")
+    ((tick, fix),) = origins(box)
+    assert tick > START
+    assert np.degrees(ht.read_mission("box").origin) == pytest.approx(fix / 1e7, abs=1e-7)
+    assert origins(replace(box, origin=None)) == []
 
 
 def test_a_mission_that_comes_home_early_is_not_done(fish: ht.Robot, pc: Path) -> None:
