@@ -32,7 +32,7 @@ static void faults_and_responses() {
     give(v, Order::disarm, ground), float_on(v, board, 5);
     CHECK(give(v, Order::arm, ground) == Refusal::faulty);
 
-    // On its side: the tail rests while it lies, and goes on when it stands again.
+    // On its side: the tail rests, and the gait is over.
     begin_armed();
     CHECK(set_gait(v, ground, beat()) == Refusal::none);
     v.memory.tilted = 0;
@@ -43,7 +43,8 @@ static void faults_and_responses() {
                   board.raw.channel[hypertuna::first_channel("acceleration") + 2]);
         tick(v, board);
     }
-    CHECK(snapshot(v).faults.has(Fault::tilt) && snapshot(v).answer == Answer::rest && !beats() && snapshot(v).armed());
+    CHECK(snapshot(v).faults.has(Fault::tilt) && snapshot(v).answer == Answer::rest && !beats());
+    CHECK(snapshot(v).state == State::rest);
 
     // An empty battery ends it.
     begin_armed();
