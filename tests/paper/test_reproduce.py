@@ -28,13 +28,13 @@ def test_numbers_and_verdicts_are_those_that_are_stored(ledger: Ledger) -> None:
 
     `python -m hypertuna.paper.verdicts` writes that file.
     Optima and fitted coefficients are the ends of searches: another instruction set, or another kernel of BLAS, may end
-    them elsewhere within their tolerance (an undetermined friction by 2e-8).
+    them elsewhere within their tolerance (an undetermined friction by 2e-6).
     """
     present = verdicts_of(ledger)
     entries = {f"{one['id']} | {one['model']}": one for one in present["entries"]}
     assert list(entries) == list(GOLDEN)
     for key, stored in GOLDEN.items():
-        tolerance = {"optimum": 1e-4, "coefficient": 1e-6}.get(key.partition("/")[0])
+        tolerance = {"optimum": 1e-4, "coefficient": 1e-5}.get(key.partition("/")[0])
         assert entries[key].pop("computed") == pytest.approx(stored["computed"], rel=tolerance or 1e-9), key
         exact = ("model", "class", "verdict", "seeds") if tolerance else ("model", "class", "verdict", "seeds", "note")
         assert [entries[key][name] for name in exact] == [stored[name] for name in exact], key
