@@ -43,8 +43,8 @@ template <class T>
 BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state, int j) {
     const T limit = state.governor[j].bend_limit;
     const T bias = clamp(state.bias[j].value + state.aside[j].value, -limit, limit);
-    const T quick = model.joint[j].rate * state.swing * (state.bend[j].faulty ? T(flow_unseen) : T(1));
-    return {min(asked_amplitude(state, j), min(limit - abs(bias), quick)), bias};
+    const T rate = state.bend[j].faulty ? T(flow_unseen) * model.joint[j].rate : model.joint[j].rate;
+    return {min(asked_amplitude(state, j), min(limit - abs(bias), rate * state.swing)), bias};
 }
 
 /// End of a joint's beat: what it was sent to and what its sensor read give the corrections of the next beats.

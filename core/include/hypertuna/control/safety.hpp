@@ -79,9 +79,10 @@ struct Status {
     }
 };
 
+/// Within bounds; what is no number comes to the upper one.
 template <class T>
 T clamp(T x, T low, T high) {
-    return max(low, min(high, x));
+    return x < low ? low : x <= high ? x : high;
 }
 
 /// Neither infinite nor NaN.
@@ -123,8 +124,8 @@ Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T exp
     const bool inside = limits.low <= reading && reading <= limits.high;  // false for what is no number
     bool near = false, repeated = false;
     if (inside) {
-        near = !health.seen || abs(reading - expected) <= limits.step;
-        repeated = health.seen && reading == health.last;
+        near = abs(reading - expected) <= limits.step || !health.seen;
+        repeated = reading == health.last && health.seen;
         health.last = reading, health.seen = true;
     }
     health.repeats = !repeated ? 0 : moving && health.repeats < limits.repeats ? health.repeats + 1 : health.repeats;
