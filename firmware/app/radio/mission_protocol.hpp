@@ -11,7 +11,8 @@ namespace hypertuna::firmware {
 inline constexpr std::uint32_t request_timeout = 150;  // ticks without the requested item
 inline constexpr int max_tries = 8;
 
-inline void acknowledge_mission(Radio& radio, const Vehicle& vehicle, Peer to, std::uint8_t result, std::uint8_t type) {
+HYPERTUNA_NOINLINE inline void acknowledge_mission(Radio& radio, const Vehicle& vehicle, Peer to, std::uint8_t result,
+                                                   std::uint8_t type) {
     mavlink_mission_ack_t m{};
     m.target_system = to.system, m.target_component = to.component, m.type = result, m.mission_type = type;
     if (result == MAV_MISSION_ACCEPTED) m.opaque_id = plan_number(vehicle, type);

@@ -75,7 +75,7 @@ void put_text(char (&field)[N], const char* text) {
     for (; k < N; ++k) field[k] = 0;
 }
 
-inline void send_text(Radio& radio, std::uint8_t severity, const char* text) {
+HYPERTUNA_NOINLINE inline void send_text(Radio& radio, std::uint8_t severity, const char* text) {
     mavlink_statustext_t m{};
     m.severity = severity;
     put_text(m.text, text);
@@ -94,7 +94,7 @@ inline void report_rarely(Radio& radio, std::uint32_t tick, Refusal refusal) {
 
 /// Count a refusal and report the reason, unless the answer says it all: clients request much that a robot need not
 /// support. One slot stays free for the answer itself. Of a fault the reason is its own sentence.
-inline void report_refusal(Radio& radio, const Vehicle& vehicle, Refusal refusal) {
+HYPERTUNA_NOINLINE inline void report_refusal(Radio& radio, const Vehicle& vehicle, Refusal refusal) {
     if (refusal == Refusal::none) return;
     ++radio.refused;
     if (refusal != Refusal::unknown && has_room(radio.out, 2))
