@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pressures import HARD, row
+from pressures import HARD, TICK, Order, Sample, row, run_of
 
 import hypertuna as ht
 
@@ -48,3 +48,13 @@ def test_a_gait_keeps_its_speed() -> None:
     """The limits act on transients and faults: a steady gait is as fast as without them."""
     run = ht.twin(ht.load("hypertuna"), "optimised-0.3", duration=20.0, seed=1)
     np.testing.assert_allclose(run.speed, 0.30534, rtol=1e-3)  # 0.305341 m/s without a limit on the rate of a pump
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_joint_without_pressure_sensors_still_steers(side: int) -> None:
+    """The bias changes its side after they failed: joint II follows, or the robot could turn to one side only."""
+    swing, phase, bias = np.radians((8, 12)), (0.0, 0.7), side * np.radians((8, 11))
+    orders = [Order(since, 2.0, tuple(swing), phase, tuple(b), True) for since, b in ((0.0, bias), (2.5, -bias))]
+    record, _ = run_of(1, Sample(20.0, False, 7.4, tuple(orders), ("pressure-II:nan@2",)))
+    mean = record["angle"][-round(1 / TICK) :, 1].mean()  # of the last two beats
+    np.testing.assert_allclose(mean, -bias[1], rtol=0.15)

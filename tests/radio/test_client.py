@@ -153,3 +153,12 @@ def test_lines_that_cannot_be_opened(tmp_path: Path) -> None:
         connect(f"serial:{tmp_path / 'none'}")
     with pytest.raises(InputError, match="Connection refused"):
         connect(f"tcp:127.0.0.1:{free_port()}")
+
+
+def test_a_late_text_is_not_the_reason_of_the_next_refusal(pair: tuple[StandIn, Client]) -> None:
+    """A slow robot's words about the refusal before come between an unknown parameter and its error."""
+    robot, client = pair
+    robot.answers["PARAM_SET"] = ("param_error", ROBOT, 255, 190, b"NONSENSE", -1, 1)
+    client.idle = lambda: client.texts.append("a value is out of range")
+    with pytest.raises(InputError, match="no such parameter"):
+        set_parameter(client, "nonsense", 7)

@@ -226,8 +226,10 @@ def main() -> None:
     parser.add_argument("-j", "--jobs", type=int, default=1)
     options = parser.parse_args()
     seeds = range(options.first, options.first + options.runs)
-    compute([seed for seed in seeds if seed not in known()], options.jobs)
-    record = {"provenance": provenance(ROBOT), **summary([known()[seed] for seed in seeds])}
+    done = known()
+    compute([seed for seed in seeds if seed not in done], options.jobs)
+    lines = known()
+    record = {"provenance": provenance(ROBOT), **summary([lines[seed] for seed in seeds])}
     RECORD.write_text(json.dumps(record, indent=1) + "\n")
     print(json.dumps(record, indent=1))
 

@@ -22,12 +22,12 @@ from hypertuna.firmware.parameters import firmware_table
 from hypertuna.firmware.scenario import released_at, scenario_of
 from hypertuna.mission.checks import check_current
 from hypertuna.mission.file import parse_mission
-from hypertuna.mission.run import MissionRun, expected, mission_start
+from hypertuna.mission.run import MissionRun, mission_start
 
 GUIDED = ("mission", "home", "surface", "paused", "held")  # states in which the robot must look after itself
 WILD = 20.0  # s until the robot of the self-check ignores its pilot
 PASSIVE = 20.0  # s in another state after which a flight has ended
-PATIENCE = (1.5, 240.0)  # times the course at its speeds, plus these seconds
+PATIENCE = 60.0  # s beyond the mission's own limit of time, by which the robot must have ended
 
 
 class SeaLoop(Loop):
@@ -67,9 +67,8 @@ def fly(sea: Sea, robot: ht.Robot, folder: str | Path | None = None, loop: type[
     sensors, failures = split_faults(sea.fault)
     table = firmware_table(robot)
     failing = Failures(failures, TICK)
-    factor, extra = PATIENCE
     try:
-        seconds = factor * expected(file.mission) + extra
+        seconds = file.mission.duration + PATIENCE
         start = mission_start(
             robot, file.mission, seed=sea.seed, faults=sensors, resets=failing.resets,
             released=released_at(scenario) * TICK, duration=seconds,

@@ -8,6 +8,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.radio.client import PATIENCE, Client, of_kind
 
 NAME_LENGTH_MAX = 16  # characters in MAVLink
+UNKNOWN = 1  # MAV_PARAM_ERROR_DOES_NOT_EXIST
 SEE = "see them by `hypertuna radio params`"
 
 
@@ -44,11 +45,12 @@ def set_parameter(robot: Client, name: str, value: float) -> float:
     """Set a parameter [SI], which the robot stores; return the value on board [SI]."""
     texts = len(robot.texts)
     answer = _ask(robot, name, "param_set", value, 9)
-    unknown = answer.get_type() == "PARAM_ERROR"
-    if not unknown and math.isclose(answer.param_value, value, rel_tol=1e-6, abs_tol=1e-30):
+    if answer.get_type() == "PARAM_ERROR":  # a text of an earlier refusal may still be on its way
+        raise InputError("must be a parameter of the robot", key=name, value=f"{value:g}", fix=f"no such parameter: {SEE}")
+    if math.isclose(answer.param_value, value, rel_tol=1e-6, abs_tol=1e-30):
         return float(answer.param_value)
     robot.wait(of_kind("PARAM_ERROR"), PATIENCE / 2)
-    reason = robot.texts[-1] if len(robot.texts) > texts else "no such parameter" if unknown else "not accepted"
+    reason = robot.texts[-1] if len(robot.texts) > texts else "not accepted"
     raise InputError("must be accepted by the robot", key=name, value=f"{value:g}", fix=reason)
 
 
@@ -56,6 +58,6 @@ def _ask(robot: Client, name: str, request: str, *values: float) -> Any:
     """Ask about a parameter by its name, which must fit into a message: a truncated one could be another's."""
     if not name.isascii() or not 0 < len(name) <= NAME_LENGTH_MAX:
         raise InputError("must be a parameter of the robot", key=shown(name), fix=SEE)
-    answers = of_kind("PARAM_VALUE", "PARAM_ERROR")
+    value, unknown = of_kind("PARAM_VALUE"), of_kind("PARAM_ERROR", error=UNKNOWN)
     message = robot.message(request, name.upper().encode(), *values)
-    return robot.ask(message, lambda m: answers(m) and m.param_id.lower() == name.lower(), name)
+    return robot.ask(message, lambda m: (value(m) or unknown(m)) and m.param_id.lower() == name.lower(), name)

@@ -18,9 +18,7 @@ void generate(const Controller<T>& model, ControllerState<T>& state, bool active
     const Oscillator<T> reference = state.oscillator[0];
     for (int j = 0; j < model.joints; ++j) {
         state.amplitude[j] = follow(model.smoothing, state.amplitude[j], active ? target.amplitude[j] : T(0));
-        const T bias = blind(state, j) ? clamp(target.bias[j], -abs(state.bias[j].value), abs(state.bias[j].value))
-                                       : target.bias[j];
-        state.bias[j] = follow(model.smoothing, state.bias[j], active ? bias : T(0));
+        state.bias[j] = follow(model.smoothing, state.bias[j], active ? target.bias[j] : T(0));
         state.phase[j] = follow(model.smoothing, state.phase[j], target.phase[j]);
         Oscillator<T>& z = state.oscillator[j];
         const Oscillator<T> before = z;
@@ -38,11 +36,12 @@ T asked_amplitude(const ControllerState<T>& state, int j) {
 }
 
 /// Amplitude and bias that its pressures allow: the governor bounds the widest bend, of which the bias is a part, and
-/// the hammer of the oil bounds its rate.
+/// the hammer of the oil bounds its rate. A bias that no sensor shows is also bounded by the pressure that holds it.
 template <class T>
 BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state, int j) {
     const T limit = state.governor[j].bend_limit;
-    const T bias = clamp(state.bias[j].value + state.aside[j].value, -limit, limit);
+    const T held = blind(state, j) ? min(limit, T(governor_aim) / model.joint[j].safe_static) : limit;
+    const T bias = clamp(state.bias[j].value + state.aside[j].value, -held, held);
     const T rate = state.bend[j].faulty ? T(flow_unseen) * model.joint[j].rate : model.joint[j].rate;
     return {min(asked_amplitude(state, j), min(limit - abs(bias), rate * state.swing)), bias};
 }
@@ -61,7 +60,7 @@ void correct_posture(const Controller<T>& model, ControllerState<T>& state, int 
         const bool judged = rules.amplitude_min < sent.amplitude;
         const bool dull = judged && swing(posture.seen) < rules.moving * sent.amplitude;
         posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
-        if (!dull && state.armed && !blind(state, j)) {
+        if (!dull && state.armed) {
             const T reach = model.joint[j].reach;
             const bool held = T(posture.limited) > rules.limited * ticks;
             const T factor = clamp(sent.amplitude / max(seen.amplitude, T(1e-3)), T(1 / factor_max), T(factor_max));
