@@ -46,7 +46,8 @@ def set_parameter(robot: Client, name: str, value: float) -> float:
     texts = len(robot.texts)
     answer = _ask(robot, name, "param_set", value, 9)
     if answer.get_type() == "PARAM_ERROR":  # a text of an earlier refusal may still be on its way
-        raise InputError("must be a parameter of the robot", key=name, value=f"{value:g}", fix=f"no such parameter: {SEE}")
+        fix = f"no such parameter: {SEE}"
+        raise InputError("must be a parameter of the robot", key=name, value=f"{value:g}", fix=fix)
     if math.isclose(answer.param_value, value, rel_tol=1e-6, abs_tol=1e-30):
         return float(answer.param_value)
     robot.wait(of_kind("PARAM_ERROR"), PATIENCE / 2)
