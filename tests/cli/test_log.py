@@ -80,6 +80,20 @@ def test_info_counts_the_messages_of_a_radio_log(run: Run, tmp_path: Path) -> No
     assert "identify" in run("log", "plot", str(path), "-o", str(tmp_path / "plot.svg"))[2]
 
 
+def test_a_radio_log_whose_head_is_no_table_is_refused(run: Run, tmp_path: Path) -> None:
+    from mcap.writer import Writer
+
+    path = tmp_path / "head.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.add_metadata("hypertuna", {"link": "1"})
+        writer.finish()
+    code, _, error = run("log", "info", str(path))
+    assert code == 2
+    assert "must have messages in hypertuna's format" in error
+
+
 def test_a_log_that_was_cut_is_told_with_exit_code_1(run: Run, file: str, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(Path(file).read_bytes()[: Path(file).stat().st_size // 2])

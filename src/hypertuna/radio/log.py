@@ -88,13 +88,13 @@ def read_radio_log(path: str | Path) -> RadioLog:
     stamps = {name: np.array(messages.times[topic], dtype=np.int64) for name, topic in topics.items()}
     first = min((int(times[0]) for times in stamps.values()), default=0)
     try:
-        head = json.loads(messages.metadata[LINK])
+        robot = str(json.loads(messages.metadata[LINK]).get("robot", ""))
         fields = {name: _columns([*map(json.loads, messages.contents[topic])]) for name, topic in topics.items()}
     except MALFORMED:
         rule = "must have messages in hypertuna's format"
         raise InputError(rule, file=str(path), key="topics", fix="record the log again") from None
     seconds = {name: (times - first) / NANO for name, times in stamps.items()}
-    return RadioLog(str(head.get("robot", "")), seconds, fields, not messages.fault, str(path))
+    return RadioLog(robot, seconds, fields, not messages.fault, str(path))
 
 
 def _columns(messages: list[dict[str, Any]]) -> dict[str, Array]:
