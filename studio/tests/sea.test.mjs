@@ -231,7 +231,9 @@ test("logs that are none, cut or damaged are told in the program's sentences, an
   const { page, faults, close } = await sea();
   const whole = readFileSync(log);
   const turned = Buffer.from(whole);
-  turned[whole.length >> 1] ^= 1;
+  let chunk = 8; // of MCAP: records of an opcode and a length; a chunk's checksum follows its times and size
+  while (chunk < whole.length / 2 || whole[chunk] !== 6) chunk += 9 + Number(whole.readBigUInt64LE(chunk + 1));
+  turned[chunk + 33] ^= 1;
   const bad = {
     "empty.mcap": Buffer.alloc(0),
     "text.mcap": Buffer.from("a text\n"),
@@ -258,7 +260,7 @@ test("logs that are none, cut or damaged are told in the program's sentences, an
   assert.equal(await page.locator("#sea .sea-alert").isVisible(), false);
   assert.match(
     await dropped(page, "turned.mcap", turned),
-    /damaged \(a (checksum is wrong|record cannot be read)\): \d+ whole chunks are read/,
+    /damaged \(a checksum is wrong\): \d+ whole chunks are read/,
   );
   assert.match(await dropped(page, "box.mcap", whole), /The log is whole; all checksums are right\./);
   assert.deepEqual(faults, []);
