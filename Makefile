@@ -61,7 +61,7 @@ $(VENV)/.installed-%: $(VENV)/.tools | $(VENV)/.installed
 
 # --- what to run
 
-.PHONY: dev demo test test-cpp test-studio hosts test-sanitized test-python test-fe test-firmware bench bench-json firmware firmware-teensy system-deps lint format stub
+.PHONY: dev demo test test-cpp test-studio hosts mujoco-plugin test-sanitized test-python test-fe test-firmware bench bench-json firmware firmware-teensy system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -73,7 +73,7 @@ demo: $(VENV)/.wheel ## install hypertuna and write a page with what it computes
 	@echo '  hypertuna studio'
 	@echo '  hypertuna robot new myfish.toml --links 3 --length 0.3 --mass 0.85'
 
-test: test-cpp hosts test-python ## C++ and Python tests
+test: test-cpp hosts mujoco-plugin test-python ## C++ and Python tests
 
 # $(call run-cpp-tests,FOLDER,OPTIONS): build and run core/tests, or only TEST
 define run-cpp-tests
@@ -88,6 +88,11 @@ test-cpp: $(VENV)/.tools ## C++ tests alone, or one: make test-cpp TEST=name
 hosts: $(VENV)/.tools ## C interface of hosts/hypertuna.h as a library: build/hosts/libhypertuna.so
 	@cmake -S . -B build/hosts -G Ninja -DHYPERTUNA_BUILD_HOSTS=ON -DHYPERTUNA_WERROR=ON > /dev/null
 	@cmake --build build/hosts >&2
+
+mujoco-plugin: $(VENV)/.installed-test ## water for MuJoCo as an engine plugin: build/mujoco/libhypertuna_mujoco.so
+	@cmake -S . -B build/mujoco -G Ninja -DHYPERTUNA_WERROR=ON -DHYPERTUNA_MUJOCO="$$($(BIN)/python -c \
+	  'import importlib.util as u; print(u.find_spec("mujoco").submodule_search_locations[0])')" > /dev/null
+	@cmake --build build/mujoco >&2
 
 # The same interface for browsers. Neither paths nor times go into it: built anew anywhere it has the same bytes.
 WASM := -target wasm32-wasi -mexec-model=reactor -msimd128

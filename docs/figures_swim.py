@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import csv
+import math
 import re
 from pathlib import Path
 
 from figures_common import FISH, rows
 
+from hypertuna.description.schema.water import LAWS
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.outline import swimming_svg
 from hypertuna.swimming.swim import swim
 
+SPEEDS = Path(__file__).parents[1] / "validation/mujoco/speeds.csv"
 BENCHMARKS = Path(__file__).with_name("benchmarks.md")
 STYLE = """<style>
 .body { fill: #0072b2 } .water { fill: #5f6d77; opacity: 0.45 }
@@ -46,5 +50,36 @@ def peer_table() -> str:
     return rows(["task", "with", "time", "hypertuna", "ratio"], body, left=2)
 
 
-TABLES = {"peers": peer_table}
+def mujoco_rows() -> list[dict[str, str]]:
+    """Read the stored speeds in MuJoCo."""
+    with SPEEDS.open() as file:
+        return list(csv.DictReader(file))
+
+
+def mujoco_table() -> str:
+    """Tabulate speeds of the published gaits in the plane."""
+    body: dict[str, list[str]] = {}
+    for row in mujoco_rows():
+        if row["water"] != "plugin in space":
+            cells = body.setdefault(row["gait"], [row["gait"], f"{float(row['speed_m_s']):.4f}"])
+            if row["water"] == "stock":
+                cells.append(f"{float(row['mujoco_m_s']):.4f}")
+            cells.append(f"{float(row['difference_percent']):+.3f} %")
+    head = ["gait", "here, lumped [m/s]", "stock [m/s]", "stock", *(f"plugin, {law}" for law in LAWS)]
+    return rows(head, list(body.values()))
+
+
+def mujoco_space_table() -> str:
+    """Tabulate speeds and depths in space."""
+    body = [
+        [row["law"], f"{math.degrees(float(row['fins_rad'])):.0f}", f"{float(row['speed_m_s']):.4f}",
+         f"{float(row['difference_percent']):+.3f} %", f"{float(row['depth_m']):.3f}", f"{float(row['mujoco_depth_m']):.3f}"]
+        for row in mujoco_rows()
+        if row["water"] == "plugin in space"
+    ]  # fmt: skip
+    head = ["law", "fins [deg]", "speed here [m/s]", "in MuJoCo", "depth here [m]", "in MuJoCo [m]"]
+    return rows(head, body)
+
+
+TABLES = {"peers": peer_table, "mujoco": mujoco_table, "mujoco in space": mujoco_space_table}
 FILES = {"docs/fish.svg": fish_svg}

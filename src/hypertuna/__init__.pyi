@@ -7,6 +7,8 @@ from .description.robot import robots as robots
 from .display import progress_bar as progress_bar
 from .display import to_dataframe as to_dataframe
 from .errors import InputError as InputError
+from .export.mjcf import mjcf as mjcf
+from .export.sdf import sdf as sdf
 from .identification.identify import Fit as Fit
 from .identification.identify import identify as identify
 from .mission.file import MissionFile as MissionFile

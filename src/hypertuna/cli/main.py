@@ -78,6 +78,15 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
         "mission": ("mission:mission_command", "Fly a mission on the twin at sea, under its pilot."),
         "log": ("log:log_app", "Logs of missions and black boxes: summary, plot, table, track; needs the extra log."),
     },
+    "Take elsewhere": {
+        "export": (
+            {
+                "mjcf": ("export_mjcf:mjcf_command", "Write a robot as a MuJoCo model."),
+                "sdf": ("export_sdf:sdf_command", "Write a robot as an SDF model for Gazebo."),
+            },
+            "Robots for other simulators: MuJoCo, Gazebo.",
+        ),
+    },
     "Build and drive": {
         "firmware": (
             "firmware:firmware_app",

@@ -104,7 +104,7 @@ def sea_columns(robot: Robot, sea: Sea) -> dict[str, Any]:
 
 def space_columns(robot: Robot) -> dict[str, Any]:
     """Columns of a body beyond the plane: links, fins, shedding, antenna."""
-    links, fins = _links(robot), require(robot.fins, "fins", robot)
+    links, fins = link_bodies(robot), require(robot.fins, "fins", robot)
     return {
         **{f"link.{name}": values for name, values in links.items()},
         **{f"fin.{name}": getattr(fins, name) for name in type(fins).model_fields},
@@ -113,8 +113,8 @@ def space_columns(robot: Robot) -> dict[str, Any]:
     }
 
 
-def _links(robot: Robot) -> dict[str, Array]:
-    """Columns of the links in space; an ellipsoid's moments of inertia where none are given."""
+def link_bodies(robot: Robot) -> dict[str, Array]:
+    """Return the columns of the links in space; an ellipsoid's moments of inertia where none are given."""
     spatial = require(robot.spatial, "spatial", robot)
     links = {name: np.array(getattr(spatial, field)) for name, field in LINKS.items()}
     mass, length = np.array(robot.links.mass), np.array(robot.links.length)

@@ -1,0 +1,72 @@
+"""What the water is to each link, asked of the core: inertia with added mass, and drag along and across."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hypertuna import _core
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.simulation.sea import link_bodies
+from hypertuna.swimming.model import model_columns
+
+PER_GROUP = ("bandwidth", "phase_offset")
+
+
+@dataclass(frozen=True)
+class LinkWater:
+    """A straight link alone in still water: no beating, no wake."""
+
+    inertia: Array  # (3, 3) along it, across it, turn, at its center of mass, with the link's own [kg, kg m, kg m^2]
+    along: float  # kg/m: force along it per speed squared
+    across: float  # kg/m
+    turn: float  # kg m^2: moment per rate of turn squared, about its center of mass
+
+
+def links_water(robot: Robot) -> list[LinkWater]:
+    """Return what the robot's water law makes of each link."""
+    columns = model_columns(robot, {})
+    return [_alone(robot, columns, i) for i in range(len(robot.links.name))]
+
+
+def _alone(robot: Robot, columns: dict[str, Any], link: int) -> LinkWater:
+    """Ask the core about a body of this link alone."""
+    links = len(robot.links.name)
+
+    def own(name: str, value: Any) -> Any:
+        column = np.ravel(np.asarray(value, dtype=float))
+        return column[link : link + 1] if name not in PER_GROUP and np.ndim(value) and len(column) == links else value
+
+    alone = {name: own(name, value) for name, value in columns.items()} | {"joint_group": [-1], "joint_share": [0.0]}
+    # Backward, across, and turning: the trailing edge sheds nothing then. Twists of the nose.
+    from_com = np.array([[1.0, 0, 0], [0, 1, -robot.links.com[link]], [0, 0, 1]])
+    slow = from_com.T
+    answer = _core.dynamics(
+        _core.Model(robot.model.water, alone), np.zeros((6, 1, 3)), np.concatenate([slow, 2 * slow])
+    )
+    force = -answer["wrench"] @ from_com  # at the center of mass
+    linear_and_square = np.array([np.diag(force[:3]), np.diag(force[3:])])  # b + a, 2 b + 4 a
+    along, across, turn = (linear_and_square[1] - 2 * linear_and_square[0]) / 2
+    return LinkWater(from_com.T @ answer["inertia"][0] @ from_com, float(along), float(across), float(turn))
+
+
+def balanced(moments: Sequence[float]) -> tuple[Array, Array]:
+    """Return moments of inertia (3,) that a rigid body can have, and what is left of `moments` [kg m^2].
+
+    No moment of a body exceeds the sum of the two others; a rod's about z beside an ellipsoid's about x and y may.
+    """
+    body = np.array(moments, dtype=np.float64)
+    largest = int(np.argmax(body))
+    body[largest] = min(body[largest], 0.999 * (body.sum() - body[largest]))
+    return body, moments - body
+
+
+def moments(robot: Robot, link: int) -> tuple[float, float, float]:
+    """Return a link's moments of inertia about its center of mass, along, across and up [kg m^2]."""
+    turn = robot.links.inertia[link]
+    if robot.spatial is None:  # nothing turns but about the axis up
+        return turn, turn, turn
+    bodies = link_bodies(robot)
+    return float(bodies["roll"][link]), float(bodies["pitch"][link]), turn

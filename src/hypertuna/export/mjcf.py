@@ -1,0 +1,284 @@
+"""A robot as an MJCF file: it swims in MuJoCo, by MuJoCo's own fluid forces or by the engine plugin of this project.
+
+MuJoCo drags a body by the box that has its inertia: half sizes r give a force 2 rho r_y r_z v |v| along x and
+2 rho r_x r_z v |v| across (y). A second body at each link, all water, has the r that make these the link's own drag. It
+is metres tall (z): the taller, the less it resists rotation (rho/2 r_z (r_x^4 + r_y^4)), and its moment of inertia
+about z is small. It carries the added mass that is alike in all directions.
+"""
+
+import math
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from hypertuna.arguments import checked
+from hypertuna.description.robot import Robot, require, robot_of
+from hypertuna.errors import InputError
+from hypertuna.export.link_water import LinkWater, links_water
+from hypertuna.export.mjcf_plugin import add_fin_drives, add_link, add_plugin
+from hypertuna.export.outlook import pieces
+from hypertuna.export.xml import Element, add, document, notes
+from hypertuna.io.files import version
+
+TIMESTEP = 5e-4  # s, of a fourth-order integrator
+START = 1.0  # m, depth of the nose at first, in space
+SERVO = 500.0  # rad/s: natural frequency of the position servos; all joints come 2 zeta / SERVO = 2.8 ms late
+DAMPING = math.sqrt(0.5)  # zeta: the flattest response
+OWN_WATER = 0.01  # of a link's mass that its water body takes, so that it has one where the added mass is zero
+TALL = 1000.0  # r_z / sqrt(r_y r_z): 1/TALL^4 is 4,500 times what rounding leaves of the box's thinnest side
+THIN = 1.5e-14  # kg m^2: ten times the smallest moment of inertia (mjMINVAL) that MuJoCo makes a box of
+# Gauss-Legendre points on [-1, 1] and their weights, of drag along a link
+POINTS = (-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526)
+WEIGHTS = (0.1739274225687269, 0.3260725774312731, 0.3260725774312731, 0.1739274225687269)
+
+
+@checked
+def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False) -> str:
+    """Write a robot as an MJCF model, for MuJoCo 3.3 or later.
+
+    Without the plugin it moves in the plane, by MuJoCo's own fluid forces. The joints follow their commands whatever
+    the water does; with ``joints = "bandwidth"`` in ``[model]`` behind the description's first-order lag.
+
+    Parameters
+    ----------
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
+    plugin : bool
+        Leave the water to the engine plugin: the whole water law, added mass in the mass matrix.
+    free : bool
+        Move in space, with weight, buoyancy and pectoral fins, instead of in the plane; with the plugin only.
+
+    Returns
+    -------
+    str
+        Content of the file. One position actuator for each joint group, whose control is its bend [rad], sensors, and
+        each named gait as a custom numeric field: frequency [Hz], then amplitudes, phases and biases [rad].
+
+    Raises
+    ------
+    InputError
+        If `free` is given without the plugin, or the robot lacks what motion in space needs.
+
+    Examples
+    --------
+    >>> import hypertuna as ht
+    >>> text = ht.mjcf(ht.load("hypertuna").using(joints="ideal"))
+    >>> '<position name="II"' in text
+    True
+    """
+    robot = robot_of(robot)
+    if free and not plugin:
+        rule = "must come with the engine plugin, since the boxes of water would keep the robot from rolling"
+        raise InputError(rule, key="free", fix="add --plugin, in Python plugin=True")
+    if free:
+        require(robot.spatial, "spatial", robot)
+        require(robot.fins, "fins", robot)
+    root = ElementTree.Element("mujoco", model=robot.name)
+    about = f"{robot.name}, written by hypertuna {version()} from {robot.file or 'a robot without a file'}."
+    root.append(notes([about, *_facts(robot, free=free)], losses(robot, plugin=plugin)))
+    add(root, "compiler", angle="radian", inertiafromgeom="false", autolimits="true")
+    density = 0.0 if plugin else robot.water.density
+    add(root, "option", timestep=TIMESTEP, integrator="RK4", density=density, gravity=(0, 0, -9.81))
+    _look(root, robot)
+    if plugin:
+        add_plugin(root, robot, free=free)
+    _bodies(_world(root, robot, free=free), robot, plugin=plugin, free=free)
+    _drives(root, robot, free=free)
+    _sensors(root, robot)
+    custom = add(root, "custom")
+    for name, gait in robot.gaits.items():
+        late = [group.phase_offset for group in robot.joints]
+        numbers = (gait.frequency, *gait.amplitude, *np.add(gait.phase, late), *gait.bias)
+        add(custom, "numeric", name=name, data=numbers)
+    return document(root)
+
+
+def _facts(robot: Robot, *, free: bool) -> list[str]:
+    """Say what the file is."""
+    joints = "ideal" if robot.model.joints == "ideal" else "first-order lags of the description's bandwidths"
+    return [
+        f"Water law {robot.model.water}; joints: {joints}; motion in {'space' if free else 'the plane'}.",
+        "SI and radians. Nose at the origin, tail along +x, y to starboard, z up; bends counter-clockwise.",
+        "Each actuator sets the bend of a joint group; its servo is stiff and its rotor heavy (armature), so that the",
+        "joints go as commanded. An actuator's force contains the rotor's inertia: it is not the joint's torque.",
+        "Each numeric field of <custom> is a gait: frequency in Hz, amplitudes, phases, biases in rad, for",
+        "bend = bias + amplitude sin(2 pi frequency t - phase).",
+    ]
+
+
+def losses(robot: Robot, *, plugin: bool) -> list[str]:
+    """List what of the robot's model does not survive."""
+    law, coefficients = robot.model.water, getattr(robot.water, robot.model.water)
+    lost = ["drive units, pumps, oil, battery, controller, and the sensors' noise"]
+    if plugin:
+        return [*lost, "current, waves and bottom; the pectoral servos' limit of rate"]
+    lost.append("motion out of the plane: depth, roll, pitch, pectoral fins (they are drawn only)")
+    if law == "lumped":
+        return lost
+    lost.append(f"added mass across the links: the {law} law's is not alike in all directions")
+    lost.append("the wake's force at the trailing edge")
+    strip = {
+        "cross_flow": "cross flow in the drag: v_n |v_n| stands for v_n |v|",
+        "drag_beating": "the drag that beating adds",
+        "linear_normal": "linear drag",
+    }
+    return lost + [text for name, text in strip.items() if np.any(getattr(coefficients, name, False))]
+
+
+def _world(root: Element, robot: Robot, *, free: bool) -> Element:
+    """Add the world with a light and a floor to look at."""
+    world = add(root, "worldbody")
+    floor = -robot.body.length - (START if free else 0)
+    add(world, "light", pos=(0, 0, 4), dir=(0, 0, -1), castshadow=False)
+    add(world, "geom", type="plane", size=(0, 0, 1), pos=(0, 0, floor), material="floor", contype=0, conaffinity=0)
+    return world
+
+
+def _bodies(world: Element, robot: Robot, *, plugin: bool, free: bool) -> None:
+    """Hang the links one behind the other."""
+    links, waters = robot.links, links_water(robot)
+    driven = {link for group in robot.joints for link in group.links}
+    parent = world
+    for i, name in enumerate(links.name):
+        place = (links.length[i - 1], 0, 0) if i else (0, 0, -START if free else 0)
+        body = add(parent, "body", name=name, pos=place)
+        if i == 0:
+            _head(body, robot, free=free)
+        elif i in driven:
+            add(body, "joint", name=f"joint-{name}", axis=(0, 0, 1), armature=_rotor(robot))
+        if plugin:
+            add_link(body, robot, i, free=free)
+        else:
+            _link(body, robot, i, waters[i])
+        parent = body
+    bodies = {body.get("name"): body for body in world.iter("body")}
+    for piece in pieces(robot):
+        geom = {"type": "mesh", "mesh": piece.name, "rgba": piece.color, "contype": 0, "conaffinity": 0}
+        if piece.name in bodies and piece.name not in links.name:  # a fin that turns
+            add(bodies[piece.name], "geom", **geom)
+        else:
+            add(bodies[links.name[piece.link]], "geom", **geom, pos=piece.place)
+
+
+def _rotor(robot: Robot) -> float:
+    """Return the inertia of a joint's rotor [kg m^2], above that of the whole robot about any joint."""
+    return robot.body.mass * robot.body.length**2
+
+
+def _head(head: Element, robot: Robot, *, free: bool) -> None:
+    """Free the head, and put sites and a camera on it."""
+    if free:
+        add(head, "freejoint", name="head")
+    else:
+        for name, kind, axis in (("x", "slide", (1, 0, 0)), ("y", "slide", (0, 1, 0)), ("heading", "hinge", (0, 0, 1))):
+            add(head, "joint", name=name, type=kind, axis=axis)
+    size, com = robot.body.length, robot.links.com[0]
+    add(
+        head,
+        "camera",
+        name="beside",
+        mode="track",
+        pos=(0.5 * size, -1.1 * size, 0.6 * size),
+        xyaxes=(1, 0, 0, 0, 0.5, 0.85),
+    )
+    add(head, "site", name="nose", size=0.004)
+    add(head, "site", name="imu", pos=(com, 0, 0), size=0.004)
+
+
+def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
+    """Add a link's own body, without fluid forces, and the water bodies that are dragged."""
+    links = robot.links
+    length, com = links.length[i], links.com[i]
+    alike = min(water.inertia[0, 0], water.inertia[1, 1])  # kg, with the added mass that is alike in all directions
+    wet = alike - (1 - OWN_WATER) * links.mass[i]
+    along, across = water.along / (2 * robot.water.density), water.across / (2 * robot.water.density)  # m^2
+    lumped = robot.model.water == "lumped"
+    places = [com] if lumped else [length / 2 * (1 + point) for point in POINTS]
+    mass, moment, turn = alike, alike * com, water.inertia[2, 2] + alike * com**2  # about the front joint
+    for place, part in zip(places, [1.0] if lumped else WEIGHTS, strict=True):
+        box = _box(part * along, part * across, part * wet, length)
+        dragged = add(body, "body", name=f"{links.name[i]}-water-{len(body)}", pos=(place, 0, 0))
+        add(dragged, "inertial", pos=(0, 0, 0), mass=part * wet, diaginertia=tuple(box))
+        mass, moment, turn = mass - part * wet, moment - part * wet * place, turn - part * wet * place**2 - box[2]
+    com = moment / mass
+    own = max(turn - mass * com**2, 1e-3 * water.inertia[2, 2])
+    inertial = add(body, "inertial", pos=(com, 0, 0), mass=mass, diaginertia=(own, own, own))
+    body.remove(inertial)
+    body.insert(0, inertial)
+    # A geom of the ellipsoid model without coefficients takes the drag off the link's own box.
+    add(body, "geom", name=f"{links.name[i]}-dry", pos=(com, 0, 0), size=1e-6, fluidshape="ellipsoid",
+         fluidcoef=(0, 0, 0, 0, 0), group=4, contype=0, conaffinity=0)  # fmt: skip
+
+
+def _box(along: float, across: float, mass: float, length: float) -> tuple[float, float, float]:
+    """Return moments of inertia [kg m^2] of the box whose r_y r_z is `along` and whose r_x r_z is `across` [m^2]."""
+    tall = min(TALL * math.sqrt(along), along * math.sqrt(mass / THIN)) or TALL * across / length
+    x, y, z = across / tall, along / tall, tall
+    return (mass / 3 * (y * y + z * z), mass / 3 * (x * x + z * z), mass / 3 * (x * x + y * y))
+
+
+def _look(root: Element, robot: Robot) -> None:
+    """Add light, colors and the pieces of the body."""
+    visual = add(root, "visual")
+    add(visual, "headlight", ambient=(0.4, 0.4, 0.4), diffuse=(0.5, 0.5, 0.5))
+    add(visual, "global", offwidth=1280, offheight=720)
+    add(root, "statistic", extent=robot.body.length, center=(robot.body.length / 2, 0, 0))
+    asset = add(root, "asset")
+    add(
+        asset,
+        "texture",
+        type="skybox",
+        builtin="gradient",
+        rgb1=(0.75, 0.88, 0.95),
+        rgb2=(0.2, 0.45, 0.6),
+        width=64,
+        height=64,
+    )
+    add(
+        asset,
+        "texture",
+        name="floor",
+        type="2d",
+        builtin="checker",
+        rgb1=(0.55, 0.75, 0.83),
+        rgb2=(0.6, 0.8, 0.87),
+        width=64,
+        height=64,
+    )
+    add(asset, "material", name="floor", texture="floor", texrepeat=(2, 2), texuniform="true")
+    for piece in pieces(robot):
+        add(asset, "mesh", name=piece.name, vertex=tuple(np.round(piece.points, 5).ravel()))
+
+
+def _drives(root: Element, robot: Robot, *, free: bool) -> None:
+    """Add a position actuator for each joint group, over a tendon that is its bend, and couple its joints."""
+    rotor = _rotor(robot)
+    equality, tendon, actuator = (add(root, tag) for tag in ("equality", "tendon", "actuator"))
+    for group in robot.joints:
+        joints = [f"joint-{robot.links.name[link]}" for link in group.links]
+        square = sum(part * part for part in group.share)
+        bend = add(tendon, "fixed", name=group.name)
+        for joint, part in zip(joints, group.share, strict=True):
+            add(bend, "joint", joint=joint, coef=part / square)
+        for joint, part in zip(joints[1:], group.share[1:], strict=True):
+            add(equality, "joint", joint1=joint, joint2=joints[0], polycoef=(0, part / group.share[0], 0, 0, 0))
+        lag = {}
+        if robot.model.joints == "bandwidth" and group.bandwidth is not None:
+            lag = {"timeconst": 1 / (2 * math.pi * group.bandwidth)}
+        stiffness, damping = rotor * square * SERVO**2, 2 * DAMPING * rotor * square * SERVO
+        add(actuator, "position", name=group.name, tendon=group.name, kp=stiffness, kv=damping, **lag)
+    if free:
+        add_fin_drives(actuator, robot, rotor=rotor, stiffness=SERVO**2, damping=2 * DAMPING * SERVO)
+
+
+def _sensors(root: Element, robot: Robot) -> None:
+    """Add the IMU, the place and attitude of the nose, and the bends."""
+    sensor = add(root, "sensor")
+    add(sensor, "gyro", name="rate", site="imu")
+    add(sensor, "accelerometer", name="acceleration", site="imu")
+    add(sensor, "framepos", name="position", objtype="site", objname="nose")  # depth is -z
+    add(sensor, "framequat", name="attitude", objtype="site", objname="nose")
+    add(sensor, "velocimeter", name="velocity", site="nose")
+    for group in robot.joints:
+        add(sensor, "tendonpos", name=f"bend-{group.name}", tendon=group.name)

@@ -1,0 +1,213 @@
+"""A robot as an SDF model for Gazebo: links with their added mass, joints, buoyancy, and what of the drag maps."""
+
+import math
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from hypertuna.arguments import checked
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot, robot_of
+from hypertuna.export.link_water import LinkWater, balanced, links_water, moments
+from hypertuna.export.outlook import FIN, SKIN, SOFT, edge_height, sections
+from hypertuna.export.xml import Element, add, document, notes
+from hypertuna.io.files import version
+
+AXES = "xyzpqr"  # of <fluid_added_mass>
+FASTEST = 50.0  # rad/s: of the joints' position controllers
+
+
+@checked
+def sdf(robot: Robot | str | Path) -> str:
+    """Write a robot as an SDF 1.10 model, for Gazebo Garden or later with the DART engine.
+
+    Parameters
+    ----------
+    robot : Robot, str or Path
+        Robot, its name or the path of its file.
+
+    Returns
+    -------
+    str
+        Content of the file: each link at its center of mass, with its inertia and the 6 x 6 added mass of the robot's
+        water law; buoyancy by collision boxes of the links' volumes; drag as far as Gazebo's hydrodynamics has it.
+
+    Examples
+    --------
+    >>> import hypertuna as ht
+    >>> "<fluid_added_mass>" in ht.sdf(ht.load("hypertuna").using(water="strip"))
+    True
+    """
+    robot = robot_of(robot)
+    root = ElementTree.Element("sdf", version="1.10")
+    about = f"{robot.name}, written by hypertuna {version()} from {robot.file or 'a robot without a file'}."
+    root.append(notes([about, *_facts(robot)], sdf_losses(robot)))
+    model = add(root, "model", name=robot.name)
+    fronts = np.concatenate([[0], np.cumsum(robot.links.length)])
+    heights = _com_heights(robot)
+    for i, water in enumerate(links_water(robot)):
+        _link(model, robot, i, (fronts[i] + robot.links.com[i], 0, heights[i]), water)
+    driven = {link for group in robot.joints for link in group.links}
+    for i in range(1, len(robot.links.name)):
+        _joint(model, robot, i, (-robot.links.com[i], 0, -heights[i]), turns=i in driven)
+    for i, water in enumerate(links_water(robot)):
+        _drag(model, robot, i, water)
+    for i in sorted(driven):
+        plugin = _plugin(model, "joint-position-controller", "JointPositionController")
+        add(plugin, "joint_name", f"joint-{robot.links.name[i]}")
+        add(plugin, "topic", f"bend/{robot.links.name[i]}")
+        add(plugin, "use_velocity_commands", True)
+        add(plugin, "cmd_max", FASTEST)
+    return document(root)
+
+
+def added_mass(robot: Robot, link: int, water: LinkWater) -> Array:
+    """Return the added mass of a link (6, 6) about its center of mass, as `AXES` [kg, kg m, kg m^2]."""
+    matrix = np.zeros((6, 6))
+    plane = water.inertia - np.diag([robot.links.mass[link]] * 2 + [robot.links.inertia[link]])
+    matrix[np.ix_((0, 1, 5), (0, 1, 5))] = plane
+    if robot.spatial is None:
+        return matrix
+    # As the core: what acts in the plane acts at the height of the center of buoyancy; up and down, and in roll.
+    spatial, long = robot.spatial, robot.links.length[link]
+    matrix = _raised(matrix, spatial.buoyancy_height[link])
+    width, height, middle = spatial.width[link], spatial.height[link], long / 2 - robot.links.com[link]
+    heave = spatial.added_mass_vertical[link] * robot.water.density * math.pi / 4 * width**2 * long
+    matrix[2, 2] += heave
+    matrix[2, 4] -= heave * middle
+    matrix[4, 2] -= heave * middle
+    matrix[4, 4] += heave * (middle**2 + long**2 / 12)
+    matrix[3, 3] += robot.water.density * math.pi / 128 * (height**2 - width**2) ** 2 * long
+    return _raised(matrix, -spatial.com_height[link])
+
+
+def _raised(matrix: Array, height: float) -> Array:
+    """Return an inertia about a point so much below that of `matrix` [m]: momenta of what moves there."""
+    shift = np.eye(6)
+    shift[0, 4], shift[1, 3] = height, -height  # velocity of the point above from that of the point below
+    raised: Array = shift.T @ matrix @ shift
+    return raised
+
+
+def sdf_losses(robot: Robot) -> list[str]:
+    """List what of the robot's model does not survive."""
+    lost = [
+        "drive units, pumps, oil, battery, controller, fins' lift, and the sensors' noise",
+        "coupling of joints: command each joint of a group with its share of the bend",
+    ]
+    if robot.model.water == "lumped":
+        return lost
+    return [
+        *lost,
+        "drag of a link that moves across and turns at once: Gazebo adds up the two alone",
+        "the wake's force at the trailing edge, the drag of beating, cross flow, and linear drag",
+    ]
+
+
+def _facts(robot: Robot) -> list[str]:
+    """Say what the file is."""
+    vertical = "" if robot.spatial else " No table [spatial]: no added mass, drag or buoyancy beyond the plane's."
+    return [
+        f"Water law {robot.model.water}. SI and radians. Nose at the model's origin, tail along +x, z up.{vertical}",
+        "Where a link's moments of inertia are not those of a body (one exceeds the sum of the others), the excess",
+        "stands in fluid_added_mass: the sum is the robot's.",
+        "fluid_added_mass is the law's own, exactly; DART has it in the mass matrix. The world needs the systems",
+        "Buoyancy (uniform_fluid_density as the robot's water) and Physics with DART.",
+    ]
+
+
+def _com_heights(robot: Robot) -> tuple[float, ...]:
+    """Return the heights of the centers of mass above the joints' axis [m]."""
+    return robot.spatial.com_height if robot.spatial is not None else (0.0,) * len(robot.links.name)
+
+
+def _link(model: Element, robot: Robot, i: int, place: tuple[float, float, float], water: LinkWater) -> None:
+    """Add a link at its center of mass."""
+    links = robot.links
+    link = add(model, "link", name=links.name[i])
+    add(link, "pose", (*place, 0, 0, 0))
+    inertial = add(link, "inertial")
+    add(inertial, "mass", links.mass[i])
+    inertia, (body, rest) = add(inertial, "inertia"), balanced(moments(robot, i))
+    for name, value in zip(
+        ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), (body[0], 0, 0, body[1], 0, body[2]), strict=True
+    ):
+        add(inertia, name, value)
+    added, matrix = add(inertial, "fluid_added_mass"), added_mass(robot, i, water) + np.diag([0, 0, 0, *rest])
+    for a, row in enumerate(AXES):
+        for b, column in enumerate(AXES[a:], start=a):
+            add(added, row + column, matrix[a, b] + 0.0)
+    _shape(link, robot, i)
+    if i == 0:
+        sensor = add(link, "sensor", name="imu", type="imu")
+        add(sensor, "update_rate", 100)
+
+
+def _shape(link: Element, robot: Robot, i: int) -> None:
+    """Add what is seen of a link, and the box that displaces its water."""
+    (height, width), long = (column[i] for column in sections(robot)), robot.links.length[i]
+    middle, up = long / 2 - robot.links.com[i], -_com_heights(robot)[i]
+    soft = any(i in group.links for group in robot.joints)
+    last = i == len(robot.links.length) - 1
+    seen = add(link, "visual", name="body")
+    add(seen, "pose", (middle, 0, up, 0, 0, 0))
+    add(add(add(seen, "geometry"), "ellipsoid"), "radii", (0.55 * long, width / 2, height / 2))
+    _color(seen, SOFT if soft and not last else SKIN)
+    if last and (edge := edge_height(robot)) > height:
+        fin = add(link, "visual", name="fin")
+        add(fin, "pose", (middle + long / 4, 0, up, 0, 0, 0))
+        add(add(add(fin, "geometry"), "box"), "size", (long / 2, 0.003 * robot.body.length, edge))
+        _color(fin, FIN)
+    spatial = robot.spatial
+    if spatial is None:
+        volume, center = robot.links.mass[i] / robot.water.density, 0.0
+    else:
+        volume, center = spatial.volume[i], spatial.buoyancy_center[i] - robot.links.com[i]
+        up += spatial.buoyancy_height[i]
+    thin = math.sqrt(volume / (long * width * height))
+    box = add(link, "collision", name="volume")
+    add(box, "pose", (center, 0, up, 0, 0, 0))
+    add(add(add(box, "geometry"), "box"), "size", (long, thin * width, thin * height))
+
+
+def _color(visual: Element, color: str) -> None:
+    """Paint a visual."""
+    material = add(visual, "material")
+    add(material, "ambient", color)
+    add(material, "diffuse", color)
+
+
+def _joint(model: Element, robot: Robot, i: int, place: tuple[float, float, float], *, turns: bool) -> None:
+    """Hang a link on the one ahead."""
+    name, ahead = robot.links.name[i], robot.links.name[i - 1]
+    joint = add(model, "joint", name=f"joint-{name}", type="revolute" if turns else "fixed")
+    add(joint, "pose", (*place, 0, 0, 0))
+    add(joint, "parent", ahead)
+    add(joint, "child", name)
+    if turns:
+        axis = add(joint, "axis")
+        add(axis, "xyz", (0, 0, 1))
+        limit = add(axis, "limit")
+        add(limit, "lower", -math.pi / 2)
+        add(limit, "upper", math.pi / 2)
+
+
+def _drag(model: Element, robot: Robot, i: int, water: LinkWater) -> None:
+    """Add the drag along, across and up, at the center of mass; signs as Gazebo has them."""
+    plugin = _plugin(model, "hydrodynamics", "Hydrodynamics")
+    add(plugin, "link_name", robot.links.name[i])
+    add(plugin, "water_density", robot.water.density)
+    add(plugin, "xUabsU", -water.along)
+    add(plugin, "yVabsV", -water.across)
+    add(plugin, "nRabsR", -water.turn)
+    if robot.spatial is not None:
+        spatial, long = robot.spatial, robot.links.length[i]
+        half = robot.water.density / 2
+        add(plugin, "zWabsW", -half * spatial.drag_vertical[i] * long * spatial.width[i])
+        add(plugin, "kPabsP", -half * spatial.drag_roll[i] * long * spatial.height[i] ** 4 / 32)
+
+
+def _plugin(model: Element, file: str, name: str) -> Element:
+    """Add a system of Gazebo."""
+    return add(model, "plugin", filename=f"gz-sim-{file}-system", name=f"gz::sim::systems::{name}")

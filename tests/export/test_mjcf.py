@@ -1,0 +1,101 @@
+"""Robots as MuJoCo models: they compile, are dragged as the water law says, and swim as here."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from mujoco_play import PUBLISHED, model, speed
+from random_robots import random_robot
+
+IDEAL = ht.load("hypertuna").using(joints="ideal", water="lumped")
+
+
+@pytest.mark.parametrize("gait", PUBLISHED)
+def test_the_published_gaits_swim_within_1_percent(gait: str) -> None:
+    assert speed(model(IDEAL), gait, beats=20) == pytest.approx(ht.swim(IDEAL, gait).speed, rel=0.01)
+
+
+def test_joints_with_a_bandwidth_lag_behind_their_commands() -> None:
+    robot = ht.load("hypertuna").using(joints="bandwidth")
+    assert speed(model(robot), "unoptimised-0.4", beats=20) == pytest.approx(
+        ht.swim(robot, "unoptimised-0.4").speed, rel=0.01
+    )
+
+
+def test_a_box_of_water_has_the_drag_of_its_link() -> None:
+    """By hand: MuJoCo's half sizes from moments of inertia, and 2 rho r_y r_z = rho/2 c_f S_f."""
+    m, links, water = model(IDEAL), IDEAL.links, IDEAL.water.lumped
+    assert water is not None
+    boxes = [b for b in range(m.nbody) if "-water-" in m.body(b).name]
+    assert len(boxes) == len(links.name)
+    for i, body in enumerate(boxes):
+        x, y, z = m.body_inertia[body]
+        r = np.sqrt(1.5 / m.body_mass[body] * np.array([y + z - x, x + z - y, x + y - z]))
+        assert 4 * r[1] * r[2] == pytest.approx(water.friction[i] * links.wetted_area[i], rel=1e-3)
+        assert 4 * r[0] * r[2] == pytest.approx(water.drag[i] * links.lateral_area[i], rel=1e-6)
+
+
+@pytest.mark.parametrize("law", ["lumped", "strip", "elongated"])
+@pytest.mark.parametrize("direction", [0, 1])
+def test_a_straight_robot_is_dragged_as_the_law_says(law: str, direction: int) -> None:
+    """Along and across, by all links together: backward, so that the tail end leaves no wake."""
+    robot = IDEAL.using(water=law)
+    m = model(robot)
+    d = mujoco.MjData(m)
+    d.qvel[direction] = 0.7
+    mujoco.mj_forward(m, d)
+    links, coefficients, half = robot.links, getattr(robot.water, law), robot.water.density / 2
+    if law == "lumped":
+        areas = np.multiply(
+            *((coefficients.friction, links.wetted_area), (coefficients.drag, links.lateral_area))[direction]
+        )
+    else:
+        pair = ((coefficients.drag_tangential, links.wetted_area), (coefficients.drag_normal, links.lateral_area))
+        areas = np.multiply(*pair[direction])
+        if direction == 0:
+            areas = areas + getattr(coefficients, "blunt_area", 0)
+    assert d.qfrc_fluid[direction] == pytest.approx(-half * areas.sum() * 0.7**2, rel=1e-3)
+
+
+@pytest.mark.parametrize("robot", [*ht.robots(), *range(6)])
+def test_the_compiler_takes_it_with_its_masses(robot: str | int) -> None:
+    fish = random_robot(robot) if isinstance(robot, int) else ht.load(robot)
+    m = model(fish)
+    assert m.nu == len(fish.joints)
+    assert m.nv == 3 + sum(len(group.links) for group in fish.joints)
+    straight = mujoco.MjData(m)
+    mujoco.mj_forward(m, straight)
+    if fish.model.water == "lumped":
+        assert fish.water.lumped is not None
+        wet = np.multiply(fish.links.mass, np.add(1, fish.water.lumped.added_mass))
+        assert m.body_mass.sum() == pytest.approx(wet.sum(), rel=1e-12)
+        fronts = np.cumsum([0, *fish.links.length[:-1]]) + fish.links.com
+        assert straight.subtree_com[1, 0] == pytest.approx(wet @ fronts / wet.sum(), rel=1e-12)
+        turn = np.array(fish.links.inertia).sum() + wet @ fronts**2
+        row = np.zeros(m.nv)
+        mujoco.mj_mulM(m, straight, row, np.eye(m.nv)[2])
+        assert row[2] == pytest.approx(turn, rel=1e-9)
+
+
+def test_free_motion_needs_the_plugin() -> None:
+    with pytest.raises(ht.InputError, match="must come with the engine plugin"):
+        ht.mjcf(IDEAL, free=True)
+
+
+def test_the_command_writes_it(tmp_path: Path) -> None:
+    file = tmp_path / "fish.xml"
+    words = ["export", "mjcf", "--robot", "hypertuna", "--joints", "ideal", "-o", str(file), "--json"]
+    run = subprocess.run([sys.executable, "-m", "hypertuna", *words], capture_output=True, text=True, check=True)
+    assert file.read_text() == ht.mjcf(ht.load("hypertuna").using(joints="ideal"))
+    record = json.loads(run.stdout)
+    assert record["file"] == str(file)
+    assert any("motion out of the plane" in line for line in record["lost"])
+    assert all(line in file.read_text() for line in record["lost"])
