@@ -71,12 +71,12 @@ def mujoco_table() -> str:
 
 def mujoco_space_table() -> str:
     """Tabulate speeds and depths in space."""
-    body = [
-        [row["law"], f"{math.degrees(float(row['fins_rad'])):.0f}", f"{float(row['speed_m_s']):.4f}",
-         f"{float(row['difference_percent']):+.3f} %", f"{float(row['depth_m']):.3f}", f"{float(row['mujoco_depth_m']):.3f}"]
-        for row in mujoco_rows()
-        if row["water"] == "plugin in space"
-    ]  # fmt: skip
+    body = []
+    for row in mujoco_rows():
+        if row["water"] == "plugin in space":
+            fins, off = math.degrees(float(row["fins_rad"])), float(row["difference_percent"])
+            depths = [f"{float(row[name]):.3f}" for name in ("depth_m", "mujoco_depth_m")]
+            body.append([row["law"], f"{fins:.0f}", f"{float(row['speed_m_s']):.4f}", f"{off:+.3f} %", *depths])
     head = ["law", "fins [deg]", "speed here [m/s]", "in MuJoCo", "depth here [m]", "in MuJoCo [m]"]
     return rows(head, body)
 

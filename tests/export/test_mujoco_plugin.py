@@ -1,4 +1,4 @@
-"""The water as an engine plugin of MuJoCo: accelerations of the core to rounding, its speeds to the time step's error."""
+"""The water as an engine plugin of MuJoCo: the core's accelerations to rounding, its speeds."""
 
 from __future__ import annotations
 
