@@ -26,6 +26,7 @@ START = 1.0  # m, depth of the nose at first, in space
 SERVO = 500.0  # rad/s: natural frequency of the position servos; all joints come 2 zeta / SERVO = 2.8 ms late
 DAMPING = math.sqrt(0.5)  # zeta: the flattest response
 OWN_WATER = 0.01  # of a link's mass that its water body takes, so that it has one where the added mass is zero
+ROD = 1e-9  # of a link's moment of inertia: that about its own axis, which turns in space alone
 TALL = 1000.0  # r_z / sqrt(r_y r_z): 1/TALL^4 is 4,500 times what rounding leaves of the box's thinnest side
 THIN = 1.5e-14  # kg m^2: ten times the smallest moment of inertia (mjMINVAL) that MuJoCo makes a box of
 # Gauss-Legendre points on [-1, 1] and their weights, of drag along a link
@@ -117,7 +118,7 @@ def losses(robot: Robot, *, plugin: bool) -> list[str]:
     if law == "lumped":
         return lost
     lost.append(f"added mass across the links: the {law} law's is not alike in all directions")
-    lost.append("the wake's force at the trailing edge")
+    lost.append("the wake's force at the trailing edge: without the plugin, speeds are not the robot's")
     strip = {
         "cross_flow": "cross flow in the drag: v_n |v_n| stands for v_n |v|",
         "drag_beating": "the drag that beating adds",
@@ -187,7 +188,7 @@ def _head(head: Element, robot: Robot, *, free: bool) -> None:
 
 
 def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
-    """Add a link's own body, without fluid forces, and the water bodies that are dragged."""
+    """Add a link's own body, a thin rod that meets no drag, and the water bodies that are dragged."""
     links = robot.links
     length, com = links.length[i], links.com[i]
     alike = min(water.inertia[0, 0], water.inertia[1, 1])  # kg, with the added mass that is alike in all directions
@@ -202,13 +203,10 @@ def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
         add(dragged, "inertial", pos=(0, 0, 0), mass=part * wet, diaginertia=tuple(box))
         mass, moment, turn = mass - part * wet, moment - part * wet * place, turn - part * wet * place**2 - box[2]
     com = moment / mass
-    own = max(turn - mass * com**2, 1e-3 * water.inertia[2, 2])
-    inertial = add(body, "inertial", pos=(com, 0, 0), mass=mass, diaginertia=(own, own, own))
+    turn -= mass * com**2
+    inertial = add(body, "inertial", pos=(com, 0, 0), mass=mass, diaginertia=(ROD * turn, turn, turn))
     body.remove(inertial)
     body.insert(0, inertial)
-    # A geom of the ellipsoid model without coefficients takes the drag off the link's own box.
-    add(body, "geom", name=f"{links.name[i]}-dry", pos=(com, 0, 0), size=1e-6, fluidshape="ellipsoid",
-         fluidcoef=(0, 0, 0, 0, 0), group=4, contype=0, conaffinity=0)  # fmt: skip
 
 
 def _box(along: float, across: float, mass: float, length: float) -> tuple[float, float, float]:

@@ -46,10 +46,9 @@ def add_link(body: Element, robot: Robot, i: int, *, free: bool) -> None:
 def add_fin_drives(actuator: Element, robot: Robot, *, rotor: float, stiffness: float, damping: float) -> None:
     """Add the position actuators of the pectoral fins."""
     fins = require(robot.fins, "fins", robot)
-    for name in ("port", "starboard"):
-        lag = 1 / (2 * math.pi * fins.bandwidth)
-        add(actuator, "position", name=name, joint=f"pectoral-{name}", kp=rotor * stiffness, kv=rotor * damping,
-            timeconst=lag)  # fmt: skip
+    drive = {"kp": rotor * stiffness, "kv": rotor * damping, "timeconst": 1 / (2 * math.pi * fins.bandwidth)}
+    for side in ("port", "starboard"):
+        add(actuator, "position", name=f"pectoral-{side}", joint=f"pectoral-{side}", **drive)
 
 
 def _fin(head: Element, robot: Robot, side: int, name: str) -> None:
