@@ -1,16 +1,16 @@
-"""Read SDF files by libsdformat, Gazebo's own parser, as it is in Drake; an element that the format has not is refused."""
+"""Read SDF files by libsdformat, Gazebo's own parser, as Drake has it; it refuses elements that the format has not."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
-
 
 def read(text: str) -> str:
     """Return what Drake makes of a file, or why it refuses it."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
     plant = MultibodyPlant(time_step=0.0)
     try:
         Parser(plant).AddModelsFromString(text, "sdf")
