@@ -14,6 +14,10 @@
 #include "hypertuna/host/body.hpp"
 #include "hypertuna/host/load_model.hpp"
 
+#if mjVERSION_HEADER < 4000000
+#error "needs MuJoCo 4, whose mass matrix is stored by rows"
+#endif
+
 namespace hypertuna {
 namespace {
 

@@ -70,3 +70,8 @@ def moments(robot: Robot, link: int) -> tuple[float, float, float]:
         return turn, turn, turn
     bodies = link_bodies(robot)
     return float(bodies["roll"][link]), float(bodies["pitch"][link]), turn
+
+
+def rotor(robot: Robot) -> float:
+    """Return the inertia of joints' rotors [kg m^2]: more than robot and water have about any joint."""
+    return sum(float(water.inertia[1, 1]) for water in links_water(robot)) * robot.body.length**2

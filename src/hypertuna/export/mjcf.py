@@ -15,7 +15,7 @@ import numpy as np
 from hypertuna.arguments import checked
 from hypertuna.description.robot import Robot, require, robot_of
 from hypertuna.errors import InputError
-from hypertuna.export.link_water import LinkWater, links_water
+from hypertuna.export.link_water import LinkWater, links_water, rotor
 from hypertuna.export.mjcf_plugin import add_fin_drives, add_link, add_plugin
 from hypertuna.export.outlook import pieces
 from hypertuna.export.xml import Element, add, document, notes
@@ -27,7 +27,7 @@ SERVO = 500.0  # rad/s: natural frequency of the position servos; all joints com
 DAMPING = math.sqrt(0.5)  # zeta: the flattest response
 OWN_WATER = 0.01  # of a link's mass that its water body takes, so that it has one where the added mass is zero
 ROD = 1e-9  # of a link's moment of inertia: that about its own axis, which turns in space alone
-TALL = 1000.0  # r_z / sqrt(r_y r_z): 1/TALL^4 is 4,500 times what rounding leaves of the box's thinnest side
+TALL = 1000.0  # r_z / sqrt(r_y r_z): (r_y / r_z)^2 = 1/TALL^4 is 4,500 times the rounding error of moments of inertia
 THIN = 1.5e-14  # kg m^2: ten times the smallest moment of inertia (mjMINVAL) that MuJoCo makes a box of
 # Gauss-Legendre points on [-1, 1] and their weights, of drag along a link
 POINTS = (-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526)
@@ -147,7 +147,7 @@ def _bodies(world: Element, robot: Robot, *, plugin: bool, free: bool) -> None:
         if i == 0:
             _head(body, robot, free=free)
         elif i in driven:
-            add(body, "joint", name=f"joint-{name}", axis=(0, 0, 1), armature=_rotor(robot))
+            add(body, "joint", name=f"joint-{name}", axis=(0, 0, 1), armature=rotor(robot))
         if plugin:
             add_link(body, robot, i, free=free)
         else:
@@ -160,11 +160,6 @@ def _bodies(world: Element, robot: Robot, *, plugin: bool, free: bool) -> None:
             add(bodies[piece.name], "geom", **geom)
         else:
             add(bodies[links.name[piece.link]], "geom", **geom, pos=piece.place)
-
-
-def _rotor(robot: Robot) -> float:
-    """Return the inertia of a joint's rotor [kg m^2], above that of the whole robot about any joint."""
-    return robot.body.mass * robot.body.length**2
 
 
 def _head(head: Element, robot: Robot, *, free: bool) -> None:
@@ -194,19 +189,19 @@ def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
     alike = min(water.inertia[0, 0], water.inertia[1, 1])  # kg, with the added mass that is alike in all directions
     wet = alike - (1 - OWN_WATER) * links.mass[i]
     along, across = water.along / (2 * robot.water.density), water.across / (2 * robot.water.density)  # m^2
-    lumped = robot.model.water == "lumped"
-    places = [com] if lumped else [length / 2 * (1 + point) for point in POINTS]
-    mass, moment, turn = alike, alike * com, water.inertia[2, 2] + alike * com**2  # about the front joint
-    for place, part in zip(places, [1.0] if lumped else WEIGHTS, strict=True):
-        box = _box(part * along, part * across, part * wet, length)
-        dragged = add(body, "body", name=f"{links.name[i]}-water-{len(body)}", pos=(place, 0, 0))
-        add(dragged, "inertial", pos=(0, 0, 0), mass=part * wet, diaginertia=tuple(box))
-        mass, moment, turn = mass - part * wet, moment - part * wet * place, turn - part * wet * place**2 - box[2]
-    com = moment / mass
-    turn -= mass * com**2
-    inertial = add(body, "inertial", pos=(com, 0, 0), mass=mass, diaginertia=(ROD * turn, turn, turn))
-    body.remove(inertial)
-    body.insert(0, inertial)
+    points = [(com, 1.0)]  # where drag acts, and its part
+    if robot.model.water != "lumped":
+        points = [(length / 2 * (1 + point), part) for point, part in zip(POINTS, WEIGHTS, strict=True)]
+    boxes = [_box(part * along, part * across, part * wet, length) for _, part in points]
+    # The rest of mass, first and second moment about the front joint is the link's own.
+    mass = alike - wet
+    place = (alike * com - wet * sum(part * at for at, part in points)) / mass
+    turn = water.inertia[2, 2] + alike * com**2 - mass * place**2
+    turn -= sum(part * wet * at**2 + box[2] for (at, part), box in zip(points, boxes, strict=True))
+    add(body, "inertial", pos=(place, 0, 0), mass=mass, diaginertia=(ROD * turn, turn, turn))
+    for k, ((at, part), box) in enumerate(zip(points, boxes, strict=True)):
+        dragged = add(body, "body", name=f"{links.name[i]}-water-{k}", pos=(at, 0, 0))
+        add(dragged, "inertial", pos=(0, 0, 0), mass=part * wet, diaginertia=box)
 
 
 def _box(along: float, across: float, mass: float, length: float) -> tuple[float, float, float]:
@@ -251,7 +246,7 @@ def _look(root: Element, robot: Robot) -> None:
 
 def _drives(root: Element, robot: Robot, *, free: bool) -> None:
     """Add a position actuator for each joint group, over a tendon that is its bend, and couple its joints."""
-    rotor = _rotor(robot)
+    inertia = rotor(robot)
     equality, tendon, actuator = (add(root, tag) for tag in ("equality", "tendon", "actuator"))
     for group in robot.joints:
         joints = [f"joint-{robot.links.name[link]}" for link in group.links]
@@ -264,10 +259,10 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
         lag = {}
         if robot.model.joints == "bandwidth" and group.bandwidth is not None:
             lag = {"timeconst": 1 / (2 * math.pi * group.bandwidth)}
-        stiffness, damping = rotor * square * SERVO**2, 2 * DAMPING * rotor * square * SERVO
+        stiffness, damping = inertia * square * SERVO**2, 2 * DAMPING * inertia * square * SERVO
         add(actuator, "position", name=group.name, tendon=group.name, kp=stiffness, kv=damping, **lag)
     if free:
-        add_fin_drives(actuator, robot, rotor=rotor, stiffness=SERVO**2, damping=2 * DAMPING * SERVO)
+        add_fin_drives(actuator, robot, stiffness=inertia * SERVO**2, damping=2 * DAMPING * inertia * SERVO)
 
 
 def _sensors(root: Element, robot: Robot) -> None:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from hypertuna.description.robot import Robot, require
-from hypertuna.export.link_water import balanced, moments
+from hypertuna.export.link_water import balanced, moments, rotor
 from hypertuna.export.xml import Element, add, written
 from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.model import model_columns
@@ -43,10 +43,10 @@ def add_link(body: Element, robot: Robot, i: int, *, free: bool) -> None:
             _fin(body, robot, side, name)
 
 
-def add_fin_drives(actuator: Element, robot: Robot, *, rotor: float, stiffness: float, damping: float) -> None:
+def add_fin_drives(actuator: Element, robot: Robot, *, stiffness: float, damping: float) -> None:
     """Add the position actuators of the pectoral fins."""
     fins = require(robot.fins, "fins", robot)
-    drive = {"kp": rotor * stiffness, "kv": rotor * damping, "timeconst": 1 / (2 * math.pi * fins.bandwidth)}
+    drive = {"kp": stiffness, "kv": damping, "timeconst": 1 / (2 * math.pi * fins.bandwidth)}
     for side in ("port", "starboard"):
         add(actuator, "position", name=f"pectoral-{side}", joint=f"pectoral-{side}", **drive)
 
@@ -58,4 +58,4 @@ def _fin(head: Element, robot: Robot, side: int, name: str) -> None:
     add(body, "plugin", instance="water")
     small = mass * fins.span**2
     add(body, "inertial", pos=(0, 0, 0), mass=mass, diaginertia=(small, small, small))
-    add(body, "joint", name=f"pectoral-{name}", axis=(0, 1, 0), armature=robot.links.mass[0] * robot.body.length**2)
+    add(body, "joint", name=f"pectoral-{name}", axis=(0, 1, 0), armature=rotor(robot))
