@@ -44,8 +44,7 @@ static const Kernel* find_kernel(const std::string& name) {
     return nullptr;
 }
 
-/// The kernel in use: HYPERTUNA_ISA names one, else the fastest.
-static const Kernel& kernel() {
+const Kernel& kernel() {
     static const std::string wanted = [] {
         const char* name = std::getenv("HYPERTUNA_ISA");
         return std::string(name ? name : "");

@@ -5,45 +5,10 @@
 #include <nanobind/stl/tuple.h>
 
 #include "controller.hpp"
-#include "hypertuna/host/simulate.hpp"
 #include "plant6.hpp"
+#include "records.hpp"
 
 namespace hypertuna {
-
-static constexpr std::size_t twist_numbers = 6, pose_numbers = 9;
-
-/// A twist as a row: linear, then angular.
-static SpatialTwist<double> read_twist(const double* row) {
-    return {{row[0], row[1], row[2]}, {row[3], row[4], row[5]}};
-}
-/// A pose as a row: position, attitude w x y z, fins.
-static Pose6<double> read_pose(const double* row) {
-    return {{row[0], row[1], row[2]}, normalized(Quaternion<double>{row[3], row[4], row[5], row[6]}), {row[7], row[8]}};
-}
-
-static NamedArrays arrays_of(Record&& record) {
-    NamedArrays out;
-    for (RecordColumn& column : record.columns) {
-        auto* values = new std::vector<double>(std::move(column.values));
-        nb::capsule owner(values, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
-        const std::size_t rows = values->size() / column.width, shape[] = {rows, column.width};
-        out[column.name.c_str()] = Output(values->data(), column.scalar ? 1 : 2, shape, owner);
-    }
-    Output ticks = zeros({1});
-    ticks.data()[0] = double(record.ticks);
-    out["ticks"] = ticks;
-    return out;
-}
-
-static Run run_of(std::size_t ticks, std::size_t every, double tick, int steps, const Input<1>& twist,
-                  const std::optional<Input<1>>& pose, double charge) {
-    check_extent("twist", twist.shape(0), twist_numbers);
-    if (pose) check_extent("pose", pose->shape(0), pose_numbers);
-    if (every < 1) throw nb::value_error("every: must be one tick or more");
-    if (steps < 1) throw nb::value_error("steps: must be one or more");
-    return {ticks, every, tick, steps, read_twist(twist.data()), pose ? read_pose(pose->data()) : Pose6<double>{},
-            charge};
-}
 
 /// Accelerations of head and coordinates at given states.
 static Output accelerations(const BodyData& data, const World& world, const Input<3>& bend, const Input<2>& twist,
@@ -193,7 +158,8 @@ void bind_simulation(nb::module_& m) {
             },
             nb::arg("model"), nb::arg("columns"),
             "From the columns of Body, `joints`, `joint.NAME` "
-            "(joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `hinge.NAME` where there is one.");
+            "(joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `hinge.NAME` where there is one.")
+        .def_prop_ro("structure", &structure_of, "Plants with the same one differ in numbers alone.");
     nb::class_<GaitCommand>(m, "GaitCommand", "A command to a controller. Immutable.")
         .def(
             "__init__",
@@ -203,7 +169,8 @@ void bind_simulation(nb::module_& m) {
             nb::arg("controller"), nb::arg("columns"), nb::kw_only(), nb::arg("lost_at"),
             "From `frequency`, `amplitude`, `phase` and `bias` (joints), and `fin` (ticks, 2) at sea, until the "
             "command "
-            "is lost [s].");
+            "is lost [s].")
+        .def_prop_ro("tick", [](const GaitCommand& self) { return self.controller.tick; }, "Control tick [s].");
     m.def("simulate", &simulate_targets, nb::arg("plant"), nb::arg("command"), nb::arg("world"), nb::kw_only(),
           nb::arg("twist"), nb::arg("tick"), nb::arg("steps"),
           "Drive the servos to targets (ticks, 2 joints), each held for a tick, from a twist (6): the record of a run, "

@@ -14,6 +14,9 @@
 
 namespace hypertuna {
 
+/// The kernel in use: HYPERTUNA_ISA names one, else the fastest.
+const Kernel& kernel();
+
 void bind_model(nb::module_& m);
 void bind_settle(nb::module_& m);
 void bind_swimmer(nb::module_& m);
@@ -21,6 +24,7 @@ void bind_actuation(nb::module_& m);
 void bind_control(nb::module_& m);
 void bind_pilot(nb::module_& m);
 void bind_simulation(nb::module_& m);
+void bind_batch(nb::module_& m);
 void bind_firmware(nb::module_& m);
 
 }  // namespace hypertuna

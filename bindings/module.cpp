@@ -10,5 +10,6 @@ NB_MODULE(_core, m) {
     hypertuna::bind_control(m);
     hypertuna::bind_pilot(m);
     hypertuna::bind_simulation(m);
+    hypertuna::bind_batch(m);
     hypertuna::bind_firmware(m);
 }

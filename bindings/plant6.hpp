@@ -5,15 +5,15 @@
 #include "hypertuna/simulation/twin6.hpp"
 
 // `keyword` is extern, or nothing where it is compiled.
-#define HYPERTUNA_PLANT6_OF(keyword, Law, D)                                                                         \
-    keyword template BodyAcceleration<double, D> body6_acceleration(                                                 \
-        const Body6<double, Law<double>, D>&, const Bend<double, D>&, const SpatialTwist<double>&,                   \
-        const Pose6<double>&, const double (&)[D]);                                                                  \
-    keyword template PlantState<double, D, InSpace> plant_rate(                                                      \
-        const Plant<Body6<double, Law<double>, D>>&, const PlantState<double, D, InSpace>&,                          \
-        const ServoTargets<double, D>&, PlantOutput<double, D, InSpace>*);                                           \
-    keyword template void follow_targets(const Twin<Body6<double, Law<double>, D>>&, TwinState<double, D, InSpace>&, \
-                                         Tick<double, D, InSpace>&);
+#define HYPERTUNA_PLANT6_OF(keyword, Law, D)                                                       \
+    keyword template BodyAcceleration<double, D> body6_acceleration(                               \
+        const Body6<double, Law<double>, D>&, const Bend<double, D>&, const SpatialTwist<double>&, \
+        const Pose6<double>&, const double (&)[D]);                                                \
+    keyword template PlantState<double, D, InSpace> plant_rate(                                    \
+        const Plant<Body6<double, Law<double>, D>>&, const PlantState<double, D, InSpace>&,        \
+        const ServoTargets<double, D>&, PlantOutput<double, D, InSpace>*);                         \
+    keyword template void follow_targets(const Machine<Body6<double, Law<double>, D>>&,            \
+                                         MachineState<double, D, InSpace>&, MachineTick<double, D, InSpace>&);
 #define HYPERTUNA_PLANT6_ALL(keyword, Law) \
     HYPERTUNA_PLANT6_OF(keyword, Law, 1)   \
     HYPERTUNA_PLANT6_OF(keyword, Law, 2)   \

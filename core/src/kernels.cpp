@@ -4,42 +4,12 @@
 #include <algorithm>
 #include <limits>
 
+#include "hypertuna/host/real.hpp"
 #include "hypertuna/host/tank.hpp"
 #include "hypertuna/swimming/parameters.hpp"
 #include "hypertuna/swimming/settle.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
-
-#if defined(__AVX512F__)
-inline constexpr int lanes = 8;
-#elif defined(__AVX__)
-inline constexpr int lanes = 4;
-#elif defined(__SSE4_2__) || defined(__aarch64__) || defined(__wasm_simd128__)
-inline constexpr int lanes = 2;
-#else
-inline constexpr int lanes = 1;
-#endif
-
-template <int W>
-struct Pack {
-    using type = Lanes<double, W>;
-};
-template <>
-struct Pack<1> {
-    using type = double;
-};
-using Real = typename Pack<lanes>::type;
-
-HYPERTUNA_INLINE double lane(double x, int) { return x; }
-HYPERTUNA_INLINE void set_lane(double& x, int, double y) { x = y; }
-template <int W>
-HYPERTUNA_INLINE double lane(const Lanes<double, W>& x, int k) {
-    return x[k];
-}
-template <int W>
-HYPERTUNA_INLINE void set_lane(Lanes<double, W>& x, int k, double y) {
-    x.set(k, y);
-}
 
 /// Parameters of the model with W gaits in the lanes; beyond the last gait the last one is repeated.
 void load_gaits(const Model& model, const GaitBatch& gaits, int first, int end, std::vector<Real>& parameters) {
@@ -315,6 +285,13 @@ constexpr void (*track_any)(const Model&, const JointSeries&, const Directions&,
 #define HYPERTUNA_SYMBOL(a, b) HYPERTUNA_JOIN(a, b)
 
 namespace hypertuna {
+#ifdef HYPERTUNA_SMALL
+static constexpr const MachineKernel* machines = nullptr;
+#else
+#define HYPERTUNA_MACHINES HYPERTUNA_SYMBOL(HYPERTUNA_SYMBOL(machines_, HYPERTUNA_ARCH), _exact)
+extern const MachineKernel HYPERTUNA_MACHINES;
+static constexpr const MachineKernel* machines = &HYPERTUNA_MACHINES;
+#endif
 extern const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH);
 const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH) = {
     .name = HYPERTUNA_NAME(HYPERTUNA_ARCH),
@@ -326,5 +303,6 @@ const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH) = {
     .track = HYPERTUNA_ARCH::track_any,
     .settle_column = HYPERTUNA_ARCH::settle_column,
     .gradient_output = HYPERTUNA_ARCH::gradient_output,
+    .machines = machines,
 };
 }  // namespace hypertuna

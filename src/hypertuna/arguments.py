@@ -41,25 +41,31 @@ R = TypeVar("R")
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """Check the types of the arguments that a function is called with."""
-    name = function.__qualname__
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        kinds, signature = _kinds(function), inspect.signature(function)
-        try:
-            given = signature.bind(*args, **kwargs).arguments
-        except TypeError as error:
-            unknown = next((key for key in kwargs if key not in signature.parameters), None)
-            fix = f"see help(hypertuna.{name})" if unknown is None else did_you_mean(unknown, signature.parameters)
-            raise TypeError(f"{name}(): {error}: {fix}") from None
-        for key, value in given.items():
-            kind = kinds.get(key)
-            if kind is not None and not _fits(value, kind):
-                fix = _fix(value, kind, key) or f"see help(hypertuna.{name})"
-                raise InputError(f"must be {_words(kind)}", key=key, value=_given(value), fix=fix)
+        checked_arguments(function, *args, **kwargs)
         return function(*args, **kwargs)
 
     return call
+
+
+def checked_arguments(function: Callable[..., Any], *args: Any, **kwargs: Any) -> dict[str, Any]:
+    """Check the types of arguments of a function, and return all of them by name, defaults too."""
+    name, kinds, signature = function.__qualname__, _kinds(inspect.unwrap(function)), inspect.signature(function)
+    try:
+        bound = signature.bind(*args, **kwargs)
+    except TypeError as error:
+        unknown = next((key for key in kwargs if key not in signature.parameters), None)
+        fix = f"see help(hypertuna.{name})" if unknown is None else did_you_mean(unknown, signature.parameters)
+        raise TypeError(f"{name}(): {error}: {fix}") from None
+    for key, value in bound.arguments.items():
+        kind = kinds.get(key)
+        if kind is not None and not _fits(value, kind):
+            fix = _fix(value, kind, key) or f"see help(hypertuna.{name})"
+            raise InputError(f"must be {_words(kind)}", key=key, value=_given(value), fix=fix)
+    bound.apply_defaults()
+    return bound.arguments
 
 
 def check_made_by(maker: str, data: xr.Dataset, key: str, names: Sequence[str]) -> None:

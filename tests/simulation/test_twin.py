@@ -87,6 +87,30 @@ def test_a_seed_repeats_to_the_last_bit_whoever_runs_it() -> None:
     assert (alone[0] == runs[0].data["angle"]).all()
 
 
+def test_runs_side_by_side_have_the_bits_that_they_have_alone() -> None:
+    """Laws, hinges, servos, air, faults, other numbers, other lengths, and one that diverges among its neighbors."""
+    wild = ROBOT.document()
+    wild["links"]["lateral_area_m2"][-1] = 1e12
+    hinged = changed("hinge", link=7, stiffness_n_m_per_rad=0.5, damping_n_m_s_per_rad=0.002)
+    robots = [ROBOT, parse(wild), other_lines(compliance_m3_pa=4e-12), ROBOT.using(water="strip"), hinged]
+    fast = ht.named_gait(ROBOT, "unoptimised-max")
+    runs = [
+        {"robot": robot, "gait": gait, "duration": duration, "seed": seed, "medium": medium, "faults": faults}
+        for robot in robots
+        for gait, seed, duration in ((SMALL, 1, 0.5), (fast, 2, 0.5), (fast, 3, 0.4))
+        for medium, faults in (("water", "bend-II:stuck@0.2"), ("air", ()))
+        if robot is not robots[1] or medium == "water"
+    ]
+    runs += [{"robot": "examples/servofish.toml", "gait": "cruise", "duration": 0.5, "seed": seed} for seed in (1, 2, 3)]
+    together = twins(runs, measure=lambda run: run, threads=2)
+    assert {run.status for run in together} == {"completed", "diverged"}
+    for options, run in zip(runs, together, strict=True):
+        alone = twin(**options)
+        assert run.status == alone.status
+        for name, values in alone.data.items():
+            np.testing.assert_array_equal(run.data[name], values, err_msg=name)
+
+
 def other_lines(**values: float) -> ht.Robot:
     """The robot with values of both its oil lines replaced."""
     document = ROBOT.document()

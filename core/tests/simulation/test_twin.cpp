@@ -35,18 +35,18 @@ struct Robot {
     double armature[D] = {};
     bool direct[2] = {};
     double filled = taut_load(joint[0], 0.0, 0.0).volume[0], rest[4] = {filled, filled, filled, filled};
-    Twin<Tail<double, Law, D>> twin{{{fish.swimmer, share, false, armature, motion, shape, acceleration},
-                                     2,
-                                     joint,
-                                     direct,
-                                     circuit,
-                                     rest,
-                                     {0.5, 0.002}},
-                                    {},
-                                    {1e4, 16, 14, 0.1, 7.4, 0.9},
-                                    1.0,
-                                    5e-4,
-                                    20};
+    Twin<Tail<double, Law, D>> twin{{{{fish.swimmer, share, false, armature, motion, shape, acceleration},
+                                      2,
+                                      joint,
+                                      direct,
+                                      circuit,
+                                      rest,
+                                      {0.5, 0.002}},
+                                     {1e4, 16, 14, 0.1, 7.4, 0.9},
+                                     1.0,
+                                     5e-4,
+                                     20},
+                                    {}};
 
     Robot() = default;
     Robot(const Robot&) = delete;

@@ -203,7 +203,30 @@ def steps_of(tick: float, parts: Parts, robot: Robot, step: float | None = None)
     return math.ceil(tick / step * (1 - 1e-12))
 
 
-def run_command(
+@dataclass(frozen=True)
+class Plan:
+    """A command that is ready to run."""
+
+    fields: dict[str, Any]  # of its `Run`, but for time, data and status
+    core: dict[str, Any]  # arguments of `_core.simulate`
+
+    def run(self) -> dict[str, Any]:
+        """Simulate it, and return the fields of its `Run`."""
+        return self.ran(_core.simulate(**self.core))
+
+    def ran(self, record: dict[str, Array]) -> dict[str, Any]:
+        """Return the fields of its `Run` from what the core recorded."""
+        made, every, robot = int(record.pop("ticks")[0]), self.core["every"], self.fields["robot"]
+        tick = 1 / require(robot.controller, "controller", robot).rate
+        rows = -(-made // every)
+        return self.fields | {
+            "time": np.arange(rows, dtype=np.float64) * tick * every,
+            "data": _named(record, rows, robot),
+            "status": "completed" if made == self.core["ticks"] else "diverged",
+        }
+
+
+def plan_command(
     robot: Robot,
     gait: Gait,
     world: _core.World,
@@ -221,8 +244,8 @@ def run_command(
     pose: Array | None = None,
     fins: Callable[[int, float], Array] | None = None,
     every: int = 1,
-) -> dict[str, Any]:
-    """Simulate a command and return the fields of a `Run`; `speed` [m/s] None is that of the settled beat.
+) -> Plan:
+    """Prepare a command; `speed` [m/s] None is that of the settled beat.
 
     `fins` returns the fins' angles (ticks, 2) [rad] of a number of ticks of a length [s].
     """
@@ -247,21 +270,19 @@ def run_command(
     if speed is None:
         settled = swim(with_known_lag(robot), gait).speed
         speed = settled if math.isfinite(settled) else 0.0
-    record = _core.simulate(
-        parts.plant,
-        _core.GaitCommand(controller, command, lost_at=command_lost_at),
-        world,
-        sensors=_core.Sensors(parts.sensors, SEEDS.check(seed, "seed")),
-        faults=list(read_faults(texts, robot, duration)),
-        twist=np.array([0.0 - speed, 0.0, 0.0, 0.0, 0.0, 0.0]),
-        pose=pose,
-        ticks=ticks,
-        steps=steps,
-        every=every,
-    )
-    made = int(record.pop("ticks")[0])
-    rows = -(-made // every)
-    return {
+    core = {
+        "plant": parts.plant,
+        "command": _core.GaitCommand(controller, command, lost_at=command_lost_at),
+        "world": world,
+        "sensors": _core.Sensors(parts.sensors, SEEDS.check(seed, "seed")),
+        "faults": list(read_faults(texts, robot, duration)),
+        "twist": np.array([0.0 - speed, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        "pose": pose,
+        "ticks": ticks,
+        "steps": steps,
+        "every": every,
+    }
+    fields = {
         "robot": robot,
         "gait": gait,
         "duration": duration,
@@ -270,10 +291,8 @@ def run_command(
         "temperature": parts.temperature,
         "faults_given": texts,
         "step": tick / steps,
-        "time": np.arange(rows, dtype=np.float64) * tick * every,
-        "data": _named(record, rows, robot),
-        "status": "completed" if made == ticks else "diverged",
     }
+    return Plan(fields, core)
 
 
 def _named(record: dict[str, Array], rows: int, robot: Robot) -> dict[str, Array]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna import _core
-from hypertuna.arguments import checked
+from hypertuna.arguments import checked, checked_arguments
 from hypertuna.arrays import Array
 from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.robot import Robot, require, robot_of
@@ -21,7 +21,7 @@ from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, shown
 from hypertuna.frames import attitude_of
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE, check_choice
-from hypertuna.simulation.plant import EXACT, run_command
+from hypertuna.simulation.plant import EXACT, Plan, plan_command
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import SeaRun
@@ -97,26 +97,19 @@ def twin(
     >>> run.status
     'completed'
     """
+    plan = _planned(**locals())
+    return TwinRun(**plan.run())
+
+
+def _planned(robot: Robot | str | Path, gait: Gait | str, *, medium: str, start: str, **options: Any) -> Plan:
+    """Prepare a run from the arguments of `twin`."""
     robot = robot_of(robot)
     gait = gait_of(robot, gait)
     check_choice(medium, ("water", "air"), "medium")
     check_choice(start, ("rest", "swimming"), "start")
-    fields = run_command(
-        robot,
-        gait,
-        _core.World({"clamped": medium == "air"}),
-        medium=medium,
-        duration=duration,
-        faults=faults,
-        seed=seed,
-        closed_loop=closed_loop,
-        temperature=temperature,
-        step=step,
-        command_lost_at=command_lost_at,
-        speed=0.0 if start == "rest" or medium == "air" else None,
-        controller_robot=controller_robot,
-    )
-    return TwinRun(**fields, medium=medium, start=start)
+    world, still = _core.World({"clamped": medium == "air"}), start == "rest" or medium == "air"
+    plan = plan_command(robot, gait, world, medium=medium, speed=0.0 if still else None, **options)
+    return Plan(plan.fields | {"medium": medium, "start": start}, plan.core)
 
 
 @checked
@@ -184,7 +177,7 @@ def twin_at_sea(
     require_at_sea(robot, "battery", "controller", "spatial", "fins", pilot=False)
     gait = gait_of(robot, gait)
     control = require(robot.controller, "controller", robot)
-    fields = run_command(
+    plan = plan_command(
         robot,
         gait,
         world_at_sea(robot, sea),
@@ -201,19 +194,23 @@ def twin_at_sea(
         fins=lambda ticks, tick: _fin_angles(fins, ticks, tick, control),
         every=POSITIVE_WHOLE.check(every, "every", "give a whole number of ticks"),
     )
-    return SeaRun(**fields, sea=sea)
+    return SeaRun(**plan.run(), sea=sea)
 
 
 @checked
 def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T], threads: int = 1) -> list[T]:
-    """Run many twins over threads.
+    """Run many twins: side by side in the lanes of a processor, and over threads.
+
+    Robots of the same structure (links, joints, water law) under commands of the same length share an instruction; they
+    may differ in everything else. Each run has the bits that `twin` gives. Memory is bounded by what `measure` keeps and
+    a batch of records per thread, 1 MB per run and 10 s.
 
     Parameters
     ----------
     runs : sequence of mapping
         Arguments of `twin` by name, robot and gait among them, one mapping per run.
     measure : callable
-        Returns what to keep of each run; a whole record takes 1 MB per 10 s.
+        Returns what to keep of each run.
     threads : int
         Number of threads; results do not depend on it.
 
@@ -227,8 +224,31 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
     InputError
         As `twin` does.
     """
+    kinds: dict[Any, list[tuple[int, Plan]]] = {}
+    for index, options in enumerate(runs):
+        plan = _planned(**checked_arguments(twin, **options))
+        core = plan.core
+        kind = *core["plant"].structure, plan.fields["medium"], core["command"].tick, core["ticks"], core["steps"]
+        kinds.setdefault(kind, []).append((index, plan))
+    lanes = _core.twin_lanes()
+    batches = [kind[k : k + lanes] for kind in kinds.values() for k in range(0, len(kind), lanes)]
+    results: dict[int, T] = {}
+
+    def run(batch: list[tuple[int, Plan]]) -> None:
+        for (index, plan), record in zip(batch, _simulated([plan.core for _, plan in batch]), strict=True):
+            results[index] = measure(TwinRun(**plan.ran(record)))
+
     with ThreadPoolExecutor(max(1, threads)) as pool:
-        return list(pool.map(lambda options: measure(twin(**options)), runs))
+        list(pool.map(run, batches))
+    return [results[index] for index in range(len(runs))]
+
+
+def _simulated(batch: list[dict[str, Any]]) -> list[dict[str, Array]]:
+    """Simulate commands of the same kind side by side; one alone as `twin` does."""
+    if len(batch) == 1:
+        return [_core.simulate(**batch[0])]
+    rows = [tuple(core[key] for key in ("plant", "command", "world", "sensors", "faults", "twist")) for core in batch]
+    return _core.simulate_batch(rows, ticks=batch[0]["ticks"], steps=batch[0]["steps"])
 
 
 def _pose(depth: float, roll: float, pitch: float, heading: float, sea: Sea) -> Array:

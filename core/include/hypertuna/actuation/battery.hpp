@@ -32,7 +32,7 @@ BatteryOutput<S> battery_output(const Battery<S>& battery, const S& taken, const
     const S open = battery.empty + (battery.full - battery.empty) * left, wanted = power / battery.efficiency;
     const S root = sqrt(max(S(0), open * open - S(4) * battery.resistance * wanted));
     const S voltage = (open + root) / S(2);
-    const S given = select(root > S(0), wanted / voltage, open / (S(2) * battery.resistance));
+    const S given = select(S(0) < root, wanted / voltage, open / (S(2) * battery.resistance));
     return {voltage, given, min(battery.converter, voltage)};
 }
 
@@ -42,7 +42,7 @@ inline constexpr int battery_column_count = sizeof(battery_columns) / sizeof(bat
 
 template <class S, class T>
 Battery<S> read_battery(const T* row) {
-    const auto at = [row](int k) { return S(base_t<S>(row[k])); };
+    const auto at = [row](int k) { return S(row[k]); };
     return {at(0), at(1), at(2), at(3), at(4), at(5)};
 }
 

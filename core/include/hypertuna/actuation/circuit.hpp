@@ -83,15 +83,17 @@ HYPERTUNA_INLINE S oil_compliance(const Circuit<S>& circuit, const S& oil, const
 /// Pressure at which the oil fills its space: oil_volume(P) = space + compliance P, a quadratic in the absolute
 /// pressure whose larger root is the only positive one.
 template <class S>
-OilPressure<S> oil_pressure(const Circuit<S>& circuit, const S& oil, const S& space, const S& compliance) {
+HYPERTUNA_INLINE OilPressure<S> oil_pressure(const Circuit<S>& circuit, const S& oil, const S& space,
+                                             const S& compliance) {
     const S p0 = S(base_t<S>(atmosphere));
-    const S stiff = compliance + oil / circuit.bulk_modulus, gas = oil * circuit.air * p0;
+    const S stiff = compliance + oil * (S(1) / circuit.bulk_modulus), gas = oil * circuit.air * p0;
     const S excess = oil + stiff * p0 - space, lowest = circuit.cavitation + p0;
     const S root = sqrt(excess * excess + S(4) * stiff * gas);
     const auto stretched = excess < S(0);  // the form of the root in which nothing cancels
     const S absolute = select(stretched, S(2) * gas, root + excess) / select(stretched, root - excess, S(2) * stiff);
-    if (!any(absolute < lowest)) return {absolute - p0, S(0)};
-    return {max(lowest, absolute) - p0, max(S(0), stiff * lowest - excess - gas / lowest)};
+    const auto parted = absolute < lowest;
+    if (!any(parted)) return {absolute - p0, S(0)};
+    return {max(lowest, absolute) - p0, select(parted, max(S(0), stiff * lowest - excess - gas / lowest), S(0))};
 }
 
 /// Cylinder and units of a circuit. `unit_space` is what the joint's bend adds to the units' volume, m^3.
@@ -111,11 +113,12 @@ HYPERTUNA_INLINE OilPressure<S> unit_pressure(const Circuit<S>& circuit, const C
 
 /// Pressure of the units at their volume, `rest` that of the straight, filled joint, for joint.hpp; T is S or a dual.
 template <class S, class T>
-OilAt<T> unit_oil(const Circuit<S>& circuit, const CircuitState<S>& state, const S& rest, const T& volume) {
+HYPERTUNA_INLINE OilAt<T> unit_oil(const Circuit<S>& circuit, const CircuitState<S>& state, const S& rest,
+                                   const T& volume) {
     const S at = value(volume);
     const OilPressure<S> oil = unit_pressure(circuit, state, at - rest);
     const S gives = circuit.compliance + oil_compliance(circuit, circuit.oil_unit + state.passed, oil.pressure);
-    const S slope = S(0) < oil.cavity ? S(0) : S(-1) / gives;
+    const S slope = select(S(0) < oil.cavity, S(0), S(-1) / gives);
     return {oil.pressure + slope * (volume - at), T(slope)};
 }
 
@@ -159,7 +162,7 @@ inline constexpr int circuit_column_count = sizeof(circuit_columns) / sizeof(cir
 
 template <class S, class T>
 Circuit<S> read_circuit(const T* row) {
-    const auto at = [row](int k) { return S(base_t<S>(row[k])); };
+    const auto at = [row](int k) { return S(row[k]); };
     return {{at(0), at(1), at(2), at(3), at(4), at(5)},
             {at(6), at(7), at(8), at(9), at(10), at(11), at(12), at(13)},
             at(14),

@@ -84,8 +84,9 @@ auto given_pressures(const S& left, const S& right) {
 
 /// `oil` tells the pressure of a side (0 or 1) at its volume, and its slope.
 template <class S, class Oil>
-JointLoad<S> section_load(const SoftJoint<S>& joint, const Section<S>& at, const StretchLimits<base_t<S>>& limits,
-                          const S& angle, const S& strain, const Oil& oil) {
+HYPERTUNA_INLINE JointLoad<S> section_load(const SoftJoint<S>& joint, const Section<S>& at,
+                                           const StretchLimits<value_t<S>>& limits, const S& angle, const S& strain,
+                                           const Oil& oil) {
     DriveUnit<S> unit = joint.unit;
     unit.sleeve = at.sleeve;
     const S one(1), half(base_t<S>(0.5)), Pi = S(base_t<S>(pi)), l = max(S(base_t<S>(0.3)), one + strain);
@@ -106,14 +107,22 @@ JointLoad<S> section_load(const SoftJoint<S>& joint, const Section<S>& at, const
         S force = wall.along + wall.across * braid.slope;
         out.carried[s] = wall.across / Pi;
         out.pressure[s] = oil(s, length * lumen).pressure;
-        if (out.pressure[s] < out.carried[s]) {  // the braid is slack
-            const S swelling = slack_swelling(unit, stretch, braid.swelling, wall, [&](const S& now) {
+        const auto slack = out.pressure[s] < out.carried[s];
+        if (any(slack)) {
+            S near = braid.swelling;
+            const S narrow = S(base_t<S>(1 - narrowest)) * swollen_lumen(unit, S(0));
+            if constexpr (requires { oil.volume(s); })  // walls are soft beside oil: its volume tells the muscle's
+                near = min(near, swelling_of(unit, max(oil.volume(s) / length, narrow)));
+            const S swelling = slack_swelling(unit, stretch, near, slack, [&](const S& now) {
                 const OilAt<S> side = oil(s, length * now);
                 return OilAt<S>{side.pressure, side.slope * length};
             });
-            wall = walls(unit, stretch, swelling);
-            open = S(0), lumen = swollen_lumen(unit, swelling), force = wall.along;
-            out.pressure[s] = out.carried[s] = wall.across / Pi;
+            const Wall<S> loose = walls(unit, stretch, swelling);
+            wall.energy = select(slack, loose.energy, wall.energy);
+            open = select(slack, S(0), open), force = select(slack, loose.along, force);
+            lumen = select(slack, swollen_lumen(unit, swelling), lumen);
+            out.carried[s] = select(slack, loose.across / Pi, out.carried[s]);
+            out.pressure[s] = select(slack, out.carried[s], out.pressure[s]);
         }
         const S pull = force + S(limits.stop) * beyond;
         out.energy = out.energy + length * (wall.energy + beyond * (force + half * S(limits.stop) * beyond));
@@ -339,7 +348,7 @@ template <class S>
 struct Joint {
     SoftJoint<S> soft;  // without sections
     Section<S> section;
-    StretchLimits<base_t<S>> limits;
+    StretchLimits<value_t<S>> limits;
     S rest;             // strain of the straight joint, filled
     S viscosity;        // N m s/rad against the angle
     S axial_viscosity;  // J s against the strain
@@ -347,7 +356,7 @@ struct Joint {
 
 /// The joint at a bend, and with its axis longer than filled and straight by a strain; `oil` as in section_load.
 template <class S, class Oil>
-JointLoad<S> joint_load(const Joint<S>& joint, const S& angle, const S& strain, const Oil& oil) {
+HYPERTUNA_INLINE JointLoad<S> joint_load(const Joint<S>& joint, const S& angle, const S& strain, const Oil& oil) {
     return section_load(joint.soft, joint.section, joint.limits, angle, joint.rest + strain, oil);
 }
 /// With taut braids, as under a high pressure.
@@ -418,8 +427,8 @@ inline constexpr const char* joint_columns[] = {
 };
 inline constexpr int joint_column_count = sizeof(joint_columns) / sizeof(joint_columns[0]);
 
-template <std::floating_point S>
-Joint<S> read_joint(const S* row) {
+template <class S>
+Joint<S> read_joint(const S* row, const StretchLimits<S>& limits) {
     Joint<S> out{};
     out.soft = {{row[0], row[1], row[2], row[14], {row[3], row[4]}, {row[5], row[6]}, row[7]},
                 row[8],
@@ -428,9 +437,13 @@ Joint<S> read_joint(const S* row) {
                 nullptr,
                 {false, {false, false}, true, true}};
     out.section = {row[11], row[12], row[13], row[14]};
-    out.limits = stretch_limits(out.soft.unit);
+    out.limits = limits;
     out.rest = row[15], out.viscosity = row[16], out.axial_viscosity = row[17];
     return out;
+}
+template <std::floating_point S>
+Joint<S> read_joint(const S* row) {
+    return read_joint(row, stretch_limits(read_joint(row, StretchLimits<S>{}).soft.unit));
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -7,18 +7,9 @@
 /// walls carry the pressure by themselves.
 #pragma once
 
-#include "hypertuna/math/dual.hpp"
+#include "hypertuna/math/log.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
-
-template <std::floating_point S>
-HYPERTUNA_INLINE S log1p(S x) {
-    return std::log1p(x);
-}
-template <class S, int N>
-HYPERTUNA_INLINE Dual<S, N> log1p(const Dual<S, N>& x) {
-    return Dual<S, N>::chain(log1p(x.v), S(1) / (S(1) + x.v), x);
-}
 
 /// Two-term Mooney-Rivlin solid: W = C1 (I1 - 3) + C2 (I2 - 3), incompressible (Eq. 7).
 template <class S>
@@ -32,7 +23,7 @@ struct Stretched {
     S energy, stress, modulus, change;
 };
 template <class S>
-Stretched<S> stretched(const Mooney<S>& solid, const S& l) {
+HYPERTUNA_INLINE Stretched<S> stretched(const Mooney<S>& solid, const S& l) {
     const S one(1), two(2), i = one / l, i2 = i * i, i3 = i2 * i;
     return {solid.c1 * (l * l + two * i - S(3)) + solid.c2 * (i2 + two * l - S(3)),
             two * (solid.c1 * (l - i2) + solid.c2 * (one - i3)),
@@ -69,7 +60,7 @@ struct MuscleShape {
 /// Squared diameter of the braid, D^2 = d_o^2 (1/cos^2 theta0 - lambda^2) / tan^2 theta0, and the swelling it enforces;
 /// written so that both are exact at rest.
 template <class S>
-MuscleShape<S> muscle_shape(const DriveUnit<S>& unit, const S& stretch) {
+HYPERTUNA_INLINE MuscleShape<S> muscle_shape(const DriveUnit<S>& unit, const S& stretch) {
     const S one(1), rest2 = unit.outer * unit.outer, quarter(base_t<S>(0.25));
     const S shortened = (one - stretch) * (one + stretch);
     const S braid2 = rest2 * (one + shortened / unit.tan2);
@@ -82,10 +73,11 @@ MuscleShape<S> muscle_shape(const DriveUnit<S>& unit, const S& stretch) {
 template <class S>
 HYPERTUNA_INLINE Wall<S> swelling_wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& B) {
     const S dx = x2 - x1, inverse = S(1) / stretch, Pi = S(base_t<S>(pi));
-    const S logarithm = log1p(B * dx / (x1 * (x2 + B)));  // ln (x2 (x1 + B)) / (x1 (x2 + B))
-    const S both = Pi * (solid.c1 * inverse + solid.c2 * stretch), squares = (x1 + B) * (x2 + B);
+    const S over = S(1) / ((x1 + B) * (x2 + B)), thinned = B * dx * over;
+    const S logarithm = log1p(thinned * (x1 + B) * (S(1) / x1));  // ln (x2 (x1 + B)) / (x1 (x2 + B))
+    const S both = Pi * (solid.c1 * inverse + solid.c2 * stretch);
     return {both * B * logarithm, Pi * B * logarithm * (solid.c2 - solid.c1 * inverse * inverse),
-            both * (logarithm + B * dx / squares), both * dx * (S(2) * x1 * x2 + B * (x1 + x2)) / (squares * squares)};
+            both * (logarithm + thinned), both * dx * (S(2) * x1 * x2 + B * (x1 + x2)) * (over * over)};
 }
 template <class S>
 HYPERTUNA_INLINE Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& swelling) {
@@ -117,8 +109,13 @@ HYPERTUNA_INLINE Wall<S> walls(const DriveUnit<S>& unit, const S& stretch, const
 
 /// Volume of the lumen per length at rest, m^2, at a swelling; 0 where the wall closes it.
 template <class S>
-S swollen_lumen(const DriveUnit<S>& unit, const S& swelling) {
+HYPERTUNA_INLINE S swollen_lumen(const DriveUnit<S>& unit, const S& swelling) {
     return S(base_t<S>(pi)) * (S(base_t<S>(0.25)) * unit.inner * unit.inner + swelling);
+}
+/// The swelling at a volume.
+template <class S>
+S swelling_of(const DriveUnit<S>& unit, const S& lumen) {
+    return lumen / S(base_t<S>(pi)) - S(base_t<S>(0.25)) * unit.inner * unit.inner;
 }
 /// As the braid has it (Eq. 6).
 template <class S>
@@ -185,18 +182,20 @@ struct OilAt {
 
 inline constexpr double narrowest = 0.99;  // part of the lumen that a slack hose may lose within a step of the search
 
-/// Swelling of a slack muscle, m^2, from that of its braid and the walls there: the walls carry what the oil's pressure
-/// is at that volume. Newton's method; the difference rises with the swelling, without bound toward a closed lumen.
-/// `oil` takes the lumen.
-template <class S, class Oil>
-S slack_swelling(const DriveUnit<S>& unit, const S& stretch, S swelling, Wall<S> wall, const Oil& oil) {
+/// Swelling of a slack muscle, m^2, from near: the walls carry what the oil's pressure is at that volume. Newton's
+/// method; the difference rises with the swelling, without bound toward a closed lumen. `oil` takes the lumen. Lanes
+/// that are not slack keep their swelling.
+template <class S, class Slack, class Oil>
+HYPERTUNA_INLINE S slack_swelling(const DriveUnit<S>& unit, const S& stretch, S swelling, Slack slack, const Oil& oil) {
     const S Pi = S(base_t<S>(pi)), closed = S(base_t<S>(0.25)) * unit.inner * unit.inner;
-    for (int k = 0; k < 30; ++k) {
-        if (k > 0) wall = walls(unit, stretch, swelling);
+    for (int k = 0; k < 30 && any(slack); ++k) {
+        const Wall<S> wall = walls(unit, stretch, swelling);
         const OilAt<S> at = oil(swollen_lumen(unit, swelling));
         const S step = (wall.across - Pi * at.pressure) / (wall.rigid - Pi * Pi * at.slope);
-        swelling = max(swelling - step, swelling - S(base_t<S>(narrowest)) * (closed + swelling));
-        if (abs(step) <= S(base_t<S>(1e-8)) * closed) break;  // the last step has left a square of it
+        const S next = max(swelling - step, swelling - S(base_t<S>(narrowest)) * (closed + swelling));
+        swelling = select(slack, next, swelling);
+        // Done: the last step has left a square of it.
+        slack = slack & !(abs(step) <= S(base_t<S>(1e-8)) * closed);
     }
     return swelling;
 }

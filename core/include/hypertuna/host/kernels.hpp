@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "hypertuna/host/model.hpp"
+#include "hypertuna/host/machines.hpp"
 
 namespace hypertuna {
 
@@ -57,6 +57,7 @@ struct Kernel {
     void (*track)(const Model&, const JointSeries&, const Directions&, const Track&);
     const char* (*settle_column)(int);    // name of a column, null after the last
     const char* (*gradient_output)(int);  // name of an output, null after the last
+    const MachineKernel* machines;        // null where the code is to be small
 };
 
 }  // namespace hypertuna

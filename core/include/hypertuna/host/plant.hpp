@@ -4,6 +4,7 @@
 #include <array>
 
 #include "hypertuna/host/body.hpp"
+#include "hypertuna/host/machines.hpp"
 #include "hypertuna/simulation/twin6.hpp"
 
 namespace hypertuna {
@@ -12,6 +13,7 @@ namespace hypertuna {
 struct PlantData : BodyData {
     int joints;
     std::vector<Joint<double>> joint;
+    std::vector<double> joint_numbers;     // joints x (joint_columns, and the stretch limits)
     std::array<bool, max_joints> direct;   // whether a servo on the axle moves a joint, not oil
     std::vector<Circuit<double>> circuit;  // 2 joints
     std::vector<double> unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
@@ -35,8 +37,13 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
     plant.joints = in.whole("joints", 1, max_joints);
     if (plant.coordinates != plant.joints && plant.coordinates != plant.joints + 1)
         in.refuse("share: must have one coordinate per joint, and perhaps one for a hinge");
-    for (int j = 0; j < plant.joints && in.fault().empty(); ++j)
-        plant.joint.push_back(read_joint<double>(in.row("joint", joint_columns, j).data()));
+    for (int j = 0; j < plant.joints && in.fault().empty(); ++j) {
+        std::vector<double> row = in.row("joint", joint_columns, j);
+        plant.joint.push_back(read_joint<double>(row.data()));
+        const auto& [low, high, stop] = plant.joint.back().limits;
+        row.insert(row.end(), {low, high, stop});
+        plant.joint_numbers.insert(plant.joint_numbers.end(), row.begin(), row.end());
+    }
     for (int j = 0; j < plant.joints; ++j)
         plant.direct[j] = in.has("direct") && in.number("direct", std::size_t(j)) != 0;
     for (int c = 0; c < 2 * plant.joints && in.fault().empty(); ++c) {
@@ -47,6 +54,34 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
     plant.battery = read_battery<double>(in.row("battery", battery_columns).data());
     plant.idle = in.number("idle");
     return in.loaded(std::move(plant));
+}
+
+/// Plants with the same structure differ in numbers alone: law, flags, links, groups, coordinates, joints, and which of
+/// these a servo turns.
+inline std::vector<int> structure_of(const PlantData& plant) {
+    std::vector<int> out{plant.model.law,    int(plant.model.flags), plant.model.links,
+                         plant.model.groups, plant.coordinates,      plant.joints};
+    out.insert(out.end(), plant.direct.begin(), plant.direct.begin() + plant.joints);
+    return out;
+}
+
+/// A plant in the plane as rows of numbers; they live as long as it does.
+inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
+    static_assert(sizeof(Circuit<double>) == circuit_column_count * sizeof(double));
+    static_assert(sizeof(Battery<double>) == battery_column_count * sizeof(double));
+    return {&plant.model,
+            plant.coordinates,
+            plant.joints,
+            clamped,
+            plant.direct.data(),
+            plant.share.data(),
+            plant.armature.data(),
+            plant.joint_numbers.data(),
+            reinterpret_cast<const double*>(plant.circuit.data()),
+            plant.unit_rest.data(),
+            &plant.hinge.stiffness,
+            reinterpret_cast<const double*>(&plant.battery),
+            plant.idle};
 }
 
 /// A twin of a plant whose body has its memory, without a controller.

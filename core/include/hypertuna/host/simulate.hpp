@@ -89,6 +89,15 @@ inline Loaded<GaitCommand> load_command(const Controller<double>& controller, co
     return in.loaded(std::move(out));
 }
 
+/// The command at a time.
+inline Command<double> command_at(const GaitCommand& given, double time) {
+    std::size_t at = 0;
+    while (at + 1 < given.commands.size() && given.commands[at + 1].since <= time) ++at;
+    Command<double> now = given.commands[at].command;
+    now.fresh = time < given.lost_at;
+    return now;
+}
+
 /// At rest but for what a run starts with.
 template <class Body>
 TwinStateOf<Body> start_of(const Twin<Body>& twin, const Run& run) {
@@ -168,13 +177,10 @@ inline Record simulate(const PlantData& plant, const GaitCommand& command, const
     with_body(plant, world, [&]<class Body>(const Body& body) {
         Twin<Body> twin = make_twin(plant, body, run.tick, run.steps);
         twin.controller = command.controller;
-        std::size_t at = 0;
         SensorsState<double> sensing{};
         const auto go = [&](TwinStateOf<Body>& state, std::size_t k) {
             const double time = run.tick * double(k);
-            while (at + 1 < command.commands.size() && command.commands[at + 1].since <= time) ++at;
-            Command<double> now = command.commands[at].command;
-            now.fresh = time < command.lost_at;
+            Command<double> now = command_at(command, time);
             for (std::size_t f = 0; f < 2 && !command.fin.empty(); ++f) now.fin[f] = command.fin[2 * k + f];
             return command_tick(twin, state, now, instruments, sensing, time);
         };

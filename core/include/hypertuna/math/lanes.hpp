@@ -69,8 +69,13 @@ struct Lanes {
         v -= a.v;
         return *this;
     }
+    HYPERTUNA_INLINE Lanes& operator*=(Lanes a) {
+        v *= a.v;
+        return *this;
+    }
     friend HYPERTUNA_INLINE Mask<T, W> operator<(Lanes a, Lanes b) { return {a.v < b.v}; }
     friend HYPERTUNA_INLINE Mask<T, W> operator<=(Lanes a, Lanes b) { return {a.v <= b.v}; }
+    friend HYPERTUNA_INLINE Mask<T, W> operator!=(Lanes a, Lanes b) { return {a.v != b.v}; }
 };
 
 template <class T, int W>

@@ -72,6 +72,10 @@ HYPERTUNA_INLINE S value(S x) {
     return x;
 }
 
+/// A scalar without derivatives, e.g. value_t<Dual<Lanes<double, 4>, 3>> is Lanes<double, 4>.
+template <class S>
+using value_t = decltype(value(std::declval<S>()));
+
 template <class S>
 HYPERTUNA_INLINE S max(const S& a, const S& b) {
     return select(a < b, b, a);

@@ -129,6 +129,11 @@ struct JointOil {
     HYPERTUNA_INLINE auto operator()(int side, const S& volume) const {
         return unit_oil(circuit[side], at[side], unit_rest[side], volume);
     }
+    /// Volume at atmosphere: near that under any pressure.
+    HYPERTUNA_INLINE S volume(int side) const {
+        const Circuit<S>& c = circuit[side];
+        return (c.oil_unit + at[side].passed) * (S(1) + c.air) - c.unit_rest + unit_rest[side];
+    }
 };
 
 /// A joint that oil bends: how its circuits and its strain change, and the moment on its bend.

@@ -93,7 +93,7 @@ HYPERTUNA_INLINE void bend_tail(const Tail<S, Law, D>& tail, const Bend<S, D>& b
     S angle(0);
     SinCos<S> direction{S(0), S(1)}, turn = direction;
     shape(tail.fish.links, tail.fish.link, tail.joint, tail.shape, tail.acceleration, [&](int i) {
-        if (tail.joint[i].angle != angle) turn = sincos(angle = tail.joint[i].angle);
+        if (any(tail.joint[i].angle != angle)) turn = sincos(angle = tail.joint[i].angle);
         direction = {direction.sin * turn.cos + direction.cos * turn.sin,
                      direction.cos * turn.cos - direction.sin * turn.sin};
         return direction;

@@ -10,26 +10,36 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
+/// A plant on its battery: all but the controller.
 template <class Body>
-struct Twin {
+struct Machine {
     using S = typename Body::Scalar;
 
     Plant<Body> plant;
-    Controller<S> controller;
     Battery<S> battery;
     S idle;     // W of what draws power beside the pumps' servos
     S step;     // s, Runge-Kutta's
     int steps;  // in a tick
 };
+template <class Body>
+struct Twin : Machine<Body> {
+    Controller<typename Body::Scalar> controller;
+};
 
+/// Made of numbers S alone, so that lanes can be loaded from it.
 template <class S, int D, class Space = InPlane>
-struct TwinState {
+struct MachineState {
     PlantState<S, D, Space> plant;
-    ControllerState<S> controller;
     ServoTargets<S, D> targets;
     S taken;                   // C from the battery
     BatteryOutput<S> battery;  // over the last tick
 };
+template <class S, int D, class Space = InPlane>
+struct TwinState : MachineState<S, D, Space> {
+    ControllerState<S> controller;
+};
+template <class Body>
+using MachineStateOf = MachineState<typename Body::Scalar, Body::coordinates, typename Body::Space>;
 template <class Body>
 using TwinStateOf = TwinState<typename Body::Scalar, Body::coordinates, typename Body::Space>;
 
@@ -57,26 +67,31 @@ struct Range {
     S low, high;
 };
 
-/// A tick as it went: what held at its start, and what passed until its end.
+/// A tick of the machine as it went: what held at its start, and what passed until its end. Of numbers S alone.
 template <class S, int D, class Space = InPlane>
-struct Tick {
+struct MachineTick {
     PlantOutput<S, D, Space> seen;
-    typename ReadingsOf<S, Space>::Type readings;
-    ControllerOutput<S> output;
     Range<S> pump[2 * D], unit[2 * D];  // Pa
     S power[2 * D];                     // W, mean electrical power of each servo
     S servo_power;                      // W, mean of all servos
 };
 template <class Body>
+using MachineTickOf = MachineTick<typename Body::Scalar, Body::coordinates, typename Body::Space>;
+/// The same with what the sensors read and the controller made of it.
+template <class S, int D, class Space = InPlane>
+struct Tick : MachineTick<S, D, Space> {
+    typename ReadingsOf<S, Space>::Type readings;
+    ControllerOutput<S> output;
+};
+template <class Body>
 using TickOf = Tick<typename Body::Scalar, Body::coordinates, typename Body::Space>;
 
 /// What sensors within the robot would read if they read the truth, but for the IMU.
-template <class Body>
-Readings<typename Body::Scalar> inner_readings(const Twin<Body>& twin, const TwinStateOf<Body>& at,
-                                               const PlantOutputOf<Body>& seen) {
-    Readings<typename Body::Scalar> out{};
-    for (int j = 0; j < twin.plant.joints; ++j) out.bend[j] = at.plant.bend.angle[j];
-    for (int c = 0; c < 2 * twin.plant.joints; ++c) {
+template <class S, int D, class Space>
+Readings<S> inner_readings(int joints, const MachineState<S, D, Space>& at, const PlantOutput<S, D, Space>& seen) {
+    Readings<S> out{};
+    for (int j = 0; j < joints; ++j) out.bend[j] = at.plant.bend.angle[j];
+    for (int c = 0; c < 2 * joints; ++c) {
         out.pressure[c] = seen.circuit[c].pump.pressure;
         out.current[c] = seen.circuit[c].power.total / at.targets.supply;
     }
@@ -84,24 +99,27 @@ Readings<typename Body::Scalar> inner_readings(const Twin<Body>& twin, const Twi
     return out;
 }
 
-/// All sensors: the IMU sits at the head's center of mass and stands upright.
-template <class S, class Law, int D>
-Readings<S> true_readings(const Twin<Tail<S, Law, D>>& twin, const TwinState<S, D>& at, const PlantOutput<S, D>& seen) {
-    Readings<S> out = inner_readings(twin, at, seen);
+/// All sensors: the IMU sits at the head's center of mass, `com` behind the nose, and stands upright.
+template <class S, int D>
+Readings<S> true_readings(int joints, const S& com, const MachineState<S, D>& at, const PlantOutput<S, D>& seen) {
+    Readings<S> out = inner_readings(joints, at, seen);
     const Twist<S>&xi = at.plant.xi, &rate = seen.twist_rate;
-    const S com = twin.plant.body.fish.link[0].com;
     out.rate[2] = xi.z;
     out.acceleration[0] = rate.x - xi.z * xi.y - com * xi.z * xi.z;
     out.acceleration[1] = rate.y + xi.z * xi.x + com * rate.z;
     out.acceleration[2] = S(base_t<S>(gravity));
     return out;
 }
+template <class S, class Law, int D>
+Readings<S> true_readings(const Twin<Tail<S, Law, D>>& twin, const TwinState<S, D>& at, const PlantOutput<S, D>& seen) {
+    return true_readings<S, D>(twin.plant.joints, twin.plant.body.fish.link[0].com, at, seen);
+}
 
-/// One tick of the plant alone: the targets hold. `tick` has what its start shows.
+/// One tick of the machine alone: the targets hold. `tick` has what its start shows.
 template <class Body>
-void follow_targets(const Twin<Body>& twin, TwinStateOf<Body>& state, TickOf<Body>& tick) {
+void follow_targets(const Machine<Body>& machine, MachineStateOf<Body>& state, MachineTickOf<Body>& tick) {
     using S = typename Body::Scalar;
-    const int circuits = 2 * twin.plant.joints;
+    const int circuits = 2 * machine.plant.joints;
     for (int c = 0; c < circuits; ++c) {
         const S pump = tick.seen.circuit[c].pump.pressure, unit = tick.seen.circuit[c].unit.pressure;
         tick.pump[c] = {pump, pump};
@@ -110,21 +128,21 @@ void follow_targets(const Twin<Body>& twin, TwinStateOf<Body>& state, TickOf<Bod
     }
     const auto widen = [](Range<S>& range, const S& x) { range = {min(range.low, x), max(range.high, x)}; };
     PlantOutputOf<Body> seen[2];
-    for (int k = 0; k < twin.steps; ++k) {
-        state.plant = plant_step(twin.plant, state.plant, state.targets, twin.step, seen);
+    for (int k = 0; k < machine.steps; ++k) {
+        state.plant = plant_step(machine.plant, state.plant, state.targets, machine.step, seen);
         for (const PlantOutputOf<Body>& now : seen)
             for (int c = 0; c < circuits; ++c) {
                 widen(tick.pump[c], now.circuit[c].pump.pressure);
                 widen(tick.unit[c], now.circuit[c].unit.pressure);
             }
     }
-    const S period = twin.step * S(static_cast<base_t<S>>(twin.steps));
-    tick.servo_power = twin.idle;
+    const S period = machine.step * S(static_cast<base_t<S>>(machine.steps));
+    tick.servo_power = machine.idle;
     for (int c = 0; c < circuits; ++c) {
         tick.power[c] = (state.plant.energy[c] - tick.power[c]) / period;
         tick.servo_power += tick.power[c];
     }
-    state.battery = battery_output(twin.battery, state.taken, tick.servo_power);
+    state.battery = battery_output(machine.battery, state.taken, tick.servo_power);
     state.taken += state.battery.current * period;
     state.targets.supply = state.battery.supply;
 }
@@ -139,6 +157,17 @@ TwinStateOf<Body> at_rest(const Twin<Body>& twin) {
     return state;
 }
 
+/// Set the servos' targets to what the pulses ask for.
+template <class S, int D, class Space>
+void set_targets(const Controller<S>& controller, const ControllerOutput<S>& output, MachineState<S, D, Space>& state) {
+    const auto angle_of = [&](int servo) {
+        return (output.pulse[servo] - controller.pulse_center) / controller.pulse_per_rad;
+    };
+    const int circuits = 2 * controller.joints;
+    for (int c = 0; c < circuits; ++c) state.targets.angle[c] = angle_of(c);
+    for (int k = 0; k < 2; ++k) state.targets.fin[k] = angle_of(circuits + k);
+}
+
 /// One tick of the twin. `sense` turns true readings into what the sensors say, and `decide` those into the
 /// controller's output: the controller alone, or a pilot.
 template <class Body, class Sense, class Decide>
@@ -147,13 +176,7 @@ TickOf<Body> decided_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, cons
     plant_rate(twin.plant, state.plant, state.targets, &tick.seen);
     tick.readings = sense(true_readings(twin, state, tick.seen));
     tick.output = decide(tick.readings);
-    // The target of a servo follows from its pulse.
-    const auto angle_of = [&](int servo) {
-        return (tick.output.pulse[servo] - twin.controller.pulse_center) / twin.controller.pulse_per_rad;
-    };
-    const int circuits = 2 * twin.plant.joints;
-    for (int c = 0; c < circuits; ++c) state.targets.angle[c] = angle_of(c);
-    for (int k = 0; k < 2; ++k) state.targets.fin[k] = angle_of(circuits + k);
+    set_targets(twin.controller, tick.output, state);
     follow_targets(twin, state, tick);
     return tick;
 }

@@ -20,7 +20,7 @@ template <class S, class Law, int D>
 PilotReadings<S> true_readings(const Twin<Body6<S, Law, D>>& twin, const TwinState<S, D, InSpace>& at,
                                const PlantOutput<S, D, InSpace>& seen) {
     PilotReadings<S> out{};
-    out.robot = inner_readings(twin, at, seen);
+    out.robot = inner_readings<S, D, InSpace>(twin.plant.joints, at, seen);
     const Body6<S, Law, D>& body = twin.plant.body;
     const Pose6<S>& pose = at.plant.pose;
     const auto& [v, w] = at.plant.xi;

@@ -1,0 +1,36 @@
+/// Machines side by side in lanes, without saying for which processor: plain numbers in, plain numbers out.
+#pragma once
+
+#include "hypertuna/host/model.hpp"
+
+namespace hypertuna {
+
+/// A plant in the plane as rows of numbers.
+struct PlantNumbers {
+    const Model* model;
+    int coordinates, joints;
+    bool clamped;
+    const bool* direct;       // joints
+    const double* share;      // links x coordinates
+    const double* armature;   // coordinates
+    const double* joint;      // joints x (joint_columns, and the stretch limits)
+    const double* circuit;    // 2 joints x circuit_columns
+    const double* unit_rest;  // 2 joints
+    const double* hinge;      // stiffness and damping
+    const double* battery;    // battery_columns
+    double idle;
+};
+
+/// As many machines as there are lanes, which fit each other. States and ticks are MachineState<double, D> and
+/// MachineTick<double, D> as numbers, one pointer per lane; a place may be given twice.
+struct MachineKernel {
+    int lanes;
+    void* (*make)(const PlantNumbers* const* robots, double tick, int steps);
+    void (*free)(void* machines);
+    /// What the start of a tick shows: the output `seen` of each tick.
+    void (*look)(void* machines, const double* const* states, double* const* ticks);
+    /// The rest of the tick, while the targets hold.
+    void (*follow)(void* machines, double* const* states, double* const* ticks);
+};
+
+}  // namespace hypertuna
