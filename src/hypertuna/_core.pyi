@@ -420,6 +420,10 @@ class Plant(Body):
         From the columns of Body, `joints`, `joint.NAME` (joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `hinge.NAME` where there is one.
         """
 
+    @property
+    def structure(self) -> list[int]:
+        """Plants with the same one differ in numbers alone."""
+
 class GaitCommand:
     """A command to a controller. Immutable."""
 
@@ -427,6 +431,10 @@ class GaitCommand:
         """
         From `frequency`, `amplitude`, `phase` and `bias` (joints), and `fin` (ticks, 2) at sea, until the command is lost [s].
         """
+
+    @property
+    def tick(self) -> float:
+        """Control tick [s]."""
 
 @overload
 def simulate(
@@ -481,6 +489,58 @@ def simulate(
     """
     Fly a pilot's mission from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record and the state at the end. `fin_faults` are servos that stand, (fin, angle [rad] or NaN for where it is, from, to [s]). `board` takes the pilot's place: a function of what the sensors show (bends, pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) and of the height of its antenna above the surface [m] that returns the servo pulses [s].
     """
+
+def simulate_batch(
+    runs: Sequence[
+        tuple[
+            Plant,
+            GaitCommand,
+            World,
+            Sensors,
+            Sequence[tuple[str, int, int, float, float]],
+            Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        ]
+    ],
+    *,
+    ticks: int,
+    steps: int,
+) -> list[dict[str, NDArray[numpy.float64]]]:
+    """
+    Run twins in the plane side by side: (plant, command, world, sensors, faults, twist (6)) each, of robots of the same structure. Records as `simulate` gives them, to the same bits.
+    """
+
+def twin_lanes() -> int:
+    """Twins that one instruction serves."""
+
+class Batch:
+    """Twins in the plane that go on together under commands that may change."""
+
+    def __init__(self, twins: Sequence[tuple[object, Controller, Sensors, float]], *, steps: int) -> None:
+        """
+        From (plant, controller, sensors, speed [m/s]) each, of robots of the same structure, at rest.
+        """
+
+    def restart(self, twin: int, start: tuple[object, Controller, Sensors, float]) -> None:
+        """Begin one anew, perhaps of another robot."""
+
+    def command(
+        self,
+        frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+        phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+        bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    ) -> None:
+        """
+        From now on, of each twin: frequency [Hz]; amplitudes, phases and biases (twins, joints) [rad].
+        """
+
+    def advance(self, ticks: int, threads: int = 1) -> None:
+        """Make control ticks."""
+
+    def columns(self) -> dict[str, NDArray[numpy.float64]]:
+        """
+        State now and last tick by the names of `simulate`, one row per twin; and `energy`, electrical, drawn since the start [J].
+        """
 
 def refusal_table() -> list[tuple[str, str]]:
     """

@@ -101,7 +101,9 @@ def test_runs_side_by_side_have_the_bits_that_they_have_alone() -> None:
         for medium, faults in (("water", "bend-II:stuck@0.2"), ("air", ()))
         if robot is not robots[1] or medium == "water"
     ]
-    runs += [{"robot": "examples/servofish.toml", "gait": "cruise", "duration": 0.5, "seed": seed} for seed in (1, 2, 3)]
+    runs += [
+        {"robot": "examples/servofish.toml", "gait": "cruise", "duration": 0.5, "seed": seed} for seed in (1, 2, 3)
+    ]
     together = twins(runs, measure=lambda run: run, threads=2)
     assert {run.status for run in together} == {"completed", "diverged"}
     for options, run in zip(runs, together, strict=True):

@@ -202,8 +202,8 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
     """Run many twins: side by side in the lanes of a processor, and over threads.
 
     Robots of the same structure (links, joints, water law) under commands of the same length share an instruction; they
-    may differ in everything else. Each run has the bits that `twin` gives. Memory is bounded by what `measure` keeps and
-    a batch of records per thread, 1 MB per run and 10 s.
+    may differ in everything else. Each run has the bits that `twin` gives. Memory is bounded by what `measure` keeps
+    and a batch of records per thread, 1 MB per run and 10 s.
 
     Parameters
     ----------
