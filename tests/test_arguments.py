@@ -13,6 +13,7 @@ from hypertuna.arguments import checked
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
 GAIT = ht.Gait.from_degrees(frequency=2, amplitude=(8, 12), phase=(0, 20))
+SHARDED = ht.GaitGrid([1.0], [(0.1, 0.1)], [(0.0, 0.1)])
 GRID = ht.Gaits.grid_degrees(frequency=[2], amplitude=[(8, 12)], phase=[(0, 20)])
 WRONG = (None, -1.5, "text", [1], {"a": 1}, object(), float("nan"), np.ones(2), b"x")
 
@@ -30,6 +31,19 @@ def base() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         "named_gait": (ht.named_gait, {"robot": fish, "name": "turning"}),
         "swim": (ht.swim, both | {"steps": 16, "from_rest": 1.0, "current": (0.0, 0.0)}),
         "sweep": (ht.sweep, {"robot": fish, "gaits": GRID, "steps": 16, "threads": 1, "method": "newton", "beats": 3}),
+        "sweep_shards": (
+            ht.sweep_shards,
+            {
+                "robot": fish,
+                "gaits": SHARDED,
+                "folder": "a.shards",
+                "size": 4,
+                "part": (1, 1),
+                "steps": 16,
+                "threads": 1,
+            },
+        ),
+        "merge_shards": (ht.merge_shards, {"folder": "a.shards"}),
         "gradient": (ht.gradient, both | {"steps": 16}),
         "turn": (ht.turn, {"robot": fish, "gaits": GRID, "steps": 16, "threads": 1}),
         "bend": (
@@ -96,6 +110,8 @@ NAMES = [
     "named_gait",
     "swim",
     "sweep",
+    "sweep_shards",
+    "merge_shards",
     "gradient",
     "turn",
     "bend",

@@ -21,6 +21,7 @@ from .optimization.optimize import optimize as optimize
 from .optimization.optimum import Optimum as Optimum
 from .optimization.pareto import Front as Front
 from .optimization.pareto import pareto as pareto
+from .parallel.shards import merge_shards as merge_shards
 from .reports.results import report as report
 from .reports.studio import Studio as Studio
 from .reports.studio import studio as studio
@@ -36,7 +37,9 @@ from .simulation.twin import twins as twins
 from .swimming.gait import Gait as Gait
 from .swimming.gait import Gaits as Gaits
 from .swimming.gait import named_gait as named_gait
+from .swimming.grid import GaitGrid as GaitGrid
 from .swimming.plots import plot_sweep as plot_sweep
+from .swimming.shards import sweep_shards as sweep_shards
 from .swimming.sweep import Gradient as Gradient
 from .swimming.sweep import gradient as gradient
 from .swimming.sweep import sweep as sweep

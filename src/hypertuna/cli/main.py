@@ -32,6 +32,15 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
             "Turn the knobs of a swimming robot in the browser: a page of this machine alone, until Ctrl-C.",
         ),
         "sweep": ("sweep:sweep_command", "Swim every combination of frequencies, amplitudes, phases and biases."),
+        "shards": (
+            {
+                "merge": (
+                    "shards:merge_command",
+                    "Check that all shards are there, whole, and of the same work, and merge them into one file.",
+                )
+            },
+            "Results in shards, of --shard or --cluster: check and merge; needs the extra cluster.",
+        ),
         "turn": ("turn:turn_command", "Turn by a one-sided beat: radius against phase, bias and frequency."),
         "replay": (
             "replay:replay_command",

@@ -102,6 +102,17 @@ def file(*names: str, help: str, suffixes: Sequence[str]) -> Any:
     return option(names, help, "FILE", lambda text, key: parsing.output_file(text, suffixes, key))
 
 
+def file_or_shards(*names: str, help: str, suffixes: Sequence[str]) -> Any:
+    """Declare an option that takes the name of a file, or of a folder of shards, to write."""
+
+    def read(text: str, key: str) -> str:
+        if text.rstrip("/").endswith(SHARDS):
+            return parsing.shard_folder(text.rstrip("/"), key)
+        return parsing.output_file(text, (*suffixes, SHARDS), key)
+
+    return option(names, help, "FILE", read)
+
+
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
     """Let a command take groups of options: a parameter whose type is a dataclass stands for the options it holds."""
     types: dict[str, Any] = get_type_hints(command, include_extras=True)
@@ -267,6 +278,21 @@ Side = Annotated[str, word("--side", ("left", "right"), "Side under pressure; a 
 
 Steps = Annotated[int, whole_number("--steps", "Runge-Kutta steps per beat.")]
 Threads = Annotated[int | None, whole_number("--threads", "Number of threads. (default: all processors)")]
+Cluster = Annotated[
+    str | None,
+    text(
+        "--cluster",
+        "Compute on the workers of this Dask scheduler (tcp://HOST:8786, or its scheduler file).",
+        "ADDRESS",
+    ),
+]
+Shard = Annotated[
+    Any,
+    option(("--shard",), "Compute every N-th shard only, from the I-th: job I of an array of N.", "I/N", parsing.share),
+]
+ShardSize = Annotated[
+    int | None, whole_number("--shard-size", "Results per shard. (default: a 64th of all, from 256 to 131072)")
+]
 Duration = Annotated[float, number("--duration", "seconds", "Duration of the run.")]
 Medium = Annotated[str, word("--medium", ("water", "air"), "Medium around the robot.")]
 Temperature = Annotated[float | None, number("--temperature", "C", f"Oil temperature. {ROBOTS}")]
@@ -308,12 +334,22 @@ Pressures = Annotated[
 
 # --- what is written
 
+SHARDS = ".shards"  # of a folder
 FIGURES = (".svg", ".png", ".pdf")
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 Plot = Annotated[str | None, file("--plot", help="Write the plot to this .svg, .png or .pdf file.", suffixes=FIGURES)]
 TableOutput = Annotated[
     str | None,
     file("-o", "--output", help="Write the data to this .nc or .csv file.", suffixes=(".nc", ".csv")),
+]
+ShardsOutput = Annotated[
+    str | None,
+    file_or_shards(
+        "-o",
+        "--output",
+        help="Write the data to this .nc or .csv file, or to shards in this .shards folder, which resumes.",
+        suffixes=(".nc", ".csv"),
+    ),
 ]
 RobotOutput = Annotated[
     str | None, file("-o", "--output", help="Write the resulting robot to this .toml file.", suffixes=(".toml",))
@@ -330,3 +366,18 @@ class Files:
 
 
 NO_FILES = Files()
+
+
+@dataclass(frozen=True)
+class ShardFiles(Files):
+    """What is written, maybe a folder of shards."""
+
+    output: ShardsOutput = None
+
+    @property
+    def folder(self) -> str | None:
+        """The folder of shards."""
+        return self.output if (self.output or "").endswith(SHARDS) else None
+
+
+NO_SHARD_FILES = ShardFiles()

@@ -121,6 +121,27 @@ def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
     return path
 
 
+def shard_folder(path: str, key: str) -> str:
+    """Check the folder that holds a folder of shards."""
+    if not Path(path).parent.is_dir():
+        raise InputError("must be in a folder that exists", key=key, value=shown(path), fix="make the folder first")
+    if Path(path).exists() and not Path(path).is_dir():
+        raise InputError("must be a folder", key=key, value=f"the file {path}", fix="choose another name")
+    return path
+
+
+def share(text: str, key: str) -> tuple[int, int]:
+    """Read I/N: the I-th of N parts."""
+    first, _, count = text.partition("/")
+    try:
+        part, parts = int(first), int(count)
+    except ValueError:
+        part, parts = 0, 0
+    if not 1 <= part <= parts:
+        raise InputError("must be I/N, I from 1 to N", key=key, value=shown(text), fix="write 3/100 for job 3 of 100")
+    return part, parts
+
+
 def pair(text: str, key: str, form: str) -> tuple[str, str]:
     """Split NAME=VALUE."""
     name, equals, value = (part.strip() for part in text.partition("="))

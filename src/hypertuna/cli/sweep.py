@@ -12,9 +12,11 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GaitOptions, column_rows
+from hypertuna.cli.shards import connected, write_shards
 from hypertuna.description.provenance import provenance
 from hypertuna.io.files import coordinate_names, variable_columns
 from hypertuna.swimming.beat import DEFAULT_STEPS
+from hypertuna.swimming.shards import sweep_shards
 from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import SUMMARY
 
@@ -44,7 +46,10 @@ def sweep_command(
     ] = False,
     threads: opt.Threads = None,
     checkpoint: opt.Checkpoint = None,
-    files: opt.Files = opt.NO_FILES,
+    cluster: opt.Cluster = None,
+    shard: opt.Shard = None,
+    shard_size: opt.ShardSize = None,
+    files: opt.ShardFiles = opt.NO_SHARD_FILES,
 ) -> None:
     """Swim every combination of frequencies, amplitudes, phases and biases.
 
@@ -52,9 +57,13 @@ def sweep_command(
     those whose settled beat a start from rest does not lead to.
     """
     subject = robot.load()
-    with progress_bar("swimming", parts="gait", checkpoint=checkpoint) as progress:
-        options: dict[str, Any] = {"threads": threads, "steps": steps, "check_rest": check_rest}
-        result = sweep(subject, gaits.grid(subject), **options, checkpoint=checkpoint, progress=progress)
+    grid = gaits.grid(subject)
+    options: dict[str, Any] = {"threads": threads, "steps": steps, "check_rest": check_rest}
+    place: Any = {"address": cluster, "part": shard, "size": shard_size, "checkpoint": checkpoint}
+    if write_shards(files, sweep_shards, (subject, grid), options, **place):
+        return
+    with progress_bar("swimming", parts="gait", checkpoint=checkpoint) as progress, connected(cluster) as executor:
+        result = sweep(subject, grid, executor=executor, **options, checkpoint=checkpoint, progress=progress)
     emit(
         result,
         record=lambda data: provenance(subject) | {"gaits": column_rows(variable_columns(data, _names(data)))},

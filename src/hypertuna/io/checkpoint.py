@@ -119,11 +119,7 @@ class Journal:
             content = first
         lines = content[: content.rfind(b"\n") + 1].splitlines(keepends=True)
         there, self._sum = _header(str(self._path), lines)
-        old, new = _flat(there), _flat(json.loads(_line(header)))
-        for key in {**old, **new}:
-            if old.get(key) != new.get(key):
-                rule = f"was started with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
-                raise InputError(rule, file=str(self._path), fix=ANOTHER)
+        check_same_header(str(self._path), there, header, ANOTHER)
         records: list[dict[str, Any]] = []
         for line in lines[1:]:
             record, checksum = _checked(line, self._sum)
@@ -165,6 +161,15 @@ class Journal:
     def _place(self, record: int) -> str:
         """File and line, from 1, of a record."""
         return f"{self._path}:{record + 2}"
+
+
+def check_same_header(file: str, there: Mapping[str, Any], header: Mapping[str, Any], fix: str) -> None:
+    """Check that the header in a file is that of the present work."""
+    old, new = _flat(json.loads(_line(there))), _flat(json.loads(_line(header)))
+    for key in {**old, **new}:
+        if old.get(key) != new.get(key):
+            rule = f"was started with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
+            raise InputError(rule, file=file, fix=fix)
 
 
 def _line(value: Mapping[str, Any]) -> bytes:

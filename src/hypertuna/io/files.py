@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import functools
 import io
@@ -9,7 +10,7 @@ import json
 import os
 import tempfile
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -133,8 +134,9 @@ def _csv(facts: Mapping[str, Any], rows: Iterable[Iterable[Any]]) -> Csv:
     return Csv(text.getvalue(), facts)
 
 
-def write_atomically(path: str | Path, content: bytes) -> Path:
-    """Write a file whole or not at all: under a temporary name beside the path, then renamed."""
+@contextlib.contextmanager
+def replaced(path: str | Path) -> Iterator[Path]:
+    """Yield a temporary name beside a path, whose file then takes its place: whole or not at all."""
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -142,8 +144,8 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
     except OSError as error:
         raise unwritable(path, error) from None
     try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
+        os.close(handle)
+        yield Path(name)
         umask = os.umask(0)
         os.umask(umask)
         os.chmod(name, 0o666 & ~umask)
@@ -153,7 +155,13 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
         if isinstance(error, OSError):
             raise unwritable(path, error) from None
         raise
-    return path
+
+
+def write_atomically(path: str | Path, content: bytes) -> Path:
+    """Write a file whole or not at all."""
+    with replaced(path) as file:
+        file.write_bytes(content)
+    return Path(path)
 
 
 def write_netcdf(dataset: xr.Dataset | xr.DataTree, path: str | Path) -> Path:

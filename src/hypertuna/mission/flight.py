@@ -35,7 +35,7 @@ from hypertuna.mission.run import (
     mission_start,
 )
 from hypertuna.mission.waypoints import waypoint_results
-from hypertuna.swimming.sweep import thread_count
+from hypertuna.parallel.executors import thread_count
 
 Report = Callable[[int, int], None]
 

@@ -239,22 +239,11 @@ class Gaits(Displayed, Tabular, card="hypertuna.swimming.cards:gaits_card", data
     @classmethod
     def _grid(cls, given: Mapping[str, Any], unit: float) -> Self:
         """Combine values of frequency [Hz] and angles in their unit [rad]."""
-        axes = {name: _axis(name, axis, unit) for name, axis in given.items()}
-        # Each value is checked once, not once for every combination.
-        first = {kind: axes[kind][0] for kind in KINDS[:2]} | {"bias": ()}
-        axes["bias"] = axes["bias"] or [_checked(axes["frequency"][0], first, unit)["bias"]]
+        axes = grid_axes(given, unit)
         shape = tuple(map(len, axes.values()))
-        if math.prod(shape) > MAX_GAITS:
-            rule = f"must have at most {MAX_GAITS} gaits in all"
-            raise InputError(rule, key="grid", value=f"{math.prod(shape)}", fix="take fewer values")
-        values: dict[str, dict[int, Any]] = {name: {} for name in axes}
-        for k in range(max(map(len, axes.values()))):
-            at = {name: axis[min(k, len(axis) - 1)] for name, axis in axes.items()}
-            for name, value in _checked(at.pop("frequency"), at, unit).items():
-                values[name][min(k, len(axes[name]) - 1)] = value
+        check_count(math.prod(shape))
         index = np.indices(shape).reshape(4, -1)
-        lists = (np.array(list(one.values()), dtype=np.float64) for one in values.values())
-        return cls(*(axis[k] for axis, k in zip(lists, index, strict=True)), shape=shape, degrees=unit != 1)
+        return cls(*(axis[k] for axis, k in zip(axes.values(), index, strict=True)), shape=shape, degrees=unit != 1)
 
     def __len__(self) -> int:
         return len(self.frequency)
@@ -270,6 +259,26 @@ class Gaits(Displayed, Tabular, card="hypertuna.swimming.cards:gaits_card", data
         """Frequency [Hz], amplitude, phase and bias [rad] in memory as the core takes them."""
         frequency, *angles = (np.ascontiguousarray(getattr(self, name)) for name in ("frequency", *KINDS))
         return frequency, angles[0], angles[1], angles[2]
+
+
+def grid_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array]:
+    """Check the axes of a grid, frequency [Hz] and angles in their unit [rad], each value once; return arrays."""
+    axes = {name: _axis(name, axis, unit) for name, axis in given.items()}
+    first = {kind: axes[kind][0] for kind in KINDS[:2]} | {"bias": ()}
+    axes["bias"] = axes["bias"] or [_checked(axes["frequency"][0], first, unit)["bias"]]
+    values: dict[str, dict[int, Any]] = {name: {} for name in axes}
+    for k in range(max(map(len, axes.values()))):
+        at = {name: axis[min(k, len(axis) - 1)] for name, axis in axes.items()}
+        for name, value in _checked(at.pop("frequency"), at, unit).items():
+            values[name][min(k, len(axes[name]) - 1)] = value
+    return {name: np.array(list(one.values()), dtype=np.float64) for name, one in values.items()}
+
+
+def check_count(gaits: int) -> None:
+    """Check that a grid fits the memory."""
+    if gaits > MAX_GAITS:
+        rule = f"must have at most {MAX_GAITS} gaits in all"
+        raise InputError(rule, key="grid", value=f"{gaits}", fix="take fewer values")
 
 
 def check_gait(gait: Gait, robot: Robot) -> None:

@@ -1,10 +1,9 @@
-"""Sweep: many gaits at once, over lanes and threads; and exact derivatives."""
+"""Sweep: many gaits at once, over lanes, threads and executors; and exact derivatives."""
 
 from __future__ import annotations
 
-import hashlib
-import os
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,43 +12,29 @@ import numpy as np
 
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.provenance import journal_header, provenance
+from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
-from hypertuna.io.files import dataset
-from hypertuna.ranges import POSITIVE_WHOLE, check_choice
-from hypertuna.swimming.beat import (
-    APPROACH,
-    DEFAULT_STEPS,
-    QUANTITIES,
-    STATUSES,
-    directional_derivatives,
-    settle,
-    settle_from_rest,
-)
-from hypertuna.swimming.gait import KINDS, Gait, Gaits, check_gait, gait_of
+from hypertuna.parallel.executors import Executors, map_shards, thread_count
+from hypertuna.ranges import check_choice
+from hypertuna.swimming.batch import CHUNK, batch
+from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES, directional_derivatives, settle
+from hypertuna.swimming.gait import Gait, Gaits, gait_of
+from hypertuna.swimming.grid import GaitGrid, Part
 from hypertuna.swimming.model import parameter_names, parameter_values
 
 if TYPE_CHECKING:
     import xarray as xr
 
-CHUNK = 1024  # gaits between two reports of progress, and before Ctrl-C ends a sweep
-
-
-def thread_count(threads: int | None) -> int:
-    """Return a number of threads, all processors for None."""
-    if threads is None:
-        return len(os.sched_getaffinity(0))
-    return POSITIVE_WHOLE.check(threads, "threads", "leave it out for all processors")
-
 
 @checked
 def sweep(
     robot: Robot | str | Path,
-    gaits: Gaits | Sequence[Gait],
+    gaits: Gaits | GaitGrid | Sequence[Gait],
     *,
+    executor: Executors | None = None,
     threads: int | None = None,
     steps: int = DEFAULT_STEPS,
     method: Literal["newton", "beats"] = "newton",
@@ -64,10 +49,13 @@ def sweep(
     ----------
     robot : Robot, str or Path
         Robot, its name or the path of its file.
-    gaits : Gaits or sequence of Gait
+    gaits : Gaits, GaitGrid or sequence of Gait
+    executor : concurrent.futures.Executor or callable, optional
+        Where to swim: any executor, such as ``ProcessPoolExecutor`` or ``get_executor()`` of a Dask client, or a
+        function that makes one, which replaces a pool that lost a process. The result does not depend on it.
     threads, steps : int
-        Threads, all processors if left out; the result does not depend on them. Runge-Kutta steps per beat, a multiple
-        of 4.
+        Threads, by default all processors, or one on each worker of an executor; the result does not depend on them.
+        Runge-Kutta steps per beat, a multiple of 4.
     method : {"newton", "beats"}
     beats : int
         Solve for the settled beat, or swim this many beats from rest and take the last.
@@ -93,104 +81,33 @@ def sweep(
     InputError
         If the gaits do not fit the robot.
     """
-    robot = robot_of(robot)
-    gaits = gaits if isinstance(gaits, Gaits) else Gaits.of(gaits)
-    check_gait(gaits[0], robot)
-    check_choice(method, ("newton", "beats"), "method")
-    wait = POSITIVE_WHOLE.check(beats, "beats", "give the beats to swim from rest") - 1 if method == "beats" else -1
-    if check_rest and wait >= 0:
-        raise InputError("must be by newton to check starts from rest", key="method", value="beats", fix="leave it out")
-    threads = thread_count(threads)
-    names = (*QUANTITIES, "status", *(_FROM_REST if check_rest else ()))
-
-    def swum(first: int, last: int) -> dict[str, Array]:
-        part = Gaits(*(column[first:last] for column in gaits.columns), shape=(last - first,))
-        result = settle(robot, part, steps=steps, wait=wait, approach=APPROACH * check_rest, threads=threads)
-        if check_rest:
-            result |= _from_rest(robot, part, result, steps, threads)
-        return {name: result[name] for name in names}
-
-    parts = []
-    digest = hashlib.sha256(b"".join(np.ascontiguousarray(column).tobytes() for column in gaits.columns)).hexdigest()
-    options = {"gaits": digest, "steps": steps, "wait": wait, "check_rest": check_rest, "chunk": CHUNK}
-    with Journal(checkpoint, journal_header("sweep", robot, options)) as journal:
-        for first in range(0, len(gaits), CHUNK):
-            last = min(first + CHUNK, len(gaits))
-            if checkpoint is None:
-                parts.append(swum(first, last))
-            else:
-                kept = journal.answer([first, last], lambda: swum(first, last))  # noqa: B023 - called at once
-                parts.append({name: np.array(kept[name], _TYPES.get(name, np.float64)) for name in names})
-            if progress is not None:
-                progress(last, len(gaits))
-    whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return _dataset(robot, gaits, whole, {"steps": steps, "method": method, "check_rest": int(check_rest)})
+    how: Any = {"steps": steps, "method": method, "beats": beats, "check_rest": check_rest}
+    how["threads"] = thread_count(threads, executor)
+    whole = batch(robot, gaits.gaits if isinstance(gaits, GaitGrid) else gaits, **how)
+    header = journal_header("sweep", whole.swimming.robot, whole.options | {"chunk": CHUNK})
+    count, layout = len(whole.gaits), whole.layout
+    ranges = [(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK)]
+    chunks: list[dict[str, Array]] = []
+    with Journal(checkpoint, header) as journal:
+        left = (Part.of(whole.gaits, *ends) for ends in ranges[journal.known :])
+        with closing(map_shards(whole.swimming.swim, left, executor)) as swims:
+            for first, last in ranges:
+                if checkpoint is None:
+                    chunks.append(next(swims))
+                else:
+                    kept = journal.answer([first, last], lambda: next(swims))
+                    chunks.append(
+                        {name: np.array(kept[name], TYPES.get(name, np.float64)) for name in layout.variables}
+                    )
+                if progress is not None:
+                    progress(last, count)
+    return layout.dataset({name: np.concatenate([chunk[name] for chunk in chunks]) for name in layout.variables})
 
 
-_TYPES = {"status": np.int8, "reached_from_rest": np.bool_}  # of results that are no float64
-_FROM_REST = {
-    "reached_from_rest": {"long_name": "whether a start from rest leads to this beat"},
-    "speed_from_rest": {"units": "m/s", "long_name": "speed of the settled beat that a start from rest leads to"},
-}
-
-
-def _from_rest(robot: Robot, gaits: Gaits, result: dict[str, Any], steps: int, threads: int) -> dict[str, Any]:
-    """Find the gaits whose settled beat a start from rest leads to, and the speeds that the others lead to."""
-    reached = result["arrived"] & (result["status"] == 0)
-    speed = np.where(reached, result["speed"], np.nan)
-    other = np.flatnonzero(~reached)
-    if len(other):
-        part = Gaits(*(column[other] for column in gaits.columns), shape=(len(other),))
-        found = settle_from_rest(robot, part, steps=steps, threads=threads)
-        speed[other] = np.where(found["status"] == 0, found["speed"], np.nan)
-    return {"reached_from_rest": reached, "speed_from_rest": speed}
-
-
-def _dataset(robot: Robot, gaits: Gaits, results: dict[str, Any], how: dict[str, Any]) -> xr.Dataset:
-    """Label the results of a sweep."""
-    grid = len(gaits.shape) == 4
-    dims = ("frequency", *KINDS) if grid else ("gait",)
-    variables: dict[str, Any] = {
-        name: (dims, results[name].reshape(gaits.shape), *meaning) for name, meaning in QUANTITIES.items()
-    }
-    status = results["status"].reshape(gaits.shape)
-    variables |= {
-        name: (dims, results[name].reshape(gaits.shape), about) for name, about in _FROM_REST.items() if name in results
-    }
-    flags = {"flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
-    variables["status"] = (dims, status, {"long_name": "how the search ended"} | flags)
-    variables["settled"] = (dims, status == 0, {"long_name": "whether the gait repeats itself and is stable"})
-    coordinates: dict[str, Any] = {}
-    unit = "deg" if gaits.degrees else "rad"
-    for axis, name in enumerate(("frequency", *KINDS)):
-        # Along its own axis of a grid an entry stands where all other indices are 0.
-        pick = tuple(slice(None) if k == axis else 0 for k in range(4)) if grid else (slice(None),)
-        values = getattr(gaits, name).reshape(*gaits.shape, -1)[pick]
-        dim = name if grid else "gait"
-        if name == "frequency":
-            coordinates[name] = (dim, values[:, 0], "Hz", "beat frequency")
-            continue
-        values = np.degrees(values).round(10) if gaits.degrees else values
-        for g, group in enumerate(robot.joints):
-            coordinates[f"{name}_{group.name}"] = (dim, values[:, g], unit, f"{name} of joint group {group.name}")
-        if grid and (index := _index(robot, name, values, unit)) is not None:
-            coordinates[name] = index
-    return dataset(variables, coordinates, provenance(robot) | how)
-
-
+TYPES = {"status": np.int8, "settled": np.bool_, "reached_from_rest": np.bool_}  # of results that are no float64
 POWERS = ("mechanical_power", "mechanical_power_positive")
 DERIVATIVES = ("speed", "cost_of_transport", *POWERS, "strouhal", "torque_peak", "rate_peak")
 ANGLES = ("gait.amplitude", "gait.phase", "gait.bias", "joints.phase_offset")  # parameters in radians
-
-
-def _index(robot: Robot, name: str, values: Array, unit: str) -> tuple[str, Array, dict[str, str]] | None:
-    """Index an axis of a grid by the angles of one joint group: the last one that is different all along it."""
-    for g in reversed(range(len(robot.joints))):
-        if len(np.unique(values[:, g])) == len(values):
-            group = robot.joints[g].name
-            about = {"units": unit, "long_name": f"{name} of joint group {group}", "same_as": f"{name}_{group}"}
-            return name, values[:, g], about
-    return None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,101 @@
+"""The command `hypertuna shards merge`, and how commands write shards and reach a cluster."""
+
+from __future__ import annotations
+
+import contextlib
+import shlex
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from typing import Annotated, Any
+
+import typer
+
+from hypertuna.cli import options as opt
+from hypertuna.cli.console import counted, print_json, print_lines, print_written, progress_bar
+from hypertuna.errors import InputError
+from hypertuna.parallel.executors import cluster
+from hypertuna.parallel.shards import open_shards, write_merged
+from hypertuna.ranges import POSITIVE_WHOLE
+
+PLACES = ("--cluster", "--shard")  # options that say where to compute, not what
+
+
+@contextlib.contextmanager
+def connected(address: str | None) -> Iterator[Executor | None]:
+    """Connect to the workers of a Dask scheduler, if one is given."""
+    if address is None:
+        yield None
+        return
+    with cluster(address) as executor:
+        yield executor
+
+
+def write_shards(
+    files: opt.ShardFiles,
+    make: Callable[..., int],
+    subject: Sequence[Any],
+    options: Mapping[str, Any],
+    *,
+    address: str | None,
+    part: tuple[int, int] | None,
+    size: int | None,
+    checkpoint: str | None,
+) -> bool:
+    """Write a folder of shards, if one is asked for."""
+    if files.folder is None:
+        for key, given in (("--shard", part), ("--shard-size", size)):
+            if given is not None:
+                raise InputError("needs a folder of shards", key=key, fix=f"add -o NAME{opt.SHARDS}")
+        return False
+    if size is not None:
+        POSITIVE_WHOLE.check(size, "--shard-size", "leave it out for the default")
+    for key, value in (("--checkpoint", checkpoint), ("--plot", files.plot)):
+        if value is not None:
+            fix = "leave it out: the same command resumes" if key == "--checkpoint" else "merge first"
+            raise InputError("cannot be combined with a folder of shards", key=key, value=value, fix=fix)
+    more = {"size": size, "part": part or (1, 1), "command": _placeless(sys.argv[1:])}
+    with progress_bar("shards", parts="shard") as progress, connected(address) as executor:
+        made = make(*subject, files.folder, executor=executor, **options, **more, progress=progress)
+    shards = open_shards(files.folder)
+    missing = len(shards.missing())
+    facts = {"folder": files.folder, "items": shards.total, "shards": len(shards), "made": made, "missing": missing}
+    if files.as_json:
+        print_json(facts)
+        return True
+    there = f"{counted(made, 'shard')} made, {missing} of {len(shards)} missing"
+    merge = f"hypertuna shards merge {shlex.quote(files.folder)} -o FILE.nc"
+    print_lines([(there, "bold"), "Other parts make them." if missing else f"Merge them: {merge}"])
+    print_written(files.folder)
+    return True
+
+
+def merge_command(
+    folder: Annotated[str, typer.Argument(metavar="DIR", help="Folder of shards.")],
+    output: Annotated[
+        str | None, opt.file("-o", "--output", help="Write the data to this .nc file.", suffixes=(".nc",))
+    ] = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Check that all shards are there, whole, and of the same work, and merge them into one file.
+
+    Missing shards are named with the command that makes them. Memory holds one variable of all results at a time.
+    """
+    shards = open_shards(folder)
+    with progress_bar("reading") as progress:
+        write_merged(shards, output, progress)
+    if as_json:
+        print_json({"folder": folder, "items": shards.total, "shards": len(shards), "written": output, **shards.header})
+        return
+    print_lines([(f"{counted(len(shards), 'shard')} of {folder}, {shards.total} results: all there and whole", "bold")])
+    print_written(output)
+
+
+def _placeless(words: Sequence[str]) -> str:
+    """Return a command line without the options that say where to compute."""
+    kept, skip = [], False
+    for word in words:
+        if not (skip or word.partition("=")[0] in PLACES):
+            kept.append(word)
+        skip = word in PLACES
+    return shlex.join(["hypertuna", *kept])

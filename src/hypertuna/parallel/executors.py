@@ -1,0 +1,157 @@
+"""Shards over any executor: a bounded number in flight, results in order, a lost worker's shards computed again."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any, Generic, TypeAlias, TypeVar, cast
+
+from hypertuna import _core
+from hypertuna.errors import InputError
+from hypertuna.io.extras import need
+from hypertuna.io.files import version
+from hypertuna.ranges import POSITIVE_WHOLE
+
+S = TypeVar("S")
+R = TypeVar("R")
+
+# An executor, or a function that makes one: a process pool that lost a process is unusable, and then made anew.
+Executors: TypeAlias = Executor | Callable[[], Executor]
+
+IN_FLIGHT = 256  # shards submitted and not yet consumed: bounds the memory of their results
+LOSSES = 5  # of one shard with its worker, before the work stops
+TIMEOUT = 30  # seconds to reach a scheduler
+
+
+def thread_count(threads: int | None, executor: Executors | None = None) -> int:
+    """Return a number of threads: for None all processors, or one on each worker of an executor."""
+    if threads is None:
+        return len(os.sched_getaffinity(0)) if executor is None else 1
+    return POSITIVE_WHOLE.check(threads, "threads", "leave it out for all processors")
+
+
+def map_shards(
+    work: Callable[[S], R], shards: Iterable[S], executor: Executors | None = None, *, in_flight: int = IN_FLIGHT
+) -> Generator[R]:
+    """Yield ``work(shard)`` for each shard, in their order; without an executor one after another.
+
+    Shards of a lost worker are submitted again. An exception of `work` is raised with the shard in its note.
+    """
+    if executor is None:
+        yield from map(work, shards)
+        return
+    task = _Task(work, version(), _core.isa())
+    left, waiting, losses = iter(shards), deque[tuple[S, Future[R]]](), 0
+    with _Pool(executor) as pool:
+        try:
+            while True:
+                for shard in islice(left, in_flight - len(waiting)):
+                    waiting.append((shard, pool.submit(task, shard)))
+                if not waiting:
+                    return
+                shard, future = waiting[0]
+                if _is_lost(future):
+                    losses += 1
+                    if losses > LOSSES:
+                        raise _too_many_losses(shard)
+                    for k, (other, one) in enumerate(waiting):
+                        if one.done() and _is_lost(one):
+                            waiting[k] = other, pool.submit(task, other)
+                    continue
+                losses = 0
+                try:
+                    result = future.result()
+                except Exception as error:
+                    error.add_note(f"in shard {shard}")
+                    raise
+                waiting.popleft()
+                yield result
+        finally:
+            for _, future in waiting:
+                future.cancel()
+
+
+@dataclass(frozen=True)
+class _Task(Generic[S, R]):
+    """Work on a worker, which must be of the same version and instruction set: else results differ."""
+
+    work: Callable[[S], R]
+    version: str
+    isa: str
+
+    def __call__(self, shard: S) -> R:
+        for key, here, wanted in (("hypertuna", version(), self.version), ("HYPERTUNA_ISA", _core.isa(), self.isa)):
+            if here != wanted:
+                rule = f"must be {wanted} on every worker, as where the work was started"
+                fix = "install the same version everywhere" if key == "hypertuna" else "set it to the same everywhere"
+                raise InputError(rule, key=key, value=here, fix=fix)
+        return self.work(shard)
+
+
+class _Pool:
+    """An executor that is made anew where it broke, if it is given as a function that makes it."""
+
+    def __init__(self, executor: Executors) -> None:
+        self._stack = contextlib.ExitStack()
+        self._make = None if isinstance(executor, Executor) else executor
+        self._pool = self._open() if self._make else executor
+
+    def __enter__(self) -> _Pool:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def submit(self, task: Callable[[S], R], shard: S) -> Future[R]:
+        """Submit a shard."""
+        try:
+            return self._pool.submit(task, shard)  # type: ignore[union-attr]  # an executor, see __init__
+        except BrokenExecutor:
+            if self._make is None:
+                fix = "run again to resume; given a function that makes the executor, it is made anew"
+                raise InputError("lost a process and takes no more work", key="executor", fix=fix) from None
+            self._pool = self._open()
+            return self._pool.submit(task, shard)
+
+    def _open(self) -> Executor:
+        assert self._make is not None
+        return self._stack.enter_context(self._make())
+
+
+def _is_lost(future: Future[Any]) -> bool:
+    """Wait for a future; return whether its worker was lost."""
+    try:
+        error = future.exception()
+    except CancelledError:
+        return True
+    dask = sys.modules.get("distributed")
+    return isinstance(error, BrokenExecutor) or (dask is not None and isinstance(error, dask.KilledWorker))
+
+
+def _too_many_losses(shard: object) -> InputError:
+    """Return the error of a shard that ends its workers."""
+    rule = f"lost the worker of shard {shard} {LOSSES + 1} times in a row"
+    return InputError(rule, key="executor", fix="give workers more memory, or make shards smaller; then run again")
+
+
+@contextlib.contextmanager
+def cluster(address: str) -> Iterator[Executor]:
+    """Connect to a Dask scheduler by its address, or the path of its scheduler file."""
+    need("cluster", "distributed", by="--cluster")
+    import distributed
+
+    where = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
+    try:
+        client: Any = cast(Any, distributed.Client)(**where, timeout=TIMEOUT, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:  # of a timeout, a bad address, a bad scheduler file
+        fix = "give the address that `dask scheduler` prints, such as tcp://node1:8786, or its scheduler file"
+        raise InputError("must be a Dask scheduler that answers", key="--cluster", value=address, fix=fix) from error
+    with client:
+        yield client.get_executor(pure=False)

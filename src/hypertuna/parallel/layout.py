@@ -1,0 +1,32 @@
+"""Layout of the results of many: which columns there are, and how they become a labeled dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.io.files import dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Dimensions, labels and facts of results that are columns with one entry per item, the last dimension fastest."""
+
+    sizes: Mapping[str, int]  # of the dimensions
+    variables: Mapping[str, Mapping[str, Any]]  # attributes of each column
+    coordinates: Mapping[str, tuple[str, Any, Mapping[str, str]]]  # labels: dimension, values, attributes
+    facts: Mapping[str, Any]  # attributes of the dataset
+
+    def dataset(self, columns: Mapping[str, Array]) -> xr.Dataset:
+        """Label columns, each with an entry per item."""
+        dims, shape = tuple(self.sizes), tuple(self.sizes.values())
+        parts = {name: (dims, values.reshape(shape), self.variables[name]) for name, values in columns.items()}
+        places = {name: (dim, np.array(values), about) for name, (dim, values, about) in self.coordinates.items()}
+        return dataset(parts, places, dict(self.facts))

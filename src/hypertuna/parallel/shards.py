@@ -1,0 +1,240 @@
+"""The folder of shards: a manifest, and a Zarr file for each range of items, there whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hypertuna.arguments import checked
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError
+from hypertuna.io.checkpoint import check_same_header
+from hypertuna.io.extras import need
+from hypertuna.io.files import read_bytes, replaced, write_atomically
+from hypertuna.parallel.executors import Executors, map_shards
+from hypertuna.parallel.layout import Layout
+from hypertuna.ranges import POSITIVE_WHOLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MARK = "hypertuna shards"
+MANIFEST = "manifest.json"
+SUFFIX = ".shards"  # of the folder
+LARGEST = 131_072  # items of a shard by default: 20 MB of gaits
+SMALLEST, USUAL = 256, 64  # by default items of a shard at least, and shards of work that is not large
+LISTED = 10  # shards that an error names
+IN_FLIGHT = 2048  # a written shard returns a number only
+
+Columns = Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Shards:
+    """A folder of shards, its manifest read or written."""
+
+    folder: Path
+    header: Mapping[str, Any]  # what the results depend on
+    total: int  # items
+    size: int  # items of a shard, of the last maybe fewer
+    layout: Layout
+    command: str  # that makes missing shards
+
+    def __len__(self) -> int:
+        return -(-self.total // self.size)
+
+    def range(self, shard: int) -> tuple[int, int]:
+        """First item of a shard, and one beyond its last."""
+        return shard * self.size, min((shard + 1) * self.size, self.total)
+
+    def path(self, shard: int) -> Path:
+        """File of a shard."""
+        return self.folder / f"shard-{shard:06}.zarr.zip"
+
+    def missing(self, part: tuple[int, int] = (1, 1)) -> list[int]:
+        """Shards without a file; of part I of N parts every N-th, from the I-th."""
+        return [shard for shard in range(part[0] - 1, len(self), part[1]) if not self.path(shard).exists()]
+
+    @property
+    def digest(self) -> str:
+        """Checksum of the manifest, which each shard carries."""
+        facts = {"header": self.header, "total": self.total, "size": self.size}
+        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+    def write(self, shard: int, columns: Columns) -> int:
+        """Write a shard; return its bytes."""
+        import zarr
+
+        about = {"manifest": self.digest, "shard": shard, "range": list(self.range(shard))}
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "shard.zip"
+            with zarr.storage.ZipStore(file, mode="w") as store:
+                group = zarr.create_group(store, attributes=about)
+                for name, values in columns.items():
+                    group.create_array(name, data=values, chunks=values.shape, compressors=None)
+            content = file.read_bytes()
+        write_atomically(self.path(shard), content)
+        return len(content)
+
+    def read(self, shard: int, names: Iterable[str] | None = None) -> dict[str, Array]:
+        """Read and check a shard, or some of its columns."""
+        import zarr
+
+        path, first, last = self.path(shard), *self.range(shard)
+        again = f"remove it, then run {self.command}"
+        try:
+            zipfile.ZipFile(path).close()  # its error, where the store's own is no sentence
+            with zarr.storage.ZipStore(path, mode="r") as store:
+                group: Any = zarr.open_group(store, mode="r")
+                about = dict(group.attrs)
+                columns = {name: group[name][...] for name in (sorted(group.array_keys()) if names is None else names)}
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error) as error:
+            raise InputError("is damaged", file=str(path), value=f"{error}", fix=again) from None
+        if about.get("manifest") != self.digest:
+            raise InputError("must be a shard of the manifest beside it", file=str(path), value="another's", fix=again)
+        if about.get("shard") != shard or any(len(values) != last - first for values in columns.values()):
+            value = f"shard {about.get('shard')}"
+            raise InputError(f"must be shard {shard}", file=str(path), value=value, fix=again)
+        return columns
+
+
+def shard_size(total: int, size: int | None = None) -> int:
+    """Return the items of a shard: a pure function of the total, so that all who share work split it alike."""
+    if size is not None:
+        return POSITIVE_WHOLE.check(size, "size", "leave it out for the default")
+    return min(LARGEST, max(SMALLEST, -(-total // USUAL)))
+
+
+def open_shards(folder: str | Path) -> Shards:
+    """Read the manifest of a folder of shards."""
+    need("cluster", "zarr", by="a folder of shards")
+    path = Path(folder) / MANIFEST
+    fix = f"give the folder that a command wrote with -o NAME{SUFFIX}"
+    content = read_bytes(path, fix)
+    try:
+        manifest = json.loads(content)
+        if manifest.pop("mark") != MARK:
+            raise ValueError
+        layout = Layout(**manifest.pop("layout"))
+        return Shards(Path(folder), layout=layout, **manifest)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise InputError("must be a manifest of shards", file=str(path), fix=fix) from None
+
+
+def start_shards(
+    folder: str | Path, header: Mapping[str, Any], total: int, size: int | None, layout: Layout, command: str
+) -> Shards:
+    """Make a folder of shards, or go on with one of the same header."""
+    need("cluster", "zarr", by="a folder of shards")
+    shards = Shards(Path(folder), header, total, shard_size(total, size), layout, command)
+    path = shards.folder / MANIFEST
+    if not path.exists():
+        if shards.folder.is_dir() and any(shards.folder.glob("[!.]*")):
+            rule, fix = "must be a new or empty folder, or one of shards", "choose another folder"
+            raise InputError(rule, file=str(folder), fix=fix)
+        facts = {name: getattr(shards, name) for name in ("header", "total", "size", "command")}
+        text = json.dumps({"mark": MARK, **facts, "layout": vars(layout)}, indent=1, default=np.ndarray.tolist)
+        write_atomically(path, text.encode())
+    there = open_shards(folder)  # of whoever was first
+    size_now = there.size if size is None else shards.size
+    sizes = {"items": total, "shard size": size_now}
+    old = {**there.header, "items": there.total, "shard size": there.size}
+    check_same_header(str(path), old, {**header, **sizes}, "give another folder, or remove this one to start over")
+    return there
+
+
+def run_shards(
+    shards: Shards,
+    work: Callable[[int, int], Columns],
+    executor: Executors | None = None,
+    *,
+    part: tuple[int, int] = (1, 1),
+    progress: Callable[[int, int], None] | None = None,
+) -> int:
+    """Make the missing shards of a part, each by whoever computes it; return the number of shards made."""
+    if not 1 <= part[0] <= part[1]:
+        raise InputError("must be I and N, I from 1 to N", key="part", value=f"{part}", fix="give (3, 100), for example")
+    todo = shards.missing(part)
+    share = len(range(part[0] - 1, len(shards), part[1]))
+    making, made = _Making(replace(shards, layout=Layout({}, {}, {}, {})), work), 0  # workers need no labels
+    for made, _ in enumerate(map_shards(making, todo, executor, in_flight=IN_FLIGHT), 1):
+        if progress is not None:
+            progress(share - len(todo) + made, share)
+    return made
+
+
+@dataclass(frozen=True)
+class _Making:
+    """Compute a shard and write it."""
+
+    shards: Shards
+    work: Callable[[int, int], Columns]  # columns of the items from first to last
+
+    def __call__(self, shard: int) -> int:
+        return self.shards.write(shard, self.work(*self.shards.range(shard)))
+
+
+@checked
+def merge_shards(folder: str | Path) -> xr.Dataset:
+    """Merge a folder of shards, after a check that each is there once, whole, and of this work.
+
+    Parameters
+    ----------
+    folder : str or Path
+        What `sweep_shards`, or a command with ``-o NAME.shards``, wrote.
+
+    Returns
+    -------
+    xarray.Dataset
+        What the same work returns without shards, to the bit.
+
+    Raises
+    ------
+    InputError
+        If a shard is missing, damaged, or of other work.
+    """
+    shards = open_shards(folder)
+    check_complete(shards)
+    parts = [shards.read(shard) for shard in range(len(shards))]
+    return shards.layout.dataset({name: np.concatenate([p[name] for p in parts]) for name in shards.layout.variables})
+
+
+def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[int, int], None]) -> None:
+    """Check all shards and merge them into a NetCDF file, variable by variable: memory holds one of them."""
+    check_complete(shards)
+    names = list(shards.layout.variables)
+    total = len(names) * len(shards)
+    if path is None:
+        for shard in range(len(shards)):
+            shards.read(shard)
+            progress(shard + 1, len(shards))
+        return
+    with replaced(path) as file:
+        for v, name in enumerate(names):
+            parts = []
+            for shard in range(len(shards)):
+                parts.append(shards.read(shard, [name])[name])
+                progress(v * len(shards) + shard + 1, total)
+            data = shards.layout.dataset({name: np.concatenate(parts)}).assign_attrs(command=shards.command)
+            data.to_netcdf(file, mode="a" if v else "w", engine="h5netcdf")
+
+
+def check_complete(shards: Shards) -> None:
+    """Check that all shards are there, and none that is not of this work."""
+    known = {shards.path(shard).name for shard in range(len(shards))}
+    if foreign := sorted(file.name for file in shards.folder.glob("shard-*") if file.name not in known):
+        fix = "remove it" if len(foreign) == 1 else f"remove it and {len(foreign) - 1} more"
+        raise InputError("must be a shard of the manifest beside it", file=str(shards.folder / foreign[0]), fix=fix)
+    if missing := shards.missing():
+        listed = ", ".join(map(str, missing[:LISTED])) + f" and {len(missing) - LISTED} more" * (len(missing) > LISTED)
+        rule = f"must have all {len(shards)} shards, but {len(missing)} are missing ({listed})"
+        raise InputError(rule, file=str(shards.folder), fix=f"run {shards.command}, which makes them")

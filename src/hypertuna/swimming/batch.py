@@ -1,0 +1,142 @@
+"""Many gaits of a robot: how they are swum, range by range, and how the results are labeled."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot, robot_of
+from hypertuna.errors import InputError
+from hypertuna.parallel.layout import Layout
+from hypertuna.ranges import POSITIVE_WHOLE, check_choice
+from hypertuna.swimming.beat import APPROACH, QUANTITIES, STATUSES, check_steps, settle, settle_from_rest
+from hypertuna.swimming.gait import KINDS, Gait, Gaits, check_gait
+from hypertuna.swimming.grid import AXES, GaitGrid, Part, axis
+
+CHUNK = 1024  # gaits between two reports of progress, and before Ctrl-C ends a sweep
+FROM_REST = {
+    "reached_from_rest": {"long_name": "whether a start from rest leads to this beat"},
+    "speed_from_rest": {"units": "m/s", "long_name": "speed of the settled beat that a start from rest leads to"},
+}
+
+
+@dataclass(frozen=True)
+class Swimming:
+    """A robot and how it swims gaits: what a worker needs."""
+
+    robot: Robot
+    steps: int
+    wait: int  # beats from rest before the one that counts, -1 to solve for the settled beat
+    check_rest: bool
+    threads: int
+
+    def swim(self, part: Part) -> dict[str, Array]:
+        """Swim a range of gaits; return the columns of the results."""
+        chunks = [self._swim(gaits) for gaits in part.chunks(CHUNK)]
+        return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
+
+    def _swim(self, gaits: Gaits) -> dict[str, Array]:
+        """Swim a list of gaits."""
+        approach = APPROACH * self.check_rest
+        result = settle(self.robot, gaits, steps=self.steps, wait=self.wait, approach=approach, threads=self.threads)
+        extra = _from_rest(self.robot, gaits, result, self.steps, self.threads) if self.check_rest else {}
+        result |= extra | {"settled": result["status"] == 0}
+        return {name: result[name] for name in (*QUANTITIES, *extra, "status", "settled")}
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Gaits to swim, and how."""
+
+    gaits: Gaits | GaitGrid
+    swimming: Swimming
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """All that the results depend on besides the robot."""
+        columns = [getattr(self.gaits, name) for name in AXES]
+        digest = hashlib.sha256(b"".join(np.ascontiguousarray(column).tobytes() for column in columns)).hexdigest()
+        how = self.swimming
+        return {"gaits": digest, "steps": how.steps, "wait": how.wait, "check_rest": how.check_rest}
+
+    @cached_property
+    def layout(self) -> Layout:
+        """How results are labeled."""
+        grid, how = len(self.gaits.shape) == 4, self.swimming
+        variables: dict[str, Any] = {
+            name: {"units": unit, "long_name": meaning} for name, (unit, meaning) in QUANTITIES.items()
+        }
+        flags = {"flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
+        variables |= FROM_REST if how.check_rest else {}
+        variables["status"] = {"long_name": "how the search ended"} | flags
+        variables["settled"] = {"long_name": "whether the gait repeats itself and is stable"}
+        facts = {"steps": how.steps, "method": "newton" if how.wait < 0 else "beats", "check_rest": int(how.check_rest)}
+        sizes = dict(zip(AXES if grid else ("gait",), self.gaits.shape, strict=True))
+        return Layout(sizes, variables, _coordinates(how.robot, self.gaits), provenance(how.robot) | facts)
+
+
+def batch(
+    robot: Robot | str | Path,
+    gaits: GaitGrid | Gaits | Sequence[Gait],
+    *,
+    threads: int,
+    steps: int,
+    method: str,
+    beats: int,
+    check_rest: bool,
+) -> Batch:
+    """Check what is to be swum."""
+    robot = robot_of(robot)
+    gaits = gaits if isinstance(gaits, Gaits | GaitGrid) else Gaits.of(gaits)
+    check_gait(Part.of(gaits, 0, 1).listed()[0], robot)
+    check_choice(method, ("newton", "beats"), "method")
+    check_steps(steps)
+    wait = POSITIVE_WHOLE.check(beats, "beats", "give the beats to swim from rest") - 1 if method == "beats" else -1
+    if check_rest and wait >= 0:
+        raise InputError("must be by newton to check starts from rest", key="method", value="beats", fix="leave it out")
+    return Batch(gaits, Swimming(robot, steps, wait, check_rest, threads))
+
+
+def _from_rest(robot: Robot, gaits: Gaits, result: dict[str, Any], steps: int, threads: int) -> dict[str, Any]:
+    """Find the gaits whose settled beat a start from rest leads to, and the speeds that the others lead to."""
+    reached = result["arrived"] & (result["status"] == 0)
+    speed = np.where(reached, result["speed"], np.nan)
+    other = np.flatnonzero(~reached)
+    if len(other):
+        part = Gaits(*(column[other] for column in gaits.columns), shape=(len(other),))
+        found = settle_from_rest(robot, part, steps=steps, threads=threads)
+        speed[other] = np.where(found["status"] == 0, found["speed"], np.nan)
+    return {"reached_from_rest": reached, "speed_from_rest": speed}
+
+
+def _coordinates(robot: Robot, gaits: Gaits | GaitGrid) -> dict[str, Any]:
+    """Label the gaits: dimension, values and attributes of each coordinate."""
+    grid, unit = len(gaits.shape) == 4, "deg" if gaits.degrees else "rad"
+    about = {"units": "Hz", "long_name": "beat frequency"}
+    coordinates: dict[str, Any] = {"frequency": ("frequency" if grid else "gait", axis(gaits, "frequency"), about)}
+    for name in KINDS:
+        values = np.degrees(axis(gaits, name)).round(10) if gaits.degrees else axis(gaits, name)
+        for g, group in enumerate(robot.joints):
+            about = {"units": unit, "long_name": f"{name} of joint group {group.name}"}
+            coordinates[f"{name}_{group.name}"] = (name if grid else "gait", values[:, g], about)
+        if grid and (index := _index(robot, name, values, unit)) is not None:
+            coordinates[name] = index
+    return coordinates
+
+
+def _index(robot: Robot, name: str, values: Array, unit: str) -> tuple[str, Array, dict[str, str]] | None:
+    """Index an axis of a grid by the angles of one joint group: the last one that is different all along it."""
+    for g in reversed(range(len(robot.joints))):
+        if len(np.unique(values[:, g])) == len(values):
+            group = robot.joints[g].name
+            about = {"units": unit, "long_name": f"{name} of joint group {group}", "same_as": f"{name}_{group}"}
+            return name, values[:, g], about
+    return None

@@ -1,0 +1,78 @@
+"""Sweeps of any size into a folder of shards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+from hypertuna.arguments import checked
+from hypertuna.arrays import Array
+from hypertuna.description.provenance import journal_header
+from hypertuna.description.robot import Robot
+from hypertuna.parallel.executors import Executors, thread_count
+from hypertuna.parallel.shards import run_shards, start_shards
+from hypertuna.swimming.batch import Swimming, batch
+from hypertuna.swimming.beat import DEFAULT_STEPS
+from hypertuna.swimming.grid import GaitGrid, Part
+
+
+@checked
+def sweep_shards(
+    robot: Robot | str | Path,
+    gaits: GaitGrid,
+    folder: str | Path,
+    *,
+    size: int | None = None,
+    part: tuple[int, int] = (1, 1),
+    executor: Executors | None = None,
+    threads: int | None = None,
+    steps: int = DEFAULT_STEPS,
+    method: Literal["newton", "beats"] = "newton",
+    beats: int = 50,
+    check_rest: bool = False,
+    command: str = "hypertuna.sweep_shards with the same arguments",
+    progress: Callable[[int, int], None] | None = None,
+) -> int:
+    """Swim any number of gaits into a folder of shards, from which the same call resumes.
+
+    Each shard is written by the process that swims it, whole or not at all: all workers must share the file system of
+    `folder`. Memory holds one shard per worker, never the whole grid. `merge_shards` reads the result.
+
+    Parameters
+    ----------
+    robot, executor, threads, steps, method, beats, check_rest
+        As of `sweep`.
+    gaits : GaitGrid
+    folder : str or Path
+        Folder of the shards, made if it is absent.
+    size : int
+        Gaits of a shard; by default a 64th of all, but from 256 to 131072.
+    part : tuple of int
+        Parts I and N: swim every N-th shard, from the I-th. All N parts together make the whole.
+    command : str
+        What makes missing shards, for the error that names them.
+    progress : callable, optional
+        Called with the number of shards of this part that are there and their total.
+
+    Returns
+    -------
+    int
+        Number of shards that were missing and are made.
+
+    Raises
+    ------
+    InputError
+        If the gaits do not fit the robot, or the folder holds other results.
+    """
+    how: Any = {"threads": thread_count(threads, executor), "steps": steps, "method": method, "beats": beats}
+    whole = batch(robot, gaits, **how, check_rest=check_rest)
+    header = journal_header("sweep", whole.swimming.robot, whole.options)
+    shards = start_shards(folder, header, len(gaits), size, whole.layout, command)
+    return run_shards(shards, partial(_swim, whole.swimming, gaits), executor, part=part, progress=progress)
+
+
+def _swim(swimming: Swimming, grid: GaitGrid, first: int, last: int) -> dict[str, Array]:
+    """Swim a range of a grid."""
+    return swimming.swim(Part(first, last, grid))

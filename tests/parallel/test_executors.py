@@ -1,0 +1,153 @@
+"""Work over executors: equal results whatever the executor, and whatever happens to its workers."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import random
+import signal
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hypertuna as ht
+from hypertuna.parallel.executors import LOSSES, Executors, cluster, map_shards
+from program import Run
+
+SPAWN = partial(ProcessPoolExecutor, 2, mp_context=multiprocessing.get_context("spawn"))
+GRID = ht.GaitGrid.from_degrees(
+    frequency=[1 + k / 8 for k in range(24)],
+    amplitude=[(8, 12), (16, 25)],
+    phase=[(0, 5 * k) for k in range(16)],
+    bias=[(0, 0), (2, 3), (4, 4)],
+)  # 2304 gaits: three chunks
+
+
+@pytest.fixture(scope="module")
+def whole() -> Any:
+    return ht.sweep("hypertuna", GRID)
+
+
+@pytest.fixture(scope="module")
+def dask() -> Iterator[Any]:
+    """A cluster of two processes on this machine, which starts a killed one anew."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as local:
+        yield local
+
+
+@pytest.fixture(params=["threads", "processes", "dask"])
+def executor(request: pytest.FixtureRequest) -> Iterator[Executors]:
+    if request.param == "threads":
+        with ThreadPoolExecutor(3) as pool:
+            yield pool
+    elif request.param == "processes":
+        yield SPAWN
+    else:
+        with cluster(request.getfixturevalue("dask").scheduler_address) as pool:
+            yield pool
+
+
+def test_results_do_not_depend_on_the_executor(executor: Executors, whole: Any, tmp_path: Path) -> None:
+    assert ht.sweep("hypertuna", GRID, executor=executor).identical(whole)
+    assert ht.sweep_shards("hypertuna", GRID, tmp_path / "a.shards", size=700, executor=executor) == 4
+    assert ht.merge_shards(tmp_path / "a.shards").identical(whole)
+    assert ht.sweep_shards("hypertuna", GRID, tmp_path / "a.shards", size=700, executor=executor) == 0
+
+
+# --- lost workers
+
+
+def killer(pids: Callable[[], list[int]], every: int, killed: list[int]) -> Callable[[int, int], None]:
+    """Return a report of progress that kills a worker at random, each time so many shards are done."""
+    chance = random.Random(7)
+
+    def report(done: int, total: int) -> None:
+        if done % every == 0 and done < total and (living := pids()):
+            killed.append(chance.choice(living))
+            os.kill(killed[-1], signal.SIGKILL)
+
+    return report
+
+
+def test_a_killed_worker_of_a_cluster_costs_its_shard_only(dask: Any, whole: Any, tmp_path: Path) -> None:
+    killed: list[int] = []
+    report = killer(lambda: [worker.pid for worker in dask.workers.values() if worker.pid], 12, killed)
+    with cluster(dask.scheduler_address) as executor:
+        ht.sweep_shards("hypertuna", GRID, tmp_path / "a.shards", size=64, executor=executor, progress=report)
+    assert len(killed) == 2
+    assert ht.merge_shards(tmp_path / "a.shards").identical(whole)
+
+
+def test_a_pool_that_lost_a_process_is_made_anew(whole: Any, tmp_path: Path) -> None:
+    killed: list[int] = []
+    children = multiprocessing.active_children
+    report = killer(lambda: [child.pid for child in children() if child.pid], 16, killed)
+    ht.sweep_shards("hypertuna", GRID, tmp_path / "a.shards", size=64, executor=SPAWN, progress=report)
+    assert killed
+    assert ht.merge_shards(tmp_path / "a.shards").identical(whole)
+
+
+def end_worker(shard: int) -> int:
+    if shard == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return shard
+
+
+def test_a_shard_that_ends_every_worker_ends_the_work() -> None:
+    tries = []
+
+    def pool() -> Executor:
+        tries.append(1)
+        return SPAWN()
+
+    assert list(map_shards(end_worker, [0, 2], SPAWN)) == [0, 2]
+    with pytest.raises(ht.InputError, match="lost the worker of shard 1 6 times in a row: give workers more memory"):
+        list(map_shards(end_worker, range(3), pool))
+    assert LOSSES < len(tries) <= LOSSES + 2
+
+
+def fail(shard: int) -> int:
+    raise ht.InputError("must be odd", key="shard", value=f"{shard}")
+
+
+def test_an_error_names_its_shard_and_a_broken_pool_says_what_to_do() -> None:
+    with ThreadPoolExecutor(2) as pool, pytest.raises(ht.InputError, match="^shard must be odd, but is 4") as error:
+        list(map_shards(fail, [4], pool))
+    assert error.value.__notes__ == ["in shard 4"]
+    with SPAWN() as pool, pytest.raises(ht.InputError, match="^executor lost a process and takes no more work: run"):
+        list(map_shards(end_worker, [1], pool))
+
+
+def test_few_shards_are_in_flight() -> None:
+    taken: list[int] = []
+    with ThreadPoolExecutor(2) as pool:
+        results = map_shards(abs, (taken.append(k) or k for k in range(1000)), pool, in_flight=8)
+        assert [next(results) for _ in range(5)] == list(range(5))
+        assert len(taken) <= 13
+        results.close()
+
+
+def test_a_cluster_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hypertuna.parallel.executors.TIMEOUT", 1)
+    sentence = "^--cluster must be a Dask scheduler that answers, but is tcp://127.0.0.1:9: give the address"
+    with pytest.raises(ht.InputError, match=sentence), cluster("tcp://127.0.0.1:9"):
+        pass
+
+
+def test_the_shell_names_a_cluster(dask: Any, run: Run, tmp_path: Path) -> None:
+    options = ("sweep", "--frequency", "1:4:9", "--amplitude", "8,12", "--phase", "0,0:90:30")
+    cluster = ("--cluster", dask.scheduler_address)
+    plain, there, shards = (str(tmp_path / name) for name in ("p.csv", "c.csv", "c.shards"))
+    assert run(*options, "-o", plain)[0] == 0
+    assert run(*options, *cluster, "-o", there) == (0, f"{run(*options)[1]}written: {there}\n", "")
+    assert Path(there).read_bytes() == Path(plain).read_bytes()
+    code, out, _ = run(*options, *cluster, "--shard-size", "50", "-o", shards, "--json")
+    assert (code, json.loads(out)["made"]) == (0, 6)
+    assert ht.merge_shards(shards).sizes["phase"] == 30

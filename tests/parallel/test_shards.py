@@ -1,0 +1,170 @@
+"""The folder of shards: whole or not at all, of one work, resumed, merged to the same bits."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import hypertuna as ht
+from hypertuna.parallel.layout import Layout
+from hypertuna.parallel.shards import LARGEST, Shards, open_shards, shard_size
+from models import changed
+from program import Run
+
+GRID = ht.GaitGrid.from_degrees(
+    frequency=[1, 2, 3], amplitude=[(8, 12), (16, 25)], phase=[(0, 10 * k) for k in range(10)]
+)
+OPTIONS = ("--robot", "hypertuna", "--frequency", "1:3:3", "--amplitude", "8:16:2,12", "--phase", "0,0:90:10")
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Path:
+    """Sixty gaits in six shards."""
+    assert ht.sweep_shards("hypertuna", GRID, tmp_path / "a.shards", size=10, command="`sweep`") == 6
+    return tmp_path / "a.shards"
+
+
+@given(total=st.integers(1, 10**9), size=st.none() | st.integers(1, 10**6), parts=st.integers(1, 9))
+def test_every_item_is_in_one_shard_and_every_shard_in_one_part(total: int, size: int | None, parts: int) -> None:
+    shards = Shards(Path("none"), {}, total, max(shard_size(total, size), total // 100), Layout({}, {}, {}, {}), "")
+    ends = [shards.range(shard) for shard in range(len(shards))]
+    assert ends[0][0] == 0
+    assert ends[-1][1] == total
+    assert all(a[1] == b[0] and a[0] < a[1] for a, b in itertools.pairwise(ends))
+    of_parts = [shard for part in range(1, parts + 1) for shard in shards.missing((part, parts))]
+    assert sorted(of_parts) == list(range(len(shards)))
+    assert shard_size(total) <= LARGEST
+
+
+def test_a_grid_that_is_never_whole_swims_as_the_one_in_memory(tmp_path: Path) -> None:
+    axis = [k / 1000 for k in range(10_000)]
+    vast = ht.GaitGrid(frequency=[1 + f for f in axis], amplitude=[(a / 10, 0.1) for a in axis], phase=[(0, 0)])
+    assert len(vast) == 10**8
+    with pytest.raises(ht.InputError, match="grid must have at most 10000000 gaits in all, but is 100000000"):
+        ht.sweep("hypertuna", vast)
+    arguments = {"frequency": [1, 2, 3], "amplitude": [(8, 12), (16, 25)], "phase": [(0, 10 * k) for k in range(10)]}
+    assert ht.sweep("hypertuna", GRID).identical(ht.sweep("hypertuna", ht.Gaits.grid_degrees(**arguments)))  # type: ignore[arg-type]
+    for size in (7, 64):
+        ht.sweep_shards("hypertuna", GRID, tmp_path / f"{size}", size=size)
+        assert ht.merge_shards(tmp_path / f"{size}").identical(ht.sweep("hypertuna", GRID))
+
+
+def test_parts_of_an_array_job_merge_to_the_plain_run(run: Run, tmp_path: Path) -> None:
+    shards, merged, plain = (str(tmp_path / name) for name in ("a.shards", "m.nc", "p.nc"))
+    for part in (3, 1, 4):
+        code, out, err = run("sweep", *OPTIONS, "--shard-size", "7", "--shard", f"{part}/4", "-o", shards)
+        assert (code, err) == (0, "")
+    assert "2 shards made, 2 of 9 missing" in out
+    code, out, err = run("shards", "merge", shards, "-o", merged)
+    again = f"run hypertuna sweep {' '.join(OPTIONS)} --shard-size 7 -o {shards}, which makes them."
+    assert (code, err) == (2, f"error: {shards} must have all 9 shards, but 2 are missing (1, 5): {again}\n")
+    assert not Path(merged).exists()
+    code, out, _ = run(*again.removesuffix(", which makes them.").removeprefix("run hypertuna ").split(), "--json")
+    assert json.loads(out) == {"folder": shards, "items": 60, "shards": 9, "made": 2, "missing": 0}
+    assert "9 shards" in run("shards", "merge", shards, "-o", merged)[1]
+    run("sweep", *OPTIONS, "-o", plain)
+    with xr.open_dataset(merged, engine="h5netcdf") as one, xr.open_dataset(plain, engine="h5netcdf") as other:
+        assert one.drop_attrs(deep=False).identical(other.drop_attrs(deep=False))
+        assert {k: v for k, v in one.attrs.items() if k != "command"} == {
+            k: v for k, v in other.attrs.items() if k != "command"
+        }
+
+
+def test_missing_damaged_and_foreign_shards_are_told_and_made_again(made: Path, tmp_path: Path) -> None:
+    whole = ht.merge_shards(made)
+    shard = made / "shard-000003.zarr.zip"
+    sound = shard.read_bytes()
+    for damaged in (b"", sound[:-100], sound[: len(sound) // 2] + b"\x55" + sound[len(sound) // 2 + 1 :]):
+        shard.write_bytes(damaged)
+        with pytest.raises(ht.InputError, match=r"shard-000003.zarr.zip is damaged.*: remove it, then run `sweep`\.$"):
+            ht.merge_shards(made)
+    shutil.copy(made / "shard-000002.zarr.zip", shard)
+    with pytest.raises(ht.InputError, match="shard-000003.zarr.zip must be shard 3, but is shard 2: remove it"):
+        ht.merge_shards(made)
+    ht.sweep_shards("hypertuna", GRID, tmp_path / "other", size=10, steps=64)
+    shutil.copy(tmp_path / "other" / shard.name, shard)
+    with pytest.raises(ht.InputError, match="must be a shard of the manifest beside it, but is another's: remove it"):
+        ht.merge_shards(made)
+    shard.unlink()
+    with pytest.raises(ht.InputError, match=r"must have all 6 shards, but 1 are missing \(3\): run `sweep`, which"):
+        ht.merge_shards(made)
+    shutil.copy(made / "shard-000002.zarr.zip", made / "shard-000009.zarr.zip")
+    with pytest.raises(ht.InputError, match="shard-000009.zarr.zip must be a shard of the manifest"):
+        ht.merge_shards(made)
+    (made / "shard-000009.zarr.zip").unlink()
+    assert ht.sweep_shards("hypertuna", GRID, made, size=10) == 1
+    assert ht.merge_shards(made).identical(whole)
+    assert shard.read_bytes() != b""
+
+
+def test_a_folder_of_other_work_is_refused(made: Path, tmp_path: Path) -> None:
+    with pytest.raises(ht.InputError, match="was started with steps = 128, but now it is 64: give another folder"):
+        ht.sweep_shards("hypertuna", GRID, made, steps=64)
+    with pytest.raises(ht.InputError, match="was started with shard size = 10, but now it is 20"):
+        ht.sweep_shards("hypertuna", GRID, made, size=20)
+    with pytest.raises(ht.InputError, match="was started with robot_hash = .*, but now it is"):
+        ht.sweep_shards(changed(ht.load("hypertuna"), {"body.mass_kg": 3.4}), GRID, made)
+    assert ht.sweep_shards("hypertuna", GRID, made) == 0  # the size of whoever was first
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "photos" / "fish.jpg").touch()
+    with pytest.raises(ht.InputError, match="photos must be a new or empty folder, or one of shards"):
+        ht.sweep_shards("hypertuna", GRID, tmp_path / "photos")
+    with pytest.raises(ht.InputError, match=r"manifest.json must be a readable file.*: give the folder that a command"):
+        open_shards(tmp_path)
+    (made / "manifest.json").write_text("{}")
+    with pytest.raises(ht.InputError, match=r"manifest.json must be a manifest of shards: give the folder"):
+        ht.merge_shards(made)
+
+
+def test_a_killed_run_resumes_to_the_same_bits(tmp_path: Path) -> None:
+    folder = tmp_path / "a.shards"
+    options = ("--robot", "hypertuna", "--frequency", "1:4:200", "--amplitude", "8,12", "--phase", "0,0:90:30")
+    command = [sys.executable, "-m", "hypertuna", "sweep", *options, "--threads", "1", "--shard-size", "50"]
+    with subprocess.Popen([*command, "-o", str(folder)]) as running:
+        while len([*folder.glob("shard-*")]) < 3:
+            time.sleep(0.001)
+        running.send_signal(signal.SIGKILL)
+    there = {path: path.stat().st_mtime_ns for path in folder.glob("shard-*")}
+    assert len(there) < 120
+    subprocess.run([*command, "-o", str(folder)], check=True, capture_output=True)
+    assert {path: path.stat().st_mtime_ns for path in there} == there  # nothing twice
+    lags = [(0, lag) for lag in np.linspace(0, 90, 30)]
+    grid = ht.GaitGrid(frequency=np.linspace(1, 4, 200), amplitude=np.radians([(8, 12)]), phase=np.radians(lags))
+    assert ht.merge_shards(folder).identical(ht.sweep("hypertuna", grid))
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--shard", "1/4"), "--shard needs a folder of shards: add -o NAME.shards."),
+        (("--shard-size", "9", "-o", "a.nc"), "--shard-size needs a folder of shards: add -o NAME.shards."),
+        (("--shard", "5/4", "-o", "a.shards"), "--shard must be I/N, I from 1 to N, but is '5/4': write 3/100 for"),
+        (("--checkpoint", "j", "-o", "a.shards"), "--checkpoint cannot be combined with a folder of shards, but is j:"),
+        (
+            ("--plot", "p.svg", "-o", "a.shards"),
+            "--plot cannot be combined with a folder of shards, but is p.svg",
+        ),
+        (("-o", "a.zarr"), "--output must end in .nc, .csv or .shards, but is 'a.zarr': write a.nc."),
+        (("--shard-size", "0", "-o", "a.shards"), "--shard-size must be at least 1, but is 0"),
+    ],
+)
+def test_what_shards_cannot_do_is_refused(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...], sentence: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run("sweep", *OPTIONS, *options)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"error: {sentence}")
+    assert not [*tmp_path.iterdir()]

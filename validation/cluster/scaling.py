@@ -1,0 +1,75 @@
+"""Cost of shards on this machine: bytes and time of a gait, tasks per second of Dask, speed of N processes."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import cloudpickle
+import numpy as np
+from distributed import LocalCluster
+
+import hypertuna as ht
+from hypertuna.parallel.executors import cluster, map_shards
+from hypertuna.parallel.layout import Layout
+from hypertuna.parallel.shards import Shards, _Making
+from hypertuna.swimming.batch import batch
+from hypertuna.swimming.shards import _swim
+
+SIZE = 16_384
+LAGS = [(0.0, lag) for lag in np.linspace(0, 80, 64)]
+GRID = ht.GaitGrid.from_degrees(
+    frequency=np.linspace(1, 6, 64), amplitude=[(a, 20) for a in np.linspace(8, 16, 32)], phase=LAGS
+)
+HOW = {"threads": 1, "steps": 128, "method": "newton", "beats": 50, "check_rest": False}
+
+
+def seconds(processes: int, folder: Path) -> float:
+    """Time of the whole grid with a pool whose processes have started."""
+    with ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool:
+        list(map_shards(partial(ht.load), ["hypertuna"] * 4 * processes, pool))
+        begin = time.perf_counter()
+        ht.sweep_shards("hypertuna", GRID, folder, size=SIZE, executor=pool)
+        return time.perf_counter() - begin
+
+
+def tasks_per_second(count: int) -> float:
+    """Tasks that do nothing, a second, through a scheduler and two workers of one process."""
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as local,
+        cluster(local.scheduler_address) as executor,
+    ):
+        list(map_shards(abs, range(100), executor))
+        begin = time.perf_counter()
+        list(map_shards(abs, range(count), executor, in_flight=2048))
+        return count / (time.perf_counter() - begin)
+
+
+def main() -> None:
+    record: dict[str, object] = {"gaits": len(GRID), "shard": SIZE, "cores": len(os.sched_getaffinity(0))}
+    record["isa"] = ht.sweep("hypertuna", ht.GaitGrid(frequency=[1], amplitude=[(0.1, 0.1)], phase=[(0, 0)])).isa
+    swimming = batch("hypertuna", GRID, **HOW).swimming  # type: ignore[arg-type]
+    task = _Making(
+        Shards(Path("a.shards"), {}, len(GRID), SIZE, Layout({}, {}, {}, {}), ""), partial(_swim, swimming, GRID)
+    )
+    record["task_bytes"] = len(cloudpickle.dumps(task))
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        for processes in (1, 2):
+            times = [seconds(processes, folder / f"{processes}-{k}.shards") for k in range(3)]
+            record[f"seconds_{processes}"] = [round(one, 2) for one in times]
+            record[f"us_per_gait_{processes}"] = round(1e6 * min(times) / len(GRID), 2)
+        shard = next((folder / "1-0.shards").glob("shard-*"))
+        record["shard_bytes_per_gait"] = round(shard.stat().st_size / SIZE, 2)
+    record["tasks_per_second"] = round(tasks_per_second(10_000))
+    print(json.dumps(record, indent=2))
+
+
+if __name__ == "__main__":
+    main()
