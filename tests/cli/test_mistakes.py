@@ -121,8 +121,8 @@ MISTAKES = {
     "but is 'fast': give the bandwidth of the first-order lag [Hz].",
     "swim --gait optimised-0.3 --duration 10": "--duration is not an option of `hypertuna swim`: `hypertuna swim "
     "--help` lists the options.",
-    "sweep --frequency 1:6:6 --amplitude 16,25 --phase 0,40 -o sweep.xlsx": "--output must end in .nc, .csv or .shards, "
-    "but is 'sweep.xlsx': write sweep.csv.",
+    "sweep --frequency 1:6:6 --amplitude 16,25 --phase 0,40 -o sweep.xlsx": "--output must end in .nc, .csv or "
+    ".shards, but is 'sweep.xlsx': write sweep.csv.",
     "turn --gait turning --bias 10,20,30": "--bias must be 2 values, for joint groups I, II, but has 3 (10, 20, 30): "
     "give 2, separated by commas.",
     "optimise --maximize speed": "optimise is not a command of `hypertuna`: did you mean optimize?",

@@ -162,7 +162,7 @@ def run_shards(
 ) -> int:
     """Make the missing shards of a part, each by whoever computes it; return the number of shards made."""
     if not 1 <= part[0] <= part[1]:
-        raise InputError("must be I and N, I from 1 to N", key="part", value=f"{part}", fix="give (3, 100), for example")
+        raise InputError("must be I and N, I from 1 to N", key="part", value=f"{part}", fix="give (3, 100), say")
     todo = shards.missing(part)
     share = len(range(part[0] - 1, len(shards), part[1]))
     making, made = _Making(replace(shards, layout=Layout({}, {}, {}, {})), work), 0  # workers need no labels
