@@ -8,6 +8,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -241,6 +242,8 @@ def test_posterior_resumes_to_the_same_draws(tuna: ht.Robot, tmp_path: Path) -> 
     whole = posterior(fit, 60, checkpoint=path)
     path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:2]))  # the header and the first block
     assert (posterior(fit, 60, checkpoint=path).samples == whole.samples).all()
+    with ThreadPoolExecutor(3) as pool:
+        assert (posterior(fit, 60, executor=pool).samples == whole.samples).all()
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import resource
 import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -30,13 +31,16 @@ GRID = ht.GaitGrid.from_degrees(
 HOW = {"threads": 1, "steps": 128, "method": "newton", "beats": 50, "check_rest": False}
 
 
-def seconds(processes: int, folder: Path) -> float:
-    """Time of the whole grid with a pool whose processes have started."""
+def seconds(processes: int, folder: Path) -> tuple[float, float]:
+    """Wall time of the whole grid with processes that have started, and processor time with their start."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool:
-        list(map_shards(partial(ht.load), ["hypertuna"] * 4 * processes, pool))
+        list(map_shards(ht.load, ["hypertuna"] * 4 * processes, pool))
         begin = time.perf_counter()
         ht.sweep_shards("hypertuna", GRID, folder, size=SIZE, executor=pool)
-        return time.perf_counter() - begin
+        wall = time.perf_counter() - begin
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def tasks_per_second(count: int) -> float:
@@ -63,12 +67,14 @@ def main() -> None:
         folder = Path(place)
         for processes in (1, 2):
             times = [seconds(processes, folder / f"{processes}-{k}.shards") for k in range(3)]
-            record[f"seconds_{processes}"] = [round(one, 2) for one in times]
-            record[f"us_per_gait_{processes}"] = round(1e6 * min(times) / len(GRID), 2)
+            record[f"wall_s_{processes}"], record[f"cpu_s_{processes}"] = (
+                min(each) for each in zip(*times, strict=True)
+            )
+        record["load"] = os.getloadavg()[0]
         shard = next((folder / "1-0.shards").glob("shard-*"))
         record["shard_bytes_per_gait"] = round(shard.stat().st_size / SIZE, 2)
     record["tasks_per_second"] = round(tasks_per_second(10_000))
-    print(json.dumps(record, indent=2))
+    Path(__file__).with_suffix(".json").write_text(json.dumps(record, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from hypertuna.characterization.data import joint_index
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, counted, json_text, progress_bar, run_folder, table
 from hypertuna.cli.emit import emit
+from hypertuna.cli.shards import connected
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
@@ -347,6 +348,7 @@ def map_command(
         ),
     ] = None,
     checkpoint: opt.Checkpoint = None,
+    cluster: opt.Cluster = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Map bend, oil and length of a joint over pressures and moments, by finite elements and by the fast model.
@@ -356,7 +358,7 @@ def map_command(
     were not reached, 2 for bad input.
     """
     fish = robot.load()
-    with progress_bar("points", slow=True) as progress:
+    with progress_bar("points", slow=True) as progress, connected(cluster) as executor:
         found = joint_map(
             fish,
             joint_index(joint, fish),
@@ -364,6 +366,7 @@ def map_command(
             couple=moment,
             fill=None if fill is None else 1e3 * fill,
             options=elements,
+            executor=executor,
             checkpoint=checkpoint,
             progress=progress,
         )

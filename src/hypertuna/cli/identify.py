@@ -13,10 +13,11 @@ from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.console import command_line, counted, progress_bar, table
 from hypertuna.cli.emit import emit
+from hypertuna.cli.shards import connected
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
 from hypertuna.description.writer import write_robot
-from hypertuna.errors import InputErrors
+from hypertuna.errors import InputError, InputErrors
 from hypertuna.identification.identify import Fit, compare, identify
 from hypertuna.identification.names import split_names
 from hypertuna.identification.posterior import Posterior, check_posterior, posterior, with_posterior
@@ -140,6 +141,7 @@ def identify_command(
     samples: Annotated[
         int | None, opt.whole_number("--posterior", "Sample the posterior (MCMC) with this many steps per walker.")
     ] = None,
+    cluster: opt.Cluster = None,
     output: opt.RobotOutput = None,
     report: Annotated[
         str | None, opt.file("--report", help="Write a page on the fit to this .html file.", suffixes=(".html",))
@@ -156,6 +158,8 @@ def identify_command(
         check_name(law, LAWS, "--water", "water law")
     if samples is not None:
         check_posterior(samples, search.loss)
+    elif cluster is not None:
+        raise InputError("applies to the samples of a posterior", key="--cluster", fix="add --posterior N")
     fish = robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
     if doubts := implausible_runs(runs.steady, fish):
@@ -173,8 +177,9 @@ def identify_command(
     if samples is not None:
         file = Path(search.checkpoint) if search.checkpoint else None
         own = file and file.with_stem(f"{file.stem}-posterior")
-        with progress_bar("sampling", parts="step", checkpoint=own) as progress:
-            sampled = posterior(fit, samples, threads=search.threads, checkpoint=own, progress=progress)
+        how: Any = {"threads": search.threads, "checkpoint": own}
+        with progress_bar("sampling", parts="step", checkpoint=own) as progress, connected(cluster) as executor:
+            sampled = posterior(fit, samples, executor=executor, **how, progress=progress)
     fitted = fit.robot if sampled is None else with_posterior(fit, sampled)
     if output is not None:
         write_robot(fitted, output)

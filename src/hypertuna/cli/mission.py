@@ -14,6 +14,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, counted, progress_bar, summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.parsing import whole_number as read_whole_number
+from hypertuna.cli.shards import connected
 from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
@@ -63,6 +64,7 @@ def mission_command(
         ),
     ] = None,
     threads: opt.Threads = None,
+    cluster: opt.Cluster = None,
     fault: Annotated[
         list[str] | None,
         opt.text(
@@ -102,8 +104,10 @@ def mission_command(
                 fix = "leave it out with --seeds, or leave --seeds out"
                 raise InputError("applies to a single flight", key=key, fix=fix)
         options = {"threads": threads, "faults": fault or [], "duration": duration, "checkpoint": checkpoint}
-        _fly_many(file, fish, seeds, options, output, as_json)
+        _fly_many(file, fish, seeds, options, cluster, output, as_json)
         return
+    if cluster is not None:
+        raise InputError("applies to many flights", key="--cluster", fix="add --seeds, such as --seeds 0:100")
     if gpx is not None:
         check_origin(file.origin, file.file)
     log = None if output is None else Path(output)
@@ -204,11 +208,18 @@ def _lines(flight: Flight) -> Iterator[Any]:
 
 
 def _fly_many(
-    file: MissionFile, robot: Robot, seeds: Sequence[int], options: dict[str, Any], output: str | None, as_json: bool
+    file: MissionFile,
+    robot: Robot,
+    seeds: Sequence[int],
+    options: dict[str, Any],
+    cluster: str | None,
+    output: str | None,
+    as_json: bool,
 ) -> None:
     """Fly many seeds, and summarize them."""
-    with progress_bar("flying", parts="flight", checkpoint=options["checkpoint"]) as progress:
-        outcomes = fly_seeds(file, robot, seeds, **options, report=progress)
+    bar = progress_bar("flying", parts="flight", checkpoint=options["checkpoint"])
+    with bar as progress, connected(cluster) as executor:
+        outcomes = fly_seeds(file, robot, seeds, executor=executor, **options, report=progress)
     facts = made_by(robot, mission=file.name, mission_hash=file.hash)
 
     def row(one: Outcome) -> dict[str, Any]:

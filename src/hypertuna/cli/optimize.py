@@ -13,6 +13,7 @@ from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.experiment import ask_command, tell_command
 from hypertuna.cli.gait import gait_record
 from hypertuna.cli.search import RobustOptions, SearchOptions, SwimLimits
+from hypertuna.cli.shards import connected
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.writer import robot_text, write_robot
 from hypertuna.errors import InputError
@@ -39,6 +40,7 @@ def optimize_command(
     limits: SwimLimits,
     min_speed: Annotated[float | None, opt.number("--min-speed", "m/s", "Minimum speed in m/s.")] = None,
     checkpoint: opt.Checkpoint = None,
+    cluster: opt.Cluster = None,
     plot: opt.Plot = None,
     output: opt.RobotOutput = None,
     as_json: opt.AsJson = False,
@@ -55,10 +57,9 @@ def optimize_command(
     if output is not None:  # tried before the search, whose result must not be lost
         groups = [0.0] * len(subject.joints)
         robot_text(_with_best(subject, Gait.from_degrees(frequency=1.0, amplitude=groups, phase=groups)))
-    with progress_bar("optimizing", parts="gait", checkpoint=checkpoint) as progress:
-        result = optimize(
-            subject, limits=kept, checkpoint=checkpoint, progress=progress, **search.arguments(), **vars(robust)
-        )
+    how = search.arguments() | vars(robust) | {"checkpoint": checkpoint}
+    with progress_bar("optimizing", parts="gait", checkpoint=checkpoint) as progress, connected(cluster) as executor:
+        result = optimize(subject, limits=kept, executor=executor, progress=progress, **how)
     if output is not None and result.gait is not None:
         write_robot(_with_best(result.robot, result.gait), output)
     emit(

@@ -11,6 +11,7 @@ from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import column_rows, gait_record
 from hypertuna.cli.search import RobustOptions, SwimLimits, bounds_of
+from hypertuna.cli.shards import connected
 from hypertuna.description.provenance import provenance
 from hypertuna.io.files import variable_columns
 from hypertuna.io.quantity import key_of
@@ -45,6 +46,7 @@ def pareto_command(
     no_polish: Annotated[bool, typer.Option("--no-polish", help="Do not polish the front of NSGA-II.")] = False,
     steps: opt.Steps = DEFAULT_STEPS,
     checkpoint: opt.Checkpoint = None,
+    cluster: opt.Cluster = None,
     files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Find the Pareto front of gaits: NSGA-II, polished by exact gradients.
@@ -52,7 +54,7 @@ def pareto_command(
     The exit code is 0 for a front, 1 if no gait satisfies all limits, 2 for bad input.
     """
     subject = robot.load()
-    with progress_bar("evolving", parts="round", checkpoint=checkpoint) as progress:
+    with progress_bar("evolving", parts="round", checkpoint=checkpoint) as progress, connected(cluster) as executor:
         front = pareto(
             subject,
             [name.strip() for name in objectives.split(",")],
@@ -64,6 +66,7 @@ def pareto_command(
             polish=not no_polish,
             seed=seed,
             steps=steps,
+            executor=executor,
             checkpoint=checkpoint,
             progress=progress,
             **vars(robust),

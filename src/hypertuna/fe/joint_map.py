@@ -8,7 +8,9 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -26,6 +28,7 @@ from hypertuna.fe.bend import ngsolve_version
 from hypertuna.fe.measure import measure
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
 from hypertuna.io.checkpoint import Journal
+from hypertuna.parallel.executors import Executors, map_shards
 
 STRONGEST = 0.5  # largest couple by default, over the moment that holds the joint straight under the largest pressure
 STRAIN = 0.3  # of the axis, at most
@@ -107,6 +110,7 @@ def joint_map(
     couple: ArrayLike | None = None,
     fill: float | None = None,
     options: FeOptions | None = None,
+    executor: Executors | None = None,
     checkpoint: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
     solve: Joint | None = None,
@@ -114,7 +118,7 @@ def joint_map(
     """Solve a joint on a grid of pressures and couples, and compare the fast model with it.
 
     `pressure` (n,) of the left side [Pa]; `couple` (m,) [N m] and `fill` [Pa] have defaults. The journal `checkpoint`
-    resumes the work; `solve` replaces the finite elements.
+    resumes the work; `solve` replaces the finite elements. An `executor` takes all pressures under a couple as a task.
     """
     group, _ = joint_group(robot, joint)
     options = options or FeOptions()
@@ -124,20 +128,26 @@ def joint_map(
     model = next(m for m in joint_models(robot, options.material) if m.name == group.name)
     straight = abs(holding_moment(model, 0.0, (max(map(max, pairs)), 0.0)))
     torques = _couples(np.linspace(-1, 1, 5) * float(f"{STRONGEST * straight:.2g}") if couple is None else couple)
-    solve = solve or joint_by_elements(robot, joint, options)
+    by_elements = solve or joint_by_elements(robot, joint, options)
     facts = {"joint": group.name, "pressure": pairs, "couple": torques, "ngsolve": ngsolve_version()}
     points: list[dict[str, Any]] = []
     with Journal(checkpoint, journal_header("fe map", robot, options.facts(robot) | facts)) as journal:
-        for c, p in itertools.product(range(len(torques)), range(len(pairs))):
+        whole = journal.known // len(pairs)  # couples whose points are all known
+        work = partial(_of_couple, robot, joint, options, solve, pairs)
+        with closing(map_shards(work, torques[whole:].tolist(), executor)) as rows:
+            row: list[dict[str, Any]] = []
+            for c, p in itertools.product(range(len(torques)), range(len(pairs))):
 
-            def point(c: int = c, p: int = p) -> dict[str, Any]:
-                start = time.process_time()
-                answer = solve(float(torques[c]), pairs[: p + 1])
-                return dict(answer) | {"seconds": time.process_time() - start}
+                def point(c: int = c, p: int = p) -> dict[str, Any]:
+                    nonlocal row
+                    if executor is None:
+                        return _solved(by_elements, float(torques[c]), pairs[: p + 1])
+                    row = next(rows) if p == 0 or not row else row
+                    return row[p]
 
-            points.append(journal.answer([c, p], point))
-            if progress is not None:
-                progress(len(points), len(torques) * len(pairs))
+                points.append(journal.answer([c, p], point))
+                if progress is not None:
+                    progress(len(points), len(torques) * len(pairs))
     elements = _states(points, torques, len(pairs))
     faults = [one["fault"].rstrip(".") for one in points if one["fault"]]
     text = f"All {len(points)} points have an equilibrium."
@@ -156,6 +166,20 @@ def joint_map(
         status_text=text,
         seconds=float(sum(one["seconds"] for one in points)),
     )
+
+
+def _of_couple(
+    robot: Robot, joint: str | int, options: FeOptions, solve: Joint | None, pairs: Sequence[Pair], couple: float
+) -> list[dict[str, Any]]:
+    """Solve all points of a couple."""
+    solve = solve or joint_by_elements(robot, joint, options)
+    return [_solved(solve, couple, pairs[: p + 1]) for p in range(len(pairs))]
+
+
+def _solved(solve: Joint, couple: float, path: Sequence[Pair]) -> dict[str, Any]:
+    """Solve a point, and take the processor time."""
+    start = time.process_time()
+    return dict(solve(couple, path)) | {"seconds": time.process_time() - start}
 
 
 def apart(elements: States, model: States, name: str) -> float:

@@ -1,9 +1,9 @@
 """Posterior of the coefficients of a fit, sampled by emcee."""
 
 import math
-import os
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,12 +16,13 @@ from hypertuna.description.robot import Robot, parse
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import Free, bounds_of, from_scale, prior_rows, to_scale
-from hypertuna.identification.experiment import experiment
+from hypertuna.identification.experiment import Experiment, experiment
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.loss import curvature, loss_terms
 from hypertuna.identification.prediction import predict
 from hypertuna.identification.residuals import squares
 from hypertuna.io.checkpoint import Journal
+from hypertuna.parallel.executors import map_shards, thread_count
 from hypertuna.ranges import Whole
 from hypertuna.trials.trials import digest
 
@@ -71,6 +72,7 @@ def posterior(
     fit: Fit,
     steps: int,
     *,
+    executor: Executor | None = None,
     threads: int | None = None,
     checkpoint: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -78,33 +80,25 @@ def posterior(
     """Sample the posterior of a fit with `steps` of affine-invariant walkers (Goodman and Weare 2010, emcee).
 
     The prior is uniform between the bounds, each coefficient in its scale, times that of the fit; the likelihood is
-    that of the fit. The result does not depend on the number of threads. progress: called with the
-    finished steps and their total.
+    that of the fit. The result does not depend on the executor, which takes each walker of a step as a task, nor on
+    the number of threads. progress: called with the finished steps and their total.
     """
     import emcee  # imported here: slow to import
 
     check_posterior(steps, fit.loss)
     options: dict[str, Any] = {"loss": fit.loss, "steps": fit.steps}
-    workers = threads or len(os.sched_getaffinity(0))
-    data = experiment(fit.described, fit.trials[0], fit.free, **options, threads=workers)
+    data = experiment(fit.described, fit.trials[0], fit.free, **options, threads=thread_count(threads, executor))
     walkers = max(MIN_WALKERS, WALKERS * len(fit.free))
     scale = fit.uncertainty.residual_scale
 
-    def squares_at(values: Array) -> Array:
-        return squares(data, predict(data, values, gradient_steps=None, levels=fit.noise), fit.noise) / scale**2
-
-    def log_density(x: Array) -> float:
-        if not ((x >= lower) & (x <= upper)).all():
-            return -math.inf
-        known = float((prior_rows(fit.free, x)[0] ** 2).sum())
-        return -0.5 * (weight * float(loss_terms(fit.loss, squares_at(from_scale(fit.free, x)))[0].sum()) + known)
-
+    density = _Density(fit.free, fit.loss, data, fit.noise, scale, *bounds_of(fit.free))
     # as wide about the fit as its covariance, which includes the robust loss and residuals beyond the stated noise
-    weight = (scale / fit.uncertainty.factor) ** 2 / curvature(squares_at(fit.values), fit.loss, data.count)
-
-    lower, upper = bounds_of(fit.free)
-    sampler = emcee.EnsembleSampler(walkers, len(fit.free), log_density)
-    sampler.log_prob_fn = log_density  # without emcee's wrapper, which prints a traceback at Ctrl-C
+    weight = (scale / fit.uncertainty.factor) ** 2 / curvature(density.squares_at(fit.values), fit.loss, data.count)
+    density = replace(density, weight=weight)
+    lower, upper = density.lower, density.upper
+    pool = None if executor is None else _Pool(executor)
+    sampler = emcee.EnsembleSampler(walkers, len(fit.free), density, pool=pool)
+    sampler.log_prob_fn = density  # without emcee's wrapper, which prints a traceback at Ctrl-C
     options |= {"trials": digest(fit.trials[0]), "seed": fit.seed, "values": fit.values.tolist()}
     header = journal_header("posterior", fit.described, options)
 
@@ -128,6 +122,43 @@ def posterior(
             if progress is not None:
                 progress(first + count, steps)
     return _posterior(fit, np.array(chain), accepted / (steps * walkers))
+
+
+@dataclass(frozen=True)
+class _Density:
+    """Logarithm of the posterior's density."""
+
+    free: tuple[Free, ...]
+    loss: str
+    data: Experiment
+    noise: dict[str, float]
+    scale: float  # of the residuals
+    lower: Array  # (n,) in the scales of the coefficients
+    upper: Array
+    weight: float = 1.0  # of the loss
+
+    def squares_at(self, values: Array) -> Array:
+        """Squares of the residuals over the scale."""
+        predicted = predict(self.data, values, gradient_steps=None, levels=self.noise)
+        return squares(self.data, predicted, self.noise) / self.scale**2
+
+    def __call__(self, x: Array) -> float:
+        if not ((x >= self.lower) & (x <= self.upper)).all():
+            return -math.inf
+        known = float((prior_rows(self.free, x)[0] ** 2).sum())
+        terms = loss_terms(self.loss, self.squares_at(from_scale(self.free, x)))[0]
+        return -0.5 * (self.weight * float(terms.sum()) + known)
+
+
+@dataclass(frozen=True)
+class _Pool:
+    """An executor as emcee takes it."""
+
+    executor: Executor
+
+    def map(self, function: Callable[[Array], float], points: Iterable[Array]) -> Iterator[float]:
+        """Apply a function to each point."""
+        return map_shards(function, points, self.executor)
 
 
 def check_posterior(steps: int, loss: str) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import base64
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import CancelledError, ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError, Executor, ThreadPoolExecutor
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +37,7 @@ from hypertuna.mission.run import (
     mission_start,
 )
 from hypertuna.mission.waypoints import waypoint_results
-from hypertuna.parallel.executors import thread_count
+from hypertuna.parallel.executors import Executors, map_shards, thread_count
 
 Report = Callable[[int, int], None]
 
@@ -179,13 +181,14 @@ def fly_seeds(
     robot: Robot,
     seeds: Sequence[int],
     *,
+    executor: Executors | None = None,
     threads: int | None = None,
     faults: Iterable[str] = (),
     duration: float | None = None,
     checkpoint: str | Path | None = None,
     report: Report | None = None,
 ) -> list[Outcome]:
-    """Fly a mission with many seeds; the journal keeps those that have ended at Ctrl-C."""
+    """Fly a mission with many seeds over threads or an executor; the journal keeps those ended at Ctrl-C."""
     if not 1 <= len(seeds) <= MAX_SEEDS:
         rule = f"must be from 1 to {MAX_SEEDS} seeds"
         raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
@@ -193,31 +196,45 @@ def fly_seeds(
     options = {"mission": file.hash, "seeds": list(seeds), "faults": list(faults), "duration": duration}
     check_current(robot, file.mission, file.scatter.current)  # bad input fails before any work
     mission_start(robot, file.mission, faults=faults, duration=duration)
-    outcomes: list[Outcome] = []
-
     stop = threading.Event()
 
+    @contextmanager
+    def own_pool() -> Iterator[Executor]:
+        pool = ThreadPoolExecutor(thread_count(threads))
+        try:
+            yield pool
+        finally:
+            stop.set()  # Ctrl-C need not wait for flights
+            pool.shutdown(cancel_futures=True)
+
+    work = partial(_fly_seed, file, robot, faults, duration, stop if executor is None else None)
+    outcomes: list[Outcome] = []
+    with (
+        Journal(checkpoint, journal_header("mission seeds", robot, options)) as journal,
+        closing(map_shards(work, seeds[journal.known :], executor or own_pool)) as flights,
+    ):
+        for k, seed in enumerate(seeds):
+            outcomes.append(Outcome(**journal.answer(seed, lambda: next(flights))))
+            if report is not None:
+                report(k + 1, len(seeds))
+    return outcomes
+
+
+def _fly_seed(
+    file: MissionFile,
+    robot: Robot,
+    faults: Sequence[str],
+    duration: float | None,
+    stop: threading.Event | None,
+    seed: int,
+) -> dict[str, Any]:
+    """Fly a seed, until it ends or is stopped; return its outcome."""
+
     def go_on(*_: int) -> None:
-        if stop.is_set():
+        if stop is not None and stop.is_set():
             raise CancelledError
 
-    def summary(seed: int) -> dict[str, Any]:
-        return vars(outcome(fly(file, robot, seed=seed, faults=faults, duration=duration, report=go_on)))
-
-    pool = ThreadPoolExecutor(thread_count(threads))
-    with Journal(checkpoint, journal_header("mission seeds", robot, options)) as journal:
-        work = {seed: pool.submit(summary, seed) for seed in seeds[journal.known :]}
-        try:
-            for k, seed in enumerate(seeds):
-                outcomes.append(Outcome(**journal.answer(seed, lambda seed=seed: work[seed].result())))  # type: ignore[misc]  # a default argument is not inferred
-                if report is not None:
-                    report(k + 1, len(seeds))
-        except BaseException:
-            stop.set()
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    pool.shutdown()
-    return outcomes
+    return vars(outcome(fly(file, robot, seed=seed, faults=faults, duration=duration, report=go_on)))
 
 
 def outcome(flight: Flight) -> Outcome:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -108,6 +109,7 @@ def pareto(
     seed: int = 1,
     steps: int = DEFAULT_STEPS,
     threads: int = 1,
+    executor: Executor | None = None,
     checkpoint: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Front:
@@ -125,7 +127,7 @@ def pareto(
         Two or three quantities; each is minimized or maximized as suits it.
     population, generations : int
         Of NSGA-II.
-    bounds, limits, robust, samples, checkpoint
+    bounds, limits, robust, samples, executor, checkpoint
         As of `optimize` [Hz or deg].
     min_speed : float, optional
         Min speed; a tenth of a body length per second by default. Near rest the model's cost of transport goes to
@@ -160,7 +162,9 @@ def pareto(
     slow = SLOW * robot.body.length if min_speed is None else min_speed
     NOT_NEGATIVE.check(slow, "min_speed", "give it in m/s, or 0")
     slowest = gait_limits(robot, speed=slow) if slow > 0 else ()
-    problem = Problem(robot, gait_bounds(robot, bounds), targets, (*limits, *slowest), steps, threads)
+    problem = Problem(
+        robot, gait_bounds(robot, bounds), targets, (*limits, *slowest), steps, threads, executor=executor
+    )
     if robust is not None:
         problem = over_fit(problem, robust, samples=samples, seed=seed)
     total = generations + 2 * MAX_ROUNDS

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,11 @@ from hypertuna.identification.coefficients import sample_robots
 from hypertuna.optimization.constraints import Limit, gait_quantities
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import DIFFERENTIABLE, UNUSABLE, Evaluation, Objective
+from hypertuna.parallel.executors import map_shards
 from hypertuna.ranges import Whole, check_choice
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, directional_derivatives, settle
 
+PART = 16  # points of a task of an executor
 MIN_STRIDE = 1e-3  # body lengths per beat: below, a gait stands still
 SAMPLES = Whole(min=1, max=10_000)
 WORST = 0.05  # part of the robots that "worst5" is the mean of
@@ -37,6 +40,7 @@ class Problem:
     threads: int = 1  # results do not depend on it; one is faster for small batches
     samples: tuple[Robot, ...] = ()  # robots of a robust problem
     robust: str | None = None  # of `STATISTICS`, over the samples; None for the robot alone
+    executor: Executor | None = field(default=None, compare=False, repr=False)  # results do not depend on it
 
     def __post_init__(self) -> None:
         forward = Limit("stride_length", MIN_STRIDE, upper=False)
@@ -83,10 +87,15 @@ class Problem:
         if derivatives and self.non_differentiable:
             fix = "choose a method without gradients"
             raise InputError("has no derivatives", key=" and ".join(self.non_differentiable), fix=fix)
-        swims = [self._swim(robot, x, derivatives) for robot in self.robots]
+        alone = replace(self, samples=(), executor=None)  # all that a worker needs
+        parts = [x[k : k + PART] for k in range(0, len(x), PART)] if self.executor else [x]
+        tasks = ((robot, part) for robot in self.robots for part in parts)
+        swims = list(map_shards(partial(_swim_part, alone, derivatives), tasks, self.executor))
+        rows = [swims[k : k + len(parts)] for k in range(0, len(swims), len(parts))]  # of each robot
+        names = swims[0]
         if self.robust is None:
-            return swims[0]
-        return {name: np.stack([each[name] for each in swims]) for name in swims[0]}
+            return {name: np.concatenate([each[name] for each in rows[0]]) for name in names}
+        return {name: np.stack([np.concatenate([each[name] for each in row]) for row in rows]) for name in names}
 
     def judge(self, x: Array, quantities: Mapping[str, Any]) -> Evaluation:
         """Evaluate objectives and limits from quantities as `swim` returns them, simulated or measured."""
@@ -130,6 +139,12 @@ class Problem:
             derivatives["speed_gradient"] = known["d_speed"]
         names = (*self.needs, "status")
         return Evaluation(np.asarray(x), value, violation, {name: known[name] for name in names}, **derivatives)
+
+
+def _swim_part(problem: Problem, derivatives: bool, task: tuple[Robot, Array]) -> dict[str, Array]:
+    """Swim some points with a robot."""
+    robot, x = task
+    return problem._swim(robot, x, derivatives)
 
 
 def over_fit(problem: Problem, statistic: str, *, samples: int, seed: int) -> Problem:

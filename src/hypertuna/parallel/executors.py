@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
+import reprlib
 import sys
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -22,8 +24,8 @@ from hypertuna.ranges import POSITIVE_WHOLE
 S = TypeVar("S")
 R = TypeVar("R")
 
-# An executor, or a function that makes one: a process pool that lost a process is unusable, and then made anew.
-Executors: TypeAlias = Executor | Callable[[], Executor]
+# An executor, or a function that makes or opens one: a pool that lost a process is unusable, and then made anew.
+Executors: TypeAlias = Executor | Callable[[], AbstractContextManager[Executor]]
 
 IN_FLIGHT = 256  # shards submitted and not yet consumed: bounds the memory of their results
 LOSSES = 5  # of one shard with its worker, before the work stops
@@ -69,7 +71,7 @@ def map_shards(
                 try:
                     result = future.result()
                 except Exception as error:
-                    error.add_note(f"in shard {shard}")
+                    error.add_note(f"in shard {reprlib.repr(shard)}")
                     raise
                 waiting.popleft()
                 yield result
@@ -137,7 +139,7 @@ def _is_lost(future: Future[Any]) -> bool:
 
 def _too_many_losses(shard: object) -> InputError:
     """Return the error of a shard that ends its workers."""
-    rule = f"lost the worker of shard {shard} {LOSSES + 1} times in a row"
+    rule = f"lost the worker of shard {reprlib.repr(shard)} {LOSSES + 1} times in a row"
     return InputError(rule, key="executor", fix="give workers more memory, or make shards smaller; then run again")
 
 

@@ -6,6 +6,7 @@ The equations are in core tail.hpp, body6.hpp, plant.hpp and twin.hpp, with docs
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,6 +21,7 @@ from hypertuna.description.robot import Robot, require, robot_of
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, shown
 from hypertuna.frames import attitude_of
+from hypertuna.parallel.executors import Executors, map_shards
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE, check_choice
 from hypertuna.simulation.plant import EXACT, Plan, plan_command
 from hypertuna.simulation.run import TwinRun
@@ -31,6 +33,7 @@ Fins = float | ArrayLike | Callable[[float], ArrayLike]
 T = TypeVar("T")
 
 STILL = Sea()
+CHUNK = 64  # runs of a task of an executor
 
 
 @checked
@@ -198,7 +201,13 @@ def twin_at_sea(
 
 
 @checked
-def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T], threads: int = 1) -> list[T]:
+def twins(
+    runs: Sequence[Mapping[str, Any]],
+    *,
+    measure: Callable[[TwinRun], T],
+    threads: int = 1,
+    executor: Executors | None = None,
+) -> list[T]:
     """Run many twins: side by side in the lanes of a processor, and over threads.
 
     Robots of the same structure (links, joints, water law) under commands of the same length share an instruction; they
@@ -213,6 +222,8 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
         Returns what to keep of each run.
     threads : int
         Number of threads; results do not depend on it.
+    executor : concurrent.futures.Executor or callable, optional
+        Where to run them, 64 at a time on `threads` threads, as of `sweep`. It must be able to send `measure`.
 
     Returns
     -------
@@ -224,6 +235,10 @@ def twins(runs: Sequence[Mapping[str, Any]], *, measure: Callable[[TwinRun], T],
     InputError
         As `twin` does.
     """
+    if executor is not None:
+        chunks = (runs[k : k + CHUNK] for k in range(0, len(runs), CHUNK))
+        made = map_shards(partial(twins, measure=measure, threads=threads), chunks, executor)
+        return [result for chunk in made for result in chunk]
     kinds: dict[Any, list[tuple[int, Plan]]] = {}
     for index, options in enumerate(runs):
         plan = _planned(**checked_arguments(twin, **options))
