@@ -358,18 +358,11 @@ def map_command(
     were not reached, 2 for bad input.
     """
     fish = robot.load()
+    start = None if fill is None else 1e3 * fill
+    place: Any = {"pressure": _rising(pressure), "couple": moment, "fill": start, "options": elements}
     with progress_bar("points", slow=True) as progress, connected(cluster) as executor:
-        found = joint_map(
-            fish,
-            joint_index(joint, fish),
-            pressure=_rising(pressure),
-            couple=moment,
-            fill=None if fill is None else 1e3 * fill,
-            options=elements,
-            executor=executor,
-            checkpoint=checkpoint,
-            progress=progress,
-        )
+        how: Any = {"executor": executor, "checkpoint": checkpoint, "progress": progress}
+        found = joint_map(fish, joint_index(joint, fish), **place, **how)
     emit(
         found,
         record=lambda found: found.record() | {"command": command_line()},
