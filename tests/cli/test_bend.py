@@ -57,7 +57,7 @@ def test_all_material_sets_and_their_spread(run: Run, tuna: ht.Robot, tmp_path: 
     assert list(told["spread_deg"].values()) == pytest.approx([min(np.degrees(largest)), max(np.degrees(largest))])
     assert told["angle_deg"] == told["materials"]["fe"]["angle_deg"]  # the robot's own set stands first
     whole = xr.load_dataset(tmp_path / "all.nc")
-    assert dict(whole.sizes) == {"material": 3, "pressure": 26}
+    assert dict(whole.sizes) == {"material": 3, "gauge_pressure": 26}
     np.testing.assert_allclose(whole.angle[:, -1], largest)
     assert whole.angle.attrs["units"] == "rad"
     assert whole.attrs["command"].startswith("hypertuna joint bend")

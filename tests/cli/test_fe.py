@@ -19,6 +19,7 @@ import tomlkit
 import xarray as xr
 
 import hypertuna as ht
+from cf_checker import cf_issues
 from hypertuna.fe import bend as path_module
 from hypertuna.fe import extra as fe_extra
 from hypertuna.fe import pictures as fe_pictures
@@ -137,6 +138,7 @@ def test_a_run_prints_what_its_files_hold(whole: Path) -> None:
     labeled = xr.load_dataset(whole / "bend.nc")
     np.testing.assert_allclose(np.degrees(labeled.angle), bends)
     assert labeled.attrs["command"].startswith("hypertuna fe bend --robot")
+    assert cf_issues(whole / "bend.nc") == ""
 
 
 @pytest.mark.fe

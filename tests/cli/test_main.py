@@ -86,7 +86,7 @@ def test_swim_from_rest_is_unsettled_when_short(run: Run, tmp_path: Path) -> Non
     told = strict(output)
     assert (code, told["status"], told["settled"]) == (1, "unsettled", False)
     with xr.open_dataset(file) as motion:
-        assert motion.time[-1] == pytest.approx(2)
+        assert motion.elapsed_time[-1] == pytest.approx(2)
         assert motion.x.attrs["units"] == "m"
         assert motion.attrs["speed_m_s"] == told["speed_m_s"]
         assert motion.attrs["command"].startswith("hypertuna swim --robot hypertuna --frequency 6")

@@ -15,7 +15,7 @@ from hypertuna.cli.twin import kelvin
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import dataset
-from hypertuna.io.quantity import ZERO_CELSIUS
+from hypertuna.io.quantity import ZERO_CELSIUS, column_units, label, suffix
 from hypertuna.swimming.gait import named_gait
 
 LIMITS = {
@@ -118,7 +118,14 @@ def _limits(size: Size) -> tuple[str, ...]:
 def _dataset(robot: Robot, sizes: list[Size]) -> Any:
     """Return a variable per column, along the cases."""
     rows = [size.record() | {"turbulent": int(size.turbulent), "limits": " ".join(size.limits)} for size in sizes]
-    return dataset({name: ("case", [row[name] for row in rows]) for name in rows[0]}, {}, provenance(robot))
+    units = column_units(Size)
+
+    def column(name: str) -> tuple[str, list[Any], dict[str, str]]:
+        unit = units.get(name, "W" if name.endswith("_w") else "")
+        about = {"units": unit} if unit else {}
+        return "case", [row[name] for row in rows], about | {"long_name": label(name.removesuffix(suffix(unit)))}
+
+    return dataset({name: column(name) for name in rows[0]}, {}, provenance(robot))
 
 
 def _lines(robot: Robot, sizes: list[Size]) -> Iterator[Any]:

@@ -8,6 +8,7 @@ import functools
 import io
 import json
 import os
+import re
 import tempfile
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
@@ -164,12 +165,43 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
     return Path(path)
 
 
+CONVENTIONS = "CF-1.11"
+# Coordinates that CF names: its `time` is a date, its `pressure` that of the air.
+CF_NAMES = {"time": "elapsed_time", "pressure": "gauge_pressure"}
+
+
 def write_netcdf(dataset: xr.Dataset | xr.DataTree, path: str | Path) -> Path:
-    """Write a dataset, or a tree as groups, as NetCDF, whole or not at all."""
+    """Write a dataset, or a tree as groups, as NetCDF by the CF conventions, whole or not at all."""
+    tree: Any = dataset
+    data: Any = tree.map_over_datasets(by_conventions) if hasattr(dataset, "groups") else by_conventions(tree)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "result.nc"
-        dataset.to_netcdf(file, engine="h5netcdf")
+        data.to_netcdf(file, engine="h5netcdf")
         return write_atomically(path, file.read_bytes())
+
+
+def by_conventions(data: xr.Dataset) -> xr.Dataset:
+    """Return a dataset as the CF conventions want it in a file.
+
+    CF's `time` is a date and its `pressure` that of the air; its axes are numbers, so that labels along `joint` are
+    `joint_name`.
+    """
+    import numpy as np  # `hypertuna version` does without
+
+    labels = {name: f"{name}_name" for name in data.indexes if data[name].dtype.kind in "UO"}
+    names = {name: re.sub(r"\W", "_", str(name)) for name in data.variables}
+    names |= {name: there for name, there in CF_NAMES.items() if name in data.indexes}
+    data = data.rename({name: there for name, there in names.items() if name != there}).rename_vars(labels)
+    for name, variable in data.variables.items():
+        flags = {key: value for key, value in variable.attrs.items() if key in ("flag_values", "flag_masks")}
+        unit = {"units": "degree"} if variable.attrs.get("units") == "deg" else {}  # as UDUNITS knows it
+        variable.attrs |= unit | {key: np.asarray(value, variable.dtype) for key, value in flags.items()}
+        if name in data.coords:
+            variable.encoding["_FillValue"] = None
+    made_by, robot = f"hypertuna {version()}", data.attrs.get("robot", "")
+    title = f"Robot {robot}, computed by {made_by}" if robot else f"Computed by {made_by}"
+    history = f"{made_by}: {data.attrs.get('command', 'in Python')}"
+    return data.assign_attrs({"Conventions": CONVENTIONS, "title": title, "history": history})
 
 
 def unwritable(path: object, error: OSError) -> InputError:

@@ -91,6 +91,11 @@ def columns(result: Any) -> dict[str, Any]:
     return values
 
 
+def column_units(kind: type) -> dict[str, str]:
+    """Return the units of the `columns` of a type of results."""
+    return {key_of(name, unit): unit for name, (unit, _) in _columns(kind).items()}
+
+
 @functools.cache
 def _columns(kind: type) -> dict[str, Column]:
     """Return the columns of a type of results, by the names of their fields."""

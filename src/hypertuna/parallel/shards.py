@@ -19,7 +19,7 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import check_same_header
 from hypertuna.io.extras import need
-from hypertuna.io.files import read_bytes, replaced, write_atomically
+from hypertuna.io.files import by_conventions, read_bytes, replaced, write_atomically
 from hypertuna.parallel.executors import Executors, map_shards
 from hypertuna.parallel.layout import Layout
 from hypertuna.ranges import POSITIVE_WHOLE
@@ -225,7 +225,7 @@ def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[in
                 parts.append(shards.read(shard, [name])[name])
                 progress(v * len(shards) + shard + 1, total)
             data = shards.layout.dataset({name: np.concatenate(parts)}).assign_attrs(command=shards.command)
-            data.to_netcdf(file, mode="a" if v else "w", engine="h5netcdf")
+            by_conventions(data).to_netcdf(file, mode="a" if v else "w", engine="h5netcdf")
 
 
 def check_complete(shards: Shards) -> None:

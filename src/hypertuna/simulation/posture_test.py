@@ -130,9 +130,9 @@ class PostureTest(
             "reach": (grid, largest, "rad", "largest amplitude that is held"),
         }
         coordinates = {
-            "frequency": ("frequency", frequencies, {"units": "Hz"}),
+            "frequency": ("frequency", frequencies, "Hz", "beat frequency"),
             "joint": ("joint", [self.robot.joints[j].name for j in joints]),
-            "set_angle": ("joint", self.angle[joints], {"units": "rad"}),
+            "set_angle": ("joint", self.angle[joints], "rad", "angle set to either side"),
             "side": ("side", list(SIDES)),
         }
         facts = {"medium": self.medium, "duration_s": self.duration, "seed": self.seed}
