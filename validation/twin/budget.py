@@ -3,7 +3,7 @@
 python validation/twin/budget.py [DRAWS] [--seed N]    200 draws: some 15 minutes
 
 Each draw is another robot that the paper describes as well: an actuator that meets both published bends
-(validation/bench/sampled.py); lines, oil, servos and controller within the ranges of `sensitivity.FACTORS`; links
+(validation/bench/sampled.py); lines, oil, servos and controller within the ranges of simulation/estimates.py; links
 with or without the mass that Table II leaves out; the areas of Table II as named or as printed; a caudal fin from
 soft to rigid; other noise and offsets of the sensors. The controller of each knows the description alone. A draw
 counts by the likelihood of its levers. Water is Table III's: the authors identified it, and no range is published.
@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sensitivity import FACTORS, Factor, varied
 
 import hypertuna as ht
 from hypertuna.cli.console import progress_bar
@@ -27,6 +26,7 @@ from hypertuna.io.files import version, write_atomically
 from hypertuna.paper.computed import SPEEDS
 from hypertuna.paper.ledger import published_value
 from hypertuna.paper.seeds import taken_hash
+from hypertuna.simulation.estimates import FACTORS, Factor, varied
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "data" / "twin" / "budget.json"

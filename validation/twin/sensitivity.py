@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.description.robot import Robot, parse
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
+from hypertuna.simulation.estimates import FACTORS, Factor, varied
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twins
 from hypertuna.swimming.gait import Gait
@@ -20,40 +21,6 @@ Array = NDArray[np.float64]
 
 SECONDS = 8.0  # of a run: at a steady beat and, begun at speed, near a steady swim
 THREADS = 2
-
-
-@dataclass(frozen=True)
-class Factor:
-    """One estimate of a description and how far it may be off."""
-
-    name: str  # In words
-    key: str  # Place in the robot's file, e.g. ``joints.line.bore_m``: in a list of tables, of every one that has it
-    low: float  # Multiples of the description's value, alike on a logarithmic scale, or what is added to it
-    high: float
-    how: Literal["times", "plus"] = "times"  # "times" or "plus"
-
-    def change(self, part: Array) -> Array:
-        """Return the multiple, or the addend, at a part of the range."""
-        if self.how == "plus":
-            return self.low + (self.high - self.low) * part
-        logarithm = math.log(self.low) + math.log(self.high / self.low) * part
-        result: Array = np.exp(logarithm)
-        return result
-
-
-# How far HyperTuna's estimates may be off, by the reasons that its [sources] give.
-FACTORS = (
-    Factor("bore of the lines", "joints.line.bore_m", 0.8, 1.2),
-    Factor("temperature of the oil", "oil.temperature_c", -10.0, 10.0, "plus"),
-    Factor("entrained air", "oil.air", 0.5, 5.0),
-    Factor("compliance of the circuits", "joints.line.compliance_m3_pa", 0.3, 3.0),
-    Factor("fill pressure", "joints.line.fill_pressure_pa", 0.4, 1.6),
-    Factor("speed of the servos", "servos.speed_rad_s", 0.9, 1.1),
-    Factor("bandwidth of the servos", "servos.bandwidth_hz", 0.5, 2.0),
-    Factor("inertia of the servos", "servos.inertia_kg_m2", 0.7, 3.0),
-    Factor("pressure limit", "controller.pressure_soft_pa", 0.8, 1.15),
-    Factor("stiffness of the silicone", "joints.actuator.stiffness_factor", 0.7, 1.4),
-)
 
 
 @dataclass(frozen=True)
@@ -72,21 +39,6 @@ class Influence:
     deviation: Array
     runs: int  # Runs made, and how many of them diverged
     diverged: int
-
-
-def varied(robot: Robot, changes: Mapping[Factor, float]) -> Robot:
-    """Return a robot with some of its estimates changed."""
-    document = robot.document()
-    for factor, change in changes.items():
-        path, _, last = factor.key.rpartition(".")
-        found = [table for table in _tables(document, path.split(".")) if last in table or last in _DEFAULTS]
-        if not found:
-            fix = "leave this factor out"
-            raise InputError("must be a value of the robot", file=robot.file, key=factor.key, fix=fix)
-        for table in found:
-            value = table[last] if last in table else _DEFAULTS[last]
-            table[last] = value * change if factor.how == "times" else value + change
-    return parse(document, file=robot.file)
 
 
 def influence(
@@ -147,18 +99,6 @@ def influence(
         runs=total,
         diverged=diverged,
     )
-
-
-_DEFAULTS: dict[str, float] = {"stiffness_factor": 1.0}  # of keys that a file may leave out
-
-
-def _tables(node: Any, path: Sequence[str]) -> list[dict[str, Any]]:
-    """Collect the tables at a path, of every entry where there is a list."""
-    if isinstance(node, list):
-        return [table for part in node for table in _tables(part, path)]
-    if not path:
-        return [node]
-    return _tables(node[path[0]], path[1:]) if path[0] in node else []
 
 
 def _options(

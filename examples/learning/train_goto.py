@@ -1,0 +1,81 @@
+"""Train a policy that reaches a point (hypertuna/Goto-v0) by PPO, and write its curve and its weights.
+
+python examples/learning/train_goto.py [--steps 2000000] [--seed 1] [--threads 2]
+
+It needs the extra `rl` and Stable-Baselines3 with PyTorch: pip install stable-baselines3
+"""
+
+import argparse
+import csv
+import time
+from pathlib import Path
+
+import numpy as np
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.vec_env import VecMonitor
+
+from hypertuna.learning.sb3 import Sb3VecEnv
+
+FOLDER = Path(__file__).parent
+
+
+class Curve(BaseCallback):
+    """Write steps, mean return and share of reached points of the last hundred episodes after each rollout."""
+
+    def __init__(self, file):
+        super().__init__()
+        self.rows, self.file, self.start = [], file, time.monotonic()
+
+    def _on_step(self):
+        return True
+
+    def _on_rollout_end(self):
+        episodes = self.model.ep_info_buffer
+        if len(episodes) == 0:
+            return
+        reached = np.mean([episode["is_success"] for episode in episodes])
+        reward = np.mean([episode["r"] for episode in episodes])
+        seconds = time.monotonic() - self.start
+        self.rows.append((self.num_timesteps, round(float(reward), 3), round(float(reached), 3)))
+        print(f"{self.num_timesteps} steps, return {reward:.2f}, reached {reached:.0%}, {seconds:.0f} s", flush=True)
+        with self.file.open("w", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerows([("steps", "return", "reached"), *self.rows])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--steps", type=int, default=2_000_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--output", type=Path, default=FOLDER)
+    options = parser.parse_args()
+    env = VecMonitor(Sb3VecEnv(128, "Goto", threads=options.threads), info_keywords=("is_success",))
+    network = {"net_arch": [64, 64], "log_std_init": -1.0}
+    model = PPO(
+        *("MlpPolicy", env),
+        n_steps=128,
+        batch_size=2048,
+        n_epochs=8,
+        gamma=0.98,
+        learning_rate=lambda left: 2e-3 * left,
+        use_sde=True,  # exploration that is smooth in time: a tail does not follow noise of 10 Hz
+        sde_sample_freq=32,
+        policy_kwargs=network,
+        seed=options.seed,
+        device="cpu",
+    )
+    model.learn(options.steps, callback=Curve(options.output / "goto.csv"))
+    model.save(options.output / "goto.zip")
+    layers = model.policy.mlp_extractor.policy_net[0], model.policy.mlp_extractor.policy_net[2], model.policy.action_net
+    weights = {
+        f"{what}{k}": p.detach().numpy()
+        for k, layer in enumerate(layers)
+        for what, p in (("weight", layer.weight), ("bias", layer.bias))
+    }
+    np.savez(options.output / "goto.npz", **weights)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,12 @@
+"""Reinforcement learning on the twin (extra `rl`): tasks, swimmers, environments, policies.
+
+`import hypertuna.learning` registers hypertuna/Swim-v0, Turn-v0, Goto-v0 and Station-v0 with Gymnasium.
+"""
+
+from hypertuna.io.extras import need
+
+need("rl", "gymnasium", by="hypertuna.learning")
+
+from hypertuna.learning.environments import register as _register  # noqa: E402
+
+_register()

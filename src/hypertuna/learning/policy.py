@@ -1,0 +1,114 @@
+"""Policies: a multilayer perceptron from observations to actions, and the plain pilot that it is measured against."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError
+from hypertuna.learning.environments import SwimmerVectorEnv
+from hypertuna.learning.swimmers import LAG, STEP, Swimmers
+
+Act = Callable[[NDArray[Any]], NDArray[Any]]  # observations (N, size) to actions (N, knobs)
+
+
+@dataclass(frozen=True)
+class Policy:
+    """A perceptron with tanh between its layers; its output is clipped to -1 and 1."""
+
+    weights: tuple[Array, ...]  # of each layer (out, in)
+    biases: tuple[Array, ...]  # (out,)
+
+    def __call__(self, observation: NDArray[Any]) -> Array:
+        """Return the actions (N, out) of observations (N, in)."""
+        value = np.asarray(observation, dtype=float)
+        for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            value = np.tanh(value @ weight.T + bias)
+        return np.clip(value @ self.weights[-1].T + self.biases[-1], -1, 1)
+
+
+def read_policy(path: str | Path) -> Policy:
+    """Read a policy from a file of NumPy with arrays weight0, bias0, weight1, ...
+
+    Parameters
+    ----------
+    path : str or Path
+        As examples/learning/train_goto.py writes it.
+
+    Returns
+    -------
+    Policy
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or its layers do not follow each other.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: np.asarray(file[name], dtype=float) for name in file.files}
+    except (OSError, ValueError) as error:
+        fix = "give the .npz file that examples/learning/train_goto.py writes"
+        raise InputError(f"cannot be read: {error}", file=str(path), fix=fix) from None
+    layers = range(len(arrays) // 2)
+    names = [f"{what}{k}" for k in layers for what in ("weight", "bias")]
+    if not names or set(arrays) != set(names):
+        fix = "store each layer as weight0, bias0, weight1, ..."
+        raise InputError("must have the arrays of layers", file=str(path), value=", ".join(sorted(arrays)), fix=fix)
+    weights, biases = ([arrays[f"{what}{k}"] for k in layers] for what in ("weight", "bias"))
+    for k, (weight, bias) in enumerate(zip(weights, biases, strict=True)):
+        wanted = (len(bias), weight.shape[-1] if k == 0 else len(biases[k - 1]))
+        if bias.ndim != 1 or weight.shape != wanted or not (np.isfinite(weight).all() and np.isfinite(bias).all()):
+            rule, fix = "must be finite and follow the layer before", "store (out, in) weights and (out,) biases"
+            raise InputError(rule, file=str(path), key=f"weight{k}", value=f"of shape {weight.shape}", fix=fix)
+    return Policy(tuple(weights), tuple(biases))
+
+
+def plain_pilot(swimmers: Swimmers, *, frequency: float = 2.0, amplitude: float = 0.5, gain: float = 2.0) -> Act:
+    """Return a pilot for Goto: one gait [Hz, part of the largest bend]; a tail that bends to the left turns right."""
+    joints, told = len(swimmers.robot.joints), swimmers.task.size
+
+    def act(observation: NDArray[Any]) -> NDArray[Any]:
+        cosine, sine = observation[:, -told], observation[:, -told + 1]
+        bearing = np.arctan2(sine, cosine)
+        action = np.tile(swimmers.rest, (len(observation), 1))
+        action[:, 0] = 2 * frequency / swimmers.span.frequency - 1
+        action[:, 1 : 1 + joints] = 2 * amplitude - 1
+        action[:, 1 + joints : 2 * joints] = 2 * np.radians(60) / LAG - 1
+        action[:, 2 * joints :] = np.clip(-gain * bearing, -1, 1)[:, np.newaxis]
+        return action
+
+    return act
+
+
+def success_rate(env: SwimmerVectorEnv, act: Act, *, episodes: int, seed: int) -> dict[str, Any]:
+    """Return the part of episodes that end in success, and the mean time [s] and energy [J] of those."""
+    observation, _ = env.reset(seed=seed)
+    swimmers, successes, seconds, energy = env.swimmers, [], [], []
+    drawn = np.zeros(env.num_envs)
+    length = np.zeros(env.num_envs)
+    quota = np.full(env.num_envs, episodes // env.num_envs)  # alike for each: quick ones do not count more often
+    quota[: episodes % env.num_envs] += 1
+    while quota.any():
+        actions = act(observation)
+        observation, _, done, cut, infos = env.step(actions)
+        length += STEP
+        drawn += STEP * swimmers.power * swimmers.effort
+        for k in np.flatnonzero(done | cut):
+            if quota[k]:
+                quota[k] -= 1
+                successes.append(bool(infos["is_success"][k]))
+                if successes[-1]:
+                    seconds.append(length[k])
+                    energy.append(drawn[k])
+            length[k] = drawn[k] = 0.0
+    mean = (float(np.mean(values)) if values else float("nan") for values in (seconds, energy))
+    return {"episodes": len(successes), "success": float(np.mean(successes))} | dict(
+        zip(("seconds", "joules"), mean, strict=True)
+    )

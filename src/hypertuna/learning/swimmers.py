@@ -1,0 +1,174 @@
+"""Swimmers: twins of one robot, or of robots like it, that act and observe in steps of many control ticks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot, require
+from hypertuna.errors import InputError
+from hypertuna.learning.tasks import Outcome, Seen, Task
+from hypertuna.simulation.plant import controller_of, parts_of, steps_of
+
+STEP = 0.1  # s, of an action
+LAG = math.pi  # rad, the largest lag of a joint behind the one before
+BIAS = 0.5  # of a joint's largest bend, for steering
+LIMIT = 4.0  # observations are held within this
+
+
+def knobs(robot: Robot) -> tuple[str, ...]:
+    """Name the numbers of an action, each from -1 to 1."""
+    names = [group.name for group in robot.joints]
+    return (
+        "frequency",
+        *(f"amplitude of {name}" for name in names),
+        *(f"lag of {name}" for name in names[1:]),
+        *(f"bias of {name}" for name in names),
+    )
+
+
+@dataclass(frozen=True)
+class Span:
+    """What actions are multiplied by."""
+
+    frequency: float  # Hz
+    bend: Array  # (joints,) rad
+
+    def gait(self, action: Array) -> tuple[Array, Array, Array, Array]:
+        """Return frequency, amplitude, phase and bias of actions (N, 3 joints) from -1 to 1."""
+        joints = len(self.bend)
+        part = (np.clip(action, -1, 1) + 1) / 2
+        lag = np.concatenate([np.zeros((len(part), 1)), LAG * part[:, 1 + joints : 2 * joints]], axis=1)
+        bias = BIAS * self.bend * (2 * part[:, 2 * joints :] - 1)
+        return self.frequency * part[:, 0], self.bend * part[:, 1 : 1 + joints], lag.cumsum(axis=1), bias
+
+
+def span_of(robot: Robot) -> Span:
+    """Return what a robot's actions are multiplied by: the controller's bounds."""
+    control = require(robot.controller, "controller", robot)
+    bends = [group.bend_max for group in robot.joints]
+    if missing := [group.name for group, bend in zip(robot.joints, bends, strict=True) if bend is None]:
+        fix = "give the largest bend, from a bench or `hypertuna joint bend`"
+        raise InputError(
+            "is needed to learn", file=robot.file or None, key=f"joints.{missing[0]}.bend_max_deg", fix=fix
+        )
+    return Span(control.frequency_max, np.array(bends, dtype=float))
+
+
+@dataclass
+class Swimmers:
+    """Twins that learn; at each start one of `robots` is drawn, and its controller knows `robot` alone."""
+
+    task: Task
+    robot: Robot
+    count: int
+    robots: Sequence[Robot] = ()
+    threads: int = 1
+    goal: Array = field(init=False)  # (N, numbers of a goal)
+    current: Array = field(init=False)  # (N, 2) BL/s
+    steps: Array = field(init=False)  # (N,) made since the start
+
+    def __post_init__(self) -> None:
+        control = require(self.robot.controller, "controller", self.robot)
+        tick = 1 / control.rate
+        self.ticks = round(STEP / tick)
+        if abs(self.ticks * tick - STEP) > 1e-9:
+            rule, fix = f"must make whole ticks of {STEP:g} s", "give 100 Hz, say"
+            key, value = "controller.rate_hz", f"{control.rate:g}"
+            raise InputError(rule, file=self.robot.file or None, key=key, value=value, fix=fix)
+        self.span = span_of(self.robot)
+        self._parts = [parts_of(robot, "water", None) for robot in self.robots or [self.robot]]
+        inner = max(steps_of(tick, parts, self.robot) for parts in self._parts)
+        self._controller = _core.Controller(controller_of(self.robot))
+        rng = np.random.default_rng(0)
+        self._batch = _core.Batch([self._start(rng) for _ in range(self.count)], steps=inner)
+        self.action = np.tile(self.rest, (self.count, 1))
+        self.goal = np.stack([self.task.goal(rng) for _ in range(self.count)])
+        self.current, self.steps = np.zeros((self.count, 2)), np.zeros(self.count, dtype=int)
+        self._drift, self._before = np.zeros((self.count, 2)), np.zeros(self.count)
+        servos = [servo for servo in self.robot.servos if servo.voltage and servo.stall_current]
+        self.power = sum(servo.count * (servo.voltage or 0) * (servo.stall_current or 0) for servo in servos)  # W
+        self._columns = self._batch.columns()
+        self.seen = self._look(self._columns["x"], self._columns["y"])
+        self.effort = np.zeros(self.count)  # of the last step, also where an episode has begun since
+
+    @property
+    def rest(self) -> Array:
+        """The action of a straight tail (3 joints,)."""
+        joints = len(self.robot.joints)
+        return np.concatenate([np.full(1 + joints, -1.0), np.full(joints - 1, -1.0), np.zeros(joints)])
+
+    @property
+    def size(self) -> int:
+        """Numbers of an observation."""
+        joints = len(self.robot.joints)
+        return 2 + 2 * joints + 3 * joints + self.task.size
+
+    def restart(self, swimmers: Iterable[int], rng: np.random.Generator) -> None:
+        """Start swimmers anew, each at rest with a goal, a current and a robot of its own."""
+        rows = [int(k) for k in swimmers]
+        for k in rows:
+            self._batch.restart(k, self._start(rng))
+            self.goal[k] = self.task.goal(rng)
+            speed, toward = self.task.current * rng.random(), 2 * math.pi * rng.random()
+            self.current[k] = speed * math.cos(toward), speed * math.sin(toward)
+            self.action[k], self.steps[k], self._drift[k], self._before[k] = self.rest, 0, 0.0, 0.0
+        self._columns = self._batch.columns()
+        at = self._look(self._columns["x"], self._columns["y"])
+        self.seen = Seen(*(_put(old, new, rows) for old, new in zip(self.seen, at, strict=True)))
+
+    def act(self, action: Array) -> Outcome:
+        """Make a step of all swimmers."""
+        self.action = np.clip(action, -1, 1)
+        x, y = self._columns["x"], self._columns["y"]
+        self._batch.command(*(np.ascontiguousarray(part) for part in self.span.gait(self.action)))
+        self._batch.advance(self.ticks, self.threads)
+        self._columns, before = self._batch.columns(), self.seen
+        self.steps += 1
+        self._drift += STEP * self.current
+        self.seen = self._look(x, y)
+        self.effort = self.seen.effort
+        return self.task.outcome(self.goal, self.seen, before)
+
+    def observe(self) -> Array:
+        """Return what each swimmer knows (N, size), all of which a board knows, too.
+
+        Speed ahead [BL/s], rate of turn [rad/s], bends as measured and as set, over the largest; the action; the task.
+        """
+        c = self._columns
+        motion = np.stack([self.seen.speed, c["yaw"]], axis=1)
+        bends = np.concatenate([c["angle_measured"], c["angle_set"]], axis=1) / np.tile(self.span.bend, 2)
+        told = self.task.told(self.goal, self.seen, self.current)
+        known = np.concatenate([motion, bends, self.action, told], axis=1)
+        return np.asarray(np.clip(np.nan_to_num(known), -LIMIT, LIMIT))
+
+    @property
+    def lost(self) -> NDArray[np.bool_]:
+        """Which twins have left what a robot can do (N,)."""
+        finite = np.isfinite(self._columns["x"]) & np.isfinite(self._columns["y"])
+        return np.asarray(~(finite & (np.abs(self._columns["surge"]) < 100)))
+
+    def _start(self, rng: np.random.Generator) -> tuple[_core.Plant, _core.Controller, _core.Sensors, float]:
+        parts = self._parts[rng.integers(len(self._parts))]
+        return parts.plant, self._controller, _core.Sensors(parts.sensors, int(rng.integers(2**63))), 0.0
+
+    def _look(self, x: Array, y: Array) -> Seen:
+        """Look at the swimmers, which were at `x`, `y` [m] a step ago."""
+        c, length = self._columns, self.robot.body.length
+        ahead = -(np.cos(c["heading"]) * (c["x"] - x) + np.sin(c["heading"]) * (c["y"] - y))
+        drawn, self._before = c["energy"] - self._before, c["energy"].copy()
+        position = np.stack([c["x"], c["y"]], axis=1) / length + self._drift
+        return Seen(position, c["heading"] + math.pi, ahead / (length * STEP), drawn / (STEP * self.power))
+
+
+def _put(old: Array, new: Array, rows: Sequence[int]) -> Array:
+    """Return `old` with some rows of `new`."""
+    out = old.copy()
+    out[rows] = new[rows]
+    return out

@@ -1,0 +1,182 @@
+"""Environments for learning: strangers' checkers, one swimmer as one of many, and tasks that can be checked by hand."""
+
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.description.robot import parse
+from hypertuna.errors import InputError
+from hypertuna.simulation.estimates import random_robots
+
+gymnasium = pytest.importorskip("gymnasium")
+
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+
+from hypertuna.learning.environments import SwimmerEnv, SwimmerVectorEnv  # noqa: E402
+from hypertuna.learning.policy import plain_pilot, read_policy, success_rate  # noqa: E402
+from hypertuna.learning.swimmers import STEP, knobs  # noqa: E402
+from hypertuna.learning.tasks import TASKS, Goto, Seen, Station, Swim, Turn  # noqa: E402
+
+ROBOT = ht.load("hypertuna")
+TUNA = "examples/learning/goto.npz"
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_gymnasium_finds_nothing_to_complain_of(name: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gymnasium.make(f"hypertuna/{name}-v0").unwrapped)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_stable_baselines_finds_nothing_to_complain_of(name: str) -> None:
+    checker = pytest.importorskip("stable_baselines3.common.env_checker", reason="needs Stable-Baselines3 and PyTorch")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        checker.check_env(gymnasium.make(f"hypertuna/{name}-v0").unwrapped)
+
+
+def test_the_registered_vector_environment_is_the_native_one() -> None:
+    env = gymnasium.make_vec("hypertuna/Goto-v0", num_envs=3)
+    assert isinstance(env.unwrapped, SwimmerVectorEnv)
+    assert env.observation_space.shape == (3, *env.single_observation_space.shape)
+    assert knobs(ROBOT) == ("frequency", "amplitude of I", "amplitude of II", "lag of II", "bias of I", "bias of II")
+
+
+def test_a_swimmer_alone_makes_the_steps_that_it_makes_among_others() -> None:
+    one, many = SwimmerEnv("Swim"), SwimmerVectorEnv(11, "Swim", threads=2)
+    one.reset(seed=4)
+    many.reset(seed=4)
+    many.swimmers.goal[:] = one.swimmers.goal
+    actions = np.random.default_rng(0).uniform(-1, 1, (30, one.action_space.shape[0]))
+    for action in actions:
+        alone = one.step(action)
+        together = many.step(np.tile(action, (11, 1)))
+        np.testing.assert_array_equal(together[0][0], alone[0])  # the first has the same seed
+        assert together[1][0] == alone[1]
+    assert (together[0][1] != together[0][0]).any()  # others have other seeds
+
+
+def test_a_seed_repeats_an_episode() -> None:
+    def episode() -> list[float]:
+        env = SwimmerVectorEnv(2, "Station")
+        rewards = [env.reset(seed=7)[0].sum()]
+        return rewards + [float(env.step(np.full((2, 6), 0.3))[1].sum()) for _ in range(20)]
+
+    assert episode() == episode()
+
+
+def test_an_episode_that_ends_shows_its_last_observation_and_begins_anew() -> None:
+    env = SwimmerVectorEnv(2, Swim(seconds=0.3))
+    env.reset(seed=1)
+    for _ in range(3):
+        observation, _, done, cut, infos = env.step(np.ones((2, 6)))
+    assert cut.all()
+    assert not done.any()
+    assert (infos["final_obs"] != observation).any()
+    assert (env.swimmers.steps == 0).all()
+    np.testing.assert_allclose(observation[:, 2 + 4 : 2 + 4 + 6], np.tile(env.swimmers.rest, (2, 1)))
+
+
+def test_a_robot_at_rest_is_carried_by_the_current() -> None:
+    env = SwimmerVectorEnv(3, "Station")
+    env.reset(seed=2)
+    for _ in range(50):
+        env.step(np.tile(env.swimmers.rest, (3, 1)))
+    drift = 50 * STEP * env.swimmers.current
+    np.testing.assert_allclose(env.swimmers.seen.position, drift, atol=2e-3)
+    assert np.linalg.norm(drift, axis=1).max() > 0.5
+
+
+def seen(position: tuple[float, float], heading: float, speed: float = 0.0) -> Seen:
+    return Seen(np.array([position]), np.array([heading]), np.array([speed]), np.array([0.5]))
+
+
+def test_tasks_by_hand() -> None:
+    still = np.zeros((1, 2))
+    at, before, goal = seen((1, 1), np.pi / 2), seen((1, 0), np.pi / 2), np.array([[1.0, 5.0]])
+    np.testing.assert_allclose(Goto().told(goal, at, still), [[1, 0, 1]], atol=1e-12)  # straight ahead, 4 BL
+    np.testing.assert_allclose(Goto().told(np.array([[-1.0, 1]]), at, still), [[0, 1, 0.5]], atol=1e-12)  # to the left
+    assert Goto().outcome(goal, at, before).reward == pytest.approx(1 - 0.05)  # a length nearer, half the power
+    reached = Goto().outcome(np.array([[1.0, 1.3]]), at, before)
+    assert reached.done
+    assert reached.success
+    error = Turn().told(np.array([[-np.pi / 2]]), at, still)
+    np.testing.assert_allclose(error, [[-1, 0]], atol=1e-12)
+    assert Turn().outcome(np.array([[-np.pi / 2]]), at, before).reward == pytest.approx(-1 - 0.05)
+    np.testing.assert_allclose(
+        Station().told(np.zeros((1, 2)), at, np.array([[0.0, 0.3]]))[:, 3:], [[0.3, 0]], atol=1e-12
+    )
+    assert Swim().outcome(np.array([[0.5]]), seen((0, 0), 0, 0.4), before).reward == pytest.approx(-0.1 - 0.05)
+
+
+def test_speed_and_effort_are_those_of_the_twin() -> None:
+    env = SwimmerEnv("Swim")
+    env.reset(seed=1)
+    swimmers, positions, efforts = env.swimmers, [], []
+    for _ in range(60):
+        env.step(np.array([-0.5, 0.0, 0.0, -0.3, 0.0, 0.0]))
+        positions.append(swimmers.seen.position[0])
+        efforts.append(swimmers.effort[0])
+    frequency, amplitude, phase, bias = swimmers.span.gait(swimmers.action)
+    gait = ht.Gait(frequency[0], tuple(amplitude[0]), tuple(phase[0]), tuple(bias[0]))
+    run = ht.twin(ROBOT, gait, duration=6.01, seed=0)
+    place = np.array([run.data["x"][600], run.data["y"][600]]) / ROBOT.body.length
+    np.testing.assert_allclose(positions[-1], place, atol=0.02)  # sensors differ by their seeds
+    power = run.data["power"][:600].mean() / swimmers.power
+    assert np.mean(efforts) == pytest.approx(power, rel=0.02)
+
+
+def test_robots_are_drawn_at_each_start() -> None:
+    robots = random_robots(ROBOT, 3, seed=1)
+    env = SwimmerVectorEnv(8, "Swim", robots=robots)
+    env.reset(seed=3)
+    for _ in range(20):
+        env.step(np.tile([0.0, 0.5, 0.5, 0.0, 0.0, 0.0], (8, 1)))
+    speeds = np.unique(env.swimmers.seen.speed.round(4))
+    assert len(speeds) >= 3
+    assert ROBOT.document() != robots[0].document() != robots[1].document()
+
+
+def test_what_a_robot_lacks_is_told() -> None:
+    document = ROBOT.document()
+    del document["joints"][1]["bend_max_deg"]
+    with pytest.raises(InputError, match=r"joints.II.bend_max_deg is needed to learn"):
+        SwimmerEnv("Swim", robot=parse(document))
+    with pytest.raises(InputError, match="task must be"):
+        SwimmerEnv("Fly")
+
+
+def test_the_plain_pilot_reaches_points() -> None:
+    env = SwimmerVectorEnv(8, "Goto", threads=2)
+    result = success_rate(env, plain_pilot(env.swimmers), episodes=8, seed=1)
+    assert result["episodes"] == 8
+    assert result["success"] == 1
+
+
+def test_policies_that_are_none_are_refused(tmp_path: Path) -> None:
+    for name, arrays in (
+        ("empty", {}),
+        (
+            "shape",
+            {"weight0": np.zeros((3, 2)), "bias0": np.zeros(3), "weight1": np.zeros((1, 4)), "bias1": np.zeros(1)},
+        ),
+        ("nan", {"weight0": np.full((3, 2), np.nan), "bias0": np.zeros(3)}),
+    ):
+        np.savez(tmp_path / f"{name}.npz", **arrays)
+        with pytest.raises(InputError, match=f"{name}.npz"):
+            read_policy(tmp_path / f"{name}.npz")
+    with pytest.raises(InputError, match="cannot be read"):
+        read_policy(tmp_path / "none.npz")
+
+
+def test_the_core_is_not_slowed_by_the_extra() -> None:
+    assert "hypertuna.learning" in sys.modules
+    import subprocess
+
+    code = "import sys, hypertuna; hypertuna.load('hypertuna'); assert 'gymnasium' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
