@@ -1,19 +1,17 @@
 """Sweeps on a Dask cluster of processes whose workers are killed at random: complete, and equal to the bit?
 
-Writes kills.json beside this file. A run: 32,768 gaits in 64 shards by two workers, SIGKILL to one of them at
-random times. A worker that builds an editable install is spared: the build would be broken, not the work.
+Writes kills.json beside this file. A run: 32,768 gaits in 64 shards by two workers, one of which is killed by SIGKILL
+after four random numbers of shards. A worker that builds an editable install is spared: the build would be broken.
 """
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import random
 import signal
 import tempfile
-import threading
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +22,7 @@ from hypertuna.io.files import version
 from hypertuna.parallel.executors import cluster
 
 RUNS = 20
-PAUSE = (1.0, 5.0)  # seconds between two kills: a worker that is started anew swims some shards in between
+KILLS = 4  # of a run
 GRID = ht.GaitGrid.from_degrees(
     frequency=np.linspace(1, 6, 128), amplitude=[(a, 20) for a in (8, 10, 12, 16)], phase=[(0.0, k) for k in range(64)]
 )
@@ -39,30 +37,23 @@ def building(process: int) -> bool:
         return True  # it ended while it was looked at
 
 
-@contextlib.contextmanager
-def killed_at_random(local: LocalCluster, seed: int) -> Iterator[list[int]]:
-    """Kill a worker process at random until the work is done; yield the list of those killed."""
-    chance, done, killed = random.Random(seed), threading.Event(), list[int]()
+def killer(local: LocalCluster, seed: int, killed: list[int]) -> Callable[[int, int], None]:
+    """Return a report of progress that kills a worker at random after random numbers of shards."""
+    chance = random.Random(seed)
+    times = chance.sample(range(4, 60), KILLS)
 
-    def kill() -> None:
-        while not done.wait(chance.uniform(*PAUSE)):
-            pids = [worker.pid for worker in local.workers.values()]
-            if living := [pid for pid in pids if pid and not building(pid)]:
-                killed.append(chance.choice(living))
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(killed[-1], signal.SIGKILL)
+    def report(done: int, total: int) -> None:
+        pids = [worker.pid for worker in local.workers.values()]
+        living = [pid for pid in pids if pid and not building(pid)]
+        if done in times and living:
+            killed.append(chance.choice(living))
+            os.kill(killed[-1], signal.SIGKILL)
 
-    killer = threading.Thread(target=kill)
-    killer.start()
-    try:
-        yield killed
-    finally:
-        done.set()
-        killer.join()
+    return report
 
 
 def main() -> None:
-    # To start from rest takes longer: the time in which workers are killed.
+    # With starts from rest, which take longer.
     whole = ht.sweep("hypertuna", GRID, check_rest=True)
     runs = []
     for seed in range(RUNS):
@@ -72,8 +63,9 @@ def main() -> None:
             cluster(local.scheduler_address) as executor,
         ):
             folder = Path(place) / "a.shards"
-            with killed_at_random(local, seed) as killed:
-                made = ht.sweep_shards("hypertuna", GRID, folder, size=512, check_rest=True, executor=executor)
+            killed: list[int] = []
+            how = {"executor": executor, "progress": killer(local, seed, killed)}
+            made = ht.sweep_shards("hypertuna", GRID, folder, size=512, check_rest=True, **how)
             equal = ht.merge_shards(folder).identical(whole)
         runs.append({"seed": seed, "killed": len(killed), "shards": made, "complete_and_equal": equal})
         print(runs[-1], flush=True)

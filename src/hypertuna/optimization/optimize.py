@@ -108,7 +108,7 @@ def optimize(
     samples, seed, steps : int
         Number of robots to sample; seed of all random numbers; Runge-Kutta steps per beat, a multiple of 4.
     executor : concurrent.futures.Executor, optional
-        Where to swim the gaits of a batch, 16 per task. A gait takes 30 us and a task of Dask 4 ms: worthwhile for
+        Where to swim the gaits of a batch, 16 per task. A gait takes 30 us and a task of Dask 2 to 4 ms: worthwhile for
         the many robots of `robust`, or thousands of particles.
     checkpoint : str or Path, optional
         File to keep the search in, and to resume it from.
