@@ -90,7 +90,7 @@ def base() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         "grid": (ht.Gaits.grid, {"frequency": [1], "amplitude": [(0.1, 0.1)], "phase": [(0, 1)], "bias": [(0, 0)]}),
         "grid_degrees": (ht.Gaits.grid_degrees, {"frequency": [1], "amplitude": [(1, 1)], "phase": [(0, 1)]}),
         "plot_sweep": (ht.plot_sweep, {"grid": ht.sweep(fish, GRID, steps=16)}),
-        "to_dataframe": (ht.to_dataframe, {"data": replayed}),
+        "to_pandas": (ht.to_pandas, {"data": replayed}),
         "studio": (ht.studio, both | {"height": 500}),
         "report": (ht.report, {"results": ht.swim(fish, GAIT), "path": "swim.html"}),
         "read_joints": (
@@ -137,7 +137,7 @@ NAMES = [
     "grid",
     "grid_degrees",
     "plot_sweep",
-    "to_dataframe",
+    "to_pandas",
     "studio",
     "report",
     "read_joints",

@@ -195,7 +195,7 @@ def test_a_swim_swims_with_six_numbers(made: dict[str, Any]) -> None:
 
 def test_a_gradient_names_the_largest_influence_first(made: dict[str, Any]) -> None:
     gradient, swim = made["gradient"], made["swim"]
-    table = gradient.to_dataframe()
+    table = gradient.to_pandas()
     sizes = table.speed_percent.abs()
     assert (sizes.diff().dropna() <= 0).all()
     # 1 % more density, and 1 deg more amplitude, by two swims each
@@ -227,7 +227,7 @@ def test_a_result_plots_itself(made: dict[str, Any], kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_result_is_a_table(made: dict[str, Any], kind: str) -> None:
-    table = made[kind].to_dataframe()
+    table = made[kind].to_pandas()
     assert isinstance(table, pd.DataFrame)
     assert len(table)
     assert not table.columns.has_duplicates

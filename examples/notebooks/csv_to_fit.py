@@ -25,10 +25,10 @@ fit = ht.identify("hypertuna", trials)
 fit
 
 # %% [markdown]
-# The intervals hold 95 %. `to_dataframe` has them for your own tables.
+# The intervals hold 95 %. `to_pandas` has them for your own tables.
 
 # %%
-fit.to_dataframe()[["name", "value", "low", "high", "unit", "determined"]]
+fit.to_pandas()[["name", "value", "low", "high", "unit", "determined"]]
 
 # %%
 fit.plot()

@@ -21,7 +21,7 @@ swim = ht.swim(fish, "cruise")
 swim
 
 # %% [markdown]
-# Print a result for its text. `.plot()` draws it, and `.to_dataframe()` returns the motion, with the unit of each
+# Print a result for its text. `.plot()` draws it, and `.to_pandas()` returns the motion, with the unit of each
 # column in its name.
 
 # %%
@@ -31,7 +31,7 @@ print(swim)
 swim.plot()
 
 # %%
-swim.to_dataframe()[["time_s", "x_m", "forward_speed_m_s", "mechanical_power_w"]].head()
+swim.to_pandas()[["time_s", "x_m", "forward_speed_m_s", "mechanical_power_w"]].head()
 
 # %% [markdown]
 # What matters most? The gradient is exact, and sorted by influence: the change of the speed for 1 % more of a

@@ -30,7 +30,7 @@ print(f"{near.speed:.3f} m/s for {near.cost_of_transport:.3f} J/(kg m)")
 # As a table, in degrees, with the unit in each name:
 
 # %%
-table = ht.to_dataframe(grid)
+table = ht.to_pandas(grid)
 table.nlargest(5, "speed_m_s")[["frequency_hz", "amplitude_II_deg", "phase_II_deg", "speed_m_s", "strouhal"]]
 
 # %% [markdown]

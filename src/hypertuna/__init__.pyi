@@ -5,7 +5,7 @@ from .description.robot import Robot as Robot
 from .description.robot import load as load
 from .description.robot import robots as robots
 from .display import progress_bar as progress_bar
-from .display import to_dataframe as to_dataframe
+from .display import to_pandas as to_pandas
 from .errors import InputError as InputError
 from .export.mjcf import mjcf as mjcf
 from .export.sdf import sdf as sdf

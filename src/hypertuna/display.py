@@ -127,7 +127,7 @@ class Tabular:
         if data:
             cls._data = data if isinstance(data, str) else staticmethod(data)
 
-    def to_dataframe(self) -> pd.DataFrame:
+    def to_pandas(self) -> pd.DataFrame:
         """Return the result as a table of pandas.
 
         Returns
@@ -139,10 +139,10 @@ class Tabular:
 
         make = type(self)._data
         data = (pkgutil.resolve_name(make) if isinstance(make, str) else make)(self)
-        return pd.DataFrame(data) if isinstance(data, dict) else to_dataframe(data)
+        return pd.DataFrame(data) if isinstance(data, dict) else to_pandas(data)
 
 
-def to_dataframe(data: Any) -> pd.DataFrame:
+def to_pandas(data: Any) -> pd.DataFrame:
     """Return a sweep, or another labeled dataset, as a table of pandas.
 
     Parameters
@@ -159,7 +159,7 @@ def to_dataframe(data: Any) -> pd.DataFrame:
     import pandas as pd  # slow to import
 
     if isinstance(data, Tabular):
-        return data.to_dataframe()
+        return data.to_pandas()
     if not hasattr(data, "data_vars"):
         fix = "give what hypertuna.sweep or hypertuna.replay returns"
         raise InputError("must be a labeled dataset", key="data", value=shown(data), fix=fix)

@@ -300,7 +300,7 @@ def test_a_grid_is_found_by_its_values() -> None:
     radians = ht.sweep(fish, replace(gaits, degrees=False))
     assert radians.phase.attrs["units"] == "rad"
     assert radians.sel(phase=np.radians(40), method="nearest").phase_II == np.radians(30)
-    pd.testing.assert_frame_equal(ht.to_dataframe(radians), ht.to_dataframe(grid))
+    pd.testing.assert_frame_equal(ht.to_pandas(radians), ht.to_pandas(grid))
     plots = (ht.plot_sweep(one) for one in (radians, grid))
     assert len({str([text.get_text() for text in plot.findobj(Text)]) for plot in plots}) == 1
     # Amplitudes that the last group shares are found by the first; where none differs, there is no index.
@@ -312,7 +312,7 @@ def test_a_grid_is_found_by_its_values() -> None:
 
 def test_a_grid_is_a_table_with_units_in_the_names_of_columns() -> None:
     grid = ht.sweep("hypertuna", Gaits.grid_degrees(frequency=[1, 2], amplitude=[(8, 15)], phase=[(0, 0), (0, 40)]))
-    table = ht.to_dataframe(grid)
+    table = ht.to_pandas(grid)
     assert list(table.columns[:5]) == [
         "frequency_hz",
         "amplitude_I_deg",

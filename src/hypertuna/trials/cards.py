@@ -29,7 +29,7 @@ def trial_columns(trials: Trials) -> dict[str, Any]:
     """Return every run as a row: steady runs with gait and measurements, tracked ones with their duration [s]."""
     import pandas as pd
 
-    steady = pd.concat([run.to_dataframe() for run in trials.steady]) if trials.steady else pd.DataFrame({"run": []})
+    steady = pd.concat([run.to_pandas() for run in trials.steady]) if trials.steady else pd.DataFrame({"run": []})
     tracked = {
         f"{one.name}/{track.run}": float(np.ptp(track.time)) for one in trials.recordings for track in one.tracks
     }
