@@ -73,7 +73,7 @@ demo: $(VENV)/.wheel ## install hypertuna and write a page with what it computes
 	@echo '  hypertuna studio'
 	@echo '  hypertuna robot new myfish.toml --links 3 --length 0.3 --mass 0.85'
 
-test: test-cpp hosts mujoco-plugin test-python ## C++ and Python tests
+test: test-cpp hosts mujoco-plugin fmu test-python ## C++ and Python tests
 
 # $(call run-cpp-tests,FOLDER,OPTIONS): build and run core/tests, or only TEST
 define run-cpp-tests
@@ -98,6 +98,30 @@ mujoco-plugin: $(VENV)/.installed-test ## water for MuJoCo as an engine plugin: 
 WASM := -target wasm32-wasi -mexec-model=reactor -msimd128
 EXPORTS = malloc free $(sort $(shell sed -n 's/^HT_API [a-z_ *]*[ *]\(ht_[a-z_]*\)[^a-z_].*/\1/p' hosts/hypertuna.h))
 ZIG = ZIG_GLOBAL_CACHE_DIR=$(abspath build/zig) ZIG_LOCAL_CACHE_DIR=$(abspath build/zig) $(BIN)/python -m ziglang c++ $(WASM)
+
+# Binaries of FMUs, one of each version of the standard a platform: build/fmu/PLATFORM/fmi2.so and the like.
+FMU_PLATFORMS ?= x86_64-linux aarch64-linux x86_64-windows x86_64-darwin aarch64-darwin
+fmu-target = $(1:%-linux=%-linux-gnu.2.17)$(if $(filter %-windows,$(1)),-gnu)
+fmu-suffix = $(if $(filter %-windows,$(1)),.dll,$(if $(filter %-darwin,$(1)),.dylib,.so))
+FMU_ZIG = ZIG_GLOBAL_CACHE_DIR=$(abspath build/zig) ZIG_LOCAL_CACHE_DIR=$(abspath build/zig) $(BIN)/python -m ziglang c++
+
+.PHONY: fmu
+fmu: $(foreach p,$(FMU_PLATFORMS),$(foreach v,2 3,build/fmu/$(p)/fmi$(v)$(call fmu-suffix,$(p)))) ## binaries of FMUs by ziglang, in build/fmu: FMU_PLATFORMS=x86_64-linux for one
+
+# $(call fmu-rules,PLATFORM)
+define fmu-rules
+build/fmu/$(1)/objects/%.o: LEVEL = s
+build/fmu/$(1)/objects/device_short.o: LEVEL = 3
+build/fmu/$(1)/objects/%.o: hosts/%.cpp $(VENV)/.installed-fmu $(shell find core/include hosts -type f)
+	@mkdir -p $$(@D)
+	@$(FMU_ZIG) -target $(call fmu-target,$(1)) -std=c++20 -O$$(LEVEL) -g0 -DNDEBUG -DHYPERTUNA_SMALL -DHT_API= -fno-exceptions -fno-rtti \
+	  -ffp-contract=off -fvisibility=hidden -fvisibility-inlines-hidden -ffunction-sections -fdata-sections -fPIC -Icore/include -c -o $$@ $$<
+build/fmu/$(1)/fmi%$(call fmu-suffix,$(1)): $(patsubst %,build/fmu/$(1)/objects/%.o,device device_short device_long fmi%)
+	@$(FMU_ZIG) -target $(call fmu-target,$(1)) -shared -s -Wl,--gc-sections $(if $(filter %-linux,$(1)),-Wl$(comma)--version-script=hosts/fmu.map) $$^ -o $$@
+endef
+comma := ,
+.SECONDARY:
+$(foreach p,$(FMU_PLATFORMS),$(eval $(call fmu-rules,$(p))))
 
 .PHONY: studio-core
 studio-core: build/studio/core.wasm ## C interface of hosts/hypertuna.h for browsers: build/studio/core.wasm

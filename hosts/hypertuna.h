@@ -13,9 +13,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(__GNUC__)
+#if !defined(HT_API) && defined(__GNUC__)
 #define HT_API __attribute__((visibility("default")))
-#else
+#elif !defined(HT_API)
 #define HT_API
 #endif
 

@@ -7,6 +7,7 @@ from .description.robot import robots as robots
 from .display import progress_bar as progress_bar
 from .display import to_pandas as to_pandas
 from .errors import InputError as InputError
+from .export.fmu import fmu as fmu
 from .export.mjcf import mjcf as mjcf
 from .export.sdf import sdf as sdf
 from .identification.identify import Fit as Fit

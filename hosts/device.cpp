@@ -1,0 +1,78 @@
+/// The C interface of device.h.
+#include "device.h"
+
+#include "robot.hpp"
+// apart, since the names of the settled beat come first
+#include "device.hpp"
+
+using namespace hypertuna;
+
+struct ht_device {
+    std::unique_ptr<TwinParts> parts;
+    std::unique_ptr<Device> live;
+};
+
+namespace {
+
+/// Read the parts of a robot's twin.
+std::unique_ptr<TwinParts> read_parts(const Image& image, std::string& fault) {
+    const std::optional<HostModel> model = read_model(image.part("models.0."), fault);
+    if (!model) return nullptr;
+    if (image.part("plant.").empty()) {
+        fault = "twin: the robot has no controller; describe one and write the image again";
+        return nullptr;
+    }
+    return read_twin(image, model->model, fault);
+}
+
+}  // namespace
+
+extern "C" {
+
+ht_device* ht_device_create(const unsigned char* bytes, size_t size, const ht_start* start, int plant, char* fault,
+                            size_t room) {
+    std::string wrong;
+    const std::optional<Image> image = take(read_image(bytes, size), wrong);
+    std::unique_ptr<TwinParts> parts = image ? read_parts(*image, wrong) : nullptr;
+    Run run{};
+    World world{};
+    if (wrong.empty()) wrong = read_start(*start, *parts, image->part("world."), run, world);
+    tell(wrong, fault, room);
+    if (!wrong.empty()) return nullptr;
+    const auto begin = [&](auto tail) {
+        return Devices<decltype(tail)::value>::start(*parts, start->seed, run, world, plant != 0);
+    };
+    std::unique_ptr<Device> live = parts->plant.coordinates == short_tail
+                                       ? begin(std::integral_constant<int, short_tail>())
+                                       : begin(std::integral_constant<int, max_coordinates>());
+    return new ht_device{std::move(parts), std::move(live)};
+}
+void ht_device_free(ht_device* device) { delete device; }
+int ht_device_joints(const ht_device* device) { return device->parts->controller.joints; }
+double ht_device_tick(const ht_device* device) { return device->parts->controller.tick; }
+
+void ht_device_command(ht_device* device, const double* gait, const double fins[2], int armed) {
+    set_command(device->live->command, ht_device_joints(device), gait, fins, armed != 0);
+}
+void ht_device_drive(ht_device* device, const double* pulses) {
+    const Controller<double>& limits = device->parts->controller;
+    for (int k = 0; k < 2 * limits.joints + 2; ++k)
+        device->live->pulse[k] = clamp(pulses[k], limits.pulse_min, limits.pulse_max);
+}
+void ht_device_flow(ht_device* device, const double current[2]) { device->live->flow(current); }
+
+int ht_device_advance(ht_device* device, int ticks) { return device->live->advance(ticks); }
+const char* ht_device_column(const ht_device* device, int index, int* width) {
+    return column(device->live->row, index, width);
+}
+void ht_device_read(const ht_device* device, double* row) { read_row(device->live->row, row); }
+
+size_t ht_device_state_size(const ht_device* device) { return device->live->state_size(); }
+void ht_device_save(const ht_device* device, unsigned char* state) { device->live->save(state); }
+int ht_device_restore(ht_device* device, const unsigned char* state, size_t size) {
+    if (size != device->live->state_size()) return 0;
+    device->live->restore(state);
+    return 1;
+}
+
+}  // extern "C"

@@ -1,0 +1,43 @@
+/* A twin that goes on in step with other simulators, as in an FMU. hypertuna.h has the conventions.
+ *
+ * It is under the robot's own controller, or is the plant alone, from servo pulses. What it shows is of the instant at
+ * which it stands: positions, pressures, and for the plant the readings of the sensors. What needs a time to pass, as
+ * power and the controller's doings, is of the last control tick.
+ */
+#ifndef HYPERTUNA_DEVICE_H
+#define HYPERTUNA_DEVICE_H
+
+#include "hypertuna.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct ht_device ht_device;
+
+/* Read a robot's image and make its twin; `plant` is 1 for the plant alone. */
+HT_API ht_device* ht_device_create(const unsigned char* image, size_t size, const ht_start* start, int plant,
+                                   char* fault, size_t room);
+HT_API void ht_device_free(ht_device* device);
+HT_API int ht_device_joints(const ht_device* device);
+HT_API double ht_device_tick(const ht_device* device); /* s */
+
+/* From now on: a command, as of a twin; or of the plant, the pulses [s] of two servos a joint and of the fins, held
+ * within those that the robot's controller may send. */
+HT_API void ht_device_command(ht_device* device, const double* gait, const double fins[2], int armed);
+HT_API void ht_device_drive(ht_device* device, const double* pulses);
+/* From now on: a current [m/s] toward east and north, at sea. */
+HT_API void ht_device_flow(ht_device* device, const double current[2]);
+
+/* These are as of a twin. */
+HT_API int ht_device_advance(ht_device* device, int ticks);
+HT_API const char* ht_device_column(const ht_device* device, int index, int* width);
+HT_API void ht_device_read(const ht_device* device, double* row);
+HT_API size_t ht_device_state_size(const ht_device* device);
+HT_API void ht_device_save(const ht_device* device, unsigned char* state);
+HT_API int ht_device_restore(ht_device* device, const unsigned char* state, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,176 @@
+/// FMI 2.0 for co-simulation. The declarations are those of the standard (fmi-standard.org), as far as they are needed.
+#include "fmu.hpp"
+
+using hypertuna::Fmu, hypertuna::Phase;
+
+#ifdef _WIN32
+#define FMI2 extern "C" __declspec(dllexport)
+#else
+#define FMI2 extern "C" __attribute__((visibility("default")))
+#endif
+
+namespace {
+
+enum Status { ok, warning, discard, error };
+using Logger = void (*)(void* environment, const char* instance, int status, const char* category, const char* text,
+                        ...);
+struct Callbacks {
+    Logger logger;
+    void* (*allocate)(std::size_t, std::size_t);
+    void (*free)(void*);
+    void (*finished)(void*, int);
+    void* environment;
+};
+struct Instance {
+    std::unique_ptr<Fmu> fmu;
+};
+using State = std::vector<unsigned char>;
+using Reference = unsigned;
+
+Fmu& of(void* instance) { return *static_cast<Instance*>(instance)->fmu; }
+Status good(bool done) { return done ? ok : error; }
+Status missing(void* instance) { return good(of(instance).refuse("call: is not one that this FMU has")); }
+
+/// The path of a file's URI.
+std::string path_of(const char* uri) {
+    std::string text = uri ? uri : "";
+    if (text.rfind("file:", 0) != 0) return text;
+    text.erase(0, 5);
+    if (text.rfind("//", 0) == 0) text.erase(0, text.find('/', 2));  // the host
+    std::string path;
+    for (std::size_t k = 0; k < text.size(); ++k) {
+        unsigned code;
+        const bool coded = text[k] == '%' && std::sscanf(text.substr(k + 1, 2).c_str(), "%2x", &code) == 1;
+        path += coded ? char(code) : text[k];
+        k += coded ? 2 : 0;
+    }
+    if (path.size() > 2 && path[0] == '/' && path[2] == ':') path.erase(0, 1);  // a drive of Windows
+    return path;
+}
+
+template <class T>
+Status get(void* instance, const Reference* references, std::size_t count, char type, T* values) {
+    for (std::size_t k = 0; k < count; ++k) {
+        double value = 0;
+        if (!of(instance).get(references[k], type, value)) return error;
+        values[k] = T(value);
+    }
+    return ok;
+}
+template <class T>
+Status set(void* instance, const Reference* references, std::size_t count, char type, const T* values) {
+    for (std::size_t k = 0; k < count; ++k)
+        if (!of(instance).set(references[k], type, double(values[k]))) return error;
+    return ok;
+}
+
+}  // namespace
+
+FMI2 const char* fmi2GetTypesPlatform() { return "default"; }
+FMI2 const char* fmi2GetVersion() { return "2.0"; }
+FMI2 int fmi2SetDebugLogging(void*, int, std::size_t, const char* const*) { return ok; }
+
+FMI2 void* fmi2Instantiate(const char* name, int kind, const char* token, const char* resources,
+                           const Callbacks* callbacks, int, int) {
+    const Callbacks calls = *callbacks;
+    const std::string own = name ? name : "";
+    const auto tell = [calls, own](const std::string& sentence) {
+        if (calls.logger) calls.logger(calls.environment, own.c_str(), error, "logStatusError", "%s", sentence.c_str());
+    };
+    if (kind != 1) {
+        tell("kind: this FMU is for co-simulation");
+        return nullptr;
+    }
+    std::unique_ptr<Fmu> made = Fmu::load(path_of(resources), token, tell);
+    return made ? new Instance{std::move(made)} : nullptr;
+}
+FMI2 void fmi2FreeInstance(void* instance) { delete static_cast<Instance*>(instance); }
+
+FMI2 int fmi2SetupExperiment(void* instance, int, double, double start, int, double) {
+    of(instance).start_time = start;
+    return ok;
+}
+FMI2 int fmi2EnterInitializationMode(void* instance) {
+    of(instance).phase = Phase::initializing;
+    return ok;
+}
+FMI2 int fmi2ExitInitializationMode(void* instance) {
+    of(instance).phase = Phase::stepping;
+    return ok;
+}
+FMI2 int fmi2Terminate(void* instance) {
+    of(instance).phase = Phase::terminated;
+    return ok;
+}
+FMI2 int fmi2Reset(void* instance) { return good(of(instance).reset()); }
+
+FMI2 int fmi2GetReal(void* c, const Reference* r, std::size_t n, double* v) { return get(c, r, n, 'r', v); }
+FMI2 int fmi2GetInteger(void* c, const Reference* r, std::size_t n, int* v) { return get(c, r, n, 'i', v); }
+FMI2 int fmi2GetBoolean(void* c, const Reference* r, std::size_t n, int* v) { return get(c, r, n, 'b', v); }
+FMI2 int fmi2GetString(void* c, const Reference*, std::size_t n, const char**) { return n ? missing(c) : ok; }
+FMI2 int fmi2SetReal(void* c, const Reference* r, std::size_t n, const double* v) { return set(c, r, n, 'r', v); }
+FMI2 int fmi2SetInteger(void* c, const Reference* r, std::size_t n, const int* v) { return set(c, r, n, 'i', v); }
+FMI2 int fmi2SetBoolean(void* c, const Reference* r, std::size_t n, const int* v) { return set(c, r, n, 'b', v); }
+FMI2 int fmi2SetString(void* c, const Reference*, std::size_t n, const char* const*) { return n ? missing(c) : ok; }
+
+FMI2 int fmi2GetFMUstate(void* instance, void** state) {
+    State* const to = *state ? static_cast<State*>(*state) : new State;
+    to->resize(of(instance).state_size());
+    of(instance).save(to->data());
+    *state = to;
+    return ok;
+}
+FMI2 int fmi2SetFMUstate(void* instance, void* state) {
+    const State& from = *static_cast<State*>(state);
+    return good(of(instance).restore(from.data(), from.size()));
+}
+FMI2 int fmi2FreeFMUstate(void*, void** state) {
+    delete static_cast<State*>(*state);
+    *state = nullptr;
+    return ok;
+}
+FMI2 int fmi2SerializedFMUstateSize(void*, void* state, std::size_t* size) {
+    *size = static_cast<State*>(state)->size();
+    return ok;
+}
+FMI2 int fmi2SerializeFMUstate(void* instance, void* state, unsigned char* bytes, std::size_t size) {
+    const State& from = *static_cast<State*>(state);
+    if (size < from.size()) return good(of(instance).refuse("state: has more bytes than there is room for"));
+    std::memcpy(bytes, from.data(), from.size());
+    return ok;
+}
+FMI2 int fmi2DeSerializeFMUstate(void*, const unsigned char* bytes, std::size_t size, void** state) {
+    *state = new State(bytes, bytes + size);
+    return ok;
+}
+
+FMI2 int fmi2DoStep(void* instance, double at, double size, int) {
+    if (of(instance).step(at, size)) return ok;
+    return of(instance).phase == Phase::failed ? error : discard;
+}
+
+// What the description says that the FMU has not.
+FMI2 int fmi2GetDirectionalDerivative(void* c, const Reference*, std::size_t, const Reference*, std::size_t,
+                                      const double*, double*) {
+    return missing(c);
+}
+FMI2 int fmi2SetRealInputDerivatives(void* c, const Reference*, std::size_t, const int*, const double*) {
+    return missing(c);
+}
+FMI2 int fmi2GetRealOutputDerivatives(void* c, const Reference*, std::size_t, const int*, double*) {
+    return missing(c);
+}
+FMI2 int fmi2CancelStep(void* c) { return missing(c); }
+FMI2 int fmi2GetStatus(void* c, int, int*) { return missing(c); }
+FMI2 int fmi2GetRealStatus(void* c, int what, double* value) {
+    if (what != 2) return missing(c);  // the last successful time
+    *value = of(c).time();
+    return ok;
+}
+FMI2 int fmi2GetIntegerStatus(void* c, int, int*) { return missing(c); }
+FMI2 int fmi2GetBooleanStatus(void* c, int what, int* value) {
+    if (what != 3) return missing(c);  // terminated
+    *value = of(c).phase == Phase::failed;
+    return ok;
+}
+FMI2 int fmi2GetStringStatus(void* c, int, const char**) { return missing(c); }

@@ -1,0 +1,286 @@
+/// What FMI 2.0 and 3.0 share: an instance of a device, with variables by value reference.
+///
+/// Beside the image, the FMU's resources have a list `variables`, whose lines are the value references 0, 1, ...:
+///     hypertuna-fmu 1 KIND SPACE TOKEN       KIND twin or plant, SPACE plane or sea
+///     TYPE time
+///     TYPE input|fixed|tunable PLACE START   TYPE r, i or b: real, integer, boolean
+///     TYPE output COLUMN PLACE FACTOR        a number of a device's column, times the factor
+/// Inputs of the twin are in the places of a gait, the fins and `armed`; of the plant, of the pulses.
+/// Parameters are seed, speed, depth, heading (clockwise from north), current toward east and north.
+#pragma once
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "device.h"
+
+namespace hypertuna {
+
+enum class Role { time, input, fixed, tunable, output };
+
+struct Variable {
+    char type;
+    Role role;
+    int place;  // among inputs or parameters, or in a row of all columns
+    double start, factor;
+};
+
+inline constexpr int fmu_parameters = 6;
+
+/// Where an instance is between creation and end.
+enum class Phase : std::uint8_t { instantiated, initializing, stepping, terminated, failed };
+
+class Fmu {
+  public:
+    using Tell = std::function<void(const std::string&)>;
+
+    /// An instance of the FMU whose resources are in a folder; null where that is refused.
+    static std::unique_ptr<Fmu> load(const std::string& folder, const char* token, const Tell& tell) {
+        std::unique_ptr<Fmu> made(new Fmu(tell));
+        std::string list, image;
+        if (!read_file(folder + "/variables", list) || !read_file(folder + "/robot.image", image)) {
+            tell("resources: cannot be read in " + folder + "; unpack the FMU whole");
+            return nullptr;
+        }
+        made->image_ = std::move(image);
+        if (!made->read_list(list)) {
+            tell("resources/variables: is damaged; export the FMU again");
+            return nullptr;
+        }
+        if (!token || made->token_ != token) {
+            tell("token: is of another FMU than " + made->token_ + "; import the FMU again");
+            return nullptr;
+        }
+        return made->reset() ? std::move(made) : nullptr;
+    }
+
+    Phase phase = Phase::instantiated;
+    double start_time = 0;
+
+    double tick() const { return ht_device_tick(device_.get()); }
+    double time() const { return start_time + tick() * double(ticks_); }
+
+    bool get(unsigned reference, char type, double& value) {
+        if (!known(reference, type)) return false;
+        const Variable& variable = variables_[reference];
+        if (variable.role == Role::time)
+            value = time();
+        else if (variable.role == Role::output)
+            value = variable.factor * row_[variable.place];
+        else
+            value = values_[reference];
+        return true;
+    }
+
+    bool set(unsigned reference, char type, double value) {
+        if (!known(reference, type)) return false;
+        const Variable& variable = variables_[reference];
+        if (variable.role == Role::time || variable.role == Role::output)
+            return refuse("variable " + std::to_string(reference) + ": is an output; set inputs and parameters alone");
+        const bool begun = phase != Phase::instantiated && phase != Phase::initializing;
+        if (variable.role == Role::fixed && begun)
+            return refuse("variable " + std::to_string(reference) + ": is fixed; set it before the first step");
+        if (!std::isfinite(value)) return refuse("variable " + std::to_string(reference) + ": must be a finite number");
+        if (values_[reference] == value) return true;
+        values_[reference] = value;
+        return begun || variable.role == Role::input || create();
+    }
+
+    /// Go on by a communication step; false, with a sentence, where the step is refused or the plant diverges.
+    bool step(double at, double size) {
+        if (phase != Phase::stepping) return refuse("step: the instance is not initialized, or failed; reset it");
+        const double count = std::round(size / tick());
+        if (!(1 <= count && count <= 1e9 && std::abs(size - count * tick()) <= 1e-6 * tick()))
+            return refuse("step: " + written(size) + " s is no whole multiple of the control tick; choose a step of " +
+                          written(tick()) + " s, or 2, 3, ... of them");
+        if (!(std::abs(at - time()) <= 1e-3 * tick()))
+            return refuse("step: begins at " + written(at) + " s, but the last one ended at " + written(time()) + " s");
+        send();
+        const int made = ht_device_advance(device_.get(), int(count));
+        ticks_ += std::uint64_t(made);
+        ht_device_read(device_.get(), row_.data());
+        if (made == int(count)) return true;
+        phase = Phase::failed;
+        return refuse("step: the run diverged at " + written(time()) + " s; reset the instance");
+    }
+
+    /// As created, with the start values of the description.
+    bool reset() {
+        phase = Phase::instantiated;
+        start_time = 0;
+        for (std::size_t k = 0; k < variables_.size(); ++k) values_[k] = variables_[k].start;
+        return create();
+    }
+
+    std::size_t state_size() const {
+        return token_.size() + sizeof(Head) + values_.size() * sizeof(double) + ht_device_state_size(device_.get());
+    }
+    void save(unsigned char* to) const {
+        const Head head{start_time, ticks_, phase};
+        to = put(to, token_.data(), token_.size());
+        to = put(to, &head, sizeof(head));
+        to = put(to, values_.data(), values_.size() * sizeof(double));
+        ht_device_save(device_.get(), to);
+    }
+    bool restore(const unsigned char* from, std::size_t size) {
+        if (size != state_size() || std::memcmp(from, token_.data(), token_.size()) != 0)
+            return refuse("state: is not of this FMU");
+        from += token_.size();
+        Head head;
+        std::vector<double> values(values_.size());
+        std::memcpy(&head, from, sizeof(head));
+        std::memcpy(values.data(), from += sizeof(head), values.size() * sizeof(double));
+        values_.swap(values);
+        bool same = true;  // parameters that the device was created with
+        for (std::size_t k = 0; k < values.size(); ++k)
+            same = same && (variables_[k].role == Role::input || values[k] == values_[k]);
+        if (!same && !create()) return false;
+        start_time = head.start_time, ticks_ = head.ticks, phase = head.phase;
+        from += values.size() * sizeof(double);
+        if (!ht_device_restore(device_.get(), from, ht_device_state_size(device_.get())))
+            return refuse("state: is not of this FMU");
+        ht_device_read(device_.get(), row_.data());
+        return true;
+    }
+
+    /// Say what is wrong; false.
+    bool refuse(const std::string& sentence) const {
+        tell_(sentence);
+        return false;
+    }
+
+  private:
+    struct Head {
+        double start_time;
+        std::uint64_t ticks;
+        Phase phase;
+    };
+
+    explicit Fmu(const Tell& tell) : tell_(tell), device_(nullptr, ht_device_free) {}
+
+    static unsigned char* put(unsigned char* to, const void* from, std::size_t size) {
+        std::memcpy(to, from, size);
+        return to + size;
+    }
+    static std::string written(double number) {
+        char text[32];
+        std::snprintf(text, sizeof(text), "%.9g", number);
+        return text;
+    }
+    static bool read_file(const std::string& path, std::string& content) {
+        std::FILE* const file = std::fopen(path.c_str(), "rb");
+        if (!file) return false;
+        char part[4096];
+        while (const std::size_t size = std::fread(part, 1, sizeof(part), file)) content.append(part, size);
+        return std::fclose(file) == 0;
+    }
+
+    /// Read the list of variables; the places of outputs are found once there is a device.
+    bool read_list(const std::string& list) {
+        char kind[8], space[8], token[64], type, role[8], name[48];
+        int used = 0;
+        const char* at = list.c_str();
+        if (std::sscanf(at, "hypertuna-fmu 1 %7s %7s %63s\n%n", kind, space, token, &used) != 3) return false;
+        plant_ = std::string(kind) == "plant", sea_ = std::string(space) == "sea", token_ = token;
+        for (at += used; *at; at += used) {
+            Variable read{'r', Role::time, 0, 0, 1};
+            if (std::sscanf(at, "%c %7s%n", &type, role, &used) != 2) return false;
+            at += used, read.type = type, used = 0;
+            const std::string what = role;
+            if (what == "output") {
+                if (std::sscanf(at, "%47s %d %lf%n", name, &read.place, &read.factor, &used) != 3) return false;
+                names_.push_back(name), read.role = Role::output;
+            } else if (what != "time") {
+                if (std::sscanf(at, "%d %lf%n", &read.place, &read.start, &used) != 2) return false;
+                read.role = what == "input" ? Role::input : what == "fixed" ? Role::fixed : Role::tunable;
+            }
+            while (at[used] == '\n') ++used;
+            variables_.push_back(read);
+        }
+        values_.resize(variables_.size());
+        return true;
+    }
+
+    /// Make the device anew, from the parameters.
+    bool create() {
+        double given[fmu_parameters] = {};
+        for (std::size_t k = 0; k < variables_.size(); ++k)
+            if (parameter(variables_[k].role)) given[variables_[k].place] = values_[k];
+        constexpr double quarter = 1.5707963267948966;
+        const auto [seed, speed, depth, heading, east, north] = given;
+        const ht_start start{sea_, std::uint64_t(seed), speed, depth, quarter - heading, {east, north}, HUGE_VAL};
+        char fault[512];
+        const auto* bytes = reinterpret_cast<const unsigned char*>(image_.data());
+        device_.reset(ht_device_create(bytes, image_.size(), &start, plant_, fault, sizeof(fault)));
+        if (!device_) return refuse(fault);
+        ticks_ = 0;
+        return find_outputs();
+    }
+
+    /// Find the places of the outputs in a row.
+    bool find_outputs() {
+        std::size_t next = 0;
+        int size = 0;
+        std::vector<std::pair<std::string, int>> columns;  // with their ends
+        for (int k = 0, width; const char *name = ht_device_column(device_.get(), k, &width); ++k)
+            columns.emplace_back(name, size += width);
+        row_.resize(std::size_t(size));
+        const bool first = !names_.empty();
+        for (Variable& variable : variables_) {
+            if (variable.role != Role::output || !first) continue;
+            const std::string& name = names_[next++];
+            int begin = 0;
+            bool found = false;
+            for (const auto& [column, end] : columns) {
+                if (column == name && 0 <= variable.place && begin + variable.place < end) {
+                    variable.place += begin, found = true;
+                    break;
+                }
+                begin = end;
+            }
+            if (!found) return refuse("resources/variables: has an output " + name + " that the twin lacks");
+        }
+        names_.clear();
+        ht_device_read(device_.get(), row_.data());
+        return true;
+    }
+
+    /// Give the device its inputs and tunable parameters.
+    void send() {
+        const int joints = ht_device_joints(device_.get());
+        std::vector<double> inputs(std::size_t(3 * joints + 4));
+        double current[2] = {};
+        for (std::size_t k = 0; k < variables_.size(); ++k) {
+            const Variable& variable = variables_[k];
+            if (variable.role == Role::input) inputs[variable.place] = values_[k];
+            if (variable.role == Role::tunable && variable.place >= 4) current[variable.place - 4] = values_[k];
+        }
+        if (plant_)
+            ht_device_drive(device_.get(), inputs.data());
+        else
+            ht_device_command(device_.get(), inputs.data(), &inputs[1 + 3 * joints], inputs[3 + 3 * joints] != 0);
+        ht_device_flow(device_.get(), current);
+    }
+
+    static bool parameter(Role role) { return role == Role::fixed || role == Role::tunable; }
+    bool known(unsigned reference, char type) const {
+        if (reference < variables_.size() && variables_[reference].type == type) return true;
+        return refuse("variable " + std::to_string(reference) + ": there is none of this type");
+    }
+
+    Tell tell_;
+    std::string image_, token_;
+    bool plant_ = false, sea_ = false;
+    std::vector<Variable> variables_;
+    std::vector<std::string> names_;  // of the outputs' columns, until they are found
+    std::vector<double> values_, row_;
+    std::unique_ptr<ht_device, void (*)(ht_device*)> device_;
+    std::uint64_t ticks_ = 0;
+};
+
+}  // namespace hypertuna

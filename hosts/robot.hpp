@@ -1,0 +1,142 @@
+/// What the C interfaces make of a robot's image, and of the numbers that they are given.
+#pragma once
+
+#include "hypertuna.h"
+#include "image.hpp"
+#include "swim.hpp"
+#include "twin.hpp"
+
+namespace hypertuna {
+
+/// Write a sentence to a host that has room for it.
+inline void tell(const std::string& sentence, char* fault, std::size_t room) {
+    if (!fault || room == 0) return;
+    const std::size_t size = std::min(sentence.size(), room - 1);
+    std::memcpy(fault, sentence.data(), size);
+    fault[size] = '\0';
+}
+
+/// Take what a loader returns, or keep the first of its faults.
+template <class T>
+inline std::optional<T> take(Loaded<T>&& loaded, std::string& fault) {
+    if (fault.empty()) fault = loaded.fault;
+    return std::move(loaded.object);
+}
+
+inline std::optional<HostModel> read_model(const NamedColumns& columns, std::string& fault) {
+    ColumnReader in(columns);
+    const int law = in.whole("law", 0, WaterLaws::count - 1);
+    const double mass = in.number("robot_mass");
+    std::string name;
+    int place = 0;
+    WaterLaws::each<double>([&](auto listed) {
+        if (place++ == law) name = decltype(listed)::type::name;
+    });
+    if (fault.empty()) fault = in.fault();
+    std::optional<Model> model = take(load_model(name, columns), fault);
+    if (!model) return std::nullopt;
+    return HostModel{std::move(*model), mass};
+}
+
+/// A mission and its world.
+inline std::optional<MissionParts> read_mission(const NamedColumns& columns, std::string& fault) {
+    ColumnReader in(columns);
+    std::optional<MissionData> data = take(load_mission(columns), fault);
+    std::optional<World> world = take(load_world(columns), fault);
+    if (world && !world->sea) in.refuse("sea.density: is missing");
+    const double hash = in.number("scatter.hash");
+    if (!(0 <= hash && hash < 4294967296.0)) in.refuse("scatter.hash: must be a whole number of 32 bits");
+    Scatter scatter{in.number("scatter.current"), in.whole("scatter.gaps", 0, 1000), in.number("scatter.gap"),
+                    in.number("scatter.span"), 0};
+    if (in.fault().empty()) scatter.hash = std::uint32_t(hash);
+    const int ticks = in.whole("ticks", 1, 1 << 30);
+    const std::vector<double> pose = in.numbers("pose", 7);
+    const double charge = in.number("charge");
+    if (fault.empty()) fault = in.fault();
+    if (!data || !world || !fault.empty()) return std::nullopt;
+    return MissionParts{std::move(*data),
+                        std::move(*world),
+                        scatter,
+                        std::uint64_t(ticks),
+                        {{pose[0], pose[1], pose[2]}, {pose[3], pose[4], pose[5], pose[6]}, {0, 0}},
+                        charge};
+}
+
+/// The pilot of a robot that has one, and its missions.
+inline void read_missions(const Image& image, TwinParts& parts, std::string& fault) {
+    const NamedColumns pilot = image.part("pilot.");
+    if (pilot.empty()) return;
+    parts.pilot = take(load_pilot(parts.controller, pilot), fault);
+    if (fault.empty() && !parts.plant.space) fault = "image: a pilot needs a robot that is described in space";
+    for (int k = 0; fault.empty(); ++k) {
+        const NamedColumns columns = image.part("missions." + std::to_string(k) + ".");
+        if (columns.empty()) return;
+        if (std::optional<MissionParts> mission = read_mission(columns, fault))
+            parts.missions.push_back(std::move(*mission));
+    }
+}
+
+inline std::unique_ptr<TwinParts> read_twin(const Image& image, const Model& model, std::string& fault) {
+    std::optional<PlantData> plant = take(load_plant(model, image.part("plant.")), fault);
+    const std::optional<Controller<double>> controller = take(load_controller(image.part("controller.")), fault);
+    const std::optional<Sensors<double>> sensors = take(load_sensors(image.part("sensors."), 0), fault);
+    const NamedColumns run = image.part("run.");
+    ColumnReader in(run);
+    const int steps = in.whole("steps", 1, 10000);
+    if (fault.empty()) fault = in.fault();
+    if (!plant || !controller || !sensors || !fault.empty()) return nullptr;
+    if (controller->joints != plant->joints || sensors->joints != plant->joints) {
+        fault = "image: plant, controller and sensors must have as many joints as each other";
+        return nullptr;
+    }
+    const int coordinates = plant->coordinates;
+    pad(*plant);
+    auto parts = std::make_unique<TwinParts>(
+        TwinParts{std::move(*plant), *controller, *sensors, steps, coordinates, std::nullopt, {}});
+    read_missions(image, *parts, fault);
+    return parts;
+}
+
+/// Start and world of a twin; returns what is wrong with them.
+inline std::string read_start(const ht_start& start, const TwinParts& parts, const NamedColumns& columns, Run& run,
+                              World& world) {
+    run = {0, 1, parts.controller.tick, parts.steps, {{-start.speed, 0, 0}, {0, 0, 0}}, {}, 0};
+    if (!start.sea) return "";
+    ColumnReader in(columns);
+    Sea<double> sea = read_sea<double>(in.row("sea", sea_columns).data());
+    if (!in.fault().empty() || !parts.plant.space)
+        return "twin: the robot is not described in space; add tables spatial and fins";
+    std::copy(start.current, start.current + 2, sea.current);
+    sea.bottom = start.bottom;
+    world.sea = sea;
+    // The body's first axis points to the tail.
+    run.pose = {{0, 0, -start.depth}, {std::sin(start.heading / 2), 0, 0, -std::cos(start.heading / 2)}, {0, 0}};
+    return "";
+}
+
+/// A command from a gait's row and the angles of the fins.
+inline void set_command(Command<double>& to, int joints, const double* gait, const double* fins, bool armed) {
+    to.frequency = gait[0];
+    for (int j = 0; j < joints; ++j) {
+        to.amplitude[j] = gait[1 + j];
+        to.phase[j] = std::remainder(gait[1 + joints + j] - gait[1 + joints], 2 * pi);  // behind the first joint's
+        to.bias[j] = gait[1 + 2 * joints + j];
+    }
+    std::copy(fins, fins + 2, to.fin);
+    to.fresh = true;
+    to.armed = armed;
+}
+
+/// Name and width of a column of a row; null after the last.
+inline const char* column(const Record& row, int index, int* width) {
+    if (index < 0 || int(row.columns.size()) <= index) return nullptr;
+    *width = int(row.columns[index].width);
+    return row.columns[index].name.c_str();
+}
+
+/// All numbers of a row, column after column.
+inline void read_row(const Record& row, double* to) {
+    for (const RecordColumn& column : row.columns) to = std::copy(column.values.begin(), column.values.end(), to);
+}
+
+}  // namespace hypertuna

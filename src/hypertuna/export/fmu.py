@@ -1,0 +1,212 @@
+"""A robot as an FMU for co-simulation: the core's twin, or its plant alone, in binaries without Python."""
+
+import hashlib
+import io
+import uuid
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from hypertuna.arguments import checked
+from hypertuna.description.at_sea import require_at_sea
+from hypertuna.description.robot import Robot, require, robot_of
+from hypertuna.errors import InputError
+from hypertuna.export.fmu_variables import Variable, variables
+from hypertuna.export.xml import Element, add, document
+from hypertuna.io.files import shipped, version
+from hypertuna.mission.image import robot_image
+from hypertuna.ranges import check_choice
+
+BINARIES = "build/fmu"
+SUFFIXES = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
+# Folders of FMI 2.0; FMI 3.0 has the keys. FMI 2.0 names no folders for arm64.
+PLATFORMS = {
+    "x86_64-linux": "linux64",
+    "aarch64-linux": "aarch64-linux",
+    "x86_64-windows": "win64",
+    "x86_64-darwin": "darwin64",
+    "aarch64-darwin": "aarch64-darwin",
+}
+# Units by the names of datasets: name in the FMU, and exponents of base units.
+UNITS: Mapping[str, tuple[str, Mapping[str, int]]] = {
+    "s": ("s", {"s": 1}),
+    "Hz": ("Hz", {"s": -1}),
+    "m": ("m", {"m": 1}),
+    "rad": ("rad", {"rad": 1}),
+    "m/s": ("m/s", {"m": 1, "s": -1}),
+    "m/s^2": ("m/s2", {"m": 1, "s": -2}),
+    "m^3/s": ("m3/s", {"m": 3, "s": -1}),
+    "rad/s": ("rad/s", {"rad": 1, "s": -1}),
+    "N m": ("N.m", {"kg": 1, "m": 2, "s": -2}),
+    "Pa": ("Pa", {"kg": 1, "m": -1, "s": -2}),
+    "W": ("W", {"kg": 1, "m": 2, "s": -3}),
+    "A": ("A", {"A": 1}),
+    "C": ("C", {"A": 1, "s": 1}),
+    "V": ("V", {"kg": 1, "m": 2, "s": -3, "A": -1}),
+}
+DEGREE = "57.29577951308232"  # of a radian
+TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}  # of FMI 3.0
+
+
+@checked
+def fmu(robot: Robot | str | Path, *, kind: str = "twin", fmi: int = 2, sea: bool = False) -> bytes:
+    """Write a robot as a functional mock-up unit (FMU) for co-simulation, for Simulink, OpenModelica, FMPy and others.
+
+    Parameters
+    ----------
+    robot : Robot, str or Path
+        With the tables that `twin` needs; at sea, also those of `twin_at_sea`.
+    kind : str
+        ``"twin"``: the whole robot, whose input is a command. ``"plant"``: the robot without its controller, whose inputs
+        are servo pulses.
+    fmi : int
+        Version of the standard, 2 or 3.
+    sea : bool
+        Whether the robot moves in space, with its pectoral fins; otherwise in the plane.
+
+    Returns
+    -------
+    bytes
+        Content of the file, with the binaries of all platforms that were built; the same arguments give the same bytes.
+
+    Raises
+    ------
+    InputError
+        If the robot lacks a table, an option is out of range, or no binary was built.
+
+    Examples
+    --------
+    >>> import hypertuna as ht
+    >>> content = ht.fmu("hypertuna", kind="plant", fmi=3)  # doctest: +SKIP
+    """
+    robot = robot_of(robot)
+    check_choice(kind, ("twin", "plant"), "kind")
+    check_choice(str(fmi), ("2", "3"), "fmi")
+    if sea:
+        require_at_sea(robot, "battery", "controller", "spatial", "fins", pilot=False)
+    rate = require(robot.controller, "controller", robot).rate
+    binaries = {platform: path.read_bytes() for platform, path in fmu_binaries(fmi).items()}
+    image = robot_image(robot)
+    table = variables(robot, kind, sea=sea, pilot=b"missions.0." in image)
+    lines = "".join(f"{variable.line}\n" for variable in table)
+    space = "sea" if sea else "plane"
+    digest = hashlib.sha256(b"\0".join([version().encode(), f"{fmi} {kind} {space}".encode(), lines.encode(), image]))
+    token = str(uuid.uuid5(uuid.NAMESPACE_URL, digest.hexdigest()))
+    name = "".join(letter if letter.isalnum() else "_" for letter in f"{robot.name}_{kind}")
+    facts = {"name": f"{robot.name} {kind}", "identifier": name, "token": token, "tick": 1 / rate}
+    files = {
+        "modelDescription.xml": _description(facts, table, fmi).encode(),
+        "resources/variables": f"hypertuna-fmu 1 {kind} {space} {token}\n{lines}".encode(),
+        "resources/robot.image": image,
+    }
+    for platform, content in binaries.items():
+        folder = PLATFORMS[platform] if fmi == 2 else platform
+        files[f"binaries/{folder}/{name}{SUFFIXES[platform.partition('-')[2]]}"] = content
+    return _zipped(files)
+
+
+def fmu_binaries(fmi: int) -> dict[str, Path]:
+    """Return the binaries that were built, by platform."""
+    try:
+        folder = shipped(BINARIES)
+    except StopIteration:
+        folder = Path(BINARIES)
+    paths = {platform: folder / platform / f"fmi{fmi}{SUFFIXES[platform.partition('-')[2]]}" for platform in PLATFORMS}
+    found = {platform: path for platform, path in paths.items() if path.is_file()}
+    if not found:
+        fix = "run `make fmu` in a clone of hypertuna, or install a wheel that has them"
+        raise InputError("must have a binary of one platform", key=f"{BINARIES} for FMI {fmi}", value="none", fix=fix)
+    return found
+
+
+def _zipped(files: Mapping[str, bytes]) -> bytes:
+    """Return an archive of files that depends on nothing but their content."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.create_system, entry.compress_type = 3, zipfile.ZIP_DEFLATED
+            entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, content)
+    return out.getvalue()
+
+
+def _description(facts: Mapping[str, Any], table: list[Variable], fmi: int) -> str:
+    """Return modelDescription.xml."""
+    token = "guid" if fmi == 2 else "instantiationToken"
+    root = ElementTree.Element("fmiModelDescription", fmiVersion=f"{fmi}.0", modelName=facts["name"])
+    root.set(token, facts["token"])
+    root.set("version", version())
+    root.set("generationTool", f"hypertuna {version()}")
+    root.set("variableNamingConvention", "flat")
+    able = {"canHandleVariableCommunicationStepSize": True, "canBeInstantiatedOnlyOncePerProcess": False}
+    if fmi == 2:
+        able |= {name: True for name in ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate")}
+        able |= {"canSerializeFMUstate": True}
+    else:
+        able |= {"canGetAndSetFMUState": True, "canSerializeFMUState": True, "fixedInternalStepSize": facts["tick"]}
+    add(root, "CoSimulation", modelIdentifier=facts["identifier"], **able)
+    _units(root, {variable.unit for variable in table})
+    add(add(root, "LogCategories"), "Category", name="logStatusError")
+    add(root, "DefaultExperiment", startTime=0, stopTime=20, stepSize=facts["tick"])
+    listed = add(root, "ModelVariables")
+    for reference, variable in enumerate(table):
+        _variable(listed, reference, variable, fmi)
+    _structure(add(root, "ModelStructure"), table, fmi)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + document(root)
+
+
+def _units(root: Element, used: Iterable[str]) -> None:
+    """Add the units that are used, with degrees to show radians in."""
+    listed = add(root, "UnitDefinitions")
+    for name, base in (UNITS[unit] for unit in UNITS if unit in used):
+        unit = add(listed, "Unit", name=name)
+        add(unit, "BaseUnit", **base)
+        if name == "rad":
+            add(unit, "DisplayUnit", name="deg", factor=DEGREE)
+
+
+def _variable(parent: Element, reference: int, variable: Variable, fmi: int) -> None:
+    """Add a variable."""
+    about: dict[str, Any] = {
+        "name": variable.name,
+        "valueReference": reference,
+        "description": variable.description,
+        "causality": variable.causality,
+        "variability": variable.variability,
+    }
+    if variable.causality == "output" and fmi == 2:
+        about["initial"] = "calculated"
+    typed: dict[str, Any] = dict(_typed(variable))
+    if fmi == 2:
+        add(add(parent, "ScalarVariable", **about), variable.type, **typed)
+    else:
+        add(parent, TYPES[variable.type], **about, **typed)
+
+
+def _typed(variable: Variable) -> Iterator[tuple[str, Any]]:
+    """Yield what depends on a variable's type."""
+    if variable.unit in UNITS:
+        yield "unit", UNITS[variable.unit][0]
+    for key, value in (("min", variable.low), ("max", variable.high)):
+        if value is not None:
+            yield key, value
+    if variable.start is not None:
+        yield "start", bool(variable.start) if variable.type == "Boolean" else variable.start
+
+
+def _structure(parent: Element, table: list[Variable], fmi: int) -> None:
+    """Add the outputs. None depends on an input at once: an input acts from the next control tick on."""
+    outputs = [k for k, variable in enumerate(table) if variable.causality == "output"]
+    if fmi == 2:
+        listed, first = add(parent, "Outputs"), add(parent, "InitialUnknowns")
+        for k in outputs:
+            add(listed, "Unknown", index=k + 1, dependencies="")
+            add(first, "Unknown", index=k + 1)
+        return
+    for k in outputs:
+        add(parent, "Output", valueReference=k, dependencies="")
+    for k in outputs:
+        add(parent, "InitialUnknown", valueReference=k)

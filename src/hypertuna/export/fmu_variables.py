@@ -1,0 +1,175 @@
+"""Variables of a robot's FMU: inputs, parameters and outputs, with units and start values."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from hypertuna.actuation.hydraulics import drive_names
+from hypertuna.control.sensors import sensor_absent
+from hypertuna.description.channels import CHANNELS, Channel
+from hypertuna.description.robot import Robot
+from hypertuna.simulation.plant import controller_of
+from hypertuna.simulation.run import VARIABLES
+from hypertuna.simulation.sea_run import VARIABLES as SEA_VARIABLES
+
+# Names along the dimensions that do not depend on the robot.
+LABELS = {"": ("",), "axis": ("x", "y", "z"), "quaternion": ("w", "x", "y", "z"), "side": ("port", "starboard")}
+POSITION = ("east", "north", "up")
+# What is of the robot's controller and its readings, which the plant alone does not have.
+OF_CONTROLLER = ("angle_measured", "angle_set", "pressure_measured", "current", "status")
+OF_CONTROLLER_AT_SEA = ("rate_measured", "acceleration_measured")
+MIRRORED = {"speed": "surge"}  # columns that the core counts the other way
+STATIONARY = 0.0
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable; `line` is what the binary reads of it."""
+
+    name: str
+    causality: str  # input, parameter, output, independent
+    unit: str
+    description: str
+    line: str
+    variability: str = "continuous"
+    type: str = "Real"  # Real, Integer, Boolean
+    start: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+
+def variables(robot: Robot, kind: str, *, sea: bool, pilot: bool) -> list[Variable]:
+    """Return the variables in the order of their value references; `pilot` is whether the image has a pilot."""
+    time = Variable("time", "independent", "s", "simulation time", "r time")
+    inputs = _command(robot, sea) if kind == "twin" else _pulses(robot, sea)
+    readings = _readings(robot, pilot=pilot and sea) if kind == "plant" else ()
+    return [time, *inputs, *_parameters(sea), *readings, *_truth(robot, kind, sea)]
+
+
+def _input(place: int, name: str, unit: str, description: str, start: float, low: float, high: float) -> Variable:
+    line = f"r input {place} {start!r}"
+    return Variable(name, "input", unit, description, line, start=start, low=low, high=high)
+
+
+def _command(robot: Robot, sea: bool) -> Iterator[Variable]:
+    """Yield the inputs of the twin: a gait, the fins and whether the tail is armed."""
+    limits, groups = controller_of(robot), [_word(group.name) for group in robot.joints]
+    yield _input(0, "frequency", "Hz", "frequency of the beat", 0.0, 0.0, limits["frequency_max"][0])
+    kinds = {"amplitude": "amplitude of the bend", "phase": "lag of the bend", "bias": "mean bend, counter-clockwise"}
+    for k, (kind, text) in enumerate(kinds.items()):
+        for g, group in enumerate(groups):
+            top = 2 * math.pi if kind == "phase" else limits["amplitude"][g]
+            low = 0.0 if kind == "amplitude" else -top
+            yield _input(1 + k * len(groups) + g, f"{kind}_{group}", "rad", f"{text} of joint {group}", 0.0, low, top)
+    place = 1 + 3 * len(groups)
+    if sea:
+        top = limits["fin_max"][0]
+        for k, side in enumerate(LABELS["side"]):
+            text = f"angle of the {side} fin, leading edge up"
+            yield _input(place + k, f"fin_command_{side}", "rad", text, 0.0, -top, top)
+    text = "whether the tail beats; otherwise it rests"
+    yield Variable("armed", "input", "1", text, f"b input {place + 2} 1", "discrete", "Boolean", 1.0)
+
+
+def _pulses(robot: Robot, sea: bool) -> Iterator[Variable]:
+    """Yield the inputs of the plant: a pulse for each servo."""
+    limits, names = controller_of(robot), drive_names(robot)
+    center, low, high = (limits[f"pulse_{name}"][0] for name in ("center", "min", "max"))
+    for place, name in enumerate((*names, *(f"fin-{side}" for side in LABELS["side"] if sea))):
+        if name:
+            text = f"pulse to servo {name}, held within its limits"
+            yield _input(place, f"pulse_command_{_word(name)}", "s", text, center, low, high)
+
+
+def _parameters(sea: bool) -> Iterator[Variable]:
+    """Yield the parameters: of the start, and the current that may change."""
+    text = "seed of the sensors' errors"
+    yield Variable("seed", "parameter", "1", text, "i fixed 0 0", "fixed", "Integer", 0.0, 0.0)
+    of_start = [("start_speed", "m/s", "speed ahead at the start", STATIONARY)]
+    if sea:
+        of_start.append(("start_depth", "m", "depth of the nose at the start", 2.0))
+        of_start.append(("start_heading", "rad", "heading at the start, clockwise from north", 0.0))
+    for place, (name, unit, text, start) in enumerate(of_start, start=1):
+        low = 0.0 if name == "start_depth" else None
+        yield Variable(name, "parameter", unit, text, f"r fixed {place} {start!r}", "fixed", start=start, low=low)
+    for place, toward in enumerate(("east", "north") if sea else (), start=4):
+        text, line = f"current of the water toward {toward}", f"r tunable {place} 0"
+        yield Variable(f"current_{toward}", "parameter", "m/s", text, line, "tunable", start=0.0)
+
+
+def _output(name: str, unit: str, description: str, column: str, place: int, factor: float = 1.0) -> Variable:
+    whole = name in ("status", "fixed")
+    line = f"{'i' if whole else 'r'} output {column} {place} {factor!r}"
+    variability, kind = ("discrete", "Integer") if whole else ("continuous", "Real")
+    return Variable(name, "output", unit, description, line, variability, kind)
+
+
+def _readings(robot: Robot, *, pilot: bool) -> Iterator[Variable]:
+    """Yield what the sensors read: those of the controller, and of the pilot where the image has one."""
+    read = [c for c in CHANNELS.values() if not sensor_absent(robot, c.name) and (pilot or not c.pilot)]
+    for channel in read:
+        for place, label in enumerate(_of_channel(robot, channel)):
+            if label is not None:
+                name = _joined(channel.column, label)
+                text = f"{_joined(channel.name, label, ' ')} {channel.meaning}"
+                yield _output(name, channel.unit, text, channel.column, place)
+    if pilot:
+        yield _output("fixed", "1", "1 where the satellite receiver has a fix in this tick", "fixed", 0)
+
+
+def _of_channel(robot: Robot, channel: Channel) -> list[str | None]:
+    """Name the places of a channel; None where the robot has no sensor."""
+    if channel.per == "joint":
+        return [None if group.direct else group.name for group in robot.joints]
+    if channel.per == "circuit":
+        return [name or None for name in _drives(robot, oil=channel.name == "pressure")]
+    return list(POSITION if channel.name == "position" else LABELS["axis"])[: channel.size] if channel.size > 1 else [""]
+
+
+def _drives(robot: Robot, *, oil: bool) -> list[str]:
+    """Name the servos of joints, two places a joint; "" where there is none, or no oil."""
+    names = drive_names(robot)
+    return ["" if oil and robot.joints[c // 2].direct else name for c, name in enumerate(names)]
+
+
+def _truth(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
+    """Yield what the record of the twin has."""
+    left_out = (*OF_CONTROLLER, *OF_CONTROLLER_AT_SEA) if kind == "plant" else ()
+    drives, direct = _drives(robot, oil=False), [group.direct for group in robot.joints]
+    places: dict[str, Any] = LABELS | {
+        "joint": [group.name for group in robot.joints],
+        "circuit": _drives(robot, oil=True),
+        "drive": drives,
+        "servo": [*drives, *(f"fin-{side}" for side in LABELS["side"] if sea)],
+    }
+    for name, (dim, unit, text) in (SEA_VARIABLES if sea else VARIABLES).items():
+        if name in left_out:
+            continue
+        for place, label in enumerate(POSITION if name == "position" else places[dim]):
+            if (dim and not label) or (name == "angle_measured" and direct[place]):
+                continue
+            column, factor = MIRRORED.get(name, name), -1.0 if name in MIRRORED else 1.0
+            yield _output(_joined(name, label), unit, _joined(text, label, ": "), column, place, factor)
+    if sea:
+        yield _output("speed", "m/s", "velocity of the nose through the water, ahead", "velocity", 0, -1.0)
+        yield _output("depth", "m", "depth of the nose", "position", 2, -1.0)
+        for place, (name, text) in enumerate(ANGLES.items()):
+            yield _output(name, "rad", text, "angles", place)
+
+
+ANGLES = {
+    "roll": "roll of the head, starboard down",
+    "pitch": "pitch of the head, nose up",
+    "heading": "heading of the head, clockwise from north",
+}
+
+
+def _joined(name: str, label: str, by: str = "_") -> str:
+    """Return a name with the label of a place."""
+    return f"{name}{by}{_word(label)}" if label else name
+
+
+def _word(name: str) -> str:
+    """Return a name as a word of letters, digits and underscores."""
+    return "".join(letter if letter.isalnum() else "_" for letter in name)
