@@ -21,13 +21,10 @@ struct Callbacks {
     void (*finished)(void*, int);
     void* environment;
 };
-struct Instance {
-    std::unique_ptr<Fmu> fmu;
-};
 using State = std::vector<unsigned char>;
 using Reference = unsigned;
 
-Fmu& of(void* instance) { return *static_cast<Instance*>(instance)->fmu; }
+Fmu& of(void* instance) { return *static_cast<Fmu*>(instance); }
 Status good(bool done) { return done ? ok : error; }
 Status missing(void* instance) { return good(of(instance).refuse("call: is not one that this FMU has")); }
 
@@ -81,10 +78,9 @@ FMI2 void* fmi2Instantiate(const char* name, int kind, const char* token, const 
         tell("kind: this FMU is for co-simulation");
         return nullptr;
     }
-    std::unique_ptr<Fmu> made = Fmu::load(path_of(resources), token, tell);
-    return made ? new Instance{std::move(made)} : nullptr;
+    return Fmu::load(path_of(resources), token, tell).release();
 }
-FMI2 void fmi2FreeInstance(void* instance) { delete static_cast<Instance*>(instance); }
+FMI2 void fmi2FreeInstance(void* instance) { delete static_cast<Fmu*>(instance); }
 
 FMI2 int fmi2SetupExperiment(void* instance, int, double, double start, int, double) {
     of(instance).start_time = start;

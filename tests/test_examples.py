@@ -61,3 +61,9 @@ def test_the_example_robot_is_complete() -> None:
 def test_first_robots_are_what_robot_new_writes(file: str, actuation: str) -> None:
     text = first_robot(Path(file).stem, links=3, length=0.3, mass=0.85, actuation=actuation)
     assert (EXAMPLES / file).read_text() == text, "write it again: hypertuna robot new, as docs/start says"
+
+
+def test_plant_controller(run: Any) -> None:
+    names = run("plant_controller.py")
+    assert names["bends"] == pytest.approx(names["AMPLITUDE"], rel=0.1)
+    assert names["distance"] > 1

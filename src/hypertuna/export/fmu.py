@@ -59,8 +59,8 @@ def fmu(robot: Robot | str | Path, *, kind: str = "twin", fmi: int = 2, sea: boo
     robot : Robot, str or Path
         With the tables that `twin` needs; at sea, also those of `twin_at_sea`.
     kind : str
-        ``"twin"``: the whole robot, whose input is a command. ``"plant"``: the robot without its controller, whose inputs
-        are servo pulses.
+        ``"twin"``: the whole robot, whose input is a command. ``"plant"``: the robot without its controller, whose
+        inputs are servo pulses.
     fmi : int
         Version of the standard, 2 or 3.
     sea : bool
@@ -143,7 +143,7 @@ def _description(facts: Mapping[str, Any], table: list[Variable], fmi: int) -> s
     root.set("variableNamingConvention", "flat")
     able = {"canHandleVariableCommunicationStepSize": True, "canBeInstantiatedOnlyOncePerProcess": False}
     if fmi == 2:
-        able |= {name: True for name in ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate")}
+        able |= dict.fromkeys(("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate"), True)
         able |= {"canSerializeFMUstate": True}
     else:
         able |= {"canGetAndSetFMUState": True, "canSerializeFMUState": True, "fixedInternalStepSize": facts["tick"]}

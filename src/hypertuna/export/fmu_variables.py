@@ -124,7 +124,9 @@ def _of_channel(robot: Robot, channel: Channel) -> list[str | None]:
         return [None if group.direct else group.name for group in robot.joints]
     if channel.per == "circuit":
         return [name or None for name in _drives(robot, oil=channel.name == "pressure")]
-    return list(POSITION if channel.name == "position" else LABELS["axis"])[: channel.size] if channel.size > 1 else [""]
+    return (
+        list(POSITION if channel.name == "position" else LABELS["axis"])[: channel.size] if channel.size > 1 else [""]
+    )
 
 
 def _drives(robot: Robot, *, oil: bool) -> list[str]:

@@ -1,0 +1,195 @@
+/// FMI 3.0 for co-simulation. The declarations are those of the standard (fmi-standard.org), as far as they are needed.
+#include "fmu.hpp"
+
+using hypertuna::Fmu, hypertuna::Phase;
+
+#ifdef _WIN32
+#define FMI3 extern "C" __declspec(dllexport)
+#else
+#define FMI3 extern "C" __attribute__((visibility("default")))
+#endif
+
+namespace {
+
+enum Status { ok, warning, discard, error };
+using Log = void (*)(void* environment, int status, const char* category, const char* message);
+using State = std::vector<unsigned char>;
+using Reference = std::uint32_t;
+
+Fmu& of(void* instance) { return *static_cast<Fmu*>(instance); }
+Status good(bool done) { return done ? ok : error; }
+Status missing(void* instance) { return good(of(instance).refuse("call: is not one that this FMU has")); }
+
+template <class T>
+Status get(void* instance, const Reference* references, std::size_t count, char type, T* values) {
+    for (std::size_t k = 0; k < count; ++k) {
+        double value = 0;
+        if (!of(instance).get(references[k], type, value)) return error;
+        values[k] = T(value);
+    }
+    return ok;
+}
+template <class T>
+Status set(void* instance, const Reference* references, std::size_t count, char type, const T* values) {
+    for (std::size_t k = 0; k < count; ++k)
+        if (!of(instance).set(references[k], type, double(values[k]))) return error;
+    return ok;
+}
+
+void* refuse_kind(void* environment, Log log, const char* sentence) {
+    if (log) log(environment, error, "logStatusError", sentence);
+    return nullptr;
+}
+
+}  // namespace
+
+FMI3 const char* fmi3GetVersion() { return "3.0"; }
+FMI3 int fmi3SetDebugLogging(void*, bool, std::size_t, const char* const*) { return ok; }
+
+FMI3 void* fmi3InstantiateCoSimulation(const char*, const char* token, const char* resources, bool, bool, bool, bool,
+                                       const Reference*, std::size_t, void* environment, Log log, void*) {
+    std::string folder = resources ? resources : "";
+    while (!folder.empty() && (folder.back() == '/' || folder.back() == '\\')) folder.pop_back();
+    const auto tell = [environment, log](const std::string& sentence) {
+        if (log) log(environment, error, "logStatusError", sentence.c_str());
+    };
+    return Fmu::load(folder, token, tell).release();
+}
+FMI3 void* fmi3InstantiateModelExchange(const char*, const char*, const char*, bool, bool, void* environment, Log log) {
+    return refuse_kind(environment, log, "kind: this FMU is for co-simulation");
+}
+FMI3 void* fmi3InstantiateScheduledExecution(const char*, const char*, const char*, bool, bool, void* environment,
+                                             Log log, void*, void*, void*) {
+    return refuse_kind(environment, log, "kind: this FMU is for co-simulation");
+}
+FMI3 void fmi3FreeInstance(void* instance) { delete static_cast<Fmu*>(instance); }
+
+FMI3 int fmi3EnterInitializationMode(void* instance, bool, double, double start, bool, double) {
+    of(instance).start_time = start;
+    of(instance).phase = Phase::initializing;
+    return ok;
+}
+FMI3 int fmi3ExitInitializationMode(void* instance) {
+    of(instance).phase = Phase::stepping;
+    return ok;
+}
+FMI3 int fmi3Terminate(void* instance) {
+    of(instance).phase = Phase::terminated;
+    return ok;
+}
+FMI3 int fmi3Reset(void* instance) { return good(of(instance).reset()); }
+
+FMI3 int fmi3GetFloat64(void* c, const Reference* r, std::size_t n, double* v, std::size_t) {
+    return get(c, r, n, 'r', v);
+}
+FMI3 int fmi3SetFloat64(void* c, const Reference* r, std::size_t n, const double* v, std::size_t) {
+    return set(c, r, n, 'r', v);
+}
+FMI3 int fmi3GetInt32(void* c, const Reference* r, std::size_t n, std::int32_t* v, std::size_t) {
+    return get(c, r, n, 'i', v);
+}
+FMI3 int fmi3SetInt32(void* c, const Reference* r, std::size_t n, const std::int32_t* v, std::size_t) {
+    return set(c, r, n, 'i', v);
+}
+FMI3 int fmi3GetBoolean(void* c, const Reference* r, std::size_t n, bool* v, std::size_t) {
+    return get(c, r, n, 'b', v);
+}
+FMI3 int fmi3SetBoolean(void* c, const Reference* r, std::size_t n, const bool* v, std::size_t) {
+    return set(c, r, n, 'b', v);
+}
+
+FMI3 int fmi3GetFMUState(void* instance, void** state) {
+    State* const to = *state ? static_cast<State*>(*state) : new State;
+    to->resize(of(instance).state_size());
+    of(instance).save(to->data());
+    *state = to;
+    return ok;
+}
+FMI3 int fmi3SetFMUState(void* instance, void* state) {
+    const State& from = *static_cast<State*>(state);
+    return good(of(instance).restore(from.data(), from.size()));
+}
+FMI3 int fmi3FreeFMUState(void*, void** state) {
+    delete static_cast<State*>(*state);
+    *state = nullptr;
+    return ok;
+}
+FMI3 int fmi3SerializedFMUStateSize(void*, void* state, std::size_t* size) {
+    *size = static_cast<State*>(state)->size();
+    return ok;
+}
+FMI3 int fmi3SerializeFMUState(void* instance, void* state, unsigned char* bytes, std::size_t size) {
+    const State& from = *static_cast<State*>(state);
+    if (size < from.size()) return good(of(instance).refuse("state: has more bytes than there is room for"));
+    std::memcpy(bytes, from.data(), from.size());
+    return ok;
+}
+FMI3 int fmi3DeserializeFMUState(void*, const unsigned char* bytes, std::size_t size, void** state) {
+    *state = new State(bytes, bytes + size);
+    return ok;
+}
+
+FMI3 int fmi3DoStep(void* instance, double at, double size, bool, bool* event, bool* terminate, bool* early,
+                    double* last) {
+    const bool done = of(instance).step(at, size);
+    *event = *early = false;
+    *terminate = of(instance).phase == Phase::failed;
+    *last = of(instance).time();
+    return done ? ok : *terminate ? error : discard;
+}
+
+// What the description says that the FMU has not: the calling convention lets a call's arguments go unread.
+#define MISSING(name) \
+    FMI3 int fmi3##name(void* c) { return missing(c); }
+MISSING(EnterEventMode)
+MISSING(EnterStepMode)
+MISSING(EnterConfigurationMode)
+MISSING(ExitConfigurationMode)
+MISSING(GetFloat32)
+MISSING(GetInt8)
+MISSING(GetUInt8)
+MISSING(GetInt16)
+MISSING(GetUInt16)
+MISSING(GetUInt32)
+MISSING(GetInt64)
+MISSING(GetUInt64)
+MISSING(GetString)
+MISSING(GetBinary)
+MISSING(GetClock)
+MISSING(SetFloat32)
+MISSING(SetInt8)
+MISSING(SetUInt8)
+MISSING(SetInt16)
+MISSING(SetUInt16)
+MISSING(SetUInt32)
+MISSING(SetInt64)
+MISSING(SetUInt64)
+MISSING(SetString)
+MISSING(SetBinary)
+MISSING(SetClock)
+MISSING(GetNumberOfVariableDependencies)
+MISSING(GetVariableDependencies)
+MISSING(GetDirectionalDerivative)
+MISSING(GetAdjointDerivative)
+MISSING(GetOutputDerivatives)
+MISSING(GetIntervalDecimal)
+MISSING(GetIntervalFraction)
+MISSING(GetShiftDecimal)
+MISSING(GetShiftFraction)
+MISSING(SetIntervalDecimal)
+MISSING(SetIntervalFraction)
+MISSING(SetShiftDecimal)
+MISSING(SetShiftFraction)
+MISSING(EvaluateDiscreteStates)
+MISSING(UpdateDiscreteStates)
+MISSING(EnterContinuousTimeMode)
+MISSING(CompletedIntegratorStep)
+MISSING(SetTime)
+MISSING(SetContinuousStates)
+MISSING(GetContinuousStateDerivatives)
+MISSING(GetEventIndicators)
+MISSING(GetContinuousStates)
+MISSING(GetNominalsOfContinuousStates)
+MISSING(GetNumberOfEventIndicators)
+MISSING(GetNumberOfContinuousStates)
+MISSING(ActivateModelPartition)

@@ -1,0 +1,303 @@
+"""Robots as FMUs: strangers' checkers accept them, and they swim as `ht.twin` does, to the last bit."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+from fmpy.model_description import ModelDescription
+from fmpy.validation import validate_fmu
+from typer.testing import CliRunner
+
+import hypertuna as ht
+from hypertuna.arrays import Array
+from hypertuna.cli.main import app
+from hypertuna.export import fmu as module
+
+TICK = 0.01
+GAIT = ht.Gait.from_degrees(frequency=2, amplitude=(10, 15), phase=(0, 40))
+COMMAND = {"frequency": GAIT.frequency, "armed": True} | {
+    f"{kind}_{name}": value
+    for kind in ("amplitude", "phase", "bias")
+    for name, value in zip(("I", "II"), getattr(GAIT, kind), strict=True)
+}
+FORMS = [(kind, fmi, sea) for kind in ("twin", "plant") for fmi in (2, 3) for sea in (False, True)]
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, int, bool], Path]:
+    """FMUs of HyperTuna in all forms."""
+    folder = tmp_path_factory.mktemp("fmus")
+    made = {form: folder / f"{form[0]}{form[1]}{form[2]}.fmu" for form in FORMS}
+    for (kind, fmi, sea), path in made.items():
+        path.write_bytes(ht.fmu("hypertuna", kind=kind, fmi=fmi, sea=sea))
+    return made
+
+
+class Unit:
+    """An instance of an FMU, by FMPy."""
+
+    def __init__(self, path: Path, token: str | None = None, **start: Any) -> None:
+        self.folder, self.said = fmpy.extract(str(path)), list[str]()
+        self.about: ModelDescription = fmpy.read_model_description(self.folder)
+        self.two = self.about.fmiVersion == "2.0"
+        if token is not None:
+            self.about.guid = self.about.instantiationToken = token
+        self.variables = {one.name: one for one in self.about.modelVariables}
+        self.unit: Any = fmpy.instantiate_fmu(self.folder, self.about, logger=self._log if self.two else self._log3)
+        self.set(**start)
+        if self.two:
+            self.unit.setupExperiment(startTime=0.0)
+        self.unit.enterInitializationMode()
+        self.unit.exitInitializationMode()
+        self.ticks = 0
+
+    def _log(self, environment: object, instance: object, status: int, category: bytes, message: bytes) -> None:
+        self.said.append(message.decode())
+
+    def _log3(self, environment: object, status: int, category: bytes, message: bytes) -> None:
+        self.said.append(message.decode())
+
+    def _call(self, verb: str, name: str, *values: Any) -> Any:
+        two = {"Float64": "Real", "Int32": "Integer"}
+        kind = self.variables[name].type
+        kind = two.get(kind, kind) if self.two else kind
+        return getattr(self.unit, f"{verb}{kind}")([self.variables[name].valueReference], *([v] for v in values))
+
+    def set(self, **values: Any) -> None:
+        """Set variables."""
+        for name, value in values.items():
+            self._call("set", name, value)
+
+    def get(self, *names: str) -> Array:
+        """Get variables."""
+        return np.array([self._call("get", name)[0] for name in names])
+
+    def step(self, size: float = TICK, at: float | None = None) -> None:
+        """Make a step."""
+        self.unit.doStep(self.ticks * TICK if at is None else at, size)
+        self.ticks += round(size / TICK)
+
+    def close(self) -> None:
+        """End."""
+        self.unit.terminate()
+        self.unit.freeInstance()
+
+
+@pytest.mark.parametrize("form", FORMS, ids=str)
+def test_checkers_find_nothing(files: dict[tuple[str, int, bool], Path], form: tuple[str, int, bool]) -> None:
+    assert validate_fmu(str(files[form])) == []
+    again = ht.fmu("hypertuna", kind=form[0], fmi=form[1], sea=form[2])
+    assert again == files[form].read_bytes()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_fmutool_finds_nothing(files: dict[tuple[str, int, bool], Path], fmi: int) -> None:
+    line = [sys.executable, "-m", "fmu_manipulation_toolbox", "-input", str(files["twin", fmi, True]), "-check"]
+    done = subprocess.run(line, capture_output=True, text=True, check=True)
+    said = " ".join((done.stdout + done.stderr).split())
+    assert f"No semantic error against the FMI-{fmi} standard." in said
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_twin_swims_as_in_python(files: dict[tuple[str, int, bool], Path], fmi: int) -> None:
+    """20 s with noise of the sensors: state at the same time, and what the last tick did."""
+    run = ht.twin("hypertuna", GAIT, duration=20, seed=5)
+    shown = ["x", "y", "heading", "speed", "angle_II", "pump_pressure_I_left", "power", "status"]
+    rows = fmpy.simulate_fmu(
+        str(files["twin", fmi, False]),
+        stop_time=20,
+        step_size=TICK,
+        output_interval=TICK,
+        start_values=COMMAND | {"seed": 5},
+        output=shown,
+    )
+    for name in ("x", "y", "heading", "speed"):
+        assert np.array_equal(rows[name][:-1], run.data[name]), name
+    assert np.array_equal(rows["angle_II"][:-1], run.data["angle"][:, 1])
+    assert np.array_equal(rows["pump_pressure_I_left"][:-1], run.data["pump_pressure"][:, 0])
+    for name in ("power", "status"):
+        assert np.array_equal(rows[name][1:], run.data[name]), name
+    assert abs(run.data["x"][-1]) > 1
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_twin_at_sea_swims_as_in_python(files: dict[tuple[str, int, bool], Path], fmi: int) -> None:
+    sea = ht.Sea(current=(0.1, -0.05))
+    fins = (-0.2, 0.1)
+    run = ht.twin_at_sea("hypertuna", GAIT, duration=3, fins=fins, sea=sea, depth=3, heading=0.3, speed=0.2, seed=4)
+    start = {"start_depth": 3.0, "start_heading": 0.3, "start_speed": 0.2, "current_east": 0.1, "current_north": -0.05}
+    sides = {"fin_command_port": fins[0], "fin_command_starboard": fins[1]}
+    unit = Unit(files["twin", fmi, True], **COMMAND, **start, **sides, seed=4)
+    names = ("position_east", "position_north", "depth", "roll", "pitch", "heading")
+    for k in range(len(run.time)):
+        wanted = [*run.position[k, :2], run.depth[k], *run.angles[k]]
+        assert unit.get(*names) == pytest.approx(wanted, rel=1e-9, abs=1e-9), k
+        unit.step()
+    unit.close()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_plant_under_the_pulses_of_a_run_repeats_it(files: dict[tuple[str, int, bool], Path], fmi: int) -> None:
+    """Pulses of the robot's own controller from outside: the same motion, and the same readings of the sensors."""
+    run = ht.twin("hypertuna", GAIT, duration=5, seed=5)
+    unit = Unit(files["plant", fmi, False], seed=5)
+    drives = [f"{name}".replace("-", "_") for name in run.drives]
+    for k, pulses in enumerate(run.data["pulse"]):
+        assert np.array_equal(unit.get("x", "y", "heading"), [run.data[n][k] for n in ("x", "y", "heading")]), k
+        read = unit.get(*(f"pressure_read_{name}" for name in drives), "bend_read_I", "bend_read_II")
+        assert np.array_equal(read, [*run.data["pressure_measured"][k], *run.data["angle_measured"][k]]), k
+        unit.set(**{f"pulse_command_{name}": pulse for name, pulse in zip(drives, pulses, strict=False)})
+        unit.step()
+    unit.close()
+
+
+@pytest.mark.parametrize("form", FORMS, ids=str)
+def test_states_go_on_to_the_same_bits(files: dict[tuple[str, int, bool], Path], form: tuple[str, int, bool]) -> None:
+    """Restored in the same instance, and from bytes in another one that has gone elsewhere."""
+    start: dict[str, Any] = COMMAND if form[0] == "twin" else {"pulse_command_I_left": 0.0017}
+    unit, other = Unit(files[form], **start, seed=1), Unit(files[form], seed=2)
+    shown = [name for name, one in unit.variables.items() if one.causality == "output"]
+    word = "State" if form[1] == 3 else "state"
+    unit.step(0.3)
+    other.step(0.1)
+    state = getattr(unit.unit, f"getFMU{word}")()
+    serialize, deserialize = f"serializeFMU{word}", f"{'de' if form[1] == 3 else 'deS'}erializeFMU{word}"
+    if form[1] == 3:
+        deserialize = "deserializeFMUState"
+    bytes_of = getattr(unit.unit, serialize)(state)
+    before = unit.get(*shown)
+    unit.step(0.2)
+    first = unit.get(*shown)
+    for one, given in ((unit, state), (other, getattr(other.unit, deserialize)(bytes_of))):
+        getattr(one.unit, f"setFMU{word}")(given)
+        one.ticks = 30
+        assert np.array_equal(one.get(*shown), before, equal_nan=True)
+        one.step(0.2)
+        assert np.array_equal(one.get(*shown), first, equal_nan=True)
+        getattr(one.unit, f"freeFMU{word}")(given)
+        one.close()
+    assert not np.array_equal(before, first)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_steps_that_are_no_multiples_are_refused(files: dict[tuple[str, int, bool], Path], fmi: int) -> None:
+    unit = Unit(files["twin", fmi, False], **COMMAND)
+    for size in (0.015, 0.005, 0.0, -0.01, float("nan"), float("inf")):
+        with pytest.raises(Exception, match=r"doStep|DoStep"):
+            unit.step(size)
+        assert "no whole multiple of the control tick; choose a step of 0.01 s" in unit.said.pop()
+    with pytest.raises(Exception, match=r"doStep|DoStep"):
+        unit.step(at=0.5)
+    assert unit.said.pop() == "step: begins at 0.5 s, but the last one ended at 0 s"
+    unit.step(0.3)
+    assert unit.get("time")[0] == pytest.approx(0.3)
+    with pytest.raises(Exception, match="etFloat64|etReal"):
+        unit.set(start_speed=0.1)
+    assert "is fixed" in unit.said.pop()
+    with pytest.raises(Exception, match="etFloat64|etReal"):
+        unit.set(frequency=float("nan"))
+    assert "must be a finite number" in unit.said.pop()
+    unit.close()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_reset_begins_again(files: dict[tuple[str, int, bool], Path], fmi: int) -> None:
+    unit = Unit(files["twin", fmi, False], **COMMAND, seed=3)
+    unit.step(1.0)
+    first = unit.get("x", "y", "power")
+    unit.unit.reset()
+    unit.set(**COMMAND, seed=3)
+    if fmi == 2:
+        unit.unit.setupExperiment(startTime=0.0)
+    unit.unit.enterInitializationMode()
+    unit.unit.exitInitializationMode()
+    unit.ticks = 0
+    for _ in range(10):
+        unit.step(0.1)
+    assert np.array_equal(unit.get("x", "y", "power"), first)
+    unit.close()
+
+
+def changed(path: Path, to: Path, **contents: Any) -> Path:
+    """Write an FMU with other resources."""
+    with ZipFile(path) as archive, ZipFile(to, "w") as out:
+        for name in archive.namelist():
+            content = archive.read(name)
+            change = contents.get(Path(name).stem)
+            out.writestr(name, change(content) if change else content)
+    return to
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_wrong_resources_are_refused(files: dict[tuple[str, int, bool], Path], fmi: int, tmp_path: Path) -> None:
+    path = files["twin", fmi, False]
+    wrong = {
+        "image": changed(path, tmp_path / "image.fmu", robot=lambda content: content[:-8]),
+        "list": changed(path, tmp_path / "list.fmu", variables=lambda content: content[:200] + b"?\n"),
+        "column": changed(
+            path, tmp_path / "column.fmu", variables=lambda content: content.replace(b" surge", b" urge")
+        ),
+    }
+    for name, file in wrong.items():
+        with pytest.raises(Exception, match="nstantiate"):
+            Unit(file)
+        assert name
+    with pytest.raises(Exception, match="nstantiate"):
+        Unit(path, token="another")
+
+
+MACHINES = {  # magic bytes, and the machine's place and bytes
+    "x86_64-linux": (b"\x7fELF", 18, b"\x3e\x00"),
+    "aarch64-linux": (b"\x7fELF", 18, b"\xb7\x00"),
+    "x86_64-windows": (b"MZ", None, b"PE\0\0\x64\x86"),
+    "x86_64-darwin": (b"\xcf\xfa\xed\xfe", 4, b"\x07\x00\x00\x01"),
+    "aarch64-darwin": (b"\xcf\xfa\xed\xfe", 4, b"\x0c\x00\x00\x01"),
+}
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_binaries_are_of_their_machines_and_have_the_functions(fmi: int) -> None:
+    """Binaries of other machines do not run here: their heads and names of functions are checked."""
+    calls = {2: FMU2Slave, 3: FMU3Slave}
+    assert calls[fmi]
+    for platform, path in module.fmu_binaries(fmi).items():
+        content = path.read_bytes()
+        magic, place, machine = MACHINES[platform]
+        assert content.startswith(magic)
+        at = int.from_bytes(content[60:64], "little") if place is None else place
+        assert content[at:].startswith(machine)
+        for name in (f"fmi{fmi}DoStep", f"fmi{fmi}Reset", f"fmi{fmi}GetVersion"):
+            assert name.encode() in content
+        assert f"fmi{5 - fmi}DoStep".encode() not in content
+
+
+def test_command_writes_a_file_and_names_its_platforms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "fish.fmu"
+    done = CliRunner().invoke(app, ["export", "fmu", "--robot", "hypertuna", "--fmi", "3", "-o", str(file)])
+    assert done.exit_code == 0
+    assert "x86_64-linux" in done.output
+    assert "binaries/x86_64-linux/hypertuna_twin.so" in ZipFile(file).namelist()
+    monkeypatch.setattr(module, "BINARIES", "build/no")
+    with pytest.raises(ht.InputError, match="make fmu"):
+        ht.fmu("hypertuna")
+    with pytest.raises(ht.InputError, match="controller"):
+        ht.fmu("rexeel")
+
+
+def test_robots_with_servos_on_their_axles_have_one_pulse_a_joint(tmp_path: Path) -> None:
+    fish, path = ht.load("examples/servofish.toml"), tmp_path / "plant.fmu"
+    path.write_bytes(ht.fmu(fish, kind="plant"))
+    unit = Unit(path)
+    unit.step(0.1)
+    inputs = [name for name, one in unit.variables.items() if one.causality == "input"]
+    assert inputs == [f"pulse_command_{group.name}" for group in fish.joints]
+    unit.close()
