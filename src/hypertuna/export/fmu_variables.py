@@ -20,7 +20,6 @@ POSITION = ("east", "north", "up")
 OF_CONTROLLER = ("angle_measured", "angle_set", "pressure_measured", "current", "status")
 OF_CONTROLLER_AT_SEA = ("rate_measured", "acceleration_measured")
 MIRRORED = {"speed": "surge"}  # columns that the core counts the other way
-STATIONARY = 0.0
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,7 @@ def _parameters(sea: bool) -> Iterator[Variable]:
     """Yield the parameters: of the start, and the current that may change."""
     text = "seed of the sensors' errors"
     yield Variable("seed", "parameter", "1", text, "i fixed 0 0", "fixed", "Integer", 0.0, 0.0)
-    of_start = [("start_speed", "m/s", "speed ahead at the start", STATIONARY)]
+    of_start = [("start_speed", "m/s", "speed ahead at the start", 0.0)]
     if sea:
         of_start.append(("start_depth", "m", "depth of the nose at the start", 2.0))
         of_start.append(("start_heading", "rad", "heading at the start, clockwise from north", 0.0))
@@ -124,9 +123,8 @@ def _of_channel(robot: Robot, channel: Channel) -> list[str | None]:
         return [None if group.direct else group.name for group in robot.joints]
     if channel.per == "circuit":
         return [name or None for name in _drives(robot, oil=channel.name == "pressure")]
-    return (
-        list(POSITION if channel.name == "position" else LABELS["axis"])[: channel.size] if channel.size > 1 else [""]
-    )
+    axes = POSITION if channel.name == "position" else LABELS["axis"]
+    return [axis if channel.size > 1 else "" for axis in axes[: channel.size]]
 
 
 def _drives(robot: Robot, *, oil: bool) -> list[str]:
