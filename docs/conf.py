@@ -1,6 +1,7 @@
 """Sphinx settings: pages in Markdown, the Python interface from its docstrings, no file from the network."""
 
 import html
+import json
 import re
 from importlib.metadata import version as installed_version
 from pathlib import Path
@@ -14,6 +15,8 @@ from hypertuna.description.robot import load
 from hypertuna.io.files import verdicts
 from hypertuna.reports.html import anchor
 from hypertuna.reports.studio import studio_page
+
+NOTEBOOKS = Path(__file__).parents[1] / "examples" / "notebooks"
 
 project = "hypertuna"
 author = "the hypertuna authors"
@@ -79,6 +82,39 @@ def by_keyboard(_: Sphinx, __: str, ___: str, context: dict[str, Any], ____: doc
     context["furo_navigation_tree"] = menu.replace('role="heading"', 'role="heading" aria-level="2"')
 
 
+def executed(_: Sphinx, __: str, source: list[str]) -> None:
+    """Fill a page that says `% notebook: NAME` with the cells of examples/notebooks/NAME.ipynb and what they show."""
+    source[0] = re.sub(r"^% notebook: (\w+)$", lambda line: cells(line[1]), source[0], flags=re.MULTILINE)
+
+
+def cells(name: str) -> str:
+    """Return the cells of a notebook and their outputs as MyST, without the title, which the page has."""
+    notebook = json.loads((NOTEBOOKS / f"{name}.ipynb").read_text(encoding="utf-8"))
+    parts = []
+    for cell in notebook["cells"]:
+        text = "".join(cell["source"])
+        if cell["cell_type"] == "code":
+            parts.append(f"```{'sh' if text.startswith('!') else 'python'}\n{text.removeprefix('!')}\n```")
+            parts += map(shown, cell["outputs"])
+        else:
+            parts.append(re.sub(r"^# .*\n+", "", text))
+    return "\n\n".join(parts)
+
+
+def shown(output: dict[str, Any]) -> str:
+    """Return what a cell shows: its card or table, its figure, or its text."""
+    data = output.get("data", {})
+    if "text/html" in data:
+        page = f'<div class="notebook-output" tabindex="0">{"".join(data["text/html"])}</div>'
+    elif "image/png" in data:
+        picture = "".join(data["image/png"]).replace("\n", "")
+        page = f'<div class="notebook-output"><img alt="figure" src="data:image/png;base64,{picture}"></div>'
+    else:
+        text = "".join(output.get("text", data.get("text/plain", "")))
+        return f"```text\n{text.rstrip()}\n```"
+    return f"````{{raw}} html\n{page}\n````"
+
+
 def ledger_places(_: Sphinx, name: str, __: str, context: dict[str, Any], ___: document | None) -> None:
     """Give each number of the ledger's table a place to link to, as on the page that `hypertuna paper` writes."""
     if name != "paper":
@@ -104,6 +140,7 @@ def studio(app: Sphinx, failure: Exception | None) -> None:
 
 def setup(app: Sphinx) -> None:
     """Connect what this site adds."""
+    app.connect("source-read", executed)
     app.connect("doctree-read", plain_words)
     app.connect("autodoc-process-docstring", whole_sentences, priority=400)  # before napoleon
     app.connect("html-page-context", without_back_links)

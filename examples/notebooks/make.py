@@ -1,7 +1,7 @@
 """Make the notebooks from the programs beside them: run each, and keep what it shows.
 
     python examples/notebooks/make.py                    # run all, and write NAME.ipynb
-    python examples/notebooks/make.py --check own_robot  # run it, and compare its texts with those of NAME.ipynb
+    python examples/notebooks/make.py --check swim       # run it, and compare its texts with those of NAME.ipynb
 
 A program is divided by lines `# %%` for code and `# %% [markdown]` for text. Running needs ipykernel, nbclient
 and nbformat.
@@ -20,7 +20,7 @@ import nbformat
 from nbclient import NotebookClient
 
 HERE = Path(__file__).parent
-NAMES = ("own_robot", "csv_to_fit", "sweep_and_optimize")
+NAMES = ("swim", "identify", "twin", "design")
 CHANGING = r"[\d.]+ s\b|[\d.]+e-\d+|<Figure size .*>"  # times, and numbers that are rounding error alone
 
 
