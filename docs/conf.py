@@ -83,8 +83,8 @@ def by_keyboard(_: Sphinx, __: str, ___: str, context: dict[str, Any], ____: doc
 
 
 def executed(_: Sphinx, __: str, source: list[str]) -> None:
-    """Fill a page that says `% notebook: NAME` with the cells of examples/notebooks/NAME.ipynb and what they show."""
-    source[0] = re.sub(r"^% notebook: (\w+)$", lambda line: cells(line[1]), source[0], flags=re.MULTILINE)
+    """Fill a page's directive `notebook` with the cells of examples/notebooks/NAME.ipynb and what they show."""
+    source[0] = re.sub(r"^```{notebook} (\w+)\n```$", lambda line: cells(line[1]), source[0], flags=re.MULTILINE)
 
 
 def cells(name: str) -> str:
