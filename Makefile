@@ -100,13 +100,14 @@ EXPORTS = malloc free $(sort $(shell sed -n 's/^HT_API [a-z_ *]*[ *]\(ht_[a-z_]*
 ZIG = ZIG_GLOBAL_CACHE_DIR=$(abspath build/zig) ZIG_LOCAL_CACHE_DIR=$(abspath build/zig) $(BIN)/python -m ziglang c++ $(WASM)
 
 # Binaries of FMUs, one of each version of the standard a platform: build/fmu/PLATFORM/fmi2.so and the like.
-FMU_PLATFORMS ?= x86_64-linux aarch64-linux x86_64-windows x86_64-darwin aarch64-darwin
+# Others: aarch64-linux, x86_64-windows, x86_64-darwin, aarch64-darwin.
+FMU_PLATFORMS ?= $(shell uname -m)-linux
 fmu-target = $(1:%-linux=%-linux-gnu.2.17)$(if $(filter %-windows,$(1)),-gnu)
 fmu-suffix = $(if $(filter %-windows,$(1)),.dll,$(if $(filter %-darwin,$(1)),.dylib,.so))
 FMU_ZIG = ZIG_GLOBAL_CACHE_DIR=$(abspath build/zig) ZIG_LOCAL_CACHE_DIR=$(abspath build/zig) $(BIN)/python -m ziglang c++
 
 .PHONY: fmu
-fmu: $(foreach p,$(FMU_PLATFORMS),$(foreach v,2 3,build/fmu/$(p)/fmi$(v)$(call fmu-suffix,$(p)))) ## binaries of FMUs by ziglang, in build/fmu: FMU_PLATFORMS=x86_64-linux for one
+fmu: $(foreach p,$(FMU_PLATFORMS),$(foreach v,2 3,build/fmu/$(p)/fmi$(v)$(call fmu-suffix,$(p)))) ## binaries of FMUs by ziglang, in build/fmu: of this machine, or of FMU_PLATFORMS
 
 # $(call fmu-rules,PLATFORM)
 define fmu-rules
