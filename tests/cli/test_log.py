@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,6 +20,8 @@ from hypertuna.mission.record import MissionRecord
 from voyage import voyage
 
 pytest.importorskip("foxglove", reason="needs the extra log")
+from mcap.reader import make_reader
+
 from hypertuna.mission.log import write_log
 
 Run = Callable[..., tuple[int, str, str]]
@@ -147,6 +150,29 @@ def test_a_log_without_an_origin_has_no_gpx(run: Run, record: MissionRecord, tmp
 
 
 # --- the figure
+
+
+@pytest.mark.parametrize("flown", [False, True], ids=["record", "mission"])
+def test_a_layout_names_what_its_log_has(run: Run, file: str, flown: bool, tmp_path: Path) -> None:
+    log, output = str(tmp_path / "log.mcap") if flown else file, tmp_path / "layout.json"
+    if flown:
+        run("mission", "box", "--duration", "5", "-o", log)
+    assert run("log", "to-layout", log, "-o", str(output))[0] == 0
+    layout = json.loads(output.read_text())
+    panels = layout["configById"].values()
+    paths = {path["value"] for panel in panels for path in panel.get("paths", ())}
+    paths |= {panel["topicPath"] for panel in panels if "topicPath" in panel}
+    with open(log, "rb") as content:
+        messages = [(channel.topic, message.data) for _, channel, message in make_reader(content).iter_messages()]
+    topics = {topic for topic, _ in messages}
+    first = {topic: json.loads(data) for topic, data in messages[::-1] if data[:1] == b"{"}
+    assert paths <= {f"{topic}.{key}" for topic, message in first.items() for key in message}
+    assert "/motion.depth_m" in paths
+    assert {panel["followTopic"] for panel in panels if "followTopic" in panel} <= topics
+    tiles = re.findall(r'"([^"]+![^"]+)"', json.dumps(layout["layout"]))
+    assert sorted(tiles) == sorted(layout["configById"])
+    if flown:
+        assert {"/hydraulics.pump_pressure_I_left_kpa", "/battery.power_w", "/mode.mode_name"} <= paths
 
 
 @pytest.mark.parametrize("width", [7.2, 3.4])

@@ -1,5 +1,6 @@
 """The commands `hypertuna log ...`: logs of missions and black boxes: summary, plot, table, track."""
 
+import json
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any
 
@@ -9,10 +10,11 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, progress_bar, summary_table
 from hypertuna.cli.emit import draw, emit
 from hypertuna.firmware.black_box import mission_record, read_black_box
-from hypertuna.io.files import Csv, columns_csv
+from hypertuna.io.files import Csv, columns_csv, write_atomically
 from hypertuna.io.mcap import is_radio_log, need_log
 from hypertuna.io.quantity import Quantity, values_of
 from hypertuna.mission.file import read_mission
+from hypertuna.mission.foxglove import layout
 from hypertuna.mission.gpx import check_origin, write_gpx
 from hypertuna.mission.log import write_log
 from hypertuna.mission.log_fields import record_columns
@@ -63,6 +65,16 @@ def gpx_command(log: LogFile, output: Annotated[str, _output(".gpx")], as_json: 
     def write(content: Log) -> None:
         check_origin(content.record.origin, log)
         write_gpx(content.record, output)
+
+    _convert(log, output, as_json, write)
+
+
+@log_app.command("to-layout")
+def layout_command(log: LogFile, output: Annotated[str, _output(".json")], as_json: opt.AsJson = False) -> None:
+    """Write a layout for Foxglove that shows a log: map, robot, depth, heading, pressures, power, modes and faults."""
+
+    def write(content: Log) -> None:
+        write_atomically(output, f"{json.dumps(layout(content.record), indent=2)}\n".encode())
 
     _convert(log, output, as_json, write)
 

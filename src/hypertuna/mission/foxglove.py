@@ -1,0 +1,68 @@
+"""Layout for Foxglove of a mission's log: map, robot in space, plots of the quantities that the log has."""
+
+from typing import Any
+
+from hypertuna.mission.log_fields import DERIVED, fields
+from hypertuna.mission.record import MissionRecord
+
+# Title of a plot: its topics, and the beginnings of the keys that it draws.
+PLOTS = {
+    "Depth [m]": {"/motion": ("depth_m",), "/estimate": ("depth_estimated",)},
+    "Heading [deg]": {"/motion": ("heading_deg",)},
+    "Speed [m/s]": {"/motion": ("speed_m_s",), "/estimate": ("speed_estimated",)},
+    "Joints [deg]": {"/joints": ("angle_",)},
+    "Pressures [kPa]": {"/hydraulics": ("pump_pressure",)},
+    "Power [W]": {"/battery": ("power_w",)},
+}
+STATES = ("mode_name", "state_name")  # of /mode, as bars over time
+FLAGS = ("reason_names", "fault_names")  # of /mode, as lists
+
+
+def layout(record: MissionRecord) -> dict[str, Any]:
+    """Return the layout as Foxglove imports it; every path that it names is in the log of the record."""
+    topics = fields(record.data, record.joints, record.circuits)
+    keys = {topic: [row.key for row in rows] for topic, rows in topics.items()}
+    keys["/motion"] += DERIVED
+    modes = {"mode": STATES[0], "state": STATES[1], "reasons": FLAGS[0], "faults": FLAGS[1]}
+    named = [name for key, name in modes.items() if key in keys.get("/mode", ())]
+    panels: dict[str, Any] = {"3D!space": {"followMode": "follow-position", "followTf": _frame(record)}}
+    if record.origin is not None:
+        panels["map!place"] = {"followTopic": "/location", "zoomLevel": 17}
+    for title, wanted in PLOTS.items():
+        paths = [
+            _path(topic, key)
+            for topic, begins in wanted.items()
+            for key in keys.get(topic, ())
+            if key.startswith(begins)
+        ]
+        if paths:
+            panels[f"Plot!{title.split()[0].lower()}"] = {"title": title, "paths": paths, "isSynced": True}
+    if states := [_path("/mode", name) for name in named if name in STATES]:
+        panels["StateTransitions!states"] = {"paths": states, "isSynced": True}
+    panels |= {f"RawMessages!{name}": {"topicPath": f"/mode.{name}"} for name in named if name in FLAGS}
+    return {
+        "configById": panels,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": _tiled([*panels], "row"),
+    }
+
+
+def _frame(record: MissionRecord) -> str:
+    """Name the frame that the view follows: the true pose, or else the estimated one."""
+    return "robot" if record.true else "estimate"
+
+
+def _path(topic: str, key: str) -> dict[str, Any]:
+    """Return a path to a number of a topic."""
+    return {"value": f"{topic}.{key}", "label": key, "enabled": True, "timestampMethod": "receiveTime"}
+
+
+def _tiled(panels: list[str], direction: str) -> Any:
+    """Return panels as nested halves."""
+    if len(panels) == 1:
+        return panels[0]
+    half, other = len(panels) // 2, "column" if direction == "row" else "row"
+    parts = {"first": _tiled(panels[:half], other), "second": _tiled(panels[half:], other)}
+    return parts | {"direction": direction, "splitPercentage": 100 * half / len(panels)}
