@@ -291,6 +291,46 @@ def twin_speed(turns: int) -> Item:
     return Item("Twin", method, rows)
 
 
+def many_twins(turns: int) -> Item:
+    """(j) Twins side by side in lanes, and environments for learning."""
+    from hypertuna.learning.environments import SwimmerVectorEnv
+
+    robot, duration = hypertuna.load("hypertuna"), 20.0
+    gait = hypertuna.named_gait(robot, "unoptimised-max")
+    lanes, count = _core.twin_lanes(), 64
+    runs = [{"robot": robot, "gait": gait, "duration": duration, "seed": seed} for seed in range(lanes)]
+    env = SwimmerVectorEnv(count, "Goto")
+    env.reset(seed=1)
+    actions = np.random.default_rng(1).uniform(-1, 1, (count, env.single_action_space.shape[0]))
+    race = Race(
+        {
+            "alone": lambda: hypertuna.twin(robot, gait, duration=duration),
+            "lanes": lambda: hypertuna.twins(runs, measure=lambda run: run.status),
+            "steps": lambda: [env.step(actions) for _ in range(5)],
+        },
+        turns,
+    )
+    alone, together = race.seconds("alone"), race.seconds("lanes") / lanes
+    rows = [
+        Row("twins_alone", f"runs of {duration:g} s one after another", 1 / alone, "1/s"),
+        Row("twins_in_lanes", f"the same in {lanes} lanes", 1 / together, "1/s"),
+        Row("twins_real_time", "a twin in its lane over real time", duration / together, "x"),
+        Row("twins_gain", "gain of the lanes", lanes * race.ratio("alone", "lanes"), "x"),
+        Row(
+            "environment_steps",
+            "steps of 0.1 s of `hypertuna/Goto-v0`",
+            5 * count / race.seconds("steps"),
+            "1/s",
+            "5,000",
+        ),
+    ]
+    method = (
+        "`hypertuna.twin` and `hypertuna.twins` with `unoptimised-max` from rest, records included, and "
+        f"{count} swimmers of the vector environment under random actions, on one thread. Median of {turns}."
+    )
+    return Item("Many twins", method, rows)
+
+
 def _check(who: str, difference: float, most: float = AGREE) -> None:
     """A peer that computes something else is not compared with."""
     if not difference <= most:
