@@ -20,7 +20,7 @@ SAME = 1e-9  # m and rad
 
 
 def gait_of_action() -> ht.Gait:
-    from hypertuna.learning.swimmers import span_of
+    from hypertuna.learning.spans import span_of
 
     frequency, amplitude, phase, bias = (part[0].tolist() for part in span_of(ROBOT).gait(ACTION[np.newaxis]))
     return ht.Gait(frequency, tuple(amplitude), tuple(phase), tuple(bias))

@@ -18,7 +18,7 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402
 
 from hypertuna.learning.environments import SwimmerEnv, SwimmerVectorEnv  # noqa: E402
 from hypertuna.learning.policy import plain_pilot, read_policy, success_rate  # noqa: E402
-from hypertuna.learning.swimmers import STEP, knobs  # noqa: E402
+from hypertuna.learning.spans import STEP, knobs  # noqa: E402
 from hypertuna.learning.tasks import TASKS, Goto, Seen, Station, Swim, Turn  # noqa: E402
 
 ROBOT = ht.load("hypertuna")

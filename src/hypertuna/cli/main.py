@@ -98,6 +98,10 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
         ),
     },
     "Build and drive": {
+        "rl": (
+            {"export": ("rl:export_command", "Write a trained policy as a header of the firmware.")},
+            "Reinforcement learning: a trained policy for the board.",
+        ),
         "firmware": (
             "firmware:firmware_app",
             "Firmware: parameters and wiring from a robot's description, list of faults.",

@@ -14,7 +14,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot, robot_of
-from hypertuna.learning.swimmers import LIMIT, STEP, Swimmers, knobs
+from hypertuna.learning.spans import STEP, knobs
+from hypertuna.learning.swimmers import LIMIT, Swimmers
 from hypertuna.learning.tasks import TASKS, Task
 from hypertuna.ranges import POSITIVE_WHOLE, check_choice
 

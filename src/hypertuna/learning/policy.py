@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.learning.environments import SwimmerVectorEnv
-from hypertuna.learning.swimmers import LAG, STEP, Swimmers
+from hypertuna.learning.spans import LAG, STEP
+from hypertuna.learning.swimmers import Swimmers
 
 Act = Callable[[NDArray[Any]], NDArray[Any]]  # observations (N, size) to actions (N, knobs)
 

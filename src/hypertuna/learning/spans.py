@@ -1,0 +1,55 @@
+"""Actions: what their numbers mean, and what they are multiplied by."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot, require
+from hypertuna.errors import InputError
+
+STEP = 0.1  # s, of an action
+LAG = math.pi  # rad, the largest lag of a joint behind the one before
+BIAS = 0.5  # of a joint's largest bend, for steering
+
+
+def knobs(robot: Robot) -> tuple[str, ...]:
+    """Name the numbers of an action, each from -1 to 1."""
+    names = [group.name for group in robot.joints]
+    return (
+        "frequency",
+        *(f"amplitude of {name}" for name in names),
+        *(f"lag of {name}" for name in names[1:]),
+        *(f"bias of {name}" for name in names),
+    )
+
+
+@dataclass(frozen=True)
+class Span:
+    """What actions are multiplied by."""
+
+    frequency: float  # Hz
+    bend: Array  # (joints,) rad
+
+    def gait(self, action: Array) -> tuple[Array, Array, Array, Array]:
+        """Return frequency, amplitude, phase and bias of actions (N, 3 joints) from -1 to 1."""
+        joints = len(self.bend)
+        part = (np.clip(action, -1, 1) + 1) / 2
+        lag = np.concatenate([np.zeros((len(part), 1)), LAG * part[:, 1 + joints : 2 * joints]], axis=1)
+        bias = BIAS * self.bend * (2 * part[:, 2 * joints :] - 1)
+        return self.frequency * part[:, 0], self.bend * part[:, 1 : 1 + joints], lag.cumsum(axis=1), bias
+
+
+def span_of(robot: Robot) -> Span:
+    """Return what a robot's actions are multiplied by: the controller's bounds."""
+    control = require(robot.controller, "controller", robot)
+    bends = [group.bend_max for group in robot.joints]
+    if missing := [group.name for group, bend in zip(robot.joints, bends, strict=True) if bend is None]:
+        fix = "give the largest bend, from a bench or `hypertuna joint bend`"
+        raise InputError(
+            "is needed to learn", file=robot.file or None, key=f"joints.{missing[0]}.bend_max_deg", fix=fix
+        )
+    return Span(control.frequency_max, np.array(bends, dtype=float))
