@@ -92,6 +92,8 @@ def base() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         "plot_sweep": (ht.plot_sweep, {"grid": ht.sweep(fish, GRID, steps=16)}),
         "to_pandas": (ht.to_pandas, {"data": replayed}),
         "studio": (ht.studio, both | {"height": 500}),
+        "mjcf": (ht.mjcf, {"robot": fish, "plugin": False, "free": False}),
+        "sdf": (ht.sdf, {"robot": fish}),
         "report": (ht.report, {"results": ht.swim(fish, GAIT), "path": "swim.html"}),
         "read_joints": (
             ht.read_joints,
@@ -130,6 +132,8 @@ NAMES = [
     "rmse",
     "replay_recording",
     "compare_recording",
+    "mjcf",
+    "sdf",
     "Sea",
     "Gait",
     "from_degrees",
