@@ -2,6 +2,8 @@
 the environment for learning.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -60,6 +62,24 @@ def test_by_the_c_interface(host: type, path: Array) -> None:
         np.testing.assert_allclose(at, path[tick], atol=SAME, rtol=0)
     del twin, robot
     made.close()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_as_an_fmu(fmi: int, path: Array, tmp_path: Path) -> None:
+    fmpy = pytest.importorskip("fmpy")
+    file = tmp_path / "fish.fmu"
+    file.write_bytes(ht.fmu(ROBOT, fmi=fmi))
+    angles = {"amplitude": GAIT.amplitude, "phase": GAIT.phase, "bias": GAIT.bias}
+    given = {
+        f"{name}_{joint}": value for name, row in angles.items() for joint, value in zip(("I", "II"), row, strict=True)
+    }
+    start = given | {"seed": SEED, "frequency": GAIT.frequency, "armed": True}
+    options = {"stop_time": SECONDS, "step_size": TICK, "output_interval": TICK, "output": ["x", "y", "heading"]}
+    rows = fmpy.simulate_fmu(str(file), start_values=start, **options)
+    assert len(rows) == TICKS + 1
+    np.testing.assert_allclose(
+        np.stack([rows[name] for name in ("x", "y", "heading")], axis=1), path, atol=SAME, rtol=0
+    )
 
 
 def test_in_the_environment(path: Array) -> None:

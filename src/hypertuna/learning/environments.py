@@ -45,6 +45,8 @@ class SwimmerEnv(gymnasium.Env[Batch, Batch]):
     robots : sequence of Robot
         Robots that one is drawn from at each start, of the same structure: domain randomization. The controller knows
         `robot` alone.
+    step : float
+        Length of a step [s], whole control ticks.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "render_fps": round(1 / STEP)}
@@ -55,9 +57,10 @@ class SwimmerEnv(gymnasium.Env[Batch, Batch]):
         *,
         robot: Robot | str | Path = "hypertuna",
         robots: Sequence[Robot] = (),
+        step: float = STEP,
         render_mode: str | None = None,
     ) -> None:
-        self.swimmers = Swimmers(_task(task), robot_of(robot), 1, robots)
+        self.swimmers = Swimmers(_task(task), robot_of(robot), 1, robots, step=step)
         of = Spaces(self.swimmers)
         self.action_space, self.observation_space, self.render_mode = of.action, of.observation, render_mode
 
@@ -68,7 +71,7 @@ class SwimmerEnv(gymnasium.Env[Batch, Batch]):
         return _single(self.swimmers.observe())[0], {}
 
     def step(self, action: Batch) -> tuple[Batch, float, bool, bool, dict[str, Any]]:
-        """Make a step of 0.1 s."""
+        """Make a step."""
         reward, done, cut, success = _stepped(self.swimmers, np.asarray(action, dtype=float)[np.newaxis])
         observation = _single(self.swimmers.observe())[0]
         return observation, float(reward[0]), bool(done[0]), bool(cut[0]), {"is_success": bool(success[0])}
@@ -85,7 +88,7 @@ class SwimmerVectorEnv(VectorEnv[Batch, Batch, Batch]):
         Number of swimmers.
     threads : int
         Threads that step them; results do not depend on it.
-    task, robot, robots
+    task, robot, robots, step
         As of `SwimmerEnv`.
     """
 
@@ -98,11 +101,12 @@ class SwimmerVectorEnv(VectorEnv[Batch, Batch, Batch]):
         *,
         robot: Robot | str | Path = "hypertuna",
         robots: Sequence[Robot] = (),
+        step: float = STEP,
         threads: int = 1,
         render_mode: str | None = None,
     ) -> None:
         self.num_envs = POSITIVE_WHOLE.check(num_envs, "num_envs", "give a number of swimmers")
-        self.swimmers = Swimmers(_task(task), robot_of(robot), self.num_envs, robots, threads)
+        self.swimmers = Swimmers(_task(task), robot_of(robot), self.num_envs, robots, threads, step)
         of = Spaces(self.swimmers)
         self.single_action_space, self.single_observation_space = of.action, of.observation
         self.action_space = batch_space(of.action, self.num_envs)
@@ -118,7 +122,7 @@ class SwimmerVectorEnv(VectorEnv[Batch, Batch, Batch]):
         return _single(self.swimmers.observe()), {}
 
     def step(self, actions: Batch) -> tuple[Batch, Batch, Flags, Flags, dict[str, Any]]:
-        """Make a step of 0.1 s of every swimmer."""
+        """Make a step of every swimmer."""
         reward, done, cut, success = _stepped(self.swimmers, np.asarray(actions, dtype=float))
         observation = _single(self.swimmers.observe())
         infos: dict[str, Any] = {"is_success": success}
@@ -157,5 +161,5 @@ def _stepped(swimmers: Swimmers, action: NDArray[np.float64]) -> tuple[Batch, Fl
     reward, done, success = swimmers.act(action)
     lost = swimmers.lost
     done = done | lost
-    cut = ~done & (swimmers.steps * STEP >= swimmers.task.seconds - 1e-9)
+    cut = ~done & (swimmers.steps * swimmers.step >= swimmers.task.seconds - 1e-9)
     return np.where(lost, LOST, np.nan_to_num(reward)), done, cut, success & ~lost

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.learning.environments import SwimmerVectorEnv
-from hypertuna.learning.spans import LAG, STEP
+from hypertuna.learning.spans import LAG
 from hypertuna.learning.swimmers import Swimmers
 
 Act = Callable[[NDArray[Any]], NDArray[Any]]  # observations (N, size) to actions (N, knobs)
@@ -99,8 +99,8 @@ def success_rate(env: SwimmerVectorEnv, act: Act, *, episodes: int, seed: int) -
     while quota.any():
         actions = act(observation)
         observation, _, done, cut, infos = env.step(actions)
-        length += STEP
-        drawn += STEP * swimmers.power * swimmers.effort
+        length += swimmers.step
+        drawn += swimmers.step * swimmers.power * swimmers.effort
         for k in np.flatnonzero(done | cut):
             if quota[k]:
                 quota[k] -= 1

@@ -8,12 +8,13 @@ import numpy as np
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from hypertuna.learning.environments import SwimmerVectorEnv
+from hypertuna.learning.tasks import Task
 
 
 class Sb3VecEnv(VecEnv):
     """A vector environment as Stable-Baselines3 takes it; arguments are those of `SwimmerVectorEnv`."""
 
-    def __init__(self, num_envs: int, task: str, **options: Any) -> None:
+    def __init__(self, num_envs: int, task: str | Task, **options: Any) -> None:
         self.env = SwimmerVectorEnv(num_envs, task, **options)
         self.actions: Any = None
         super().__init__(num_envs, self.env.single_observation_space, self.env.single_action_space)

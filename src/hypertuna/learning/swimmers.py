@@ -29,6 +29,7 @@ class Swimmers:
     count: int
     robots: Sequence[Robot] = ()
     threads: int = 1
+    step: float = STEP  # s, of an action
     goal: Array = field(init=False)  # (N, numbers of a goal)
     current: Array = field(init=False)  # (N, 2) BL/s
     steps: Array = field(init=False)  # (N,) made since the start
@@ -36,11 +37,10 @@ class Swimmers:
     def __post_init__(self) -> None:
         control = require(self.robot.controller, "controller", self.robot)
         tick = 1 / control.rate
-        self.ticks = round(STEP / tick)
-        if abs(self.ticks * tick - STEP) > 1e-9:
-            rule, fix = f"must make whole ticks of {STEP:g} s", "give 100 Hz, say"
-            key, value = "controller.rate_hz", f"{control.rate:g}"
-            raise InputError(rule, file=self.robot.file or None, key=key, value=value, fix=fix)
+        self.ticks = round(self.step / tick)
+        if self.ticks < 1 or abs(self.ticks * tick - self.step) > 1e-9:
+            rule, fix = f"must be whole control ticks of {tick:g} s", f"give {STEP:g}, say"
+            raise InputError(rule, key="step", value=f"{self.step:g}", fix=fix)
         self.span = span_of(self.robot)
         self._parts = [parts_of(robot, "water", None) for robot in self.robots or [self.robot]]
         inner = max(steps_of(tick, parts, self.robot) for parts in self._parts)
@@ -90,7 +90,7 @@ class Swimmers:
         self._batch.advance(self.ticks, self.threads)
         self._columns, before = self._batch.columns(), self.seen
         self.steps += 1
-        self._drift += STEP * self.current
+        self._drift += self.step * self.current
         self.seen = self._look(x, y)
         self.effort = self.seen.effort
         return self.task.outcome(self.goal, self.seen, before)
@@ -123,7 +123,7 @@ class Swimmers:
         ahead = -(np.cos(c["heading"]) * (c["x"] - x) + np.sin(c["heading"]) * (c["y"] - y))
         drawn, self._before = c["energy"] - self._before, c["energy"].copy()
         position = np.stack([c["x"], c["y"]], axis=1) / length + self._drift
-        return Seen(position, c["heading"] + math.pi, ahead / (length * STEP), drawn / (STEP * self.power))
+        return Seen(position, c["heading"] + math.pi, ahead / (length * self.step), drawn / (self.step * self.power))
 
 
 def _put(old: Array, new: Array, rows: Sequence[int]) -> Array:
