@@ -4,8 +4,10 @@ On a bench board on UDP; the firmware of the PC beside the twin, on UDP; and tha
 twin, whose UART is a TCP socket.
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -16,7 +18,8 @@ from hypertuna.errors import InputError
 from hypertuna.firmware.parameters import firmware_table
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.upload import download, upload
-from hypertuna.radio.client import connect
+from hypertuna.radio.client import connect, make_message
+from hypertuna.radio.dialect import dialect
 from hypertuna.radio.parameters import read_parameters, set_parameter
 from hypertuna.swimming.gait import named_gait
 from radio_bench import free_port, in_the_loop, running
@@ -106,3 +109,20 @@ def test_a_signed_link(bench: str) -> None:
         assert stranger.wait(lambda m: m.get_type() == "STATUSTEXT" and m.text.startswith("messages must be sig"), 5)
     with connect(bench, key=key) as robot:
         robot.arm()
+
+
+def test_messages_that_the_page_on_ros_lists_are_sent(bench: str) -> None:
+    """Those that the robot has at any time; GLOBAL_POSITION_INT and HOME_POSITION want the origin of a mission."""
+    page = (Path(__file__).parents[2] / "docs" / "howto" / "ros2.md").read_text()
+    sent = [
+        name for row in re.findall(r"^\| (`.*?) \|", page, re.MULTILINE) for name in re.findall(r"`([A-Z_]+)`", row)
+    ]
+    sent = [name for name in sent if name not in ("STATUSTEXT", "MANUAL_CONTROL")]  # of events; of the ground
+    assert len(sent) == 10
+    with connect(bench) as robot:
+        set_parameter(robot, "link_rate", WIRE)
+        upload(robot, read_mission("lake").mission)
+        robot.send(make_message("set_gps_global_origin", robot.system, 473000000, 85000000, 0))
+        for name in sent:
+            robot.command(512, getattr(dialect(), f"MAVLINK_MSG_ID_{name}"))  # MAV_CMD_REQUEST_MESSAGE
+            assert robot.wait(lambda m, name=name: m.get_type() == name, 5), name
