@@ -94,6 +94,7 @@ def base() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         "studio": (ht.studio, both | {"height": 500}),
         "mjcf": (ht.mjcf, {"robot": fish, "plugin": False, "free": False}),
         "sdf": (ht.sdf, {"robot": fish}),
+        "fmu": (ht.fmu, {"robot": fish, "kind": "twin", "fmi": 2, "sea": False}),
         "report": (ht.report, {"results": ht.swim(fish, GAIT), "path": "swim.html"}),
         "read_joints": (
             ht.read_joints,
@@ -134,6 +135,7 @@ NAMES = [
     "compare_recording",
     "mjcf",
     "sdf",
+    "fmu",
     "Sea",
     "Gait",
     "from_degrees",
