@@ -1,6 +1,8 @@
 """Sphinx settings: pages in Markdown, the Python interface from its docstrings, no file from the network."""
 
+import base64
 import html
+import itertools
 import json
 import re
 from importlib.metadata import version as installed_version
@@ -82,9 +84,26 @@ def by_keyboard(_: Sphinx, __: str, ___: str, context: dict[str, Any], ____: doc
     context["furo_navigation_tree"] = menu.replace('role="heading"', 'role="heading" aria-level="2"')
 
 
-def executed(_: Sphinx, __: str, source: list[str]) -> None:
+def executed(app: Sphinx, __: str, source: list[str]) -> None:
     """Fill a page's directive `notebook` with the cells of examples/notebooks/NAME.ipynb and what they show."""
-    source[0] = re.sub(r"^```{notebook} (\w+)\n```$", lambda line: cells(line[1]), source[0], flags=re.MULTILINE)
+
+    def filled(line: re.Match[str]) -> str:
+        return linked(cells(line[1]), line[1], Path(app.outdir))
+
+    source[0] = re.sub(r"^```{notebook} (\w+)\n```$", filled, source[0], flags=re.MULTILINE)
+
+
+def linked(page: str, name: str, site: Path) -> str:
+    """Return a page whose pictures are files of the site, with links to them in full size."""
+    pictures = itertools.count(1)
+
+    def put(found: re.Match[str]) -> str:
+        file = f"_images/notebook-{name}-{next(pictures)}.png"
+        (site / "_images").mkdir(parents=True, exist_ok=True)
+        (site / file).write_bytes(base64.b64decode(found["data"]))
+        return f'<a href="../{file}">{found["before"]}../{file}{found["after"]}</a>'
+
+    return re.sub(r'(?P<before><img\b[^>]*\bsrc=")data:image/png;base64,(?P<data>[^"]+)(?P<after>"[^>]*>)', put, page)
 
 
 def cells(name: str) -> str:
