@@ -102,7 +102,7 @@ ZIG = ZIG_GLOBAL_CACHE_DIR=$(abspath build/zig) ZIG_LOCAL_CACHE_DIR=$(abspath bu
 # Binaries of FMUs, one of each version of the standard a platform: build/fmu/PLATFORM/fmi2.so and the like.
 # Others: aarch64-linux, x86_64-windows, x86_64-darwin, aarch64-darwin.
 FMU_PLATFORMS ?= $(shell uname -m)-linux
-fmu-target = $(1:%-linux=%-linux-gnu.2.17)$(if $(filter %-windows,$(1)),-gnu)
+fmu-target = $(subst darwin,macos,$(1:%-linux=%-linux-gnu.2.17)$(if $(filter %-windows,$(1)),-gnu))
 fmu-suffix = $(if $(filter %-windows,$(1)),.dll,$(if $(filter %-darwin,$(1)),.dylib,.so))
 FMU_ZIG = ZIG_GLOBAL_CACHE_DIR=$(abspath build/zig) ZIG_LOCAL_CACHE_DIR=$(abspath build/zig) $(BIN)/python -m ziglang c++
 
