@@ -273,6 +273,7 @@ for part in (
     "fin",
     "bring_up",
     "firmware",
+    "learning",
 ):
     made = runpy.run_path(str(ROOT / "docs" / f"figures_{part}.py"))
     TABLES |= made["TABLES"]
