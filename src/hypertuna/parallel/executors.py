@@ -124,7 +124,16 @@ class _Pool:
 
     def _open(self) -> Executor:
         assert self._make is not None
-        return self._stack.enter_context(self._make())
+        pool = self._stack.enter_context(self._make())
+        self._stack.callback(_end_processes, pool)
+        return pool
+
+
+def _end_processes(pool: Executor) -> None:
+    """End the idle processes of a pool: one that was killed may hold the lock of the queue on which the others wait."""
+    processes: dict[int, Any] = getattr(pool, "_processes", None) or {}
+    for process in list(processes.values()):
+        process.kill()
 
 
 def _is_lost(future: Future[Any]) -> bool:
