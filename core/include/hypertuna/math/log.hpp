@@ -15,24 +15,23 @@ struct Parts {
     S exponent, part;
 };
 
-inline constexpr std::int64_t log_offset = 0x3fe6a09e667f3bcd;     // bits of sqrt(1/2)
-inline constexpr std::int64_t log_one = 0x3ff0000000000000;        // bits of 1: an exponent of 1023
-inline constexpr std::int64_t log_mantissa = 0x000fffffffffffff;   // bits below the exponent
-inline constexpr std::int64_t log_integer = 0x4330000000000000;    // bits of 2^52, which lead a whole number's
+inline constexpr std::uint64_t log_offset = 0x3fe6a09e667f3bcd;    // bits of sqrt(1/2)
+inline constexpr std::uint64_t log_one = 0x3ff0000000000000;       // bits of 1: an exponent of 1023
+inline constexpr std::uint64_t log_mantissa = 0x000fffffffffffff;  // bits below the exponent
+inline constexpr std::uint64_t log_integer = 0x4330000000000000;   // bits of 2^52, which lead a whole number's
 inline constexpr double log_unbias = 4503599627370496.0 + 1023.0;  // 2^52, and the exponent of 1
 
 HYPERTUNA_INLINE Parts<double> parts(double x) {
-    const std::uint64_t above = std::uint64_t(std::bit_cast<std::int64_t>(x) - log_offset + log_one);
-    return {std::bit_cast<double>(std::int64_t(above >> 52) + log_integer) - log_unbias,
-            std::bit_cast<double>((std::int64_t(above) & log_mantissa) + log_offset)};
+    const std::uint64_t above = std::bit_cast<std::uint64_t>(x) + (log_one - log_offset);
+    return {std::bit_cast<double>((above >> 52) + log_integer) - log_unbias,
+            std::bit_cast<double>((above & log_mantissa) + log_offset)};
 }
 template <int W>
 HYPERTUNA_INLINE Parts<Lanes<double, W>> parts(Lanes<double, W> x) {
-    using Bits = typename Mask<double, W>::Vector;
-    using Unsigned = typename VectorOf<std::uint64_t, W>::type;
+    using Bits = typename VectorOf<std::uint64_t, W>::type;
     using Vector = typename Lanes<double, W>::Vector;
     const Bits above = (Bits)x.v + (log_one - log_offset);
-    return {Lanes<double, W>((Vector)((Bits)((Unsigned)above >> 52) + log_integer)) - Lanes<double, W>(log_unbias),
+    return {Lanes<double, W>((Vector)((above >> 52) + log_integer)) - Lanes<double, W>(log_unbias),
             Lanes<double, W>((Vector)((above & log_mantissa) + log_offset))};
 }
 
