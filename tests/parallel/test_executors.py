@@ -48,7 +48,7 @@ def dask() -> Iterator[Any]:
     """A cluster of two processes on this machine, which starts a killed one anew."""
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as local:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as local:
         yield local
 
 

@@ -59,7 +59,7 @@ def main() -> None:
     for seed in range(RUNS):
         with (
             tempfile.TemporaryDirectory() as place,
-            LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as local,
+            LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as local,
             cluster(local.scheduler_address) as executor,
         ):
             folder = Path(place) / "a.shards"

@@ -46,7 +46,7 @@ def seconds(processes: int, folder: Path) -> tuple[float, float]:
 def tasks_per_second(count: int) -> float:
     """Tasks that do nothing, a second, through a scheduler and two workers of one process."""
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as local,
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as local,
         cluster(local.scheduler_address) as executor,
     ):
         list(map_shards(abs, range(100), executor))
