@@ -167,7 +167,7 @@ void act(const mjModel* m, mjData* d, Water& water) {
     // MuJoCo's bias is that of a nose at constant velocity in the world, the core's at constant velocity in the body.
     const Vector<double> turning = cross(xi.linear, xi.angular);
 
-    mj_makeM(m, d);  // without water, whatever the last call has left
+    mj_makeM(m, d);  // without the water that the last call added
     for (int i = 0; i < tail.fish.links; ++i) {
         const LinkShape<double>& at = tail.shape[i];
         const LinkPair<double> load = link_load(body, i, LinkView<double>(at), xi, out);

@@ -108,7 +108,7 @@ def test_a_robot_a_thousand_times_lighter_than_its_water_swims() -> None:
 
 
 def test_the_mass_matrix_is_made_anew_each_time() -> None:
-    """However often a state is computed, and whatever part of it."""
+    """Repeated and partial computations of a state give the same result."""
     m = model(robot("strip"), plugin=True)
     d = mujoco.MjData(m)
     d.qvel[:] = 0.1

@@ -1,4 +1,4 @@
-"""Work over executors: equal results whatever the executor, and whatever happens to its workers."""
+"""Work over executors: equal results for every executor, and after the loss of workers."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def _alone(robot: Robot, columns: dict[str, Any], link: int) -> LinkWater:
 
 
 def balanced(moments: Sequence[float]) -> tuple[Array, Array]:
-    """Return moments of inertia (3,) that a rigid body can have, and what is left of `moments` [kg m^2].
+    """Return moments of inertia (3,) that a rigid body can have, and the rest of `moments` [kg m^2].
 
     No moment of a body exceeds the sum of the two others; a rod's about z beside an ellipsoid's about x and y may.
     """

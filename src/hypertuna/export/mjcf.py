@@ -38,8 +38,8 @@ WEIGHTS = (0.1739274225687269, 0.3260725774312731, 0.3260725774312731, 0.1739274
 def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False) -> str:
     """Write a robot as an MJCF model, for MuJoCo 3.3 or later.
 
-    Without the plugin it moves in the plane, by MuJoCo's own fluid forces. The joints follow their commands whatever
-    the water does; with ``joints = "bandwidth"`` in ``[model]`` behind the description's first-order lag.
+    Without the plugin it moves in the plane, by MuJoCo's own fluid forces. The joints follow their commands
+    against any load of the water, with ``joints = "bandwidth"`` in ``[model]`` after the description's first-order lag.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False)
 
 
 def _facts(robot: Robot, *, free: bool) -> list[str]:
-    """Say what the file is."""
+    """Return the lines of the comment that describes the file."""
     joints = "ideal" if robot.model.joints == "ideal" else "first-order lags of the description's bandwidths"
     return [
         f"Water law {robot.model.water}; joints: {joints}; motion in {'space' if free else 'the plane'}.",

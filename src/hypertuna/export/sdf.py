@@ -106,7 +106,7 @@ def sdf_losses(robot: Robot) -> list[str]:
 
 
 def _facts(robot: Robot) -> list[str]:
-    """Say what the file is."""
+    """Return the lines of the comment that describes the file."""
     vertical = "" if robot.spatial else " No table [spatial]: no added mass, drag or buoyancy beyond the plane's."
     return [
         f"Water law {robot.model.water}. SI and radians. Nose at the model's origin, tail along +x, z up.{vertical}",

@@ -52,5 +52,5 @@ class Sb3VecEnv(VecEnv):
         return [result for _ in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
-        """Say that nothing is wrapped."""
+        """Return False for each: no wrapper is used."""
         return [False for _ in self._get_indices(indices)]

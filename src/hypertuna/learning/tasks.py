@@ -41,7 +41,7 @@ class Outcome(NamedTuple):
 class Task(ABC):
     """A task."""
 
-    size: ClassVar[int]  # numbers that a swimmer is told of it
+    size: ClassVar[int]  # numbers of an observation that describe the task
     seconds: float = 60.0  # of an episode
     current: float = 0.0  # BL/s at most, of a uniform current toward anywhere
 

@@ -1,7 +1,7 @@
 /// Many twins in the plane at once: their machines side by side in lanes, each with sensors and controller of its own.
 ///
 /// The twins of a batch have the same structure and differ in numbers: robots, seeds, faults, commands. Each gives the
-/// bits that it gives alone, whatever stands beside it.
+/// bits that it gives alone.
 #pragma once
 
 #include <memory>
