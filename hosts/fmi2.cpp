@@ -1,17 +1,16 @@
 /// FMI 2.0 for co-simulation. The declarations are those of the standard (fmi-standard.org), as far as they are needed.
 #include "fmu.hpp"
 
-using hypertuna::Fmu, hypertuna::Phase;
-
 #ifdef _WIN32
 #define FMI2 extern "C" __declspec(dllexport)
 #else
 #define FMI2 extern "C" __attribute__((visibility("default")))
 #endif
 
+using namespace hypertuna;
+
 namespace {
 
-enum Status { ok, warning, discard, error };
 using Logger = void (*)(void* environment, const char* instance, int status, const char* category, const char* text,
                         ...);
 struct Callbacks {
@@ -21,12 +20,7 @@ struct Callbacks {
     void (*finished)(void*, int);
     void* environment;
 };
-using State = std::vector<unsigned char>;
 using Reference = unsigned;
-
-Fmu& of(void* instance) { return *static_cast<Fmu*>(instance); }
-Status good(bool done) { return done ? ok : error; }
-Status missing(void* instance) { return good(of(instance).refuse("call: is not one that this FMU has")); }
 
 /// The path of a file's URI.
 std::string path_of(const char* uri) {
@@ -109,35 +103,15 @@ FMI2 int fmi2SetInteger(void* c, const Reference* r, std::size_t n, const int* v
 FMI2 int fmi2SetBoolean(void* c, const Reference* r, std::size_t n, const int* v) { return set(c, r, n, 'b', v); }
 FMI2 int fmi2SetString(void* c, const Reference*, std::size_t n, const char* const*) { return n ? missing(c) : ok; }
 
-FMI2 int fmi2GetFMUstate(void* instance, void** state) {
-    State* const to = *state ? static_cast<State*>(*state) : new State;
-    to->resize(of(instance).state_size());
-    of(instance).save(to->data());
-    *state = to;
-    return ok;
-}
-FMI2 int fmi2SetFMUstate(void* instance, void* state) {
-    const State& from = *static_cast<State*>(state);
-    return good(of(instance).restore(from.data(), from.size()));
-}
-FMI2 int fmi2FreeFMUstate(void*, void** state) {
-    delete static_cast<State*>(*state);
-    *state = nullptr;
-    return ok;
-}
-FMI2 int fmi2SerializedFMUstateSize(void*, void* state, std::size_t* size) {
-    *size = static_cast<State*>(state)->size();
-    return ok;
-}
+FMI2 int fmi2GetFMUstate(void* instance, void** state) { return get_state(instance, state); }
+FMI2 int fmi2SetFMUstate(void* instance, void* state) { return set_state(instance, state); }
+FMI2 int fmi2FreeFMUstate(void*, void** state) { return free_state(state); }
+FMI2 int fmi2SerializedFMUstateSize(void*, void* state, std::size_t* size) { return serialized_size(state, size); }
 FMI2 int fmi2SerializeFMUstate(void* instance, void* state, unsigned char* bytes, std::size_t size) {
-    const State& from = *static_cast<State*>(state);
-    if (size < from.size()) return good(of(instance).refuse("state: has more bytes than there is room for"));
-    std::memcpy(bytes, from.data(), from.size());
-    return ok;
+    return serialize(instance, state, bytes, size);
 }
 FMI2 int fmi2DeSerializeFMUstate(void*, const unsigned char* bytes, std::size_t size, void** state) {
-    *state = new State(bytes, bytes + size);
-    return ok;
+    return deserialize(bytes, size, state);
 }
 
 FMI2 int fmi2DoStep(void* instance, double at, double size, int) {

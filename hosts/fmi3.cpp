@@ -1,24 +1,18 @@
 /// FMI 3.0 for co-simulation. The declarations are those of the standard (fmi-standard.org), as far as they are needed.
 #include "fmu.hpp"
 
-using hypertuna::Fmu, hypertuna::Phase;
-
 #ifdef _WIN32
 #define FMI3 extern "C" __declspec(dllexport)
 #else
 #define FMI3 extern "C" __attribute__((visibility("default")))
 #endif
 
+using namespace hypertuna;
+
 namespace {
 
-enum Status { ok, warning, discard, error };
 using Log = void (*)(void* environment, int status, const char* category, const char* message);
-using State = std::vector<unsigned char>;
 using Reference = std::uint32_t;
-
-Fmu& of(void* instance) { return *static_cast<Fmu*>(instance); }
-Status good(bool done) { return done ? ok : error; }
-Status missing(void* instance) { return good(of(instance).refuse("call: is not one that this FMU has")); }
 
 template <class T>
 Status get(void* instance, const Reference* references, std::size_t count, char type, T* values) {
@@ -98,35 +92,15 @@ FMI3 int fmi3SetBoolean(void* c, const Reference* r, std::size_t n, const bool* 
     return set(c, r, n, 'b', v);
 }
 
-FMI3 int fmi3GetFMUState(void* instance, void** state) {
-    State* const to = *state ? static_cast<State*>(*state) : new State;
-    to->resize(of(instance).state_size());
-    of(instance).save(to->data());
-    *state = to;
-    return ok;
-}
-FMI3 int fmi3SetFMUState(void* instance, void* state) {
-    const State& from = *static_cast<State*>(state);
-    return good(of(instance).restore(from.data(), from.size()));
-}
-FMI3 int fmi3FreeFMUState(void*, void** state) {
-    delete static_cast<State*>(*state);
-    *state = nullptr;
-    return ok;
-}
-FMI3 int fmi3SerializedFMUStateSize(void*, void* state, std::size_t* size) {
-    *size = static_cast<State*>(state)->size();
-    return ok;
-}
+FMI3 int fmi3GetFMUState(void* instance, void** state) { return get_state(instance, state); }
+FMI3 int fmi3SetFMUState(void* instance, void* state) { return set_state(instance, state); }
+FMI3 int fmi3FreeFMUState(void*, void** state) { return free_state(state); }
+FMI3 int fmi3SerializedFMUStateSize(void*, void* state, std::size_t* size) { return serialized_size(state, size); }
 FMI3 int fmi3SerializeFMUState(void* instance, void* state, unsigned char* bytes, std::size_t size) {
-    const State& from = *static_cast<State*>(state);
-    if (size < from.size()) return good(of(instance).refuse("state: has more bytes than there is room for"));
-    std::memcpy(bytes, from.data(), from.size());
-    return ok;
+    return serialize(instance, state, bytes, size);
 }
 FMI3 int fmi3DeserializeFMUState(void*, const unsigned char* bytes, std::size_t size, void** state) {
-    *state = new State(bytes, bytes + size);
-    return ok;
+    return deserialize(bytes, size, state);
 }
 
 FMI3 int fmi3DoStep(void* instance, double at, double size, bool, bool* event, bool* terminate, bool* early,

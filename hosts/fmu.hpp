@@ -283,4 +283,44 @@ class Fmu {
     std::uint64_t ticks_ = 0;
 };
 
+// --- calls of the standard that both versions have, with the same status and state
+
+enum Status { ok, warning, discard, error };
+using State = std::vector<unsigned char>;
+
+inline Fmu& of(void* instance) { return *static_cast<Fmu*>(instance); }
+inline Status good(bool done) { return done ? ok : error; }
+inline Status missing(void* instance) { return good(of(instance).refuse("call: is not one that this FMU has")); }
+
+inline Status get_state(void* instance, void** state) {
+    State* const to = *state ? static_cast<State*>(*state) : new State;
+    to->resize(of(instance).state_size());
+    of(instance).save(to->data());
+    *state = to;
+    return ok;
+}
+inline Status set_state(void* instance, void* state) {
+    const State& from = *static_cast<State*>(state);
+    return good(of(instance).restore(from.data(), from.size()));
+}
+inline Status free_state(void** state) {
+    delete static_cast<State*>(*state);
+    *state = nullptr;
+    return ok;
+}
+inline Status serialized_size(void* state, std::size_t* size) {
+    *size = static_cast<State*>(state)->size();
+    return ok;
+}
+inline Status serialize(void* instance, void* state, unsigned char* bytes, std::size_t size) {
+    const State& from = *static_cast<State*>(state);
+    if (size < from.size()) return good(of(instance).refuse("state: has more bytes than there is room for"));
+    std::memcpy(bytes, from.data(), from.size());
+    return ok;
+}
+inline Status deserialize(const unsigned char* bytes, std::size_t size, void** state) {
+    *state = new State(bytes, bytes + size);
+    return ok;
+}
+
 }  // namespace hypertuna
