@@ -101,9 +101,15 @@ export class FrontView {
     this.draw();
   }
 
-  at(row: Float64Array, values: Quantities): void {
-    [this.row, this.values] = [row, values];
+  /** The gait of the knobs, whose numbers follow. */
+  set(row: Float64Array): void {
+    this.row = row;
     if (this.made !== null && !this.made.has(String(row))) this.stop("Stopped, because a knob was turned.");
+  }
+
+  /** The numbers of the gait. */
+  show(values: Quantities): void {
+    this.values = values;
     if (this.waiting) return;
     this.waiting = true;
     requestAnimationFrame(() => {

@@ -126,6 +126,7 @@ export class MapView {
     const key = JSON.stringify([subject.robot.key, subject.model, over, rest]);
     if (key === this.made) return;
     this.made = key;
+    this.room.ariaBusy = "true";
     this.run++;
     clearTimeout(this.timer);
     this.timer = window.setTimeout(() => void this.compute(subject, row.slice(), this.run), QUIET);
@@ -148,7 +149,7 @@ export class MapView {
       [this.cells, this.size, this.painted] = [cells, finest / stride, null];
       this.soon();
     }
-    this.soon();
+    this.room.ariaBusy = "false";
   }
 
   /** The gait at a place of the finest grid; what the map is not over is as in `base`. */

@@ -137,6 +137,7 @@ class Studio {
 
   private changed(): void {
     this.knobs.show(this.row);
+    this.views.set(this.row);
     this.keep();
     void this.beats.want({ robot: this.robot.key, model: this.model, gait: this.row }, this.robots.image(this.robot));
   }

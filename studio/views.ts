@@ -89,11 +89,16 @@ export class Views {
     this.body.show(robot);
   }
 
+  /** Take the knobs' gait at once: a search must not turn back what was turned while its numbers were computed. */
+  set(row: Float64Array): void {
+    this.front.set(row);
+  }
+
   /** Follow the knobs. */
   at(row: Float64Array, values: Quantities): void {
     this.row = row;
     this.map.at(row);
-    this.front.at(row, values);
+    this.front.show(values);
     this.body.at(row, values);
     this.tour.at(row);
     this.inside.at(row, values);

@@ -36,9 +36,10 @@ test("a click on the map goes there, and the map tells the number that the gait 
   const canvas = page.locator("#map canvas");
   const box = await canvas.boundingBox();
   const middle = { x: box.width / 2, y: box.height / 2 };
+  await page.waitForSelector('#map[aria-busy="false"]'); // its finest grid
   let told = "";
   while (!/m\/s$/.test(told)) {
-    // until the map has a first gait there
+    // until no frame that was still to be drawn covers it
     await canvas.hover({ position: { x: middle.x + 1, y: middle.y } });
     await canvas.hover({ position: middle });
     told = (await page.locator("#map .caption").textContent()).trim();
@@ -129,6 +130,23 @@ test("a search that fails gives the knobs back; one that is overtaken leaves the
   await turn(page, "frequency", 2);
   await page.waitForFunction(() => /Stopped/.test(document.querySelector("#front").textContent));
   await page.waitForTimeout(500);
+  assert.equal((await setting(page)).frequency, 2);
+  await close();
+});
+
+test("a knob that is turned while the page is slow stays where it was turned", async () => {
+  const { page, close } = await at("front");
+  await page.evaluate(() => {
+    const { postMessage } = Worker.prototype;
+    Worker.prototype.postMessage = function (message) {
+      const late = ["swim", "path", "gradient"].includes(message.question.kind); // of the knobs, not of the search
+      setTimeout(() => postMessage.call(this, message), late ? 1000 : 0);
+    };
+  });
+  await page.getByRole("button", { name: "Maximum speed" }).click();
+  await page.waitForFunction(() => /step 1/.test(document.querySelector("#front [role=status]").textContent));
+  await turn(page, "frequency", 2);
+  assert.match(await page.locator("#front [role=status]").textContent(), /Stopped/);
   assert.equal((await setting(page)).frequency, 2);
   await close();
 });
