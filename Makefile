@@ -57,6 +57,13 @@ $(VENV)/.installed-%: $(VENV)/.tools | $(VENV)/.installed
 	$(call install,packages of the extra '$*',["project"]["optional-dependencies"]["$*"])
 	@touch $@
 
+# For the checker of its environments. PyTorch from PyPI brings 5 GB; Debian's, of the same Python, takes 0.6.
+$(VENV)/.installed-sb3: $(VENV)/.installed-test
+	@$(call pip,Stable-Baselines3,--no-compile --no-deps stable-baselines3)
+	@ln -sfn /usr/lib/python3/dist-packages/torch "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/torch"
+	@$(BIN)/python -c 'import stable_baselines3' || { echo 'Stable-Baselines3 needs PyTorch: `apt-get install python3-torch`' >&2; exit 1; }
+	@touch $@
+
 .PRECIOUS: $(VENV)/.installed-%
 
 # --- what to run
