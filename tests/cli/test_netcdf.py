@@ -29,6 +29,7 @@ COMMANDS = [
     ("twin", *GAIT, "--duration", "1"),
     ("twin", *GAIT, "--duration", "1", "--medium", "air"),
     ("dive", *GAIT, "--duration", "4"),
+    ("mission", "box", "--seeds", "0:2", "--duration", "2"),
     ("posture-test", "--frequency", "1", "--angle", "5,5", "--duration", "3"),
     ("replay", str(TANK / "angles.csv"), "--columns", "joint_I,joint_II"),
     ("replay", str(TANK / "tank.toml")),  # a group for each recording

@@ -22,9 +22,10 @@ from hypertuna.cli.main import main
 from hypertuna.cli.mission import _lines
 from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.mission.file import MissionFile, read_mission
-from hypertuna.mission.flight import Flight, fly, fly_seeds, outcome
+from hypertuna.mission.flight import Flight, fly, outcome
 from hypertuna.mission.gpx import read_gpx
 from hypertuna.mission.run import expected, fly_parts, joined_parts, mission_start
+from hypertuna.mission.seeds import fly_seeds
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -295,7 +296,8 @@ def test_a_killed_command_goes_on(path: Path, run: Run, tmp_path: Path, flight: 
         (("--seeds", "5"), "--seeds must be FROM:TO, but is '5': write, for example, 0:100"),
         (("--seeds", "5:2"), "--seeds must be two numbers, the first less than the second"),
         (("--seeds", "0:2", "--plot", "a.svg"), "--plot applies to a single flight: leave it out with --seeds"),
-        (("--seeds", "0:2", "-o", "a.mcap"), "--output must end in .csv"),
+        (("--seeds", "0:2", "-o", "a.mcap"), "--output must end in .nc, .csv or .shards"),
+        (("--shard", "1/2"), "--shard applies to many flights: add --seeds, such as --seeds 0:100"),
         (("-o", "a.csv"), "--output must end in .mcap"),
         (("--seed", "-1"), "seed must not be negative"),
         (("--fault", "fin-prt:stuck@1"), "fault"),

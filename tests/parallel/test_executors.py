@@ -21,7 +21,7 @@ from kills import building
 
 import hypertuna as ht
 from hypertuna.fe.joint_map import joint_map
-from hypertuna.mission.flight import fly_seeds
+from hypertuna.mission.seeds import fly_seeds
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.objective import objective
 from hypertuna.optimization.problem import Problem, robust_problem

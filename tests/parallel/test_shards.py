@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hypertuna as ht
-from hypertuna.parallel.layout import Layout
+from hypertuna.parallel.layout import NO_LAYOUT
 from hypertuna.parallel.shards import LARGEST, Shards, open_shards, shard_size
 from models import changed
 from program import Run
@@ -38,7 +38,7 @@ def made(tmp_path: Path) -> Path:
 
 @given(total=st.integers(1, 10**9), size=st.none() | st.integers(1, 10**6), parts=st.integers(1, 9))
 def test_every_item_is_in_one_shard_and_every_shard_in_one_part(total: int, size: int | None, parts: int) -> None:
-    shards = Shards(Path("none"), {}, total, max(shard_size(total, size), total // 100), Layout({}, {}, {}, {}), "")
+    shards = Shards(Path("none"), {}, total, max(shard_size(total, size), total // 100), NO_LAYOUT, "")
     ends = [shards.range(shard) for shard in range(len(shards))]
     assert ends[0][0] == 0
     assert ends[-1][1] == total
@@ -75,11 +75,44 @@ def test_parts_of_an_array_job_merge_to_the_plain_run(run: Run, tmp_path: Path) 
     assert json.loads(out) == {"folder": shards, "items": 60, "shards": 9, "made": 2, "missing": 0}
     assert "9 shards" in run("shards", "merge", shards, "-o", merged)[1]
     run("sweep", *OPTIONS, "-o", plain)
-    with xr.open_dataset(merged, engine="h5netcdf") as one, xr.open_dataset(plain, engine="h5netcdf") as other:
-        assert one.drop_attrs(deep=False).identical(other.drop_attrs(deep=False))
+    same_files(merged, plain)
+    tables = [tmp_path / name for name in ("m.csv", "p.csv")]
+    run("shards", "merge", shards, "-o", str(tables[0]))
+    run("sweep", *OPTIONS, "-o", str(tables[1]))
+    assert tables[0].read_bytes() == tables[1].read_bytes() != b""
+
+
+def test_flights_of_an_array_job_merge_to_the_files_of_the_plain_run(run: Run, tmp_path: Path) -> None:
+    options = ("mission", "box", "--seeds", "0:4", "--duration", "5")
+    shards, merged, plain = (str(tmp_path / name) for name in ("a.shards", "merged", "plain"))
+    for part in (2, 1):
+        code, out, err = run(*options, "--shard", f"{part}/3", "-o", shards)
+        assert (code, err) == (0, "")
+    assert "2 shards made, 1 of 4 missing" in out
+    again = f"run hypertuna {' '.join(options)} -o {shards}, which makes them."
+    code, out, err = run("shards", "merge", shards, "-o", f"{merged}.csv")
+    assert (code, err) == (2, f"error: {shards} must have all 4 shards, but 1 are missing (2): {again}\n")
+    assert not Path(f"{merged}.csv").exists()
+    assert json.loads(run(*options, "-o", shards, "--json")[1])["made"] == 1
+    for end in (".csv", ".nc"):
+        assert run("shards", "merge", shards, "-o", merged + end)[0] == 0
+        assert run(*options, "-o", plain + end)[0] == 1  # no flight is done
+    assert Path(f"{merged}.csv").read_bytes() == Path(f"{plain}.csv").read_bytes()
+    assert Path(f"{merged}.csv").read_text().count("\n") == 5
+    one, other = (json.loads(Path(f"{name}.csv.json").read_text()) for name in (merged, plain))
+    assert one | {"command": ""} == other | {"command": ""}
+    same_files(f"{merged}.nc", f"{plain}.nc")
+    code, _, err = run("mission", "box", "--seeds", "0:4", "-o", shards)
+    assert (code, f"{shards}/manifest.json was started with duration = 5" in err) == (2, True)
+
+
+def same_files(one: str, other: str) -> None:
+    """Check that two NetCDF files are the same but for the commands that wrote them."""
+    with xr.open_dataset(one, engine="h5netcdf") as a, xr.open_dataset(other, engine="h5netcdf") as b:
+        assert a.drop_attrs(deep=False).identical(b.drop_attrs(deep=False))
         commands = {"command", "history"}
-        assert {*one.attrs} == {*other.attrs} > commands
-        assert all(one.attrs[name] == other.attrs[name] for name in {*one.attrs} - commands)
+        assert {*a.attrs} == {*b.attrs} > commands
+        assert all(a.attrs[name] == b.attrs[name] for name in {*a.attrs} - commands)
 
 
 def test_missing_damaged_and_foreign_shards_are_told_and_made_again(made: Path, tmp_path: Path) -> None:

@@ -14,16 +14,16 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, counted, progress_bar, summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.parsing import whole_number as read_whole_number
-from hypertuna.cli.shards import connected
+from hypertuna.cli.shards import connected, write_shards
 from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
-from hypertuna.io.files import rows_csv
 from hypertuna.io.quantity import quantity, values_of
 from hypertuna.mission.file import MissionFile, missions, read_mission
-from hypertuna.mission.flight import Flight, Outcome, fly, fly_seeds, outcome
+from hypertuna.mission.flight import Flight, Outcome, fly, outcome
 from hypertuna.mission.gpx import check_origin, write_gpx
 from hypertuna.mission.run import ENDINGS, expected
+from hypertuna.mission.seeds import flight_table, flights_layout, fly_seed_shards, fly_seeds
 
 
 def _seeds(text: str, key: str) -> range:
@@ -64,7 +64,7 @@ def mission_command(
         ),
     ] = None,
     threads: opt.Threads = None,
-    cluster: opt.Cluster = None,
+    places: opt.Places = opt.NO_PLACES,
     fault: Annotated[
         list[str] | None,
         opt.text(
@@ -80,10 +80,11 @@ def mission_command(
     gpx: Annotated[str | None, opt.file("--gpx", help="Write the track to this .gpx file.", suffixes=(".gpx",))] = None,
     output: Annotated[
         str | None,
-        opt.file(
+        opt.file_or_shards(
             *("-o", "--output"),
-            help="Write the log to this .mcap file, or with --seeds a table to .csv.",
-            suffixes=(".mcap", ".csv"),
+            help="Write the log to this .mcap file; with --seeds a table to a .nc or .csv file, or to shards in a "
+            ".shards folder, which resumes.",
+            suffixes=(".mcap", ".nc", ".csv"),
         ),
     ] = None,
     as_json: opt.AsJson = False,
@@ -91,23 +92,29 @@ def mission_command(
     """Fly a mission on the twin at sea, under its pilot.
 
     The exit code is 0 if it is done: all waypoints reached and home again, with a position that is known well enough to
-    say so; 1 if it ends otherwise (with --seeds: if one of them does), 2 for bad input.
+    say so; 1 if it ends otherwise (with --seeds: if one of them does, but 0 for shards), 2 for bad input.
     """
     file = read_mission(mission)
     fish = _robot(file, robot)
-    suffix = ".mcap" if seeds is None else ".csv"
-    if output is not None and not output.lower().endswith(suffix):
-        raise InputError(f"must end in {suffix}", key="--output", value=shown(output), fix="rename the file")
+    suffixes = (".mcap",) if seeds is None else (".nc", ".csv", opt.SHARDS)
+    if output is not None and not output.lower().endswith(suffixes):
+        endings = " or ".join(", ".join(suffixes).rsplit(", ", 1))
+        raise InputError(f"must end in {endings}", key="--output", value=shown(output), fix="rename the file")
     if seeds is not None:
         for key, value in {"--plot": plot, "--gpx": gpx, "--seed": seed}.items():
             if value:
                 fix = "leave it out with --seeds, or leave --seeds out"
                 raise InputError("applies to a single flight", key=key, fix=fix)
-        options = {"threads": threads, "faults": fault or [], "duration": duration, "checkpoint": checkpoint}
-        _fly_many(file, fish, seeds, options, cluster, output, as_json)
+        options: Any = {"threads": threads, "faults": fault or [], "duration": duration}
+        how: Any = {"places": places, "refused": {"--checkpoint": checkpoint}, "as_json": as_json}
+        if not write_shards(output, fly_seed_shards, file, fish, seeds, **how, **options):
+            options |= {"checkpoint": checkpoint}
+            _fly_many(file, fish, seeds, options, places.cluster, output, as_json)
         return
-    if cluster is not None:
-        raise InputError("applies to many flights", key="--cluster", fix="add --seeds, such as --seeds 0:100")
+    for key, given in vars(places).items():
+        if given is not None:
+            rule, fix = "applies to many flights", "add --seeds, such as --seeds 0:100"
+            raise InputError(rule, key=f"--{key.replace('_', '-')}", fix=fix)
     if gpx is not None:
         check_origin(file.origin, file.file)
     log = None if output is None else Path(output)
@@ -220,18 +227,14 @@ def _fly_many(
     bar = progress_bar("flying", parts="flight", checkpoint=options["checkpoint"])
     with bar as progress, connected(cluster) as executor:
         outcomes = fly_seeds(file, robot, seeds, executor=executor, **options, report=progress)
-    facts = made_by(robot, mission=file.name, mission_hash=file.hash)
-
-    def row(one: Outcome) -> dict[str, Any]:
-        reasons = " ".join(f"{name}@{time:g}" for name, time in one.reasons.items())
-        waypoints = " ".join(point["outcome"] for point in one.waypoints)
-        return _outcome(one) | {"reasons_s": reasons, "waypoints": waypoints}
-
+    facts, layout = made_by(robot, mission=file.name, mission_hash=file.hash), flights_layout(file, robot, seeds)
     emit(
         outcomes,
         record=lambda all_: facts | {"summary": _statistics(all_), "flights": [_outcome(one) for one in all_]},
         lines=lambda all_: _many_lines(f"{file.name}, {robot.name}", all_),
-        csv=lambda all_: rows_csv(facts, map(row, all_)),
+        columns={"seed": "seed"} | dict(layout.table),
+        digits=None,
+        dataset=lambda all_: layout.dataset(flight_table(all_)),
         output=output,
         as_json=as_json,
         failed=any(one.status != "done" for one in outcomes),

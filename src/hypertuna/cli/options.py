@@ -276,8 +276,6 @@ Side = Annotated[str, word("--side", ("left", "right"), "Side under pressure; a 
 
 # --- the run
 
-Steps = Annotated[int, whole_number("--steps", "Runge-Kutta steps per beat.")]
-Threads = Annotated[int | None, whole_number("--threads", "Number of threads. (default: all processors)")]
 Cluster = Annotated[
     str | None,
     text(
@@ -286,13 +284,30 @@ Cluster = Annotated[
         "ADDRESS",
     ),
 ]
-Shard = Annotated[
-    Any,
-    option(("--shard",), "Compute every N-th shard only, from the I-th: job I of an array of N.", "I/N", parsing.share),
-]
-ShardSize = Annotated[
-    int | None, whole_number("--shard-size", "Results per shard. (default: a 64th of all, from 256 to 131072)")
-]
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where cases that do not depend on each other are computed."""
+
+    cluster: Cluster = None
+    shard: Annotated[
+        Any,
+        option(
+            ("--shard",), "Compute every N-th shard only, from the I-th: job I of an array of N.", "I/N", parsing.share
+        ),
+    ] = None
+    shard_size: Annotated[
+        int | None,
+        whole_number(
+            "--shard-size", "Results per shard. (default: of gaits a 64th of all, from 256 to 131072; of others 1)"
+        ),
+    ] = None
+
+
+NO_PLACES = Places()
+Steps = Annotated[int, whole_number("--steps", "Runge-Kutta steps per beat.")]
+Threads = Annotated[int | None, whole_number("--threads", "Number of threads. (default: all processors)")]
 Duration = Annotated[float, number("--duration", "seconds", "Duration of the run.")]
 Medium = Annotated[str, word("--medium", ("water", "air"), "Medium around the robot.")]
 Temperature = Annotated[float | None, number("--temperature", "C", f"Oil temperature. {ROBOTS}")]
@@ -373,11 +388,6 @@ class ShardFiles(Files):
     """What is written, maybe a folder of shards."""
 
     output: ShardsOutput = None
-
-    @property
-    def folder(self) -> str | None:
-        """The folder of shards."""
-        return self.output if (self.output or "").endswith(SHARDS) else None
 
 
 NO_SHARD_FILES = ShardFiles()

@@ -32,54 +32,54 @@ def connected(address: str | None) -> Iterator[Executor | None]:
 
 
 def write_shards(
-    files: opt.ShardFiles,
+    output: str | None,
     make: Callable[..., int],
-    subject: Sequence[Any],
-    options: Mapping[str, Any],
-    *,
-    address: str | None,
-    part: tuple[int, int] | None,
-    size: int | None,
-    checkpoint: str | None,
+    *subject: Any,
+    places: opt.Places,
+    refused: Mapping[str, Any],
+    as_json: bool,
+    **options: Any,
 ) -> bool:
-    """Write a folder of shards, if one is asked for."""
-    if files.folder is None:
-        for key, given in (("--shard", part), ("--shard-size", size)):
+    """Let `make` write a folder of shards, if one is asked for; options that are `refused` belong to a single file."""
+    if not (output or "").endswith(opt.SHARDS):
+        for key, given in (("--shard", places.shard), ("--shard-size", places.shard_size)):
             if given is not None:
                 raise InputError("needs a folder of shards", key=key, fix=f"add -o NAME{opt.SHARDS}")
         return False
-    if size is not None:
-        POSITIVE_WHOLE.check(size, "--shard-size", "leave it out for the default")
-    for key, value in (("--checkpoint", checkpoint), ("--plot", files.plot)):
+    if places.shard_size is not None:
+        POSITIVE_WHOLE.check(places.shard_size, "--shard-size", "leave it out for the default")
+    for key, value in refused.items():
         if value is not None:
             fix = "leave it out: the same command resumes" if key == "--checkpoint" else "merge first"
             raise InputError("cannot be combined with a folder of shards", key=key, value=value, fix=fix)
-    more = {"size": size, "part": part or (1, 1), "command": _placeless(sys.argv[1:])}
-    with progress_bar("shards", parts="shard") as progress, connected(address) as executor:
-        made = make(*subject, files.folder, executor=executor, **options, **more, progress=progress)
-    shards = open_shards(files.folder)
+    options |= {"size": places.shard_size, "part": places.shard or (1, 1), "command": _placeless(sys.argv[1:])}
+    with progress_bar("shards", parts="shard") as progress, connected(places.cluster) as executor:
+        made = make(*subject, output, executor=executor, **options, progress=progress)
+    shards = open_shards(str(output))
     missing = len(shards.missing())
-    facts = {"folder": files.folder, "items": shards.total, "shards": len(shards), "made": made, "missing": missing}
-    if files.as_json:
+    facts = {"folder": output, "items": shards.total, "shards": len(shards), "made": made, "missing": missing}
+    if as_json:
         print_json(facts)
         return True
     there = f"{counted(made, 'shard')} made, {missing} of {len(shards)} missing"
-    merge = f"hypertuna shards merge {shlex.quote(files.folder)} -o FILE.nc"
+    merge = f"hypertuna shards merge {shlex.quote(str(output))} -o FILE.nc"
     print_lines([(there, "bold"), "Other parts make them." if missing else f"Merge them: {merge}"])
-    print_written(files.folder)
+    print_written(output)
     return True
 
 
 def merge_command(
     folder: Annotated[str, typer.Argument(metavar="DIR", help="Folder of shards.")],
     output: Annotated[
-        str | None, opt.file("-o", "--output", help="Write the data to this .nc file.", suffixes=(".nc",))
+        str | None,
+        opt.file("-o", "--output", help="Write the data to this .nc or .csv file.", suffixes=(".nc", ".csv")),
     ] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Check that all shards are there, whole, and of the same work, and merge them into one file.
 
-    Missing shards are named with the command that makes them. Memory holds one variable of all results at a time.
+    Missing shards are named with the command that makes them. For .nc memory holds one variable of all results at a
+    time, for .csv all of them.
     """
     shards = open_shards(folder)
     with progress_bar("reading") as progress:

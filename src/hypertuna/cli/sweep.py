@@ -15,10 +15,10 @@ from hypertuna.cli.gait import GaitOptions, column_rows
 from hypertuna.cli.shards import connected, write_shards
 from hypertuna.description.provenance import provenance
 from hypertuna.io.files import coordinate_names, variable_columns
+from hypertuna.swimming.batch import table_names
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.shards import sweep_shards
 from hypertuna.swimming.sweep import sweep
-from hypertuna.swimming.swim import SUMMARY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,9 +46,7 @@ def sweep_command(
     ] = False,
     threads: opt.Threads = None,
     checkpoint: opt.Checkpoint = None,
-    cluster: opt.Cluster = None,
-    shard: opt.Shard = None,
-    shard_size: opt.ShardSize = None,
+    places: opt.Places = opt.NO_PLACES,
     files: opt.ShardFiles = opt.NO_SHARD_FILES,
 ) -> None:
     """Swim every combination of frequencies, amplitudes, phases and biases.
@@ -59,10 +57,13 @@ def sweep_command(
     subject = robot.load()
     grid = gaits.grid(subject)
     options: dict[str, Any] = {"threads": threads, "steps": steps, "check_rest": check_rest}
-    place: Any = {"address": cluster, "part": shard, "size": shard_size, "checkpoint": checkpoint}
-    if write_shards(files, sweep_shards, (subject, grid), options, **place):
+    how: Any = {"places": places, "refused": {"--checkpoint": checkpoint, "--plot": files.plot}}
+    if write_shards(files.output, sweep_shards, subject, grid, **how, as_json=files.as_json, **options):
         return
-    with progress_bar("swimming", parts="gait", checkpoint=checkpoint) as progress, connected(cluster) as executor:
+    with (
+        progress_bar("swimming", parts="gait", checkpoint=checkpoint) as progress,
+        connected(places.cluster) as executor,
+    ):
         result = sweep(subject, grid, executor=executor, **options, checkpoint=checkpoint, progress=progress)
     emit(
         result,
@@ -81,8 +82,7 @@ def sweep_command(
 
 def _names(result: xr.Dataset) -> list[str]:
     """Name the columns of gaits and results in CSV and JSON."""
-    from_rest = [name for name in ("reached_from_rest", "speed_from_rest") if name in result]
-    return [*coordinate_names(result), *SUMMARY, *from_rest, "status", "spectral_radius"]
+    return [*coordinate_names(result), *table_names(result)]
 
 
 def _lines(result: xr.Dataset) -> Iterator[Any]:

@@ -167,6 +167,7 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
 
 CONVENTIONS = "CF-1.11"
 # Coordinates that CF names: its `time` is a date, its `pressure` that of the air.
+CF_UNITS = {"deg": "degree", "Wh": "W h"}  # as UDUNITS knows them
 CF_NAMES = {"time": "elapsed_time", "pressure": "gauge_pressure"}
 
 
@@ -194,8 +195,8 @@ def by_conventions(data: xr.Dataset) -> xr.Dataset:
     data = data.rename({name: there for name, there in names.items() if name != there}).rename_vars(labels)
     for name, variable in data.variables.items():
         flags = {key: value for key, value in variable.attrs.items() if key in ("flag_values", "flag_masks")}
-        unit = {"units": "degree"} if variable.attrs.get("units") == "deg" else {}  # as UDUNITS knows it
-        variable.attrs |= unit | {key: np.asarray(value, variable.dtype) for key, value in flags.items()}
+        units = {key: CF_UNITS.get(unit, unit) for key, unit in variable.attrs.items() if key == "units"}
+        variable.attrs |= units | {key: np.asarray(value, variable.dtype) for key, value in flags.items()}
         if name in data.coords:
             variable.encoding["_FillValue"] = None
     made_by, robot = f"hypertuna {version()}", data.attrs.get("robot", "")

@@ -1,14 +1,10 @@
-"""Flights: a mission file flown on the twin part by part, with a journal to resume from and a log; many seeds."""
+"""Flights: a mission file flown on the twin part by part, with a journal to resume from and a log."""
 
 from __future__ import annotations
 
 import base64
-import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import CancelledError, Executor, ThreadPoolExecutor
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +15,6 @@ from hypertuna.control.mission import fence_distance
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
-from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.quantity import Column, Quantity, summarized
 from hypertuna.mission.checks import check_current
@@ -37,11 +32,8 @@ from hypertuna.mission.run import (
     mission_start,
 )
 from hypertuna.mission.waypoints import waypoint_results
-from hypertuna.parallel.executors import Executors, map_shards, thread_count
 
 Report = Callable[[int, int], None]
-
-MAX_SEEDS = 10_000
 
 
 @dataclass(frozen=True)
@@ -174,67 +166,6 @@ def fly(
             if writer is not None:
                 writer.close({"status": status} if records else None)
     return Flight(file, robot, seed, joined(records), status)
-
-
-def fly_seeds(
-    file: MissionFile,
-    robot: Robot,
-    seeds: Sequence[int],
-    *,
-    executor: Executors | None = None,
-    threads: int | None = None,
-    faults: Iterable[str] = (),
-    duration: float | None = None,
-    checkpoint: str | Path | None = None,
-    report: Report | None = None,
-) -> list[Outcome]:
-    """Fly a mission with many seeds over threads or an executor; the journal keeps those ended at Ctrl-C."""
-    if not 1 <= len(seeds) <= MAX_SEEDS:
-        rule = f"must be from 1 to {MAX_SEEDS} seeds"
-        raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
-    faults = tuple(faults)
-    options = {"mission": file.hash, "seeds": list(seeds), "faults": list(faults), "duration": duration}
-    check_current(robot, file.mission, file.scatter.current)  # bad input fails before any work
-    mission_start(robot, file.mission, faults=faults, duration=duration)
-    stop = threading.Event()
-
-    @contextmanager
-    def own_pool() -> Iterator[Executor]:
-        pool = ThreadPoolExecutor(thread_count(threads))
-        try:
-            yield pool
-        finally:
-            stop.set()  # Ctrl-C need not wait for flights
-            pool.shutdown(cancel_futures=True)
-
-    work = partial(_fly_seed, file, robot, faults, duration, stop if executor is None else None)
-    outcomes: list[Outcome] = []
-    with (
-        Journal(checkpoint, journal_header("mission seeds", robot, options)) as journal,
-        closing(map_shards(work, seeds[journal.known :], executor or own_pool)) as flights,
-    ):
-        for k, seed in enumerate(seeds):
-            outcomes.append(Outcome(**journal.answer(seed, lambda: next(flights))))
-            if report is not None:
-                report(k + 1, len(seeds))
-    return outcomes
-
-
-def _fly_seed(
-    file: MissionFile,
-    robot: Robot,
-    faults: Sequence[str],
-    duration: float | None,
-    stop: threading.Event | None,
-    seed: int,
-) -> dict[str, Any]:
-    """Fly a seed, until it ends or is stopped; return its outcome."""
-
-    def go_on(*_: int) -> None:
-        if stop is not None and stop.is_set():
-            raise CancelledError
-
-    return vars(outcome(fly(file, robot, seed=seed, faults=faults, duration=duration, report=go_on)))
 
 
 def outcome(flight: Flight) -> Outcome:

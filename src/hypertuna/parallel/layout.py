@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.io.files import dataset
+from hypertuna.io.files import coordinate_names, dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +23,7 @@ class Layout:
     variables: Mapping[str, Mapping[str, Any]]  # attributes of each column
     coordinates: Mapping[str, tuple[str, Any, Mapping[str, str]]]  # labels: dimension, values, attributes
     facts: Mapping[str, Any]  # attributes of the dataset
+    table: Mapping[str, str]  # columns of a CSV file after the coordinates: variable and head
 
     def dataset(self, columns: Mapping[str, Array]) -> xr.Dataset:
         """Label columns, each with an entry per item."""
@@ -30,3 +31,10 @@ class Layout:
         parts = {name: (dims, values.reshape(shape), self.variables[name]) for name, values in columns.items()}
         places = {name: (dim, np.array(values), about) for name, (dim, values, about) in self.coordinates.items()}
         return dataset(parts, places, dict(self.facts))
+
+    def heads(self, data: xr.Dataset) -> dict[str, str]:
+        """Return all columns of a CSV file of a dataset, as `variable_columns` takes them."""
+        return {name: name for name in coordinate_names(data)} | dict(self.table)
+
+
+NO_LAYOUT = Layout({}, {}, {}, {}, {})

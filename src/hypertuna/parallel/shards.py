@@ -19,9 +19,16 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import check_same_header
 from hypertuna.io.extras import need
-from hypertuna.io.files import by_conventions, read_bytes, replaced, write_atomically
+from hypertuna.io.files import (
+    by_conventions,
+    columns_csv,
+    read_bytes,
+    replaced,
+    variable_columns,
+    write_atomically,
+)
 from hypertuna.parallel.executors import Executors, map_shards
-from hypertuna.parallel.layout import Layout
+from hypertuna.parallel.layout import NO_LAYOUT, Layout
 from hypertuna.ranges import POSITIVE_WHOLE
 
 if TYPE_CHECKING:
@@ -34,6 +41,7 @@ LARGEST = 131_072  # items of a shard by default: 20 MB of gaits
 SMALLEST, USUAL = 256, 64  # by default items of a shard at least, and shards of work that is not large
 LISTED = 10  # shards that an error names
 IN_FLIGHT = 2048  # a written shard returns a number only
+TEXT = np.dtypes.StringDType()  # as Zarr stores it
 
 Columns = Mapping[str, Array]
 
@@ -80,7 +88,8 @@ class Shards:
             with zarr.storage.ZipStore(file, mode="w") as store:
                 group = zarr.create_group(store, attributes=about)
                 for name, values in columns.items():
-                    group.create_array(name, data=values, chunks=values.shape, compressors=None)
+                    stored = values.astype(TEXT) if values.dtype.kind in "UO" else values
+                    group.create_array(name, data=stored, chunks=values.shape, compressors=None)
             content = file.read_bytes()
         write_atomically(self.path(shard), content)
         return len(content)
@@ -97,6 +106,7 @@ class Shards:
                 group: Any = zarr.open_group(store, mode="r")
                 about = dict(group.attrs)
                 columns = {name: group[name][...] for name in (sorted(group.array_keys()) if names is None else names)}
+                columns |= {name: values.astype(object) for name, values in columns.items() if values.dtype == TEXT}
         except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error) as error:
             raise InputError("is damaged", file=str(path), value=f"{error}", fix=again) from None
         if about.get("manifest") != self.digest:
@@ -130,46 +140,58 @@ def open_shards(folder: str | Path) -> Shards:
         raise InputError("must be a manifest of shards", file=str(path), fix=fix) from None
 
 
-def start_shards(
-    folder: str | Path, header: Mapping[str, Any], total: int, size: int | None, layout: Layout, command: str
-) -> Shards:
+@dataclass(frozen=True)
+class Cases:
+    """Independent cases, which shards hold in ranges."""
+
+    header: Mapping[str, Any]  # what the results depend on
+    total: int
+    layout: Layout
+    work: Callable[[int, int], Columns]  # columns of the cases from first to last
+
+
+def make_shards(
+    cases: Cases,
+    folder: str | Path,
+    executor: Executors | None = None,
+    *,
+    size: int | None = None,
+    part: tuple[int, int] = (1, 1),
+    command: str,
+    progress: Callable[[int, int], None] | None = None,
+) -> int:
+    """Make the missing shards of a part, each by whoever computes it; return the number of shards made."""
+    if not 1 <= part[0] <= part[1]:
+        raise InputError("must be I and N, I from 1 to N", key="part", value=f"{part}", fix="give (3, 100), say")
+    shards = _started(folder, cases, size, command)
+    todo = shards.missing(part)
+    share = len(range(part[0] - 1, len(shards), part[1]))
+    making, made = _Making(replace(shards, layout=NO_LAYOUT), cases.work), 0  # workers need no labels
+    for made, _ in enumerate(map_shards(making, todo, executor, in_flight=IN_FLIGHT), 1):
+        if progress is not None:
+            progress(share - len(todo) + made, share)
+    return made
+
+
+def _started(folder: str | Path, cases: Cases, size: int | None, command: str) -> Shards:
     """Make a folder of shards, or go on with one of the same header."""
     need("cluster", "zarr", by="a folder of shards")
-    shards = Shards(Path(folder), header, total, shard_size(total, size), layout, command)
+    shards = Shards(Path(folder), cases.header, cases.total, shard_size(cases.total, size), cases.layout, command)
     path = shards.folder / MANIFEST
     if not path.exists():
         if shards.folder.is_dir() and any(shards.folder.glob("[!.]*")):
             rule, fix = "must be a new or empty folder, or one of shards", "choose another folder"
             raise InputError(rule, file=str(folder), fix=fix)
         facts = {name: getattr(shards, name) for name in ("header", "total", "size", "command")}
-        text = json.dumps({"mark": MARK, **facts, "layout": vars(layout)}, indent=1, default=np.ndarray.tolist)
+        text = json.dumps({"mark": MARK, **facts, "layout": vars(cases.layout)}, indent=1, default=np.ndarray.tolist)
         write_atomically(path, text.encode())
     there = open_shards(folder)  # of whoever was first
-    size_now = there.size if size is None else shards.size
-    sizes = {"items": total, "shard size": size_now}
+    sizes = {"items": shards.total, "shard size": there.size if size is None else shards.size}
     old = {**there.header, "items": there.total, "shard size": there.size}
-    check_same_header(str(path), old, {**header, **sizes}, "give another folder, or remove this one to start over")
+    check_same_header(
+        str(path), old, {**cases.header, **sizes}, "give another folder, or remove this one to start over"
+    )
     return there
-
-
-def run_shards(
-    shards: Shards,
-    work: Callable[[int, int], Columns],
-    executor: Executors | None = None,
-    *,
-    part: tuple[int, int] = (1, 1),
-    progress: Callable[[int, int], None] | None = None,
-) -> int:
-    """Make the missing shards of a part, each by whoever computes it; return the number of shards made."""
-    if not 1 <= part[0] <= part[1]:
-        raise InputError("must be I and N, I from 1 to N", key="part", value=f"{part}", fix="give (3, 100), say")
-    todo = shards.missing(part)
-    share = len(range(part[0] - 1, len(shards), part[1]))
-    making, made = _Making(replace(shards, layout=Layout({}, {}, {}, {})), work), 0  # workers need no labels
-    for made, _ in enumerate(map_shards(making, todo, executor, in_flight=IN_FLIGHT), 1):
-        if progress is not None:
-            progress(share - len(todo) + made, share)
-    return made
 
 
 @dataclass(frozen=True)
@@ -190,7 +212,8 @@ def merge_shards(folder: str | Path) -> xr.Dataset:
     Parameters
     ----------
     folder : str or Path
-        What `sweep_shards`, or a command with ``-o NAME.shards``, wrote.
+        What `sweep_shards`, `hypertuna.mission.seeds.fly_seed_shards`, `hypertuna.fe.joint_map.joint_map_shards`, or a
+        command with ``-o NAME.shards``, wrote.
 
     Returns
     -------
@@ -204,26 +227,37 @@ def merge_shards(folder: str | Path) -> xr.Dataset:
     """
     shards = open_shards(folder)
     check_complete(shards)
-    parts = [shards.read(shard) for shard in range(len(shards))]
+    return _merged(shards, lambda *_: None)
+
+
+def _merged(shards: Shards, progress: Callable[[int, int], None]) -> xr.Dataset:
+    """Merge all shards in memory."""
+    parts = []
+    for shard in range(len(shards)):
+        parts.append(shards.read(shard))
+        progress(shard + 1, len(shards))
     return shards.layout.dataset({name: np.concatenate([p[name] for p in parts]) for name in shards.layout.variables})
 
 
 def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[int, int], None]) -> None:
-    """Check all shards and merge them into a NetCDF file, variable by variable: memory holds one of them."""
+    """Check all shards and merge them into a file, NetCDF variable by variable: memory holds one of them."""
     check_complete(shards)
-    names = list(shards.layout.variables)
-    total = len(names) * len(shards)
     if path is None:
         for shard in range(len(shards)):
             shards.read(shard)
             progress(shard + 1, len(shards))
         return
+    if str(path).lower().endswith(".csv"):
+        data = _merged(shards, progress).assign_attrs(command=shards.command)
+        columns_csv(data.attrs, variable_columns(data, shards.layout.heads(data)), digits=None).write(path)
+        return
+    names = list(shards.layout.variables)
     with replaced(path) as file:
         for v, name in enumerate(names):
             parts = []
             for shard in range(len(shards)):
                 parts.append(shards.read(shard, [name])[name])
-                progress(v * len(shards) + shard + 1, total)
+                progress(v * len(shards) + shard + 1, len(names) * len(shards))
             data = shards.layout.dataset({name: np.concatenate(parts)}).assign_attrs(command=shards.command)
             by_conventions(data).to_netcdf(file, mode="a" if v else "w", engine="h5netcdf")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +20,7 @@ from hypertuna.ranges import POSITIVE_WHOLE, check_choice
 from hypertuna.swimming.beat import APPROACH, QUANTITIES, STATUSES, check_steps, settle, settle_from_rest
 from hypertuna.swimming.gait import KINDS, Gait, Gaits, check_gait
 from hypertuna.swimming.grid import AXES, GaitGrid, Part, axis
+from hypertuna.swimming.swim import SUMMARY
 
 CHUNK = 1024  # gaits between two reports of progress, and before Ctrl-C ends a sweep
 FROM_REST = {
@@ -80,7 +81,8 @@ class Batch:
         variables["settled"] = {"long_name": "whether the gait repeats itself and is stable"}
         facts = {"steps": how.steps, "method": "newton" if how.wait < 0 else "beats", "check_rest": int(how.check_rest)}
         sizes = dict(zip(AXES if grid else ("gait",), self.gaits.shape, strict=True))
-        return Layout(sizes, variables, _coordinates(how.robot, self.gaits), provenance(how.robot) | facts)
+        table = {name: name for name in table_names(variables)}
+        return Layout(sizes, variables, _coordinates(how.robot, self.gaits), provenance(how.robot) | facts, table)
 
 
 def batch(
@@ -103,6 +105,11 @@ def batch(
     if check_rest and wait >= 0:
         raise InputError("must be by newton to check starts from rest", key="method", value="beats", fix="leave it out")
     return Batch(gaits, Swimming(robot, steps, wait, check_rest, threads))
+
+
+def table_names(variables: Iterable[Any]) -> list[str]:
+    """Name the variables that stand in the table of a sweep."""
+    return [name for name in (*SUMMARY, *FROM_REST, "status", "spectral_radius") if name in {*variables}]
 
 
 def _from_rest(robot: Robot, gaits: Gaits, result: dict[str, Any], steps: int, threads: int) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot
 from hypertuna.parallel.executors import Executors, thread_count
-from hypertuna.parallel.shards import run_shards, start_shards
+from hypertuna.parallel.shards import Cases, make_shards
 from hypertuna.swimming.batch import Swimming, batch
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.grid import GaitGrid, Part
@@ -69,8 +69,8 @@ def sweep_shards(
     how: Any = {"threads": thread_count(threads, executor), "steps": steps, "method": method, "beats": beats}
     whole = batch(robot, gaits, **how, check_rest=check_rest)
     header = journal_header("sweep", whole.swimming.robot, whole.options)
-    shards = start_shards(folder, header, len(gaits), size, whole.layout, command)
-    return run_shards(shards, partial(_swim, whole.swimming, gaits), executor, part=part, progress=progress)
+    cases = Cases(header, len(gaits), whole.layout, partial(_swim, whole.swimming, gaits))
+    return make_shards(cases, folder, executor, size=size, part=part, command=command, progress=progress)
 
 
 def _swim(swimming: Swimming, grid: GaitGrid, first: int, last: int) -> dict[str, Array]:
