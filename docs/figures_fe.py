@@ -12,7 +12,7 @@ import numpy as np
 from figures_common import rows
 
 from hypertuna.actuation.soft_joint import joint_models
-from hypertuna.fe.joint_map import fast_states
+from hypertuna.fe.states import fast_states
 from hypertuna.paper.chapters.finite_elements import difference_table, read_elements
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -34,8 +34,8 @@ COMMANDS = [
     ("replay", str(TANK / "angles.csv"), "--columns", "joint_I,joint_II"),
     ("replay", str(TANK / "tank.toml")),  # a group for each recording
 ]
-# Checked by test_fe.py, where the extra fe is installed, and below.
-ELSEWHERE = {"fe bend", "shards merge"}
+# Checked by the tests marked fe, where that extra is installed, and below.
+ELSEWHERE = {"fe bend", "fe map", "shards merge"}
 
 
 def writers(command: Any, name: str = "") -> Iterator[str]:

@@ -12,13 +12,16 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+import hypertuna.cli.fe  # its help lists the meshes, before a test adds one
+from cf_checker import cf_issues, same_files
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.description.robot import parse
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
-from hypertuna.fe.joint_map import Joint, JointMap, holding_moment, joint_by_elements, joint_map
+from hypertuna.fe.joint_map import Joint, JointMap, joint_by_elements, joint_map, joint_map_shards
 from hypertuna.fe.mesh import MESHES, MeshSize
 from hypertuna.fe.model import FeOptions
+from hypertuna.fe.states import holding_moment
 from program import Run
 
 ROBOT = ht.load("hypertuna")
@@ -114,6 +117,18 @@ def test_a_killed_map_goes_on_where_it_was(tmp_path: Path) -> None:
         joint_map(ROBOT, "II", solve=dies, **given | {"fill": 0.0})
 
 
+def test_shards_of_couples_merge_to_the_map(tmp_path: Path) -> None:
+    given: dict[str, Any] = {"pressure": PRESSURE, "couple": [-0.1, 0, 0.1], "solve": by_model("II", fails=0.05)}
+    whole = joint_map(ROBOT, "II", **given).dataset()
+    assert [joint_map_shards(ROBOT, 1, tmp_path / "a.shards", part=(k, 2), **given) for k in (2, 1)] == [1, 2]
+    merged = ht.merge_shards(tmp_path / "a.shards")
+    assert merged.identical(whole)
+    assert np.isnan(merged.angle[2]).all()
+    assert np.isfinite(merged.model_angle[:2]).all()
+    with pytest.raises(InputError, match="was started with pressure"):
+        joint_map_shards(ROBOT, "II", tmp_path / "a.shards", **given | {"fill": 0.0})
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
@@ -177,7 +192,19 @@ def test_the_command_maps_a_joint(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert (np.diff(angle, axis=1) > 0).all()
     assert np.array(told["model"]["angle_deg"]).shape == (3, 3)
     assert (np.array(told["elements"]["length_mm"])[:, -1] < 30).all()
+    # Of an array job; there is no journal.
+    shards, merged = str(tmp_path / "map.shards"), str(tmp_path / "merged.nc")
+    several = [*command[:-2], "-o", shards]
+    assert [run(*several, "--shard", f"{k}/2")[0] for k in (1, 2)] == [0, 0]
+    assert run("shards", "merge", shards, "-o", merged)[0] == 0
     # The journal knows all points: nothing is solved again.
+    for end in ("nc", "csv"):
+        assert run(*command, "-o", str(tmp_path / f"map.{end}"))[0] == 0
+    assert cf_issues(tmp_path / "map.nc", Path(merged)) == ""
+    same_files(merged, str(tmp_path / "map.nc"))
+    assert (
+        (tmp_path / "map.csv").read_text().startswith("couple_n_m,pressure_kpa,pressure_right_kpa,angle_deg,moment_n_m")
+    )
     code, output, _ = run(*command)
     assert code == 0
     assert f"differ by at most {told['moment_difference_percent']:.1f} % of" in output

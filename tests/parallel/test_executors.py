@@ -182,6 +182,34 @@ def test_the_shell_names_a_cluster(dask: Any, run: Run, tmp_path: Path) -> None:
     assert ht.merge_shards(shards).sizes["phase"] == 30
 
 
+TANK = str(Path(__file__).parents[2] / "examples" / "tank" / "tank.toml")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("mission", "box", "--seeds", "0:4", "--duration", "5"),
+        ("optimize", "--maximize", "speed", "--method", "pso", "--particles", "6", "--iterations", "2"),
+        ("pareto", "--population", "4", "--generations", "1", "--no-polish"),
+        ("identify", TANK, "--free", "water.drag[0]", "--starts", "1", "--posterior", "10"),
+    ],
+    ids=lambda options: options[0],
+)
+def test_commands_over_a_cluster_print_the_same_numbers(dask: Any, run: Run, options: tuple[str, ...]) -> None:
+    options = (*options, "--robot", "hypertuna", "--json")
+    plain, before = run(*options), dask.scheduler.transition_counter
+    there = run(*options, "--cluster", dask.scheduler_address)
+    assert dask.scheduler.transition_counter > before  # of its tasks: it had some
+    assert there[0] == plain[0]
+    assert numbers(there[1]) == numbers(plain[1]) != {}
+
+
+def numbers(text: str) -> Any:
+    """Read a JSON object, without the command and the times that work took."""
+    told = json.loads(text)
+    return {key: value for key, value in told.items() if key not in ("command", "seconds")}
+
+
 # --- other work that is many
 
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
+import textwrap
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +22,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hypertuna as ht
+from cf_checker import same_files
+from hypertuna import _core
 from hypertuna.parallel.layout import NO_LAYOUT
 from hypertuna.parallel.shards import LARGEST, Shards, open_shards, shard_size
 from models import changed
@@ -106,13 +112,34 @@ def test_flights_of_an_array_job_merge_to_the_files_of_the_plain_run(run: Run, t
     assert (code, f"{shards}/manifest.json was started with duration = 5" in err) == (2, True)
 
 
-def same_files(one: str, other: str) -> None:
-    """Check that two NetCDF files are the same but for the commands that wrote them."""
-    with xr.open_dataset(one, engine="h5netcdf") as a, xr.open_dataset(other, engine="h5netcdf") as b:
-        assert a.drop_attrs(deep=False).identical(b.drop_attrs(deep=False))
-        commands = {"command", "history"}
-        assert {*a.attrs} == {*b.attrs} > commands
-        assert all(a.attrs[name] == b.attrs[name] for name in {*a.attrs} - commands)
+PAGE = Path(__file__).parents[2] / "docs" / "howto" / "clusters.md"
+
+
+def test_the_script_for_slurm_makes_all_shards_for_the_command_that_merges_them(tmp_path: Path) -> None:
+    """As an array of three jobs with a small grid, one after another."""
+    blocks = [textwrap.dedent(block) for block in re.findall(r"(?:^    .*\n)+", PAGE.read_text(), re.MULTILINE)]
+    script = next(block for block in blocks if block.startswith("#!/bin/bash"))
+    merge = next(block for block in blocks if block.startswith("hypertuna shards merge"))
+    subprocess.run(["bash", "-n"], input=script, text=True, check=True)
+    jobs = re.findall(r"^#SBATCH --array=1-(\d+)$|TASK_ID/(\d+) ", script, re.MULTILINE)
+    assert jobs == [("100", ""), ("", "100")]
+    small = {
+        "TASK_ID/100": "TASK_ID/3",
+        "--frequency 1:6:1000 --amplitude 8:16:50,12:25:50 --phase 0,0:90:800": " ".join((*OPTIONS, "--shard-size 20")),
+        "=x86_64_v3": f"={_core.isa()}",
+    }
+    for long, short in small.items():
+        assert script.count(long) == 1
+        script = script.replace(long, short)
+    (tmp_path / "job.sh").write_text(script.replace("/scratch/$USER", "$SCRATCH"))
+    place = {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "SCRATCH": str(tmp_path)}
+    for job in (2, 3, 1):
+        here: Any = {"cwd": tmp_path, "env": os.environ | place | {"SLURM_ARRAY_TASK_ID": f"{job}"}, "check": True}
+        subprocess.run(["bash", "-e", "job.sh"], **here, capture_output=True)
+        assert len([*tmp_path.glob("grid.shards/shard-*")]) == {2: 1, 3: 2, 1: 3}[job]
+    subprocess.run(["bash", "-e", "-c", merge.replace("/scratch/$USER", "$SCRATCH")], **here, capture_output=True)
+    with xr.open_dataset(tmp_path / "grid.nc", engine="h5netcdf") as merged:
+        assert merged.settled.size == len(GRID)
 
 
 def test_missing_damaged_and_foreign_shards_are_told_and_made_again(made: Path, tmp_path: Path) -> None:

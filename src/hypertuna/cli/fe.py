@@ -1,65 +1,36 @@
 """The commands `hypertuna fe ...`: the soft joints by finite elements."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from hypertuna.actuation.bending import bend, check_pressure
-from hypertuna.actuation.soft_joint import MATERIAL_SETS
-from hypertuna.arrays import Array
+from hypertuna.actuation.bending import bend
 from hypertuna.characterization.data import joint_index
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, counted, json_text, progress_bar, run_folder, table
+from hypertuna.cli.elements import BEND_PRESSURES, Elements, rising
 from hypertuna.cli.emit import emit
-from hypertuna.cli.shards import connected
+from hypertuna.cli.fe_map import map_command
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError
 from hypertuna.fe.bend import JOURNAL, SUMMARY, FeBend, described_bend, fe_bend
 from hypertuna.fe.comparison import FeComparison, compare
-from hypertuna.fe.energies import LAWS
 from hypertuna.fe.extra import need_fe, need_screenless
 from hypertuna.fe.fields import write_vtu
 from hypertuna.fe.geometry import DRAWINGS, JointBody, joint_body, write_geometry
-from hypertuna.fe.joint_map import JointMap, joint_map
 from hypertuna.fe.measure import Measured
-from hypertuna.fe.mesh import MESHES
-from hypertuna.fe.model import FeModel, FeOptions
+from hypertuna.fe.model import FeModel
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
 
 fe_app = opt.group("The soft joints by finite elements; needs the extra fe.")
 
-BEND_PRESSURES: Any = "0:250:6"  # kPa, as typed
 COMPARISON_PRESSURES: Any = "50:250:5"
-MAX_PRESSURES = 200  # of one call: each takes seconds at least
 SMOOTH = 50  # pressures of the fast model's curve
 COMPARISON = "compare.json"  # file of the record in the folder of a comparison
-
-
-@dataclass(frozen=True)
-class Elements(FeOptions):
-    """The finite elements of a joint, with the defaults of `FeOptions`."""
-
-    material: Annotated[
-        str | None, opt.text("--material", f"Material set: {', '.join(MATERIAL_SETS)}. (default: the robot's)")
-    ] = FeOptions.material
-    law: Annotated[str, opt.text("--law", f"Law of the elements' matrix: {', '.join(LAWS)}.")] = FeOptions.law
-    poisson: Annotated[float, opt.number("--poisson", "figures, 0.475 say", "Poisson's ratio of the matrix.")] = (
-        FeOptions.poisson
-    )
-    mesh: Annotated[Any, opt.text("--mesh", f"{', '.join(MESHES)}.")] = FeOptions.mesh
-
-
-@dataclass(frozen=True)
-class CoarseElements(Elements):
-    """Elements of commands that solve a joint many times."""
-
-    mesh: Annotated[Any, opt.text("--mesh", f"{', '.join(MESHES)}.")] = "coarse"
 
 
 def _folder(content: str) -> Any:
@@ -168,7 +139,7 @@ def bend_command(
     bad input.
     """
     fish = robot.load()
-    index, path = joint_index(joint, fish), _rising(pressure)
+    index, path = joint_index(joint, fish), rising(pressure)
     joint_body(fish, index)  # checks the description before the machine
     need_fe()
     if output is not None and not no_pictures:
@@ -195,14 +166,6 @@ def bend_command(
         as_json=as_json,
         failed=bent.status != "converged",
     )
-
-
-def _rising(pressures: Sequence[float]) -> Array:
-    """Return the pressures that a joint is led through [Pa], from those of the option [kPa]."""
-    if len(pressures) > MAX_PRESSURES:
-        rule = f"must be at most {MAX_PRESSURES} pressures"
-        raise InputError(rule, key="--pressure", value=f"{len(pressures)}", fix="ask for fewer")
-    return check_pressure(1e3 * np.array(pressures))
 
 
 def _write(bent: FeBend, folder: Path, *, pictures: bool) -> None:
@@ -279,7 +242,7 @@ def compare_command(
     The exit code is 0 if all pressures were reached, 1 if one was not (those before it are printed), 2 for bad input.
     """
     fish = robot.load()
-    index, path = joint_index(joint, fish), _rising(pressure)
+    index, path = joint_index(joint, fish), rising(pressure)
     with run_folder(output, JOURNAL) as folder, progress_bar("pressures", slow=True) as report:
         report(0, len(path))
         bent = fe_bend(
@@ -323,74 +286,4 @@ def _comparison_lines(compared: FeComparison, record: Mapping[str, Any]) -> Iter
     yield _outcome(bent)
 
 
-@fe_app.command("map")
-@opt.grouped
-def map_command(
-    robot: opt.RobotOptions,
-    joint: opt.Joint,
-    elements: CoarseElements,
-    pressure: opt.Pressures = BEND_PRESSURES,
-    moment: Annotated[
-        Sequence[float] | None,
-        opt.values(
-            "--moment",
-            "N m",
-            "Couples on the tip in N m. (default: five, up to half of the moment that the pressure makes)",
-        ),
-    ] = None,
-    fill: Annotated[
-        float | None,
-        opt.number(
-            "--fill",
-            "kPa",
-            "Fill pressure in kPa: the right side has twice this pressure minus the left one, but not less than 0; 0 "
-            "leaves the right side without pressure. (default: that of the robot's line)",
-        ),
-    ] = None,
-    checkpoint: opt.Checkpoint = None,
-    cluster: opt.Cluster = None,
-    as_json: opt.AsJson = False,
-) -> None:
-    """Map bend, oil and length of a joint over pressures and moments, by finite elements and by the fast model.
-
-    Pressures are those of the left side; angles are positive to the left. Every couple takes about as long as
-    `fe bend`, so the mesh is coarse unless asked otherwise: half an hour per joint. The exit code is 1 if some points
-    were not reached, 2 for bad input.
-    """
-    fish = robot.load()
-    start = None if fill is None else 1e3 * fill
-    place: Any = {"pressure": _rising(pressure), "couple": moment, "fill": start, "options": elements}
-    with progress_bar("points", slow=True) as progress, connected(cluster) as executor:
-        how: Any = {"executor": executor, "checkpoint": checkpoint, "progress": progress}
-        found = joint_map(fish, joint_index(joint, fish), **place, **how)
-    emit(
-        found,
-        record=lambda found: found.record() | {"command": command_line()},
-        lines=_map_lines,
-        as_json=as_json,
-        failed=found.status != "converged",
-    )
-
-
-def _map_lines(found: JointMap) -> Iterator[Any]:
-    """Lay out the points, a row for each: elements and fast model side by side."""
-    heads = ["left\n[kPa]", "right\n[kPa]", "moment\n[N m]"]
-    heads += [f"{name}\n[{unit}]" for name, unit in (("bend FE", "deg"), ("oil left", "ml"), ("right", "ml"))]
-    heads += ["length\n[mm]", "model\n[deg]", "left\n[ml]", "right\n[ml]", "length\n[mm]"]
-    rows = []
-    for c, p in np.ndindex(found.elements.angle.shape):
-        row = [f"{pressure / 1e3:.4g}" for pressure in found.pressure[p]]
-        if not np.isfinite(found.elements.angle[c, p]):
-            rows.append([*row, "", "not found", *[""] * 7])
-            continue
-        row.append(f"{found.elements.moment[c, p]:+z.3f}")
-        for states in (found.elements, found.model):
-            oil = (f"{1e6 * volume:.3f}" for volume in states.volume[c, p])
-            row += [f"{np.degrees(states.angle[c, p]):z.2f}", *oil, f"{1e3 * states.length[c, p]:.2f}"]
-        rows.append(row)
-    yield f"{found.robot.name}: joint {found.joint}, mesh {found.options.mesh}", "bold"
-    yield table(heads, rows, left=(), collapse_padding=True)
-    moment, volume = 100 * found.moment_difference, 100 * found.volume_difference
-    text = f"moments of the fast model differ by at most {moment:.1f} % of the {found.straight:.3g} N m of the straight"
-    yield f"{text} joint, volumes by {volume:.1f} % of their range"
-    yield found.status_text, "green" if found.status == "converged" else "bold yellow"
+fe_app.command("map")(map_command)

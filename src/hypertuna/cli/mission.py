@@ -232,7 +232,7 @@ def _fly_many(
         outcomes,
         record=lambda all_: facts | {"summary": _statistics(all_), "flights": [_outcome(one) for one in all_]},
         lines=lambda all_: _many_lines(f"{file.name}, {robot.name}", all_),
-        columns={"seed": "seed"} | dict(layout.table),
+        columns=layout.heads,
         digits=None,
         dataset=lambda all_: layout.dataset(flight_table(all_)),
         output=output,

@@ -4,6 +4,8 @@ Two sides that share their oil keep the sum of their pressures: by default the r
 minus the left pressure, and at least zero.
 """
 
+from __future__ import annotations
+
 import itertools
 import math
 import time
@@ -12,14 +14,13 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from hypertuna.actuation.bending import check_pressure
-from hypertuna.actuation.soft_joint import JointModel, drive_unit, joint_group, joint_models
+from hypertuna.actuation.soft_joint import joint_group, joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
@@ -27,11 +28,16 @@ from hypertuna.errors import InputError, shown
 from hypertuna.fe.bend import ngsolve_version
 from hypertuna.fe.measure import measure
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
+from hypertuna.fe.states import STATES, States, apart, fast_states, holding_moment, state_columns, states_of
 from hypertuna.io.checkpoint import Journal
 from hypertuna.parallel.executors import Executors, map_shards
+from hypertuna.parallel.layout import Layout
+from hypertuna.parallel.shards import Cases, make_shards
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STRONGEST = 0.5  # largest couple by default, over the moment that holds the joint straight under the largest pressure
-STRAIN = 0.3  # of the axis, at most
 
 Pair = tuple[float, float]
 # Solves a joint under a couple [N m] at the end of a path of pairs of pressures [Pa]: angle [rad], volume [m^3] of
@@ -40,19 +46,27 @@ Joint = Callable[[float, Sequence[Pair]], Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
-class States:
-    """A joint under couples (m,) and pairs of pressures (n,); NaN where finite elements have no equilibrium."""
+class Grid:
+    """A joint, and what it is solved under."""
 
-    angle: Array  # (m, n) [rad]
-    moment: Array  # (m, n) from outside that holds the angle of the elements [N m]
-    volume: Array  # (m, n, 2) of oil in the drive units of each side [m^3]
-    length: Array  # (m, n) of the bent axis [m]
+    robot: Robot
+    joint: str
+    options: FeOptions
+    pressure: Array  # (n, 2) of the left and right side [Pa]
+    couple: Array  # (m,) on the tip plate [N m]
+    straight: float  # as of `JointMap`
 
-    def record(self) -> dict[str, Any]:
-        """Return all numbers with units in their names, a row for each couple."""
-        oil = {f"volume_{side}_ml": 1e6 * self.volume[..., s] for s, side in enumerate(("left", "right"))}
-        angle = {"angle_deg": np.degrees(self.angle), "moment_n_m": self.moment}
-        return angle | oil | {"length_mm": 1e3 * self.length}
+    @property
+    def pairs(self) -> list[Pair]:
+        """Pressures of both sides [Pa]."""
+        return [(left, right) for left, right in self.pressure.tolist()]
+
+    @property
+    def header(self) -> dict[str, Any]:
+        """All that the results depend on."""
+        facts = {"joint": self.joint, "pressure": self.pressure.tolist(), "couple": self.couple.tolist()}
+        options = self.options.facts(self.robot) | facts | {"ngsolve": ngsolve_version()}
+        return journal_header("fe map", self.robot, options)
 
 
 @dataclass(frozen=True)
@@ -85,6 +99,10 @@ class JointMap:
         """Largest difference of the volumes over the range of those of the elements [1]."""
         volume = self.elements.volume[np.isfinite(self.elements.volume)]
         return self.largest("volume") / float(np.ptp(volume)) if len(volume) else math.nan
+
+    def dataset(self) -> xr.Dataset:
+        """Return the states of both models as a labeled dataset."""
+        return map_layout(self).dataset(state_columns(self.elements, self.model))
 
     def record(self) -> dict[str, Any]:
         """Return all numbers with units in their names."""
@@ -120,6 +138,99 @@ def joint_map(
     `pressure` (n,) of the left side [Pa]; `couple` (m,) [N m] and `fill` [Pa] have defaults. The journal `checkpoint`
     resumes the work; `solve` replaces the finite elements. An `executor` takes all pressures under a couple as a task.
     """
+    grid = _grid(robot, joint, pressure, couple, fill, options)
+    pairs = grid.pairs
+    by_elements = solve or joint_by_elements(robot, grid.joint, grid.options)
+    points: list[dict[str, Any]] = []
+    with Journal(checkpoint, grid.header) as journal:
+        whole = journal.known // len(pairs)  # couples whose points are all known
+        with closing(map_shards(partial(_of_couple, grid, solve), grid.couple[whole:].tolist(), executor)) as rows:
+            row: list[dict[str, Any]] = []
+            for c, p in itertools.product(range(len(grid.couple)), range(len(pairs))):
+
+                def point(c: int = c, p: int = p) -> dict[str, Any]:
+                    nonlocal row
+                    if executor is None:
+                        return _solved(by_elements, float(grid.couple[c]), pairs[: p + 1])
+                    row = next(rows) if p == 0 or not row else row
+                    return row[p]
+
+                points.append(journal.answer([c, p], point))
+                if progress is not None:
+                    progress(len(points), len(grid.couple) * len(pairs))
+    faults = [one["fault"].rstrip(".") for one in points if one["fault"]]
+    text = f"All {len(points)} points have an equilibrium."
+    if faults:
+        text = f"{len(faults)} of {len(points)} points have no equilibrium; the first: {faults[0]}."
+    elements, model = _both(grid, grid.couple, points)
+    return JointMap(
+        robot=robot,
+        joint=grid.joint,
+        options=grid.options,
+        pressure=grid.pressure,
+        couple=grid.couple,
+        elements=elements,
+        model=model,
+        straight=grid.straight,
+        status="partial" if faults else "converged",
+        status_text=text,
+        seconds=float(sum(one["seconds"] for one in points)),
+    )
+
+
+def joint_map_shards(
+    robot: Robot,
+    joint: str | int,
+    folder: str | Path,
+    *,
+    pressure: ArrayLike,
+    couple: ArrayLike | None = None,
+    fill: float | None = None,
+    options: FeOptions | None = None,
+    size: int | None = None,
+    part: tuple[int, int] = (1, 1),
+    executor: Executors | None = None,
+    command: str = "hypertuna.fe.joint_map.joint_map_shards with the same arguments",
+    progress: Callable[[int, int], None] | None = None,
+    solve: Joint | None = None,
+) -> int:
+    """Solve a joint on a grid into a folder of shards, by default of a couple each.
+
+    The arguments are those of `joint_map` and of `hypertuna.sweep_shards`; returns the number of shards made.
+    """
+    grid = _grid(robot, joint, pressure, couple, fill, options)
+    cases = Cases(grid.header, len(grid.couple), map_layout(grid), partial(_range, grid, solve))
+    return make_shards(cases, folder, executor, size=size or 1, part=part, command=command, progress=progress)
+
+
+def map_layout(grid: Grid | JointMap) -> Layout:
+    """Return how the states of both models are labeled."""
+    variables = {
+        f"{prefix}{name}": {"units": unit, "long_name": f"{meaning}, by {model}"}
+        for prefix, model in (("", "finite elements"), ("model_", "the fast model"))
+        for name, (unit, meaning) in STATES.items()
+    }
+    left, right = grid.pressure.T
+    coordinates = {
+        "couple": ("couple", grid.couple, {"units": "N m", "long_name": "couple on the tip plate"}),
+        "pressure": ("pressure", left, {"units": "Pa", "long_name": "gauge pressure of the left side"}),
+        "pressure_right": ("pressure", right, {"units": "Pa", "long_name": "gauge pressure of the right side"}),
+    }
+    facts = provenance(grid.robot, water=False) | {"ngsolve_version": ngsolve_version(), "joint": grid.joint}
+    facts |= grid.options.facts(grid.robot) | {"mesh": f"{grid.options.mesh}", "straight_moment_n_m": grid.straight}
+    sizes = {"couple": len(grid.couple), "pressure": len(grid.pressure)}
+    return Layout(sizes, variables, coordinates, facts, {name: name for name in variables})
+
+
+def _grid(
+    robot: Robot,
+    joint: str | int,
+    pressure: ArrayLike,
+    couple: ArrayLike | None,
+    fill: float | None,
+    options: FeOptions | None,
+) -> Grid:
+    """Check what a joint is solved under, and fill in the defaults."""
     group, _ = joint_group(robot, joint)
     options = options or FeOptions()
     if fill is None:
@@ -128,103 +239,34 @@ def joint_map(
     model = next(m for m in joint_models(robot, options.material) if m.name == group.name)
     straight = abs(holding_moment(model, 0.0, (max(map(max, pairs)), 0.0)))
     torques = _couples(np.linspace(-1, 1, 5) * float(f"{STRONGEST * straight:.2g}") if couple is None else couple)
-    by_elements = solve or joint_by_elements(robot, joint, options)
-    facts = {"joint": group.name, "pressure": pairs, "couple": torques, "ngsolve": ngsolve_version()}
-    points: list[dict[str, Any]] = []
-    with Journal(checkpoint, journal_header("fe map", robot, options.facts(robot) | facts)) as journal:
-        whole = journal.known // len(pairs)  # couples whose points are all known
-        work = partial(_of_couple, robot, joint, options, solve, pairs)
-        with closing(map_shards(work, torques[whole:].tolist(), executor)) as rows:
-            row: list[dict[str, Any]] = []
-            for c, p in itertools.product(range(len(torques)), range(len(pairs))):
+    return Grid(robot, group.name, options, np.array(pairs), torques, straight)
 
-                def point(c: int = c, p: int = p) -> dict[str, Any]:
-                    nonlocal row
-                    if executor is None:
-                        return _solved(by_elements, float(torques[c]), pairs[: p + 1])
-                    row = next(rows) if p == 0 or not row else row
-                    return row[p]
 
-                points.append(journal.answer([c, p], point))
-                if progress is not None:
-                    progress(len(points), len(torques) * len(pairs))
-    elements = _states(points, torques, len(pairs))
-    faults = [one["fault"].rstrip(".") for one in points if one["fault"]]
-    text = f"All {len(points)} points have an equilibrium."
-    if faults:
-        text = f"{len(faults)} of {len(points)} points have no equilibrium; the first: {faults[0]}."
-    return JointMap(
-        robot=robot,
-        joint=group.name,
-        options=options,
-        pressure=np.array(pairs),
-        couple=torques,
-        elements=elements,
-        model=fast_states(robot, model, np.array(pairs), elements),
-        straight=straight,
-        status="partial" if faults else "converged",
-        status_text=text,
-        seconds=float(sum(one["seconds"] for one in points)),
+def _both(grid: Grid, couple: Array, points: Sequence[Mapping[str, Any]]) -> tuple[States, States]:
+    """Return the states of both models from the points of finite elements under some couples."""
+    elements = states_of(points, couple, len(grid.pressure))
+    model = next(m for m in joint_models(grid.robot, grid.options.material) if m.name == grid.joint)
+    return elements, fast_states(grid.robot, model, grid.pressure, elements)
+
+
+def _range(grid: Grid, solve: Joint | None, first: int, last: int) -> dict[str, Array]:
+    """Solve all points of a range of couples."""
+    couple = grid.couple[first:last]
+    return state_columns(
+        *_both(grid, couple, [point for one in couple.tolist() for point in _of_couple(grid, solve, one)])
     )
 
 
-def _of_couple(
-    robot: Robot, joint: str | int, options: FeOptions, solve: Joint | None, pairs: Sequence[Pair], couple: float
-) -> list[dict[str, Any]]:
+def _of_couple(grid: Grid, solve: Joint | None, couple: float) -> list[dict[str, Any]]:
     """Solve all points of a couple."""
-    solve = solve or joint_by_elements(robot, joint, options)
-    return [_solved(solve, couple, pairs[: p + 1]) for p in range(len(pairs))]
+    solve = solve or joint_by_elements(grid.robot, grid.joint, grid.options)
+    return [_solved(solve, couple, grid.pairs[: p + 1]) for p in range(len(grid.pairs))]
 
 
 def _solved(solve: Joint, couple: float, path: Sequence[Pair]) -> dict[str, Any]:
     """Solve a point, and take the processor time."""
     start = time.process_time()
     return dict(solve(couple, path)) | {"seconds": time.process_time() - start}
-
-
-def apart(elements: States, model: States, name: str) -> float:
-    """Return the largest difference of a number of two sets of states; NaN without any."""
-    difference = np.abs(getattr(model, name) - getattr(elements, name))
-    return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
-
-
-def _states(points: Sequence[Mapping[str, Any]], couple: Array, pairs: int) -> States:
-    """Arrange the points of finite elements."""
-    none = {"angle": math.nan, "volume": [math.nan, math.nan], "length": math.nan}
-    sound = [none if one["fault"] else one for one in points]
-    angle, length = (np.array([one[key] for one in sound]).reshape(-1, pairs) for key in ("angle", "length"))
-    volume = np.array([one["volume"] for one in sound]).reshape(-1, pairs, 2)
-    return States(angle, couple[:, None] * np.cos(angle), volume, length)
-
-
-def fast_states(robot: Robot, model: JointModel, pressure: Array, elements: States) -> States:
-    """Return the fast model under the elements' moments and pairs of pressures (n, 2) [Pa]."""
-    group, actuator = joint_group(robot, model.name)
-    shape, known = elements.angle.shape, np.isfinite(elements.angle)
-    both = np.broadcast_to(pressure, (*shape, 2))[known]
-    found = model.balance(both, elements.moment[known])
-    held = [holding_moment(model, a, pair) for a, pair in zip(elements.angle[known], both, strict=True)]
-    # The ends are stiff: their channels keep their volume, and the axis its length.
-    lumen = math.pi / 4 * drive_unit(robot).inner_diameter ** 2
-    ends = cast(int, group.drive_units) * lumen * (actuator.length - model["length"])
-    length = actuator.length + model["length"] * (model["rest"] + found["strain"])
-    states = States(*(np.full(size, math.nan) for size in (shape, shape, (*shape, 2), shape)))
-    values = (found["angle"], np.array(held), found["volume"] + ends, length)
-    for whole, part in zip((states.angle, states.moment, states.volume, states.length), values, strict=True):
-        whole[known] = part
-    return states
-
-
-def holding_moment(model: JointModel, angle: float, pressure: ArrayLike) -> float:
-    """Return the moment from outside [N m] that holds an angle [rad] under a pair of pressures [Pa]."""
-    both = np.asarray(pressure, dtype=np.float64)
-
-    def pulled(strain: float) -> float:
-        at = model.at(angle, strain, both)
-        return float(at["axial"][0] + at["gain"][0] @ both)
-
-    at = model.at(angle, brentq(pulled, -STRAIN, STRAIN, xtol=1e-12), both)
-    return -float(at["elastic"][0] + at["slope"][0] @ both)
 
 
 def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.io.files import coordinate_names, dataset
+from hypertuna.io.files import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,9 +32,11 @@ class Layout:
         places = {name: (dim, np.array(values), about) for name, (dim, values, about) in self.coordinates.items()}
         return dataset(parts, places, dict(self.facts))
 
-    def heads(self, data: xr.Dataset) -> dict[str, str]:
-        """Return all columns of a CSV file of a dataset, as `variable_columns` takes them."""
-        return {name: name for name in coordinate_names(data)} | dict(self.table)
+    @property
+    def heads(self) -> dict[str, str]:
+        """Columns of a CSV file, as `variable_columns` takes them."""
+        places = (name for name, (_, _, about) in self.coordinates.items() if "same_as" not in about)
+        return {name: name for name in places} | dict(self.table)
 
 
 NO_LAYOUT = Layout({}, {}, {}, {}, {})

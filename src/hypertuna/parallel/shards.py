@@ -249,7 +249,7 @@ def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[in
         return
     if str(path).lower().endswith(".csv"):
         data = _merged(shards, progress).assign_attrs(command=shards.command)
-        columns_csv(data.attrs, variable_columns(data, shards.layout.heads(data)), digits=None).write(path)
+        columns_csv(data.attrs, variable_columns(data, shards.layout.heads), digits=None).write(path)
         return
     names = list(shards.layout.variables)
     with replaced(path) as file:

@@ -19,8 +19,8 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.fe.bend import described_bend, fe_bend
-from hypertuna.fe.joint_map import States, apart, fast_states, holding_moment
 from hypertuna.fe.model import FeOptions
+from hypertuna.fe.states import States, apart, fast_states, holding_moment
 from hypertuna.io.files import shipped
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.ledger import Finding

@@ -1,0 +1,98 @@
+"""States of a joint by finite elements and by the fast model, under the same pressures and moments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from hypertuna.actuation.soft_joint import JointModel, drive_unit, joint_group
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+
+STRAIN = 0.3  # of the axis, at most
+STATES = {  # of a point in files: unit and meaning
+    "angle": ("rad", "bend to the left"),
+    "moment": ("N m", "moment from outside that holds the bend"),
+    "volume_left": ("m^3", "oil in the drive units of the left side"),
+    "volume_right": ("m^3", "oil in the drive units of the right side"),
+    "length": ("m", "length of the bent axis"),
+}
+
+
+@dataclass(frozen=True)
+class States:
+    """A joint under couples (m,) and pairs of pressures (n,); NaN where finite elements have no equilibrium."""
+
+    angle: Array  # (m, n) [rad]
+    moment: Array  # (m, n) from outside that holds the angle of the elements [N m]
+    volume: Array  # (m, n, 2) of oil in the drive units of each side [m^3]
+    length: Array  # (m, n) of the bent axis [m]
+
+    def record(self) -> dict[str, Any]:
+        """Return all numbers with units in their names, a row for each couple."""
+        oil = {f"volume_{side}_ml": 1e6 * self.volume[..., s] for s, side in enumerate(("left", "right"))}
+        angle = {"angle_deg": np.degrees(self.angle), "moment_n_m": self.moment}
+        return angle | oil | {"length_mm": 1e3 * self.length}
+
+
+def state_columns(elements: States, model: States) -> dict[str, Array]:
+    """Return the states of both models as columns, a row for each couple."""
+    columns = {}
+    for prefix, states in (("", elements), ("model_", model)):
+        volumes = {f"volume_{side}": states.volume[..., s] for s, side in enumerate(("left", "right"))}
+        for name in STATES:
+            columns[f"{prefix}{name}"] = volumes[name] if name in volumes else getattr(states, name)
+    return columns
+
+
+def apart(elements: States, model: States, name: str) -> float:
+    """Return the largest difference of a number of two sets of states; NaN without any."""
+    difference = np.abs(getattr(model, name) - getattr(elements, name))
+    return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
+
+
+def states_of(points: Sequence[Mapping[str, Any]], couple: Array, pairs: int) -> States:
+    """Arrange the points of finite elements."""
+    none = {"angle": math.nan, "volume": [math.nan, math.nan], "length": math.nan}
+    sound = [none if one["fault"] else one for one in points]
+    angle, length = (np.array([one[key] for one in sound]).reshape(-1, pairs) for key in ("angle", "length"))
+    volume = np.array([one["volume"] for one in sound]).reshape(-1, pairs, 2)
+    return States(angle, couple[:, None] * np.cos(angle), volume, length)
+
+
+def fast_states(robot: Robot, model: JointModel, pressure: Array, elements: States) -> States:
+    """Return the fast model under the elements' moments and pairs of pressures (n, 2) [Pa]."""
+    group, actuator = joint_group(robot, model.name)
+    shape, known = elements.angle.shape, np.isfinite(elements.angle)
+    both = np.broadcast_to(pressure, (*shape, 2))[known]
+    # Each couple by itself: a search begins where that of the row before ended, which the last bits show.
+    rows = [model.balance(pressure[at], moment[at]) for at, moment in zip(known, elements.moment, strict=True)]
+    found = {name: np.concatenate([row[name] for row in rows]) for name in ("angle", "strain", "volume")}
+    held = [holding_moment(model, a, pair) for a, pair in zip(elements.angle[known], both, strict=True)]
+    # The ends are stiff: their channels keep their volume, and the axis its length.
+    lumen = math.pi / 4 * drive_unit(robot).inner_diameter ** 2
+    ends = cast(int, group.drive_units) * lumen * (actuator.length - model["length"])
+    length = actuator.length + model["length"] * (model["rest"] + found["strain"])
+    states = States(*(np.full(size, math.nan) for size in (shape, shape, (*shape, 2), shape)))
+    values = (found["angle"], np.array(held), found["volume"] + ends, length)
+    for whole, part in zip((states.angle, states.moment, states.volume, states.length), values, strict=True):
+        whole[known] = part
+    return states
+
+
+def holding_moment(model: JointModel, angle: float, pressure: ArrayLike) -> float:
+    """Return the moment from outside [N m] that holds an angle [rad] under a pair of pressures [Pa]."""
+    both = np.asarray(pressure, dtype=np.float64)
+
+    def pulled(strain: float) -> float:
+        at = model.at(angle, strain, both)
+        return float(at["axial"][0] + at["gain"][0] @ both)
+
+    at = model.at(angle, brentq(pulled, -STRAIN, STRAIN, xtol=1e-12), both)
+    return -float(at["elastic"][0] + at["slope"][0] @ both)
