@@ -1,6 +1,8 @@
 """What shells and notebooks show: five lines of text, a card without script that names no color of its theme."""
 
+import ast
 import inspect
+import pkgutil
 import re
 import subprocess
 import sys
@@ -8,6 +10,7 @@ import time
 from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
 
@@ -17,8 +20,12 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.actuation.sizing import size_pump
-from hypertuna.display import Card, Displayed, Plotted, Tabular, card_html, card_text, number
+from hypertuna.arrays import Array
+from hypertuna.characterization.data import read_bench
+from hypertuna.characterization.fit import fit_bench
+from hypertuna.display import Card, Displayed, Plotted, Tabular, card_html, card_text, number, track_svg
 from hypertuna.identification.posterior import posterior
+from hypertuna.mission.flight import outcome
 from hypertuna.simulation.posture_test import posture_test
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
@@ -67,6 +74,7 @@ def made() -> dict[str, Any]:
         "pump": size_pump(fish, frequency=[1, 2], amplitude=(0.2, 0.3)),
         "posture": posture_test(fish, frequencies=[1.0], angle=(0.1, 0.1), duration=3.0, limits=False),
         "posterior": posterior(fit, 20),
+        "bench": fit_bench(fish, read_bench(TANK.parent / "bench" / "bench.csv", fish), "friction", starts=1),
     }
 
 
@@ -110,6 +118,7 @@ KINDS = [
     "smooth",
     "track",
     "pump",
+    "bench",
 ]
 
 
@@ -130,6 +139,122 @@ def test_every_public_result_is_shown_plotted_and_a_table(made: dict[str, Any]) 
         assert issubclass(kind, Displayed), name
         assert issubclass(kind, Tabular), name
         assert issubclass(kind, Plotted) != (name in NO_PLOT), name
+
+
+def test_every_class_with_a_card_is_shown_here(made: dict[str, Any]) -> None:
+    named = {
+        node.name
+        for file in Path(ht.__file__).parent.rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef) and any(key.arg == "card" for key in node.keywords)
+    }
+    assert named == {type(value).__name__ for value in made.values()} | {"FeBend"}  # needs an extra: test below
+    assert {*made} == {*KINDS}
+
+
+# Numbers without a unit, by their label: counts and ratios.
+COUNTS = {
+    "links",
+    "gaits",
+    "settled",
+    "gaits swum",
+    "waypoints",
+    "steady runs",
+    "tracked recordings",
+    "samples",
+    "rows",
+}
+COUNTS |= {"tracked runs", "frames", "repeats", "steps", "walkers", "joint group"}
+RATIOS = {"Strouhal number", "linearity R²", "rate up over rate down", "charge left, part of the whole"}
+BARE = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_card_has_numbers_in_a_table_and_each_has_its_unit(made: dict[str, Any], kind: str) -> None:
+    card: Card = pkgutil.resolve_name(type(made[kind])._card)(made[kind])
+    if kind != "no-optimum":  # has a sentence that says why
+        assert card.facts or card.rows
+    bare = [label for label, value in card.facts if BARE.fullmatch(value)]
+    if "unit" not in card.columns and kind != "bench":  # whose unit stands in the row, beside the value
+        columns = zip(card.columns, zip(*card.rows, strict=True), strict=bool(card.rows))
+        bare += [head for head, cells in columns if "[" not in head and any(map(BARE.fullmatch, cells))]
+    assert {*bare} <= COUNTS | RATIOS
+
+
+def test_the_bend_of_a_joint_by_finite_elements_is_shown(made: dict[str, Any]) -> None:
+    from hypertuna.fe.bend import FeBend
+    from hypertuna.fe.model import FeOptions
+
+    states: Any = [SimpleNamespace(angle=angle) for angle in (0.0, 0.1)]  # what a card needs of them
+    pressure, none = np.array([0.0, 5e4]), (0, 0)
+    bend = FeBend(
+        made["robot"], "I", "left", FeOptions(), pressure, states, none, none, 9, 9, "converged", "Converged."
+    )
+    assert "bend 5.73 deg at 50.0 kPa" in repr(bend)
+    assert bend._repr_html_().count("<circle") == 2
+
+
+def bodies(page: str) -> Array:
+    """Return the outlines of a moving body, (frames, points, 2), y up."""
+    values = re.search(r'<animate attributeName="d"[^>]* values="([^"]*)"', page)
+    assert values
+    steps = [np.array(re.findall(r"-?\d+", path), dtype=float).reshape(-1, 2) for path in values[1].split(";")]
+    return np.cumsum(steps, axis=1) * (1, -1)
+
+
+@pytest.mark.parametrize("kind", ["twin", "dry twin", "sea", "dive"])
+def test_the_body_of_a_run_bends_as_recorded_in_real_time(made: dict[str, Any], kind: str) -> None:
+    run, page = getattr(made[kind], "run", made[kind]), made[kind]._repr_html_()
+    span = re.search(r"The last ([\d.]+) beats from above, ([\d.]+) to ([\d.]+) s, in real time", page)
+    assert span
+    shown = min(3 / run.gait.frequency, run.time[-1])
+    assert float(span[1]) == pytest.approx(shown * run.gait.frequency, rel=0.05)
+    assert f'dur="{shown:.6g}s"' in page
+    shapes = bodies(page)
+    center = (shapes + shapes[:, ::-1])[:, : shapes.shape[1] // 2] / 2
+    head, tail = (center[:, b] - center[:, a] for a, b in ((0, 15), (-12, -1)))
+    between = [np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b) for a, b in zip(head, tail, strict=True)]
+    instants = np.linspace(run.time[-1] - shown, run.time[-1], len(shapes))
+    bend = np.interp(instants, run.time, run.data["angle"].sum(axis=1))
+    assert np.ptp(bend) > np.radians(10)
+    np.testing.assert_allclose(between, bend, atol=np.radians(1.5))
+
+
+def test_the_water_passes_at_the_speed_of_the_run(made: dict[str, Any]) -> None:
+    run = made["sea"]
+    page = run._repr_html_()
+    passed = re.search(r'type="translate" from="0 0" to="([-\d.]+) [-\d.]+" dur="([\d.]+)s"', page)
+    assert passed
+    last = run.time > run.time[-1] - 3 / run.gait.frequency
+    assert float(passed[1]) / 1e3 / float(passed[2]) * run.robot.body.length == pytest.approx(
+        run.speed[last].mean(), rel=0.03
+    )
+
+
+def test_a_turn_goes_round_nose_first(made: dict[str, Any]) -> None:
+    turning = made["turning"]
+    beat, page = ht.swim(turning.robot, turning.tightest.gait), turning._repr_html_()
+    side = -np.copysign(360, beat.turn_rate)  # on a screen y is down
+    assert f'type="rotate" from="0" to="{side:g}" dur="{2 * np.pi / abs(beat.turn_rate):.6g}s"' in page
+    shapes = bodies(page) / 1e3 * beat.robot.body.length
+    nose, tail = shapes[:, 0], shapes[:, shapes.shape[1] // 2]
+    assert np.hypot(*nose.T).mean() == pytest.approx(beat.turn_radius, rel=0.02)
+    onward = beat.turn_rate * nose[:, ::-1] * (-1, 1)
+    assert (np.sum(onward * (nose - tail), axis=1) * beat.speed > 0).all()
+
+
+def test_a_body_moves_along_the_track_of_a_flight(made: dict[str, Any]) -> None:
+    page = made["flight"]._repr_html_()
+    assert f'dur="{outcome(made["flight"]).duration:.6g}s" rotate="auto"' in page
+    assert "The whole track from above, in real time." in page
+    assert "sped up 40 times" in track_svg([0, 1, 2], [0, 1, 0], 400.0, "")
+
+
+def test_a_coarse_record_is_not_drawn_as_a_body(made: dict[str, Any]) -> None:
+    swim = made["swim"]
+    page = ht.twin_at_sea(swim.robot, swim.gait, duration=1.0, every=10)._repr_html_()
+    assert "The body is not drawn: the record has fewer than 8 rows a beat." in page
+    assert "<animate " not in page
 
 
 def test_a_sweep_is_shown_by_xarray_with_units(made: dict[str, Any]) -> None:

@@ -29,6 +29,9 @@ OPEN = 8  # rows of a table that are not folded
 FAST = 0.5  # s: a shorter call shows no progress
 REFRESH = 0.1  # s between two pictures of a progress bar
 WIDTHS = Range(min=2, max=40, unit="inch")  # of a figure
+LOOP = 10.0  # s: the longest film of a track
+NARROW = 120  # width of a curve below which its ends share a label
+BODY = "M11 0Q5-5-2-4L-11 0-2 4Q5 5 11 0z"  # of a film of a track, to the right
 SCREEN = 144  # dots per inch of a figure in a notebook
 
 # The colors are those of the notebook: text and lines in its color, the body in one that both themes show well.
@@ -37,13 +40,16 @@ STYLE = """
 .ht-card .ht-title{font-weight:600;font-size:1.02rem;margin:0 0 .3rem}
 .ht-card svg{display:block;width:100%;max-height:17rem;margin:.3rem 0;overflow:hidden}
 .ht-card svg text{fill:currentColor;font-family:inherit}
+@media (max-width:34rem){.ht-card .curve text{font-size:19px}}
 .ht-card .water{fill:currentColor;opacity:.22}
 .ht-card .body,.ht-card .joint{fill:#2f86c5}
 .ht-card .link{fill:currentColor;fill-opacity:.1;stroke:currentColor;stroke-opacity:.55}
 .ht-card .mark{stroke:currentColor;stroke-opacity:.8;fill:none}
+@media (prefers-reduced-motion:reduce){.ht-card .moving{display:none}}
 .ht-facts{display:flex;flex-wrap:wrap;gap:.35rem 1.7rem;margin:.5rem 0}
 .ht-facts span{display:block;font-size:.82em;opacity:.72}
 .ht-facts b{font-weight:600;font-size:1.08em;white-space:nowrap}
+.ht-card .ht-caption{font-size:.82em;margin:0 0 .3rem;opacity:.72}
 .ht-card p{margin:.4rem 0;opacity:.85}
 .ht-card .ht-wide{overflow-x:auto}
 .ht-card table.ht-table{border-collapse:collapse;margin:.4rem 0;font-size:.9em;color:inherit;border:none}
@@ -64,7 +70,7 @@ class Card:
     text: str = ""  # sentences
     columns: Sequence[str] = ()  # of a table
     rows: Sequence[Sequence[str]] = ()
-    picture: Callable[[], str] | None = None  # makes an <svg> element; pages alone call it
+    picture: Callable[[], str] | None = None  # makes <svg> elements; pages alone call it
 
 
 class Displayed:
@@ -256,8 +262,25 @@ def safe(text: str) -> str:
     return html.escape(str(text)).replace("(kg m)", "(kg\N{NO-BREAK SPACE}m)")
 
 
-def curve_svg(x: Iterable[float], y: Iterable[float], label: str, *, equal: bool = False, dots: bool = False) -> str:
-    """Draw a curve, or dots, between the extremes of its values as an SVG element; `equal` keeps the scale of a map."""
+def captioned(svg: str, text: str) -> str:
+    """Put a line of text below a picture."""
+    return f'{svg}<p class="ht-caption">{safe(text)}</p>'
+
+
+def track_svg(x: Iterable[float], y: Iterable[float], seconds: float, label: str) -> str:
+    """Draw a track from above, points at equal intervals, and a body that moves along it in ten seconds at most."""
+    loop = min(LOOP, seconds)
+    pace = "in real time" if loop == seconds else f"sped up {seconds / loop:.3g} times"
+    return captioned(curve_svg(x, y, label, equal=True, loop=loop), f"The whole track from above, {pace}.")
+
+
+def curve_svg(
+    x: Iterable[float], y: Iterable[float], label: str, *, equal: bool = False, dots: bool = False, loop: float = 0.0
+) -> str:
+    """Draw a curve, or dots, between the extremes of its values as an SVG element; `equal` keeps the scale of a map.
+
+    With `loop` [s] a body moves along it, again and again.
+    """
     points = [(a, b) for a, b in zip(x, y, strict=True) if math.isfinite(a) and math.isfinite(b)]
     if len(points) < 2:
         return ""
@@ -269,17 +292,24 @@ def curve_svg(x: Iterable[float], y: Iterable[float], label: str, *, equal: bool
     line = " ".join(f"{a:.1f},{b:.1f}" for a, b in places)
     spots = "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" class="joint"/>' for a, b in places) if dots else ""
     drawn = spots or f'<polyline points="{line}" fill="none" stroke="#2f86c5" stroke-width="2"/>'
-    ends = [(74, 172, "end", lows[1]), (74, 26, "end", highs[1]), (80, 192, "start", lows[0])]
-    ends.append((min(710, 80 + scales[0] * wide), 192, "end", highs[0]))
-    texts = "".join(f'<text x="{a:.0f}" y="{b}" text-anchor="{side}">{number(v)}</text>' for a, b, side, v in ends)
+    low, high = (f"{number(end)}" for end in (lows[0], highs[0]))
+    ends = [(74, 172, "end", number(lows[1])), (74, 26, "end", number(highs[1])), (80, 192, "start", low)]
+    if scales[0] * wide < NARROW:
+        ends[-1] = (80, 192, "start", f"{low} to {high}")
+    else:
+        ends.append((80 + scales[0] * wide, 192, "end", high))
+    texts = "".join(f'<text x="{a:.0f}" y="{b}" text-anchor="{side}">{text}</text>' for a, b, side, text in ends)
+    if loop:
+        way = f'path="M{line}" dur="{loop:.6g}s" rotate="auto" calcMode="linear" repeatCount="indefinite"'
+        texts += f'<path class="body moving" d="{BODY}"><animateMotion {way}/></path>'
     title = f'<text x="80" y="12">{safe(label)}</text>'
-    about = f'viewBox="0 0 760 200" font-size="13" role="img" aria-label="{safe(label)}"'
+    about = f'viewBox="-24 -6 784 206" class="curve" font-size="13" role="img" aria-label="{safe(label)}"'
     return f"<svg {about}>{drawn}{texts}{title}</svg>"
 
 
 @checked
 def progress_bar(what: str = "done") -> Callable[[int, int], None]:
-    """Show the progress of a long call in a notebook or on a terminal.
+    """Show the progress of a long call in a notebook, where it vanishes at the end, or on a terminal.
 
     Parameters
     ----------
@@ -305,7 +335,7 @@ def progress_bar(what: str = "done") -> Callable[[int, int], None]:
         )
         text = f"{count} of {total} {what}{left}"
         if notebook is not None:
-            notebook(f'<progress value="{count}" max="{total}"></progress> {html.escape(text)}')
+            notebook("" if ended else f'<progress value="{count}" max="{total}"></progress> {html.escape(text)}')
         elif sys.stderr.isatty():
             print(f"\r{text:<60}", end="\n" if ended else "", file=sys.stderr, flush=True)
 
@@ -317,17 +347,16 @@ def _notebook_display() -> Callable[[str], None] | None:
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if not hasattr(shell, "kernel"):
         return None
-    from IPython.display import HTML, display
+    from IPython.display import display
 
-    make: Any = HTML
     place: Any = display
     handle: Any = None
 
     def show(page: str) -> None:
         nonlocal handle
-        if handle is None:
-            handle = place(make(page), display_id=True)
-        else:
-            handle.update(make(page))
+        if handle is not None:
+            handle.update({"text/html": page}, raw=True)
+        elif page:
+            handle = place({"text/html": page}, raw=True, display_id=True)
 
     return show

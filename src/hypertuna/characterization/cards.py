@@ -1,13 +1,15 @@
 """What notebooks and shells show of a fit to bench runs."""
 
-from hypertuna.characterization.fit import BenchFit, at_border
+from hypertuna.characterization.fit import NOISE, BenchFit
 from hypertuna.display import Card, number
 
 
 def bench_card(fit: BenchFit) -> Card:
     """Show the unknowns with their intervals, the errors, and the warnings."""
     facts = [("rows", f"{len(fit.bench.angle)}")]
-    facts += [(f"{key.replace('_', ' ')} error", number(value)) for key, value in at_border(fit.rms).items()]
+    for kind, level in fit.rms.items():
+        unit, factor = NOISE[kind]
+        facts.append((f"{kind} error", number(factor * level, f"{unit} rms")))
     rows = [
         (
             one["name"],

@@ -4,7 +4,7 @@ import math
 
 from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission
-from hypertuna.display import Card, curve_svg, facts_of, number
+from hypertuna.display import Card, curve_svg, facts_of, number, track_svg
 from hypertuna.mission.file import MissionFile
 from hypertuna.mission.flight import Flight, outcome
 from hypertuna.mission.log_fields import record_columns
@@ -27,7 +27,7 @@ def flight_card(flight: Flight) -> Card:
     east, north = record.path[:, 0], record.path[:, 1]
     title = f"Mission {flight.file.name}, flown by {flight.robot.name}, seed {flight.seed}"
     label = "north [m] over east [m]"
-    return Card(title, facts, text, picture=lambda: curve_svg(east, north, label, equal=True))
+    return Card(title, facts, text, picture=lambda: track_svg(east, north, result.duration, label))
 
 
 def flight_columns(flight: Flight) -> dict[str, Array]:
@@ -63,8 +63,9 @@ def waypoint_columns(file: MissionFile) -> dict[str, list[float]]:
 def record_card(record: MissionRecord) -> Card:
     """Show the track of a record from above, and its numbers."""
     east, north = record.path[:, 0], record.path[:, 1]
-    facts = [("duration", _clock(float(record.time[-1] - record.time[0]))), *facts_of(record.summary())]
-    picture = lambda: curve_svg(east, north, "north [m] over east [m]", equal=True)  # noqa: E731
+    duration = float(record.time[-1] - record.time[0])
+    facts = [("duration", _clock(duration)), *facts_of(record.summary())]
+    picture = lambda: track_svg(east, north, duration, "north [m] over east [m]")  # noqa: E731
     return Card(f"Record of mission {record.name}, {record.robot}", facts, picture=picture)
 
 

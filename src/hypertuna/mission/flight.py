@@ -160,8 +160,10 @@ def fly(
                 if writer is not None:
                     writer.write(records[-1])
                 if report is not None:
-                    report(min(round((made + int(part["ticks"][0])) * start.tick), total), total)
+                    report(min(round((made + int(part["ticks"][0])) * start.tick), total - 1), total)
             status = run.status
+            if report is not None:
+                report(total, total)
         finally:
             if writer is not None:
                 writer.close({"status": status} if records else None)

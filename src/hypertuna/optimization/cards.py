@@ -60,7 +60,7 @@ def front_card(front: Front) -> Card:
     """Show the best compromises, from one end of the front to the other."""
     count = len(front.x)
     title = f"{front.robot.name}: {count} best compromises of {' and '.join(front.objectives).replace('_', ' ')}"
-    facts = [("hypervolume", number(front.hypervolume)), ("gaits swum", f"{front.evaluations}")]
+    facts = [("hypervolume", number(front.hypervolume, " ".join(front.units))), ("gaits swum", f"{front.evaluations}")]
     if front.polished and count:
         facts.append(("median stationarity", f"{np.median(front.stationarity):.1e}"))
     heads = [f"{name.replace('_', ' ')} [{unit}]" for name, unit in zip(front.objectives, front.units, strict=True)]

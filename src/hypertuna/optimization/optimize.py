@@ -145,7 +145,8 @@ def optimize(
             optimizer.tell(problem.judge(x, quantities))
             if progress is not None:
                 count, robots = optimizer.evaluations, len(problem.robots)
-                progress(count * robots, max(optimizer.max_evaluations, count) * robots)
+                total = count if optimizer.stop else max(optimizer.max_evaluations, count)
+                progress(count * robots, total * robots)
     return make_optimum(problem, optimizer, method=method, seed=seed, stop=stop, seconds=time.monotonic() - start)
 
 

@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.display import Card, curve_svg, number
+from hypertuna.display import Card, curve_svg, number, track_svg
 from hypertuna.simulation.dive import Dive
+from hypertuna.simulation.film import last_beats
 from hypertuna.simulation.posture_test import PostureTest
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea_run import SeaRun
@@ -31,7 +32,7 @@ def twin_card(run: TwinRun) -> Card:
         " ".join(run.sentences),
         ("joint", "amplitude set [deg]", "reached [deg]"),
         rows,
-        lambda: curve_svg(run.time, run.data[name], label),
+        lambda: last_beats(run) + curve_svg(run.time, run.data[name], label),
     )
 
 
@@ -49,7 +50,18 @@ def sea_card(run: SeaRun) -> Card:
         ("mean electrical power", number(float(run.data["power"].mean()), "W")),
         ("heading at the end", number(float(np.degrees(run.heading[-1])), "deg")),
     ]
-    return Card(title, facts, picture=lambda: curve_svg(run.time, -run.depth, "height [m] over time [s]"))
+    return Card(title, facts, picture=lambda: last_beats(run) + _track_svg(run) + _height_svg(run))
+
+
+def _height_svg(run: SeaRun) -> str:
+    """Draw the height of the nose over time."""
+    return curve_svg(run.time, -run.depth, "height [m] over time [s]")
+
+
+def _track_svg(run: SeaRun) -> str:
+    """Draw the track of the nose from above, without its swing."""
+    east, north = (run.averaged(run.position[:, axis]) for axis in (0, 1))
+    return track_svg(east, north, run.duration, "mean of the beat: north [m] over east [m]")
 
 
 def posture_columns(test: PostureTest) -> dict[str, list[Any]]:
@@ -71,7 +83,8 @@ def posture_card(test: PostureTest) -> Card:
     table = zip(*posture_columns(test).values(), strict=True)
     rows = [(number(f), joint, *(number(value) for value in values)) for f, joint, *values in table]
     text = "Settled: within half a degree of the set angle from then on."
-    return Card(f"Posture test of {test.robot.name} in {test.medium}", (), text, columns, rows)
+    title = f"Posture test of {test.robot.name} in {test.medium}"
+    return Card(title, (), text, columns, rows, lambda: last_beats(test.held[0].run))
 
 
 def dive_card(dive: Dive) -> Card:
@@ -89,5 +102,5 @@ def dive_card(dive: Dive) -> Card:
     run = dive.run
     title = f"Dive of {run.robot.name}: {gait_text(run.gait)}"
     facts = [("duration", number(run.duration, "s")), ("rate up over rate down", number(dive.symmetry))]
-    picture = None if run.status == "diverged" else lambda: curve_svg(run.time, -run.depth, "height [m] over time [s]")
+    picture = None if run.status == "diverged" else lambda: last_beats(run) + _height_svg(run)
     return Card(title, facts, " ".join(dive.sentences), columns, rows, picture)

@@ -26,6 +26,7 @@ from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait, lags
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import swim
+from hypertuna.swimming.trajectory import group_shares
 
 STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
 STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable
@@ -105,8 +106,7 @@ def _shares(robot: Robot) -> Array:
     """Part of each coordinate, joint groups and then the hinge, that a link's front joint takes (links, D)."""
     links, groups = len(robot.links.name), len(robot.joints)
     share = np.zeros((links, groups + (robot.hinge is not None)))
-    for g, group in enumerate(robot.joints):
-        share[list(group.links), g] = group.share
+    share[:, :groups] = group_shares(robot)
     if robot.hinge is not None:
         if robot.hinge.link >= links:
             rule, fix = f"must be a link from 1 to {links - 1}", "link 0 is the head"

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hypertuna.display import Card, number
+from hypertuna.description.robot import Robot
+from hypertuna.display import Card, captioned, number
 from hypertuna.swimming.beat import STATUSES
 from hypertuna.swimming.gait import Gait, Gaits
-from hypertuna.swimming.outline import swimming_svg
+from hypertuna.swimming.outline import circling_svg, swimming_svg
 from hypertuna.swimming.sweep import Gradient
-from hypertuna.swimming.swim import STRAIGHT, Swim
+from hypertuna.swimming.swim import STRAIGHT, Swim, swim
 from hypertuna.swimming.turn import Turning
 
 INFLUENCES = ("speed", "cost_of_transport")  # that a card of a gradient shows
@@ -97,8 +99,9 @@ def turning_card(turning: Turning) -> Card:
     """Show the tightest turns of a grid."""
     settled = int((turning.sweep.status == STATUSES.index("settled")).sum())
     facts = [("gaits", f"{len(turning.gaits)}"), ("settled", f"{settled}")]
-    text = "None of the settled gaits turns."
+    text, picture = "None of the settled gaits turns.", None
     if turning.tightest is not None:
+        picture = partial(_turn_svg, turning.robot, turning.tightest.gait)
         text = f"Tightest turn: {gait_text(turning.tightest.gait)}."
         facts += [
             ("tightest turn", number(turning.tightest.turn_radius, "m")),
@@ -107,7 +110,12 @@ def turning_card(turning: Turning) -> Card:
         ]
     if turning.forward is not None:
         facts.append(("tightest head first", number(turning.forward.turn_radius, "m")))
-    return Card(f"Turns of {turning.robot.name}", facts, text)
+    return Card(f"Turns of {turning.robot.name}", facts, text, picture=picture)
+
+
+def _turn_svg(robot: Robot, gait: Gait) -> str:
+    """Draw the body on its circle."""
+    return captioned(circling_svg(swim(robot, gait)), "The tightest turn from above, in real time.")
 
 
 def _span(values: ArrayLike) -> str:

@@ -11,7 +11,7 @@ from matplotlib.patches import FancyBboxPatch
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.figures import BODY, COLORS, EDGE, INK, SHAPES, WIDTH
-from hypertuna.swimming.trajectory import Points, body_points
+from hypertuna.swimming.trajectory import Points, body_points, group_shares
 
 PHASES = 12  # midlines in one beat
 
@@ -38,10 +38,7 @@ def plot_robot(robot: Robot, *, width: float = WIDTH) -> Figure:
 
 def midline(robot: Robot, angles: Array) -> Points:
     """Return the joints' positions x + i y (links + 1,) [m] at angles (groups,) [rad], head held still (Eqs 21-24)."""
-    bends = np.zeros(len(robot.links.length))
-    for group, angle in zip(robot.joints, angles, strict=True):
-        bends[list(group.links)] = np.multiply(group.share, angle)
-    return body_points(robot, np.zeros((1, 3)), bends[np.newaxis]).ravel()
+    return body_points(robot, np.zeros((1, 3)), (group_shares(robot) @ angles)[np.newaxis]).ravel()
 
 
 def _midlines(robot: Robot) -> Points:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.swim import Swim
-from hypertuna.swimming.trajectory import Points, body_of, nose_points
+from hypertuna.swimming.trajectory import Points, body_of, center_of, nose_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +22,7 @@ FRAME = 40  # ms: a beat takes 1.3 s on the screen, on any gait
 GIRTH = 0.135  # largest thickness of the drawn body, body lengths; thickness is schematic, only the midline is computed
 FIN = 0.006  # half thickness of the fin, body lengths
 PEDUNCLE = 0.93  # where the fin begins, body lengths
+SCALE = 1000  # units of an SVG in a body length
 DOTS = 0.08  # spacing of the specks in the water, body lengths
 
 
@@ -33,15 +35,19 @@ def last_beat(swim: Swim) -> xr.Dataset:
     return motion.isel(time=slice((beats - 1) * swim.steps, beats * swim.steps + 1))
 
 
+def followed(lines: Points, heading: Array) -> Points:
+    """Return midlines (times, links + 1) in a frame that follows their mean motion, `heading` (times,) [rad]."""
+    nose, part = lines[:, 0], np.linspace(0, 1, len(lines))
+    drift, turned = nose[0] + part * (nose[-1] - nose[0]), part * (heading[-1] - heading[0])
+    spin = np.exp(-1j * (turned + np.mean(heading - turned)))
+    result: Points = (lines - drift[:, np.newaxis]) * spin[:, np.newaxis]
+    return result
+
+
 def midlines(swim: Swim, count: int = MIDLINES) -> Points:
     """Return midlines over the last beat, (count, links + 1) [m], in a frame that follows the mean motion."""
     motion = last_beat(swim)
-    nose, heading = nose_points(motion), motion.heading.values
-    part = np.linspace(0, 1, len(nose))
-    drift, turned = nose[0] + part * (nose[-1] - nose[0]), part * (heading[-1] - heading[0])
-    spin = np.exp(-1j * (turned + np.mean(heading - turned)))
-    lines: Points = (body_of(swim.robot, motion) - drift[:, np.newaxis]) * spin[:, np.newaxis]
-    return np.take(lines, np.linspace(0, len(lines) - 1, count, endpoint=False).astype(int), axis=0)
+    return _frames(followed(body_of(swim.robot, motion), motion.heading.values), count)
 
 
 def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
@@ -49,30 +55,94 @@ def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
 
     Returns `outline` (frames, points, 2), `step` (2,) [body lengths].
     """
-    length, motion = swim.robot.body.length, last_beat(swim)
-    lines, nose = midlines(swim, frames) / length, nose_points(motion) / length
-    step = -(nose[-1] - nose[0]) * np.exp(-1j * np.mean(motion.heading.values))
-    return np.stack([_outline(swim, line - lines[:, 0].mean()) for line in lines]), np.array([step.real, step.imag])
+    motion = last_beat(swim)
+    step = water_step(swim.robot, nose_points(motion), motion.heading.values)
+    return bodies(swim.robot, midlines(swim, frames)), step
+
+
+def water_step(robot: Robot, nose: Points, heading: Array) -> Array:
+    """Return how far the water moves past the body over a motion (2,) [body lengths]: `nose` [m], `heading` [rad]."""
+    step = -(nose[-1] - nose[0]) / robot.body.length * np.exp(-1j * np.mean(heading))
+    return np.array([step.real, step.imag])
+
+
+def bodies(robot: Robot, lines: Points) -> Array:
+    """Draw a body around each midline (frames, links + 1) [m]: returns (frames, points, 2) [body lengths]."""
+    lines = lines / robot.body.length
+    return np.stack([_outline(robot, line - lines[:, 0].mean()) for line in lines])
 
 
 def swimming_svg(swim: Swim) -> str:
     """Return an animated SVG of the swimming body over one beat."""
     shapes, step = outlines(swim)
-    scale = 1000
-    reach = 1.7 * float(np.abs(shapes[..., 1]).max()) * scale
-    paths = ["M" + "L".join(f"{x * scale:.1f} {-y * scale:.1f}" for x, y in shape) + "z" for shape in shapes]
-    seconds = f"{FRAMES * FRAME / 1000:g}s"
+    seconds = FRAMES * FRAME / 1000
+    return film_svg(np.concatenate([shapes, shapes[:1]]), step, seconds, seconds, f"{swim.robot.name} swimming")
+
+
+def film_svg(shapes: Array, step: Array, period: float, seconds: float, label: str) -> str:
+    """Return an animated SVG of bodies (frames, points, 2) over some seconds, in water that moves by `step` a period.
+
+    `step` (2,) [body lengths], `period`, `seconds` [s]. Without a step no water is drawn.
+    """
+    reach = 1.7 * float(np.abs(shapes[..., 1]).max())
     dots = "".join(
-        f'<circle cx="{x * scale:.0f}" cy="{-y * scale:.0f}" r="3.5"/>' for x, y in specks(step, reach / scale)
+        f'<circle cx="{SCALE * x:.0f}" cy="{-SCALE * y:.0f}" r="3.5"/>'
+        for x, y in (specks(step, reach) if step.any() else ())
     )
+    water = (
+        f'<g class="water moving">{dots}<animateTransform attributeName="transform" type="translate" from="0 0" '
+        f'to="{SCALE * step[0]:.1f} {-SCALE * step[1]:.1f}" dur="{period:.6g}s" repeatCount="indefinite"/></g>'
+    )
+    view = f"-170 {-SCALE * reach:.0f} 1340 {2 * SCALE * reach:.0f}"
+    return _fish(view, label, (water if dots else "") + _moving(shapes, seconds), shapes[0])
+
+
+def circling_svg(swim: Swim) -> str:
+    """Return an animated SVG of a settled turn in real time: a beat, carried around the center."""
+    motion, length = last_beat(swim), swim.robot.body.length
+    center, heading = center_of(motion), motion.heading.values
+    back = np.exp(-1j * np.linspace(0, heading[-1] - heading[0], len(heading)))
+    lines = (body_of(swim.robot, motion) - center) * back[:, np.newaxis] / length
+    shapes = np.stack([_outline(swim.robot, line) for line in [*_frames(lines, FRAMES), lines[0]]])
+    reach = SCALE * 1.05 * float(np.hypot(*np.moveaxis(shapes, -1, 0)).max())
+    path = f'<circle class="mark" r="{SCALE * float(np.abs(lines[:, 0]).mean()):.0f}" stroke-width="4"/>'
+    around, side = 2 * np.pi / abs(swim.turn_rate), -np.copysign(360, swim.turn_rate)
+    spin = (
+        f'<animateTransform attributeName="transform" type="rotate" from="0" to="{side:g}" dur="{around:.6g}s" '
+        f'repeatCount="indefinite"/>'
+    )
+    fish = f"{path}<g>{spin}{_moving(shapes, 1 / swim.gait.frequency)}</g>"
+    return _fish(f"{-reach:.0f} {-reach:.0f} {2 * reach:.0f} {2 * reach:.0f}", "turn", fish, shapes[0])
+
+
+def _fish(view: str, label: str, moving: str, still: Array) -> str:
+    """Return an SVG of a moving body; of a still one for readers who want reduced motion."""
+    style = "@media (prefers-reduced-motion:reduce){.fish .moving{display:none}.fish .still{display:inline}}"
     return (
-        f'<svg class="fish" viewBox="-170 {-reach:.0f} 1340 {2 * reach:.0f}" role="img" '
-        f'aria-label="{html.escape(swim.robot.name)} swimming">'
-        f'<g class="water">{dots}<animateTransform attributeName="transform" type="translate" from="0 0" '
-        f'to="{step[0] * scale:.1f} {-step[1] * scale:.1f}" dur="{seconds}" repeatCount="indefinite"/></g>'
-        f'<path class="body" d="{paths[0]}"><animate attributeName="d" dur="{seconds}" repeatCount="indefinite" '
-        f'values="{";".join([*paths, paths[0]])}"/></path></svg>'
+        f'<svg class="fish" viewBox="{view}" role="img" aria-label="{html.escape(label)}"><style>{style}</style>'
+        f'{moving}<path class="body still" display="none" d="{_path(still)}"/></svg>'
     )
+
+
+def _moving(shapes: Array, seconds: float) -> str:
+    """Return a path that moves through bodies (frames, points, 2) [body lengths], again and again."""
+    paths = [_path(shape) for shape in shapes]
+    return (
+        f'<path class="body moving" d="{paths[0]}"><animate attributeName="d" dur="{seconds:.6g}s" '
+        f'repeatCount="indefinite" values="{";".join(paths)}"/></path>'
+    )
+
+
+def _path(shape: Array) -> str:
+    """Write a body (points, 2) [body lengths] as a path, from point to point."""
+    points = (shape * [SCALE, -SCALE]).round().astype(int)
+    steps = " ".join(f"{x} {y}" for x, y in np.diff(points, axis=0))
+    return f"M{points[0, 0]} {points[0, 1]}l{steps}z".replace(" -", "-")
+
+
+def _frames(lines: Points, count: int) -> Points:
+    """Return midlines at equal intervals of a beat, without its end."""
+    return np.take(lines, np.linspace(0, len(lines) - 1, count, endpoint=False).astype(int), axis=0)
 
 
 def slowed(swim: Swim) -> str:
@@ -83,9 +153,9 @@ def slowed(swim: Swim) -> str:
     return f"sped up {1 / factor:.2g} times" if factor < 0.95 else "in real time"
 
 
-def _outline(swim: Swim, line: Points) -> Array:
+def _outline(robot: Robot, line: Points) -> Array:
     """Thicken a midline, given at the joints, to a fish-like polygon."""
-    joints = np.concatenate([[0.0], np.cumsum(swim.robot.links.length)]) / swim.robot.body.length
+    joints = np.concatenate([[0.0], np.cumsum(robot.links.length)]) / robot.body.length
     s = (1 - np.cos(np.linspace(0, np.pi, 61))) / 2
     # Bend smoothly: interpolate the directions at the middles of the links, then add up.
     middle = (joints[1:] + joints[:-1]) / 2

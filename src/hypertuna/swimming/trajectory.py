@@ -79,10 +79,25 @@ def body_points(robot: Robot, pose: Array, angles: Array) -> Points:
     return np.concatenate([nose, nose + np.cumsum(steps, axis=1)], axis=1)
 
 
+def group_shares(robot: Robot) -> Array:
+    """Return the part of each group's bend that the joint at the front of every link takes (links, groups) [1]."""
+    share = np.zeros((len(robot.links.name), len(robot.joints)))
+    for g, group in enumerate(robot.joints):
+        share[list(group.links), g] = group.share
+    return share
+
+
 def nose_points(motion: xr.Dataset) -> Points:
     """Return the positions x + i y of the nose (times,) [m]."""
     points: Points = motion.x.values + 1j * motion.y.values
     return points
+
+
+def center_of(motion: xr.Dataset) -> complex:
+    """Return the center x + i y [m] about which a settled beat turns the head."""
+    nose = nose_points(motion)
+    spin = np.exp(1j * (motion.heading.values[-1] - motion.heading.values[0]))
+    return complex((nose[-1] - spin * nose[0]) / (1 - spin))
 
 
 def body_of(robot: Robot, motion: xr.Dataset) -> Points:

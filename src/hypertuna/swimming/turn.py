@@ -20,7 +20,7 @@ from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import Swim, swim
-from hypertuna.swimming.trajectory import Points, nose_points
+from hypertuna.swimming.trajectory import Points, center_of, nose_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,15 +106,11 @@ def nose_path(beat: Swim) -> Points:
 def point_radius(beat: Swim, behind: float) -> float:
     """Return the mean distance of a point of the head from the center of the turn.
 
-    A settled beat moves the head by a rotation about the center; the nose's positions a beat apart give it.
-
     `behind` [m]; returns [m].
     """
     motion = beat.trajectory
-    nose, axis = nose_points(motion), np.exp(1j * motion.heading.values)
-    spin = axis[-1] / axis[0]
-    center = (nose[-1] - spin * nose[0]) / (1 - spin)
-    return float(np.abs(nose + behind * axis - center)[:-1].mean())
+    axis = np.exp(1j * motion.heading.values)
+    return float(np.abs(nose_points(motion) + behind * axis - center_of(motion))[:-1].mean())
 
 
 @checked
