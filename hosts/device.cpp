@@ -59,6 +59,12 @@ void ht_device_drive(ht_device* device, const double* pulses) {
     for (int k = 0; k < 2 * limits.joints + 2; ++k)
         device->live->pulse[k] = clamp(pulses[k], limits.pulse_min, limits.pulse_max);
 }
+int ht_device_steer(ht_device* device, int steered, double depth, double heading) {
+    if (!device->live->piloted()) return 0;
+    const double deepest = device->parts->pilot->estimator.depth_high;
+    device->live->steered = {steered != 0, clamp(depth, 0.0, deepest), {std::cos(heading), std::sin(heading)}};
+    return 1;
+}
 void ht_device_flow(ht_device* device, const double current[2]) { device->live->flow(current); }
 
 int ht_device_advance(ht_device* device, int ticks) { return device->live->advance(ticks); }

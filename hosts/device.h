@@ -26,10 +26,16 @@ HT_API double ht_device_tick(const ht_device* device); /* s */
  * within those that the robot's controller may send. */
 HT_API void ht_device_command(ht_device* device, const double* gait, const double fins[2], int armed);
 HT_API void ht_device_drive(ht_device* device, const double* pulses);
+/* From now on: with `steered` 1 the robot's pilot, by its own sensors, sets biases and fins toward a depth of the nose
+ * [m] and a heading [rad, counter-clockwise from east], and reduces amplitudes where the bias leaves no room; the
+ * command's biases and fins are ignored. It decides ten times a second. The depth is held within 0 and the range of the
+ * depth sensor. With 0 the command holds. Returns 0 where no pilot can steer: the plant, the plane, a robot without a
+ * pilot. */
+HT_API int ht_device_steer(ht_device* device, int steered, double depth, double heading);
 /* From now on: a current [m/s] toward east and north, at sea. */
 HT_API void ht_device_flow(ht_device* device, const double current[2]);
 
-/* These are as of a twin. */
+/* These are as of a twin. A state has that of the pilot, and goes back to a device of the same robot, kind and start. */
 HT_API int ht_device_advance(ht_device* device, int ticks);
 HT_API const char* ht_device_column(const ht_device* device, int index, int* width);
 HT_API void ht_device_read(const ht_device* device, double* row);

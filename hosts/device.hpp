@@ -5,9 +5,17 @@
 
 namespace hypertuna {
 
+/// What the pilot of a twin holds, where it steers.
+struct Steered {
+    bool on;
+    double depth;  // m
+    Course<double> facing;
+};
+
 class Device {
   public:
     Command<double> command{};
+    Steered steered{};
     double pulse[max_servos] = {};  // s, of the plant alone
     Instruments instruments;
     Record row;  // of now
@@ -15,6 +23,7 @@ class Device {
     virtual ~Device() = default;
     virtual int advance(int ticks) = 0;
     virtual void flow(const double* current) = 0;
+    virtual bool piloted() const = 0;  // whether a pilot can steer
     virtual std::size_t state_size() const = 0;
     virtual void save(unsigned char* to) const = 0;
     virtual void restore(const unsigned char* from) = 0;
@@ -24,6 +33,7 @@ class Device {
 template <class Body>
 struct DeviceMoment {
     TwinStateOf<Body> twin;
+    PilotState<double> pilot;  // with the controller's, of a twin that has one
     TickOf<Body> tick;
     SensorsState<double> sensing;
     std::uint64_t ticks;
@@ -39,11 +49,12 @@ class BodyDevice final : public Device {
         : home_(parts.plant, world),
           twin_(make_twin(parts.plant, home_.*body, start.tick, parts.steps)),
           plant_(plant),
-          piloted_(parts.pilot.has_value()) {
+          pilot_(at_sea && parts.pilot ? &*parts.pilot : nullptr) {
         twin_.controller = parts.controller;
         instruments.sensors = parts.sensors;
         instruments.sensors.seed = seed;
-        now_ = {start_of(twin_, start), {}, {}, 0};
+        now_ = {start_of(twin_, start), {}, {}, {}, 0};
+        if (piloted()) start_pilot();
         std::fill_n(pulse, max_servos, parts.controller.pulse_center);
         std::copy(pulse, pulse + max_servos, now_.tick.output.pulse);
         Columns::add(row, 1, parts.coordinates, parts.plant.joints);
@@ -61,8 +72,7 @@ class BodyDevice final : public Device {
     int advance(int ticks) override {
         int made = 0;
         for (; made < ticks && plausible(now_.twin.plant); ++made) {
-            now_.tick =
-                plant_ ? plant_tick() : command_tick(twin_, now_.twin, command, instruments, now_.sensing, time());
+            now_.tick = plant_ ? plant_tick() : twin_tick();
             ++now_.ticks;
             if (plant_) look(), sense();
         }
@@ -71,9 +81,9 @@ class BodyDevice final : public Device {
         return made;
     }
     void flow(const double* current) override {
-        if constexpr (std::is_same_v<typename Body::Space, InSpace>)
-            std::copy(current, current + 2, twin_.plant.body.sea.current);
+        if constexpr (at_sea) std::copy(current, current + 2, twin_.plant.body.sea.current);
     }
+    bool piloted() const override { return pilot_ && !plant_; }
     std::size_t state_size() const override { return sizeof(now_); }
     void save(unsigned char* to) const override { std::memcpy(to, &now_, sizeof(now_)); }
     void restore(const unsigned char* from) override {
@@ -83,9 +93,44 @@ class BodyDevice final : public Device {
 
   private:
     using Columns = TwinColumns<Body::coordinates, typename Body::Space>;
+    static constexpr bool at_sea = std::is_same_v<typename Body::Space, InSpace>;
     static_assert(std::is_trivially_copyable_v<DeviceMoment<Body>>);
 
     double time() const { return twin_.controller.tick * double(now_.ticks); }
+
+    /// The pilot boots; one that begins under water was switched on at the surface.
+    void start_pilot() {
+        now_.pilot = init(*pilot_, Mission<double>{});
+        if constexpr (at_sea)
+            if (now_.twin.plant.pose.position.z < 0)
+                keep_zero(now_.pilot.estimator, depth_shown(twin_.plant.body.sea, 0.0));
+    }
+    /// One tick of the robot under its command. The pilot follows what its sensors read also while it does not steer.
+    TickOf<Body> twin_tick() {
+        if constexpr (at_sea)
+            if (piloted())
+                return decided_tick(
+                    twin_, now_.twin, [&](const auto& truth) { return instruments.read(now_.sensing, truth, time()); },
+                    [&](const auto& readings) { return piloted_output(readings); });
+        return command_tick(twin_, now_.twin, command, instruments, now_.sensing, time());
+    }
+    ControllerOutput<double> piloted_output(const PilotReadings<double>& readings) {
+        PilotState<double>& on = now_.pilot;
+        const Estimate<double> at = perceive(*pilot_, on, readings, declination());
+        const bool now = due(*pilot_, on);
+        if (!steered.on)
+            on.command = command, on.guidance.steering.turn_sum = on.guidance.steering.climb_sum = 0;
+        else if (now)
+            steer(*pilot_, on, at, command, steered.facing, steered.depth);
+        ControllerOutput<double> output{};
+        act(*pilot_, on, at, readings.robot, output);
+        return output;
+    }
+    /// As on the pilot's chart.
+    double declination() const {
+        if constexpr (at_sea) return std::atan2(twin_.plant.body.sea.field.x, twin_.plant.body.sea.field.y);
+        return 0;
+    }
 
     /// One tick from the pulses; the sensors have been read.
     TickOf<Body> plant_tick() {
@@ -104,8 +149,8 @@ class BodyDevice final : public Device {
     void sense() {
         auto& readings = now_.tick.readings;
         readings = true_readings(twin_, now_.twin, now_.tick.seen);
-        if constexpr (std::is_same_v<typename Body::Space, InSpace>)
-            if (!piloted_) {
+        if constexpr (at_sea)
+            if (!pilot_) {
                 readings.robot = instruments.read(now_.sensing, readings.robot, time());
                 return;
             }
@@ -114,7 +159,7 @@ class BodyDevice final : public Device {
     void show() {
         Columns::write(row, 0, now_.twin, now_.tick);
         PilotReadings<double> readings{};
-        if constexpr (std::is_same_v<typename Body::Space, InSpace>)
+        if constexpr (at_sea)
             readings = now_.tick.readings;
         else
             readings = without_pilot(now_.tick.readings);
@@ -124,7 +169,7 @@ class BodyDevice final : public Device {
             std::copy_n(channel.of(readings), values.size(), values.begin());
         });
         row.columns[at].values[0] = readings.fixed;
-        if constexpr (std::is_same_v<typename Body::Space, InSpace>) row.columns[at + 1].values = angles();
+        if constexpr (at_sea) row.columns[at + 1].values = angles();
     }
 
     /// Roll, pitch and heading of the head; its axes are aft, starboard, up.
@@ -137,7 +182,8 @@ class BodyDevice final : public Device {
 
     Home home_;
     Twin<Body> twin_;
-    bool plant_, piloted_;  // without a controller; with the sensors of a pilot
+    bool plant_;                  // without a controller
+    const Pilot<double>* pilot_;  // at sea, of a robot that has one
     DeviceMoment<Body> now_;
 };
 

@@ -5,8 +5,9 @@
 ///     TYPE time
 ///     TYPE input|fixed|tunable PLACE START   TYPE r, i or b: real, integer, boolean
 ///     TYPE output COLUMN PLACE FACTOR        a number of a device's column, times the factor
-/// Inputs of the twin are in the places of a gait, the fins and `armed`; of the plant, of the pulses.
-/// Parameters are seed, speed, depth, heading (clockwise from north), current toward east and north.
+/// Inputs of the twin are in the places of a gait, the fins, `armed`, `steered`, depth and heading; of the plant, of
+/// the pulses. Headings are clockwise from north. Parameters are seed, speed, depth, heading, current toward east and
+/// north.
 #pragma once
 
 #include <cmath>
@@ -31,6 +32,7 @@ struct Variable {
 };
 
 inline constexpr int fmu_parameters = 6;
+inline constexpr double quarter = 1.5707963267948966;  // rad
 
 /// Where an instance is between creation and end.
 enum class Phase : std::uint8_t { instantiated, initializing, stepping, terminated, failed };
@@ -211,7 +213,6 @@ class Fmu {
         double given[fmu_parameters] = {};
         for (std::size_t k = 0; k < variables_.size(); ++k)
             if (parameter(variables_[k].role)) given[variables_[k].place] = values_[k];
-        constexpr double quarter = 1.5707963267948966;
         const auto [seed, speed, depth, heading, east, north] = given;
         const ht_start start{sea_, std::uint64_t(seed), speed, depth, quarter - heading, {east, north}, HUGE_VAL};
         char fault[512];
@@ -253,17 +254,19 @@ class Fmu {
     /// Give the device its inputs and tunable parameters.
     void send() {
         const int joints = ht_device_joints(device_.get());
-        std::vector<double> inputs(std::size_t(3 * joints + 4));
+        std::vector<double> inputs(std::size_t(3 * joints + 7));
         double current[2] = {};
         for (std::size_t k = 0; k < variables_.size(); ++k) {
             const Variable& variable = variables_[k];
             if (variable.role == Role::input) inputs[variable.place] = values_[k];
             if (variable.role == Role::tunable && variable.place >= 4) current[variable.place - 4] = values_[k];
         }
+        const double* const after = &inputs[std::size_t(1 + 3 * joints)];  // the gait
         if (plant_)
             ht_device_drive(device_.get(), inputs.data());
         else
-            ht_device_command(device_.get(), inputs.data(), &inputs[1 + 3 * joints], inputs[3 + 3 * joints] != 0);
+            ht_device_command(device_.get(), inputs.data(), after, after[2] != 0);
+        ht_device_steer(device_.get(), after[3] != 0, after[4], quarter - after[5]);
         ht_device_flow(device_.get(), current);
     }
 

@@ -148,6 +148,38 @@ static void means_over_a_beat() {
     }
 }
 
+/// A beat that is commanded is steered to the same command as on a leg that is long and straight.
+static void steered_as_on_a_leg() {
+    const Pilot<double> pilot = test_pilot<double>();
+    const Waypoint<double> far[] = {{0, 1e100, 2, 0.3, 2, 0}};
+    const Mission<double> mission = mission_of(far, 1);
+    Estimate<double> at{};
+    at.attitude = at.compass = at.depths = true;
+    at.depth = 1.4, at.sink = 0.02, at.speed = 0.28, at.factor = 1, at.facing = {0.6, 0.79, 0.1};
+    PilotState<double> on = init(pilot, mission);
+    on.controller.supply = 15.5, on.guidance.rising = false;
+    on.guidance.steering.beat.mean[0] = 0.6, on.guidance.steering.beat.mean[1] = 0.8;
+    PilotState<double> by = on;
+    Command<double> beat{};
+    beat_into(pilot.guidance.steering, beat, 0.3, 0.0);
+    beat.fresh = beat.armed = true;
+    beat.fin[0] = beat.bias[0] = 0.1;  // the pilot sets them
+    for (int k = 0; k < 20; ++k) {
+        decide(pilot, on, at, mission);
+        steer(pilot, by, at, beat, {0.0, 1.0}, 2.0);
+        CHECK(on.guidance.mode == Mode::transit && on.command.armed && by.command.armed && by.command.fresh);
+        CHECK(on.command.frequency == by.command.frequency && by.command.frequency == beat.frequency);
+        for (int j = 0; j < 2; ++j) {
+            CHECK(on.command.amplitude[j] == by.command.amplitude[j] && on.command.phase[j] == by.command.phase[j]);
+            CHECK(on.command.bias[j] == by.command.bias[j] && on.command.fin[j] == by.command.fin[j]);
+        }
+    }
+    CHECK(by.command.bias[0] < 0 && by.command.amplitude[0] < beat.amplitude[0] && by.command.fin[0] < -0.1);
+    at.attitude = false;  // nothing steers, and the fins take it up
+    steer(pilot, by, at, beat, {0.0, 1.0}, 2.0);
+    CHECK(by.command.bias[0] == 0 && by.command.fin[0] == pilot.guidance.blind_fin);
+}
+
 int main() {
     gaits_between_gaits();
     crab_by_hand();
@@ -156,5 +188,6 @@ int main() {
     bias_by_hand();
     depth_by_hand();
     means_over_a_beat();
+    steered_as_on_a_leg();
     return failures();
 }

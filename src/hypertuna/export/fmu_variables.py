@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hypertuna.actuation.hydraulics import drive_names
+from hypertuna.control.controller import sensor_range
 from hypertuna.control.sensors import sensor_absent
 from hypertuna.description.channels import CHANNELS, Channel
 from hypertuna.description.robot import Robot
@@ -41,8 +42,9 @@ class Variable:
 def variables(robot: Robot, kind: str, *, sea: bool, pilot: bool) -> list[Variable]:
     """Return the variables in the order of their value references; `pilot` is whether the image has a pilot."""
     time = Variable("time", "independent", "s", "simulation time", "r time")
-    inputs = _command(robot, sea) if kind == "twin" else _pulses(robot, sea)
-    readings = _readings(robot, pilot=pilot and sea) if kind == "plant" else ()
+    pilot = pilot and sea
+    inputs = _command(robot, sea, pilot=pilot) if kind == "twin" else _pulses(robot, sea)
+    readings = _readings(robot, pilot=pilot) if kind == "plant" else ()
     return [time, *inputs, *_parameters(sea), *readings, *_truth(robot, kind, sea)]
 
 
@@ -51,8 +53,8 @@ def _input(place: int, name: str, unit: str, description: str, start: float, low
     return Variable(name, "input", unit, description, line, start=start, low=low, high=high)
 
 
-def _command(robot: Robot, sea: bool) -> Iterator[Variable]:
-    """Yield the inputs of the twin: a gait, the fins and whether the tail is armed."""
+def _command(robot: Robot, sea: bool, *, pilot: bool) -> Iterator[Variable]:
+    """Yield the inputs of the twin: a gait, the fins, whether the tail is armed, and what a pilot holds."""
     limits, groups = controller_of(robot), [_word(group.name) for group in robot.joints]
     yield _input(0, "frequency", "Hz", "frequency of the beat", 0.0, 0.0, limits["frequency_max"][0])
     kinds = {"amplitude": "amplitude of the bend", "phase": "lag of the bend", "bias": "mean bend, counter-clockwise"}
@@ -69,6 +71,13 @@ def _command(robot: Robot, sea: bool) -> Iterator[Variable]:
             yield _input(place + k, f"fin_command_{side}", "rad", text, 0.0, -top, top)
     text = "whether the tail beats; otherwise it rests"
     yield Variable("armed", "input", "1", text, f"b input {place + 2} 1", "discrete", "Boolean", 1.0)
+    if pilot:
+        text = "whether the pilot sets biases and fins, toward depth_command and heading_command"
+        yield Variable("steered", "input", "1", text, f"b input {place + 3} 0", "discrete", "Boolean", 0.0)
+        deepest = sensor_range(robot, "depth")[1]
+        yield _input(place + 4, "depth_command", "m", "depth of the nose to hold, with steered", 2.0, 0.0, deepest)
+        text, line = "heading to hold, clockwise from north, with steered", f"r input {place + 5} 0"
+        yield Variable("heading_command", "input", "rad", text, line, start=0.0)
 
 
 def _pulses(robot: Robot, sea: bool) -> Iterator[Variable]:

@@ -103,6 +103,17 @@ void decide(const Pilot<T>& pilot, PilotState<T>& state, Estimate<T> at, const M
     state.fix = state.joint = false;
 }
 
+/// A decision without guidance: the beat of a command faces a direction and holds a depth, by the laws of a leg.
+template <class T>
+void steer(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, const Command<T>& beat,
+           const Course<T>& facing, T depth) {
+    const Steering<T>& steering = pilot.guidance.steering;
+    state.command = beat;
+    turn_beat(steering, state.command,
+              at.attitude ? bias_for(steering, state.guidance.steering, facing, at.speed) : T(0));
+    steer_depth(pilot.guidance, state.guidance, at, depth, state.command);
+}
+
 /// The controller follows the command.
 template <class T>
 void act(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, const Readings<T>& robot,

@@ -177,16 +177,22 @@ T fins_for(const Steering<T>& model, const Estimate<T>& at, T climb) {
     return clamp(asked, -model.fin_max, model.fin_max);
 }
 
-/// The beat of a speed, turned by a part of the tail bias. What bends one way swings less.
+/// Turn a command's beat by a part of the tail bias. What bends one way swings less.
+template <class T>
+void turn_beat(const Steering<T>& model, Command<T>& command, T bias) {
+    for (int j = 0; j < model.joints; ++j) {
+        command.bias[j] = bias * model.bias_max[j];
+        command.amplitude[j] = max(T(0), min(command.amplitude[j], model.reach[j] - abs(command.bias[j])));
+    }
+}
+
+/// The beat of a speed, turned by a part of the tail bias.
 template <class T>
 void beat_into(const Steering<T>& model, Command<T>& command, T speed, T bias) {
     const Beating<T> beat = beating(model.table, model.joints, speed);
     command.frequency = beat.frequency;
-    for (int j = 0; j < model.joints; ++j) {
-        command.bias[j] = bias * model.bias_max[j];
-        command.amplitude[j] = max(T(0), min(beat.amplitude[j], model.reach[j] - abs(command.bias[j])));
-        command.phase[j] = beat.phase[j];
-    }
+    for (int j = 0; j < model.joints; ++j) command.amplitude[j] = beat.amplitude[j], command.phase[j] = beat.phase[j];
+    turn_beat(model, command, bias);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
