@@ -314,6 +314,7 @@ def test_a_swim_swims_with_six_numbers(made: dict[str, Any]) -> None:
     page, swim = made["swim"]._repr_html_(), made["swim"]
     assert "<animate " in page
     assert "animateTransform" in page
+    assert "One beat from above, slowed down 2.7 times." in page  # 2.13 Hz; a beat takes 1.28 s
     assert page.count("<b>") == 6
     assert f"{swim.speed:.3f} m/s" in page
 

@@ -12,7 +12,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.display import Card, captioned, number
 from hypertuna.swimming.beat import STATUSES
 from hypertuna.swimming.gait import Gait, Gaits
-from hypertuna.swimming.outline import circling_svg, swimming_svg
+from hypertuna.swimming.outline import circling_svg, slowed, swimming_svg
 from hypertuna.swimming.sweep import Gradient
 from hypertuna.swimming.swim import STRAIGHT, Swim, swim
 from hypertuna.swimming.turn import Turning
@@ -63,7 +63,9 @@ def swim_card(swim: Swim) -> Card:
 
 def picture_of(swim: Swim) -> Callable[[], str] | None:
     """Return what draws a swim; None if it diverged."""
-    return None if swim.status == "diverged" else lambda: swimming_svg(swim)
+    if swim.status == "diverged":
+        return None
+    return lambda: captioned(swimming_svg(swim), f"One beat from above, {slowed(swim)}.")
 
 
 def gaits_card(gaits: Gaits) -> Card:
