@@ -59,8 +59,8 @@ def fmu(robot: Robot | str | Path, *, kind: str = "twin", fmi: int = 2, sea: boo
     robot : Robot, str or Path
         With the tables that `twin` needs; at sea, also those of `twin_at_sea`.
     kind : str
-        ``"twin"``: the whole robot, whose input is a command. ``"plant"``: the robot without its controller, whose
-        inputs are servo pulses.
+        ``"twin"``: the whole robot, whose inputs are a gait and fins, and at sea the depth and heading for its pilot.
+        ``"plant"``: the robot without its controller, whose inputs are servo pulses.
     fmi : int
         Version of the standard, 2 or 3.
     sea : bool
