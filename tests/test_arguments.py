@@ -13,7 +13,6 @@ from hypertuna.arguments import checked
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
 GAIT = ht.Gait.from_degrees(frequency=2, amplitude=(8, 12), phase=(0, 20))
-SHARDED = ht.GaitGrid([1.0], [(0.1, 0.1)], [(0.0, 0.1)])
 GRID = ht.Gaits.grid_degrees(frequency=[2], amplitude=[(8, 12)], phase=[(0, 20)])
 WRONG = (None, -1.5, "text", [1], {"a": 1}, object(), float("nan"), np.ones(2), b"x")
 
@@ -35,7 +34,7 @@ def base() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
             ht.sweep_shards,
             {
                 "robot": fish,
-                "gaits": SHARDED,
+                "gaits": GRID,
                 "folder": "a.shards",
                 "size": 4,
                 "part": (1, 1),

@@ -80,7 +80,6 @@ def made() -> dict[str, Any]:
 
 # Classes whose values are no results, or have no table or figure of their own, each with its reason.
 PLAIN = {
-    "GaitGrid": "an argument: the axes of a grid",
     "InputError": "an error",
     "Leg": "a leg of a dive, which shows it",
     "Limit": "an argument: three values",

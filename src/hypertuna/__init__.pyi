@@ -38,7 +38,6 @@ from .simulation.twin import twins as twins
 from .swimming.gait import Gait as Gait
 from .swimming.gait import Gaits as Gaits
 from .swimming.gait import named_gait as named_gait
-from .swimming.grid import GaitGrid as GaitGrid
 from .swimming.plots import plot_sweep as plot_sweep
 from .swimming.shards import sweep_shards as sweep_shards
 from .swimming.sweep import Gradient as Gradient

@@ -19,7 +19,6 @@ NAMED = ("a Robot", "a Gait", "a MissionFile")  # kinds that a name stands for
 FIXES = {  # by kind: where values of it come from
     "Robot": 'give a name such as "hypertuna", the path of a file, or what hypertuna.load returns',
     "Gaits": "make them by hypertuna.Gaits.grid_degrees, or give a list of gaits",
-    "GaitGrid": "make one by hypertuna.GaitGrid.from_degrees",
     "Executor": "give concurrent.futures.ProcessPoolExecutor(), for example, or a function that makes one",
     "Gait": "make one by hypertuna.Gait.from_degrees, or name one of the robot's gaits",
     "Trials": "give the path of a CSV file, or what hypertuna.read_trials returns",

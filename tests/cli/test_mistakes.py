@@ -166,7 +166,8 @@ MISTAKES = {
     "mission": "`hypertuna mission` needs FILE.toml (mission file, or name of a mission that comes with hypertuna: "
     "box, lake, transect).",
     "mission box --seeds 100": "--seeds must be FROM:TO, but is '100': write, for example, 0:100.",
-    "mission box -o box.gpx": "--output must end in .mcap or .csv, but is 'box.gpx': write --gpx box.gpx.",
+    "mission box -o box.gpx": "--output must end in .mcap, .nc, .csv or .shards, but is 'box.gpx': "
+    "write --gpx box.gpx.",
     "firmware params -o params.h": "--output must end in .hpp, but is 'params.h': write params.hpp.",
     "hil --scenario lack": "--scenario is no scenario, but is 'lack': did you mean lake?",
     "radio log --connect 14550 -o log.mcap": "--connect must be the address of a robot, but is '14550': write "

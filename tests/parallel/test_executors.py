@@ -30,7 +30,7 @@ from models import changed
 from program import Run
 
 SPAWN = partial(ProcessPoolExecutor, 2, mp_context=multiprocessing.get_context("spawn"))
-GRID = ht.GaitGrid.from_degrees(
+GRID = ht.Gaits.grid_degrees(
     frequency=[1 + k / 8 for k in range(24)],
     amplitude=[(8, 12), (16, 25)],
     phase=[(0, 5 * k) for k in range(16)],

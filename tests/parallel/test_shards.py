@@ -29,9 +29,7 @@ from hypertuna.parallel.shards import LARGEST, Shards, open_shards, shard_size
 from models import changed
 from program import Run
 
-GRID = ht.GaitGrid.from_degrees(
-    frequency=[1, 2, 3], amplitude=[(8, 12), (16, 25)], phase=[(0, 10 * k) for k in range(10)]
-)
+GRID = ht.Gaits.grid_degrees(frequency=[1, 2, 3], amplitude=[(8, 12), (16, 25)], phase=[(0, 10 * k) for k in range(10)])
 OPTIONS = ("--robot", "hypertuna", "--frequency", "1:3:3", "--amplitude", "8:16:2,12", "--phase", "0,0:90:10")
 
 
@@ -56,15 +54,17 @@ def test_every_item_is_in_one_shard_and_every_shard_in_one_part(total: int, size
 
 def test_a_grid_that_is_never_whole_swims_as_the_one_in_memory(tmp_path: Path) -> None:
     axis = [k / 1000 for k in range(10_000)]
-    vast = ht.GaitGrid(frequency=[1 + f for f in axis], amplitude=[(a / 10, 0.1) for a in axis], phase=[(0, 0)])
+    vast = ht.Gaits.grid(frequency=[1 + f for f in axis], amplitude=[(a / 10, 0.1) for a in axis], phase=[(0, 0)])
     assert len(vast) == 10**8
     with pytest.raises(ht.InputError, match="grid must have at most 10000000 gaits in all, but is 100000000"):
         ht.sweep("hypertuna", vast)
-    arguments = {"frequency": [1, 2, 3], "amplitude": [(8, 12), (16, 25)], "phase": [(0, 10 * k) for k in range(10)]}
-    assert ht.sweep("hypertuna", GRID).identical(ht.sweep("hypertuna", ht.Gaits.grid_degrees(**arguments)))  # type: ignore[arg-type]
+    whole, listed = ht.sweep("hypertuna", GRID), ht.sweep("hypertuna", [*GRID])
+    assert all((whole[name].values.ravel() == listed[name].values).all() for name in ("speed", "mechanical_power"))
     for size in (7, 64):
         ht.sweep_shards("hypertuna", GRID, tmp_path / f"{size}", size=size)
-        assert ht.merge_shards(tmp_path / f"{size}").identical(ht.sweep("hypertuna", GRID))
+        assert ht.merge_shards(tmp_path / f"{size}").identical(whole)
+    ht.sweep_shards("hypertuna", [*GRID], tmp_path / "listed", size=7)
+    assert ht.merge_shards(tmp_path / "listed").identical(listed)
 
 
 def test_parts_of_an_array_job_merge_to_the_plain_run(run: Run, tmp_path: Path) -> None:
@@ -201,7 +201,7 @@ def test_a_killed_run_resumes_to_the_same_bits(tmp_path: Path) -> None:
     subprocess.run([*command, "-o", str(folder)], check=True, capture_output=True)
     assert {path: path.stat().st_mtime_ns for path in there} == there  # nothing twice
     lags = [(0, lag) for lag in np.linspace(0, 90, 30)]
-    grid = ht.GaitGrid(frequency=np.linspace(1, 4, 200), amplitude=np.radians([(8, 12)]), phase=np.radians(lags))
+    grid = ht.Gaits.grid(frequency=np.linspace(1, 4, 200), amplitude=np.radians([(8, 12)]), phase=np.radians(lags))
     assert ht.merge_shards(folder).identical(ht.sweep("hypertuna", grid))
 
 

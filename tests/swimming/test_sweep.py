@@ -265,6 +265,7 @@ def test_bad_grids_are_told_in_a_sentence(axes: dict[str, object], sentence: str
         ({"amplitude": np.array([[0.1, 16.0], [0.1, 0.1]])}, "amplitude[1] must be at most 3.14159 rad, but is 16"),
         ({"bias": np.zeros((2, 3))}, "bias must have the shape (2, 2), one row per gait, but is (2, 3)"),
         ({"shape": (3,)}, "shape must multiply to 2, the number of gaits, but is (3,)"),
+        ({"shape": (2, 2, 2, 1)}, "shape must be (2, 2, 2, 2), but is (2, 2, 2, 1): use Gaits.grid."),
     ],
 )
 def test_gaits_made_by_hand_are_checked_too(changes: dict[str, object], sentence: str) -> None:
@@ -278,8 +279,11 @@ def test_gaits_made_by_hand_are_checked_too(changes: dict[str, object], sentence
 
 def test_a_grid_too_large_for_the_memory_is_refused_before_it_is_made() -> None:
     axis = np.linspace(0, 1, 10_000)
-    with pytest.raises(ht.InputError, match="^grid must have at most 10000000 gaits in all, but is 100000000"):
-        Gaits.grid(frequency=1 + axis, amplitude=[(a, a) for a in axis], phase=[(0.0, 0.0)])
+    vast = Gaits.grid(frequency=1 + axis, amplitude=[(a, a) for a in axis], phase=[(0.0, 0.0)])
+    assert vast[10_001] == ht.Gait(1 + axis[1], (axis[1], axis[1]), (0.0, 0.0))
+    for whole in (lambda: ht.sweep("hypertuna", vast), lambda: vast.columns):
+        with pytest.raises(ht.InputError, match="^grid must have at most 10000000 gaits in all, but is 100000000"):
+            whole()
 
 
 def test_threads_are_at_least_one(tuna: ht.Robot) -> None:

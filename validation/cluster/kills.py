@@ -23,7 +23,7 @@ from hypertuna.parallel.executors import cluster
 
 RUNS = 20
 KILLS = 4  # of a run
-GRID = ht.GaitGrid.from_degrees(
+GRID = ht.Gaits.grid_degrees(
     frequency=np.linspace(1, 6, 128), amplitude=[(a, 20) for a in (8, 10, 12, 16)], phase=[(0.0, k) for k in range(64)]
 )
 

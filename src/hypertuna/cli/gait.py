@@ -12,8 +12,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.command import listed
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.swimming.gait import KINDS, Gait, named_gait
-from hypertuna.swimming.grid import GaitGrid
+from hypertuna.swimming.gait import KINDS, Gait, Gaits, named_gait
 
 RADIANS = 1.6  # deg: all amplitudes below it are likely to be in radians
 MIN_BEATS = 2  # of a run: for means over whole beats
@@ -47,7 +46,7 @@ class GaitOptions:
                 raise InputError("must be of one gait", key=f"--{key}", value=value, fix=fix)
         return _gait({key: points[0] for key, points in _axes(robot, self.gait, self.given).items()})
 
-    def grid(self, robot: Robot) -> GaitGrid:
+    def grid(self, robot: Robot) -> Gaits:
         """Return all combinations."""
         axes = _axes(robot, self.gait, self.given)
         first = {key: points[0] for key, points in axes.items()}
@@ -55,7 +54,7 @@ class GaitOptions:
             for point in points:
                 _gait(first | {key: point})  # checks it in degrees, as typed
         angles = {key: np.radians(axes[key]).tolist() for key in KINDS}
-        return GaitGrid(frequency=[value for (value,) in axes["frequency"]], **angles)
+        return Gaits.grid(frequency=[value for (value,) in axes["frequency"]], **angles)
 
 
 def _gait(values: Mapping[str, tuple[float, ...]]) -> Gait:

@@ -63,7 +63,7 @@ def _grid(robot: Robot, options: GaitOptions) -> Gaits:
     if count > MAX_TURNS:
         fix = "give fewer values; `hypertuna sweep` gives the radii of many without fitting circles"
         raise InputError(f"must be at most {MAX_TURNS} in all", key="gaits", value=f"{count}", fix=fix)
-    return options.grid(robot).gaits
+    return options.grid(robot)
 
 
 def _columns(turning: Turning) -> dict[str, Any]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -18,8 +18,7 @@ from hypertuna.errors import InputError
 from hypertuna.parallel.layout import Layout
 from hypertuna.ranges import POSITIVE_WHOLE, check_choice
 from hypertuna.swimming.beat import APPROACH, QUANTITIES, STATUSES, check_steps, settle, settle_from_rest
-from hypertuna.swimming.gait import KINDS, Gait, Gaits, check_gait
-from hypertuna.swimming.grid import AXES, GaitGrid, Part, axis
+from hypertuna.swimming.gait import AXES, KINDS, Gait, Gaits, check_gait, part_of
 from hypertuna.swimming.swim import SUMMARY
 
 CHUNK = 1024  # gaits between two reports of progress, and before Ctrl-C ends a sweep
@@ -27,6 +26,26 @@ FROM_REST = {
     "reached_from_rest": {"long_name": "whether a start from rest leads to this beat"},
     "speed_from_rest": {"units": "m/s", "long_name": "speed of the settled beat that a start from rest leads to"},
 }
+
+
+@dataclass(frozen=True)
+class Part:
+    """A range of gaits that is small to send: of a grid its axes, of a list the range alone."""
+
+    first: int  # of all gaits
+    last: int  # one beyond
+    gaits: Gaits = field(repr=False)  # the grid, or the gaits of the range
+
+    @classmethod
+    def of(cls, gaits: Gaits, first: int, last: int) -> Self:
+        """Take a range of gaits."""
+        return cls(first, last, gaits if gaits.is_grid else part_of(gaits, first, last))
+
+    def chunks(self, size: int) -> Iterator[Gaits]:
+        """Yield the gaits as lists of at most a size."""
+        start = 0 if self.gaits.is_grid else self.first
+        for first in range(self.first, self.last, size):
+            yield part_of(self.gaits, first - start, min(first + size, self.last) - start)
 
 
 @dataclass(frozen=True)
@@ -57,7 +76,7 @@ class Swimming:
 class Batch:
     """Gaits to swim, and how."""
 
-    gaits: Gaits | GaitGrid
+    gaits: Gaits
     swimming: Swimming
 
     @property
@@ -66,12 +85,18 @@ class Batch:
         columns = [getattr(self.gaits, name) for name in AXES]
         digest = hashlib.sha256(b"".join(np.ascontiguousarray(column).tobytes() for column in columns)).hexdigest()
         how = self.swimming
-        return {"gaits": digest, "steps": how.steps, "wait": how.wait, "check_rest": how.check_rest}
+        return {
+            "gaits": digest,
+            "shape": list(self.gaits.shape),
+            "steps": how.steps,
+            "wait": how.wait,
+            "check_rest": how.check_rest,
+        }
 
     @cached_property
     def layout(self) -> Layout:
         """How results are labeled."""
-        grid, how = len(self.gaits.shape) == 4, self.swimming
+        grid, how = self.gaits.is_grid, self.swimming
         variables: dict[str, Any] = {
             name: {"units": unit, "long_name": meaning} for name, (unit, meaning) in QUANTITIES.items()
         }
@@ -87,7 +112,7 @@ class Batch:
 
 def batch(
     robot: Robot | str | Path,
-    gaits: GaitGrid | Gaits | Sequence[Gait],
+    gaits: Gaits | Sequence[Gait],
     *,
     threads: int,
     steps: int,
@@ -97,8 +122,8 @@ def batch(
 ) -> Batch:
     """Check what is to be swum."""
     robot = robot_of(robot)
-    gaits = gaits if isinstance(gaits, Gaits | GaitGrid) else Gaits.of(gaits)
-    check_gait(Part.of(gaits, 0, 1).listed()[0], robot)
+    gaits = gaits if isinstance(gaits, Gaits) else Gaits.of(gaits)
+    check_gait(gaits[0], robot)
     check_choice(method, ("newton", "beats"), "method")
     check_steps(steps)
     wait = POSITIVE_WHOLE.check(beats, "beats", "give the beats to swim from rest") - 1 if method == "beats" else -1
@@ -124,13 +149,13 @@ def _from_rest(robot: Robot, gaits: Gaits, result: dict[str, Any], steps: int, t
     return {"reached_from_rest": reached, "speed_from_rest": speed}
 
 
-def _coordinates(robot: Robot, gaits: Gaits | GaitGrid) -> dict[str, Any]:
+def _coordinates(robot: Robot, gaits: Gaits) -> dict[str, Any]:
     """Label the gaits: dimension, values and attributes of each coordinate."""
-    grid, unit = len(gaits.shape) == 4, "deg" if gaits.degrees else "rad"
+    grid, unit = gaits.is_grid, "deg" if gaits.degrees else "rad"
     about = {"units": "Hz", "long_name": "beat frequency"}
-    coordinates: dict[str, Any] = {"frequency": ("frequency" if grid else "gait", axis(gaits, "frequency"), about)}
+    coordinates: dict[str, Any] = {"frequency": ("frequency" if grid else "gait", gaits.frequency, about)}
     for name in KINDS:
-        values = np.degrees(axis(gaits, name)).round(10) if gaits.degrees else axis(gaits, name)
+        values = np.degrees(getattr(gaits, name)).round(10) if gaits.degrees else getattr(gaits, name)
         for g, group in enumerate(robot.joints):
             about = {"units": unit, "long_name": f"{name} of joint group {group.name}"}
             coordinates[f"{name}_{group.name}"] = (name if grid else "gait", values[:, g], about)

@@ -88,10 +88,11 @@ def settle(
     toward each settled beat for so many beats at most: "arrived", "approach_beats".
     """
     check_steps(steps)
-    model, frequency = model or core_model(robot), gaits.frequency
+    model, columns = model or core_model(robot), gaits.columns
+    frequency = columns[0]
     rows = _core.settle(
         model,
-        *gaits.columns,
+        *columns,
         steps=steps,
         wait=wait,
         max_beats=MAX_BEATS,
@@ -167,9 +168,10 @@ def directional_derivatives(
     """
     check_steps(steps)
     momentum, along = np.ascontiguousarray(beats["momentum"]), np.ascontiguousarray(directions)
-    frequency = gaits.frequency
+    columns = gaits.columns
+    frequency = columns[0]
     model = model or core_model(robot)
-    rows = _core.gradient(model, *gaits.columns, momentum, along, steps=steps, threads=threads)
+    rows = _core.gradient(model, *columns, momentum, along, steps=steps, threads=threads)
     by_start, by_parameters = rows[..., :3], rows[..., 3:]
     remains = np.eye(3) - by_start[:, _END]
     sound = np.isin(beats["status"], _PERIODIC) & np.isfinite(beats["speed"]) & (np.abs(np.linalg.det(remains)) > 0)

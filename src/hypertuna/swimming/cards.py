@@ -70,7 +70,6 @@ def picture_of(swim: Swim) -> Callable[[], str] | None:
 
 def gaits_card(gaits: Gaits) -> Card:
     """Show the size and the ranges of gaits."""
-    grid = len(gaits.shape) == 4
     parts = zip(("frequencies", "amplitudes", "phases", "biases"), gaits.shape, strict=False)
     sizes = " x ".join(f"{count} {name}" for name, count in parts if count > 1)
     facts = [("frequency", f"{_span(gaits.frequency)} Hz")]
@@ -78,7 +77,7 @@ def gaits_card(gaits: Gaits) -> Card:
         columns = np.degrees(getattr(gaits, kind)).round(6).T
         if kind != "bias" or columns.any():
             facts.append((kind, f"{', '.join(_span(column) for column in columns)} deg"))
-    return Card(f"{len(gaits)} gaits{f': {sizes}' if grid else ''}", facts)
+    return Card(f"{len(gaits)} gaits{f': {sizes}' if gaits.is_grid else ''}", facts)
 
 
 def gradient_card(gradient: Gradient) -> Card:

@@ -16,6 +16,7 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
 KINDS = ("amplitude", "phase", "bias")
+AXES = ("frequency", *KINDS)  # of a grid
 MAX_GAITS = 10_000_000  # of a grid: 2 GB of results
 
 
@@ -124,18 +125,24 @@ def lags(gait: Gait) -> list[float]:
 
 @dataclass(frozen=True)
 class Gaits(Displayed, Tabular, card="hypertuna.swimming.cards:gaits_card", data=lambda gaits: gait_table(list(gaits))):
-    """Many gaits: a list, or a grid."""
+    """Many gaits: a list, or a grid of any size, of which only the axes are in memory."""
 
-    frequency: Array  # (gaits,) [Hz]
+    frequency: Array  # (gaits,) of a list, as all that follow; of a grid the values along its axis [Hz]
     amplitude: Array  # (gaits, groups) [rad], as phase and bias
     phase: Array
     bias: Array
-    # (gaits,) of a list; (frequencies, amplitudes, phases, biases) of a grid, whose gaits are in that order,
-    # the last changing fastest
+    # (gaits,) of a list; (frequencies, amplitudes, phases, biases) of a grid, the last changing fastest
     shape: tuple[int, ...] = field(kw_only=True)
     degrees: bool = field(default=False, kw_only=True)  # whether a sweep labels its axes in degrees, as they were given
 
     def __post_init__(self) -> None:
+        if self.is_grid:
+            axes = grid_axes({name: getattr(self, name) for name in AXES}, 1.0)
+            if (sizes := tuple(map(len, axes.values()))) != self.shape:
+                raise InputError(f"must be {sizes}", key="shape", value=f"{self.shape}", fix="use Gaits.grid")
+            for name, axis in axes.items():
+                object.__setattr__(self, name, axis)
+            return
         count, groups = len(self.frequency), np.shape(self.amplitude)[-1]
         for name, column in zip(KINDS, self.columns[1:], strict=True):
             if np.shape(column) != (count, groups):
@@ -229,9 +236,9 @@ class Gaits(Displayed, Tabular, card="hypertuna.swimming.cards:gaits_card", data
 
         Examples
         --------
-        >>> phase = [(0, lag) for lag in range(0, 91, 30)]
-        >>> len(Gaits.grid_degrees(frequency=[1, 2], amplitude=[(16, 25)], phase=phase))
-        8
+        >>> phase = [(0, lag / 100) for lag in range(10_000)]
+        >>> len(Gaits.grid_degrees(frequency=range(1, 7), amplitude=[(8, a) for a in range(100)], phase=phase))
+        6000000
         """
         axes = {"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}
         return cls._grid(axes, unit=math.pi / 180)
@@ -240,25 +247,38 @@ class Gaits(Displayed, Tabular, card="hypertuna.swimming.cards:gaits_card", data
     def _grid(cls, given: Mapping[str, Any], unit: float) -> Self:
         """Combine values of frequency [Hz] and angles in their unit [rad]."""
         axes = grid_axes(given, unit)
-        shape = tuple(map(len, axes.values()))
-        check_count(math.prod(shape))
-        index = np.indices(shape).reshape(4, -1)
-        return cls(*(axis[k] for axis, k in zip(axes.values(), index, strict=True)), shape=shape, degrees=unit != 1)
+        return cls(**axes, shape=tuple(map(len, axes.values())), degrees=unit != 1)
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether these are all combinations of values along axes."""
+        return len(self.shape) == len(AXES)
 
     def __len__(self) -> int:
-        return len(self.frequency)
+        return math.prod(self.shape)
 
     def __iter__(self) -> Iterator[Gait]:
         return (self[k] for k in range(len(self)))
 
     def __getitem__(self, k: int) -> Gait:
-        return Gait(float(self.frequency[k]), *(tuple(column[k].tolist()) for column in self.columns[1:]))
+        at = np.unravel_index(k, self.shape) if self.is_grid else (k,) * len(AXES)
+        frequency, *angles = (getattr(self, name)[n].tolist() for name, n in zip(AXES, at, strict=True))
+        return Gait(frequency, *map(tuple, angles))
 
     @property
     def columns(self) -> tuple[Array, Array, Array, Array]:
-        """Frequency [Hz], amplitude, phase and bias [rad] in memory as the core takes them."""
-        frequency, *angles = (np.ascontiguousarray(getattr(self, name)) for name in ("frequency", *KINDS))
+        """Frequency [Hz], amplitude, phase and bias [rad] of each gait in memory as the core takes them."""
+        if self.is_grid:
+            check_count(len(self))
+            return part_of(self, 0, len(self)).columns
+        frequency, *angles = (np.ascontiguousarray(getattr(self, name)) for name in AXES)
         return frequency, angles[0], angles[1], angles[2]
+
+
+def part_of(gaits: Gaits, first: int, last: int) -> Gaits:
+    """Return a range of gaits as a list."""
+    at = np.unravel_index(np.arange(first, last), gaits.shape) if gaits.is_grid else [slice(first, last)] * len(AXES)
+    return Gaits(*(getattr(gaits, name)[k] for name, k in zip(AXES, at, strict=True)), shape=(last - first,))
 
 
 def grid_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array]:

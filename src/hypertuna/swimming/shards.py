@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -13,15 +13,15 @@ from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot
 from hypertuna.parallel.executors import Executors, thread_count
 from hypertuna.parallel.shards import Cases, make_shards
-from hypertuna.swimming.batch import Swimming, batch
+from hypertuna.swimming.batch import Part, Swimming, batch
 from hypertuna.swimming.beat import DEFAULT_STEPS
-from hypertuna.swimming.grid import GaitGrid, Part
+from hypertuna.swimming.gait import Gait, Gaits
 
 
 @checked
 def sweep_shards(
     robot: Robot | str | Path,
-    gaits: GaitGrid,
+    gaits: Gaits | Sequence[Gait],
     folder: str | Path,
     *,
     size: int | None = None,
@@ -42,9 +42,8 @@ def sweep_shards(
 
     Parameters
     ----------
-    robot, executor, threads, steps, method, beats, check_rest
-        As of `sweep`.
-    gaits : GaitGrid
+    robot, gaits, executor, threads, steps, method, beats, check_rest
+        As of `sweep`; a grid may have any size.
     folder : str or Path
         Folder of the shards, made if it is absent.
     size : int
@@ -69,10 +68,10 @@ def sweep_shards(
     how: Any = {"threads": thread_count(threads, executor), "steps": steps, "method": method, "beats": beats}
     whole = batch(robot, gaits, **how, check_rest=check_rest)
     header = journal_header("sweep", whole.swimming.robot, whole.options)
-    cases = Cases(header, len(gaits), whole.layout, partial(_swim, whole.swimming, gaits))
+    cases = Cases(header, len(whole.gaits), whole.layout, partial(_swim, whole.swimming, whole.gaits))
     return make_shards(cases, folder, executor, size=size, part=part, command=command, progress=progress)
 
 
-def _swim(swimming: Swimming, grid: GaitGrid, first: int, last: int) -> dict[str, Array]:
-    """Swim a range of a grid."""
-    return swimming.swim(Part(first, last, grid))
+def _swim(swimming: Swimming, gaits: Gaits, first: int, last: int) -> dict[str, Array]:
+    """Swim a range of gaits."""
+    return swimming.swim(Part.of(gaits, first, last))

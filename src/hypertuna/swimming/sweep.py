@@ -19,10 +19,9 @@ from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal
 from hypertuna.parallel.executors import Executors, map_shards, thread_count
 from hypertuna.ranges import check_choice
-from hypertuna.swimming.batch import CHUNK, batch
+from hypertuna.swimming.batch import CHUNK, Part, batch
 from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES, directional_derivatives, settle
-from hypertuna.swimming.gait import Gait, Gaits, gait_of
-from hypertuna.swimming.grid import GaitGrid, Part
+from hypertuna.swimming.gait import Gait, Gaits, check_count, gait_of
 from hypertuna.swimming.model import parameter_names, parameter_values
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 @checked
 def sweep(
     robot: Robot | str | Path,
-    gaits: Gaits | GaitGrid | Sequence[Gait],
+    gaits: Gaits | Sequence[Gait],
     *,
     executor: Executors | None = None,
     threads: int | None = None,
@@ -49,7 +48,7 @@ def sweep(
     ----------
     robot : Robot, str or Path
         Robot, its name or the path of its file.
-    gaits : Gaits, GaitGrid or sequence of Gait
+    gaits : Gaits or sequence of Gait
     executor : concurrent.futures.Executor or callable, optional
         Where to swim: any executor, such as ``ProcessPoolExecutor`` or ``get_executor()`` of a Dask client, or a
         function that makes one, which replaces a pool that lost a process. The result does not depend on it.
@@ -83,7 +82,9 @@ def sweep(
     """
     how: Any = {"steps": steps, "method": method, "beats": beats, "check_rest": check_rest}
     how["threads"] = thread_count(threads, executor)
-    whole = batch(robot, gaits.gaits if isinstance(gaits, GaitGrid) else gaits, **how)
+    whole = batch(robot, gaits, **how)
+    if whole.gaits.is_grid:
+        check_count(len(whole.gaits))
     header = journal_header("sweep", whole.swimming.robot, whole.options | {"chunk": CHUNK})
     count, layout = len(whole.gaits), whole.layout
     ranges = [(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK)]

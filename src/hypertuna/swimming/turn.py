@@ -138,7 +138,7 @@ def turn(
     Turning
     """
     robot = robot_of(robot)
-    if len(gaits.shape) != 4:
+    if not gaits.is_grid:
         raise InputError("must be a grid", key="gaits", fix="make them by Gaits.grid")
     results = sweep(robot, gaits, threads=threads, steps=steps)
     radius, residual = np.full(len(gaits), math.nan), np.full(len(gaits), math.nan)
