@@ -54,7 +54,7 @@ def test_a_notebook_shows_each_result_once_and_no_bar_that_is_done() -> None:
             return super().process_message(msg, cell, cell_index)
 
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(code) for code, *_ in CELLS])
-    Client(notebook, timeout=120, kernel_name="python3").execute()
+    Client(notebook, timeout=120, kernel_name="python3", coalesce_streams=True).execute()
     for k, (cell, (code, kinds, moves)) in enumerate(zip(notebook.cells, CELLS, strict=True)):
         assert (k in bars) == moves, code
         shown = [set(one["data"]) if "data" in one else {one["name"]} for one in cell.outputs if not empty(one)]

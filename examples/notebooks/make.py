@@ -46,7 +46,7 @@ def run(name: str) -> nbformat.NotebookNode:
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(HERE.parent, Path(folder) / "examples")
         place = {"metadata": {"path": str(Path(folder) / "examples" / HERE.name)}}
-        NotebookClient(notebook, timeout=600, kernel_name="python3", resources=place).execute()
+        NotebookClient(notebook, timeout=600, kernel_name="python3", coalesce_streams=True, resources=place).execute()
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)  # times of the run
         if "outputs" in cell:  # without the empty ones that progress bars leave
