@@ -21,7 +21,7 @@ from kills import building
 
 import hypertuna as ht
 from hypertuna.fe.joint_map import joint_map
-from hypertuna.mission.seeds import fly_seeds
+from hypertuna.mission.seeds import fly_seed_shards, fly_seeds
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.objective import objective
 from hypertuna.optimization.problem import Problem, robust_problem
@@ -223,6 +223,10 @@ def test_missions_and_twins_do_not_depend_on_the_executor(dask: Any, tmp_path: P
     with cluster(dask.scheduler_address) as executor:
         assert fly_seeds(box, fish, [0, 1, 2], duration=20.0, executor=executor, checkpoint=journal) == flown
         assert ht.twins(runs, measure=speed, executor=executor) == swum
+        assert fly_seed_shards(box, fish, [0, 1, 2], tmp_path / "a.shards", duration=20.0, executor=executor) == 3
+    merged = ht.merge_shards(tmp_path / "a.shards")
+    assert merged.distance.values.tolist() == [one.distance for one in flown]
+    assert merged.status.values.tolist() == [one.status for one in flown]
     assert fly_seeds(box, fish, [0, 1, 2], duration=20.0, checkpoint=journal) == flown
 
 

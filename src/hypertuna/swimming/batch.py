@@ -30,7 +30,7 @@ FROM_REST = {
 
 @dataclass(frozen=True)
 class Part:
-    """A range of gaits that is small to send: of a grid its axes, of a list the range alone."""
+    """A range of gaits that is small to send: the axes of a grid, or the gaits of the range where they are fewer."""
 
     first: int  # of all gaits
     last: int  # one beyond
@@ -39,7 +39,8 @@ class Part:
     @classmethod
     def of(cls, gaits: Gaits, first: int, last: int) -> Self:
         """Take a range of gaits."""
-        return cls(first, last, gaits if gaits.is_grid else part_of(gaits, first, last))
+        whole = gaits.is_grid and sum(gaits.shape) < last - first
+        return cls(first, last, gaits if whole else part_of(gaits, first, last))
 
     def chunks(self, size: int) -> Iterator[Gaits]:
         """Yield the gaits as lists of at most a size."""
