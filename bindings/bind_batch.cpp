@@ -48,6 +48,7 @@ class Batch {
     std::vector<Command<double>> commands;  // of each twin
     Record now;                             // a row for each twin: its state, and its last tick
     std::vector<double> energy;             // J, electrical, that each has drawn since its start
+    std::vector<double> lost;               // 1 where the state is none that a robot can have: that twin stands still
 
     virtual ~Batch() = default;
     virtual std::size_t groups() const = 0;
@@ -55,7 +56,7 @@ class Batch {
     virtual void advance(std::size_t group, int ticks) = 0;
     /// Begin a twin anew, perhaps of another robot; it rests with its tail straight.
     virtual void restart(std::size_t twin, BatchMember&& member) = 0;
-    /// Write `now` and `energy`.
+    /// Write `now`, `energy` and `lost`.
     virtual void look() = 0;
 };
 
@@ -66,7 +67,7 @@ class BatchOf final : public Batch {
         : kernel_(kernel), steps_(steps) {
         const std::size_t count = members.size(), lanes = std::size_t(kernel.lanes);
         for (BatchMember& member : members) twins_.emplace_back(std::move(member));
-        commands.resize(count), energy.resize(count);
+        commands.resize(count), energy.resize(count), lost.resize(count);
         Columns::add(now, count, D, twins_[0].member.plant->joints);
         groups_.resize((count + lanes - 1) / lanes);
     }
@@ -94,6 +95,7 @@ class BatchOf final : public Batch {
             Columns::write(now, k, twin.state, twin.tick);
             energy[k] = twin.member.plant->idle * twin.time();
             for (double drawn : twin.state.plant.energy) energy[k] += drawn;
+            lost[k] = !plausible(twin.state.plant);
         }
     }
 
@@ -190,9 +192,11 @@ static void advance_batch(LiveBatch& self, int ticks, int threads) {
 static NamedArrays columns_now(LiveBatch& self) {
     self.batch->look();
     NamedArrays out = arrays_of(Record(self.batch->now));
-    Output energy = zeros({self.batch->energy.size()});
-    std::copy(self.batch->energy.begin(), self.batch->energy.end(), energy.data());
-    out["energy"] = energy;
+    for (const auto& [name, from] : {std::pair("energy", &self.batch->energy), std::pair("lost", &self.batch->lost)}) {
+        Output column = zeros({from->size()});
+        std::copy(from->begin(), from->end(), column.data());
+        out[name] = column;
+    }
     return out;
 }
 
@@ -209,8 +213,8 @@ void bind_batch(nb::module_& m) {
              "From now on, of each twin: frequency [Hz]; amplitudes, phases and biases (twins, joints) [rad].")
         .def("advance", &advance_batch, nb::arg("ticks"), nb::arg("threads") = 1, "Make control ticks.")
         .def("columns", &columns_now,
-             "State now and last tick by the names of `simulate`, one row per twin; and `energy`, electrical, drawn "
-             "since the start [J].");
+             "State now and last tick by the names of `simulate`, one row per twin; `energy`, electrical, drawn since "
+             "the start [J]; and `lost`, 1 where the state is none that a robot can have.");
 }
 
 }  // namespace hypertuna

@@ -19,6 +19,7 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402
 from hypertuna.learning.environments import SwimmerEnv, SwimmerVectorEnv  # noqa: E402
 from hypertuna.learning.policy import plain_pilot, read_policy, success_rate  # noqa: E402
 from hypertuna.learning.spans import STEP, knobs  # noqa: E402
+from hypertuna.learning.swimmers import Swimmers  # noqa: E402
 from hypertuna.learning.tasks import TASKS, Goto, Seen, Station, Swim, Turn  # noqa: E402
 
 ROBOT = ht.load("hypertuna")
@@ -38,6 +39,19 @@ def test_stable_baselines_finds_nothing_to_complain_of(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         checker.check_env(gymnasium.make(f"hypertuna/{name}-v0").unwrapped)
+
+
+def test_a_twin_that_leaves_what_a_robot_can_do_is_lost_among_its_neighbors() -> None:
+    document = ROBOT.document()
+    document["links"]["lateral_area_m2"][-1] = 1e12
+    swimmers = Swimmers(Swim(), ROBOT, 8, robots=[ROBOT, parse(document)])
+    assert not swimmers.lost.any()
+    swimmers.act(np.full((8, 6), 0.5))
+    assert 0 < swimmers.lost.sum() < 8
+    kept = swimmers._columns["x"][~swimmers.lost]
+    assert (np.abs(kept) < ROBOT.body.length).all()
+    swimmers.restart(range(8), np.random.default_rng(0))
+    assert not swimmers.lost.any()
 
 
 def test_the_registered_vector_environment_is_the_native_one() -> None:

@@ -121,7 +121,52 @@ static void printed() {
     CHECK_NEAR(printed_pull(sleeved, 2e5, 1.0, {true, false}), printed_pull(stiff, 2e5, 1.0, {true, false}), 1e-10);
 }
 
+/// Slope of what the walls carry, and its change, by dual numbers.
+static void walls_by_dual_numbers() {
+    const DriveUnit<Dual<double, 1>> m = unit<Dual<double, 1>>(37, 40e3, 7e3, 1e-3);
+    for (double swelling : {-4e-6, -1e-6, 0.0, 3e-6}) {
+        Dual<double, 1> B(swelling);
+        B.d[0] = 1;
+        const auto w = walls(m, Dual<double, 1>(0.9), B);
+        CHECK_NEAR(w.rigid.v, w.across.d[0], 1e-12 * w.rigid.v);
+        CHECK_NEAR(w.change.v, w.rigid.d[0], 1e-12 * std::abs(w.change.v));
+    }
+}
+
+/// A slack muscle's walls carry what the oil has, to rounding, and eight looks at most find out: with air and without,
+/// beside a cavity, too.
+static void slack_muscle() {
+    const DriveUnit<double> m = unit(37, 40e3, 7e3, 1e-3);
+    int searches = 0, parted = 0;
+    for (double air : {0.01, 0.0})
+        for (double stretch : {0.85, 0.95, 1.05})
+            for (double filled = 0.3; filled < 1.6; filled += 0.05) {  // of the lumen at rest
+                const double volume = filled * swollen_lumen(m, 0.0), high = muscle_shape(m, stretch).swelling;
+                const double stiff = 1e-9 * volume, gas = air * volume * 101325, lowest = 6325;
+                int looks = 0;
+                const auto oil = [&](double lumen) {
+                    const double excess = volume + stiff * 101325 - lumen;
+                    const double root = std::sqrt(excess * excess + 4 * stiff * gas), p = (root + excess) / (2 * stiff);
+                    ++looks;
+                    if (p < lowest) return OilAt<double>{lowest - 101325, 0, 0};
+                    return OilAt<double>{p - 101325, -p / root, p * (root - excess) / (root * root * root)};
+                };
+                const double carried = walls(m, stretch, high).across / pi;
+                if (carried <= oil(swollen_lumen(m, high)).pressure) continue;  // taut
+                const double near = std::min(high, swelling_of(m, volume));
+                looks = 0;
+                const double found = slack_swelling(m, stretch, near, high, true, oil);
+                CHECK(looks <= 8);
+                const OilAt<double> at = oil(swollen_lumen(m, found));
+                CHECK_NEAR(walls(m, stretch, found).across / pi, at.pressure, 1e-6 + 1e-14 * std::abs(at.slope) * volume);
+                ++searches, parted += at.slope == 0;
+            }
+    CHECK(searches > 80 && parted > 0);
+}
+
 int main() {
+    walls_by_dual_numbers();
+    slack_muscle();
     nothing_at_rest();
     ideal_mckibben();
     thin_wall();

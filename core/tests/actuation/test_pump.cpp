@@ -67,6 +67,20 @@ static void pressure_fills_the_space() {
                1e-20);
 }
 
+/// The pressure's slope and its change by difference quotients; a cavity leaves none.
+static void pressure_by_space() {
+    const Circuit<double> c = circuit(0.01);
+    const double h = 1e-11;
+    for (double space = 6.9e-6; space < 7.3e-6; space += 2e-8) {
+        const auto [at, slope, change] = oil_curve(c, 7e-6, space, 2e-12);
+        const auto low = oil_curve(c, 7e-6, space - h, 2e-12), high = oil_curve(c, 7e-6, space + h, 2e-12);
+        if (low.at.cavity == 0 && high.at.cavity > 0) continue;  // the cavity opens in between
+        CHECK_NEAR(slope, (high.at.pressure - low.at.pressure) / (2 * h), 1e6);
+        CHECK_NEAR(change, (high.slope - low.slope) / (2 * h), 1e-5 * std::abs(change));
+        CHECK(at.cavity == 0 || (slope == 0 && change == 0));
+    }
+}
+
 /// Filled as it was meant: 60 kPa on both sides at rest, where nothing moves and friction holds the piston.
 static void rest_stays_rest() {
     const Circuit<double> c = circuit();
@@ -264,6 +278,7 @@ int main() {
     rows_and_floats();
     crank_by_hand();
     pressure_fills_the_space();
+    pressure_by_space();
     rest_stays_rest();
     servo_by_hand();
     power_by_hand();

@@ -119,9 +119,7 @@ static void work_of_the_oil() {
         f.energy = kinetic_energy(robot.fish.swimmer, robot.shape, at.xi);
         f.out = water_loss(robot.fish.swimmer, robot.shape, at.xi);
         for (int j = 0; j < 2; ++j) {
-            const auto oil = [&](int s, double volume) {
-                return unit_oil(plant.circuit[2 * j + s], at.circuit[2 * j + s], plant.unit_rest[2 * j + s], volume);
-            };
+            const JointOil<double> oil{plant.circuit + 2 * j, at.circuit + 2 * j, plant.unit_rest + 2 * j};
             const JointLoad<double> load = joint_load(plant.joint[j], at.bend.angle[j], at.strain[j], oil);
             const double w = at.bend.rate[j];
             f.energy += load.energy;

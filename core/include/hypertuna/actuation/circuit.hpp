@@ -52,6 +52,14 @@ struct OilPressure {
     S cavity;    // m^3
 };
 
+/// The same with the pressure's derivatives by the space.
+template <class S>
+struct OilCurve {
+    OilPressure<S> at;
+    S slope;   // Pa/m^3
+    S change;  // Pa/m^6
+};
+
 template <class S>
 struct CircuitOutput {
     OilPressure<S> pump, unit;
@@ -83,17 +91,25 @@ HYPERTUNA_INLINE S oil_compliance(const Circuit<S>& circuit, const S& oil, const
 /// Pressure at which the oil fills its space: oil_volume(P) = space + compliance P, a quadratic in the absolute
 /// pressure whose larger root is the only positive one.
 template <class S>
-HYPERTUNA_INLINE OilPressure<S> oil_pressure(const Circuit<S>& circuit, const S& oil, const S& space,
-                                             const S& compliance) {
+HYPERTUNA_INLINE OilCurve<S> oil_curve(const Circuit<S>& circuit, const S& oil, const S& space, const S& compliance) {
     const S p0 = S(base_t<S>(atmosphere));
     const S stiff = compliance + oil * (S(1) / circuit.bulk_modulus), gas = oil * circuit.air * p0;
     const S excess = oil + stiff * p0 - space, lowest = circuit.cavitation + p0;
     const S root = sqrt(excess * excess + S(4) * stiff * gas);
     const auto stretched = excess < S(0);  // the form of the root in which nothing cancels
     const S absolute = select(stretched, S(2) * gas, root + excess) / select(stretched, root - excess, S(2) * stiff);
+    const S inverse = S(1) / root, slope = -absolute * inverse, change = slope * (excess * inverse - S(1)) * inverse;
     const auto parted = absolute < lowest;
-    if (!any(parted)) return {absolute - p0, S(0)};
-    return {max(lowest, absolute) - p0, select(parted, max(S(0), stiff * lowest - excess - gas / lowest), S(0))};
+    if (!any(parted)) return {{absolute - p0, S(0)}, slope, change};
+    const S cavity = max(S(0), stiff * lowest - excess - gas / lowest);
+    return {{max(lowest, absolute) - p0, select(parted, cavity, S(0))},
+            select(parted, S(0), slope),
+            select(parted, S(0), change)};
+}
+template <class S>
+HYPERTUNA_INLINE OilPressure<S> oil_pressure(const Circuit<S>& circuit, const S& oil, const S& space,
+                                             const S& compliance) {
+    return oil_curve(circuit, oil, space, compliance).at;
 }
 
 /// Cylinder and units of a circuit. `unit_space` is what the joint's bend adds to the units' volume, m^3.
@@ -106,21 +122,35 @@ HYPERTUNA_INLINE OilPressure<S> pump_pressure(const Circuit<S>& circuit, const C
     return pump_pressure(circuit, state.passed, displaced(circuit.pump, state.angle));
 }
 template <class S>
+HYPERTUNA_INLINE OilCurve<S> unit_curve(const Circuit<S>& circuit, const CircuitState<S>& state, const S& unit_space) {
+    return oil_curve(circuit, circuit.oil_unit + state.passed, circuit.unit_rest + unit_space, circuit.compliance);
+}
+template <class S>
 HYPERTUNA_INLINE OilPressure<S> unit_pressure(const Circuit<S>& circuit, const CircuitState<S>& state,
                                               const S& unit_space) {
-    return oil_pressure(circuit, circuit.oil_unit + state.passed, circuit.unit_rest + unit_space, circuit.compliance);
+    return unit_curve(circuit, state, unit_space).at;
 }
 
-/// Pressure of the units at their volume, `rest` that of the straight, filled joint, for joint.hpp; T is S or a dual.
-template <class S, class T>
-HYPERTUNA_INLINE OilAt<T> unit_oil(const Circuit<S>& circuit, const CircuitState<S>& state, const S& rest,
-                                   const T& volume) {
-    const S at = value(volume);
-    const OilPressure<S> oil = unit_pressure(circuit, state, at - rest);
-    const S gives = circuit.compliance + oil_compliance(circuit, circuit.oil_unit + state.passed, oil.pressure);
-    const S slope = select(S(0) < oil.cavity, S(0), S(-1) / gives);
-    return {oil.pressure + slope * (volume - at), T(slope)};
-}
+/// Oil in the muscles of a joint's two sides (0 and 1), for joint.hpp; T is S or a dual.
+template <class S>
+struct JointOil {
+    const Circuit<S>* circuit;
+    const CircuitState<S>* state;
+    const S* rest;  // m^3, in the muscles of the straight, filled joint
+
+    template <class T>
+    HYPERTUNA_INLINE OilAt<T> at(int side, const T& volume) const {
+        const S now = value(volume);
+        const OilCurve<S> oil = unit_curve(circuit[side], state[side], now - rest[side]);
+        return {oil.at.pressure + oil.slope * (volume - now), T(oil.slope), T(oil.change)};
+    }
+    /// Volume under a pressure, or under the lowest one.
+    HYPERTUNA_INLINE S volume(int side, const S& pressure) const {
+        const Circuit<S>& c = circuit[side];
+        const S under = max(c.cavitation, pressure);
+        return oil_volume(c, c.oil_unit + state[side].passed, under) - c.compliance * under - c.unit_rest + rest[side];
+    }
+};
 
 /// How the state changes, and what is seen of it.
 template <class S>

@@ -75,14 +75,20 @@ struct JointLoad {
 
 /// Pressures of both sides that do not depend on the volumes.
 template <class S>
-auto given_pressures(const S& left, const S& right) {
-    return [left, right](int side, const auto& volume) {
-        using T = std::remove_cvref_t<decltype(volume)>;
-        return OilAt<T>{T(side == 0 ? left : right), T(0)};
-    };
+struct GivenPressures {
+    S given[2];
+
+    template <class T>
+    HYPERTUNA_INLINE OilAt<T> at(int side, const T&) const {
+        return {T(given[side]), T(0), T(0)};
+    }
+};
+template <class S>
+GivenPressures<S> given_pressures(const S& left, const S& right) {
+    return {{left, right}};
 }
 
-/// `oil` tells the pressure of a side (0 or 1) at its volume, and its slope.
+/// `oil` tells the pressure of a side (0 or 1) at its volume, and the volume under a pressure if one follows.
 template <class S, class Oil>
 HYPERTUNA_INLINE JointLoad<S> section_load(const SoftJoint<S>& joint, const Section<S>& at,
                                            const StretchLimits<value_t<S>>& limits, const S& angle, const S& strain,
@@ -106,16 +112,16 @@ HYPERTUNA_INLINE JointLoad<S> section_load(const SoftJoint<S>& joint, const Sect
         S open = Pi * braid.slope, lumen = swollen_lumen(unit, braid.swelling) + beyond * open;
         S force = wall.along + wall.across * braid.slope;
         out.carried[s] = wall.across / Pi;
-        out.pressure[s] = oil(s, length * lumen).pressure;
+        out.pressure[s] = oil.at(s, length * lumen).pressure;
         const auto slack = out.pressure[s] < out.carried[s];
         if (any(slack)) {
             S near = braid.swelling;
-            const S narrow = S(base_t<S>(1 - narrowest)) * swollen_lumen(unit, S(0));
-            if constexpr (requires { oil.volume(s); })  // walls are soft beside oil: its volume tells the muscle's
-                near = min(near, swelling_of(unit, max(oil.volume(s) / length, narrow)));
-            const S swelling = slack_swelling(unit, stretch, near, slack, [&](const S& now) {
-                const OilAt<S> side = oil(s, length * now);
-                return OilAt<S>{side.pressure, side.slope * length};
+            if constexpr (requires { oil.volume(s, length); })
+                near = near_swelling(unit, braid.swelling, wall,
+                                     [&](const S& pressure) { return oil.volume(s, pressure) / length; });
+            const S swelling = slack_swelling(unit, stretch, near, braid.swelling, slack, [&](const S& now) {
+                const OilAt<S> at = oil.at(s, length * now);
+                return OilAt<S>{at.pressure, at.slope * length, at.change * (length * length)};
             });
             const Wall<S> loose = walls(unit, stretch, swelling);
             wall.energy = select(slack, loose.energy, wall.energy);

@@ -47,6 +47,7 @@ struct Wall {
     S along;   // N, dU/dlambda at fixed B
     S across;  // Pa, dU/dB at fixed lambda: pi times the pressure that the wall carries
     S rigid;   // Pa/m^2, its slope by B
+    S change;  // Pa/m^4, the slope of that
 };
 
 /// What a muscle's shape makes of its stretch.
@@ -75,16 +76,18 @@ HYPERTUNA_INLINE Wall<S> swelling_wall(const Mooney<S>& solid, const S& x1, cons
     const S dx = x2 - x1, inverse = S(1) / stretch, Pi = S(base_t<S>(pi));
     const S over = S(1) / ((x1 + B) * (x2 + B)), thinned = B * dx * over;
     const S logarithm = log1p(thinned * (x1 + B) * (S(1) / x1));  // ln (x2 (x1 + B)) / (x1 (x2 + B))
-    const S both = Pi * (solid.c1 * inverse + solid.c2 * stretch);
+    const S both = Pi * (solid.c1 * inverse + solid.c2 * stretch), scale = both * dx * (over * over);
+    const S sum = x1 + x2, part = S(2) * x1 * x2 + B * sum;
     return {both * B * logarithm, Pi * B * logarithm * (solid.c2 - solid.c1 * inverse * inverse),
-            both * (logarithm + thinned), both * dx * (S(2) * x1 * x2 + B * (x1 + x2)) * (over * over)};
+            both * (logarithm + thinned), scale * part, scale * (sum - S(2) * over * (sum + S(2) * B) * part)};
 }
 template <class S>
 HYPERTUNA_INLINE Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& swelling) {
     const S section = S(base_t<S>(pi)) * (x2 - x1);
     const Wall<S> swollen = swelling_wall(solid, x1, x2, stretch, swelling);
     const Stretched<S> bar = stretched(solid, stretch);
-    return {section * bar.energy + swollen.energy, section * bar.stress + swollen.along, swollen.across, swollen.rigid};
+    return {section * bar.energy + swollen.energy, section * bar.stress + swollen.along, swollen.across, swollen.rigid,
+            swollen.change};
 }
 
 /// The hose, and the swelling of the matrix around it.
@@ -104,7 +107,7 @@ template <class S>
 HYPERTUNA_INLINE Wall<S> walls(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
     const Wall<S> hose = hose_wall(unit, stretch, swelling), sleeve = sleeve_wall(unit, stretch, swelling);
     return {hose.energy + sleeve.energy, hose.along + sleeve.along, hose.across + sleeve.across,
-            hose.rigid + sleeve.rigid};
+            hose.rigid + sleeve.rigid, hose.change + sleeve.change};
 }
 
 /// Volume of the lumen per length at rest, m^2, at a swelling; 0 where the wall closes it.
@@ -173,29 +176,51 @@ S closing_stretch(const DriveUnit<S>& unit, const S& left) {
     return low;
 }
 
-/// Pressure on a muscle's walls, and how it falls as the muscles of its side grow.
+/// Pressure on a muscle's walls, and its derivatives by the volume of the muscles of its side.
 template <class S>
 struct OilAt {
     S pressure;  // Pa
     S slope;     // Pa/m^3, not positive
+    S change;    // Pa/m^6
 };
 
-inline constexpr double narrowest = 0.99;  // part of the lumen that a slack hose may lose within a step of the search
+/// Near it: walls are soft beside oil, so its volume under what they carry tells the swelling. They carry about what
+/// their series at the braid's swelling says of the oil's volume at atmosphere. `volume` takes the pressure, and tells
+/// the lumen.
+template <class S, class Volume>
+HYPERTUNA_INLINE S near_swelling(const DriveUnit<S>& unit, const S& high, const Wall<S>& wall, const Volume& volume) {
+    const S inverse = S(base_t<S>(1 / pi)), half = S(base_t<S>(0.5));
+    const S narrow = S(base_t<S>(0.01)) * swollen_lumen(unit, S(0));
+    const auto swelling = [&](const S& pressure) { return min(high, swelling_of(unit, max(narrow, volume(pressure)))); };
+    const S back = swelling(S(0)) - high;
+    return swelling((wall.across + back * (wall.rigid + half * wall.change * back)) * inverse);
+}
 
-/// Swelling of a slack muscle, m^2, from near: the walls carry what the oil's pressure is at that volume. Newton's
-/// method; the difference rises with the swelling, without bound toward a closed lumen. `oil` takes the lumen. Lanes
-/// that are not slack keep their swelling.
+/// Swelling of a slack muscle, m^2, from near, below `high`, which the braid has: the walls carry what the oil's pressure
+/// is at that volume. The difference rises with the swelling: Halley's method, in steps of at most twice Newton's, and
+/// bisection where it leaves what earlier steps have enclosed. `oil` takes the lumen. Lanes that are not slack keep
+/// `near`.
 template <class S, class Slack, class Oil>
-HYPERTUNA_INLINE S slack_swelling(const DriveUnit<S>& unit, const S& stretch, S swelling, Slack slack, const Oil& oil) {
-    const S Pi = S(base_t<S>(pi)), closed = S(base_t<S>(0.25)) * unit.inner * unit.inner;
-    for (int k = 0; k < 30 && any(slack); ++k) {
+HYPERTUNA_INLINE S slack_swelling(const DriveUnit<S>& unit, const S& stretch, const S& near, S high, Slack slack,
+                                  const Oil& oil) {
+    const S Pi = S(base_t<S>(pi)), inverse = S(base_t<S>(1 / pi)), two(2), half = S(base_t<S>(0.5));
+    const S closed = S(base_t<S>(0.25)) * unit.inner * unit.inner;
+    S low = -closed, swelling = near;
+    for (int k = 0; k < 60 && any(slack); ++k) {
         const Wall<S> wall = walls(unit, stretch, swelling);
         const OilAt<S> at = oil(swollen_lumen(unit, swelling));
-        const S step = (wall.across - Pi * at.pressure) / (wall.rigid - Pi * Pi * at.slope);
-        const S next = max(swelling - step, swelling - S(base_t<S>(narrowest)) * (closed + swelling));
-        swelling = select(slack, next, swelling);
-        // Done: the last step has left a square of it.
-        slack = slack & !(abs(step) <= S(base_t<S>(1e-8)) * closed);
+        const S left = wall.across * inverse - at.pressure, slope = wall.rigid * inverse - Pi * at.slope;
+        const S change = wall.change * inverse - Pi * Pi * at.change, square = slope * slope;
+        const S step = two * left * slope / max(two * square - left * change, square), bent = step * change;
+        const auto above = S(0) < left;
+        low = select(above, low, swelling), high = select(above, swelling, high);
+        const S next = swelling - step;
+        // Done: the step has left (step change / slope)^2 of it, and a square in the derivatives of a dual.
+        const auto done = (abs(step) <= S(base_t<S>(std::same_as<S, value_t<S>> ? 1e-5 : 1e-8)) * closed) &
+                          (bent * bent * abs(step) <= S(base_t<S>(1e-15)) * closed * square);
+        const auto inside = (low < next) & (next < high);
+        swelling = select(slack, select(done | inside, next, half * (low + high)), swelling);
+        slack = slack & !done;
     }
     return swelling;
 }

@@ -35,12 +35,10 @@ Pair<S> make_pair(const Circuit<S>& left, const Circuit<S>& right, const Joint<S
     return {{left, right}, joint, {straight.volume[0], straight.volume[1]}};
 }
 
-/// Pressures of both sides by the oil that their circuits have, at volumes of the units.
+/// The oil that the circuits of both sides have.
 template <class S>
-auto oil_of(const Pair<S>& pair, const PairState<S>& state) {
-    return [&pair, &state](int side, const auto& volume) {
-        return unit_oil(pair.circuit[side], state.side[side], pair.rest[side], volume);
-    };
+JointOil<S> oil_of(const Pair<S>& pair, const PairState<S>& state) {
+    return {pair.circuit, state.side, pair.rest};
 }
 
 /// Bend and strain where moments and axial forces balance, from near ones.

@@ -46,11 +46,7 @@ struct LaneTwin {
     explicit LaneTwin(BatchMember&& from) : member(std::move(from)) { restart(); }
 
     void restart() {
-        const PlantData& plant = *member.plant;
-        state = {};
-        state.controller = init(member.controller);
-        state.battery = battery_output(plant.battery, 0.0, plant.idle);
-        state.targets.supply = state.battery.supply;
+        state = at_rest<double, D>(member.controller, member.plant->battery, member.plant->idle);
         state.plant.xi = {member.twist.linear.x, member.twist.linear.y, member.twist.angular.z};
         sensing = {}, tick = {}, before = state.plant, ticks = 0;
     }

@@ -119,23 +119,6 @@ HYPERTUNA_INLINE S bend_moment(const Joint<S>& joint, const JointLoad<S>& load, 
 /// No output: the quantities that only an output needs are not computed.
 struct NoOutput {};
 
-/// Oil in the muscles of a joint's two sides, as joint_load asks for it.
-template <class S>
-struct JointOil {
-    const Circuit<S>* circuit;
-    const CircuitState<S>* at;
-    const S* unit_rest;
-
-    HYPERTUNA_INLINE auto operator()(int side, const S& volume) const {
-        return unit_oil(circuit[side], at[side], unit_rest[side], volume);
-    }
-    /// Volume at atmosphere: near that under any pressure.
-    HYPERTUNA_INLINE S volume(int side) const {
-        const Circuit<S>& c = circuit[side];
-        return (c.oil_unit + at[side].passed) * (S(1) + c.air) - c.unit_rest + unit_rest[side];
-    }
-};
-
 /// A joint that oil bends: how its circuits and its strain change, and the moment on its bend.
 template <class Body, class Seen>
 HYPERTUNA_INLINE auto bend_by_oil(const Plant<Body>& plant, const PlantStateOf<Body>& at,

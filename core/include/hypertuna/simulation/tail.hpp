@@ -55,26 +55,23 @@ struct TailAcceleration {
 };
 
 /// Solve A x = b in place, A symmetric and positive definite, of which the lower triangle is read and overwritten:
-/// Cholesky's L L^T.
+/// Cholesky's method without roots, L D L^T.
 template <class S, int N>
 HYPERTUNA_INLINE void solve_cholesky(S (&a)[N][N], S (&b)[N]) {
     HYPERTUNA_UNROLL
     for (int j = 0; j < N; ++j) {
-        for (int k = 0; k < j; ++k) a[j][j] -= a[j][k] * a[j][k];
-        const S scale = S(1) / sqrt(a[j][j]);
-        a[j][j] = scale;  // the inverse of L's diagonal
+        a[j][j] = S(1) / a[j][j];  // of D, inverted
         for (int i = j + 1; i < N; ++i) {
-            for (int k = 0; k < j; ++k) a[i][j] -= a[i][k] * a[j][k];
-            a[i][j] *= scale;
+            const S l = a[i][j] * a[j][j];
+            for (int k = i; k < N; ++k) a[k][i] -= l * a[k][j];
+            a[i][j] = l;
         }
     }
-    for (int i = 0; i < N; ++i) {
+    for (int i = 0; i < N; ++i)
         for (int k = 0; k < i; ++k) b[i] -= a[i][k] * b[k];
-        b[i] *= a[i][i];
-    }
     for (int i = N - 1; i >= 0; --i) {
-        for (int k = i + 1; k < N; ++k) b[i] -= a[k][i] * b[k];
         b[i] *= a[i][i];
+        for (int k = i + 1; k < N; ++k) b[i] -= a[k][i] * b[k];
     }
 }
 

@@ -148,13 +148,18 @@ void follow_targets(const Machine<Body>& machine, MachineStateOf<Body>& state, M
 }
 
 /// At rest: the circuits filled, the battery full.
-template <class Body>
-TwinStateOf<Body> at_rest(const Twin<Body>& twin) {
-    TwinStateOf<Body> state{};
-    state.controller = init(twin.controller);
-    state.battery = battery_output(twin.battery, typename Body::Scalar(0), twin.idle);
+template <class S, int D, class Space = InPlane>
+TwinState<S, D, Space> at_rest(const Controller<S>& controller, const Battery<S>& battery, const S& idle) {
+    TwinState<S, D, Space> state{};
+    state.controller = init(controller);
+    state.battery = battery_output(battery, S(0), idle);
     state.targets.supply = state.battery.supply;
     return state;
+}
+template <class Body>
+TwinStateOf<Body> at_rest(const Twin<Body>& twin) {
+    return at_rest<typename Body::Scalar, Body::coordinates, typename Body::Space>(twin.controller, twin.battery,
+                                                                                   twin.idle);
 }
 
 /// Set the servos' targets to what the pulses ask for.
