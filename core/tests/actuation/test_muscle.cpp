@@ -158,7 +158,8 @@ static void slack_muscle() {
                 const double found = slack_swelling(m, stretch, near, high, true, oil);
                 CHECK(looks <= 8);
                 const OilAt<double> at = oil(swollen_lumen(m, found));
-                CHECK_NEAR(walls(m, stretch, found).across / pi, at.pressure, 1e-6 + 1e-14 * std::abs(at.slope) * volume);
+                CHECK_NEAR(walls(m, stretch, found).across / pi, at.pressure,
+                           1e-6 + 1e-14 * std::abs(at.slope) * volume);
                 ++searches, parted += at.slope == 0;
             }
     CHECK(searches > 80 && parted > 0);

@@ -110,7 +110,7 @@ class Swimmers:
     @property
     def lost(self) -> NDArray[np.bool_]:
         """Which twins have left what a robot can do (N,)."""
-        return self._columns["lost"] != 0
+        return np.asarray(self._columns["lost"] != 0)
 
     def _start(self, rng: np.random.Generator) -> tuple[_core.Plant, _core.Controller, _core.Sensors, float]:
         parts = self._parts[rng.integers(len(self._parts))]

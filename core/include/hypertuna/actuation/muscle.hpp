@@ -191,15 +191,17 @@ template <class S, class Volume>
 HYPERTUNA_INLINE S near_swelling(const DriveUnit<S>& unit, const S& high, const Wall<S>& wall, const Volume& volume) {
     const S inverse = S(base_t<S>(1 / pi)), half = S(base_t<S>(0.5));
     const S narrow = S(base_t<S>(0.01)) * swollen_lumen(unit, S(0));
-    const auto swelling = [&](const S& pressure) { return min(high, swelling_of(unit, max(narrow, volume(pressure)))); };
+    const auto swelling = [&](const S& pressure) {
+        return min(high, swelling_of(unit, max(narrow, volume(pressure))));
+    };
     const S back = swelling(S(0)) - high;
     return swelling((wall.across + back * (wall.rigid + half * wall.change * back)) * inverse);
 }
 
-/// Swelling of a slack muscle, m^2, from near, below `high`, which the braid has: the walls carry what the oil's pressure
-/// is at that volume. The difference rises with the swelling: Halley's method, in steps of at most twice Newton's, and
-/// bisection where it leaves what earlier steps have enclosed. `oil` takes the lumen. Lanes that are not slack keep
-/// `near`.
+/// Swelling of a slack muscle, m^2, from near, below `high`, which the braid has: the walls carry what the oil's
+/// pressure is at that volume. The difference rises with the swelling: Halley's method, in steps of at most twice
+/// Newton's, and bisection where it leaves what earlier steps have enclosed. `oil` takes the lumen. Lanes that are not
+/// slack keep `near`.
 template <class S, class Slack, class Oil>
 HYPERTUNA_INLINE S slack_swelling(const DriveUnit<S>& unit, const S& stretch, const S& near, S high, Slack slack,
                                   const Oil& oil) {
