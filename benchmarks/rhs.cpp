@@ -25,6 +25,7 @@
 #include <string>
 #include <vector>
 
+#include "hypertuna/swimming/lumped.hpp"
 #include "hypertuna/swimming/periodic.hpp"
 
 using namespace hypertuna;
