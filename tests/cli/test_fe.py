@@ -332,11 +332,15 @@ def test_a_folder_with_files_of_ones_own_is_left_alone(run: Run, tmp_path: Path)
     assert (tmp_path / "bend.csv").read_text() == "precious"
 
 
-def test_without_the_extra_the_command_says_how_to_get_it(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_extra_the_command_says_how_to_get_it(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("hypertuna.io.extras.find_spec", lambda name: None)
-    code, output, errors = run(*BEND)
-    assert (code, output) == (2, "")
-    assert " ".join(errors.split()).endswith(f"is not installed: {install_command('fe')}.")
+    for command in (BEND, ("fe", "map", *BEND[2:], "-o", str(tmp_path / "a.shards"))):
+        code, output, errors = run(*command)
+        assert (code, output) == (2, "")
+        assert " ".join(errors.split()).endswith(f"is not installed: {install_command('fe')}.")
+    assert not [*tmp_path.iterdir()]
 
 
 @pytest.mark.fe

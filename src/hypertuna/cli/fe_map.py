@@ -11,6 +11,7 @@ from hypertuna.cli.console import command_line, progress_bar, table
 from hypertuna.cli.elements import BEND_PRESSURES, CoarseElements, rising
 from hypertuna.cli.emit import emit
 from hypertuna.cli.shards import connected, write_shards
+from hypertuna.fe.extra import need_fe
 from hypertuna.fe.joint_map import JointMap, joint_map, joint_map_shards, map_layout
 
 
@@ -53,6 +54,7 @@ def map_command(
     subject = fish, joint_index(joint, fish)
     grid: Any = {"pressure": rising(pressure), "couple": moment, "fill": start, "options": elements}
     how: Any = {"places": places, "refused": {"--checkpoint": checkpoint}, "as_json": as_json}
+    need_fe()
     if write_shards(output, joint_map_shards, *subject, **how, **grid):
         return
     with progress_bar("points", slow=True) as progress, connected(places.cluster) as executor:
