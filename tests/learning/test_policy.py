@@ -65,6 +65,10 @@ def test_the_header_has_every_weight_and_refuses_what_does_not_fit() -> None:
     assert "{2, 3, weight_0, bias_0}, {3, 6, weight_1, bias_1}" in text
     assert f"{policy.weights[0][2, 1]:.9g}f" in text
     assert "bias_1[] = {1.0f, 1.0f" in text
+    assert "    2, policy_numbers::layers, 10, 2," in text
+    assert "    2, policy_numbers::layers, 50, 2," in policy_header(policy, ROBOT, "my.npz", step=0.5)
+    with pytest.raises(InputError, match="step must be whole control ticks of 0.01 s"):
+        policy_header(policy, ROBOT, "my.npz", step=0.005)
     with pytest.raises(InputError, match="my.npz must have 6 actions for hypertuna"):
         policy_header(Policy((np.zeros((4, 2)),), (np.zeros(4),)), ROBOT, "my.npz")
     with pytest.raises(InputError, match="at most 128 neurons"):

@@ -43,8 +43,8 @@ class SwimmerEnv(gymnasium.Env[Batch, Batch]):
     robot : Robot, str or Path
         With all that `hypertuna.twin` needs, and the largest bend of each joint.
     robots : sequence of Robot
-        Robots that one is drawn from at each start, of the same structure: domain randomization. The controller knows
-        `robot` alone.
+        Robots of the same structure, one of which is sampled at each reset: domain randomization. The controller
+        has the numbers of `robot`.
     step : float
         Length of a step [s], whole control ticks.
     """

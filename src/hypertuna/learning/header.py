@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.learning.policy import Policy
-from hypertuna.learning.spans import BIAS, LAG, STEP, knobs, span_of
+from hypertuna.learning.spans import BIAS, LAG, STEP, knobs, span_of, ticks_of
 
 NEURONS_MAX = 128  # core control/policy.hpp
 
 
-def policy_header(policy: Policy, robot: Robot, source: str) -> str:
+def policy_header(policy: Policy, robot: Robot, source: str, *, step: float = STEP) -> str:
     """Return the header of a policy for a robot: core control/policy.hpp runs it in single precision.
 
     Parameters
@@ -21,6 +21,8 @@ def policy_header(policy: Policy, robot: Robot, source: str) -> str:
         What actions are multiplied by comes from its description.
     source : str
         File of the policy, for messages and the header's first line.
+    step : float
+        Length of a step of the training [s], whole control ticks.
 
     Returns
     -------
@@ -29,9 +31,9 @@ def policy_header(policy: Policy, robot: Robot, source: str) -> str:
     Raises
     ------
     InputError
-        If the layers are too wide for the core, or do not fit the robot.
+        If the layers are too wide for the core or do not fit the robot, or the step is not whole control ticks.
     """
-    span, control = span_of(robot), require(robot.controller, "controller", robot)
+    span, ticks = span_of(robot), ticks_of(robot, step)
     sizes = [policy.weights[0].shape[1], *(len(bias) for bias in policy.biases)]
     if max(sizes) > NEURONS_MAX:
         rule, fix = f"must have layers of at most {NEURONS_MAX} neurons", "train a smaller one"
@@ -65,7 +67,7 @@ def policy_header(policy: Policy, robot: Robot, source: str) -> str:
             "",
             "namespace hypertuna {",
             "inline constexpr Policy<float> policy{",
-            f"    {len(layers)}, policy_numbers::layers, {round(STEP * control.rate)}, {len(robot.joints)},",
+            f"    {len(layers)}, policy_numbers::layers, {ticks}, {len(robot.joints)},",
             f"    {_float(span.frequency)}, {{{bends}}}, {_float(LAG)}, {_float(BIAS)}}};",
             "}  // namespace hypertuna",
             "",

@@ -1,4 +1,4 @@
-"""Policies: a multilayer perceptron from observations to actions, and the plain pilot that it is measured against."""
+"""Policies: a multilayer perceptron from observations to actions, and the plain pilot to compare it with."""
 
 from __future__ import annotations
 

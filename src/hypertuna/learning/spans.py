@@ -43,6 +43,16 @@ class Span:
         return self.frequency * part[:, 0], self.bend * part[:, 1 : 1 + joints], lag.cumsum(axis=1), bias
 
 
+def ticks_of(robot: Robot, step: float) -> int:
+    """Return the control ticks in a step [s] of an action."""
+    tick = 1 / require(robot.controller, "controller", robot).rate
+    ticks = round(step / tick)
+    if ticks < 1 or abs(ticks * tick - step) > 1e-9:
+        rule, fix = f"must be whole control ticks of {tick:g} s", f"give {STEP:g}, say"
+        raise InputError(rule, key="step", value=f"{step:g}", fix=fix)
+    return ticks
+
+
 def span_of(robot: Robot) -> Span:
     """Return what a robot's actions are multiplied by: the controller's bounds."""
     control = require(robot.controller, "controller", robot)

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
-from hypertuna.errors import InputError
-from hypertuna.learning.spans import STEP, span_of
+from hypertuna.learning.spans import STEP, span_of, ticks_of
 from hypertuna.learning.tasks import Outcome, Seen, Task
 from hypertuna.simulation.plant import controller_of, parts_of, steps_of
 
@@ -22,7 +21,7 @@ LIMIT = 4.0  # observations are held within this
 
 @dataclass
 class Swimmers:
-    """Twins that learn; at each start one of `robots` is drawn, and its controller knows `robot` alone."""
+    """Twins under actions; each start samples one of `robots`, whose controller has the numbers of `robot`."""
 
     task: Task
     robot: Robot
@@ -35,12 +34,8 @@ class Swimmers:
     steps: Array = field(init=False)  # (N,) made since the start
 
     def __post_init__(self) -> None:
-        control = require(self.robot.controller, "controller", self.robot)
-        tick = 1 / control.rate
-        self.ticks = round(self.step / tick)
-        if self.ticks < 1 or abs(self.ticks * tick - self.step) > 1e-9:
-            rule, fix = f"must be whole control ticks of {tick:g} s", f"give {STEP:g}, say"
-            raise InputError(rule, key="step", value=f"{self.step:g}", fix=fix)
+        self.ticks = ticks_of(self.robot, self.step)
+        tick = 1 / require(self.robot.controller, "controller", self.robot).rate
         self.span = span_of(self.robot)
         self._parts = [parts_of(robot, "water", None) for robot in self.robots or [self.robot]]
         inner = max(steps_of(tick, parts, self.robot) for parts in self._parts)
@@ -96,7 +91,7 @@ class Swimmers:
         return self.task.outcome(self.goal, self.seen, before)
 
     def observe(self) -> Array:
-        """Return what each swimmer knows (N, size), all of which a board knows, too.
+        """Return what each swimmer observes (N, size); measured bends have the noise of the sensors, all else is true.
 
         Speed ahead [BL/s], rate of turn [rad/s], bends as measured and as set, over the largest; the action; the task.
         """

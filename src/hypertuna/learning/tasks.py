@@ -1,4 +1,4 @@
-"""Tasks: what a swimmer is to do, what it knows of that, and what it is worth.
+"""Tasks: goals, what a swimmer observes of them, and rewards.
 
 Every function takes all swimmers at once: positions and speeds are in body lengths, angles in radians, and a goal is a
 row of numbers that holds for an episode.
@@ -30,7 +30,7 @@ class Seen(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What a step was worth."""
+    """Result of a step."""
 
     reward: Array  # (N,)
     done: NDArray[np.bool_]  # (N,) the task has come to its end
