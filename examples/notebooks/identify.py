@@ -17,7 +17,7 @@ trials = ht.read_trials(file, "hypertuna")
 trials
 
 # %% [markdown]
-# Without other words, `identify` fits one factor each on the drag along the body, the drag across it and the added
+# By default, `identify` fits one factor each on the drag along the body, the drag across it and the added
 # mass. It keeps a fifth of the runs to check the fit with.
 
 # %%

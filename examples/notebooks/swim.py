@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Your own robot swims
 #
-# Begin with four numbers: links, length, mass, and what drives the joints. Every other value is an estimate that names
+# Begin with three numbers: the number of links, the length and the mass. Every other value is an estimate that names
 # its rule; replace the estimates as you measure.
 
 # %%
