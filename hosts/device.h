@@ -1,8 +1,8 @@
 /* A twin that goes on in step with other simulators, as in an FMU. hypertuna.h has the conventions.
  *
- * It is under the robot's own controller, or is the plant alone, from servo pulses. What it shows is of the instant at
- * which it stands: positions, pressures, and for the plant the readings of the sensors. What needs a time to pass, as
- * power and the controller's doings, is of the last control tick.
+ * It has the robot's own controller, or is the plant alone, driven by servo pulses. Positions, pressures and the
+ * plant's sensor readings are those of the present instant; power and the controller's outputs are those of the last
+ * tick.
  */
 #ifndef HYPERTUNA_DEVICE_H
 #define HYPERTUNA_DEVICE_H
@@ -22,8 +22,8 @@ HT_API void ht_device_free(ht_device* device);
 HT_API int ht_device_joints(const ht_device* device);
 HT_API double ht_device_tick(const ht_device* device); /* s */
 
-/* From now on: a command, as of a twin; or of the plant, the pulses [s] of two servos a joint and of the fins, held
- * within those that the robot's controller may send. */
+/* From now on: a command, as of ht_twin; or for the plant, the pulses [s] of two servos a joint and of the fins,
+ * clipped to the limits of the robot's controller. */
 HT_API void ht_device_command(ht_device* device, const double* gait, const double fins[2], int armed);
 HT_API void ht_device_drive(ht_device* device, const double* pulses);
 /* From now on: with `steered` 1 the robot's pilot, by its own sensors, sets biases and fins toward a depth of the nose
@@ -35,7 +35,7 @@ HT_API int ht_device_steer(ht_device* device, int steered, double depth, double 
 /* From now on: a current [m/s] toward east and north, at sea. */
 HT_API void ht_device_flow(ht_device* device, const double current[2]);
 
-/* These are as of a twin. A state has that of the pilot, and goes back to a device of the same robot, kind and start. */
+/* As of ht_twin. A state includes that of the pilot; restore it to a device of the same robot, kind and start. */
 HT_API int ht_device_advance(ht_device* device, int ticks);
 HT_API const char* ht_device_column(const ht_device* device, int index, int* width);
 HT_API void ht_device_read(const ht_device* device, double* row);

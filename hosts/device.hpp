@@ -5,7 +5,7 @@
 
 namespace hypertuna {
 
-/// What the pilot of a twin holds, where it steers.
+/// Setpoints of a twin's pilot.
 struct Steered {
     bool on;
     double depth;  // m
@@ -29,7 +29,7 @@ class Device {
     virtual void restore(const unsigned char* from) = 0;
 };
 
-/// All that a device goes on from and shows. The plant's readings are of now, for a controller outside.
+/// State and outputs of a device. The plant's readings are those of now, for a controller outside.
 template <class Body>
 struct DeviceMoment {
     TwinStateOf<Body> twin;
@@ -98,7 +98,7 @@ class BodyDevice final : public Device {
 
     double time() const { return twin_.controller.tick * double(now_.ticks); }
 
-    /// The pilot boots; one that begins under water was switched on at the surface.
+    /// Start the pilot; a robot that begins under water was switched on at the surface.
     void start_pilot() {
         now_.pilot = init(*pilot_, Mission<double>{});
         if constexpr (at_sea)
@@ -126,7 +126,7 @@ class BodyDevice final : public Device {
         act(*pilot_, on, at, readings.robot, output);
         return output;
     }
-    /// As on the pilot's chart.
+    /// Declination of the magnetic field, which the pilot knows [rad].
     double declination() const {
         if constexpr (at_sea) return std::atan2(twin_.plant.body.sea.field.x, twin_.plant.body.sea.field.y);
         return 0;
@@ -143,9 +143,9 @@ class BodyDevice final : public Device {
                 return sent;
             });
     }
-    /// The plant as it is now.
+    /// Compute the plant's outputs of now.
     void look() { plant_rate(twin_.plant, now_.twin.plant, now_.twin.targets, &now_.tick.seen); }
-    /// What the sensors read now; the plant has been looked at.
+    /// Read the sensors; `look` comes before.
     void sense() {
         auto& readings = now_.tick.readings;
         readings = true_readings(twin_, now_.twin, now_.tick.seen);

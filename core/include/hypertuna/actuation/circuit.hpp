@@ -131,7 +131,7 @@ HYPERTUNA_INLINE OilPressure<S> unit_pressure(const Circuit<S>& circuit, const C
     return unit_curve(circuit, state, unit_space).at;
 }
 
-/// Oil in the muscles of a joint's two sides (0 and 1), for joint.hpp; T is S or a dual.
+/// Oil in the muscles of a joint's two sides (0 and 1), as section_load of joint.hpp takes it; T is S or a dual.
 template <class S>
 struct JointOil {
     const Circuit<S>* circuit;
@@ -144,7 +144,7 @@ struct JointOil {
         const OilCurve<S> oil = unit_curve(circuit[side], state[side], now - rest[side]);
         return {oil.at.pressure + oil.slope * (volume - now), T(oil.slope), T(oil.change)};
     }
-    /// Volume under a pressure, or under the lowest one.
+    /// Volume at a pressure, which is at least that of cavitation.
     HYPERTUNA_INLINE S volume(int side, const S& pressure) const {
         const Circuit<S>& c = circuit[side];
         const S under = max(c.cavitation, pressure);

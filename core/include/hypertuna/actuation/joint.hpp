@@ -4,9 +4,9 @@
 /// alpha / S. A body that shortens gets wider by 1/sqrt(l), so that at the lever w a muscle has the stretch
 ///     lambda = l -+ w q,  q = alpha / (S sqrt(l)),
 /// and matrix of uniaxial energy W per volume stores A W(l) + W''(l) I q^2 / 2 per length, to second order in q.
-/// Nothing holds the length: the axis shortens until its force vanishes; a muscle whose braid goes slack by it or by
-/// suction is a hose in the matrix alone. Side 0 is left; its muscles bend the joint
-/// counter-clockwise, by a positive angle.
+/// Nothing holds the length: the axis shortens until its force vanishes. A muscle whose braid is slack, by shortening
+/// or by suction, is a hose in the matrix alone. Side 0 is left; its muscles bend the joint counter-clockwise, by a
+/// positive angle.
 #pragma once
 
 #include <limits>
@@ -88,7 +88,7 @@ GivenPressures<S> given_pressures(const S& left, const S& right) {
     return {{left, right}};
 }
 
-/// `oil` tells the pressure of a side (0 or 1) at its volume, and the volume under a pressure if one follows.
+/// `oil.at` returns the pressure of a side (0 or 1) at a volume; `oil.volume`, if it exists, the volume at a pressure.
 template <class S, class Oil>
 HYPERTUNA_INLINE JointLoad<S> section_load(const SoftJoint<S>& joint, const Section<S>& at,
                                            const StretchLimits<value_t<S>>& limits, const S& angle, const S& strain,

@@ -176,7 +176,7 @@ S closing_stretch(const DriveUnit<S>& unit, const S& left) {
     return low;
 }
 
-/// Pressure on a muscle's walls, and its derivatives by the volume of the muscles of its side.
+/// Pressure of the oil in the muscles of a side, and its derivatives by their volume.
 template <class S>
 struct OilAt {
     S pressure;  // Pa
@@ -184,9 +184,9 @@ struct OilAt {
     S change;    // Pa/m^6
 };
 
-/// Near it: walls are soft beside oil, so its volume under what they carry tells the swelling. They carry about what
-/// their series at the braid's swelling says of the oil's volume at atmosphere. `volume` takes the pressure, and tells
-/// the lumen.
+/// First guess of slack_swelling: the lumen that the oil fills under the pressure that the walls carry. This pressure
+/// is the second-order series of the walls about the braid's swelling `high`, at the swelling where the oil is at
+/// atmosphere. `volume` returns the lumen at a pressure.
 template <class S, class Volume>
 HYPERTUNA_INLINE S near_swelling(const DriveUnit<S>& unit, const S& high, const Wall<S>& wall, const Volume& volume) {
     const S inverse = S(base_t<S>(1 / pi)), half = S(base_t<S>(0.5));
@@ -198,10 +198,10 @@ HYPERTUNA_INLINE S near_swelling(const DriveUnit<S>& unit, const S& high, const 
     return swelling((wall.across + back * (wall.rigid + half * wall.change * back)) * inverse);
 }
 
-/// Swelling of a slack muscle, m^2, from near, below `high`, which the braid has: the walls carry what the oil's
-/// pressure is at that volume. The difference rises with the swelling: Halley's method, in steps of at most twice
-/// Newton's, and bisection where it leaves what earlier steps have enclosed. `oil` takes the lumen. Lanes that are not
-/// slack keep `near`.
+/// Swelling of a slack muscle, m^2, at which the walls carry the pressure of the oil; `high` is that of the braid.
+///
+/// Halley's method from `near`, in steps of at most twice Newton's, and bisection outside the bracket: walls less oil
+/// rises with the swelling. `oil` returns the pressure at a lumen. Lanes that are not slack keep `near`.
 template <class S, class Slack, class Oil>
 HYPERTUNA_INLINE S slack_swelling(const DriveUnit<S>& unit, const S& stretch, const S& near, S high, Slack slack,
                                   const Oil& oil) {

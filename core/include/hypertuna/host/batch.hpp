@@ -19,7 +19,7 @@ struct BatchMember {
     SpatialTwist<double> twist;  // of the head at the start
 };
 
-/// What keeps members from being one batch.
+/// Return why members cannot be one batch, or nothing.
 inline std::string check_batch(const std::vector<BatchMember>& members) {
     if (members.empty()) return "batch: must have a twin";
     for (const BatchMember& member : members) {
@@ -116,7 +116,7 @@ class LaneGroup {
 
 // --- runs under one command each
 
-/// A command for each member, and the length of the runs. Records are one row every `every` ticks.
+/// Run each member under its own command; records have a row every `every` ticks.
 inline std::vector<Record> simulate(const MachineKernel& kernel, std::vector<BatchMember> members,
                                     const std::vector<const GaitCommand*>& commands, const Run& run) {
     std::vector<Record> records(members.size());
