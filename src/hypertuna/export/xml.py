@@ -32,8 +32,8 @@ def comment(lines: Iterable[str]) -> Any:
 
 
 def notes(facts: Iterable[str], lost: Iterable[str]) -> Any:
-    """Return the comment at the head of a file: what it is, and what of the robot's model it has not."""
-    return comment([*facts, "What does not survive:", *(f"- {sentence}" for sentence in lost)])
+    """Return the comment at the head of a file: the model, and what of the robot it lacks."""
+    return comment([*facts, "Not in this file:", *(f"- {sentence}" for sentence in lost)])
 
 
 def document(root: Element) -> str:

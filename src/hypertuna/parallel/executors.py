@@ -24,7 +24,7 @@ from hypertuna.ranges import POSITIVE_WHOLE
 S = TypeVar("S")
 R = TypeVar("R")
 
-# An executor, or a function that makes or opens one: a pool that lost a process is unusable, and then made anew.
+# An executor, or a function that makes one: a pool that lost a process is unusable, and the function makes a new one.
 Executors: TypeAlias = Executor | Callable[[], AbstractContextManager[Executor]]
 
 IN_FLIGHT = 256  # shards submitted and not yet consumed: bounds the memory of their results
