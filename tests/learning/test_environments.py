@@ -113,17 +113,19 @@ def seen(position: tuple[float, float], heading: float, speed: float = 0.0) -> S
 def test_tasks_by_hand() -> None:
     still = np.zeros((1, 2))
     at, before, goal = seen((1, 1), np.pi / 2), seen((1, 0), np.pi / 2), np.array([[1.0, 5.0]])
-    np.testing.assert_allclose(Goto().told(goal, at, still), [[1, 0, 1]], atol=1e-12)  # straight ahead, 4 BL
-    np.testing.assert_allclose(Goto().told(np.array([[-1.0, 1]]), at, still), [[0, 1, 0.5]], atol=1e-12)  # to the left
+    np.testing.assert_allclose(Goto().observe(goal, at, still), [[1, 0, 1]], atol=1e-12)  # straight ahead, 4 BL
+    np.testing.assert_allclose(
+        Goto().observe(np.array([[-1.0, 1]]), at, still), [[0, 1, 0.5]], atol=1e-12
+    )  # to the left
     assert Goto().outcome(goal, at, before).reward == pytest.approx(1 - 0.05)  # a length nearer, half the power
     reached = Goto().outcome(np.array([[1.0, 1.3]]), at, before)
     assert reached.done
     assert reached.success
-    error = Turn().told(np.array([[-np.pi / 2]]), at, still)
+    error = Turn().observe(np.array([[-np.pi / 2]]), at, still)
     np.testing.assert_allclose(error, [[-1, 0]], atol=1e-12)
     assert Turn().outcome(np.array([[-np.pi / 2]]), at, before).reward == pytest.approx(-1 - 0.05)
     np.testing.assert_allclose(
-        Station().told(np.zeros((1, 2)), at, np.array([[0.0, 0.3]]))[:, 3:], [[0.3, 0]], atol=1e-12
+        Station().observe(np.zeros((1, 2)), at, np.array([[0.0, 0.3]]))[:, 3:], [[0.3, 0]], atol=1e-12
     )
     assert Swim().outcome(np.array([[0.5]]), seen((0, 0), 0, 0.4), before).reward == pytest.approx(-0.1 - 0.05)
 

@@ -17,10 +17,10 @@ from hypertuna.simulation.sea_run import VARIABLES as SEA_VARIABLES
 # Names along the dimensions that do not depend on the robot.
 LABELS = {"": ("",), "axis": ("x", "y", "z"), "quaternion": ("w", "x", "y", "z"), "side": ("port", "starboard")}
 POSITION = ("east", "north", "up")
-# What is of the robot's controller and its readings, which the plant alone does not have.
+# Columns of the robot's controller and its readings, which the plant does not have.
 OF_CONTROLLER = ("angle_measured", "angle_set", "pressure_measured", "current", "status")
 OF_CONTROLLER_AT_SEA = ("rate_measured", "acceleration_measured")
-MIRRORED = {"speed": "surge"}  # columns that the core counts the other way
+MIRRORED = {"speed": "surge"}  # columns with the opposite sign in the core
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def _pulses(robot: Robot, sea: bool) -> Iterator[Variable]:
 
 
 def _parameters(sea: bool) -> Iterator[Variable]:
-    """Yield the parameters: of the start, and the current that may change."""
+    """Yield the parameters: seed and start, which are fixed, and the current, which is tunable."""
     text = "seed of the sensors' errors"
     yield Variable("seed", "parameter", "1", text, "i fixed 0 0", "fixed", "Integer", 0.0, 0.0)
     of_start = [("start_speed", "m/s", "speed ahead at the start", 0.0)]

@@ -2,8 +2,8 @@
 
 MuJoCo drags a body by the box that has its inertia: half sizes r give a force 2 rho r_y r_z v |v| along x and
 2 rho r_x r_z v |v| across (y). A second body at each link, all water, has the r that make these the link's own drag. It
-is metres tall (z): the taller, the less it resists rotation (rho/2 r_z (r_x^4 + r_y^4)), and its moment of inertia
-about z is small. It carries the added mass that is alike in all directions.
+is meters tall (z): the taller, the less it resists rotation (rho/2 r_z (r_x^4 + r_y^4)), and its moment of inertia
+about z is small. It carries the isotropic part of the added mass.
 """
 
 import math

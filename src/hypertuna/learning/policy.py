@@ -73,10 +73,10 @@ def read_policy(path: str | Path) -> Policy:
 
 def plain_pilot(swimmers: Swimmers, *, frequency: float = 2.0, amplitude: float = 0.5, gain: float = 2.0) -> Act:
     """Return a pilot for Goto: one gait [Hz, part of the largest bend]; a tail that bends to the left turns right."""
-    joints, told = len(swimmers.robot.joints), swimmers.task.size
+    joints, size = len(swimmers.robot.joints), swimmers.task.size
 
     def act(observation: NDArray[Any]) -> NDArray[Any]:
-        cosine, sine = observation[:, -told], observation[:, -told + 1]
+        cosine, sine = observation[:, -size], observation[:, -size + 1]
         bearing = np.arctan2(sine, cosine)
         action = np.tile(swimmers.rest, (len(observation), 1))
         action[:, 0] = 2 * frequency / swimmers.span.frequency - 1

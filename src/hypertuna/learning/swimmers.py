@@ -98,9 +98,9 @@ class Swimmers:
         c = self._columns
         motion = np.stack([self.seen.speed, c["yaw"]], axis=1)
         bends = np.concatenate([c["angle_measured"], c["angle_set"]], axis=1) / np.tile(self.span.bend, 2)
-        told = self.task.told(self.goal, self.seen, self.current)
-        known = np.concatenate([motion, bends, self.action, told], axis=1)
-        return np.asarray(np.clip(np.nan_to_num(known), -LIMIT, LIMIT))
+        task = self.task.observe(self.goal, self.seen, self.current)
+        observation = np.concatenate([motion, bends, self.action, task], axis=1)
+        return np.asarray(np.clip(np.nan_to_num(observation), -LIMIT, LIMIT))
 
     @property
     def lost(self) -> NDArray[np.bool_]:

@@ -50,8 +50,8 @@ class Task(ABC):
         """Sample the goal of an episode."""
 
     @abstractmethod
-    def told(self, goal: Array, seen: Seen, current: Array) -> Array:
-        """Return what each swimmer knows of its task (N, size); `current` (N, 2) is over ground [BL/s]."""
+    def observe(self, goal: Array, seen: Seen, current: Array) -> Array:
+        """Return what each swimmer observes of its task (N, size); `current` (N, 2) is over ground [BL/s]."""
 
     @abstractmethod
     def outcome(self, goal: Array, seen: Seen, before: Seen) -> Outcome:
@@ -69,8 +69,8 @@ class Swim(Task):
         """Sample the goal of an episode."""
         return rng.uniform(0.3, 1.5, size=1)
 
-    def told(self, goal: Array, seen: Seen, current: Array) -> Array:
-        """Return what each swimmer knows."""
+    def observe(self, goal: Array, seen: Seen, current: Array) -> Array:
+        """Return what each swimmer observes."""
         return goal
 
     def outcome(self, goal: Array, seen: Seen, before: Seen) -> Outcome:
@@ -91,8 +91,8 @@ class Turn(Task):
         """Sample the goal of an episode."""
         return rng.uniform(-np.pi, np.pi, size=1)
 
-    def told(self, goal: Array, seen: Seen, current: Array) -> Array:
-        """Return what each swimmer knows."""
+    def observe(self, goal: Array, seen: Seen, current: Array) -> Array:
+        """Return what each swimmer observes."""
         error = goal[:, 0] - seen.heading
         return np.stack([np.cos(error), np.sin(error)], axis=1)
 
@@ -115,8 +115,8 @@ class Goto(Task):
         distance, bearing = rng.uniform(3, 8), rng.uniform(-np.pi, np.pi)
         return distance * np.array([np.cos(bearing), np.sin(bearing)])
 
-    def told(self, goal: Array, seen: Seen, current: Array) -> Array:
-        """Return what each swimmer knows."""
+    def observe(self, goal: Array, seen: Seen, current: Array) -> Array:
+        """Return what each swimmer observes."""
         return _toward(goal - seen.position, seen.heading)
 
     def outcome(self, goal: Array, seen: Seen, before: Seen) -> Outcome:
@@ -139,8 +139,8 @@ class Station(Task):
         """Sample the goal of an episode."""
         return np.zeros(2)
 
-    def told(self, goal: Array, seen: Seen, current: Array) -> Array:
-        """Return what each swimmer knows."""
+    def observe(self, goal: Array, seen: Seen, current: Array) -> Array:
+        """Return what each swimmer observes."""
         return np.concatenate([_toward(goal - seen.position, seen.heading), _turned(current, seen.heading)], axis=1)
 
     def outcome(self, goal: Array, seen: Seen, before: Seen) -> Outcome:

@@ -1,4 +1,4 @@
-"""Layout of the results of many: which columns there are, and how they become a labeled dataset."""
+"""Layout of results in shards: their columns, and the labeled dataset that they become."""
 
 from __future__ import annotations
 

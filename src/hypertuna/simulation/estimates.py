@@ -1,4 +1,4 @@
-"""How far the estimates of a description may be off, and robots at random within them."""
+"""How far the estimates of a description may be off, and random robots within these ranges."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -63,7 +63,7 @@ def varied(robot: Robot, changes: Mapping[Factor, float]) -> Robot:
 
 
 def random_robots(robot: Robot, count: int, seed: int, factors: Sequence[Factor] = FACTORS) -> list[Robot]:
-    """Sample robots whose estimates are off at random, those that the description has and the controller does not."""
+    """Sample robots with estimates off at random: those of `factors` that the description has, but the controller's."""
     document = robot.document()
     has = [f for f in factors if not f.key.startswith("controller.") and _has(document, f.key)]
     parts = np.random.default_rng(seed).random((count, len(has)))

@@ -1,6 +1,6 @@
 /// A learned policy: a multilayer perceptron whose output is a command to the controller.
 ///
-/// It stands where a ground station's command stands: the controller bounds what it asks for as any other command.
+/// The command takes the place of a ground station's, and the controller bounds it in the same way.
 #pragma once
 
 #include "hypertuna/control/controller_model.hpp"
