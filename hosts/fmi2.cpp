@@ -20,7 +20,6 @@ struct Callbacks {
     void (*finished)(void*, int);
     void* environment;
 };
-using Reference = unsigned;
 
 /// The path of a file's URI.
 std::string path_of(const char* uri) {
@@ -37,22 +36,6 @@ std::string path_of(const char* uri) {
     }
     if (path.size() > 2 && path[0] == '/' && path[2] == ':') path.erase(0, 1);  // a drive of Windows
     return path;
-}
-
-template <class T>
-Status get(void* instance, const Reference* references, std::size_t count, char type, T* values) {
-    for (std::size_t k = 0; k < count; ++k) {
-        double value = 0;
-        if (!of(instance).get(references[k], type, value)) return error;
-        values[k] = T(value);
-    }
-    return ok;
-}
-template <class T>
-Status set(void* instance, const Reference* references, std::size_t count, char type, const T* values) {
-    for (std::size_t k = 0; k < count; ++k)
-        if (!of(instance).set(references[k], type, double(values[k]))) return error;
-    return ok;
 }
 
 }  // namespace
@@ -119,7 +102,7 @@ FMI2 int fmi2DoStep(void* instance, double at, double size, int) {
     return of(instance).phase == Phase::failed ? error : discard;
 }
 
-// What the description says that the FMU has not.
+// Functions that the description declares as unsupported.
 FMI2 int fmi2GetDirectionalDerivative(void* c, const Reference*, std::size_t, const Reference*, std::size_t,
                                       const double*, double*) {
     return missing(c);

@@ -12,23 +12,6 @@ using namespace hypertuna;
 namespace {
 
 using Log = void (*)(void* environment, int status, const char* category, const char* message);
-using Reference = std::uint32_t;
-
-template <class T>
-Status get(void* instance, const Reference* references, std::size_t count, char type, T* values) {
-    for (std::size_t k = 0; k < count; ++k) {
-        double value = 0;
-        if (!of(instance).get(references[k], type, value)) return error;
-        values[k] = T(value);
-    }
-    return ok;
-}
-template <class T>
-Status set(void* instance, const Reference* references, std::size_t count, char type, const T* values) {
-    for (std::size_t k = 0; k < count; ++k)
-        if (!of(instance).set(references[k], type, double(values[k]))) return error;
-    return ok;
-}
 
 void* refuse_kind(void* environment, Log log, const char* sentence) {
     if (log) log(environment, error, "logStatusError", sentence);
@@ -112,7 +95,7 @@ FMI3 int fmi3DoStep(void* instance, double at, double size, bool, bool* event, b
     return done ? ok : *terminate ? error : discard;
 }
 
-// What the description says that the FMU has not: the calling convention lets a call's arguments go unread.
+// Functions that the description declares as unsupported; calling conventions let them ignore their other arguments.
 #define MISSING(name) \
     FMI3 int fmi3##name(void* c) { return missing(c); }
 MISSING(EnterEventMode)

@@ -34,7 +34,7 @@ struct Variable {
 inline constexpr int fmu_parameters = 6;
 inline constexpr double quarter = 1.5707963267948966;  // rad
 
-/// Where an instance is between creation and end.
+/// Phase of an instance's life cycle.
 enum class Phase : std::uint8_t { instantiated, initializing, stepping, terminated, failed };
 
 class Fmu {
@@ -93,7 +93,7 @@ class Fmu {
         return begun || variable.role == Role::input || create();
     }
 
-    /// Go on by a communication step; false, with a sentence, where the step is refused or the plant diverges.
+    /// Make a communication step; false, with a sentence, where the step is refused or the plant diverges.
     bool step(double at, double size) {
         if (phase != Phase::stepping) return refuse("step: the instance is not initialized, or failed; reset it");
         const double count = std::round(size / tick());
@@ -150,7 +150,7 @@ class Fmu {
         return true;
     }
 
-    /// Say what is wrong; false.
+    /// Log what is wrong; return false.
     bool refuse(const std::string& sentence) const {
         tell_(sentence);
         return false;
@@ -286,14 +286,31 @@ class Fmu {
     std::uint64_t ticks_ = 0;
 };
 
-// --- calls of the standard that both versions have, with the same status and state
+// --- functions of the standard that both versions have
 
 enum Status { ok, warning, discard, error };
+using Reference = std::uint32_t;
 using State = std::vector<unsigned char>;
 
 inline Fmu& of(void* instance) { return *static_cast<Fmu*>(instance); }
 inline Status good(bool done) { return done ? ok : error; }
 inline Status missing(void* instance) { return good(of(instance).refuse("call: is not one that this FMU has")); }
+
+template <class T>
+Status get(void* instance, const Reference* references, std::size_t count, char type, T* values) {
+    for (std::size_t k = 0; k < count; ++k) {
+        double value = 0;
+        if (!of(instance).get(references[k], type, value)) return error;
+        values[k] = T(value);
+    }
+    return ok;
+}
+template <class T>
+Status set(void* instance, const Reference* references, std::size_t count, char type, const T* values) {
+    for (std::size_t k = 0; k < count; ++k)
+        if (!of(instance).set(references[k], type, double(values[k]))) return error;
+    return ok;
+}
 
 inline Status get_state(void* instance, void** state) {
     State* const to = *state ? static_cast<State*>(*state) : new State;
