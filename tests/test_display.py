@@ -23,9 +23,10 @@ from hypertuna.actuation.sizing import size_pump
 from hypertuna.arrays import Array
 from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.fit import fit_bench
-from hypertuna.display import Card, Displayed, Plotted, Tabular, card_html, card_text, number, track_svg
+from hypertuna.display import Card, Displayed, Plotted, Tabular, card_html, card_text, number
 from hypertuna.identification.posterior import posterior
 from hypertuna.mission.flight import outcome
+from hypertuna.pictures import track_svg
 from hypertuna.simulation.posture_test import posture_test
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
@@ -149,6 +150,14 @@ def test_every_class_with_a_card_is_shown_here(made: dict[str, Any]) -> None:
     }
     assert named == {type(value).__name__ for value in made.values()} | {"FeBend"}  # needs an extra: test below
     assert {*made} == {*KINDS}
+
+
+def test_every_type_of_result_has_a_picture(made: dict[str, Any]) -> None:
+    drawn: dict[str, bool] = {}
+    for kind, value in made.items():
+        if kind != "no-optimum":  # nothing swims
+            drawn[type(value).__name__] = re.search("<svg.*?<(path|circle|rect|poly)", value._repr_html_()) is not None
+    assert [name for name, shown in drawn.items() if not shown] == []
 
 
 # Numbers without a unit, by their label: counts and ratios.

@@ -10,7 +10,7 @@ import re
 import sys
 import textwrap
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -29,9 +29,6 @@ OPEN = 8  # rows of a table that are not folded
 FAST = 0.5  # s: a shorter call shows no progress
 REFRESH = 0.1  # s between two pictures of a progress bar
 WIDTHS = Range(min=2, max=40, unit="inch")  # of a figure
-LOOP = 10.0  # s: the longest film of a track
-NARROW = 120  # width of a curve below which its ends share a label
-BODY = "M11 0Q5-5-2-4L-11 0-2 4Q5 5 11 0z"  # of a film of a track, to the right
 SCREEN = 144  # dots per inch of a figure in a notebook
 
 # The colors are those of the notebook: text and lines in its color, the body in one that both themes show well.
@@ -260,51 +257,6 @@ def _numeric(cell: str) -> bool:
 def safe(text: str) -> str:
     """Escape text for HTML; a unit stays beside its number."""
     return html.escape(str(text)).replace("(kg m)", "(kg\N{NO-BREAK SPACE}m)")
-
-
-def captioned(svg: str, text: str) -> str:
-    """Put a line of text below a picture."""
-    return f'{svg}<p class="ht-caption">{safe(text)}</p>'
-
-
-def track_svg(x: Iterable[float], y: Iterable[float], seconds: float, label: str) -> str:
-    """Draw a track from above, points at equal intervals, and a body that moves along it in ten seconds at most."""
-    loop = min(LOOP, seconds)
-    pace = "in real time" if loop == seconds else f"sped up {seconds / loop:.3g} times"
-    return captioned(curve_svg(x, y, label, equal=True, loop=loop), f"The whole track from above, {pace}.")
-
-
-def curve_svg(
-    x: Iterable[float], y: Iterable[float], label: str, *, equal: bool = False, dots: bool = False, loop: float = 0.0
-) -> str:
-    """Draw a curve, or dots, between the extremes of its values as an SVG element; `equal` keeps the scale of a map.
-
-    With `loop` [s] a body moves along it, again and again.
-    """
-    points = [(a, b) for a, b in zip(x, y, strict=True) if math.isfinite(a) and math.isfinite(b)]
-    if len(points) < 2:
-        return ""
-    points = points[:: max(1, len(points) // 600)]
-    lows, highs = [min(part) for part in zip(*points, strict=True)], [max(part) for part in zip(*points, strict=True)]
-    wide, high = (max(end - start, 1e-12) for start, end in zip(lows, highs, strict=True))
-    scales = (min(630 / wide, 150 / high),) * 2 if equal else (630 / wide, 150 / high)
-    places = [(80 + scales[0] * (a - lows[0]), 170 - scales[1] * (b - lows[1])) for a, b in points]
-    line = " ".join(f"{a:.1f},{b:.1f}" for a, b in places)
-    spots = "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" class="joint"/>' for a, b in places) if dots else ""
-    drawn = spots or f'<polyline points="{line}" fill="none" stroke="#2f86c5" stroke-width="2"/>'
-    low, high = (f"{number(end)}" for end in (lows[0], highs[0]))
-    ends = [(74, 172, "end", number(lows[1])), (74, 26, "end", number(highs[1])), (80, 192, "start", low)]
-    if scales[0] * wide < NARROW:
-        ends[-1] = (80, 192, "start", f"{low} to {high}")
-    else:
-        ends.append((80 + scales[0] * wide, 192, "end", high))
-    texts = "".join(f'<text x="{a:.0f}" y="{b}" text-anchor="{side}">{text}</text>' for a, b, side, text in ends)
-    if loop:
-        way = f'path="M{line}" dur="{loop:.6g}s" rotate="auto" calcMode="linear" repeatCount="indefinite"'
-        texts += f'<path class="body moving" d="{BODY}"><animateMotion {way}/></path>'
-    title = f'<text x="80" y="12">{safe(label)}</text>'
-    about = f'viewBox="-24 -6 784 206" class="curve" font-size="13" role="img" aria-label="{safe(label)}"'
-    return f"<svg {about}>{drawn}{texts}{title}</svg>"
 
 
 @checked

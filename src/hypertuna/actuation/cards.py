@@ -1,10 +1,11 @@
-"""What notebooks and shells show of the bend of a joint."""
+"""What notebooks and shells show of the bend of a joint and of pump sizes."""
 
 import numpy as np
 
 from hypertuna.actuation.bending import Bend
 from hypertuna.actuation.sizing import Sizes
-from hypertuna.display import Card, curve_svg, number
+from hypertuna.display import Card, number
+from hypertuna.pictures import captioned, curve_svg
 
 
 def sizes_card(sizes: Sizes) -> Card:
@@ -23,7 +24,16 @@ def sizes_card(sizes: Sizes) -> Card:
         )
         for size in sizes
     ]
-    return Card(f"Pump: {len(sizes)} cases", (), "", columns, rows)
+    return Card(f"Pump: {len(sizes)} cases", (), "", columns, rows, lambda: _loads_svg(sizes))
+
+
+def _loads_svg(sizes: Sizes) -> str:
+    """Draw the servo's torque and speed of each case, and the line between the limits of both."""
+    torque = [100 * size.torque / size.torque_limit for size in sizes]
+    speed = [100 * size.servo_speed / size.servo_speed_limit for size in sizes]
+    label = "servo torque [% of stall] over servo speed [% of that without load]"
+    text = "Each dot is a case: torque at the pressure limit, largest speed. Dashed: what the servo gives."
+    return captioned(curve_svg(speed, torque, label, dots=True, dashed=[[(0, 100), (100, 0)]]), text)
 
 
 def bend_card(bend: Bend) -> Card:

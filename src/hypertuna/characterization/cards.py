@@ -1,7 +1,10 @@
 """What notebooks and shells show of a fit to bench runs."""
 
+import numpy as np
+
 from hypertuna.characterization.fit import NOISE, BenchFit
 from hypertuna.display import Card, number
+from hypertuna.pictures import computed_svg
 
 
 def bench_card(fit: BenchFit) -> Card:
@@ -20,5 +23,7 @@ def bench_card(fit: BenchFit) -> Card:
         for one in fit.parameters
     ]
     title = f"Fit of {len(fit.free)} unknowns of {fit.described.name}{'' if fit.converged else ', not converged'}"
+    angles = np.degrees([fit.bench.angle, fit.angle]).T.tolist()
+    picture = lambda: computed_svg(angles, "bend [deg]", "a row of the bench")  # noqa: E731
     columns = ("unknown", "value", "95 % interval", "determined")
-    return Card(title, facts, " ".join([fit.stop, *fit.warnings]), columns, rows)
+    return Card(title, facts, " ".join([fit.stop, *fit.warnings]), columns, rows, picture)

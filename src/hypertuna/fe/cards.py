@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from hypertuna.display import Card, curve_svg, number
+from hypertuna.display import Card, number
 from hypertuna.fe.bend import FeBend
+from hypertuna.pictures import curve_svg
 
 
 def fe_card(bend: FeBend) -> Card:

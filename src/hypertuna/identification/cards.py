@@ -1,10 +1,15 @@
-"""What notebooks and shells show of a fit."""
+"""What notebooks and shells show of a fit and its posterior."""
+
+import numpy as np
 
 from hypertuna.display import Card, number
+from hypertuna.identification.coefficients import ABSOLUTE_UNITS
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.posterior import Posterior
-from hypertuna.identification.residuals import LABELS
+from hypertuna.identification.residuals import LABELS, STEADY
 from hypertuna.identification.tables import coefficient_table
+from hypertuna.io.quantity import key_of
+from hypertuna.pictures import BARS, bars_svg, captioned, computed_svg
 
 
 def fit_card(fit: Fit) -> Card:
@@ -18,7 +23,24 @@ def fit_card(fit: Fit) -> Card:
             facts.append((f"{label} error, {name}", number(factor * rms, f"{unit} rms")))
     text = " ".join([f"{fit.stop}", *fit.warnings])
     title = f"Fit of {len(fit.free)} coefficients of {fit.described.name}{'' if fit.converged else ', not converged'}"
-    return Card(title, facts, text, columns, [[str(cell) for cell in row] for row in rows])
+    return Card(title, facts, text, columns, [[str(cell) for cell in row] for row in rows], lambda: _runs_svg(fit))
+
+
+def _runs_svg(fit: Fit) -> str:
+    """Draw the computed over the measured speed of steady runs, else the errors of tracked runs."""
+    runs = [run for part in fit.parts.values() for run in part.runs]
+    for name, unit in STEADY.items():
+        measured, computed = (key_of(f"{name}_{of}", unit) for of in ("measured", "computed"))
+        pairs = [(run[measured], run[computed]) for run in runs if measured in run]
+        if pairs:
+            return computed_svg(pairs, f"{name.replace('_', ' ')} [{unit}]", "a steady run")
+    key = next(iter(fit.quantities), "")
+    errors = {run["run"]: run[f"{key}_rms"] for run in runs if f"{key}_rms" in run}
+    if not errors:
+        return ""
+    label, unit, factor = LABELS[key]
+    rows = [(name, 0.0, factor * errors[name]) for name in sorted(errors, key=lambda name: -errors[name])]
+    return captioned(bars_svg(rows, f"error of {label} [{unit} rms]"), "The tracked runs, the largest error first.")
 
 
 def posterior_card(sampled: Posterior) -> Card:
@@ -30,4 +52,24 @@ def posterior_card(sampled: Posterior) -> Card:
     ]
     facts = [("steps", f"{sampled.steps}"), ("walkers", f"{sampled.walkers}")]
     facts.append(("accepted", number(100 * sampled.acceptance, "%")))
-    return Card(f"Posterior of {len(sampled.free)} coefficients", facts, sampled.sentence, columns, rows)
+    return Card(
+        f"Posterior of {len(sampled.free)} coefficients",
+        facts,
+        sampled.sentence,
+        columns,
+        rows,
+        lambda: _ranges_svg(sampled),
+    )
+
+
+def _ranges_svg(sampled: Posterior) -> str:
+    """Draw the interval of each coefficient around its median; of an offset, whose median may be 0, over its unit."""
+    middle = np.median(sampled.samples, axis=0)
+    sizes = [ABSOLUTE_UNITS.get(free.column, abs(value)) for free, value in zip(sampled.free, middle, strict=True)]
+    low, high = (100 * (part - middle) / sizes for part in (sampled.low, sampled.high))
+    rows = zip((free.name for free in sampled.free), low.tolist(), high.tolist(), strict=True)
+    text = "95 % intervals around the medians, in percent of them."
+    if any(free.column in ABSOLUTE_UNITS for free in sampled.free):
+        text += " Of offsets: in percent of 0.1 s or 0.1 rad."
+    rest = f" The first {BARS} coefficients." if len(sampled.free) > BARS else ""
+    return captioned(bars_svg(rows, "95 % interval around the median [%]"), text + rest)

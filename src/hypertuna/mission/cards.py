@@ -4,11 +4,12 @@ import math
 
 from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission
-from hypertuna.display import Card, curve_svg, facts_of, number, track_svg
+from hypertuna.display import Card, facts_of, number
 from hypertuna.mission.file import MissionFile
 from hypertuna.mission.flight import Flight, outcome
 from hypertuna.mission.log_fields import record_columns
 from hypertuna.mission.record import MissionRecord
+from hypertuna.pictures import curve_svg, track_svg
 
 
 def flight_card(flight: Flight) -> Card:

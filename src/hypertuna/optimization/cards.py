@@ -4,9 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.display import Card, curve_svg, number
+from hypertuna.display import Card, number
 from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.pareto import Front
+from hypertuna.pictures import curve_svg
 from hypertuna.swimming.cards import gait_text, picture_of, swim_facts
 
 

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.display import Card, curve_svg, number, track_svg
+from hypertuna.display import Card, number
+from hypertuna.pictures import curve_svg, track_svg
 from hypertuna.simulation.dive import Dive
 from hypertuna.simulation.film import last_beats
 from hypertuna.simulation.posture_test import PostureTest

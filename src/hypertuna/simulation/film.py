@@ -3,8 +3,9 @@
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.display import captioned, number
+from hypertuna.display import number
 from hypertuna.frames import rotation_of
+from hypertuna.pictures import captioned
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.swimming.outline import bodies, film_svg, followed, water_step

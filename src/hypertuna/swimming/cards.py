@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna.description.robot import Robot
-from hypertuna.display import Card, captioned, number
+from hypertuna.display import Card, number
+from hypertuna.pictures import BARS, bars_svg, captioned, curve_svg
 from hypertuna.swimming.beat import STATUSES
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.outline import circling_svg, slowed, swimming_svg
@@ -18,6 +19,7 @@ from hypertuna.swimming.swim import STRAIGHT, Swim, swim
 from hypertuna.swimming.turn import Turning
 
 INFLUENCES = ("speed", "cost_of_transport")  # that a card of a gradient shows
+ACROSS = 24  # dots along an axis of a grid of gaits, at most
 
 
 def gait_text(gait: Gait) -> str:
@@ -35,8 +37,23 @@ def gait_card(gait: Gait) -> Card:
     angles = np.degrees([gait.amplitude, gait.phase, gait.bias]).round(6) + 0.0
     rows = [(f"{g + 1}", *(f"{angle:.4g}" for angle in row)) for g, row in enumerate(angles.T)]
     return Card(
-        f"Gait: {gait_text(gait)}", (), "", ("joint group", "amplitude [deg]", "phase [deg]", "bias [deg]"), rows
+        f"Gait: {gait_text(gait)}",
+        (),
+        "",
+        ("joint group", "amplitude [deg]", "phase [deg]", "bias [deg]"),
+        rows,
+        lambda: beat_svg(gait),
     )
+
+
+def beat_svg(gait: Gait, what: str = "One beat as commanded") -> str:
+    """Draw the angle of each joint group over a beat."""
+    time = np.linspace(0, 1 / gait.frequency, 61)
+    swings = np.sin(2 * np.pi * gait.frequency * time[:, np.newaxis] - gait.phase)
+    *others, last = np.degrees(gait.bias + gait.amplitude * swings).T
+    curves = [list(zip(time.tolist(), other.tolist(), strict=True)) for other in others]
+    text = f"{what}: the last joint group in blue{', the others dashed' * bool(others)}."
+    return captioned(curve_svg(time, last, "joint angle [deg] over time [s]", dashed=curves), text)
 
 
 def swim_facts(swim: Swim) -> list[tuple[str, str]]:
@@ -77,7 +94,21 @@ def gaits_card(gaits: Gaits) -> Card:
         columns = np.degrees(getattr(gaits, kind)).round(6).T
         if kind != "bias" or columns.any():
             facts.append((kind, f"{', '.join(_span(column) for column in columns)} deg"))
-    return Card(f"{len(gaits)} gaits{f': {sizes}' if gaits.is_grid else ''}", facts)
+    title = f"{len(gaits)} gaits{f': {sizes}' if gaits.is_grid else ''}"
+    return Card(title, facts, picture=lambda: _gaits_svg(gaits))
+
+
+def _gaits_svg(gaits: Gaits) -> str:
+    """Draw the amplitudes of the last joint group over the frequencies; of a single pair the first gait."""
+    axes = [gaits.frequency, np.degrees(gaits.amplitude[:, -1])]
+    if gaits.is_grid:
+        axes = [part.ravel() for part in np.meshgrid(*(axis[:: -(-len(axis) // ACROSS)] for axis in axes))]
+    frequency, amplitude = (part[:: -(-len(part) // ACROSS**2)] for part in axes)
+    if np.ptp(frequency) == np.ptp(amplitude) == 0:
+        return beat_svg(gaits[0], "One beat of the first gait")
+    label = "amplitude of the last joint group [deg] over frequency [Hz]"
+    text = "Each dot is a gait, or several that differ in another value; of many, some are drawn."
+    return captioned(curve_svg(frequency, amplitude, label, dots=True), text)
 
 
 def gradient_card(gradient: Gradient) -> Card:
@@ -91,8 +122,17 @@ def gradient_card(gradient: Gradient) -> Card:
     ]
     columns = ("parameter", *(name.replace("_", " ") for name in INFLUENCES))
     title = f"Influence on {gait_text(gradient.gait)} of {gradient.robot.name}"
-    return Card(
-        title, (), "Change of the result for 1 % more of the parameter, of an angle for 1 deg more.", columns, rows
+    text = "Change of the result for 1 % more of the parameter, of an angle for 1 deg more."
+    return Card(title, (), text, columns, rows, lambda: _influence_svg(gradient, order[:BARS].tolist()))
+
+
+def _influence_svg(gradient: Gradient, first: list[int]) -> str:
+    """Draw the largest influences on the speed."""
+    speed = gradient.influence("speed").tolist()
+    rows = [(gradient.names[k], 0.0, speed[k]) for k in first]
+    return captioned(
+        bars_svg(rows, "change of the speed [%]"),
+        f"The {len(first)} parameters with the largest influence on the speed.",
     )
 
 

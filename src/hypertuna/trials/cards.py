@@ -4,14 +4,17 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.display import Card, curve_svg, number
-from hypertuna.swimming.cards import gait_text
+from hypertuna.display import Card, number
+from hypertuna.pictures import captioned, curve_svg
+from hypertuna.swimming.cards import beat_svg, gait_text
 from hypertuna.swimming.gait import gait_table
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tracks import JointSeries, Track
 from hypertuna.trials.trials import Trials
+
+MEASURES = {"speed": "m/s", "cost_of_transport": "J/(kg m)"}  # of steady runs
 
 
 def trials_card(trials: Trials) -> Card:
@@ -22,7 +25,21 @@ def trials_card(trials: Trials) -> Card:
         for run in trials.steady
     ]
     rows += [(one.name, f"{len(one.tracks)} tracked runs", "") for one in trials.recordings]
-    return Card(f"Trials: {len(trials.runs)} runs", facts, "", ("run", "gait", "speed"), rows)
+    title = f"Trials: {len(trials.runs)} runs"
+    return Card(title, facts, "", ("run", "gait", "speed"), rows, lambda: _trials_svg(trials))
+
+
+def _trials_svg(trials: Trials) -> str:
+    """Draw what steady runs measured over their frequency, else the path of the first tracked run."""
+    for key, unit in MEASURES.items():
+        runs = [run for run in trials.steady if getattr(run, key) is not None]
+        if runs:
+            label = f"measured {key.replace('_', ' ')} [{unit}] over frequency [Hz]"
+            values = [getattr(run, key) for run in runs]
+            dots = curve_svg([run.gait.frequency for run in runs], values, label, dots=True)
+            return captioned(dots, "Each dot is a steady run.")
+    tracks = [track for one in trials.recordings for track in one.tracks]
+    return captioned(_track_svg(tracks[0]), f"Run {tracks[0].run} from above.") if tracks else ""
 
 
 def trial_columns(trials: Trials) -> dict[str, Any]:
@@ -51,14 +68,14 @@ def steady_columns(run: SteadyRun) -> dict[str, Any]:
 
 def steady_card(run: SteadyRun) -> Card:
     """Show what a steady run measured."""
-    units = {"speed": "m/s", "cost_of_transport": "J/(kg m)"}
     facts = [
         (key.replace("_", " "), number(value, unit) + ("" if sd is None else f" ± {number(sd)}"))
-        for key, unit in units.items()
+        for key, unit in MEASURES.items()
         if (value := getattr(run, key)) is not None
         for sd in [getattr(run, f"{key}_sd")]
     ]
-    return Card(f"Steady run {run.name}: {gait_text(run.gait)}", [*facts, ("repeats", f"{run.repeats}")])
+    title = f"Steady run {run.name}: {gait_text(run.gait)}"
+    return Card(title, [*facts, ("repeats", f"{run.repeats}")], picture=lambda: beat_svg(run.gait))
 
 
 def recording_card(recording: Recording) -> Card:
@@ -84,8 +101,13 @@ def smooth_card(smoothed: SmoothSeries) -> Card:
 def track_card(track: Track) -> Card:
     """Show length and path of a tracked run."""
     facts = [("frames", f"{len(track.time)}"), ("time", f"{track.time[0]:g} to {track.time[-1]:g} s")]
-    x, y = track.pose[:, 0], track.pose[:, 1]
-    return Card(f"Track {track.run}", facts, picture=lambda: curve_svg(x, y, "y [m] over x [m]", equal=True))
+    return Card(f"Track {track.run}", facts, picture=lambda: _track_svg(track))
+
+
+def _track_svg(track: Track) -> str:
+    """Draw the path of a tracked run."""
+    x, y = track.pose[:, :2].T
+    return curve_svg(x, y, "y [m] over x [m]", equal=True)
 
 
 def _series_facts(series: JointSeries) -> list[tuple[str, str]]:
