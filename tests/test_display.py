@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,7 +27,7 @@ from hypertuna.characterization.fit import fit_bench
 from hypertuna.display import Card, Displayed, Plotted, Tabular, card_html, card_text, number
 from hypertuna.identification.posterior import posterior
 from hypertuna.mission.flight import outcome
-from hypertuna.pictures import track_svg
+from hypertuna.pictures import computed_svg, track_svg
 from hypertuna.simulation.posture_test import posture_test
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
@@ -158,6 +159,28 @@ def test_every_type_of_result_has_a_picture(made: dict[str, Any]) -> None:
         if kind != "no-optimum":  # nothing swims
             drawn[type(value).__name__] = re.search("<svg.*?<(path|circle|rect|poly)", value._repr_html_()) is not None
     assert [name for name, shown in drawn.items() if not shown] == []
+
+
+def test_bars_and_dots_stand_where_their_values_are(made: dict[str, Any]) -> None:
+    table = made["gradient"].to_pandas().speed_percent[:10]
+    widths = np.array(re.findall(r'<rect [^>]*width="([\d.]+)"', made["gradient"]._repr_html_()), dtype=float)
+    np.testing.assert_allclose(widths / widths[0], table.abs() / table[0], atol=0.001)
+    page = computed_svg([(1.0, 1.5), (2.0, 2.0), (np.nan, 1.0), (4.0, 3.0)], "speed", "a run")
+    dots = np.array(re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', page), dtype=float)
+    begin, end = np.array(re.findall(r"([\d.]+),([\d.]+)", page), dtype=float)  # of the dashed line, from 1 to 4
+    slope = (end - begin) / 3
+    np.testing.assert_allclose((dots - begin) / slope + 1, [(1, 1.5), (2, 2), (4, 3)], atol=0.002)
+
+
+def test_pictures_of_few_and_of_many_values(made: dict[str, Any]) -> None:
+    tracked = replace(made["trials"], steady=())
+    assert "Run a from above." in tracked._repr_html_()
+    assert replace(tracked, recordings=())._repr_html_().count("<svg") == 0
+    assert replace(made["trials"], steady=made["trials"].steady[:1])._repr_html_().count("<circle") == 1
+    many = ht.Gaits.grid(
+        frequency=np.linspace(1, 3, 1000).tolist(), amplitude=[(0.1, 0.001 * k) for k in range(200)], phase=[(0, 0)]
+    )
+    assert 200 < many._repr_html_().count("<circle") <= 24**2
 
 
 # Numbers without a unit, by their label: counts and ratios.
@@ -333,8 +356,6 @@ def test_a_gradient_names_the_largest_influence_first(made: dict[str, Any]) -> N
     sizes = table.speed_percent.abs()
     assert (sizes.diff().dropna() <= 0).all()
     # 1 % more density, and 1 deg more amplitude, by two swims each
-    from dataclasses import replace
-
     first = gradient.gait.amplitude
     ends = [
         ht.swim(swim.robot, replace(swim.gait, amplitude=(first[0] + side * np.radians(0.5), first[1]))).speed
@@ -401,8 +422,6 @@ def test_a_card_needs_no_matplotlib() -> None:
 
 
 def test_a_diverged_swim_is_shown_without_its_picture(made: dict[str, Any]) -> None:
-    from dataclasses import replace
-
     show: Callable[[], str] = replace(made["swim"], status="diverged")._repr_html_
     assert "<svg" not in show()
 
