@@ -32,7 +32,7 @@ class Beating:
 
 
 def beating(grow: float, most: float, sensor: float = 1.0) -> Any:
-    """Make a stand-in of `twin` whose amplitude has a time constant [s], a limit [rad] and a sensor's gain."""
+    """Make a stand-in of `twins` whose amplitude has a time constant [s], a limit [rad] and a sensor's gain."""
 
     def run(robot: ht.Robot, gait: Gait, *, duration: float, **_: Any) -> Beating:
         time = np.arange(0, duration + 0.5 / RATE, 1 / RATE)
@@ -42,7 +42,7 @@ def beating(grow: float, most: float, sensor: float = 1.0) -> Any:
         limits = ("pressure_soft",) if (wished > most).any() else ()
         return Beating(robot, gait, time, {"angle": angle, "angle_measured": sensor * angle}, limits)
 
-    return run
+    return lambda runs, measure: [measure(run(**options)) for options in runs]
 
 
 @pytest.mark.parametrize("frequency", [1.0, 2.13, 6.0])
@@ -131,7 +131,7 @@ def test_settling_is_the_first_beat_after_which_all_are_near(degrees: list[float
 
 def test_fig_8_of_a_known_joint(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     # 20 deg exp(-t/tau) < 0.5 deg from t = tau ln 40 = 1.84 s on, so in the beat that ends by then or the next.
-    monkeypatch.setattr(posture, "twin", beating(0.5, 1.0, sensor=0.96))
+    monkeypatch.setattr(posture, "twins", beating(0.5, 1.0, sensor=0.96))
     done = posture_test(tuna, frequencies=[1, 2, 4], angle=np.radians([0, 20]).tolist(), limits=False)
     assert [(one.frequency, one.name) for one in done.held] == [(1, "II"), (2, "II"), (4, "II")]
     for one in done.held:
@@ -148,11 +148,11 @@ def test_fig_8_of_a_known_joint(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch)
 
 def test_reach_is_the_limit_and_says_what_it_is(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     # A joint that makes 15 deg holds any set angle up to 15.5 deg within half a degree.
-    monkeypatch.setattr(posture, "twin", beating(0.2, math.radians(15)))
+    monkeypatch.setattr(posture, "twins", beating(0.2, math.radians(15)))
     far = reach(tuna, 1, 3.0)
     assert math.degrees(far.amplitude_max) == pytest.approx(15.5, abs=0.51)
     assert far.limits == ("pressure_soft",)
-    monkeypatch.setattr(posture, "twin", beating(0.2, 9.0))
+    monkeypatch.setattr(posture, "twins", beating(0.2, 9.0))
     free = reach(tuna, 1, 3.0)
     assert math.degrees(free.amplitude_max) == pytest.approx(
         31.2
@@ -162,7 +162,11 @@ def test_reach_is_the_limit_and_says_what_it_is(tuna: ht.Robot, monkeypatch: pyt
 
 def test_a_run_that_diverges_holds_nothing(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = beating(0.2, 9.0)
-    monkeypatch.setattr(posture, "twin", lambda *a, **k: replace(whole(*a, **k), status="diverged"))
+
+    def diverged(runs: Any, measure: Any) -> Any:
+        return whole(runs, lambda run: measure(replace(run, status="diverged")))
+
+    monkeypatch.setattr(posture, "twins", diverged)
     assert reach(tuna, 0, 3.0).amplitude_max == 0
 
 

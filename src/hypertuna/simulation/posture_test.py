@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,13 +15,14 @@ from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
+from hypertuna.description.schema.body import JointGroup
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.files import dataset
 from hypertuna.ranges import POSITIVE
 from hypertuna.simulation.plant import check_bend
 from hypertuna.simulation.run import TwinRun
-from hypertuna.simulation.twin import twin
+from hypertuna.simulation.twin import twins
 from hypertuna.swimming.gait import Gait
 
 if TYPE_CHECKING:
@@ -158,32 +159,62 @@ def posture_test(
     _check(robot, frequencies, angle, duration)
     moving = sum(value > 0 for value in angle)
     conditions: Any = {"medium": medium, "temperature": temperature, "seed": seed}
-    held: list[Held] = []
+    total = len(frequencies) * (1 + moving * limits)
+    held = _hold([Asked(robot, f, tuple(angle), duration) for f in frequencies], **conditions)
     far: list[Reach] = []
-    eased: list[Held] = []
-    for count, frequency in enumerate(frequencies, 1):
-        held += hold(robot, frequency, angle, duration=duration, **conditions)
-        for one in held[-moving:] if limits else ():
-            far.append(reach(robot, one.joint, frequency, **conditions))
-            if one.settling is None and one.angle_set > far[-1].amplitude_max > 0:
-                alone = [EASED * far[-1].amplitude_max if j == one.joint else 0.0 for j in range(len(angle))]
-                eased += hold(robot, frequency, alone, duration=duration, **conditions)
-        if progress is not None:
-            progress(count, len(frequencies))
+    if limits:
+        report = None if progress is None else lambda done: progress(len(frequencies) + done, total)
+        far = _reach(robot, [(one.joint, one.frequency) for one in held], report, **conditions)
+    late = [
+        Asked(robot, one.frequency, _alone(robot, one.joint, EASED * most.amplitude_max), duration)
+        for one, most in zip(held, far, strict=False)
+        if one.settling is None and one.angle_set > most.amplitude_max > 0
+    ]
+    eased = _hold(late, **conditions)
+    if progress is not None:
+        progress(total, total)
     parts = tuple(held), tuple(far), tuple(eased)
     return PostureTest(robot, medium, np.array(angle), duration, *parts, seed, held[0].run.temperature)
 
 
 def hold(robot: Robot, frequency: float, angle: Sequence[float], *, duration: float, **options: Any) -> list[Held]:
     """Run joints at set angles and one frequency, and measure their peak bends; options are those of `twin`."""
-    gait = Gait(frequency, tuple(angle), (0.0,) * len(angle))
-    run = twin(robot, gait, duration=duration, **options)
+    return _hold([Asked(robot, frequency, tuple(angle), duration)], **options)
+
+
+class Asked(NamedTuple):
+    """A run that is asked for."""
+
+    robot: Robot
+    frequency: float  # [Hz]
+    angle: tuple[float, ...]  # (groups,) [rad]
+    duration: float  # [s]
+
+
+def _hold(asked: Sequence[Asked], **options: Any) -> list[Held]:
+    """Make runs side by side, and measure the joints that each moves; options are those of `twin`."""
+    gaits = [Gait(one.frequency, one.angle, (0.0,) * len(one.angle)) for one in asked]
+    runs = [
+        {"robot": one.robot, "gait": gait, "duration": one.duration, **options}
+        for one, gait in zip(asked, gaits, strict=True)
+    ]
+    return [held for found in twins(runs, measure=_held) for held in found]
+
+
+def _held(run: TwinRun) -> list[Held]:
+    """Measure the joints that a run moves."""
     held = []
-    for joint in (joint for joint, value in enumerate(angle) if value > 0):
-        time, peaks = peak_bends(run.time, run.data["angle"][:, joint], frequency)
-        _, measured = fitted_peaks(run.time, run.data["angle_measured"][:, joint], frequency)
-        held.append(Held(joint, frequency, angle[joint], time, peaks, measured, run.limits, run))
+    for joint, angle in enumerate(run.gait.amplitude):
+        if angle > 0:
+            time, peaks = peak_bends(run.time, run.data["angle"][:, joint], run.gait.frequency)
+            _, measured = fitted_peaks(run.time, run.data["angle_measured"][:, joint], run.gait.frequency)
+            held.append(Held(joint, run.gait.frequency, angle, time, peaks, measured, run.limits, run))
     return held
+
+
+def _alone(robot: Robot, joint: int, angle: float) -> tuple[float, ...]:
+    """Return an angle for one joint group, and 0 for the others (groups,)."""
+    return tuple(angle if j == joint else 0.0 for j in range(len(robot.joints)))
 
 
 def reach(robot: Robot, joint: int, frequency: float, *, medium: str = "air", **options: Any) -> Reach:
@@ -192,15 +223,39 @@ def reach(robot: Robot, joint: int, frequency: float, *, medium: str = "air", **
     An amplitude is held if in a run of 8 s and 8 beats the mean peak bend of the last second and beat is within 0.5 deg
     of it. Trials start from the largest bend of the description and step down to one that is held; bisection follows.
     """
-    group = robot.joints[joint]
+    return _reach(robot, [(joint, frequency)], None, medium=medium, **options)[0]
+
+
+def _reach(
+    robot: Robot, cases: Sequence[tuple[int, float]], report: Callable[[int], None] | None, **options: Any
+) -> list[Reach]:
+    """Search for many joints and frequencies at once: the trials of a round run side by side."""
+    searches = [_search(robot.joints[joint]) for joint, _ in cases]
+    found: dict[int, Reach] = {}
+    heard: dict[int, Held | None] = dict.fromkeys(range(len(cases)))
+    while heard:
+        trials: dict[int, Asked] = {}
+        for k, one in heard.items():
+            joint, frequency = cases[k]
+            try:
+                angle = _alone(robot, joint, searches[k].send(one))
+                trials[k] = Asked(robot, frequency, angle, max(TRIAL, TRIAL_BEATS / frequency))
+            except StopIteration as end:
+                found[k] = Reach(joint, frequency, *end.value)
+        if report is not None:
+            report(len(found))
+        heard = dict(zip(trials, _hold(list(trials.values()), **options), strict=True))
+    return [found[k] for k in range(len(cases))]
+
+
+def _search(group: JointGroup) -> Generator[float, Any, tuple[float, tuple[str, ...]]]:
+    """Try amplitudes, hear how each was held, and return the largest held one with what stops there."""
     low, high = 0.0, math.inf
     trial = group.bend_max or group.amplitude_max or MAX_BEND
     stopped: tuple[str, ...] = ()
     while high - low > RESOLUTION and trial > RESOLUTION:
-        angle = [trial if j == joint else 0.0 for j in range(len(robot.joints))]
-        seconds = max(TRIAL, TRIAL_BEATS / frequency)
-        (one,) = hold(robot, frequency, angle, duration=seconds, medium=medium, **options)
-        late = one.time >= max(one.time, default=0.0) - max(1.0, 1.5 / frequency)
+        one = yield trial
+        late = one.time >= max(one.time, default=0.0) - max(1.0, 1.5 / one.frequency)
         reached = float(one.peaks[late].mean()) if late.any() else math.nan
         if one.run.status != "diverged" and abs(reached - trial) < CLOSE:
             low = trial
@@ -210,7 +265,7 @@ def reach(robot: Robot, joint: int, frequency: float, *, medium: str = "air", **
             high, stopped = trial, one.limits
         down = min(reached + CLOSE / 2, trial - RESOLUTION) if math.isfinite(reached) else 0.0
         trial = (low + high) / 2 if low > 0 else max(down, STEP_DOWN * trial)
-    return Reach(joint, frequency, low, stopped)
+    return low, stopped
 
 
 def peak_bends(time: Array, angle: Array, frequency: float) -> tuple[Array, Array]:
