@@ -539,7 +539,7 @@ class Batch:
 
     def columns(self) -> dict[str, NDArray[numpy.float64]]:
         """
-        State now and last tick by the names of `simulate`, one row per twin; and `energy`, electrical, drawn since the start [J].
+        State now and last tick by the names of `simulate`, one row per twin; `energy`, electrical, drawn since the start [J]; and `lost`, 1 where the state is none that a robot can have.
         """
 
 def refusal_table() -> list[tuple[str, str]]:
