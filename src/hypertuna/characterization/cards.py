@@ -1,5 +1,7 @@
 """What notebooks and shells show of a fit to bench runs."""
 
+from functools import partial
+
 import numpy as np
 
 from hypertuna.characterization.fit import NOISE, BenchFit
@@ -24,6 +26,6 @@ def bench_card(fit: BenchFit) -> Card:
     ]
     title = f"Fit of {len(fit.free)} unknowns of {fit.described.name}{'' if fit.converged else ', not converged'}"
     angles = np.degrees([fit.bench.angle, fit.angle]).T.tolist()
-    picture = lambda: computed_svg(angles, "bend [deg]", "a row of the bench")  # noqa: E731
+    picture = partial(computed_svg, angles, "bend [deg]", "a row of the bench")
     columns = ("unknown", "value", "95 % interval", "determined")
     return Card(title, facts, " ".join([fit.stop, *fit.warnings]), columns, rows, picture)

@@ -1,5 +1,7 @@
 """What notebooks and shells show of the bend of a joint by finite elements."""
 
+from functools import partial
+
 import numpy as np
 
 from hypertuna.display import Card, number
@@ -14,5 +16,5 @@ def fe_card(bend: FeBend) -> Card:
     if len(angle):
         facts.insert(0, ("bend", f"{number(float(angle[-1]), 'deg')} at {number(float(pressure[-1]), 'kPa')}"))
     title = f"Joint {bend.joint} of {bend.robot.name} by finite elements, pressure on the {bend.side} side"
-    picture = lambda: curve_svg(pressure, angle, "bend [deg] over pressure [kPa]", dots=True)  # noqa: E731
+    picture = partial(curve_svg, pressure, angle, "bend [deg] over pressure [kPa]", dots=True)
     return Card(title, facts, bend.status_text, picture=picture)

@@ -1,6 +1,7 @@
 """What notebooks and shells show of missions and flights."""
 
 import math
+from functools import partial
 
 from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission
@@ -51,7 +52,7 @@ def mission_card(file: MissionFile) -> Card:
     columns = ("east [m]", "north [m]", "depth [m]", "speed [m/s]", "radius [m]", "hold [s]")
     east, north = zip(*mission.course, strict=True)
     label = "course: north [m] over east [m]"
-    picture = lambda: curve_svg(east, north, label, equal=True)  # noqa: E731
+    picture = partial(curve_svg, east, north, label, equal=True)
     return Card(f"Mission {file.name}", facts, file.description, columns, rows, picture)
 
 
@@ -66,7 +67,7 @@ def record_card(record: MissionRecord) -> Card:
     east, north = record.path[:, 0], record.path[:, 1]
     duration = float(record.time[-1] - record.time[0])
     facts = [("duration", _clock(duration)), *facts_of(record.summary())]
-    picture = lambda: track_svg(east, north, duration, "north [m] over east [m]")  # noqa: E731
+    picture = partial(track_svg, east, north, duration, "north [m] over east [m]")
     return Card(f"Record of mission {record.name}, {record.robot}", facts, picture=picture)
 
 
