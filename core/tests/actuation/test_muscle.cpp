@@ -121,7 +121,7 @@ static void printed() {
     CHECK_NEAR(printed_pull(sleeved, 2e5, 1.0, {true, false}), printed_pull(stiff, 2e5, 1.0, {true, false}), 1e-10);
 }
 
-/// Slope of what the walls carry, and its change, by dual numbers.
+/// Slopes of what the walls carry and pull, and their changes, by dual numbers.
 static void walls_by_dual_numbers() {
     const DriveUnit<Dual<double, 1>> m = unit<Dual<double, 1>>(37, 40e3, 7e3, 1e-3);
     for (double swelling : {-4e-6, -1e-6, 0.0, 3e-6}) {
@@ -130,6 +130,8 @@ static void walls_by_dual_numbers() {
         const auto w = walls(m, Dual<double, 1>(0.9), B);
         CHECK_NEAR(w.rigid.v, w.across.d[0], 1e-12 * w.rigid.v);
         CHECK_NEAR(w.change.v, w.rigid.d[0], 1e-12 * std::abs(w.change.v));
+        CHECK_NEAR(w.mixed.v, w.along.d[0], 1e-12 * std::abs(w.mixed.v));
+        CHECK_NEAR(w.mixed_slope.v, w.mixed.d[0], 1e-12 * std::abs(w.mixed_slope.v));
     }
 }
 
@@ -155,11 +157,14 @@ static void slack_muscle() {
                 if (carried <= oil(swollen_lumen(m, high)).pressure) continue;  // taut
                 const double near = std::min(high, swelling_of(m, volume));
                 looks = 0;
-                const double found = slack_swelling(m, stretch, near, high, true, oil);
+                const SlackMuscle<double> found = slack_muscle(m, stretch, near, high, true, oil);
                 CHECK(looks <= 8);
-                const OilAt<double> at = oil(swollen_lumen(m, found));
-                CHECK_NEAR(walls(m, stretch, found).across / pi, at.pressure,
-                           1e-6 + 1e-14 * std::abs(at.slope) * volume);
+                const OilAt<double> at = oil(swollen_lumen(m, found.swelling));
+                const Wall<double> there = walls(m, stretch, found.swelling);
+                CHECK_NEAR(there.across / pi, at.pressure, 1e-6 + 1e-14 * std::abs(at.slope) * volume);
+                CHECK_NEAR(found.across, there.across, 1e-13 * 40e3);
+                CHECK_NEAR(found.along, there.along, 1e-13 * (1 + std::abs(there.along)));
+                CHECK_NEAR(found.energy, there.energy, 1e-13 * (1 + there.energy));
                 ++searches, parted += at.slope == 0;
             }
     CHECK(searches > 80 && parted > 0);

@@ -119,14 +119,13 @@ HYPERTUNA_INLINE JointLoad<S> section_load(const SoftJoint<S>& joint, const Sect
             if constexpr (requires { oil.volume(s, length); })
                 near = near_swelling(unit, braid.swelling, wall,
                                      [&](const S& pressure) { return oil.volume(s, pressure) / length; });
-            const S swelling = slack_swelling(unit, stretch, near, braid.swelling, slack, [&](const S& now) {
+            const SlackMuscle<S> loose = slack_muscle(unit, stretch, near, braid.swelling, slack, [&](const S& now) {
                 const OilAt<S> at = oil.at(s, length * now);
                 return OilAt<S>{at.pressure, at.slope * length, at.change * (length * length)};
             });
-            const Wall<S> loose = walls(unit, stretch, swelling);
             wall.energy = select(slack, loose.energy, wall.energy);
             open = select(slack, S(0), open), force = select(slack, loose.along, force);
-            lumen = select(slack, swollen_lumen(unit, swelling), lumen);
+            lumen = select(slack, swollen_lumen(unit, loose.swelling), lumen);
             out.carried[s] = select(slack, loose.across / Pi, out.carried[s]);
             out.pressure[s] = select(slack, out.carried[s], out.pressure[s]);
         }

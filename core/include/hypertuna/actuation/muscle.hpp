@@ -43,11 +43,13 @@ struct DriveUnit {
 /// A wall at a stretch and a swelling B, per length at rest.
 template <class S>
 struct Wall {
-    S energy;  // J/m
-    S along;   // N, dU/dlambda at fixed B
-    S across;  // Pa, dU/dB at fixed lambda: pi times the pressure that the wall carries
-    S rigid;   // Pa/m^2, its slope by B
-    S change;  // Pa/m^4, the slope of that
+    S energy;       // J/m
+    S along;        // N, dU/dlambda at fixed B
+    S across;       // Pa, dU/dB at fixed lambda: pi times the pressure that the wall carries
+    S rigid;        // Pa/m^2, its slope by B
+    S change;       // Pa/m^4, the slope of that
+    S mixed;        // Pa, slope of `along` by B
+    S mixed_slope;  // Pa/m^2, the slope of that
 };
 
 /// What a muscle's shape makes of its stretch.
@@ -74,20 +76,32 @@ HYPERTUNA_INLINE MuscleShape<S> muscle_shape(const DriveUnit<S>& unit, const S& 
 template <class S>
 HYPERTUNA_INLINE Wall<S> swelling_wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& B) {
     const S dx = x2 - x1, inverse = S(1) / stretch, Pi = S(base_t<S>(pi));
-    const S over = S(1) / ((x1 + B) * (x2 + B)), thinned = B * dx * over;
-    const S logarithm = log1p(thinned * (x1 + B) * (S(1) / x1));  // ln (x2 (x1 + B)) / (x1 (x2 + B))
-    const S both = Pi * (solid.c1 * inverse + solid.c2 * stretch), scale = both * dx * (over * over);
-    const S sum = x1 + x2, part = S(2) * x1 * x2 + B * sum;
-    return {both * B * logarithm, Pi * B * logarithm * (solid.c2 - solid.c1 * inverse * inverse),
-            both * (logarithm + thinned), scale * part, scale * (sum - S(2) * over * (sum + S(2) * B) * part)};
+    const S within = x1 + B, rim = x2 + B, over = S(1) / (within * rim), grown = B * dx, thinned = grown * over;
+    const S logarithm = log_quotient(x2 * within, x1 * rim, grown);
+    const S both = Pi * (solid.c1 * inverse + solid.c2 * stretch);
+    const S by_stretch = Pi * (solid.c2 - solid.c1 * inverse * inverse);
+    const S carried = logarithm + thinned, scale = dx * (over * over), sum = x1 + x2;
+    const S rigid = scale * (S(2) * x1 * x2 + B * sum);
+    return {both * B * logarithm,
+            by_stretch * B * logarithm,
+            both * carried,
+            both * rigid,
+            both * (scale * sum - S(2) * over * (sum + S(2) * B) * rigid),
+            by_stretch * carried,
+            by_stretch * rigid};
 }
 template <class S>
 HYPERTUNA_INLINE Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& swelling) {
     const S section = S(base_t<S>(pi)) * (x2 - x1);
     const Wall<S> swollen = swelling_wall(solid, x1, x2, stretch, swelling);
     const Stretched<S> bar = stretched(solid, stretch);
-    return {section * bar.energy + swollen.energy, section * bar.stress + swollen.along, swollen.across, swollen.rigid,
-            swollen.change};
+    return {section * bar.energy + swollen.energy,
+            section * bar.stress + swollen.along,
+            swollen.across,
+            swollen.rigid,
+            swollen.change,
+            swollen.mixed,
+            swollen.mixed_slope};
 }
 
 /// The hose, and the swelling of the matrix around it.
@@ -106,8 +120,10 @@ HYPERTUNA_INLINE Wall<S> sleeve_wall(const DriveUnit<S>& unit, const S& stretch,
 template <class S>
 HYPERTUNA_INLINE Wall<S> walls(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
     const Wall<S> hose = hose_wall(unit, stretch, swelling), sleeve = sleeve_wall(unit, stretch, swelling);
-    return {hose.energy + sleeve.energy, hose.along + sleeve.along, hose.across + sleeve.across,
-            hose.rigid + sleeve.rigid, hose.change + sleeve.change};
+    return {hose.energy + sleeve.energy,          hose.along + sleeve.along,
+            hose.across + sleeve.across,          hose.rigid + sleeve.rigid,
+            hose.change + sleeve.change,          hose.mixed + sleeve.mixed,
+            hose.mixed_slope + sleeve.mixed_slope};
 }
 
 /// Volume of the lumen per length at rest, m^2, at a swelling; 0 where the wall closes it.
@@ -184,7 +200,7 @@ struct OilAt {
     S change;    // Pa/m^6
 };
 
-/// First guess of slack_swelling: the lumen that the oil fills under the pressure that the walls carry. This pressure
+/// First guess of slack_muscle: the lumen that the oil fills under the pressure that the walls carry. This pressure
 /// is the second-order series of the walls about the braid's swelling `high`, at the swelling where the oil is at
 /// atmosphere. `volume` returns the lumen at a pressure.
 template <class S, class Volume>
@@ -198,16 +214,36 @@ HYPERTUNA_INLINE S near_swelling(const DriveUnit<S>& unit, const S& high, const 
     return swelling((wall.across + back * (wall.rigid + half * wall.change * back)) * inverse);
 }
 
-/// Swelling of a slack muscle, m^2, at which the walls carry the pressure of the oil; `high` is that of the braid.
+/// A slack muscle: its swelling, and what its walls store, pull and carry there.
+template <class S>
+struct SlackMuscle {
+    S swelling;  // m^2
+    S energy;    // J/m
+    S along;     // N
+    S across;    // Pa
+};
+
+/// What walls at a swelling become when they swell a little more, by their second-order series.
+template <class S>
+HYPERTUNA_INLINE SlackMuscle<S> swollen_by(const Wall<S>& wall, const S& swelling, const S& more) {
+    const S half = S(base_t<S>(0.5)), third = S(base_t<S>(1.0 / 3));
+    return {swelling + more,
+            wall.energy + more * (wall.across + half * more * (wall.rigid + third * wall.change * more)),
+            wall.along + more * (wall.mixed + half * wall.mixed_slope * more),
+            wall.across + more * (wall.rigid + half * wall.change * more)};
+}
+
+/// Where the walls of a slack muscle carry the pressure of the oil; `high` is the swelling of the braid.
 ///
 /// Halley's method from `near`, in steps of at most twice Newton's, and bisection outside the bracket: walls less oil
-/// rises with the swelling. `oil` returns the pressure at a lumen. Lanes that are not slack keep `near`.
+/// rises with the swelling. `oil` returns the pressure at a lumen. What lanes that are not slack get is of no use.
 template <class S, class Slack, class Oil>
-HYPERTUNA_INLINE S slack_swelling(const DriveUnit<S>& unit, const S& stretch, const S& near, S high, Slack slack,
-                                  const Oil& oil) {
+HYPERTUNA_INLINE SlackMuscle<S> slack_muscle(const DriveUnit<S>& unit, const S& stretch, const S& near, S high,
+                                             Slack slack, const Oil& oil) {
     const S Pi = S(base_t<S>(pi)), inverse = S(base_t<S>(1 / pi)), two(2), half = S(base_t<S>(0.5));
     const S closed = S(base_t<S>(0.25)) * unit.inner * unit.inner;
     S low = -closed, swelling = near;
+    SlackMuscle<S> found{near, S(0), S(0), S(0)};
     for (int k = 0; k < 60 && any(slack); ++k) {
         const Wall<S> wall = walls(unit, stretch, swelling);
         const OilAt<S> at = oil(swollen_lumen(unit, swelling));
@@ -221,10 +257,13 @@ HYPERTUNA_INLINE S slack_swelling(const DriveUnit<S>& unit, const S& stretch, co
         const auto done = (abs(step) <= S(base_t<S>(std::same_as<S, value_t<S>> ? 1e-5 : 1e-8)) * closed) &
                           (bent * bent * abs(step) <= S(base_t<S>(1e-15)) * closed * square);
         const auto inside = (low < next) & (next < high);
-        swelling = select(slack, select(done | inside, next, half * (low + high)), swelling);
+        const SlackMuscle<S> there = swollen_by(wall, swelling, S(0) - step);
+        found = {select(slack, there.swelling, found.swelling), select(slack, there.energy, found.energy),
+                 select(slack, there.along, found.along), select(slack, there.across, found.across)};
+        swelling = select(done | inside, next, half * (low + high));
         slack = slack & !done;
     }
-    return swelling;
+    return found;
 }
 
 /// Which of the paper's misprints the printed equations keep.

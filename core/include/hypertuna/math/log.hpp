@@ -1,71 +1,75 @@
-/// Logarithm of 1 + x from + - * / alone: without contraction to fused multiply-adds, every machine and every lane gets
-/// the same bits. Less than 1.25 units in the last place off.
+/// Logarithm of a quotient from + - * / alone: without contraction to fused multiply-adds, every machine and every lane
+/// gets the same bits. Less than 2.5 units in the last place off.
 ///
-/// 1 + x = 2^k m with m in [sqrt(1/2), sqrt(2)); what the sum rounded away is added again. With s = f / (2 + f) and
-/// f = m - 1, log m = 2 artanh s, of which a polynomial in s^2 is minimax there (Tang 1990; fdlibm's coefficients).
+/// n / d = 2^k m with m in [2/3, 3/2], and log m = 2 artanh s with s = (m - 1) / (m + 1): a polynomial in s^2, minimax
+/// there, to 2e-17 of it.
 #pragma once
+
+#include <limits>
 
 #include "hypertuna/math/trig.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// x = 2^exponent * part, part in [sqrt(1/2), sqrt(2)), of a positive normal number.
+/// A power of two, and its exponent.
 template <class S>
-struct Parts {
-    S exponent, part;
+struct Power {
+    S exponent, power;
 };
 
-inline constexpr std::uint64_t log_offset = 0x3fe6a09e667f3bcd;    // bits of sqrt(1/2)
 inline constexpr std::uint64_t log_one = 0x3ff0000000000000;       // bits of 1: an exponent of 1023
-inline constexpr std::uint64_t log_mantissa = 0x000fffffffffffff;  // bits below the exponent
+inline constexpr std::uint64_t log_half = 0x0008000000000000;      // half an exponent
 inline constexpr std::uint64_t log_integer = 0x4330000000000000;   // bits of 2^52, which lead a whole number's
 inline constexpr double log_unbias = 4503599627370496.0 + 1023.0;  // 2^52, and the exponent of 1
 
-HYPERTUNA_INLINE Parts<double> parts(double x) {
-    const std::uint64_t above = std::bit_cast<std::uint64_t>(x) + (log_one - log_offset);
-    return {std::bit_cast<double>((above >> 52) + log_integer) - log_unbias,
-            std::bit_cast<double>((above & log_mantissa) + log_offset)};
+/// That nearest to the quotient of two positive normal numbers, by their bits, which rise as their logarithms do.
+HYPERTUNA_INLINE Power<double> nearest_power(double n, double d) {
+    const std::uint64_t bits = std::bit_cast<std::uint64_t>(n) - std::bit_cast<std::uint64_t>(d) + log_one + log_half;
+    return {std::bit_cast<double>((bits >> 52) + log_integer) - log_unbias, std::bit_cast<double>(bits >> 52 << 52)};
 }
 template <int W>
-HYPERTUNA_INLINE Parts<Lanes<double, W>> parts(Lanes<double, W> x) {
+HYPERTUNA_INLINE Power<Lanes<double, W>> nearest_power(Lanes<double, W> n, Lanes<double, W> d) {
     using Bits = typename VectorOf<std::uint64_t, W>::type;
     using Vector = typename Lanes<double, W>::Vector;
-    const Bits above = (Bits)x.v + (log_one - log_offset);
-    return {Lanes<double, W>((Vector)((above >> 52) + log_integer)) - Lanes<double, W>(log_unbias),
-            Lanes<double, W>((Vector)((above & log_mantissa) + log_offset))};
+    const Bits bits = (Bits)n.v - (Bits)d.v + (log_one + log_half);
+    return {Lanes<double, W>((Vector)((bits >> 52) + log_integer)) - Lanes<double, W>(log_unbias),
+            Lanes<double, W>((Vector)(bits >> 52 << 52))};
 }
 
-/// NaN where x is below -1 or NaN.
 template <class S>
-HYPERTUNA_INLINE S log1p_of(const S& x) {
-    const S one(1.0), sum = one + x;
-    const auto [k, m] = parts(sum);
-    const S f = m - one, wide = S(2.0) + f, over = one / (wide * sum);
-    const S lost = select(x < one, x - (sum - one), one - (sum - x)) * (wide * over);
-    const S s = f * (sum * over), z = s * s, half_square = S(0.5) * f * f;
-    const S z2 = z * z, low = S(0.6666666666666735130) + S(0.3999999999940941908) * z;
-    const S middle = S(0.2857142874366239149) + S(0.2222219843214978396) * z;
-    const S high = S(0.1818357216161805012) + S(0.1531383769920937332) * z + S(0.1479819860511658591) * z2;
-    const S r = low + z2 * (middle + z2 * high);
-    const S small = s * (half_square + r * z) + (k * S(1.90821492927058770002e-10) + lost);
-    const S log = k * S(6.93147180369123816490e-01) - ((half_square - small) - f);
-    return select(S(-1.0) < x, log, (x - x) / (x - x));
+HYPERTUNA_INLINE S log_quotient_of(const S& n, const S& d, const S& difference) {
+    const auto [k, power] = nearest_power(n, d);
+    const S whole = power * d, part = select(power != S(1.0), n - whole, difference);
+    const S s = part / (part + (whole + whole)), z = s * s, z2 = z * z,
+            low = S(0.66666666666672900) + S(0.39999999996057767) * z;
+    const S middle = S(0.28571429414190550) + S(0.22222136941086196) * z;
+    const S high = S(0.18186420537227735) + S(0.15248889498527940) * z + S(0.15378354023905210) * z2;
+    const S log = k * S(0.69314718055994530942) + (s + s + s * z * (low + z2 * (middle + z2 * high)));
+    return select(S(0.0) < n, log, S(std::numeric_limits<double>::quiet_NaN()));
 }
+
+/// log (n / d), d positive, for a `difference` n - d that has no rounding of n and d in it: 0 where it is 0. NaN where
+/// n is not positive.
 template <std::same_as<double> S>
-HYPERTUNA_INLINE S log1p(S x) {
-    return log1p_of(x);
+HYPERTUNA_INLINE S log_quotient(S n, S d, S difference) {
+    return log_quotient_of(n, d, difference);
 }
 template <std::same_as<float> S>
-HYPERTUNA_INLINE S log1p(S x) {
-    return std::log1p(x);
+HYPERTUNA_INLINE S log_quotient(S, S d, S difference) {
+    return std::log1p(difference / d);
 }
 template <int W>
-HYPERTUNA_INLINE Lanes<double, W> log1p(const Lanes<double, W>& x) {
-    return log1p_of(x);
+HYPERTUNA_INLINE Lanes<double, W> log_quotient(const Lanes<double, W>& n, const Lanes<double, W>& d,
+                                               const Lanes<double, W>& difference) {
+    return log_quotient_of(n, d, difference);
 }
 template <class S, int N>
-HYPERTUNA_INLINE Dual<S, N> log1p(const Dual<S, N>& x) {
-    return Dual<S, N>::chain(log1p(x.v), S(1) / (S(1) + x.v), x);
+HYPERTUNA_INLINE Dual<S, N> log_quotient(const Dual<S, N>& n, const Dual<S, N>& d, const Dual<S, N>& difference) {
+    const S over_n = S(1) / n.v, over_d = S(1) / d.v;
+    Dual<S, N> y;
+    y.v = log_quotient(n.v, d.v, difference.v);
+    HYPERTUNA_UNROLL for (int k = 0; k < N; ++k) y.d[k] = n.d[k] * over_n - d.d[k] * over_d;
+    return y;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
