@@ -46,22 +46,25 @@ void act(const Policy<T>& policy, const T* observation, T* action) {
             }
             for (; i < layer.inputs; ++i) a += weight[i] * in[i];
             const T value = (a + b) + (c + d);
-            out[o] = last ? clamp(value, T(-1), T(1)) : std::tanh(value);
+            out[o] = !last ? std::tanh(value) : is_finite(value) ? clamp(value, T(-1), T(1)) : value;
         }
         in = out;
     }
 }
 
-/// The gait that an action means, as learning/swimmers.py has it: frequency, amplitudes, lags, biases.
+/// The gait that an action means, as learning/spans.py has it: frequency, amplitudes, lags, biases. An action with a
+/// number that is none is no command: the tail comes to rest as without a ground station.
 template <class T>
 Command<T> command_of(const Policy<T>& policy, const T* action) {
     const auto part = [](T number) { return (number + T(1)) / T(2); };
     Command<T> out{};
+    out.fresh = out.armed = true;
+    for (int k = 0; k < 3 * policy.joints; ++k) out.fresh = out.fresh && is_finite(action[k]);
+    if (!out.fresh) return out;
     out.frequency = policy.frequency * part(*action++);
     for (int j = 0; j < policy.joints; ++j) out.amplitude[j] = policy.bend[j] * part(*action++);
     for (int j = 1; j < policy.joints; ++j) out.phase[j] = out.phase[j - 1] + policy.lag * part(*action++);
     for (int j = 0; j < policy.joints; ++j) out.bias[j] = policy.steer * policy.bend[j] * *action++;
-    out.fresh = out.armed = true;
     return out;
 }
 
