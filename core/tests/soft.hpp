@@ -1,7 +1,7 @@
 /// A soft joint of round numbers for the tests: five 8 mm hoses a side.
 #pragma once
 
-#include "hypertuna/actuation/joint.hpp"
+#include "hypertuna/actuation/balance.hpp"
 
 namespace hypertuna {
 

@@ -4,8 +4,8 @@
 /// viscosity of the silicone are left out; water and mass are the twin's.
 #pragma once
 
+#include "hypertuna/actuation/balance.hpp"
 #include "hypertuna/actuation/circuit.hpp"
-#include "hypertuna/actuation/joint.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
