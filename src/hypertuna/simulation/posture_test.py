@@ -160,17 +160,17 @@ def posture_test(
     moving = sum(value > 0 for value in angle)
     conditions: Any = {"medium": medium, "temperature": temperature, "seed": seed}
     total = len(frequencies) * (1 + moving * limits)
-    held = _hold([Asked(robot, f, tuple(angle), duration) for f in frequencies], **conditions)
+    held = _hold(robot, [Asked(f, tuple(angle), duration) for f in frequencies], **conditions)
     far: list[Reach] = []
     if limits:
         report = None if progress is None else lambda done: progress(len(frequencies) + done, total)
         far = _reach(robot, [(one.joint, one.frequency) for one in held], report, **conditions)
     late = [
-        Asked(robot, one.frequency, _alone(robot, one.joint, EASED * most.amplitude_max), duration)
+        Asked(one.frequency, _alone(robot, one.joint, EASED * most.amplitude_max), duration)
         for one, most in zip(held, far, strict=False)
         if one.settling is None and one.angle_set > most.amplitude_max > 0
     ]
-    eased = _hold(late, **conditions)
+    eased = _hold(robot, late, **conditions)
     if progress is not None:
         progress(total, total)
     parts = tuple(held), tuple(far), tuple(eased)
@@ -179,23 +179,22 @@ def posture_test(
 
 def hold(robot: Robot, frequency: float, angle: Sequence[float], *, duration: float, **options: Any) -> list[Held]:
     """Run joints at set angles and one frequency, and measure their peak bends; options are those of `twin`."""
-    return _hold([Asked(robot, frequency, tuple(angle), duration)], **options)
+    return _hold(robot, [Asked(frequency, tuple(angle), duration)], **options)
 
 
 class Asked(NamedTuple):
     """A run that is asked for."""
 
-    robot: Robot
     frequency: float  # [Hz]
     angle: tuple[float, ...]  # (groups,) [rad]
     duration: float  # [s]
 
 
-def _hold(asked: Sequence[Asked], **options: Any) -> list[Held]:
+def _hold(robot: Robot, asked: Sequence[Asked], **options: Any) -> list[Held]:
     """Make runs side by side, and measure the joints that each moves; options are those of `twin`."""
     gaits = [Gait(one.frequency, one.angle, (0.0,) * len(one.angle)) for one in asked]
     runs = [
-        {"robot": one.robot, "gait": gait, "duration": one.duration, **options}
+        {"robot": robot, "gait": gait, "duration": one.duration, **options}
         for one, gait in zip(asked, gaits, strict=True)
     ]
     return [held for found in twins(runs, measure=_held) for held in found]
@@ -239,12 +238,12 @@ def _reach(
             joint, frequency = cases[k]
             try:
                 angle = _alone(robot, joint, searches[k].send(one))
-                trials[k] = Asked(robot, frequency, angle, max(TRIAL, TRIAL_BEATS / frequency))
+                trials[k] = Asked(frequency, angle, max(TRIAL, TRIAL_BEATS / frequency))
             except StopIteration as end:
                 found[k] = Reach(joint, frequency, *end.value)
         if report is not None:
             report(len(found))
-        heard = dict(zip(trials, _hold(list(trials.values()), **options), strict=True))
+        heard = dict(zip(trials, _hold(robot, list(trials.values()), **options), strict=True))
     return [found[k] for k in range(len(cases))]
 
 
