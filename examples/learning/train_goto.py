@@ -1,6 +1,6 @@
 """Train a policy that reaches a point (hypertuna/Goto-v0) by PPO, and write its curve and its weights.
 
-python examples/learning/train_goto.py [--steps 800000] [--seed 1] [--threads 2]
+python examples/learning/train_goto.py [--steps 2400000] [--seed 1] [--threads 2]
 
 It needs the extra `rl` and Stable-Baselines3 with PyTorch: pip install stable-baselines3
 """
@@ -57,7 +57,7 @@ class Curve(BaseCallback):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--steps", type=int, default=800_000)
+    parser.add_argument("--steps", type=int, default=2_400_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--output", type=Path, default=FOLDER)
