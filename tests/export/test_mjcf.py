@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import hypertuna as ht
+from hypertuna.cli.main import app
 from mujoco_play import PUBLISHED, model, speed
 from random_robots import random_robot
 
@@ -86,16 +86,27 @@ def test_the_compiler_takes_it_with_its_masses(robot: str | int) -> None:
 
 
 def test_free_motion_needs_the_plugin() -> None:
-    with pytest.raises(ht.InputError, match="must come with the engine plugin"):
+    with pytest.raises(ht.InputError, match="^--free must come with the engine plugin"):
         ht.mjcf(IDEAL, free=True)
 
 
-def test_the_command_writes_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("words", "lost"),
+    [
+        ([], ["exact timing", "current", "motion out of the plane", "rotation as free"]),
+        (["--plugin"], ["exact timing", "current", "motion out of the plane"]),
+        (["--plugin", "--free"], ["exact timing", "current", "the pectoral servos"]),
+    ],
+)
+def test_the_command_writes_it_and_what_it_lacks(words: list[str], lost: list[str], tmp_path: Path) -> None:
     file = tmp_path / "fish.xml"
-    words = ["export", "mjcf", "--robot", "hypertuna", "--joints", "ideal", "-o", str(file), "--json"]
-    run = subprocess.run([sys.executable, "-m", "hypertuna", *words], capture_output=True, text=True, check=True)
-    assert file.read_text() == ht.mjcf(ht.load("hypertuna").using(joints="ideal"))
-    record = json.loads(run.stdout)
+    words = ["export", "mjcf", "--robot", "hypertuna", "--joints", "ideal", "-o", str(file), "--json", *words]
+    result = CliRunner().invoke(app, words)
+    text, record = file.read_text(), json.loads(result.output)
+    assert text == ht.mjcf(IDEAL, plugin="--plugin" in words, free="--free" in words)
     assert record["file"] == str(file)
-    assert any("motion out of the plane" in line for line in record["lost"])
-    assert all(line in file.read_text() for line in record["lost"])
+    listed = text.split("Not in this file:\n")[1].split("-->")[0].splitlines()[:-1]
+    assert [f"- {line}" for line in record["lost"]] == [line.strip() for line in listed]
+    assert [part for part in lost if any(line.startswith(part) for line in record["lost"])] == lost
+    assert ("rotation as free" in text, "pectoral servos" in text) == ("--plugin" not in words, "--free" in words)
+    assert "2.8 ms" in text

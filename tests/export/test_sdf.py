@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,6 +14,7 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.cli.main import app
+from hypertuna.description.robot import parse
 from hypertuna.simulation.sea import Sea, space_columns, world_at_sea
 from hypertuna.swimming.model import core_model
 from random_robots import random_robot
@@ -129,9 +131,41 @@ def test_the_drag_is_that_of_the_law_with_gazebos_signs() -> None:
     assert [numbers(plugin, "nRabsR")[0] for plugin in plugins] == pytest.approx(np.zeros(8), abs=1e-12)
 
 
+def stated(text: str) -> list[str]:
+    """What a file says that it lacks."""
+    return [
+        line.strip().removeprefix("- ")
+        for line in text.split("Not in this file:\n")[1].split("-->")[0].splitlines()[:-1]
+    ]
+
+
+def test_it_says_what_it_lacks() -> None:
+    fish = ht.load("hypertuna")
+    lost = stated(ht.sdf(fish))
+    assert "first-order lag of joint group II: 4.7 Hz" in lost
+    for part in ("gaits: ", "joints beyond 50 rad/s and 90 deg: ", "pectoral fins: "):
+        assert sum(line.startswith(part) for line in lost) == 1
+    assert not any("lag" in line for line in stated(ht.sdf(fish.using(joints="ideal"))))
+    assert not any("pectoral" in line for line in stated(ht.sdf("rexeel")))
+
+
+def test_it_has_the_shares_and_offsets_of_each_group() -> None:
+    document = ht.load("hypertuna").document()
+    document["joints"][1] |= {"share": [0.1, 0.4, 0.5], "phase_offset_deg": 10.0}
+    lost = stated(ht.sdf(parse(document)))
+    first, second = (line.split(": ")[-1] for line in lost if line.startswith("coupling"))
+    third = 1 / 3
+    assert first == f"joint-L2 {third}, joint-L3 {third}, joint-L4 {third}"
+    assert second == "joint-L5 0.1, joint-L6 0.4, joint-L7 0.5"
+    offsets = [line for line in lost if line.startswith("phase offset")]
+    assert offsets == [f"phase offset of joint group II: {np.radians(10.0)} rad, to add to a gait's phase"]
+
+
 def test_the_command_writes_it(tmp_path: Path) -> None:
     file = tmp_path / "eel.sdf"
-    result = CliRunner().invoke(app, ["export", "sdf", "--robot", "rexeel", "-o", str(file)])
+    result = CliRunner().invoke(app, ["export", "sdf", "--robot", "rexeel", "-o", str(file), "--json"])
     assert result.exit_code == 0
     assert file.read_text() == ht.sdf("rexeel")
-    assert f"written:{file}" in "".join(result.output.split())
+    record = json.loads(result.output)
+    assert record["file"] == str(file)
+    assert record["lost"] == stated(file.read_text())

@@ -32,7 +32,7 @@ def mjcf_command(
     subject = robot.load()
     text = mjcf(subject, plugin=plugin, free=free)
     write_atomically(output, text.encode())
-    lost = losses(subject, plugin=plugin)
+    lost = losses(subject, plugin=plugin, free=free)
     result = {"file": output, "bytes": len(text.encode()), "plugin": plugin, "free": free, "lost": lost}
     emit(result, record=lambda result: result | made_by(subject), lines=export_lines, as_json=as_json)
 

@@ -71,13 +71,13 @@ def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False)
     robot = robot_of(robot)
     if free and not plugin:
         rule = "must come with the engine plugin, since the boxes of water would keep the robot from rolling"
-        raise InputError(rule, key="free", fix="add --plugin, in Python plugin=True")
+        raise InputError(rule, key="--free", fix="add --plugin, in Python plugin=True")
     if free:
         require(robot.spatial, "spatial", robot)
         require(robot.fins, "fins", robot)
     root = ElementTree.Element("mujoco", model=robot.name)
     about = f"{robot.name}, written by hypertuna {version()} from {robot.file or 'a robot without a file'}."
-    root.append(notes([about, *_facts(robot, free=free)], losses(robot, plugin=plugin)))
+    root.append(notes([about, *_facts(robot, free=free)], losses(robot, plugin=plugin, free=free)))
     add(root, "compiler", angle="radian", inertiafromgeom="false", autolimits="true")
     density = 0.0 if plugin else robot.water.density
     add(root, "option", timestep=TIMESTEP, integrator="RK4", density=density, gravity=(0, 0, -9.81))
@@ -104,17 +104,25 @@ def _facts(robot: Robot, *, free: bool) -> list[str]:
         "Each actuator sets the bend of a joint group; its servo is stiff and its rotor heavy (armature), so that the",
         "joints go as commanded. An actuator's force contains the rotor's inertia: it is not the joint's torque.",
         "Each numeric field of <custom> is a gait: frequency in Hz, amplitudes, phases, biases in rad, for",
-        "bend = bias + amplitude sin(2 pi frequency t - phase).",
+        "bend = bias + amplitude sin(2 pi frequency t - phase). The phases contain the joints' phase offsets.",
     ]
 
 
-def losses(robot: Robot, *, plugin: bool) -> list[str]:
+def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
     """List what of the robot's model does not survive."""
     law, coefficients = robot.model.water, getattr(robot.water, robot.model.water)
-    lost = ["drive units, pumps, oil, battery, controller, and the sensors' noise"]
+    lost = [
+        "drive units with their limits, pumps, oil, battery, controller, and the sensors' noise",
+        "current, waves and bottom",
+        f"exact timing: the servos turn all joints {2000 * DAMPING / SERVO:.1f} ms late",
+    ]
+    if free:
+        return [*lost, "the pectoral servos' limit of rate"]
+    drawn = " (they are drawn only)" if robot.fins is not None else ""
+    lost.append(f"motion out of the plane: depth, roll, pitch, pectoral fins{drawn}")
     if plugin:
-        return [*lost, "current, waves and bottom; the pectoral servos' limit of rate"]
-    lost.append("motion out of the plane: depth, roll, pitch, pectoral fins (they are drawn only)")
+        return lost
+    lost.append("rotation as free as in the water law: the boxes of water resist it, too, so speeds are somewhat low")
     if law == "lumped":
         return lost
     lost.append(f"added mass across the links: the {law} law's is not alike in all directions")
@@ -122,7 +130,8 @@ def losses(robot: Robot, *, plugin: bool) -> list[str]:
     strip = {
         "cross_flow": "cross flow in the drag: v_n |v_n| stands for v_n |v|",
         "drag_beating": "the drag that beating adds",
-        "linear_normal": "linear drag",
+        "linear_tangential": "linear drag along the links",
+        "linear_normal": "linear drag across the links",
     }
     return lost + [text for name, text in strip.items() if np.any(getattr(coefficients, name, False))]
 

@@ -11,11 +11,12 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.export.link_water import LinkWater, balanced, links_water, moments
 from hypertuna.export.outlook import FIN, SKIN, SOFT, edge_height, sections
-from hypertuna.export.xml import Element, add, document, notes
+from hypertuna.export.xml import Element, add, document, notes, written
 from hypertuna.io.files import version
 
 AXES = "xyzpqr"  # of <fluid_added_mass>
 FASTEST = 50.0  # rad/s: of the joints' position controllers
+FURTHEST = math.pi / 2  # rad: of each joint
 
 
 @checked
@@ -92,10 +93,26 @@ def _raised(matrix: Array, height: float) -> Array:
 
 def sdf_losses(robot: Robot) -> list[str]:
     """List what of the robot's model does not survive."""
+    degrees = math.degrees(FURTHEST)
     lost = [
-        "drive units, pumps, oil, battery, controller, fins' lift, and the sensors' noise",
-        "coupling of joints: command each joint of a group with its share of the bend",
+        "drive units with their limits, pumps, oil, battery, controller, and the sensors' noise",
+        "gaits: bend = bias + amplitude sin(2 pi frequency t - phase) of each joint group is for you to command",
+        f"joints beyond {FASTEST:g} rad/s and {degrees:g} deg: their position controllers and limits stop there",
+        "surface, current, waves and bottom: they are the world's",
     ]
+    for group in robot.joints:
+        parts = zip(group.links, group.share, strict=True)
+        shares = ", ".join(f"joint-{robot.links.name[link]} {written(part)}" for link, part in parts)
+        lost.append(f"coupling of joint group {group.name}: command each joint with its share of the bend: {shares}")
+        if robot.model.joints == "bandwidth" and group.bandwidth is not None:
+            lost.append(f"first-order lag of joint group {group.name}: {written(group.bandwidth)} Hz")
+        if group.phase_offset:
+            late = written(group.phase_offset)
+            lost.append(f"phase offset of joint group {group.name}: {late} rad, to add to a gait's phase")
+    if robot.fins is not None:
+        lost.append("pectoral fins: neither bodies, joints nor lift")
+    if robot.spatial is not None:
+        lost.append("drag of pitch, and the wake's force up and down")
     if robot.model.water == "lumped":
         return lost
     return [
@@ -110,6 +127,7 @@ def _facts(robot: Robot) -> list[str]:
     vertical = "" if robot.spatial else " No table [spatial]: no added mass, drag or buoyancy beyond the plane's."
     return [
         f"Water law {robot.model.water}. SI and radians. Nose at the model's origin, tail along +x, z up.{vertical}",
+        "Each joint-LINK takes its angle in rad, counter-clockwise, from the topic bend/LINK.",
         "Where a link's moments of inertia are not those of a body (one exceeds the sum of the others), the excess",
         "stands in fluid_added_mass: the sum is the robot's.",
         "fluid_added_mass is the law's own, exactly; DART has it in the mass matrix. The world needs the systems",
@@ -189,8 +207,8 @@ def _joint(model: Element, robot: Robot, i: int, place: tuple[float, float, floa
         axis = add(joint, "axis")
         add(axis, "xyz", (0, 0, 1))
         limit = add(axis, "limit")
-        add(limit, "lower", -math.pi / 2)
-        add(limit, "upper", math.pi / 2)
+        add(limit, "lower", -FURTHEST)
+        add(limit, "upper", FURTHEST)
 
 
 def _drag(model: Element, robot: Robot, i: int, water: LinkWater) -> None:
