@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 
 import mujoco
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna.cli.main import app
+from models import changed
 from mujoco_play import PUBLISHED, model, speed
 from random_robots import random_robot
 
@@ -88,6 +90,31 @@ def test_the_compiler_takes_it_with_its_masses(robot: str | int) -> None:
 def test_free_motion_needs_the_plugin() -> None:
     with pytest.raises(ht.InputError, match="^--free must come with the engine plugin"):
         ht.mjcf(IDEAL, free=True)
+
+
+@pytest.mark.parametrize(
+    ("key", "zeros", "message"),
+    [
+        ("friction", range(8), "0 along link L0"),
+        ("drag", [2], "0 across link L2"),
+    ],
+)
+def test_boxes_of_water_need_drag(key: str, zeros: Iterable[int], message: str) -> None:
+    """MuJoCo would refuse a flat box."""
+    values = list(getattr(IDEAL.water.lumped, key))
+    for i in zeros:
+        values[i] = 0.0
+    robot = changed(IDEAL, {f"water.lumped.{key}": values})
+    with pytest.raises(ht.InputError, match=f"water.lumped must drag each link .*{message}"):
+        ht.mjcf(robot)
+    assert ht.mjcf(robot, plugin=True)
+
+
+@pytest.mark.parametrize("name", ["fin-upper", "pectoral-port", "world", "L0-water-0"])
+def test_names_that_mujoco_would_refuse(name: str) -> None:
+    robot = changed(IDEAL, {"links.name": ["L0", name, *IDEAL.links.name[2:]]})
+    with pytest.raises(ht.InputError, match=f"links.name must be no name of the file's own parts, but is '{name}'"):
+        ht.mjcf(robot)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from hypertuna.cli.main import app
 from hypertuna.description.robot import parse
 from hypertuna.simulation.sea import Sea, space_columns, world_at_sea
 from hypertuna.swimming.model import core_model
+from models import changed
 from random_robots import random_robot
 
 AXES = "xyzpqr"
@@ -159,6 +160,13 @@ def test_it_has_the_shares_and_offsets_of_each_group() -> None:
     assert second == "joint-L5 0.1, joint-L6 0.4, joint-L7 0.5"
     offsets = [line for line in lost if line.startswith("phase offset")]
     assert offsets == [f"phase offset of joint group II: {np.radians(10.0)} rad, to add to a gait's phase"]
+
+
+@pytest.mark.parametrize("name", ["joint-L2", "world"])
+def test_names_that_gazebo_would_refuse(name: str) -> None:
+    fish = ht.load("hypertuna")
+    with pytest.raises(ht.InputError, match="links.name must be no name of the file's own parts"):
+        ht.sdf(changed(fish, {"links.name": [name, *fish.links.name[1:]]}))
 
 
 def test_the_command_writes_it(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from hypertuna.errors import InputError
 from hypertuna.export.link_water import LinkWater, links_water, rotor
 from hypertuna.export.mjcf_plugin import add_fin_drives, add_link, add_plugin
 from hypertuna.export.outlook import pieces
-from hypertuna.export.xml import Element, add, document, notes
+from hypertuna.export.xml import Element, add, check_names, document, notes
 from hypertuna.io.files import version
 
 TIMESTEP = 5e-4  # s, of a fourth-order integrator
@@ -59,7 +59,8 @@ def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False)
     Raises
     ------
     InputError
-        If `free` is given without the plugin, or the robot lacks what motion in space needs.
+        If `free` is given without the plugin, the robot lacks what motion in space needs, a link has no drag and the
+        plugin is not to give it, or a link or joint group has the name of another part of the file.
 
     Examples
     --------
@@ -92,6 +93,7 @@ def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False)
         late = [group.phase_offset for group in robot.joints]
         numbers = (gait.frequency, *gait.amplitude, *np.add(gait.phase, late), *gait.bias)
         add(custom, "numeric", name=name, data=numbers)
+    check_names(robot, root.iter(), alike=False)
     return document(root)
 
 
@@ -198,10 +200,14 @@ def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
     alike = min(water.inertia[0, 0], water.inertia[1, 1])  # kg, with the added mass that is alike in all directions
     wet = alike - (1 - OWN_WATER) * links.mass[i]
     along, across = water.along / (2 * robot.water.density), water.across / (2 * robot.water.density)  # m^2
+    if not along or not across:
+        rule, fix = "must drag each link along and across, since boxes of water do", "give drag to it, or add --plugin"
+        where, value = f"water.{robot.model.water}", f"0 {'across' if along else 'along'} link {links.name[i]}"
+        raise InputError(rule, file=robot.file or None, key=where, value=value, fix=fix)
     points = [(com, 1.0)]  # where drag acts, and its part
     if robot.model.water != "lumped":
         points = [(length / 2 * (1 + point), part) for point, part in zip(POINTS, WEIGHTS, strict=True)]
-    boxes = [_box(part * along, part * across, part * wet, length) for _, part in points]
+    boxes = [_box(part * along, part * across, part * wet) for _, part in points]
     # The rest of mass, first and second moment about the front joint is the link's own.
     mass = alike - wet
     place = (alike * com - wet * sum(part * at for at, part in points)) / mass
@@ -213,9 +219,9 @@ def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
         add(dragged, "inertial", pos=(0, 0, 0), mass=part * wet, diaginertia=box)
 
 
-def _box(along: float, across: float, mass: float, length: float) -> tuple[float, float, float]:
+def _box(along: float, across: float, mass: float) -> tuple[float, float, float]:
     """Return moments of inertia [kg m^2] of the box whose r_y r_z is `along` and whose r_x r_z is `across` [m^2]."""
-    tall = min(TALL * math.sqrt(along), along * math.sqrt(mass / THIN)) or TALL * across / length
+    tall = min(TALL * math.sqrt(along), along * math.sqrt(mass / THIN))
     x, y, z = across / tall, along / tall, tall
     return (mass / 3 * (y * y + z * z), mass / 3 * (x * x + z * z), mass / 3 * (x * x + y * y))
 

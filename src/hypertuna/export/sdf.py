@@ -11,7 +11,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.export.link_water import LinkWater, balanced, links_water, moments
 from hypertuna.export.outlook import FIN, SKIN, SOFT, edge_height, sections
-from hypertuna.export.xml import Element, add, document, notes, written
+from hypertuna.export.xml import Element, add, check_names, document, notes, written
 from hypertuna.io.files import version
 
 AXES = "xyzpqr"  # of <fluid_added_mass>
@@ -34,6 +34,11 @@ def sdf(robot: Robot | str | Path) -> str:
         Content of the file: each link at its center of mass, with its inertia and the 6 x 6 added mass of the robot's
         water law; buoyancy by collision boxes of the links' volumes; drag as far as Gazebo's hydrodynamics has it.
 
+    Raises
+    ------
+    InputError
+        If a link has the name of a joint of the file, or of the world.
+
     Examples
     --------
     >>> import hypertuna as ht
@@ -52,6 +57,7 @@ def sdf(robot: Robot | str | Path) -> str:
     driven = {link for group in robot.joints for link in group.links}
     for i in range(1, len(robot.links.name)):
         _joint(model, robot, i, (-robot.links.com[i], 0, -heights[i]), turns=i in driven)
+    check_names(robot, model, alike=True)
     for i, water in enumerate(links_water(robot)):
         _drag(model, robot, i, water)
     for i in sorted(driven):

@@ -1,8 +1,12 @@
 """XML elements of exported robots: numbers in full, comments in lines."""
 
+from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 from xml.etree import ElementTree
+
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError, shown
 
 Element = ElementTree.Element
 
@@ -34,6 +38,17 @@ def comment(lines: Iterable[str]) -> Any:
 def notes(facts: Iterable[str], lost: Iterable[str]) -> Any:
     """Return the comment at the head of a file: the model, and what of the robot it lacks."""
     return comment([*facts, "Not in this file:", *(f"- {sentence}" for sentence in lost)])
+
+
+def check_names(robot: Robot, parts: Iterable[Element], *, alike: bool) -> None:
+    """Check that no two parts have one name: of the same tag, or of any where `alike`; the world has one, too."""
+    named = [("" if alike else part.tag, name) for part in parts if (name := part.get("name"))]
+    taken = Counter([*named, ("" if alike else "body", "world")])
+    for (_, name), times in taken.items():
+        if times > 1:
+            key = "links.name" if name in robot.links.name else "joints.name"
+            rule, fix = "must be no name of the file's own parts", "give it another name"
+            raise InputError(rule, file=robot.file or None, key=key, value=shown(name), fix=fix)
 
 
 def document(root: Element) -> str:
