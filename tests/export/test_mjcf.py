@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna.cli.main import app
+from hypertuna.description.robot import parse
 from models import changed
 from mujoco_play import PUBLISHED, model, speed
 from random_robots import random_robot
@@ -85,6 +86,19 @@ def test_the_compiler_takes_it_with_its_masses(robot: str | int) -> None:
         row = np.zeros(m.nv)
         mujoco.mj_mulM(m, straight, row, np.eye(m.nv)[2])
         assert row[2] == pytest.approx(turn, rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [(0.0, 0.4, 0.6), (-1.0, 1.5, 0.5)])
+def test_joints_are_coupled_by_any_shares(share: tuple[float, ...]) -> None:
+    document = IDEAL.document()
+    document["joints"][1]["share"] = list(share)
+    m = model(parse(document))
+    d = mujoco.MjData(m)
+    for i, part in zip((5, 6, 7), share, strict=True):
+        d.joint(f"joint-L{i}").qpos = 0.3 * part
+    mujoco.mj_forward(m, d)
+    assert d.efc_pos == pytest.approx(np.zeros(4), abs=1e-15)
+    assert d.ten_length == pytest.approx([0, 0.3])
 
 
 def test_free_motion_needs_the_plugin() -> None:

@@ -269,8 +269,10 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
         bend = add(tendon, "fixed", name=group.name)
         for joint, part in zip(joints, group.share, strict=True):
             add(bend, "joint", joint=joint, coef=part / square)
-        for joint, part in zip(joints[1:], group.share[1:], strict=True):
-            add(equality, "joint", joint1=joint, joint2=joints[0], polycoef=(0, part / group.share[0], 0, 0, 0))
+        lead, whole = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))  # a share may be 0
+        for joint, part in zip(joints, group.share, strict=True):
+            if joint != lead:
+                add(equality, "joint", joint1=joint, joint2=lead, polycoef=(0, part / whole, 0, 0, 0))
         lag = {}
         if robot.model.joints == "bandwidth" and group.bandwidth is not None:
             lag = {"timeconst": 1 / (2 * math.pi * group.bandwidth)}
