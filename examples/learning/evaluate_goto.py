@@ -13,7 +13,6 @@ from hypertuna.learning.policy import plain_pilot, read_policy, success_rate
 from hypertuna.simulation.estimates import random_robots
 
 FOLDER = Path(__file__).parent
-STEP = 0.5  # s, as in training
 SEED = 1000  # not one of the training's episodes
 
 
@@ -25,7 +24,7 @@ def main():
     policy, robots = read_policy(FOLDER / "goto.npz"), random_robots(ht.load("hypertuna"), 32, SEED)
     results = {}
     for name, others in (("the robot itself", ()), ("robots within the estimates", robots)):
-        env = SwimmerVectorEnv(100, "Goto", robots=others, step=STEP, threads=options.threads)
+        env = SwimmerVectorEnv(100, "Goto", robots=others, step=policy.step, threads=options.threads)
         for who, act in (("policy", policy), ("pilot", plain_pilot(env.swimmers))):
             result = success_rate(env, act, episodes=options.episodes, seed=SEED)
             results[f"{who}, {name}"] = result

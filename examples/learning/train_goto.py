@@ -83,7 +83,7 @@ def main():
         for k, layer in enumerate(layers)
         for what, p in (("weight", layer.weight), ("bias", layer.bias))
     }
-    np.savez(options.output / "goto.npz", **weights)
+    np.savez(options.output / "goto.npz", **weights, step=STEP, task="Goto")
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hypertuna.simulation.estimates import random_robots
 gymnasium = pytest.importorskip("gymnasium")
 
 from gymnasium.utils.env_checker import check_env  # noqa: E402
+from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
 
 from hypertuna.learning.environments import SwimmerEnv, SwimmerVectorEnv  # noqa: E402
 from hypertuna.learning.policy import plain_pilot, read_policy, success_rate  # noqa: E402
@@ -50,7 +52,7 @@ def test_a_twin_that_leaves_what_a_robot_can_do_is_lost_among_its_neighbors() ->
     assert 0 < swimmers.lost.sum() < 8
     kept = swimmers._columns["x"][~swimmers.lost]
     assert (np.abs(kept) < ROBOT.body.length).all()
-    swimmers.restart(range(8), np.random.default_rng(0))
+    swimmers.restart(range(8), [np.random.default_rng(0)] * 8)
     assert not swimmers.lost.any()
 
 
@@ -89,6 +91,8 @@ def test_an_episode_that_ends_shows_its_last_observation_and_begins_anew() -> No
     env.reset(seed=1)
     for _ in range(3):
         observation, _, done, cut, infos = env.step(np.ones((2, 6)))
+        assert (infos["_is_success"] != cut).all()
+    assert infos["final_info"]["_is_success"].all()
     assert cut.all()
     assert not done.any()
     assert (infos["final_obs"] != observation).any()
@@ -158,6 +162,117 @@ def test_robots_are_drawn_at_each_start() -> None:
     assert ROBOT.document() != robots[0].document() != robots[1].document()
 
 
+def test_servos_on_axles_have_efforts_and_rewards() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gymnasium.make("hypertuna/Swim-v0", robot="examples/servofish.toml").unwrapped)
+    env = SwimmerVectorEnv(4, "Goto", robot="examples/servofish.toml")
+    assert env.swimmers.power == pytest.approx((0.21 + 0.12) * 7.5)  # stall torques times speed: motors without losses
+    env.reset(seed=1)
+    for _ in range(20):
+        _, reward, _, _, _ = env.step(np.tile([-0.5, 0.5, 0.5, 0.0, 0.0, 0.0], (4, 1)))
+        assert (np.abs(reward) < 1).all()
+        assert (env.swimmers.effort > 0).all()
+        assert (env.swimmers.effort < 1).all()
+    document = ROBOT.document()
+    del document["servos"][1]["stall_current_a"], document["sources"]
+    with pytest.raises(InputError, match=r"servos\[1\].stall_current_a is missing"):
+        SwimmerEnv("Swim", robot=parse(document))
+
+
+def test_a_twin_that_is_lost_has_a_reward_and_no_other_has_that_of_none() -> None:
+    document = ROBOT.document()
+    document["links"]["lateral_area_m2"][-1] = 1e12
+    env = SwimmerVectorEnv(8, "Goto", robots=[ROBOT, parse(document)])
+    env.reset(seed=1)
+    _, reward, done, _, _ = env.step(np.full((8, 6), 0.5))
+    assert 0 < done.sum() < 8
+    assert (reward[done] == -10).all()
+    assert (np.abs(reward[~done]) < 1).all()
+
+
+def test_actions_of_a_wrong_shape_are_refused_before_anything_changes() -> None:
+    one, many = SwimmerEnv("Swim"), SwimmerVectorEnv(2, "Swim")
+    for env, wrong in (
+        (one, [np.zeros(5), np.zeros((1, 6)), 0.0]),
+        (many, [np.zeros(6), np.zeros((2, 7)), [[0.0] * 6]]),
+    ):
+        env.reset(seed=1)
+        for action in wrong:
+            with pytest.raises(InputError, match="action must be 6 numbers for each swimmer, but is of shape"):
+                env.step(action)
+        observation, *_ = env.step(np.zeros(env.action_space.shape))
+        assert np.isfinite(observation).all()
+
+
+def test_infos_are_those_of_vectors_by_gymnasium() -> None:
+    theirs = SyncVectorEnv([lambda: SwimmerEnv(Swim(seconds=0.2))] * 2, autoreset_mode=AutoresetMode.SAME_STEP)
+    ours = SwimmerVectorEnv(2, Swim(seconds=0.2))
+    for env in (theirs, ours):
+        env.reset(seed=[4, 9])
+    for _ in range(5):
+        (seen, *_, expected), (observed, *_, infos) = (env.step(np.full((2, 6), 0.4)) for env in (theirs, ours))
+        np.testing.assert_array_equal(observed, seen)  # a list seeds each swimmer, also of the episodes that follow
+        if "final_obs" in expected:
+            np.testing.assert_array_equal(infos["final_obs"], np.stack(expected["final_obs"]))
+            np.testing.assert_array_equal(infos["_final_obs"], expected["_final_obs"])
+            np.testing.assert_equal(infos["final_info"], expected["final_info"])
+            assert not infos["_is_success"].any()
+        else:
+            np.testing.assert_equal(infos, expected)
+
+
+def test_seeds_of_a_list_are_one_for_each_swimmer() -> None:
+    env = SwimmerVectorEnv(3, "Goto")
+    first, _ = env.reset(seed=[1, 2, 1])
+    np.testing.assert_array_equal(first[0], first[2])
+    assert (first[0] != first[1]).any()
+    again, _ = env.reset(seed=[None, 2, None])
+    np.testing.assert_array_equal(again[1], first[1])
+    assert (again[0] != first[0]).any()
+    for wrong in ([], [1], [1, 2, 3, 4]):
+        with pytest.raises(InputError, match="seed must be one for each of 3 swimmers"):
+            env.reset(seed=wrong)
+
+
+def test_stable_baselines_uses_a_seed_once() -> None:
+    pytest.importorskip("stable_baselines3", reason="needs Stable-Baselines3 and PyTorch")
+    from hypertuna.learning.sb3 import Sb3VecEnv
+
+    env = Sb3VecEnv(2, Swim(seconds=0.1))
+    env.seed(3)
+    first, second = env.reset(), env.reset()
+    assert (first != second).any()
+    env.seed(3)
+    np.testing.assert_array_equal(env.reset(), first)
+    *_, infos = env.step(np.zeros((2, 6)))
+    assert [info["TimeLimit.truncated"] for info in infos] == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"step": float("nan")}, "step must be a finite number"),
+        ({"step": float("inf")}, "step must be a finite number"),
+        ({"step": "a"}, "step must be a finite number"),
+        ({"threads": 0}, "threads must be at least 1"),
+        ({"threads": -3}, "threads must be at least 1"),
+        ({"robots": ["examples/servofish.toml"]}, "robots must have the links, joints and water law of hypertuna"),
+    ],
+)
+def test_arguments_are_checked(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        SwimmerVectorEnv(2, "Swim", **options)
+
+
+def test_robots_go_by_name_and_frames_by_the_step() -> None:
+    env = SwimmerEnv("Swim", robots=["hypertuna"], step=0.5)
+    assert env.reset(seed=1)[0].shape == env.observation_space.shape
+    assert env.metadata["render_fps"] == SwimmerVectorEnv(1, "Swim", step=0.5).metadata["render_fps"] == 2
+    with pytest.raises(InputError, match="task must be"):
+        SwimmerEnv(Goto)  # the class
+
+
 def test_what_a_robot_lacks_is_told() -> None:
     document = ROBOT.document()
     del document["joints"][1]["bend_max_deg"]
@@ -186,6 +301,12 @@ def test_policies_that_are_none_are_refused(tmp_path: Path) -> None:
         np.savez(tmp_path / f"{name}.npz", **arrays)
         with pytest.raises(InputError, match=f"{name}.npz"):
             read_policy(tmp_path / f"{name}.npz")
+    assert read_policy(TUNA).step == 0.5
+    assert read_policy(TUNA).task == "Goto"
+    layer = {"weight0": np.zeros((3, 2)), "bias0": np.zeros(3)}
+    np.savez(tmp_path / "step.npz", **layer, step=-1.0)
+    with pytest.raises(InputError, match=r"step.npz: step must be greater than 0"):
+        read_policy(tmp_path / "step.npz")
     with pytest.raises(InputError, match="cannot be read"):
         read_policy(tmp_path / "none.npz")
 

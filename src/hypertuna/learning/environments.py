@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot, robot_of
+from hypertuna.errors import InputError, shown
 from hypertuna.learning.spans import STEP, knobs
 from hypertuna.learning.swimmers import LIMIT, Swimmers
 from hypertuna.learning.tasks import TASKS, Task
+from hypertuna.parallel.executors import thread_count
 from hypertuna.ranges import POSITIVE_WHOLE, check_choice
 
 Batch = NDArray[np.floating[Any]]
@@ -42,37 +45,35 @@ class SwimmerEnv(gymnasium.Env[Batch, Batch]):
         ``"Swim"``, ``"Turn"``, ``"Goto"`` or ``"Station"``, or a task of your own.
     robot : Robot, str or Path
         With all that `hypertuna.twin` needs, and the largest bend of each joint.
-    robots : sequence of Robot
+    robots : sequence of Robot, str or Path
         Robots of the same structure, one of which is sampled at each reset: domain randomization. The controller
         has the numbers of `robot`.
     step : float
         Length of a step [s], whole control ticks.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "render_fps": round(1 / STEP)}
-
     def __init__(
         self,
         task: str | Task,
         *,
         robot: Robot | str | Path = "hypertuna",
-        robots: Sequence[Robot] = (),
+        robots: Sequence[Robot | str | Path] = (),
         step: float = STEP,
         render_mode: str | None = None,
     ) -> None:
-        self.swimmers = Swimmers(_task(task), robot_of(robot), 1, robots, step=step)
-        of = Spaces(self.swimmers)
+        self.swimmers = Swimmers(_task(task), robot_of(robot), 1, [*map(robot_of, robots)], step=step)
+        of, self.metadata = Spaces(self.swimmers), {"render_modes": [], "render_fps": 1 / step}
         self.action_space, self.observation_space, self.render_mode = of.action, of.observation, render_mode
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Batch, dict[str, Any]]:
         """Start an episode."""
         super().reset(seed=seed)
-        self.swimmers.restart([0], self.np_random)
+        self.swimmers.restart([0], [self.np_random])
         return _single(self.swimmers.observe())[0], {}
 
     def step(self, action: Batch) -> tuple[Batch, float, bool, bool, dict[str, Any]]:
         """Make a step."""
-        reward, done, cut, success = _stepped(self.swimmers, np.asarray(action, dtype=float)[np.newaxis])
+        reward, done, cut, success = _stepped(self.swimmers, [action])
         observation = _single(self.swimmers.observe())[0]
         return observation, float(reward[0]), bool(done[0]), bool(cut[0]), {"is_success": bool(success[0])}
 
@@ -80,19 +81,18 @@ class SwimmerEnv(gymnasium.Env[Batch, Batch]):
 class SwimmerVectorEnv(VectorEnv[Batch, Batch, Batch]):
     """Many swimmers that step in one call, side by side in the lanes of a processor and over threads.
 
-    An episode that ends is followed by the next within the same step: `infos` has its last observation as `final_obs`.
+    An episode that ends is followed by the next within the same step: `infos` has its last observation as `final_obs`,
+    and its success in `final_info`.
 
     Parameters
     ----------
     num_envs : int
         Number of swimmers.
-    threads : int
-        Threads that step them; results do not depend on it.
+    threads : int or None
+        Threads that step them, None for all processors; results do not depend on it.
     task, robot, robots, step
         As of `SwimmerEnv`.
     """
-
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
 
     def __init__(
         self,
@@ -100,36 +100,50 @@ class SwimmerVectorEnv(VectorEnv[Batch, Batch, Batch]):
         task: str | Task,
         *,
         robot: Robot | str | Path = "hypertuna",
-        robots: Sequence[Robot] = (),
+        robots: Sequence[Robot | str | Path] = (),
         step: float = STEP,
-        threads: int = 1,
+        threads: int | None = 1,
         render_mode: str | None = None,
     ) -> None:
         self.num_envs = POSITIVE_WHOLE.check(num_envs, "num_envs", "give a number of swimmers")
-        self.swimmers = Swimmers(_task(task), robot_of(robot), self.num_envs, robots, threads, step)
+        others, threads = [*map(robot_of, robots)], thread_count(threads)
+        self.swimmers = Swimmers(_task(task), robot_of(robot), self.num_envs, others, threads, step)
+        self.metadata = {"render_modes": [], "render_fps": 1 / step, "autoreset_mode": AutoresetMode.SAME_STEP}
         of = Spaces(self.swimmers)
         self.single_action_space, self.single_observation_space = of.action, of.observation
         self.action_space = batch_space(of.action, self.num_envs)
         self.observation_space = batch_space(of.observation, self.num_envs)
         self.render_mode = render_mode
+        self._rngs = [self.np_random] * self.num_envs
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Batch, dict[str, Any]]:
-        """Start an episode of every swimmer."""
-        super().reset(seed=seed[0] if isinstance(seed, list) else seed)
-        self.swimmers.restart(range(self.num_envs), self.np_random)
+        """Start an episode of every swimmer; all share one seed, or each has its own of a list, or goes on by None."""
+        if seed is None:
+            pass
+        elif not isinstance(seed, Sequence):
+            super().reset(seed=seed)
+            self._rngs = [self.np_random] * self.num_envs
+        elif len(seed) != self.num_envs:
+            rule, fix = f"must be one for each of {self.num_envs} swimmers", "give one number, or a list of that length"
+            raise InputError(rule, key="seed", value=shown(seed), fix=fix)
+        else:
+            pairs = zip(self._rngs, seed, strict=True)
+            self._rngs = [rng if one is None else np_random(one)[0] for rng, one in pairs]
+        self.swimmers.restart(range(self.num_envs), self._rngs)
         return _single(self.swimmers.observe()), {}
 
     def step(self, actions: Batch) -> tuple[Batch, Batch, Flags, Flags, dict[str, Any]]:
         """Make a step of every swimmer."""
-        reward, done, cut, success = _stepped(self.swimmers, np.asarray(actions, dtype=float))
+        reward, done, cut, success = _stepped(self.swimmers, actions)
         observation = _single(self.swimmers.observe())
-        infos: dict[str, Any] = {"is_success": success}
-        ended = np.flatnonzero(done | cut)
-        if len(ended):
-            infos |= {"final_obs": observation, "_final_obs": done | cut}
-            self.swimmers.restart(ended, self.np_random)
+        ended = done | cut
+        infos: dict[str, Any] = {"is_success": success & ~ended, "_is_success": ~ended}
+        if ended.any():
+            final = {"is_success": success & ended, "_is_success": ended}
+            infos |= {"final_obs": observation, "_final_obs": ended, "final_info": final, "_final_info": ended}
+            self.swimmers.restart(np.flatnonzero(ended), self._rngs)
             observation = _single(self.swimmers.observe())
         return observation, reward, done, cut, infos
 
@@ -146,7 +160,7 @@ def register() -> None:
 
 
 def _task(task: str | Task) -> Task:
-    if not isinstance(task, str):
+    if isinstance(task, Task):
         return task
     check_choice(task, tuple(TASKS), "task")
     return TASKS[task]()
@@ -156,10 +170,10 @@ def _single(observation: NDArray[np.float64]) -> Batch:
     return observation.astype(np.float32)
 
 
-def _stepped(swimmers: Swimmers, action: NDArray[np.float64]) -> tuple[Batch, Flags, Flags, Flags]:
+def _stepped(swimmers: Swimmers, actions: Any) -> tuple[Batch, Flags, Flags, Flags]:
     """Reward, end, end of the time, and success of a step; a twin that left what a robot can do ends its episode."""
-    reward, done, success = swimmers.act(action)
+    reward, done, success = swimmers.act(np.asarray(actions, dtype=float))
     lost = swimmers.lost
     done = done | lost
     cut = ~done & (swimmers.steps * swimmers.step >= swimmers.task.seconds - 1e-9)
-    return np.where(lost, LOST, np.nan_to_num(reward)), done, cut, success & ~lost
+    return np.where(lost, LOST, reward), done, cut, success & ~lost

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.learning.policy import Policy
-from hypertuna.learning.spans import BIAS, LAG, STEP, knobs, span_of, ticks_of
+from hypertuna.learning.spans import BIAS, LAG, knobs, sensed, span_of, ticks_of
+from hypertuna.learning.tasks import TASKS
 
 NEURONS_MAX = 128  # core control/policy.hpp
 
 
-def policy_header(policy: Policy, robot: Robot, source: str, *, step: float = STEP) -> str:
+def policy_header(policy: Policy, robot: Robot, source: str, *, step: float) -> str:
     """Return the header of a policy for a robot: core control/policy.hpp runs it in single precision.
 
     Parameters
@@ -31,15 +34,23 @@ def policy_header(policy: Policy, robot: Robot, source: str, *, step: float = ST
     Raises
     ------
     InputError
-        If the layers are too wide for the core or do not fit the robot, or the step is not whole control ticks.
+        If the layers do not fit the core, the robot and the task, a weight is beyond single precision, or the step is
+        not whole control ticks.
     """
     span, ticks = span_of(robot), ticks_of(robot, step)
     sizes = [policy.weights[0].shape[1], *(len(bias) for bias in policy.biases)]
-    if max(sizes) > NEURONS_MAX:
-        rule, fix = f"must have layers of at most {NEURONS_MAX} neurons", "train a smaller one"
-        raise InputError(rule, file=source, value=str(max(sizes)), fix=fix)
+    if max(sizes) > NEURONS_MAX or min(sizes) < 1:
+        rule, fix = f"must have layers of 1 to {NEURONS_MAX} neurons", "train one of that size"
+        raise InputError(rule, file=source, value=", ".join(map(str, sizes)), fix=fix)
+    fix = "give the robot that it was trained for"
+    task, least = TASKS.get(policy.task or ""), sensed(robot)
+    if sizes[0] != least + task.size if task else sizes[0] < least:
+        wanted = f"{least + task.size} inputs for {policy.task} with" if task else f"at least {least} inputs for"
+        raise InputError(f"must have {wanted} {robot.name}", file=source, value=str(sizes[0]), fix=fix)
+    if max(abs(part).max() for part in (*policy.weights, *policy.biases)) > np.finfo(np.float32).max:
+        raise InputError("must have weights in the range of single precision", file=source, fix="train it anew")
     if sizes[-1] != len(knobs(robot)):
-        rule, fix = f"must have {len(knobs(robot))} actions for {robot.name}", "give the robot that it was trained for"
+        rule = f"must have {len(knobs(robot))} actions for {robot.name}"
         raise InputError(rule, file=source, value=str(sizes[-1]), fix=fix)
 
     def row(name: str, values: list[float]) -> str:

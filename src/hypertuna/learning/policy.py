@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +17,7 @@ from hypertuna.errors import InputError
 from hypertuna.learning.environments import SwimmerVectorEnv
 from hypertuna.learning.spans import LAG
 from hypertuna.learning.swimmers import Swimmers
+from hypertuna.ranges import POSITIVE
 
 Act = Callable[[NDArray[Any]], NDArray[Any]]  # observations (N, size) to actions (N, knobs)
 
@@ -25,6 +28,8 @@ class Policy:
 
     weights: tuple[Array, ...]  # of each layer (out, in)
     biases: tuple[Array, ...]  # (out,)
+    step: float | None = None  # s, of the training
+    task: str | None = None  # of the training
 
     def __call__(self, observation: NDArray[Any]) -> Array:
         """Return the actions (N, out) of observations (N, in)."""
@@ -35,7 +40,7 @@ class Policy:
 
 
 def read_policy(path: str | Path) -> Policy:
-    """Read a policy from a file of NumPy with arrays weight0, bias0, weight1, ...
+    """Read a policy from a file of NumPy: weight0, bias0, weight1, ..., maybe step [s] and task of the training.
 
     Parameters
     ----------
@@ -51,12 +56,19 @@ def read_policy(path: str | Path) -> Policy:
     InputError
         If the file cannot be read, or its layers do not follow each other.
     """
+    fix = "give the .npz file that examples/learning/train_goto.py writes"
     try:
         with np.load(path, allow_pickle=False) as file:
-            arrays = {name: np.asarray(file[name], dtype=float) for name in file.files}
-    except (OSError, ValueError) as error:
-        fix = "give the .npz file that examples/learning/train_goto.py writes"
+            stored = dict(file)
+        task = str(stored.pop("task")) if "task" in stored else None
+        arrays = {name: np.asarray(value, dtype=float) for name, value in stored.items()}
+    except OSError as error:
         raise InputError(f"cannot be read: {error}", file=str(path), fix=fix) from None
+    except (ValueError, TypeError, EOFError, zipfile.BadZipFile, zlib.error):
+        raise InputError("must be a whole .npz file of numbers", file=str(path), fix=fix) from None
+    step = None
+    if "step" in arrays:
+        step = POSITIVE.check(arrays.pop("step").tolist(), "step", "store it in seconds", file=str(path))
     layers = range(len(arrays) // 2)
     names = [f"{what}{k}" for k in layers for what in ("weight", "bias")]
     if not names or set(arrays) != set(names):
@@ -64,11 +76,12 @@ def read_policy(path: str | Path) -> Policy:
         raise InputError("must have the arrays of layers", file=str(path), value=", ".join(sorted(arrays)), fix=fix)
     weights, biases = ([arrays[f"{what}{k}"] for k in layers] for what in ("weight", "bias"))
     for k, (weight, bias) in enumerate(zip(weights, biases, strict=True)):
-        wanted = (len(bias), weight.shape[-1] if k == 0 else len(biases[k - 1]))
-        if bias.ndim != 1 or weight.shape != wanted or not (np.isfinite(weight).all() and np.isfinite(bias).all()):
+        before = weight.shape[1:] if k == 0 else biases[k - 1].shape
+        fits = bias.ndim == 1 and weight.ndim == 2 and weight.shape == bias.shape + before
+        if not (fits and np.isfinite(weight).all() and np.isfinite(bias).all()):
             rule, fix = "must be finite and follow the layer before", "store (out, in) weights and (out,) biases"
             raise InputError(rule, file=str(path), key=f"weight{k}", value=f"of shape {weight.shape}", fix=fix)
-    return Policy(tuple(weights), tuple(biases))
+    return Policy(tuple(weights), tuple(biases), step, task)
 
 
 def plain_pilot(swimmers: Swimmers, *, frequency: float = 2.0, amplitude: float = 0.5, gain: float = 2.0) -> Act:
@@ -104,7 +117,7 @@ def success_rate(env: SwimmerVectorEnv, act: Act, *, episodes: int, seed: int) -
         for k in np.flatnonzero(done | cut):
             if quota[k]:
                 quota[k] -= 1
-                successes.append(bool(infos["is_success"][k]))
+                successes.append(bool(infos["final_info"]["is_success"][k]))
                 if successes[-1]:
                     seconds.append(length[k])
                     energy.append(drawn[k])

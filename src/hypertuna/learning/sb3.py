@@ -21,7 +21,10 @@ class Sb3VecEnv(VecEnv):
 
     def reset(self) -> VecEnvObs:
         """Start an episode of every swimmer, from the seed that `seed` gave."""
-        return self.env.reset(seed=self._seeds[0])[0]
+        observation, _ = self.env.reset(seed=self._seeds[0])
+        self._reset_seeds()  # both are for one reset
+        self._reset_options()
+        return observation
 
     def step_async(self, actions: np.ndarray) -> None:
         """Keep the actions for `step_wait`."""
@@ -30,7 +33,8 @@ class Sb3VecEnv(VecEnv):
     def step_wait(self) -> VecEnvStepReturn:
         """Make the step."""
         observation, reward, done, cut, infos = self.env.step(self.actions)
-        each: list[dict[str, Any]] = [{"is_success": bool(success)} for success in infos["is_success"]]
+        success = infos["is_success"] | infos.get("final_info", infos)["is_success"]
+        each: list[dict[str, Any]] = [{"is_success": bool(one)} for one in success]
         for k in np.flatnonzero(done | cut):
             each[k] |= {"terminal_observation": infos["final_obs"][k], "TimeLimit.truncated": bool(cut[k])}
         return observation, reward, done | cut, each

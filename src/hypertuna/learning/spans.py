@@ -10,6 +10,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError
+from hypertuna.ranges import POSITIVE
 
 STEP = 0.1  # s, of an action
 LAG = math.pi  # rad, the largest lag of a joint behind the one before
@@ -25,6 +26,11 @@ def knobs(robot: Robot) -> tuple[str, ...]:
         *(f"lag of {name}" for name in names[1:]),
         *(f"bias of {name}" for name in names),
     )
+
+
+def sensed(robot: Robot) -> int:
+    """Count the numbers of an observation without those of the task: speed, turn, bends measured and set, action."""
+    return 2 + 2 * len(robot.joints) + len(knobs(robot))
 
 
 @dataclass(frozen=True)
@@ -46,9 +52,10 @@ class Span:
 def ticks_of(robot: Robot, step: float) -> int:
     """Return the control ticks in a step [s] of an action."""
     tick = 1 / require(robot.controller, "controller", robot).rate
-    ticks = round(step / tick)
+    fix = f"give {STEP:g}, say"
+    ticks = round(POSITIVE.check(step, "step", fix) / tick)
     if ticks < 1 or abs(ticks * tick - step) > 1e-9:
-        rule, fix = f"must be whole control ticks of {tick:g} s", f"give {STEP:g}, say"
+        rule = f"must be whole control ticks of {tick:g} s"
         raise InputError(rule, key="step", value=f"{step:g}", fix=fix)
     return ticks
 

@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
+from hypertuna.actuation.hydraulics import pump_servo
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
-from hypertuna.learning.spans import STEP, span_of, ticks_of
+from hypertuna.errors import InputError
+from hypertuna.learning.spans import STEP, sensed, span_of, ticks_of
 from hypertuna.learning.tasks import Outcome, Seen, Task
 from hypertuna.simulation.plant import controller_of, parts_of, steps_of
 
@@ -38,6 +40,10 @@ class Swimmers:
         tick = 1 / require(self.robot.controller, "controller", self.robot).rate
         self.span = span_of(self.robot)
         self._parts = [parts_of(robot, "water", None) for robot in self.robots or [self.robot]]
+        for robot in self.robots:
+            if _structure(robot) != _structure(self.robot):
+                rule, fix = f"must have the links, joints and water law of {self.robot.name}", "change numbers alone"
+                raise InputError(rule, key="robots", value=robot.name, fix=fix)
         inner = max(steps_of(tick, parts, self.robot) for parts in self._parts)
         self._controller = _core.Controller(controller_of(self.robot))
         rng = np.random.default_rng(0)
@@ -46,8 +52,7 @@ class Swimmers:
         self.goal = np.stack([self.task.goal(rng) for _ in range(self.count)])
         self.current, self.steps = np.zeros((self.count, 2)), np.zeros(self.count, dtype=int)
         self._drift, self._before = np.zeros((self.count, 2)), np.zeros(self.count)
-        servos = [servo for servo in self.robot.servos if servo.voltage and servo.stall_current]
-        self.power = sum(servo.count * (servo.voltage or 0) * (servo.stall_current or 0) for servo in servos)  # W
+        self.power = _largest_power(self.robot)  # W
         self._columns = self._batch.columns()
         self.seen = self._look(self._columns["x"], self._columns["y"])
         self.effort = np.zeros(self.count)  # of the last step, also where an episode has begun since
@@ -61,13 +66,13 @@ class Swimmers:
     @property
     def size(self) -> int:
         """Numbers of an observation."""
-        joints = len(self.robot.joints)
-        return 2 + 2 * joints + 3 * joints + self.task.size
+        return sensed(self.robot) + self.task.size
 
-    def restart(self, swimmers: Iterable[int], rng: np.random.Generator) -> None:
-        """Start swimmers anew, each at rest with a goal, a current and a robot of its own."""
+    def restart(self, swimmers: Iterable[int], rngs: Sequence[np.random.Generator]) -> None:
+        """Start swimmers anew, each at rest with a goal, a current and a robot from its generator of `rngs`."""
         rows = [int(k) for k in swimmers]
         for k in rows:
+            rng = rngs[k]
             self._batch.restart(k, self._start(rng))
             self.goal[k] = self.task.goal(rng)
             speed, toward = self.task.current * rng.random(), 2 * math.pi * rng.random()
@@ -79,6 +84,9 @@ class Swimmers:
 
     def act(self, action: Array) -> Outcome:
         """Make a step of all swimmers."""
+        if action.shape != self.action.shape:
+            rule, value = f"must be {self.action.shape[1]} numbers for each swimmer", f"of shape {action.shape}"
+            raise InputError(rule, key="action", value=value, fix="see hypertuna.learning.spans.knobs")
         self.action = np.clip(action, -1, 1)
         x, y = self._columns["x"], self._columns["y"]
         self._batch.command(*(np.ascontiguousarray(part) for part in self.span.gait(self.action)))
@@ -118,6 +126,20 @@ class Swimmers:
         drawn, self._before = c["energy"] - self._before, c["energy"].copy()
         position = np.stack([c["x"], c["y"]], axis=1) / length + self._drift
         return Seen(position, c["heading"] + math.pi, ahead / (length * self.step), drawn / (self.step * self.power))
+
+
+def _structure(robot: Robot) -> tuple[object, ...]:
+    return parts_of(robot, "water", None).plant.structure, [group.direct for group in robot.joints]
+
+
+def _largest_power(robot: Robot) -> float:
+    """Return the electrical power [W] of the servos that move the joints, all at stall."""
+    axles = [group.servo for group in robot.joints if group.servo is not None]
+    power = sum(servo.voltage * servo.stall_current for servo in axles)
+    if len(axles) < len(robot.joints):
+        pump = pump_servo(robot)
+        power += pump.count * (pump.voltage or 0) * (pump.stall_current or 0)  # which it has
+    return power
 
 
 def _put(old: Array, new: Array, rows: Sequence[int]) -> Array:
