@@ -12,8 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 import hypertuna as ht
+from hypertuna import _core
 from hypertuna.cli.main import app
 from hypertuna.description.robot import parse
+from hypertuna.export.mjcf import losses
+from hypertuna.swimming.model import core_model
 from models import changed
 from mujoco_play import PUBLISHED, model, speed
 from random_robots import random_robot
@@ -66,6 +69,24 @@ def test_a_straight_robot_is_dragged_as_the_law_says(law: str, direction: int) -
         if direction == 0:
             areas = areas + getattr(coefficients, "blunt_area", 0)
     assert d.qfrc_fluid[direction] == pytest.approx(-half * areas.sum() * 0.7**2, rel=1e-3)
+
+
+@pytest.mark.parametrize("part", [1.0, 0.1, 0.01])
+def test_it_says_how_much_the_boxes_resist_turning(part: float) -> None:
+    """About the center of mass, beside the core's drag; little friction makes boxes that resist more."""
+    assert IDEAL.water.lumped is not None
+    robot = changed(IDEAL, {"water.lumped.friction": [part * one for one in IDEAL.water.lumped.friction]})
+    m, links = model(robot), robot.links
+    middle = np.dot(links.mass, np.cumsum([0, *links.length[:-1]]) + links.com) / sum(links.mass)
+    about = np.array([0, -middle, 1])
+    d = mujoco.MjData(m)
+    d.qvel[:3] = about
+    mujoco.mj_forward(m, d)
+    core = _core.dynamics(core_model(robot), np.zeros((1, 8, 3)), about[np.newaxis])["wrench"][0]
+    excess = 100 * (d.qfrc_fluid[:3] @ about / (core @ about) - 1)
+    (line,) = (line for line in losses(robot, plugin=False, free=False) if line.startswith("rotation as free"))
+    assert float(line.split("add ")[1].split(" %")[0]) == pytest.approx(excess, rel=0.06)  # two digits
+    assert excess > 0.1
 
 
 @pytest.mark.parametrize("robot", [*ht.robots(), *range(6)])

@@ -124,7 +124,10 @@ def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
     lost.append(f"motion out of the plane: depth, roll, pitch, pectoral fins{drawn}")
     if plugin:
         return lost
-    lost.append("rotation as free as in the water law: the boxes of water resist it, too, so speeds are somewhat low")
+    more = 100 * turning_excess(robot)
+    lost.append(
+        f"rotation as free as in the water law: the boxes of water add {more:.2g} % to the drag of turning in place"
+    )
     if law == "lumped":
         return lost
     lost.append(f"added mass across the links: the {law} law's is not alike in all directions")
@@ -195,35 +198,66 @@ def _head(head: Element, robot: Robot, *, free: bool) -> None:
 
 def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
     """Add a link's own body, a thin rod that meets no drag, and the water bodies that are dragged."""
-    links = robot.links
-    length, com = links.length[i], links.com[i]
-    alike = min(water.inertia[0, 0], water.inertia[1, 1])  # kg, with the added mass that is alike in all directions
-    wet = alike - (1 - OWN_WATER) * links.mass[i]
-    along, across = water.along / (2 * robot.water.density), water.across / (2 * robot.water.density)  # m^2
-    if not along or not across:
-        rule, fix = "must drag each link along and across, since boxes of water do", "give drag to it, or add --plugin"
-        where, value = f"water.{robot.model.water}", f"0 {'across' if along else 'along'} link {links.name[i]}"
-        raise InputError(rule, file=robot.file or None, key=where, value=value, fix=fix)
-    points = [(com, 1.0)]  # where drag acts, and its part
-    if robot.model.water != "lumped":
-        points = [(length / 2 * (1 + point), part) for point, part in zip(POINTS, WEIGHTS, strict=True)]
-    boxes = [_box(part * along, part * across, part * wet) for _, part in points]
+    com, alike, wet = robot.links.com[i], _alike(water), _wet(robot, i, water)
+    boxes = [(at, part * wet, _inertia(part * wet, half)) for at, part, half in _boxes(robot, i, water)]
     # The rest of mass, first and second moment about the front joint is the link's own.
     mass = alike - wet
-    place = (alike * com - wet * sum(part * at for at, part in points)) / mass
+    place = (alike * com - sum(part * at for at, part, _ in boxes)) / mass
     turn = water.inertia[2, 2] + alike * com**2 - mass * place**2
-    turn -= sum(part * wet * at**2 + box[2] for (at, part), box in zip(points, boxes, strict=True))
+    turn -= sum(part * at**2 + inertia[2] for at, part, inertia in boxes)
     add(body, "inertial", pos=(place, 0, 0), mass=mass, diaginertia=(ROD * turn, turn, turn))
-    for k, ((at, part), box) in enumerate(zip(points, boxes, strict=True)):
-        dragged = add(body, "body", name=f"{links.name[i]}-water-{k}", pos=(at, 0, 0))
-        add(dragged, "inertial", pos=(0, 0, 0), mass=part * wet, diaginertia=box)
+    for k, (at, part, inertia) in enumerate(boxes):
+        dragged = add(body, "body", name=f"{robot.links.name[i]}-water-{k}", pos=(at, 0, 0))
+        add(dragged, "inertial", pos=(0, 0, 0), mass=part, diaginertia=inertia)
 
 
-def _box(along: float, across: float, mass: float) -> tuple[float, float, float]:
-    """Return moments of inertia [kg m^2] of the box whose r_y r_z is `along` and whose r_x r_z is `across` [m^2]."""
-    tall = min(TALL * math.sqrt(along), along * math.sqrt(mass / THIN))
-    x, y, z = across / tall, along / tall, tall
+def _alike(water: LinkWater) -> float:
+    """Return a link's mass with the added mass that is alike in all directions [kg]."""
+    return float(min(water.inertia[0, 0], water.inertia[1, 1]))
+
+
+def _wet(robot: Robot, i: int, water: LinkWater) -> float:
+    """Return the mass of a link's water bodies [kg]."""
+    return _alike(water) - (1 - OWN_WATER) * robot.links.mass[i]
+
+
+def _boxes(robot: Robot, i: int, water: LinkWater) -> list[tuple[float, float, tuple[float, float, float]]]:
+    """Return the boxes of water of a link: place behind its front joint [m], part of the water, half sizes [m]."""
+    if not water.along or not water.across:
+        rule, fix = "must drag each link along and across, since boxes of water do", "give drag to it, or add --plugin"
+        value = f"0 {'across' if water.along else 'along'} link {robot.links.name[i]}"
+        raise InputError(rule, file=robot.file or None, key=f"water.{robot.model.water}", value=value, fix=fix)
+    wet, double = _wet(robot, i, water), 2 * robot.water.density
+    points = [(robot.links.com[i], 1.0)]  # where drag acts, and its part
+    if robot.model.water != "lumped":
+        points = [(robot.links.length[i] / 2 * (1 + at), part) for at, part in zip(POINTS, WEIGHTS, strict=True)]
+    boxes = []
+    for at, part in points:
+        along, across = part * water.along / double, part * water.across / double  # m^2
+        tall = min(TALL * math.sqrt(along), along * math.sqrt(part * wet / THIN))
+        boxes.append((at, part, (across / tall, along / tall, tall)))
+    return boxes
+
+
+def _inertia(mass: float, half: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return the moments of inertia of a box [kg m^2]."""
+    x, y, z = half
     return (mass / 3 * (y * y + z * z), mass / 3 * (x * x + z * z), mass / 3 * (x * x + y * y))
+
+
+def turning_excess(robot: Robot) -> float:
+    """Return what the boxes' resistance to rotation adds to the drag of the straight robot's turning, as a part of it.
+
+    The robot turns about its center of mass.
+    """
+    links, own, more = robot.links, 0.0, 0.0
+    fronts = np.cumsum([0, *links.length[:-1]])
+    middle = np.dot(links.mass, fronts + links.com) / np.sum(links.mass)
+    for i, water in enumerate(links_water(robot)):
+        for at, _, (x, y, z) in _boxes(robot, i, water):
+            own += 2 * x * z * abs(fronts[i] + at - middle) ** 3
+            more += z * (x**4 + y**4) / 2
+    return more / own
 
 
 def _look(root: Element, robot: Robot) -> None:
