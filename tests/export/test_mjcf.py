@@ -145,6 +145,11 @@ def test_boxes_of_water_need_drag(key: str, zeros: Iterable[int], message: str) 
     assert ht.mjcf(robot, plugin=True)
 
 
+def test_boxes_of_next_to_no_friction_are_said_to_resist_without_end() -> None:
+    robot = changed(IDEAL, {"water.lumped.friction": [1e-300] * 8})
+    assert "the boxes of water add inf % to the drag" in ht.mjcf(robot)
+
+
 @pytest.mark.parametrize("name", ["fin-upper", "pectoral-port", "world", "L0-water-0"])
 def test_names_that_mujoco_would_refuse(name: str) -> None:
     robot = changed(IDEAL, {"links.name": ["L0", name, *IDEAL.links.name[2:]]})
