@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -292,41 +293,23 @@ def twin_speed(turns: int) -> Item:
 
 
 def many_twins(turns: int) -> Item:
-    """(j) Twins side by side in lanes, and environments for learning."""
-    from hypertuna.learning.environments import SwimmerVectorEnv
-
-    robot, duration = hypertuna.load("hypertuna"), 20.0
-    gait = hypertuna.named_gait(robot, "unoptimised-max")
-    lanes, count = _core.twin_lanes(), 64
-    runs = [{"robot": robot, "gait": gait, "duration": duration, "seed": seed} for seed in range(lanes)]
-    env = SwimmerVectorEnv(count, "Goto")
-    env.reset(seed=1)
-    actions = np.random.default_rng(1).uniform(-1, 1, (count, env.single_action_space.shape[0]))
-    race = Race(
-        {
-            "alone": lambda: hypertuna.twin(robot, gait, duration=duration),
-            "lanes": lambda: hypertuna.twins(runs, measure=lambda run: run.status),
-            "steps": lambda: [env.step(actions) for _ in range(5)],
-        },
-        turns,
-    )
-    alone, together = race.seconds("alone"), race.seconds("lanes") / lanes
-    rows = [
-        Row("twins_alone", f"runs of {duration:g} s one after another", 1 / alone, "1/s"),
-        Row("twins_in_lanes", f"the same in {lanes} lanes", 1 / together, "1/s"),
-        Row("twins_real_time", "a twin in its lane over real time", duration / together, "x"),
-        Row("twins_gain", "gain of the lanes", lanes * race.ratio("alone", "lanes"), "x"),
-        Row(
-            "environment_steps",
-            "steps of 0.1 s of `hypertuna/Goto-v0`",
-            5 * count / race.seconds("steps"),
-            "1/s",
-            "5,000",
-        ),
-    ]
+    """(j) Twins side by side in lanes, and environments for learning, with each instruction set that is installed."""
+    runs = []
+    for isa in _core.isas():
+        command = [sys.executable, str(Path(__file__).with_name("twins.py")), str(turns)]
+        where = os.environ | {"HYPERTUNA_ISA": isa}
+        runs.append(json.loads(subprocess.run(command, env=where, check=True, capture_output=True, text=True).stdout))
+    rows = [Row("twins_alone", "runs of 20 s, `hypertuna.twin`", runs[0]["alone"], "1/s")]
+    for run in runs:
+        name, lanes = run["isa"], run["lanes"]
+        rows += [
+            Row(f"twins_{name}", f"{name}, lanes: {lanes}: runs of 20 s", run["together"], "1/s"),
+            Row(f"twins_{name}_gain", "over `hypertuna.twin`", run["gain"], "x"),
+            Row(f"environment_{name}", "steps of 0.1 s of `hypertuna/Goto-v0`", run["steps"], "1/s", "5,000"),
+        ]
     method = (
-        "`hypertuna.twin` and `hypertuna.twins` with `unoptimised-max` from rest, records included, and "
-        f"{count} swimmers of the vector environment under random actions, on one thread. Median of {turns}."
+        "`hypertuna.twins` with `unoptimised-max` from rest, records included, and 128 swimmers of the vector environment "
+        f"under random actions, on one thread, each instruction set in a process of its own. Median of {turns}."
     )
     return Item("Many twins", method, rows)
 
