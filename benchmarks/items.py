@@ -308,8 +308,9 @@ def many_twins(turns: int) -> Item:
             Row(f"environment_{name}", "steps of 0.1 s of `hypertuna/Goto-v0`", run["steps"], "1/s", "5,000"),
         ]
     method = (
-        "`hypertuna.twins` with `unoptimised-max` from rest, records included, and 128 swimmers of the vector environment "
-        f"under random actions, on one thread, each instruction set in a process of its own. Median of {turns}."
+        "`hypertuna.twins` with `unoptimised-max` from rest, records included, and 128 swimmers of the vector "
+        "environment under random actions, on one thread, each instruction set in a process of its own. "
+        f"Median of {turns}."
     )
     return Item("Many twins", method, rows)
 
