@@ -5,24 +5,21 @@ import warnings
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import hypertuna as ht
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
+from hypertuna.learning.environments import SwimmerEnv, SwimmerVectorEnv
+from hypertuna.learning.policy import plain_pilot, read_policy, success_rate
+from hypertuna.learning.spans import STEP, knobs
+from hypertuna.learning.swimmers import Swimmers
+from hypertuna.learning.tasks import TASKS, Goto, Seen, Station, Swim, Turn
 from hypertuna.simulation.estimates import random_robots
-
-gymnasium = pytest.importorskip("gymnasium")
-
-from gymnasium.utils.env_checker import check_env  # noqa: E402
-from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
-
-from hypertuna.learning.environments import SwimmerEnv, SwimmerVectorEnv  # noqa: E402
-from hypertuna.learning.policy import plain_pilot, read_policy, success_rate  # noqa: E402
-from hypertuna.learning.spans import STEP, knobs  # noqa: E402
-from hypertuna.learning.swimmers import Swimmers  # noqa: E402
-from hypertuna.learning.tasks import TASKS, Goto, Seen, Station, Swim, Turn  # noqa: E402
 
 ROBOT = ht.load("hypertuna")
 TUNA = "examples/learning/goto.npz"

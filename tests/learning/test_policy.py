@@ -13,9 +13,6 @@ from typer.testing import CliRunner
 import hypertuna as ht
 from hypertuna.cli.main import app
 from hypertuna.errors import InputError
-
-pytest.importorskip("gymnasium")
-
 from hypertuna.learning.header import policy_header
 from hypertuna.learning.policy import Policy, read_policy
 from hypertuna.learning.spans import span_of
