@@ -150,6 +150,21 @@ def test_it_says_what_it_lacks() -> None:
     assert not any("pectoral" in line for line in stated(ht.sdf("rexeel")))
 
 
+@pytest.mark.parametrize(
+    ("key", "line"),
+    [
+        ("cross_flow", "cross flow in the drag: v_n |v_n| stands for v_n |v|"),
+        ("linear_tangential_pa_s", "linear drag along the links"),
+        ("linear_normal_pa_s", "linear drag across the links"),
+    ],
+)
+def test_it_says_what_of_the_drag_it_lacks(key: str, line: str) -> None:
+    fish = changed(ht.load("hypertuna").using(water="strip"), {"water.strip.cross_flow": False})
+    more = changed(fish, {f"water.strip.{key}": True if key == "cross_flow" else [0.1] * 8})
+    assert [one for one in stated(ht.sdf(more)) if one not in stated(ht.sdf(fish))] == [line]
+    assert [one for one in stated(ht.mjcf(more)) if one not in stated(ht.mjcf(fish))] == [line]
+
+
 def test_it_has_the_shares_and_offsets_of_each_group() -> None:
     document = ht.load("hypertuna").document()
     document["joints"][1] |= {"share": [0.1, 0.4, 0.5], "phase_offset_deg": 10.0}

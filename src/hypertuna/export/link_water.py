@@ -52,6 +52,18 @@ def _alone(robot: Robot, columns: dict[str, Any], link: int) -> LinkWater:
     return LinkWater(from_com.T @ answer["inertia"][0] @ from_com, float(along), float(across), float(turn))
 
 
+def lost_drag(robot: Robot) -> list[str]:
+    """List what the drag of the robot's law has beyond squares of the speeds along and across."""
+    coefficients = getattr(robot.water, robot.model.water)
+    parts = {
+        "cross_flow": "cross flow in the drag: v_n |v_n| stands for v_n |v|",
+        "drag_beating": "the drag that beating adds",
+        "linear_tangential": "linear drag along the links",
+        "linear_normal": "linear drag across the links",
+    }
+    return [text for name, text in parts.items() if np.any(getattr(coefficients, name, False))]
+
+
 def balanced(moments: Sequence[float]) -> tuple[Array, Array]:
     """Return moments of inertia (3,) that a rigid body can have, and the rest of `moments` [kg m^2].
 

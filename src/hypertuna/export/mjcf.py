@@ -15,7 +15,7 @@ import numpy as np
 from hypertuna.arguments import checked
 from hypertuna.description.robot import Robot, require, robot_of
 from hypertuna.errors import InputError
-from hypertuna.export.link_water import LinkWater, links_water, rotor
+from hypertuna.export.link_water import LinkWater, links_water, lost_drag, rotor
 from hypertuna.export.mjcf_plugin import add_fin_drives, add_link, add_plugin
 from hypertuna.export.outlook import pieces
 from hypertuna.export.xml import Element, add, check_names, document, notes
@@ -112,7 +112,7 @@ def _facts(robot: Robot, *, free: bool) -> list[str]:
 
 def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
     """List what of the robot's model does not survive."""
-    law, coefficients = robot.model.water, getattr(robot.water, robot.model.water)
+    law = robot.model.water
     lost = [
         "drive units with their limits, pumps, oil, battery, controller, and the sensors' noise",
         "current, waves and bottom",
@@ -132,13 +132,7 @@ def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
         return lost
     lost.append(f"added mass across the links: the {law} law's is not alike in all directions")
     lost.append("the wake's force at the trailing edge: without the plugin, speeds are not the robot's")
-    strip = {
-        "cross_flow": "cross flow in the drag: v_n |v_n| stands for v_n |v|",
-        "drag_beating": "the drag that beating adds",
-        "linear_tangential": "linear drag along the links",
-        "linear_normal": "linear drag across the links",
-    }
-    return lost + [text for name, text in strip.items() if np.any(getattr(coefficients, name, False))]
+    return lost + lost_drag(robot)
 
 
 def _world(root: Element, robot: Robot, *, free: bool) -> Element:
@@ -256,9 +250,7 @@ def turning_excess(robot: Robot) -> float:
     for i, water in enumerate(links_water(robot)):
         for at, _, (x, y, z) in _boxes(robot, i, water):
             own += 2 * x * z * abs(fronts[i] + at - middle) ** 3
-            more += (
-                z / 2 * (x * x * x * x + y * y * y * y)
-            )  # infinite rather than an error where friction is next to none
+            more += z / 2 * (x * x * x * x + y * y * y * y)  # powers of floats raise where products are infinite
     return more / own
 
 

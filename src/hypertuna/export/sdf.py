@@ -9,7 +9,7 @@ import numpy as np
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, robot_of
-from hypertuna.export.link_water import LinkWater, balanced, links_water, moments
+from hypertuna.export.link_water import LinkWater, balanced, links_water, lost_drag, moments
 from hypertuna.export.outlook import FIN, SKIN, SOFT, edge_height, sections
 from hypertuna.export.xml import Element, add, check_names, document, notes, written
 from hypertuna.io.files import version
@@ -118,13 +118,14 @@ def sdf_losses(robot: Robot) -> list[str]:
     if robot.fins is not None:
         lost.append("pectoral fins: neither bodies, joints nor lift")
     if robot.spatial is not None:
-        lost.append("drag of pitch, and the wake's force up and down")
+        lost.append("drag of each link's own pitch, and the wake's force up and down")
     if robot.model.water == "lumped":
         return lost
     return [
         *lost,
         "drag of a link that moves across and turns at once: Gazebo adds up the two alone",
-        "the wake's force at the trailing edge, the drag of beating, cross flow, and linear drag",
+        "the wake's force at the trailing edge",
+        *lost_drag(robot),
     ]
 
 
