@@ -166,6 +166,7 @@ MISTAKES = {
     "mission": "`hypertuna mission` needs FILE.toml (mission file, or name of a mission that comes with hypertuna: "
     "box, lake, transect).",
     "mission box --seeds 100": "--seeds must be FROM:TO, but is '100': write, for example, 0:100.",
+    "mission box --shard 1/4 -o m.shards": "--shard applies to many flights: add --seeds, such as --seeds 0:100.",
     "mission box -o box.gpx": "--output must end in .mcap, .nc, .csv or .shards, but is 'box.gpx': "
     "write --gpx box.gpx.",
     "firmware params -o params.h": "--output must end in .hpp, but is 'params.h': write params.hpp.",

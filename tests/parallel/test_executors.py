@@ -7,6 +7,8 @@ import multiprocessing
 import os
 import random
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
@@ -168,6 +170,19 @@ def test_a_cluster_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch)
     sentence = "^--cluster must be a Dask scheduler that answers, but is tcp://127.0.0.1:9: give the address"
     with pytest.raises(ht.InputError, match=sentence), cluster("tcp://127.0.0.1:9"):
         pass
+
+
+@pytest.mark.parametrize("address", ["nonsense", "ftp://x:1", "no.json", "empty.json", "tcp://127.0.0.1:99999"])
+def test_a_wrong_address_ends_at_once_with_one_sentence(address: str, tmp_path: Path) -> None:
+    (tmp_path / "no.json").write_text('{"address": 3}')
+    (tmp_path / "empty.json").write_text("{}")
+    options = ("--frequency", "1,2", "--amplitude", "8,12", "--phase", "0,20", "--cluster", address)
+    ran = subprocess.run(
+        [sys.executable, "-m", "hypertuna", "sweep", *options], cwd=tmp_path, capture_output=True, text=True, timeout=30
+    )
+    fix = "give the address that `dask scheduler` prints, such as tcp://node1:8786, or its scheduler file"
+    sentence = f"error: --cluster must be a Dask scheduler that answers, but is {address}: {fix}.\n"
+    assert (ran.returncode, ran.stdout, ran.stderr) == (2, "", sentence)
 
 
 def test_the_shell_names_a_cluster(dask: Any, run: Run, tmp_path: Path) -> None:

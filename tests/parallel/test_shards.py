@@ -97,7 +97,7 @@ def test_flights_of_an_array_job_merge_to_the_files_of_the_plain_run(run: Run, t
     assert "2 shards made, 1 of 4 missing" in out
     again = f"run hypertuna {' '.join(options)} -o {shards}, which makes them."
     code, out, err = run("shards", "merge", shards, "-o", f"{merged}.csv")
-    assert (code, err) == (2, f"error: {shards} must have all 4 shards, but 1 are missing (2): {again}\n")
+    assert (code, err) == (2, f"error: {shards} must have all 4 shards, but 1 is missing (2): {again}\n")
     assert not Path(f"{merged}.csv").exists()
     assert json.loads(run(*options, "-o", shards, "--json")[1])["made"] == 1
     for end in (".csv", ".nc"):
@@ -148,7 +148,9 @@ def test_missing_damaged_and_foreign_shards_are_told_and_made_again(made: Path, 
     sound = shard.read_bytes()
     for damaged in (b"", sound[:-100], sound[: len(sound) // 2] + b"\x55" + sound[len(sound) // 2 + 1 :]):
         shard.write_bytes(damaged)
-        with pytest.raises(ht.InputError, match=r"shard-000003.zarr.zip is damaged.*: remove it, then run `sweep`\.$"):
+        with pytest.raises(
+            ht.InputError, match=r"shard-000003.zarr.zip is damaged \(.*\): remove it, then run `sweep`\.$"
+        ):
             ht.merge_shards(made)
     shutil.copy(made / "shard-000002.zarr.zip", shard)
     with pytest.raises(ht.InputError, match="shard-000003.zarr.zip must be shard 3, but is shard 2: remove it"):
@@ -158,7 +160,7 @@ def test_missing_damaged_and_foreign_shards_are_told_and_made_again(made: Path, 
     with pytest.raises(ht.InputError, match="must be a shard of the manifest beside it, but is another's: remove it"):
         ht.merge_shards(made)
     shard.unlink()
-    with pytest.raises(ht.InputError, match=r"must have all 6 shards, but 1 are missing \(3\): run `sweep`, which"):
+    with pytest.raises(ht.InputError, match=r"must have all 6 shards, but 1 is missing \(3\): run `sweep`, which"):
         ht.merge_shards(made)
     shutil.copy(made / "shard-000002.zarr.zip", made / "shard-000009.zarr.zip")
     with pytest.raises(ht.InputError, match="shard-000009.zarr.zip must be a shard of the manifest"):
@@ -184,6 +186,40 @@ def test_a_folder_of_other_work_is_refused(made: Path, tmp_path: Path) -> None:
     with pytest.raises(ht.InputError, match=r"manifest.json must be a readable file.*: give the folder that a command"):
         open_shards(tmp_path)
     (made / "manifest.json").write_text("{}")
+    with pytest.raises(ht.InputError, match=r"manifest.json must be a manifest of shards: give the folder"):
+        ht.merge_shards(made)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"size": "x"},
+        {"size": 0},
+        {"total": -1},
+        {"total": 61},
+        {"total": True},
+        {"command": 3},
+        {"header": []},
+        {"layout.sizes": [3]},
+        {"layout.sizes": {"frequency": "x"}},
+        {"layout.variables": {"speed": 1}},
+        {"layout.coordinates": {"frequency": ["frequency"]}},
+        {"layout.coordinates": {"frequency": ["frequency", 5, {}]}},
+        {"layout.coordinates": {"frequency": ["frequency", [1], {}]}},
+        {"layout.coordinates": {"frequency": ["nowhere", [1], {}]}},
+        {"layout.table": {"nothing": "nothing"}},
+        {"layout.facts": 1},
+    ],
+    ids=str,
+)
+def test_a_manifest_with_wrong_values_is_told(made: Path, wrong: dict[str, Any]) -> None:
+    open_shards(made)
+    path = made / "manifest.json"
+    manifest = json.loads(path.read_text())
+    for key, value in wrong.items():
+        outer, _, name = key.rpartition(".")
+        (manifest[outer] if outer else manifest)[name] = value
+    path.write_text(json.dumps(manifest))
     with pytest.raises(ht.InputError, match=r"manifest.json must be a manifest of shards: give the folder"):
         ht.merge_shards(made)
 

@@ -87,6 +87,12 @@ def test_a_seed_repeats_to_the_last_bit_whoever_runs_it() -> None:
     assert (alone[0] == runs[0].data["angle"]).all()
 
 
+@pytest.mark.parametrize("threads", [0, -3])
+def test_twins_need_a_thread(threads: int) -> None:
+    with pytest.raises(ht.InputError, match=f"threads must be at least 1, but is {threads}"):
+        twins([], measure=lambda run: run, threads=threads)
+
+
 def test_runs_side_by_side_have_the_bits_that_they_have_alone() -> None:
     """Laws, hinges, servos, air, faults, other numbers, other lengths, and one that diverges among its neighbors."""
     wild = ROBOT.document()

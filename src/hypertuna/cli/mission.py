@@ -96,6 +96,10 @@ def mission_command(
     """
     file = read_mission(mission)
     fish = _robot(file, robot)
+    for key, given in vars(places).items():
+        if given is not None and seeds is None:
+            rule, fix = "applies to many flights", "add --seeds, such as --seeds 0:100"
+            raise InputError(rule, key=f"--{key.replace('_', '-')}", fix=fix)
     suffixes = (".mcap",) if seeds is None else (".nc", ".csv", opt.SHARDS)
     if output is not None and not output.lower().endswith(suffixes):
         endings = " or ".join(", ".join(suffixes).rsplit(", ", 1))
@@ -111,10 +115,6 @@ def mission_command(
             options |= {"checkpoint": checkpoint}
             _fly_many(file, fish, seeds, options, places.cluster, output, as_json)
         return
-    for key, given in vars(places).items():
-        if given is not None:
-            rule, fix = "applies to many flights", "add --seeds, such as --seeds 0:100"
-            raise InputError(rule, key=f"--{key.replace('_', '-')}", fix=fix)
     if gpx is not None:
         check_origin(file.origin, file.file)
     log = None if output is None else Path(output)

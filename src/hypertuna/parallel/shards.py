@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import tempfile
 import zipfile
 import zlib
@@ -108,7 +109,7 @@ class Shards:
                 columns = {name: group[name][...] for name in (sorted(group.array_keys()) if names is None else names)}
                 columns |= {name: values.astype(object) for name, values in columns.items() if values.dtype == TEXT}
         except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error) as error:
-            raise InputError("is damaged", file=str(path), value=f"{error}", fix=again) from None
+            raise InputError(f"is damaged ({error})", file=str(path), fix=again) from None
         if about.get("manifest") != self.digest:
             raise InputError("must be a shard of the manifest beside it", file=str(path), value="another's", fix=again)
         if about.get("shard") != shard or any(len(values) != last - first for values in columns.values()):
@@ -134,10 +135,30 @@ def open_shards(folder: str | Path) -> Shards:
         manifest = json.loads(content)
         if manifest.pop("mark") != MARK:
             raise ValueError
-        layout = Layout(**manifest.pop("layout"))
-        return Shards(Path(folder), layout=layout, **manifest)
+        shards = Shards(Path(folder), layout=Layout(**manifest.pop("layout")), **manifest)
+        if not _is_sound(shards):
+            raise ValueError
+        return shards
     except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError("must be a manifest of shards", file=str(path), fix=fix) from None
+
+
+def _is_sound(shards: Shards) -> bool:
+    """Whether the facts of a manifest are of their types and agree."""
+    layout = shards.layout
+    counts = (shards.total, shards.size, *layout.sizes.values())
+    maps = (shards.header, *vars(layout).values(), *layout.variables.values())
+    return (
+        all(type(count) is int and count > 0 for count in counts)
+        and math.prod(layout.sizes.values()) == shards.total
+        and isinstance(shards.command, str)
+        and all(isinstance(one, dict) for one in maps)
+        and all(
+            len(values) == layout.sizes[dim] and isinstance(about, dict)
+            for dim, values, about in layout.coordinates.values()
+        )
+        and layout.table.keys() <= layout.variables.keys()
+    )
 
 
 @dataclass(frozen=True)
@@ -234,7 +255,7 @@ def _merged(shards: Shards, progress: Callable[[int, int], None]) -> xr.Dataset:
     """Merge all shards in memory."""
     parts = []
     for shard in range(len(shards)):
-        parts.append(shards.read(shard))
+        parts.append(shards.read(shard, shards.layout.variables))
         progress(shard + 1, len(shards))
     return shards.layout.dataset({name: np.concatenate([p[name] for p in parts]) for name in shards.layout.variables})
 
@@ -270,5 +291,6 @@ def check_complete(shards: Shards) -> None:
         raise InputError("must be a shard of the manifest beside it", file=str(shards.folder / foreign[0]), fix=fix)
     if missing := shards.missing():
         listed = ", ".join(map(str, missing[:LISTED])) + f" and {len(missing) - LISTED} more" * (len(missing) > LISTED)
-        rule = f"must have all {len(shards)} shards, but {len(missing)} are missing ({listed})"
+        lacking = f"{len(missing)} {'are' if missing[1:] else 'is'} missing ({listed})"
+        rule = f"must have all {len(shards)} shards, but {lacking}"
         raise InputError(rule, file=str(shards.folder), fix=f"run {shards.command}, which makes them")

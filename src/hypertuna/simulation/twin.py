@@ -21,7 +21,7 @@ from hypertuna.description.robot import Robot, require, robot_of
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError, shown
 from hypertuna.frames import attitude_of
-from hypertuna.parallel.executors import Executors, map_shards
+from hypertuna.parallel.executors import Executors, map_shards, thread_count
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE, check_choice
 from hypertuna.simulation.plant import EXACT, Plan, plan_command
 from hypertuna.simulation.run import TwinRun
@@ -235,6 +235,7 @@ def twins(
     InputError
         As `twin` does.
     """
+    threads = thread_count(threads)
     if executor is not None:
         chunks = (runs[k : k + CHUNK] for k in range(0, len(runs), CHUNK))
         made = map_shards(partial(twins, measure=measure, threads=threads), chunks, executor)
@@ -253,7 +254,7 @@ def twins(
         for (index, plan), record in zip(batch, _simulated([plan.core for _, plan in batch]), strict=True):
             results[index] = measure(TwinRun(**plan.ran(record)))
 
-    with ThreadPoolExecutor(max(1, threads)) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         list(pool.map(run, batches))
     return [results[index] for index in range(len(runs))]
 
