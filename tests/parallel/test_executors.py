@@ -172,7 +172,9 @@ def test_a_cluster_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch)
         pass
 
 
-@pytest.mark.parametrize("address", ["nonsense", "ftp://x:1", "no.json", "empty.json", "tcp://127.0.0.1:99999"])
+@pytest.mark.parametrize(
+    "address", ["nonsense", "ftp://x:1", "no.json", "empty.json", "inproc://a", "tcp://127.0.0.1:99999"]
+)
 def test_a_wrong_address_ends_at_once_with_one_sentence(address: str, tmp_path: Path) -> None:
     (tmp_path / "no.json").write_text('{"address": 3}')
     (tmp_path / "empty.json").write_text("{}")
