@@ -107,12 +107,15 @@ def test_a_pool_that_lost_a_process_is_made_anew(whole: Any, tmp_path: Path) -> 
 
 
 def end_worker(shard: int) -> int:
+    if shard == 0:
+        time.sleep(0.5)  # still at work when its neighbor ends the pool
     if shard == 1:
         os.kill(os.getpid(), signal.SIGKILL)
     return shard
 
 
 def test_a_shard_that_ends_every_worker_ends_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Told is the shard that does, not one that is lost with it."""
     monkeypatch.setattr("hypertuna.parallel.executors.LOSSES", 1)
     tries = []
 

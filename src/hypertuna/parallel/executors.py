@@ -64,17 +64,19 @@ def map_shards(
                     losses += 1
                     if losses > LOSSES:
                         raise _too_many_losses(shard)
-                    for k, (other, one) in enumerate(waiting):
-                        if one.done() and _is_lost(one):
-                            waiting[k] = other, pool.submit(task, other)
+                    waiting[0] = shard, pool.submit(task, shard)  # alone: no other shard ends its worker
                     continue
-                losses = 0
                 try:
                     result = future.result()
                 except Exception as error:
                     error.add_note(f"in shard {reprlib.repr(shard)}")
                     raise
                 waiting.popleft()
+                if losses:
+                    losses = 0
+                    for k, (other, one) in enumerate(waiting):
+                        if one.done() and _is_lost(one):
+                            waiting[k] = other, pool.submit(task, other)
                 yield result
         finally:
             for _, future in waiting:
