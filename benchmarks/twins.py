@@ -1,19 +1,19 @@
-"""Swim twins one after another, side by side in lanes, and as environments, and print how many a second, as JSON."""
+"""Swim twins one after another, side by side in lanes, and as environments, and print how many a second, as JSON.
+
+Started by run.py, whose core and limits of threads it inherits.
+"""
 
 from __future__ import annotations
 
 import json
 import sys
 
-from timing import Race, stay_on_one_core
+import numpy as np
 
-stay_on_one_core()
-
-import numpy as np  # noqa: E402
-
-import hypertuna  # noqa: E402
-from hypertuna import _core  # noqa: E402
-from hypertuna.learning.environments import SwimmerVectorEnv  # noqa: E402
+import hypertuna
+from hypertuna import _core
+from hypertuna.learning.environments import SwimmerVectorEnv
+from timing import Race
 
 DURATION = 20.0  # s
 SWIMMERS, STEPS = 128, 5  # of the environment, and steps of a turn

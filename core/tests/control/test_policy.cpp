@@ -51,8 +51,8 @@ static ControllerStep<double> under(const Network2& net, double spoiled, int fro
     return now;
 }
 
-/// Whatever the weights say, each amplitude stays within the joint's. What is not a number is no command, and the tail
-/// comes to rest.
+/// Whatever the weights are, each amplitude stays within the joint's limit. A NaN is not sent as a command, and the
+/// tail comes to rest.
 static void behind_the_guard() {
     const Controller<double> model = test_controller<double>();
     for (std::uint64_t seed = 0; seed < 20; ++seed) {

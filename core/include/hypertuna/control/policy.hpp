@@ -53,7 +53,7 @@ void act(const Policy<T>& policy, const T* observation, T* action) {
 }
 
 /// The gait that an action means, as learning/spans.py has it: frequency, amplitudes, lags, biases. An action with a
-/// number that is none is no command: the tail comes to rest as without a ground station.
+/// NaN is not sent as a command: the tail comes to rest, as without a ground station.
 template <class T>
 Command<T> command_of(const Policy<T>& policy, const T* action) {
     const auto part = [](T number) { return (number + T(1)) / T(2); };
