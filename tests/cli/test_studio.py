@@ -1,6 +1,7 @@
 """`hypertuna studio`: the page of the package with a robot in it, served to this machine alone or written to a file."""
 
 import base64
+import contextlib
 import gzip
 import html
 import http.client
@@ -10,8 +11,10 @@ import re
 import shlex
 import signal
 import socket
+import struct
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -123,9 +126,111 @@ def test_a_busy_port_is_a_sentence(run: Run) -> None:
         code, _, told = run("studio", "--no-open", "--port", f"{port}")
     assert code == 2
     assert told == (
-        f"error: --port must be a free port, but is {port}, not (Address already in use): give another one, or leave "
-        "it out for a free one.\n"
+        f"error: --port must be a free port, but is {port} (Address already in use): give another one, or leave it "
+        "out for a free one.\n"
     )
+
+
+PAGE = b"<title>page</title>" + bytes(4_000_000)  # more than the system keeps of what nobody reads
+
+
+@contextmanager
+def server(**limits: float) -> Iterator[int]:
+    """Serve a page in this process, by other limits; return the port."""
+    from hypertuna.cli import studio
+
+    with pytest.MonkeyPatch.context() as patch, studio._server(PAGE, 0) as made:
+        for name, value in limits.items():
+            patch.setattr(studio, name, value)
+        thread = threading.Thread(target=made.serve_forever, args=(0.05,))
+        thread.start()
+        try:
+            yield made.server_port
+        finally:
+            made.shutdown()
+            thread.join()
+
+
+def ended(connection: socket.socket, seconds: float) -> bool:
+    """Return whether the server ends a connection within a time."""
+    connection.settimeout(seconds)
+    try:
+        while connection.recv(65536):
+            pass
+    except TimeoutError:
+        return False
+    except ConnectionError:
+        pass
+    return True
+
+
+@pytest.mark.parametrize(
+    ("name", "status"),
+    [
+        *((name, 200) for name in ("127.0.0.1", "localhost", "LOCALHOST", "localhost.", "127.0.0.1.", "[::1]")),
+        *((name, 403) for name in ("", "elsewhere.example", "localhost.example", "127.0.0.1.example", "localhost@x")),
+        *((name, 403) for name in ("xlocalhost", "127.0.0.11", "localhost:80x", "[::1", "::1", "localhost:")),
+    ],
+)
+def test_a_browser_asks_by_a_name_of_this_machine(name: str, status: int) -> None:
+    """Port 80 is not named by a browser, and a tunnel has a port of its own."""
+    with server() as port:
+        for suffix in ("", ":80", f":{port}"):
+            assert get("127.0.0.1", port, method="HEAD", Host=name + suffix).status == status, name + suffix
+
+
+def test_a_browser_that_goes_away_is_no_traceback(capfd: pytest.CaptureFixture[str]) -> None:
+    reset = struct.pack("ii", 1, 0)  # linger for no time: a reset in place of an end
+    with server() as port:
+        for request in (b"", b"G", b"GET / HTTP/1.1\r\nHost: local", b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"):
+            for hard in (False, True):
+                with socket.create_connection(("127.0.0.1", port), timeout=5) as connection:
+                    connection.sendall(request)
+                    time.sleep(0.1)
+                    if hard:
+                        connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset)
+        assert get("127.0.0.1", port).read() == PAGE
+        time.sleep(0.2)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_fault_of_the_server_is_told(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    from hypertuna.cli import studio
+
+    monkeypatch.setattr(studio, "HEADERS", None)
+    with server() as port, pytest.raises(http.client.HTTPException):
+        get("127.0.0.1", port)
+    assert "AttributeError" in capfd.readouterr().err
+
+
+def test_a_connection_ends_that_lasts_too_long() -> None:
+    """One that says nothing, one that asks a byte at a time, and one that reads nothing of what it asked for."""
+    with server(PATIENCE=0.6) as port:
+        idle, slow, deaf = (socket.create_connection(("127.0.0.1", port), timeout=5) for _ in range(3))
+        with idle, slow, deaf:
+            deaf.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            begun = time.monotonic()
+            with contextlib.suppress(ConnectionError):
+                for byte in b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 100:
+                    slow.sendall(bytes([byte]))
+                    time.sleep(0.05)
+                    if time.monotonic() - begun > 5:
+                        pytest.fail("a slow request is read for ever")
+            assert all(ended(one, 2) for one in (idle, slow))
+            time.sleep(0.5)
+            assert ended(deaf, 2)
+        assert threading.active_count() < 10
+
+
+def test_idle_connections_do_not_keep_a_browser_out() -> None:
+    with server(CONNECTIONS=5, PATIENCE=100) as port, contextlib.ExitStack() as opened:
+        before = threading.active_count()
+        for _ in range(50):
+            idle = [opened.enter_context(socket.create_connection(("127.0.0.1", port), timeout=5))]
+        assert get("127.0.0.1", port).read() == PAGE
+        time.sleep(0.3)
+        assert threading.active_count() <= before + 5
+        assert not ended(idle[-1], 0.2)  # the newest stay
 
 
 def test_the_address_is_json_for_programs_and_opened_for_people(tmp_path: Path) -> None:

@@ -1,11 +1,14 @@
 """The command `hypertuna studio`."""
 
+import contextlib
 import os
+import re
+import socket
 import sys
 import threading
+import time
 import webbrowser
 from collections.abc import Iterator
-from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -23,7 +26,10 @@ from hypertuna.mission.read_log import read_log
 from hypertuna.ranges import Whole
 
 HERE = "127.0.0.1"  # the page is for this machine alone
-NAMES = (HERE, "localhost")  # by which a browser may ask for it
+# By which a browser may ask for it, with or without a port: a tunnel has its own.
+NAMES = re.compile(r"(127\.0\.0\.1\.?|localhost\.?|\[::1\])(:\d+)?", re.ASCII | re.IGNORECASE)
+PATIENCE = 60.0  # s for a request and its answer: enough for the page through a slow tunnel
+CONNECTIONS = 64  # at a time; browsers open a few ahead
 PORTS = Whole(min=1, max=65535)
 # What the page may do: run what is in it, in Workers too; fetch nothing from anywhere.
 POLICY = (
@@ -79,6 +85,7 @@ def studio_command(
 
     log = Path(robot) if robot.endswith(LOG) else None
     subject = (load(robot) if log is None else robot_in(read_log(log))).using(joints=joints, areas=areas, water=water)
+    subject = opt.with_rigid_hinge(subject)
     start = gait.make(subject) if gait.gait is not None or gait.given else None
     studio = Studio(subject, start, 0, log)
     if output is not None:
@@ -91,7 +98,8 @@ def studio_command(
     with _server(studio.html.encode(), port or 0) as server:
         address = f"http://{HERE}:{server.server_port}/"
         streams.state["done"] = f"the studio at {address} is closed"
-        emit({"address": address}, record=dict, lines=lambda one: _lines(one["address"]), as_json=as_json)
+        first = next(iter(subject.gaits), "") if start is None and len(subject.gaits) > 1 else ""
+        emit({"address": address}, record=dict, lines=lambda one: _lines(one["address"], first), as_json=as_json)
         if not no_open:
             _open(address)
         server.serve_forever()
@@ -105,23 +113,52 @@ def _check_output(port: int | None, no_open: bool) -> None:
             raise InputError("applies to a page that is served", key=key, fix=fix)
 
 
-def _lines(address: str) -> Iterator[Any]:
-    """Print the address."""
+def _lines(address: str, first: str) -> Iterator[Any]:
+    """Print the address, and the gait that was taken where there is a choice."""
     yield f"studio: {address}", "bold"
+    if first:
+        yield f"It begins with the robot's first gait, {first}. The page has the others; --gait begins with another."
     yield "This machine alone can open it. Ctrl-C ends it."
 
 
-@contextmanager
-def _server(page: bytes, port: int) -> Iterator[ThreadingHTTPServer]:
+class _Server(ThreadingHTTPServer):
+    """A server that ends connections that last too long, and the oldest where there are too many."""
+
+    request_queue_size = CONNECTIONS
+
+    def __init__(self, page: bytes, port: int) -> None:
+        self.begun: dict[socket.socket, float] = {}
+        super().__init__((HERE, port), _handler(page))
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        self.begun[request] = time.monotonic()
+        super().process_request(request, client_address)
+
+    def service_actions(self) -> None:
+        """Look after every connection, and twice a second."""
+        now, ages = time.monotonic(), list(self.begun.items())
+        for number, (connection, begun) in enumerate(ages, start=CONNECTIONS - len(ages)):
+            if number < 0 or now - begun > PATIENCE:
+                with contextlib.suppress(OSError):  # the other side has gone
+                    connection.shutdown(socket.SHUT_RDWR)  # its thread reads an end
+
+    def shutdown_request(self, request: Any) -> None:
+        super().shutdown_request(request)
+        self.begun.pop(request, None)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of a browser that went away."""
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handle_error(request, client_address)
+
+
+def _server(page: bytes, port: int) -> _Server:
     """Serve a page on this machine alone; port 0 is a free one."""
     try:
-        server = ThreadingHTTPServer((HERE, port), _handler(page))
+        return _Server(page, port)
     except OSError as error:
-        reason = f"not ({error.strerror})"
         fix = "give another one, or leave it out for a free one"
-        raise InputError("must be a free port", key="--port", value=f"{port}, {reason}", fix=fix) from None
-    with server:
-        yield server
+        raise InputError("must be a free port", key="--port", value=f"{port} ({error.strerror})", fix=fix) from None
 
 
 def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
@@ -142,7 +179,7 @@ def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
         def _answer(self, body: bool) -> None:
             """Send the page, or what is wrong with the request."""
             # Another site's name that leads here must not read the robot.
-            if self.headers.get("Host", "").rpartition(":")[0] not in NAMES:
+            if not NAMES.fullmatch(self.headers.get("Host", "")):
                 self.send_error(HTTPStatus.FORBIDDEN)
             elif self.path == "/favicon.ico":
                 self.send_response(HTTPStatus.NO_CONTENT)
