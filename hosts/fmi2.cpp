@@ -60,7 +60,7 @@ FMI2 void* fmi2Instantiate(const char* name, int kind, const char* token, const 
 FMI2 void fmi2FreeInstance(void* instance) { delete static_cast<Fmu*>(instance); }
 
 FMI2 int fmi2SetupExperiment(void* instance, int, double, double start, int, double) {
-    of(instance).start_time = start;
+    of(instance).start_at(start);
     return ok;
 }
 FMI2 int fmi2EnterInitializationMode(void* instance) {
@@ -97,10 +97,7 @@ FMI2 int fmi2DeSerializeFMUstate(void*, const unsigned char* bytes, std::size_t 
     return deserialize(bytes, size, state);
 }
 
-FMI2 int fmi2DoStep(void* instance, double at, double size, int) {
-    if (of(instance).step(at, size)) return ok;
-    return of(instance).phase == Phase::failed ? error : discard;
-}
+FMI2 int fmi2DoStep(void* instance, double at, double size, int) { return good(of(instance).step(at, size)); }
 
 // Functions that the description declares as unsupported.
 FMI2 int fmi2GetDirectionalDerivative(void* c, const Reference*, std::size_t, const Reference*, std::size_t,

@@ -42,7 +42,7 @@ FMI3 void* fmi3InstantiateScheduledExecution(const char*, const char*, const cha
 FMI3 void fmi3FreeInstance(void* instance) { delete static_cast<Fmu*>(instance); }
 
 FMI3 int fmi3EnterInitializationMode(void* instance, bool, double, double start, bool, double) {
-    of(instance).start_time = start;
+    of(instance).start_at(start);
     of(instance).phase = Phase::initializing;
     return ok;
 }
@@ -88,11 +88,11 @@ FMI3 int fmi3DeserializeFMUState(void*, const unsigned char* bytes, std::size_t 
 
 FMI3 int fmi3DoStep(void* instance, double at, double size, bool, bool* event, bool* terminate, bool* early,
                     double* last) {
-    const bool done = of(instance).step(at, size);
+    const Status status = good(of(instance).step(at, size));
     *event = *early = false;
     *terminate = of(instance).phase == Phase::failed;
     *last = of(instance).time();
-    return done ? ok : *terminate ? error : discard;
+    return status;
 }
 
 // Functions that the description declares as unsupported; calling conventions let them ignore their other arguments.

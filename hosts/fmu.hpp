@@ -8,8 +8,12 @@
 /// Inputs of the twin are in the places of a gait, the fins, `armed`, `steered`, depth and heading; of the plant, of
 /// the pulses. Headings are clockwise from north. Parameters are seed, speed, depth, heading, current toward east and
 /// north.
+///
+/// Communication steps have any size. The device makes whole control ticks: after a step, all that have ended by then.
+/// A tick takes the inputs that hold when it begins, so that runs do not depend on how steps divide them.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -62,10 +66,10 @@ class Fmu {
     }
 
     Phase phase = Phase::instantiated;
-    double start_time = 0;
 
     double tick() const { return ht_device_tick(device_.get()); }
-    double time() const { return start_time + tick() * double(ticks_); }
+    double time() const { return time_; }  // s, of the last step's end
+    void start_at(double start) { time_ = start_ = start; }
 
     bool get(unsigned reference, char type, double& value) {
         if (!known(reference, type)) return false;
@@ -96,37 +100,41 @@ class Fmu {
     /// Make a communication step; false, with a sentence, where the step is refused or the plant diverges.
     bool step(double at, double size) {
         if (phase != Phase::stepping) return refuse("step: the instance is not initialized, or failed; reset it");
-        const double count = std::round(size / tick());
-        if (!(1 <= count && count <= 1e9 && std::abs(size - count * tick()) <= 1e-6 * tick()))
-            return refuse("step: " + written(size) + " s is no whole multiple of the control tick; choose a step of " +
-                          written(tick()) + " s, or 2, 3, ... of them");
-        if (!(std::abs(at - time()) <= 1e-3 * tick()))
-            return refuse("step: begins at " + written(at) + " s, but the last one ended at " + written(time()) + " s");
-        send();
-        const int made = ht_device_advance(device_.get(), int(count));
+        if (!(0 < size && size <= 1e9 * tick()))
+            return refuse("step: is " + written(size) + " s, but must be above 0 and at most " + written(1e9 * tick()) +
+                          " s");
+        if (!(std::abs(at - time_) <= slack * tick()))
+            return refuse("step: begins at " + written(at) + " s, but the last one ended at " + written(time_) + " s");
+        const int wanted = std::max(0, int(ticks_by(at + size) - ticks_));
+        int made = 0;
+        const bool under_way = start_ + tick() * (double(ticks_) + slack) < at;
+        if (under_way && wanted > 0) made = ht_device_advance(device_.get(), 1);  // by the inputs that it began with
+        if (!under_way || wanted > 0) send(values_);
+        made += ht_device_advance(device_.get(), wanted - made);
         ticks_ += std::uint64_t(made);
+        time_ = at + size;
         ht_device_read(device_.get(), row_.data());
-        if (made == int(count)) return true;
-        phase = Phase::failed;
-        return refuse("step: the run diverged at " + written(time()) + " s; reset the instance");
+        if (made == wanted) return true;
+        phase = Phase::failed, time_ = start_ + tick() * double(ticks_);
+        return refuse("step: the run diverged at " + written(time_) + " s; reset the instance");
     }
 
     /// As created, with the start values of the description.
     bool reset() {
         phase = Phase::instantiated;
-        start_time = 0;
+        start_at(0);
         for (std::size_t k = 0; k < variables_.size(); ++k) values_[k] = variables_[k].start;
         return create();
     }
 
     std::size_t state_size() const {
-        return token_.size() + sizeof(Head) + values_.size() * sizeof(double) + ht_device_state_size(device_.get());
+        return token_.size() + sizeof(Head) + 2 * values_.size() * sizeof(double) + ht_device_state_size(device_.get());
     }
     void save(unsigned char* to) const {
-        const Head head{start_time, ticks_, phase};
+        const Head head{start_, time_, ticks_, phase};
         to = put(to, token_.data(), token_.size());
         to = put(to, &head, sizeof(head));
-        to = put(to, values_.data(), values_.size() * sizeof(double));
+        for (const auto* values : {&values_, &sent_}) to = put(to, values->data(), values->size() * sizeof(double));
         ht_device_save(device_.get(), to);
     }
     bool restore(const unsigned char* from, std::size_t size) {
@@ -134,18 +142,22 @@ class Fmu {
             return refuse("state: is not of this FMU");
         from += token_.size();
         Head head;
-        std::vector<double> values(values_.size());
+        std::vector<double> values(values_.size()), sent(values_.size());
         std::memcpy(&head, from, sizeof(head));
-        std::memcpy(values.data(), from += sizeof(head), values.size() * sizeof(double));
+        from += sizeof(head);
+        for (auto* read : {&values, &sent}) {
+            std::memcpy(read->data(), from, read->size() * sizeof(double));
+            from += read->size() * sizeof(double);
+        }
         values_.swap(values);
         bool same = true;  // parameters that the device was created with
         for (std::size_t k = 0; k < values.size(); ++k)
             same = same && (variables_[k].role == Role::input || values[k] == values_[k]);
         if (!same && !create()) return false;
-        start_time = head.start_time, ticks_ = head.ticks, phase = head.phase;
-        from += values.size() * sizeof(double);
+        start_ = head.start, time_ = head.time, ticks_ = head.ticks, phase = head.phase;
         if (!ht_device_restore(device_.get(), from, ht_device_state_size(device_.get())))
             return refuse("state: is not of this FMU");
+        send(sent);  // which a tick under way began with
         ht_device_read(device_.get(), row_.data());
         return true;
     }
@@ -157,8 +169,10 @@ class Fmu {
     }
 
   private:
+    static constexpr double slack = 1e-3;  // of a tick, for rounded times of importers
+
     struct Head {
-        double start_time;
+        double start, time;
         std::uint64_t ticks;
         Phase phase;
     };
@@ -219,7 +233,7 @@ class Fmu {
         const auto* bytes = reinterpret_cast<const unsigned char*>(image_.data());
         device_.reset(ht_device_create(bytes, image_.size(), &start, plant_, fault, sizeof(fault)));
         if (!device_) return refuse(fault);
-        ticks_ = 0;
+        ticks_ = 0, sent_ = values_;
         return find_outputs();
     }
 
@@ -251,15 +265,19 @@ class Fmu {
         return true;
     }
 
+    /// Ticks that have ended by a time.
+    std::uint64_t ticks_by(double time) const { return std::uint64_t((time - start_) / tick() + slack); }
+
     /// Give the device its inputs and tunable parameters.
-    void send() {
+    void send(const std::vector<double>& values) {
+        sent_ = values;
         const int joints = ht_device_joints(device_.get());
         std::vector<double> inputs(std::size_t(3 * joints + 7));
         double current[2] = {};
         for (std::size_t k = 0; k < variables_.size(); ++k) {
             const Variable& variable = variables_[k];
-            if (variable.role == Role::input) inputs[variable.place] = values_[k];
-            if (variable.role == Role::tunable && variable.place >= 4) current[variable.place - 4] = values_[k];
+            if (variable.role == Role::input) inputs[variable.place] = values[k];
+            if (variable.role == Role::tunable && variable.place >= 4) current[variable.place - 4] = values[k];
         }
         const double* const after = &inputs[std::size_t(1 + 3 * joints)];  // the gait
         if (plant_)
@@ -280,9 +298,10 @@ class Fmu {
     std::string image_, token_;
     bool plant_ = false, sea_ = false;
     std::vector<Variable> variables_;
-    std::vector<std::string> names_;  // of the outputs' columns, until they are found
-    std::vector<double> values_, row_;
+    std::vector<std::string> names_;           // of the outputs' columns, until they are found
+    std::vector<double> values_, sent_, row_;  // of variables, as sent to the device; of outputs
     std::unique_ptr<ht_device, void (*)(ht_device*)> device_;
+    double start_ = 0, time_ = 0;  // s
     std::uint64_t ticks_ = 0;
 };
 

@@ -30,7 +30,7 @@ class Unit:
             self.unit.setupExperiment(startTime=0.0)
         self.unit.enterInitializationMode()
         self.unit.exitInitializationMode()
-        self.ticks = 0
+        self.time = 0.0  # s
 
     def _log(self, environment: object, instance: object, status: int, category: bytes, message: bytes) -> None:
         self.said.append(message.decode())
@@ -55,8 +55,9 @@ class Unit:
 
     def step(self, size: float = TICK, at: float | None = None) -> None:
         """Make a step."""
-        self.unit.doStep(self.ticks * TICK if at is None else at, size)
-        self.ticks += round(size / TICK)
+        at = self.time if at is None else at
+        self.unit.doStep(at, size)
+        self.time = at + size
 
     def close(self) -> None:
         """End."""

@@ -110,15 +110,20 @@ def test_plant_under_the_pulses_of_a_run_repeats_it(files: dict[tuple[str, int, 
 
 @pytest.mark.parametrize("form", FORMS, ids=str)
 def test_states_go_on_to_the_same_bits(files: dict[tuple[str, int, bool], Path], form: tuple[str, int, bool]) -> None:
-    """Restored in the same instance, and from bytes in another one that has gone elsewhere."""
+    """Restored in the same instance, and from bytes in another one that has gone elsewhere.
+
+    Saved within a tick, which goes on under the inputs that it began with, after they have changed.
+    """
     start: dict[str, Any] = COMMAND if form[0] == "twin" else {"pulse_command_I_left": 0.0017}
     if form[0] == "twin" and form[2]:
         start = start | {"steered": True, "depth_command": 3.0, "heading_command": 1.0}
     unit, other = Unit(files[form], **start, seed=1), Unit(files[form], seed=2)
     shown = [name for name, one in unit.variables.items() if one.causality == "output"]
     word = "State" if form[1] == 3 else "state"
-    unit.step(0.35)  # between two decisions of a pilot
-    other.step(0.1)
+    unit.step(0.353)  # between two decisions of a pilot
+    unit.set(**{name: 0.5 * value for name, value in start.items() if name in ("amplitude_I", "pulse_command_I_left")})
+    unit.step(0.004)
+    other.step(0.106)
     state = getattr(unit.unit, f"getFMU{word}")()
     serialize, deserialize = f"serializeFMU{word}", f"{'de' if form[1] == 3 else 'deS'}erializeFMU{word}"
     if form[1] == 3:
@@ -129,7 +134,7 @@ def test_states_go_on_to_the_same_bits(files: dict[tuple[str, int, bool], Path],
     first = unit.get(*shown)
     for one, given in ((unit, state), (other, getattr(other.unit, deserialize)(bytes_of))):
         getattr(one.unit, f"setFMU{word}")(given)
-        one.ticks = 35
+        one.time = 0.357
         assert np.array_equal(one.get(*shown), before, equal_nan=True)
         one.step(0.2)
         assert np.array_equal(one.get(*shown), first, equal_nan=True)
@@ -139,15 +144,88 @@ def test_states_go_on_to_the_same_bits(files: dict[tuple[str, int, bool], Path],
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_steps_that_are_no_multiples_are_refused(files: dict[tuple[str, int, bool], Path], fmi: int) -> None:
+@pytest.mark.parametrize(("interval", "stop"), [(1 / 60, 2.0), (0.01, 1.005), (0.0133, 1.0), (0.004, 0.2)])
+def test_importers_may_step_as_they_like(
+    files: dict[tuple[str, int, bool], Path], fmi: int, interval: float, stop: float
+) -> None:
+    """Outputs are those of the last control tick at or before each time, also at a stop time between two ticks."""
+    run = ht.twin("hypertuna", GAIT, duration=2, seed=5)
+    rows = fmpy.simulate_fmu(
+        str(files["twin", fmi, False]),
+        stop_time=stop,
+        output_interval=interval,
+        start_values=COMMAND | {"seed": 5},
+        output=["x", "angle_II"],
+    )
+    times, wanted = rows["time"], np.append(run.data["x"], np.nan)
+    assert times[-1] == stop
+    ticks = np.floor(times / TICK + 1e-6).astype(int)
+    here = ticks < len(run.data["x"])
+    assert np.array_equal(rows["x"][here], wanted[ticks[here]])
+    assert np.array_equal(rows["angle_II"][here], run.data["angle"][ticks[here], 1])
+    assert here.sum() > 0.95 * len(times)
+    assert len(set(ticks)) > 15
+
+
+@pytest.mark.parametrize("summed", [False, True])
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_times_do_not_drift(files: dict[tuple[str, int, bool], Path], fmi: int, summed: bool) -> None:
+    """Five thousand steps of 1/60 s, multiplied or summed by the importer: at whole seconds, 100 ticks each."""
+    unit, other = (Unit(files["twin", fmi, False], **COMMAND) for _ in range(2))
+    for k in range(1, 5_001):
+        unit.step(1 / 60, at=None if summed else (k - 1) / 60)
+        if k in (1_000, 5_000):  # 1666 2/3 and 8333 1/3 ticks
+            other.step((k * 100 // 60) * TICK - other.time)
+            assert np.array_equal(unit.get("x", "y", "power"), other.get("x", "y", "power"))
+            assert unit.get("time")[0] == pytest.approx(k / 60, abs=1e-9)
+    assert unit.time / TICK % 1 == pytest.approx(1 / 3, abs=1e-6)
+    for one in (unit, other):
+        one.close()
+
+
+@pytest.mark.parametrize("form", [("twin", 2, True), ("plant", 3, False)], ids=str)
+def test_a_tick_takes_the_inputs_that_hold_when_it_begins(
+    files: dict[tuple[str, int, bool], Path], form: tuple[str, int, bool]
+) -> None:
+    """Random steps with an input that changes at each: as steps of one tick, each with the input of its begin."""
+    random, name = np.random.default_rng(3), "amplitude_I" if form[0] == "twin" else "pulse_command_I_left"
+    low, high = (0.0, 0.3) if form[0] == "twin" else (0.0012, 0.0018)
+    unit, other = (Unit(files[form], **(COMMAND if form[0] == "twin" else {})) for _ in range(2))
+    shown = [one for one, about in unit.variables.items() if about.causality == "output"]
+    times = [0.0]
+    for _ in range(200):
+        if random.random() < 0.2:  # at a tick
+            times.append((np.floor(times[-1] / TICK) + random.integers(1, 4)) * TICK)
+        else:
+            times.append(times[-1] + random.choice([0.002, 0.016, 0.05]) * random.uniform(0.5, 1))
+    values = random.uniform(low, high, len(times))
+    seen = {}
+    for at, until, value in zip(times[:-1], times[1:], values, strict=False):
+        unit.set(**{name: value})
+        unit.step(until - at, at=at)
+        seen[int(until / TICK + 1e-6)] = unit.get(*shown)
+    for tick in range(max(seen)):
+        other.set(**{name: values[np.searchsorted(times, tick * TICK + 1e-9, side="right") - 1]})
+        other.step(at=tick * TICK)
+        if tick + 1 in seen:
+            assert np.array_equal(other.get(*shown), seen[tick + 1], equal_nan=True), tick
+    assert len(seen) > 100
+    for one in (unit, other):
+        one.close()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_steps_of_no_time_are_refused(files: dict[tuple[str, int, bool], Path], fmi: int) -> None:
+    """With an error, so that importers end: FMPy repeats a step that is discarded."""
     unit = Unit(files["twin", fmi, False], **COMMAND)
-    for size in (0.015, 0.005, 0.0, -0.01, float("nan"), float("inf")):
-        with pytest.raises(Exception, match=r"doStep|DoStep"):
-            unit.step(size)
-        assert "no whole multiple of the control tick; choose a step of 0.01 s" in unit.said.pop()
-    with pytest.raises(Exception, match=r"doStep|DoStep"):
+    for size in (0.0, -0.01, float("nan"), float("inf"), 1e8):
+        with pytest.raises(Exception, match=r"oStep failed with status 3"):
+            unit.step(size, at=0)
+        assert "s, but must be above 0 and at most 10000000 s" in unit.said.pop()
+    with pytest.raises(Exception, match=r"oStep failed with status 3"):
         unit.step(at=0.5)
     assert unit.said.pop() == "step: begins at 0.5 s, but the last one ended at 0 s"
+    unit.time = 0.0
     unit.step(0.3)
     assert unit.get("time")[0] == pytest.approx(0.3)
     with pytest.raises(Exception, match="etFloat64|etReal"):
@@ -170,7 +248,7 @@ def test_reset_begins_again(files: dict[tuple[str, int, bool], Path], fmi: int) 
         unit.unit.setupExperiment(startTime=0.0)
     unit.unit.enterInitializationMode()
     unit.unit.exitInitializationMode()
-    unit.ticks = 0
+    unit.time = 0.0
     for _ in range(10):
         unit.step(0.1)
     assert np.array_equal(unit.get("x", "y", "power"), first)
@@ -250,7 +328,7 @@ def test_command_writes_a_file_and_names_its_platforms(tmp_path: Path, monkeypat
     with pytest.raises(ht.InputError, match="make fmu"):
         ht.fmu("hypertuna")
     with pytest.raises(ht.InputError, match="controller"):
-        ht.fmu("rexeel")
+        ht.fmu("examples/myfish.toml")
 
 
 def test_robots_with_servos_on_their_axles_have_one_pulse_a_joint(tmp_path: Path) -> None:
