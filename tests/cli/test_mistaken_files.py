@@ -77,7 +77,9 @@ MISTAKES = {
     "joint silicone tank.csv": "tank.csv must have a row of names with Engineering Strain and Engineering Stress "
     "(MPa): add it above the numbers; True Strain and True Stress are accepted, too.",
     "pump --robot own.toml": "own.toml: pump is missing: add the table [pump].",
-    "twin --robot own.toml": "own.toml: controller is missing: add the table [controller].",
+    "twin --robot own.toml": "own.toml: controller is missing: copy it and the drives of [[joints]] from a robot of "
+    "this size; `hypertuna robot new own-twin.toml --lengths 0.15,0.075,0.075 --mass 0.54 --joints J1,J2 --actuation "
+    "servo` writes one.",
     "mission tank.toml": "tank.toml is a manifest of trials, not a mission: `hypertuna identify tank.toml` reads it.",
     "mission box --robot own.toml": "own.toml: [battery], [controller], [spatial], [fins], [guidance], "
     f"{SENSORS} are missing: {AT_SEA}",
@@ -131,6 +133,6 @@ def test_values_may_have_spaces_behind_commas(run: Run) -> None:
 def test_amplitudes_in_radians_are_told(run: Run) -> None:
     code, _, errors = run("swim", "--frequency", "2", "--amplitude", "0.28,0.44", "--phase", "0,0.7")
     assert code == 0
-    assert errors == "note: amplitudes are in degrees, and these are small; multiply radians by 57.3\n"
+    assert errors == "note: amplitudes are in degrees, and these are small; multiply radians by 57.3.\n"
     assert run("swim", "--frequency", "2", "--amplitude", "0,0.44", "--phase", "0,0")[2].startswith("note: amplitudes")
     assert run("swim", "--frequency", "2", "--amplitude", "0,16", "--phase", "0,40")[2] == ""

@@ -78,7 +78,8 @@ def test_bad_input_is_told_in_one_sentence(run: Run, options: tuple[str, ...], s
     assert code == 2
     assert not output
     assert sentence in errors
-    assert errors.count("\n") == 1
+    assert errors.count("error: ") == 1
+    assert errors.splitlines()[-1].startswith("error: ")
 
 
 def test_a_robot_without_a_battery_is_told_so(run: Run) -> None:

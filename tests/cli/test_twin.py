@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -155,12 +156,18 @@ def test_bad_input_is_one_sentence(run: Run, options: tuple[str, ...], told: str
 
 
 @pytest.mark.parametrize("command", ["twin", "posture-test"])
-def test_a_robot_without_the_tables_is_refused(run: Run, command: str) -> None:
-    gait = ("--gait", "wave-30") if command == "twin" else ("--angle", "5,5,5,5,5")
-    code, _, errors = run(command, "--robot", "rexeel", *gait)
-    assert code == 2
-    assert "rexeel.toml" in errors
-    assert "add the table" in errors
+def test_a_robot_without_a_controller_gets_the_command_that_writes_one(
+    run: Run, command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run("robot", "new", "own.toml")[0] == 0
+    options = ("--duration", "2") if command == "twin" else ("--frequency", "2", "--duration", "2", "--no-limits")
+    code, output, errors = run(command, "--robot", "own.toml", *options)
+    assert (code, output, errors.count("\n")) == (2, "", 1)
+    assert "own.toml: controller is missing: copy it and the drives of [[joints]] from a robot of this size" in errors
+    written = shlex.split(errors.split("`")[1])
+    assert run(*written[1:])[0] == 0
+    assert run(command, "--robot", "own-twin.toml", *options)[0] in (0, 1)
 
 
 def test_a_robot_that_stays_where_it_is_has_no_cost_of_transport(run: Run) -> None:

@@ -142,8 +142,10 @@ def test_a_robot_at_sea_needs_an_actuation_and_pins() -> None:
         first_robot("fish", sea=True)
     with pytest.raises(InputError, match="--joints must be at most 3 joint groups with --sea"):
         first_robot("fish", links=5, actuation="hydraulic", sea=True)
-    document = tomllib.loads(first_robot("fish", links=13, actuation="servo", sea=True))  # 14 servos: all such pins
-    assert len(document["firmware"]["servo_pins"]) == 14
+    with pytest.raises(InputError, match="--joints must be at most 4 joint groups with --sea, but is 5"):
+        first_robot("fish", links=6, actuation="servo", sea=True)
+    document = tomllib.loads(first_robot("fish", links=5, actuation="servo", sea=True))
+    assert len(document["firmware"]["servo_pins"]) == 4 + 2  # the fins have one each
     parse(document)
 
 

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hypertuna as ht
+from hypertuna.actuation.hydraulics import with_bore
 from hypertuna.description.robot import Robot, parse
 from hypertuna.firmware.header import header
 from hypertuna.firmware.parameters import firmware_table
@@ -110,6 +111,32 @@ def test_a_weak_servo_does_not_follow() -> None:
     strong, weak = (ht.twin(with_servos(0, 1, torque_n_m=torque), GAIT, duration=6) for torque in (2.0, 0.1))
     assert weak.swing[0] < 0.6 * strong.swing[0]
     assert weak.speed < 0.8 * strong.speed
+
+
+@pytest.mark.parametrize("joints", [(1,), (0, 1)], ids=["mixed", "servos"])
+def test_an_amplitude_at_the_joint_s_maximum_is_named_as_such(joints: tuple[int, ...]) -> None:
+    # The core has one governor of amplitudes for all joints; here its limit was that of pressures, "(II, )".
+    robot = with_servos(*joints)
+    bend = math.degrees(robot.joints[1].bend_max or 0.0)
+    run = ht.twin(robot, ht.Gait.from_degrees(frequency=2, amplitude=(4, bend), phase=(0, 40), bias=(0, 5)), duration=4)
+    assert "amplitude_limit" in run.limits
+    assert any(one.startswith("The joint was asked to bend further than it reaches (II): ") for one in run.sentences)
+    assert [one for one in run.sentences if "II" in one and "pressure" in one] == []
+
+
+def test_a_robot_without_oil_has_no_word_of_it_and_takes_none() -> None:
+    robot = with_servos(0, 1)
+    bends = [math.degrees(group.bend_max or 0.0) for group in robot.joints]
+    gait = ht.Gait.from_degrees(frequency=3, amplitude=bends, phase=(0, 40), bias=(5, 5))
+    run = ht.twin(robot, gait, duration=4)
+    told = " ".join([*run.sentences, *run.limits, *run.summary()]).lower()
+    assert run.limits
+    assert [word for word in ("oil", "pump", "pressure", "cylinder", "circuit") if word in told] == []
+    for use in (lambda: ht.twin(robot, gait, duration=4, temperature=280.0), lambda: with_bore(robot, 0.003)):
+        with pytest.raises(
+            ht.InputError, match="applies to oil, and servos turn all joints of hypertuna"
+        ):
+            use()
 
 
 def test_water_and_rotor_slow_a_servo() -> None:

@@ -165,8 +165,16 @@ def _circuit_of(robot: Robot, group: JointGroup, nu: float) -> dict[str, float]:
     return _circuit(pump, pump_servo(robot), oil, line, _rest_volume(robot, group), nu)
 
 
+def require_oil(robot: Robot, key: str) -> None:
+    """Refuse an option that is about oil for a robot without."""
+    if all(group.direct for group in robot.joints):
+        rule, fix = f"applies to oil, and servos turn all joints of {robot.name}", "leave it out"
+        raise InputError(rule, file=robot.file or None, key=key, fix=fix)
+
+
 def with_bore(robot: Robot, bore: float) -> Robot:
     """Return a robot with another bore of all lines [m]."""
+    require_oil(robot, "bore")
     POSITIVE.check(1e3 * bore, "bore", "give the inner diameter of the lines in mm")
     document = robot.document()
     for k, joint in enumerate(document["joints"]):

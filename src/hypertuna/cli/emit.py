@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import typer
 
 from hypertuna.cli.console import command_line, print_json, print_lines, print_written
+from hypertuna.cli.streams import state
 from hypertuna.errors import InputError, InputErrors
 
 if TYPE_CHECKING:
@@ -47,7 +48,11 @@ def emit(
     """
 
     def show() -> None:
-        print_json(_summary(result) if record is None else record(result)) if as_json else print_lines(lines(result))
+        if as_json:
+            notes = {"notes": state["notes"]} if state["notes"] else {}
+            print_json({**(_summary(result) if record is None else record(result)), **notes})
+        else:
+            print_lines(lines(result))
 
     if failed:
         show()

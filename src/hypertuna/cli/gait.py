@@ -1,20 +1,21 @@
 """A gait on the command line: its options, its text, its JSON."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.command import listed
+from hypertuna.cli.streams import note
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import KINDS, Gait, Gaits, named_gait
 
 RADIANS = 1.6  # deg: all amplitudes below it are likely to be in radians
+NEAR = 1e-9  # of a bound, for what is converted from radians
 MIN_BEATS = 2  # of a run: for means over whole beats
 Points = Sequence[tuple[float, ...]]  # values of an option [Hz, deg]
 
@@ -78,12 +79,28 @@ def _axes(robot: Robot, name: str | None, given: Mapping[str, Points]) -> dict[s
     for key, points in given.items():
         _check_count(robot, key, points, 1 if key == "frequency" else groups)
     if 0 < max((abs(a) for point in given.get("amplitude", ()) for a in point), default=0) < RADIANS:
-        typer.echo("note: amplitudes are in degrees, and these are small; multiply radians by 57.3", err=True)
+        note("amplitudes are in degrees, and these are small; multiply radians by 57.3.")
+    for sentence in _beyond_bounds(robot, given):
+        note(sentence)
     if missing := [f"--{key}" for key in ("frequency", *KINDS) if key not in given and key not in axes]:
         choice = f", or --gait with one of {', '.join(robot.gaits)}" if robot.gaits else ""
         rule, them = ("is missing", "it") if len(missing) == 1 else ("are missing", "them")
         raise InputError(rule, key=listed(missing), fix=f"give {them}{choice}")
     return axes | dict(given)
+
+
+def _beyond_bounds(robot: Robot, given: Mapping[str, Points]) -> Iterator[str]:
+    """Yield a sentence on frequencies and amplitudes that are given beyond the bounds of the robot's file."""
+    if (bounds := robot.gait_bounds) is None:
+        return
+    for key, unit in {"frequency": "Hz", "amplitude": "deg"}.items():
+        pairs = [bounds.frequency] if key == "frequency" else np.degrees(bounds.amplitude).tolist()
+        names = [""] if key == "frequency" else [f" of joint group {group.name}" for group in robot.joints]
+        typed = [one for point in given.get(key, ()) for one in zip(point, pairs, names, strict=True)]
+        if outside := [(x, *pair, of) for x, pair, of in typed if not pair[0] - NEAR <= x <= pair[1] + NEAR]:
+            value, low, high, of = outside[-1]
+            bound = f"gait_bounds.{key}_{unit.lower()} of {robot.name}"
+            yield f"--{key} {value:g} {unit}{of} is outside {bound}, {low:g} to {high:g} {unit}."
 
 
 def _check_count(robot: Robot, key: str, points: Points, count: int) -> None:

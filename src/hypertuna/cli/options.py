@@ -16,6 +16,7 @@ from hypertuna import _core
 from hypertuna.cli import parsing
 from hypertuna.cli.command import App
 from hypertuna.cli.parsing import Bound
+from hypertuna.cli.streams import note
 from hypertuna.errors import InputError
 from hypertuna.ranges import Range, check_choice
 
@@ -268,7 +269,14 @@ class ModelOptions(RobotOptions):
 
     def load(self, output: str | None = None) -> Robot:
         """Read the robot, with another choice of model."""
-        return super().load(output).using(joints=self.joints, areas=self.areas, water=self.water)
+        return with_rigid_hinge(super().load(output).using(joints=self.joints, areas=self.areas, water=self.water))
+
+
+def with_rigid_hinge(robot: Robot) -> Robot:
+    """Return a robot that a command swims by its gait alone, with a note where it has a hinge: it stays rigid."""
+    if robot.hinge is not None:
+        note(f"the passive hinge of link {robot.hinge.link} stays rigid here: only the twin of {robot.name} bends it.")
+    return robot
 
 
 Joint = Annotated[str, text("--joint", "Name of the joint group, or its number from the head.", "JOINT")]

@@ -145,7 +145,7 @@ def replay_command(
     A manifest holds columns, units, axes, clocks and start; only --step, --water, --plot, --output and --json go with
     it. A time offset in the robot's [fit] replaces that of the recording. Exit code 1 means that a replay diverged.
     """
-    fish = robot.load().using(water=water)
+    fish = opt.with_rigid_hinge(robot.load().using(water=water))
     if angles.lower().endswith(".toml") or os.path.isdir(angles):
         for parameter in context.command.params:
             source = str(context.get_parameter_source(parameter.name or ""))

@@ -12,9 +12,11 @@ from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.console import counted, print_json, print_lines, table
 from hypertuna.cli.emit import emit, refused
+from hypertuna.cli.streams import note
 from hypertuna.description.plausibility import implausible
 from hypertuna.description.reference import Key, json_schema
 from hypertuna.description.robot import Entry, Robot, load
+from hypertuna.description.twin import twin_note, why_no_twin
 from hypertuna.errors import InputError, did_you_mean
 
 robot_app = opt.group("Robot descriptions: begin one, check a file, show a robot, print the format.")
@@ -61,7 +63,15 @@ def new(
     size = _size(links, length, lengths)
     text = first_robot(path.stem, **size, mass=mass, joints=names, actuation=actuation, sea=sea)
     write_atomically(path, text.encode())
-    print_lines(_next_lines(load(path)))
+    robot = load(path)
+    print_lines(_next_lines(robot))
+    _tell_of_twin(robot)
+
+
+def _tell_of_twin(robot: Robot) -> None:
+    """Note that a robot has more joint groups than a twin takes."""
+    if sentence := twin_note(robot):
+        note(sentence)
 
 
 def _size(links: int | None, length: float | None, lengths: str | None) -> dict[str, Any]:
@@ -81,7 +91,7 @@ def _next_lines(robot: Robot) -> Iterator[Any]:
     gait = f" --gait {list(robot.gaits)[-1]}" if len(robot.gaits) > 1 else ""
     yield "next:"
     yield f"  hypertuna swim --robot {file}{gait}"
-    if robot.controller is not None:
+    if not why_no_twin(robot):
         yield f"  hypertuna twin --robot {file}{gait}"
     if robot.firmware is not None:
         yield f"  hypertuna dive --robot {file}{gait}"
@@ -126,6 +136,7 @@ def check(robot: RobotFile, as_json: opt.AsJson = False) -> None:
     """Check a robot description, and list unlikely values, estimates, and what has no source."""
     with refused(as_json):
         fish = load(robot)
+    _tell_of_twin(fish)
     emit(fish, record=_check_record, lines=_check_lines, as_json=as_json)
 
 

@@ -17,7 +17,8 @@ INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
 PLAIN = {"−": "-", "–": "-", "—": "-", "…": "...", "×": "x", "·": " ", "°": "deg", "±": "+-", "≈": "~", "’": "'"}
 PLAIN |= {"÷": "/", "µ": "u", "η": "eta", "π": "pi", "→": "->", "≤": "<=", "≥": ">=", "✓": "ok", "✗": "no", "≠": "!="}
 LOADING, SWALLOWED = 0.02, 1.0  # s until an interrupt comes again
-state: dict[str, Any] = {"interrupted": False, "done": ""}  # whether Ctrl-C came; what was done by then
+# Whether Ctrl-C came, what was done by then, and the notes on the command so far.
+state: dict[str, Any] = {"interrupted": False, "done": "", "notes": []}
 
 
 def open_streams() -> None:
@@ -62,9 +63,15 @@ def tell(text: str, file: TextIO | None = None) -> None:
         (file or sys.stderr).write(text)
 
 
+def note(sentence: str) -> None:
+    """Write a sentence on what a command takes as it is, though it may be a mistake; JSON has it, too."""
+    state["notes"].append(sentence)
+    tell(f"note: {sentence}\n")
+
+
 def end_on_signals() -> None:
     """Let SIGTERM and a closed terminal end the program as Ctrl-C does, unless nohup holds the signal back."""
-    state.update(interrupted=False, done="")
+    state.update(interrupted=False, done="", notes=[])
     if threading.current_thread() is not threading.main_thread():
         return
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):

@@ -18,6 +18,7 @@ from hypertuna.description.robot import Robot, joint_key, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
 from hypertuna.description.schema.hydraulics import HOTTEST, JointServo
+from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.swimming.model import core_model
 
@@ -51,7 +52,7 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
 
     One value per joint or circuit (2 joint + side) or one; at an oil temperature [K], the robot's own by default.
     """
-    control = require(robot.controller, "controller", robot)
+    control = require_controller(robot)
     hydraulics = circuits(robot, temperature)
     columns = _constants(robot, control) | _oil(robot, control, hydraulics)
     thickest = circuits(robot, robot.oil.pour_point) if robot.oil else hydraulics

@@ -18,6 +18,7 @@ from hypertuna.control.sensors import STANDARD_AIR, sensor_of
 from hypertuna.description.at_sea import antenna_of
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Guidance
+from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gait, lags, named_gait
 from hypertuna.swimming.model import core_model
@@ -98,7 +99,7 @@ def curvature(robot: Robot, table: GaitTable, bias: Sequence[float]) -> float:
 def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, list[float]]:
     """Compute the constants of a robot's pilot, by their names in core pilot.hpp; without its controller's."""
     pilot = require(robot.guidance, "guidance", robot)
-    control = require(robot.controller, "controller", robot)
+    control = require_controller(robot)
     table = gait_table(robot) if table is None else table
     every = control.rate / pilot.decisions
     if every < 1 or abs(every - round(every)) > 1e-9 * every:

@@ -9,6 +9,7 @@ from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Sensor
+from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import parse_float
 
@@ -31,7 +32,7 @@ class Fault(NamedTuple):
 
 def sensor_columns(robot: Robot) -> dict[str, list[float]]:
     """Return the models of the controller's sensors, by the names of core sensors.hpp [SI]."""
-    control = require(robot.controller, "controller", robot)
+    control = require_controller(robot)
     return {"joints": [float(len(robot.joints))], "tick": [1 / control.rate]} | _models(robot, pilot=False)
 
 

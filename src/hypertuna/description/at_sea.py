@@ -1,7 +1,6 @@
 """What a robot needs to dive, to fly missions and to run the firmware: estimates from shape and joints."""
 
 import math
-import shlex
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from typing import Any
@@ -10,6 +9,7 @@ from hypertuna import _core
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.robot import Robot
 from hypertuna.description.shape import ASPECT, DENSITY, Shape
+from hypertuna.description.twin import AT_SEA, new_command, require_groups
 from hypertuna.errors import InputError
 
 SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
@@ -66,6 +66,7 @@ SOURCES = {
 
 def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
     """Check that a robot has some tables, and the sensors of a pilot; else name all that are missing, and a source."""
+    require_groups(robot)
     absent = [f"[{table}]" for table in tables if getattr(robot, table) is None]
     sensors = {sensor.quantity for sensor in robot.sensors}
     quantities = ("rate", "acceleration", *(name for name, channel in CHANNELS.items() if channel.pilot))
@@ -74,19 +75,10 @@ def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
         absent.append(f"[[sensors]] for {', '.join(unmeasured)}")
     if not absent:
         return
-    hydraulic = any(group.actuator is not None for group in robot.joints)
-    options = {
-        "lengths": ",".join(f"{length:g}" for length in robot.links.length),
-        "mass": f"{robot.body.mass:g}",
-        "joints": ",".join(group.name for group in robot.joints),
-        "actuation": "hydraulic" if hydraulic else "servo",
-    }
-    command = ["hypertuna", "robot", "new", f"{robot.name}-sea.toml"]
-    command += [word for name, value in options.items() for word in (f"--{name}", value)]
     them, their = ("it", "its") if len(absent) == 1 else ("them", "their")
     gaits = ", [gaits]" if "[guidance]" in absent else ""
     fix = f"copy {them}{gaits} and {their} lines of [sources] from a robot of this size; "
-    fix += f"`{shlex.join(command)} --sea` writes it"
+    fix += f"`{new_command(robot, sea=True)}` writes it"
     rule = "is missing" if len(absent) == 1 else "are missing"
     raise InputError(rule, file=robot.file or None, key=", ".join(absent), fix=fix)
 
@@ -107,6 +99,10 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], speed: float)
     `tuna` is HyperTuna's document, `speed` [m/s] that of the robot's gait: its pilot is HyperTuna's on the robot's own
     scales of length, speed and time.
     """
+    most = AT_SEA["servo" if all("servo" in group for group in document["joints"]) else "hydraulic"]
+    if len(document["joints"]) > most:
+        rule, fix = f"must be at most {most} joint groups with --sea", "name fewer groups, each of several links"
+        raise InputError(rule, key="--joints", value=f"{len(document['joints'])}", fix=fix)
     links, gait = document["links"], document["gaits"]["cruise"]
     shape = Shape(sum(links["length_m"]), document["body"]["mass_kg"])
     document["spatial"] = _spatial(links, ROLL * gait["frequency_hz"])
@@ -174,14 +170,9 @@ def _pins(joints: list[Mapping[str, Any]]) -> dict[str, list[int]]:
     sides = [1 if "servo" in group else 2 for group in joints]
     soft = sides.count(2)
     analog = iter(ANALOG_PINS)
-    pins = {
+    return {
         "servo_pins": list(SERVO_PINS[: sum(sides) + 2]),
         "bend_pins": list(islice(analog, soft)),
         "pressure_pins": list(islice(analog, 2 * soft)),
         "current_pins": list(islice(analog, sum(sides))),
     }
-    if len(pins["servo_pins"]) < sum(sides) + 2 or len(pins["current_pins"]) < sum(sides):
-        most = 3 if soft else 12
-        rule = f"must be at most {most} joint groups with --sea: a Teensy 4.1 has no more pins"
-        raise InputError(rule, key="--joints", value=f"{len(joints)}", fix="name fewer groups, each of several links")
-    return pins

@@ -192,9 +192,8 @@ class Robot(
         tuple of Entry
             Key, value and unit as in the file, and source; of what the file does not give, the rule of the default.
         """
-        content = self.model_dump(
-            mode="json", by_alias=True, exclude_none=True, exclude={"format", "name", "description", "sources"}
-        )
+        texts = {"format", "name", "description", "sources"}
+        content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
         given = {written(place) for place, _ in _values(self.document())}
         entries = []
         for place, value in _values(content):
@@ -243,6 +242,8 @@ class Robot(
             yield from self.spatial.centers(links.length)
         if self.fins is not None:
             yield self.fins.on_head(links.length[0])
+        if self.hinge is not None:
+            yield self.hinge.in_tail(len(links.name))
         for name, gait in self.gaits.items():
             yield from same_length(gait, f"gaits.{name}", groups, "joint group")
         if self.gait_bounds is not None:
@@ -395,6 +396,5 @@ def require(value: T | None, key: str, robot: Robot | None = None, fix: str | No
     The schema gives the default fix: the table to add, or the value with its unit.
     """
     if value is None:
-        file = (robot and robot.file) or None
-        raise InputError("is missing", file=file, key=key, fix=fix or fix_for(Robot, key))
+        raise InputError("is missing", file=(robot and robot.file) or None, key=key, fix=fix or fix_for(Robot, key))
     return value

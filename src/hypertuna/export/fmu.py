@@ -11,7 +11,8 @@ from xml.etree import ElementTree
 
 from hypertuna.arguments import checked
 from hypertuna.description.at_sea import require_at_sea
-from hypertuna.description.robot import Robot, require, robot_of
+from hypertuna.description.robot import Robot, robot_of
+from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.export.fmu_variables import Variable, variables
 from hypertuna.export.xml import Element, add, document
@@ -86,7 +87,7 @@ def fmu(robot: Robot | str | Path, *, kind: str = "twin", fmi: int = 2, sea: boo
     check_choice(str(fmi), ("2", "3"), "fmi")
     if sea:
         require_at_sea(robot, "battery", "controller", "spatial", "fins", pilot=False)
-    rate = require(robot.controller, "controller", robot).rate
+    rate = require_controller(robot).rate
     binaries = {platform: path.read_bytes() for platform, path in fmu_binaries(fmi).items()}
     image = robot_image(robot)
     table = variables(robot, kind, sea=sea, pilot=b"missions.0." in image)

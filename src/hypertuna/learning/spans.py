@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot
+from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.ranges import POSITIVE
 
@@ -51,7 +52,7 @@ class Span:
 
 def ticks_of(robot: Robot, step: float) -> int:
     """Return the control ticks in a step [s] of an action."""
-    tick = 1 / require(robot.controller, "controller", robot).rate
+    tick = 1 / require_controller(robot).rate
     fix = f"give {STEP:g}, say"
     ticks = round(POSITIVE.check(step, "step", fix) / tick)
     if ticks < 1 or abs(ticks * tick - step) > 1e-9:
@@ -62,7 +63,7 @@ def ticks_of(robot: Robot, step: float) -> int:
 
 def span_of(robot: Robot) -> Span:
     """Return what a robot's actions are multiplied by: the controller's bounds."""
-    control = require(robot.controller, "controller", robot)
+    control = require_controller(robot)
     bends = [group.bend_max for group in robot.joints]
     if missing := [group.name for group, bend in zip(robot.joints, bends, strict=True) if bend is None]:
         fix = "give the largest bend, from a bench or `hypertuna joint bend`"

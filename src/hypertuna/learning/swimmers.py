@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import pump_servo
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot
+from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.learning.spans import STEP, sensed, span_of, ticks_of
 from hypertuna.learning.tasks import Outcome, Seen, Task
@@ -37,7 +38,7 @@ class Swimmers:
 
     def __post_init__(self) -> None:
         self.ticks = ticks_of(self.robot, self.step)
-        tick = 1 / require(self.robot.controller, "controller", self.robot).rate
+        tick = 1 / require_controller(self.robot).rate
         self.span = span_of(self.robot)
         self._parts = [parts_of(robot, "water", None) for robot in self.robots or [self.robot]]
         for robot in self.robots:

@@ -17,7 +17,8 @@ from hypertuna.control.mission import Mission
 from hypertuna.control.sensors import fault_texts, fault_times, pilot_sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.at_sea import require_at_sea
-from hypertuna.description.robot import Robot, require
+from hypertuna.description.robot import Robot
+from hypertuna.description.twin import require_controller
 from hypertuna.mission.checks import PILOTED, check_fit
 from hypertuna.ranges import POSITIVE_WHOLE, Range, check_name
 from hypertuna.simulation.plant import SEEDS, controller_of, parts_of, steps_of
@@ -100,7 +101,7 @@ def mission_start(
     The receiver restarts at `resets` [s]. Until `released` [s] someone holds the robot where it starts.
     """
     require_at_sea(robot, *PILOTED)
-    control = require(robot.controller, "controller", robot)
+    control = require_controller(robot)
     tick = 1 / control.rate
     table = gait_table(robot)
     parts = parts_of(robot, "water", None)

@@ -17,6 +17,7 @@ from hypertuna.arrays import Array
 from hypertuna.control.sensors import sensor_columns
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
+from hypertuna.description.twin import require_controller, why_no_twin
 from hypertuna.io.files import version
 from hypertuna.simulation.image_body import body_facts
 from hypertuna.simulation.image_text import body_text, numbers_of_text, robot_facts
@@ -28,7 +29,7 @@ MAGIC, VERSION = b"HTROBOT\0", 1
 
 
 def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any]) -> bytes:
-    """Return the image of a robot's models in water, and of its twin where it has a controller.
+    """Return the image of a robot's models in water, and of its twin where it has one.
 
     Columns that are added stand for those of the same name; facts join the text.
     """
@@ -42,8 +43,8 @@ def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any])
 def _columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
     """Return all columns of a robot's image."""
     columns = _model_columns(robot, models)
-    if robot.controller is not None:
-        steps = steps_of(1 / robot.controller.rate, parts_of(robot, "water", None), robot)
+    if not why_no_twin(robot):
+        steps = steps_of(1 / require_controller(robot).rate, parts_of(robot, "water", None), robot)
         columns |= {f"plant.{name}": value for name, value in plant_columns(robot).items()}
         columns |= {f"controller.{name}": value for name, value in controller_of(robot).items()}
         columns |= {f"sensors.{name}": value for name, value in sensor_columns(robot).items()}
@@ -69,7 +70,7 @@ def _numbers(robot: Robot) -> dict[str, Array]:
 def _numbers_of_body(robot: Robot) -> dict[str, Array]:
     """Return the numbers that a body changes, without those of oil and controller, which take longest."""
     columns = _model_columns(robot, _models(robot))
-    if robot.controller is not None:
+    if not why_no_twin(robot):
         columns |= {f"world.{name}": value for name, value in sea_columns(robot, Sea()).items()}
         if robot.hinge is not None:
             columns |= {"plant.hinge.stiffness": robot.hinge.stiffness}

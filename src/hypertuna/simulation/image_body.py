@@ -15,6 +15,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
+from hypertuna.description.twin import why_no_twin
 from hypertuna.errors import InputError
 from hypertuna.simulation.image_source import Source, source_of
 
@@ -72,7 +73,7 @@ def body_facts(robot: Robot, numbers: Numbers, all_numbers: Numbers) -> tuple[di
         )
     ]
     knobs = _verified(knobs, document, every, all_numbers)
-    twin = robot.controller is not None
+    twin = not why_no_twin(robot)
     return {"knobs": [_written(knob, source, twin) for knob in knobs]}, source
 
 
@@ -123,7 +124,7 @@ def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
         key = "hinge.stiffness_n_m_per_rad"
         yield Knob("hinge", "stiffness of the hinge", "N m/rad", robot.hinge.stiffness, {key: 1})
     unit = robot.drive_unit
-    if unit is not None and robot.controller is not None and not all(group.direct for group in robot.joints):
+    if unit is not None and not why_no_twin(robot) and not all(group.direct for group in robot.joints):
         moduli = ("modulus_100_pa", "modulus_fe_pa", "tensile_pa[0]", "tensile_pa[1]")
         keys = {f"materials.{name}.{key}": 1 for name in dict.fromkeys((unit.hose, unit.matrix)) for key in moduli}
         label, value = "stiffness of the silicones, in the twin", robot.materials[unit.matrix].modulus_100

@@ -11,6 +11,7 @@ from hypertuna.control.sensors import channels
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.schema.body import JointGroup, NamedGait
 from hypertuna.description.shape import ASPECT
+from hypertuna.description.twin import require_controller, why_no_twin
 from hypertuna.io.files import published, verdicts
 from hypertuna.simulation.run import CONDITIONS
 from hypertuna.swimming.gait import KINDS
@@ -44,6 +45,7 @@ def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
         "gaits": [_gait(robot, name, gait) for name, gait in robot.gaits.items()],
         "models": [{"water": model.model.water, "joints": model.model.joints} for model in models],
         "twin": _twin(robot),
+        "no_twin": why_no_twin(robot),
         "ledger": _ledger(robot),
     }
 
@@ -129,10 +131,10 @@ def _span(values: Iterable[float]) -> tuple[float, float]:
 
 def _twin(robot: Robot) -> dict[str, Any] | None:
     """Return what is shown of the twin: ticks a second, sensors by channels, conditions by bit; None without one."""
-    if robot.controller is None:
+    if why_no_twin(robot):
         return None
     conditions = [{"name": name, "place": place, "text": text} for name, (place, text) in CONDITIONS.items()]
-    return {"rate": robot.controller.rate, "channels": channels(robot, pilot=False), "conditions": conditions}
+    return {"rate": require_controller(robot).rate, "channels": channels(robot, pilot=False), "conditions": conditions}
 
 
 def _gait(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:

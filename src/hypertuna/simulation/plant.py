@@ -9,16 +9,17 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns
-from hypertuna.actuation.hydraulics import DRIVES, SOFTER, Circuits, circuits, drive_names
+from hypertuna.actuation.hydraulics import DRIVES, SOFTER, Circuits, circuits, drive_names, require_oil
 from hypertuna.actuation.soft_joint import SMALL, JointModel, drive_unit, joint_models
 from hypertuna.arrays import Array
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.guidance import with_known_lag
 from hypertuna.control.sensors import fault_texts, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
-from hypertuna.description.robot import Robot, cached, joint_key, require
+from hypertuna.description.robot import Robot, cached, joint_key
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.water import LAWS
+from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.ranges import FINITE, Range, Whole
 from hypertuna.simulation.run import VARIABLES
@@ -108,9 +109,6 @@ def _shares(robot: Robot) -> Array:
     share = np.zeros((links, groups + (robot.hinge is not None)))
     share[:, :groups] = group_shares(robot)
     if robot.hinge is not None:
-        if robot.hinge.link >= links:
-            rule, fix = f"must be a link from 1 to {links - 1}", "link 0 is the head"
-            raise InputError(rule, file=robot.file or None, key="hinge.link", value=str(robot.hinge.link), fix=fix)
         share[robot.hinge.link, groups] = 1.0
     return share
 
@@ -172,7 +170,7 @@ def _oil_rates(
 
 def check_command(robot: Robot, gait: Gait) -> None:
     """Refuse a command beyond the controller's bounds; on board it is clamped, which would hide a mistake here."""
-    limit = require(robot.controller, "controller", robot).frequency_max
+    limit = require_controller(robot).frequency_max
     if gait.frequency > limit * (1 + EXACT):
         rule = f"must be at most {limit:g} Hz, the controller.frequency_max_hz of {robot.name}"
         raise InputError(rule, key="frequency", value=f"{gait.frequency:g}", fix="give less")
@@ -217,7 +215,7 @@ class Plan:
     def ran(self, record: dict[str, Array]) -> dict[str, Any]:
         """Return the fields of its `Run` from what the core recorded."""
         made, every, robot = int(record.pop("ticks")[0]), self.core["every"], self.fields["robot"]
-        tick = 1 / require(robot.controller, "controller", robot).rate
+        tick = 1 / require_controller(robot).rate
         rows = -(-made // every)
         return self.fields | {
             "time": np.arange(rows, dtype=np.float64) * tick * every,
@@ -250,10 +248,11 @@ def plan_command(
     `fins` returns the fins' angles (ticks, 2) [rad] of a number of ticks of a length [s].
     """
     if temperature is not None:
+        require_oil(robot, "temperature")
         temperature = FINITE.check(temperature, "temperature", "give the temperature of the oil in K")
     if command_lost_at != math.inf:
         FINITE.check(command_lost_at, "command_lost_at", "omit it for a command without end")
-    tick = 1 / require(robot.controller, "controller", robot).rate
+    tick = 1 / require_controller(robot).rate
     duration = Range(min=tick, max=MAX_TICKS * tick).check(duration, "duration", "give the seconds to run")
     ticks = int(duration / tick * (1 + 1e-12))
     texts = fault_texts(faults)

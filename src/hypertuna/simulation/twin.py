@@ -17,8 +17,9 @@ from hypertuna import _core
 from hypertuna.arguments import checked, checked_arguments
 from hypertuna.arrays import Array
 from hypertuna.description.at_sea import require_at_sea
-from hypertuna.description.robot import Robot, require, robot_of
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.description.schema.control import Controller
+from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError, shown
 from hypertuna.frames import attitude_of
 from hypertuna.parallel.executors import Executors, map_shards, thread_count
@@ -179,7 +180,7 @@ def twin_at_sea(
     robot = robot_of(robot)
     require_at_sea(robot, "battery", "controller", "spatial", "fins", pilot=False)
     gait = gait_of(robot, gait)
-    control = require(robot.controller, "controller", robot)
+    control = require_controller(robot)
     plan = plan_command(
         robot,
         gait,

@@ -132,3 +132,8 @@ class Hinge(Part):
     link: Annotated[int, Field(strict=True, ge=1)] = entry("link that the hinge carries")
     stiffness: Positive = entry("stiffness of its spring", "N m/rad", key="stiffness_n_m_per_rad")
     damping: NotNegative = entry("viscous damping", "N m s/rad", key="damping_n_m_s_per_rad", default=0.0)
+
+    def in_tail(self, links: int) -> Check:
+        """Check that the robot has the link."""
+        text = f"must be a link from 1 to {links - 1}"
+        return Check(self.link < links, "hinge.link", text, "link 0 is the head", f"{self.link}")

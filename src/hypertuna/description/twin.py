@@ -1,0 +1,79 @@
+"""Why a robot has no twin, and the command that writes a robot of its size that has one."""
+
+import shlex
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hypertuna import _core
+from hypertuna.description.new import new_robot
+from hypertuna.description.robot import Robot
+from hypertuna.description.schema.control import Controller
+from hypertuna.errors import InputError
+
+# Joint groups of a robot that `robot new --sea` writes: a Teensy 4.1 has no more pins for those with oil.
+AT_SEA = {"servo": _core.MAX_JOINTS, "hydraulic": 3}
+
+
+def why_no_twin(robot: Robot) -> str:
+    """Return why a robot has no twin, as the end of a sentence; empty if it has one."""
+    if len(robot.joints) > _core.MAX_JOINTS:
+        return f"it has {len(robot.joints)} joint groups, and the twin takes at most {_core.MAX_JOINTS}"
+    return "" if robot.controller is not None else "its file has no controller"
+
+
+def twin_note(robot: Robot) -> str:
+    """Return a sentence on a robot with more joint groups than a twin takes; empty for all others."""
+    if len(robot.joints) <= _core.MAX_JOINTS:
+        return ""
+    return f"{robot.name} swims, sweeps, turns and optimizes, but has no twin: {why_no_twin(robot)}."
+
+
+def require_groups(robot: Robot) -> None:
+    """Refuse a robot with more joint groups than a twin takes."""
+    count, most = len(robot.joints), _core.MAX_JOINTS
+    if count > most:
+        fix = f"let joints share a group, as in the file that `{new_command(robot)}` writes"
+        raise InputError(
+            f"must be at most {most} groups for the twin",
+            file=robot.file or None,
+            key="joints",
+            value=f"{count}",
+            fix=fix,
+        )
+
+
+def require_controller(robot: Robot) -> Controller:
+    """Return the controller of a robot that has a twin, or refuse the robot."""
+    require_groups(robot)
+    if robot.controller is None:
+        driven = all(group.servo is not None or group.actuator is not None for group in robot.joints)
+        drives = "" if driven else " and the drives of [[joints]]"
+        fix = f"copy it{drives} from a robot of this size; `{new_command(robot)}` writes one"
+        raise InputError("is missing", file=robot.file or None, key="controller", fix=fix)
+    return robot.controller
+
+
+def new_command(robot: Robot, *, sea: bool = False) -> str:
+    """Return the command that writes a robot of about the same size with a twin, and with `sea` one for missions."""
+    actuation = "hydraulic" if any(group.actuator is not None for group in robot.joints) else "servo"
+    most = AT_SEA[actuation] if sea else _core.MAX_JOINTS
+    names = [group.name for group in robot.joints]
+    others = [f"J{j}" for j in range(1, min(most, len(names)) + 1)]
+    size: dict[str, Any] = {"lengths": robot.links.length, "mass": robot.body.mass}
+    own = [{**size, "joints": names}] if len(names) <= most else []
+    tries = [*own, {**size, "joints": others}, {"lengths": robot.links.length, "joints": others}, {}]
+    options = next(one for one in tries if _accepted(one))
+    command = ["hypertuna", "robot", "new", f"{robot.name}-{'sea' if sea else 'twin'}.toml"]
+    for name, value in options.items():
+        values = value if isinstance(value, Sequence) else [value]
+        command += [f"--{name}", ",".join(one if isinstance(one, str) else f"{one:g}" for one in values)]
+    return shlex.join([*command, "--actuation", actuation, *["--sea"] * sea])
+
+
+def _accepted(options: Mapping[str, Any]) -> bool:
+    """Whether `robot new` takes a size."""
+    try:
+        new_robot("fish", **options)
+    except InputError:
+        return False
+    return True

@@ -1,0 +1,102 @@
+"""Notes: what a command takes as it is, in a sentence on the error output and in JSON, without another exit code."""
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hypertuna.actuation.new import first_robot
+from hypertuna.description.robot import parse
+from hypertuna.description.writer import write_robot
+from program import Run
+
+RIGID = "the passive hinge of link 2 stays rigid here: only the twin of hinged bends it."
+GAIT = ("--frequency", "2", "--amplitude", "10,20", "--phase", "0,40")
+
+
+@pytest.fixture
+def hinged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A file of a robot with a passive hinge, in the working folder."""
+    document = tomllib.loads(first_robot("hinged", actuation="servo"))
+    document["hinge"] = {"link": 2, "stiffness_n_m_per_rad": 0.2}
+    monkeypatch.chdir(tmp_path)
+    write_robot(parse(document), "hinged.toml")
+    return "hinged.toml"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("swim", *GAIT),
+        ("sweep", *GAIT),
+        ("turn", *GAIT, "--bias", "5,5"),
+        ("optimize", "--maximize", "speed", "--method", "pso", "--particles", "4", "--iterations", "2"),
+        ("pareto", "--generations", "1", "--population", "4"),
+        ("export", "mjcf", "-o", "fish.xml"),
+        ("export", "sdf", "-o", "fish.sdf"),
+    ],
+    ids=lambda command: command[0] + command[1] * (command[0] == "export"),
+)
+def test_what_swims_by_the_gait_alone_says_that_a_hinge_stays_rigid(
+    run: Run, hinged: str, command: tuple[str, ...]
+) -> None:
+    code, _, errors = run(*command, "--robot", hinged)
+    assert (code, errors.count(f"note: {RIGID}\n")) == (0, 1)
+    assert json.loads(run(*command, "--robot", hinged, "--json")[1])["notes"] == [RIGID]
+
+
+def test_trials_are_swum_with_a_rigid_hinge(run: Run, hinged: str) -> None:
+    Path("runs.csv").write_text(
+        "frequency_hz,amplitude_J1_deg,amplitude_J2_deg,phase_J1_deg,phase_J2_deg,speed_m_s\n"
+        "2,10,20,0,40,0.15\n1.5,10,20,0,40,0.11\n1,10,20,0,40,0.07\n2,15,30,0,40,0.2\n"
+    )
+    assert RIGID in json.loads(run("identify", "runs.csv", "--robot", hinged, "--json")[1])["notes"]
+    Path("angles.csv").write_text("t,J1,J2\n" + "".join(f"{0.05 * k},{k % 4},{k % 3}\n" for k in range(40)))
+    replayed = ("replay", "angles.csv", "--columns", "J1,J2", "--unit", "deg", "--robot", hinged)
+    assert f"note: {RIGID}\n" in run(*replayed)[2]
+    assert f"note: {RIGID}\n" in run("studio", hinged, "-o", "page.html")[2]
+
+
+def test_the_twin_bends_the_hinge_and_says_nothing(run: Run, hinged: str) -> None:
+    for command in ("twin", "range"):
+        code, output, errors = run(command, "--robot", hinged, "--gait", "cruise", "--duration", "2", "--json")
+        assert code in (0, 1)
+        assert (errors, "notes" in json.loads(output)) == ("", False)
+
+
+def test_a_hinge_is_of_a_link_that_the_robot_has(run: Run, hinged: str) -> None:
+    Path(hinged).write_text(Path(hinged).read_text().replace("link = 2", "link = 3"))
+    assert run("robot", "check", hinged)[2] == (
+        "error: hinged.toml: hinge.link must be a link from 1 to 2, but is 3: link 0 is the head.\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "sentences"),
+    [
+        (("--frequency", "600"), ["--frequency 600 Hz is outside gait_bounds.frequency_hz of hypertuna, 0.1 to 6 Hz."]),
+        (
+            ("--amplitude", "10,80"),
+            ["--amplitude 80 deg of joint group II is outside gait_bounds.amplitude_deg of hypertuna, 0 to 25 deg."],
+        ),
+        (
+            ("--amplitude", "0.2,0.3"),
+            ["amplitudes are in degrees, and these are small; multiply radians by 57.3."],
+        ),
+        (("--frequency", "6", "--amplitude", "16,25"), []),
+    ],
+)
+def test_gaits_beyond_the_file_s_own_bounds_are_noted(run: Run, options: tuple[str, ...], sentences: list[str]) -> None:
+    code, output, errors = run("swim", "--gait", "unoptimised-max", *options, "--json")
+    assert code in (0, 1)
+    assert errors == "".join(f"note: {sentence}\n" for sentence in sentences)
+    told: dict[str, Any] = json.loads(output)
+    assert told.get("notes", []) == sentences
+
+
+def test_a_grid_beyond_the_bounds_has_one_note(run: Run) -> None:
+    errors = run("sweep", "--gait", "unoptimised-max", "--frequency", "1:600:3")[2]
+    assert errors.count("note: ") == 1
+    assert "--frequency 600 Hz" in errors
