@@ -270,6 +270,16 @@ def test_a_port_that_is_taken_is_told(qemu: Path) -> None:
             pass
 
 
+def test_folders_may_be_relative(run: Run, pc: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the programs and of the black box, though the program runs in a folder of its own."""
+    (tmp_path / "build").symlink_to(pc.parent)
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run("hil", "--ticks", "100", "--firmware", "build", "--black-box", "box.bin")
+    assert (code, err) == (0, "")
+    assert "Every tick has the same bits" in out
+    assert (tmp_path / "box.bin").stat().st_size > 0
+
+
 def test_firmware_that_dies_is_told(pc: Path, tmp_path: Path) -> None:
     program = tmp_path / "hypertuna-pc"
     program.write_text("#!/bin/sh\nexit 3\n")

@@ -73,6 +73,15 @@ def test_results_do_not_depend_on_the_executor(executor: Executors, whole: Any, 
     assert ht.sweep_shards("hypertuna", GRID, tmp_path / "a.shards", size=700, executor=executor) == 0
 
 
+def test_workers_may_run_in_another_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "there").mkdir()
+    monkeypatch.chdir(tmp_path)
+    pool = partial(SPAWN, initializer=os.chdir, initargs=("there",))
+    assert ht.sweep_shards("hypertuna", GRID, "a.shards", size=700, executor=pool) == 4
+    assert ht.merge_shards("a.shards").sizes["frequency"] == 24
+    assert list((tmp_path / "there").iterdir()) == []
+
+
 # --- lost workers
 
 

@@ -86,6 +86,7 @@ def started(
     """
     if board == "qemu" and radio is not None:
         _check_free(radio)
+    firmware = firmware.absolute()  # it runs in a folder of its own
     with tempfile.TemporaryDirectory() as place:
         if board == "pc":
             options = [] if radio is None else ["--udp", str(radio)]

@@ -187,7 +187,9 @@ def make_shards(
     shards = _started(folder, cases, size, command)
     todo = shards.missing(part)
     share = len(range(part[0] - 1, len(shards), part[1]))
-    making, made = _Making(replace(shards, layout=NO_LAYOUT), cases.work), 0  # workers need no labels
+    # Workers need no labels, and may run in another folder.
+    shards = replace(shards, layout=NO_LAYOUT, folder=shards.folder.absolute())
+    making, made = _Making(shards, cases.work), 0
     for made, _ in enumerate(map_shards(making, todo, executor, in_flight=IN_FLIGHT), 1):
         if progress is not None:
             progress(share - len(todo) + made, share)
