@@ -13,6 +13,8 @@ define install
 	@$(call pip,$(1),--no-compile -r $(VENV)/wanted.txt)
 endef
 
+ZIGLANG = "$$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["fmu"])')"
+
 # all that the wheel is made of
 SOURCES := $(shell find src core/include core/src bindings robots missions data firmware/mavlink CMakeLists.txt pyproject.toml \
   -type f -not -name '*.pyc' -not -name '*.so')
@@ -36,6 +38,7 @@ $(VENV)/.python: FORCE
 # The rebuild on import runs `cmake` from PATH: the .pth file lets this Python find its own one, activated or not.
 $(VENV)/.tools: $(VENV)/.python pyproject.toml
 	$(call install,build tools,["build-system"]["requires"])
+	@! grep -qs ziglang $(BIN)/c++ || $(call pip,compiler of Zig,--no-compile $(ZIGLANG))
 	@echo 'import os, sys; os.environ["PATH"] = os.path.join(sys.prefix, "bin") + os.pathsep + os.environ.get("PATH", "")' \
 	  > "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/_tools_on_path.pth"
 	@touch $@

@@ -81,13 +81,16 @@ def ledger_table() -> str:
 
 
 def prediction_table() -> str:
-    """Count the predictions of every model that has the eight speeds, and give its error of them."""
+    """Count the predictions of every model and of all, and give the model's error of the eight speeds."""
+    found = [e for e in ledger().entries if e.class_ == "prediction"]
     body = []
-    for model, errors in ledger().summary["speeds"].items():
-        verdicts = [e.verdict for e in ledger().entries if e.model == model and e.class_ == "prediction"]
-        met = [e for e in ledger().entries if e.model == model and e.verdict == "reproduced" and e.kind == "measured"]
-        counts = (len(verdicts), verdicts.count("reproduced"), len(met), verdicts.count("deviates"))
-        body.append([model, *map(str, counts), f"{100 * errors['rms_relative_error']:.1f} %"])
+    for model in [*dict.fromkeys([*ledger().summary["speeds"], *(e.model for e in found)]), "all"]:
+        part = [e for e in found if model in (e.model, "all")]
+        verdicts = [e.verdict for e in part]
+        met = [e for e in part if e.verdict == "reproduced" and e.kind == "measured"]
+        counts = (len(part), verdicts.count("reproduced"), len(met), verdicts.count("deviates"))
+        errors = ledger().summary["speeds"].get(model)
+        body.append([model, *map(str, counts), f"{100 * errors['rms_relative_error']:.1f} %" if errors else ""])
     heads = ["predictions", "reproduced", "of measured numbers", "deviate", "rms error of the eight speeds"]
     return rows(["model", *heads], body)
 

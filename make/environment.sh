@@ -46,7 +46,7 @@ check_machine() {
     fi
     compiler=${CXX:-$(command -v c++ || command -v g++ || command -v clang++)}
     if [ -z "$compiler" ]; then
-        need "A C++ compiler is missing." g++
+        [ "$(uname)" = Linux ] || need "A C++ compiler is missing." g++
     elif ! printf '#include <bit>\n#include <concepts>\n' | $compiler -std=c++20 -fsyntax-only -x c++ - 2>/dev/null; then
         need "The C++ compiler $compiler does not run or does not know C++20; GCC knows it from version 11 on." g++
     fi
@@ -54,6 +54,16 @@ check_machine() {
     printf 'make: hypertuna cannot be built here yet.\n%s' "$missing" >&2
     printf '  On Debian and Ubuntu: sudo apt-get install%s\n' "$packages" >&2
     return 1
+}
+
+# Without a compiler, ziglang from PyPI is one: as the programs that CMake looks for, and for any processor of this kind.
+write_compiler() { # PREFIX
+    echo "make: no C++ compiler is installed: Zig's, from PyPI (ziglang), compiles instead" >&2
+    zig="ZIG_GLOBAL_CACHE_DIR='$PWD/build/zig' ZIG_LOCAL_CACHE_DIR='$PWD/build/zig' exec '$1/bin/python' -m ziglang"
+    for tool in "c++ -target $(uname -m)-linux-gnu.2.17 -O3 -fno-sanitize=undefined" ar ranlib; do
+        printf '#!/bin/sh\n%s %s "$@"\n' "$zig" "$tool" >"$venv/bin/${tool%% *}"
+        chmod +x "$venv/bin/${tool%% *}"
+    done
 }
 
 # Python and folder of the environment, if it runs: what the stamp says, since an environment cannot be moved.
@@ -85,4 +95,5 @@ if [ -n "$fault" ]; then
     echo "make: virtual environment $venv of Python $version" >&2
     "$executable" -m venv --clear "$venv" && now=$(state) || exit 1
 fi
+[ -n "$compiler" ] || write_compiler "${now#* }"
 echo "$now" >"$venv/.python"

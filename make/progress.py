@@ -13,6 +13,7 @@ STEPS = (  # what a line of pip or ninja means
     (re.compile(r"^Collecting ([\w.-]+)"), "package {0}"),
     (re.compile(r"^Installing collected packages"), "installing packages"),
 )
+COMPILER = re.compile(r"^\s*-- (compiled by .+)")  # of CMakeLists.txt
 EVERY = 5.0  # seconds between lines where they do not replace one another
 TAIL = 100  # lines shown of a failure
 
@@ -24,7 +25,7 @@ def step(line):
 
 def run(title, command):
     """Run a command, show its steps, and return its status."""
-    start, shown, lines, terminal = time.monotonic(), 0.0, [], sys.stderr.isatty()
+    start, shown, lines, terminal, done = time.monotonic(), 0.0, [], sys.stderr.isatty(), "done"
 
     def show(text, end):
         lead, rest = ("\r", "\x1b[K") if terminal else ("", "")
@@ -36,11 +37,13 @@ def run(title, command):
     ) as process:
         for line in process.stdout:
             lines.append(line)
+            if found := COMPILER.match(line):
+                done = f"done, {found[1]}"
             text = step(line)
             if text and (terminal or time.monotonic() - shown >= EVERY):
                 shown = time.monotonic()
                 show(text, "" if terminal else "\n")
-    show("failed" if process.returncode else "done", "\n")
+    show("failed" if process.returncode else done, "\n")
     if process.returncode:
         sys.stderr.writelines(lines[-TAIL:])
     return process.returncode

@@ -33,7 +33,7 @@ def write_program(path, text):
 def machine(tmp_path, monkeypatch):
     """Return a function that makes a PATH of Pythons, each this one with a fault, and of C++ compilers."""
     tools = tmp_path / "bin"
-    for name in ("sh", "cat"):
+    for name in ("sh", "cat", "chmod", "uname"):
         tools.mkdir(exist_ok=True)
         (tools / name).symlink_to(shutil.which(name))
 
@@ -83,9 +83,8 @@ def environment(tools, folder, *python):
             "python3.12-venv",
         ),
         ({"python3": NO_HEADERS}, "cat >/dev/null", "The headers of python3 ", "python3-dev"),
-        ({"python3": ""}, None, "A C++ compiler is missing.", "g++"),
         ({"python3": ""}, "exit 1", "The C++ compiler {tools}/c++ does not run or does not know C++20;", "g++"),
-        ({}, None, "A C++ compiler is missing.", "python3 python3-venv python3-dev g++"),
+        ({}, "exit 1", "Python 3.11 or later is missing.", "python3 python3-venv python3-dev g++"),
     ],
 )
 def test_each_missing_thing_is_a_sentence_with_its_package(machine, tmp_path, python, compiler, told, packages):
@@ -126,6 +125,22 @@ def test_an_environment_is_made_once_and_again_only_where_it_is_not_sound(machin
     assert errors.startswith(f"make: {moved} was made in another folder or by another Python and is made again\n")
 
 
+def test_without_a_compiler_the_environment_has_that_of_zig(machine, tmp_path):
+    tools, folder = machine({"python3": ""}, None, quick=True), tmp_path / "made"
+    status, errors = environment(tools, folder)
+    assert status == 0
+    assert "no C++ compiler is installed: Zig's, from PyPI (ziglang), compiles instead\n" in errors
+    (folder / "bin/python").unlink()
+    write_program(folder / "bin/python", 'echo "$@"')  # shows what the compiler would be called with
+    for tool in ("c++", "ar", "ranlib"):
+        called = subprocess.run([folder / "bin" / tool, "-c", "a b.cpp"], capture_output=True, text=True)
+        assert called.stdout.startswith(f"-m ziglang {tool} "), called.stderr
+        assert called.stdout.endswith(" -c a b.cpp\n")
+    assert not (tmp_path / "with").exists()
+    environment(machine({}, "cat >/dev/null"), tmp_path / "with")
+    assert not (tmp_path / "with/bin/c++").exists()
+
+
 def test_a_sound_environment_that_somebody_else_made_is_kept(machine, tmp_path):
     tools, folder = machine({"python3": ""}, quick=True), tmp_path / "made"
     subprocess.run([tools / "python3", "-m", "venv", folder], check=True)
@@ -142,12 +157,13 @@ def progress(*command):
 
 
 def test_progress_shows_steps_and_what_failed():
-    lines = "print('Collecting numpy>=2'); print('  [3/27] Building CXX object'); "
+    lines = "print('Collecting numpy>=2'); print('  -- compiled by GNU 12.2.0, /usr/bin/c++'); "
+    lines += "print('  [3/27] Building CXX object'); "
     fine = progress(sys.executable, "-c", lines)
     assert (fine.returncode, fine.stdout) == (0, "")
     first, last = fine.stderr.splitlines()
     assert first.startswith("make: fish: package numpy, ")
-    assert last.startswith("make: fish: done, ")
+    assert last.startswith("make: fish: done, compiled by GNU 12.2.0, /usr/bin/c++, ")
     failed = progress(sys.executable, "-c", lines + "print('no such header'); raise SystemExit(3)")
     assert failed.returncode == 3
     assert failed.stderr.endswith("no such header\n")
@@ -168,3 +184,28 @@ def test_a_step_that_fails_stops_make_and_leaves_no_stamp(machine, tmp_path):
     ran = subprocess.run(command, cwd=clone, capture_output=True, text=True, env=environ)
     assert ran.returncode != 0
     assert (clone / ".venv/.tools").stat().st_mtime == 0
+
+
+def build_requirements(**environ):
+    """Ask the build backend what it needs, as pip does before it fetches the package's dependencies."""
+    text = "import backend; print(backend.get_requires_for_build_wheel()); print(backend.os.environ['CXX'])"
+    return subprocess.run(
+        [sys.executable, "-c", text], cwd=ROOT, env=environ | {"PYTHONPATH": "make"}, capture_output=True, text=True
+    )
+
+
+def test_pip_is_told_what_is_missing_before_it_fetches_anything_else(tmp_path):
+    ran = build_requirements(PATH=str(tmp_path))
+    assert (ran.returncode, ran.stdout) == (1, "")
+    first, compiler, packages, make = ran.stderr.splitlines()
+    assert first == "hypertuna cannot be built here yet."
+    assert compiler.startswith("A C++ compiler is missing: none of c++, g++, clang++ is on PATH")
+    assert packages == "On Debian and Ubuntu: sudo apt-get install g++"
+    assert "`make demo`" in make
+    assert build_requirements(PATH=str(tmp_path), CXX="mine").stdout.endswith("mine\n")
+
+
+@pytest.mark.parametrize("compiler", ["c++", "g++", "clang++"])
+def test_the_compiler_of_this_machine_is_taken_not_that_of_python(tmp_path, compiler):
+    write_program(tmp_path / compiler, "exit 0")
+    assert build_requirements(PATH=str(tmp_path)).stdout.splitlines()[-1] == compiler

@@ -1,6 +1,7 @@
 """The ledger: entries, verdicts and what the model must reach."""
 
 import json
+import re
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -78,6 +79,16 @@ def test_only_predictions_are_reproduced(ledger: Ledger) -> None:
     assert summary["reproduced"] == summary["verdicts"]["reproduced"]
     assert sum(sum(counts.values()) for counts in summary["classes"].values()) == len(ledger.entries)
     assert all(entry["class"] in CLASSES for entry in record["entries"])
+
+
+def test_readme_counts_every_prediction(ledger: Ledger) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    table = re.search(r"<!-- table: predictions -->(.*?)<!-- end -->", readme, re.DOTALL)
+    assert table is not None
+    _, _, *models, total = [[cell.strip() for cell in row.split("|")[1:-1]] for row in table[1].split("\n") if row]
+    counts = [sum(int(row[column]) for row in models) for column in range(1, 5)]
+    assert [int(cell) for cell in total[1:5]] == counts
+    assert counts[:2] == [ledger.summary["predictions"], ledger.summary["reproduced"]]
 
 
 @pytest.mark.parametrize(
