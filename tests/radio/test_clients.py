@@ -82,17 +82,20 @@ def test_our_own_client_from_connecting_to_disarming(place: str) -> None:
 
 
 def test_a_refused_mission_says_why(bench: str) -> None:
-    """In the robot's words, by the item's number where it is an item's."""
+    """In the robot's words: item, quantity, value and bound; and the waypoint of the file."""
     mission = read_mission("lake").mission
-    first = mission.waypoints[0]
+    first, second, _ = mission.waypoints
     with connect(bench) as robot:
         set_parameter(robot, "link_rate", WIRE)
-        for point, words in (
-            (first._replace(speed=-1), "mission must be accepted by the robot, but is invalid: item 6: a value is out"),
-            (first._replace(radius=0.1), "is invalid: a radius is below the error of satellite fixes"),
+        for points, words in (
+            ([first._replace(speed=-1)], "item 6 (waypoint 1): speed -1 m/s, min 0.01."),
+            ([first, second._replace(depth=-5)], "item 8 (waypoint 2): above the water: altitude 5 m, max 0."),
+            ([first, second._replace(radius=0.1)], "item 8 (waypoint 2): radius 0.1 m, min 1.89."),
+            ([first, second._replace(speed=2)], "item 9 (waypoint 2): speed 2 m/s, max 0.69."),
         ):
-            with pytest.raises(InputError, match=words):
-                upload(robot, replace(mission, waypoints=(point,)))
+            with pytest.raises(InputError) as refused:
+                upload(robot, replace(mission, waypoints=tuple(points)))
+            assert str(refused.value) == f"the mission was refused by the robot: {words}"
 
 
 def test_a_signed_link(bench: str) -> None:

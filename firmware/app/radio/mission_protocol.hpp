@@ -106,23 +106,52 @@ inline char* append(char* at, unsigned number) {
     return at + 1;
 }
 
-/// Report why an item is refused, by its number and, where that is unsupported, its command.
-inline void report_item(Radio& radio, const Item& m, Refusal refusal) {
+/// Append a number below 1e7 to two decimals, without zeros at their end.
+inline char* append(char* at, float number) {
+    if (number < 0.0f) *at++ = '-';
+    const unsigned hundredths = unsigned(abs(number) * 100.0f + 0.5f);
+    at = append(at, hundredths / 100);
+    if (hundredths % 100 == 0) return at;
+    *at++ = '.', *at++ = char('0' + hundredths / 10 % 10);
+    if (hundredths % 10 != 0) *at++ = char('0' + hundredths % 10);
+    return at;
+}
+
+/// Report why an item, or (-1) the mission as a whole, is refused: its number, and quantity, value and bound, or the
+/// reason; where that is unsupported, its command.
+HYPERTUNA_NOINLINE inline void report_item(Radio& radio, int item, std::uint16_t command, const Breach& breach) {
     ++radio.refused;
-    char text[100] = {};
-    char* at = append(append(text, "item "), m.seq);
-    if (refusal == Refusal::not_taken) at = append(append(at, ", command "), m.command);
-    append(append(at, ": "), sentence(refusal));
+    char text[120] = {};
+    // A fence is checked with the waypoints of the mission on board.
+    char* at = append(text, radio.upload.fence && 0 <= breach.waypoint ? "mission " : "");
+    if (0 <= item) at = append(append(at, "item "), unsigned(item));
+    if (breach.refusal == Refusal::not_taken) at = append(append(at, ", command "), unsigned(command));
+    if (0 <= item) at = append(at, ": ");
+    if (breach.quantity == nullptr) {
+        append(at, sentence(breach.refusal));
+    } else if (!(abs(breach.value) < 1e7f)) {
+        append(append(at, breach.quantity), is_finite(breach.value) ? " is too large" : " is no number");
+    } else {
+        at = append(append(append(append(at, breach.quantity), " "), breach.value), breach.unit);
+        append(append(at, breach.bound < breach.value ? ", max " : ", min "), breach.bound);
+    }
     send_text(radio, MAV_SEVERITY_WARNING, text);
 }
 
+/// Item of a waypoint; -1 for none.
+inline int item_of_waypoint(const MissionForm& form, int waypoint) {
+    for (int k = 0, count = 0; k < form.items; ++k)
+        if (form.item[k].kind == ItemKind::waypoint && count++ == waypoint) return k;
+    return -1;
+}
+
 /// The last item has arrived: check the whole, and keep it.
-inline Refusal end_upload(Upload& upload, Vehicle& vehicle, Peer from) {
+inline Breach end_upload(Upload& upload, Vehicle& vehicle, Peer from) {
     upload.on = false;
-    if (!upload.fence && upload.mission.waypoints == 0) return Refusal::no_mission;
-    if (upload.fence && 0 < upload.mission.corners && upload.mission.corners < 3) return Refusal::bad_fence;
+    if (!upload.fence && upload.mission.waypoints == 0) return {Refusal::no_mission};
+    if (upload.fence && 0 < upload.mission.corners && upload.mission.corners < 3) return {Refusal::bad_fence};
     const Refusal refusal = check_end(upload);
-    return refusal == Refusal::none ? set_mission(vehicle, from, upload.mission, &upload.form) : refusal;
+    return refusal == Refusal::none ? set_mission(vehicle, from, upload.mission, &upload.form) : Breach{refusal};
 }
 
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_item_int_t& m) {
@@ -133,14 +162,19 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     if (!upload.on && upload.next > 0 && m.seq == upload.next - 1)
         return acknowledge_mission(radio, vehicle, from, upload.result, type);
     if (!upload.on || m.seq != upload.next || m.mission_type != type) return;  // repeated, or out of order
-    Refusal refusal = add_item(upload, vehicle, m);
+    Breach breach = add_item(upload, vehicle, m);
+    int item = m.seq;
     upload.tries = 0, ++upload.next;
-    if (refusal == Refusal::none && upload.next < upload.count) return request_item(radio, snapshot(vehicle).tick);
-    if (refusal == Refusal::none)
-        report_refusal(radio, vehicle, refusal = end_upload(upload, vehicle, from));
+    if (breach == Refusal::none) {
+        if (upload.next < upload.count) return request_item(radio, snapshot(vehicle).tick);
+        breach = end_upload(upload, vehicle, from);
+        item = item_of_waypoint(upload.form, breach.waypoint);
+    }
+    if ((0 <= item && breach != Refusal::none) || breach.quantity != nullptr)
+        report_item(radio, item, m.command, breach);
     else
-        report_item(radio, m, refusal);
-    upload.on = false, upload.result = mission_result(refusal);
+        report_refusal(radio, vehicle, breach);
+    upload.on = false, upload.result = mission_result(breach);
     acknowledge_mission(radio, vehicle, from, upload.result, type);
 }
 

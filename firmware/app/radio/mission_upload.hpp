@@ -54,105 +54,112 @@ inline bool has_place(ItemKind kind) {
 }
 
 /// Position of an item [m east and north], or why it has none.
-inline Refusal place_of(const Vehicle& vehicle, const Item& m, Place& place) {
+inline Breach place_of(const Vehicle& vehicle, const Item& m, Place& place) {
     if (m.frame == local_frame) {
         place = {float(m.y) * local_step, float(m.x) * local_step};
-        return Refusal::none;
+        return {};
     }
-    if (!is_global(m.frame)) return Refusal::bad_frame;
-    if (!is_place(m.x, m.y)) return Refusal::out_of_range;
-    if (!origin(vehicle).known) return Refusal::not_placed;
+    if (!is_global(m.frame)) return {Refusal::bad_frame};
+    if (!is_place(m.x, m.y)) {
+        Breach breach = first_breach({{"latitude", " deg", 1e-7f * float(m.x), -89.99f, 89.99f},
+                                      {"longitude", " deg", 1e-7f * float(m.y), -180.0f, 180.0f}});
+        breach.refusal = Refusal::out_of_range;  // by the last digit of an integer, too
+        return breach;
+    }
+    if (!origin(vehicle).known) return {Refusal::not_placed};
     place = local(origin(vehicle), m.x, m.y);
-    return Refusal::none;
+    return {};
 }
 
-inline Refusal add_waypoint(Upload& upload, ItemForm& form, const Item& m, const Place& place) {
+inline Breach add_waypoint(Upload& upload, ItemForm& form, const Item& m, const Place& place) {
     Mission<float>& mission = upload.mission;
-    if (mission.waypoints == max_waypoints) return Refusal::too_many;
+    if (mission.waypoints == max_waypoints) return {Refusal::too_many};
     const bool standard = m.param2 == 0.0f;
     if (standard) form.flags |= ItemForm::standard;
-    upload.waypoint[mission.waypoints++] = {
-        place.x, place.y, depth_of(m), upload.speed, standard ? standard_radius : m.param2, m.param1};
-    return Refusal::none;
+    Waypoint<float>& to = upload.waypoint[mission.waypoints++];
+    to = {place.x, place.y, depth_of(m), upload.speed, standard ? standard_radius : m.param2, m.param1};
+    return check_ranges(to, mission.waypoints - 1);
 }
 
 /// A corner or a circle, in place of the fence on board.
-inline Refusal add_fence(Upload& upload, ItemKind kind, const Item& m, const Place& place) {
+inline Breach add_fence(Upload& upload, ItemKind kind, const Item& m, const Place& place) {
     Mission<float>& mission = upload.mission;
     if (!upload.fenced) mission.corners = 0, mission.range = 0.0f, upload.form.fence_frame = m.frame;
     upload.fenced = true;
     const bool circle = kind == ItemKind::circle;
     // One polygon has as many corners as each of them names.
-    if (0.0f < mission.range || (circle && 0 < mission.corners)) return Refusal::one_fence;
-    if (0 < mission.corners && m.param1 != upload.corners) return Refusal::one_fence;
-    if (mission.corners == max_corners) return Refusal::too_many;
-    if (!(0.0f < m.param1)) return Refusal::out_of_range;
+    if (0.0f < mission.range || (circle && 0 < mission.corners)) return {Refusal::one_fence};
+    if (0 < mission.corners && m.param1 != upload.corners) return {Refusal::one_fence};
+    if (mission.corners == max_corners) return {Refusal::too_many};
+    const Breach breach = first_breach({{circle ? "radius" : "number of corners", "", m.param1, least, 1e6f}});
+    if (breach != Refusal::none) return breach;
     if (circle)
         mission.center = place, mission.range = m.param1;
     else if (0 < mission.corners && float(mission.corners) == upload.corners)
-        return Refusal::one_fence;
+        return {Refusal::one_fence};
     else
         upload.corner[mission.corners++] = place, upload.corners = m.param1;
-    return Refusal::none;
+    return {};
 }
 
-inline Refusal set_speed(Upload& upload, ItemForm& form, const Item& m) {
-    if (!(0.0f < m.param2)) return Refusal::out_of_range;
+inline Breach set_speed(Upload& upload, ItemForm& form, const Item& m) {
+    const Breach breach = first_breach({{"speed", " m/s", m.param2, least, 10.0f}});
+    if (breach != Refusal::none) return breach;
     if (m.param1 == 1.0f) form.flags |= ItemForm::ground_speed;
     if (m.param3 == -1.0f) form.flags |= ItemForm::no_throttle;
     upload.speed = upload.form.last_speed = m.param2;
-    return Refusal::none;
+    return {};
 }
 
-inline Refusal set_bounds(Mission<float>& mission, const Item& m) {
+inline void set_bounds(Mission<float>& mission, const Item& m) {
     if (0.0f < m.param1) mission.depth_max = m.param1;
     if (0.0f < m.param2) mission.reserve = m.param2;
     mission.duration = m.param3, mission.surface_every = m.param4, mission.stay = (m.x & 1) != 0;
     mission.silence_below = (m.x & 2) != 0;
     if (0 < m.y) mission.home_radius = 0.01f * float(m.y);
     if (0.0f < m.z) mission.home_speed = m.z;
-    return Refusal::none;
 }
 
 /// Note which numbers of an item are NaN, and take them as zero. A place without a depth is refused.
-inline Refusal drop_nan(Item& m, ItemForm& form, ItemKind kind) {
+inline Breach drop_nan(Item& m, ItemForm& form, ItemKind kind) {
     float* param[4] = {&m.param1, &m.param2, &m.param3, &m.param4};
     for (int k = 0; k < 4; ++k) {
         if (is_finite(*param[k])) continue;
         form.flags = std::uint8_t(form.flags | ItemForm::no_number << k), *param[k] = 0.0f;
     }
-    if (is_finite(m.z)) return Refusal::none;
-    m.z = 0.0f;
-    return kind == ItemKind::waypoint || kind == ItemKind::bounds ? Refusal::out_of_range : Refusal::none;
+    const bool needs_height = kind == ItemKind::waypoint || kind == ItemKind::bounds;
+    const Breach breach = needs_height ? first_breach({{"altitude", " m", m.z, -1e9f, 1e9f}}) : Breach{};
+    if (!is_finite(m.z)) m.z = 0.0f;
+    return breach;
 }
 
 /// Add an item to the mission or the fence being uploaded.
-inline Refusal add_item(Upload& upload, const Vehicle& vehicle, Item m) {
+inline Breach add_item(Upload& upload, const Vehicle& vehicle, Item m) {
     const int number = kind_of_command(m.command);
     const bool excludes =
         m.command == MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION || m.command == MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION;
-    if (excludes) return Refusal::one_fence;
+    if (excludes) return {Refusal::one_fence};
     const ItemKind kind = ItemKind(number);
     const bool of_fence = kind == ItemKind::corner || kind == ItemKind::circle;
-    if (number < 0 || (upload.fence && !of_fence)) return Refusal::not_taken;
+    if (number < 0 || (upload.fence && !of_fence)) return {Refusal::not_taken};
     ItemForm form{kind, m.frame, 0};
-    Refusal refusal = drop_nan(m, form, kind);
+    Breach breach = drop_nan(m, form, kind);
     if (kind == ItemKind::home && m.param1 == 1.0f) {  // the current position
         m.frame = form.frame = local_frame;
         m.x = whole<std::int32_t>(here(vehicle).y, 1e4f), m.y = whole<std::int32_t>(here(vehicle).x, 1e4f);
     }
     Place place{};
-    if (refusal == Refusal::none && has_place(kind)) refusal = place_of(vehicle, m, place);
+    if (breach == Refusal::none && has_place(kind)) breach = place_of(vehicle, m, place);
     Mission<float>& mission = upload.mission;
-    if (refusal != Refusal::none) return refusal;
-    if (kind == ItemKind::waypoint) refusal = add_waypoint(upload, form, m, place);
-    if (of_fence) refusal = add_fence(upload, kind, m, place);
-    if (kind == ItemKind::speed) refusal = set_speed(upload, form, m);
-    if (kind == ItemKind::bounds) refusal = set_bounds(mission, m);
+    if (breach != Refusal::none) return breach;
+    if (kind == ItemKind::waypoint) breach = add_waypoint(upload, form, m, place);
+    if (of_fence) breach = add_fence(upload, kind, m, place);
+    if (kind == ItemKind::speed) breach = set_speed(upload, form, m);
+    if (kind == ItemKind::bounds) set_bounds(mission, m);
     if (kind == ItemKind::home) mission.home = place;
     if (kind == ItemKind::declination) mission.declination = m.param1 * float(pi / 180);
-    if (refusal == Refusal::none && !upload.fence) upload.form.item[upload.form.items++] = form;
-    return refusal;
+    if (breach == Refusal::none && !upload.fence) upload.form.item[upload.form.items++] = form;
+    return breach;
 }
 
 /// A mission that ends with the way home does not stay, and the way home is its end.

@@ -70,32 +70,41 @@ inline Capability capability_of(const Model& model) {
             guidance.error_fix - rounding, guidance.fence_margin - rounding};
 }
 
-/// Why a waypoint is refused.
-inline Refusal check_waypoint(const Mission<float>& mission, const Waypoint<float>& to, const Capability& robot) {
-    if (mission.depth_max + rounding < to.depth + overshoot) return Refusal::too_deep;
-    if (robot.speed < to.speed) return Refusal::too_fast;
-    if (to.radius < robot.radius) return Refusal::too_small;
-    return room(mission, {to.x, to.y}) < robot.margin ? Refusal::outside_fence : Refusal::none;
+/// Why waypoint `k` is refused.
+inline Breach check_waypoint(const Mission<float>& mission, int k, const Capability& robot) {
+    const Waypoint<float>& to = mission.waypoint[k];
+    const float deepest = mission.depth_max - overshoot, room_left = room(mission, {to.x, to.y});
+    if (deepest + rounding < to.depth) return {Refusal::too_deep, k, "depth", " m", to.depth, deepest};
+    if (robot.speed < to.speed) return {Refusal::too_fast, k, "speed", " m/s", to.speed, robot.speed};
+    if (to.radius < robot.radius) return {Refusal::too_small, k, "radius", " m", to.radius, robot.radius};
+    if (robot.margin <= room_left) return {};
+    return {Refusal::outside_fence, k, "fence margin", " m", room_left, robot.margin};
+}
+
+/// Why a mission as a whole is refused: depths beyond what the depth sensor reads or the nose dips, its home.
+inline Breach check_limits(const Mission<float>& mission, const Capability& robot) {
+    const float depth = mission.depth_max, speed = mission.home_speed, radius = mission.home_radius;
+    if (robot.depth < depth) return {Refusal::too_deep, -1, "limit of depth", " m", depth, robot.depth};
+    if (depth + rounding < dip) return {Refusal::too_deep, -1, "limit of depth", " m", depth, dip};
+    if (robot.speed < speed) return {Refusal::too_fast, -1, "home speed", " m/s", speed, robot.speed};
+    if (radius < robot.radius) return {Refusal::too_small, -1, "home radius", " m", radius, robot.radius};
+    return {holds(mission, mission.home) ? Refusal::none : Refusal::outside_fence};
 }
 
 /// Why a mission is refused: its fence, places and legs outside of it, depths beyond its limit or beyond what the depth
 /// sensor reads, speeds far beyond the fastest gait's, radii in which no place can be known.
-inline Refusal check_mission(const Mission<float>& mission, const Capability& robot) {
-    if (!is_polygon(mission)) return Refusal::bad_fence;
-    if (mission.waypoints == 0) return Refusal::none;  // a fence
-    if (robot.depth < mission.depth_max || mission.depth_max + rounding < dip) return Refusal::too_deep;
-    if (robot.speed < mission.home_speed) return Refusal::too_fast;
-    if (mission.home_radius < robot.radius) return Refusal::too_small;
-    if (!holds(mission, mission.home)) return Refusal::outside_fence;
+inline Breach check_mission(const Mission<float>& mission, const Capability& robot) {
+    if (!is_polygon(mission)) return {Refusal::bad_fence};
+    if (mission.waypoints == 0) return {};  // a fence
+    if (const Breach breach = check_limits(mission, robot); breach != Refusal::none) return breach;
     Place at{};
     for (int k = 0; k < mission.waypoints; ++k) {
         const Place next{mission.waypoint[k].x, mission.waypoint[k].y};
-        const Refusal refusal = check_waypoint(mission, mission.waypoint[k], robot);
-        if (refusal != Refusal::none) return refusal;
-        if (k > 0 && !holds_course(mission, at, next)) return Refusal::leaves_fence;
+        if (const Breach breach = check_waypoint(mission, k, robot); breach != Refusal::none) return breach;
+        if (k > 0 && !holds_course(mission, at, next)) return {Refusal::leaves_fence, k};
         at = next;
     }
-    return !mission.stay && !holds_course(mission, at, mission.home) ? Refusal::leaves_fence : Refusal::none;
+    return {!mission.stay && !holds_course(mission, at, mission.home) ? Refusal::leaves_fence : Refusal::none};
 }
 
 /// Why a mission is not begun from a place.

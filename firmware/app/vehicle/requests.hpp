@@ -145,20 +145,21 @@ inline void store_mission(Vehicle& vehicle) {
 }
 
 /// Copy a mission on board; an invalid mission is refused as a whole.
-inline Refusal set_mission(Vehicle& vehicle, Station from, const Mission<float>& mission,
-                           const MissionForm* form = nullptr) {
+inline Breach set_mission(Vehicle& vehicle, Station from, const Mission<float>& mission,
+                          const MissionForm* form = nullptr) {
     const Refusal forbidden = check(vehicle, Order::upload, from);
-    if (forbidden != Refusal::none) return forbidden;
-    if (mission.waypoints > max_waypoints || mission.corners > max_corners) return Refusal::too_many;
-    if (!fits(mission.waypoints, mission.corners) || !is_valid(mission)) return Refusal::out_of_range;
-    const Refusal refusal = check_mission(mission, capability_of(vehicle.model));
-    if (refusal != Refusal::none) return refusal;
+    if (forbidden != Refusal::none) return {forbidden};
+    if (mission.waypoints > max_waypoints || mission.corners > max_corners) return {Refusal::too_many};
+    if (!fits(mission.waypoints, mission.corners)) return {Refusal::out_of_range};
+    Breach breach = check_ranges(mission);
+    if (breach == Refusal::none) breach = check_mission(mission, capability_of(vehicle.model));
+    if (breach != Refusal::none) return breach;
     pack_mission(vehicle.plan, mission, form);
     adopt_plan(vehicle);
     vehicle.way_home = vehicle.has_mission;
     rewind(vehicle);
     store_mission(vehicle);
-    return Refusal::none;
+    return {};
 }
 
 /// Delete the mission on board and the stored one, the fence, or both. A fence among the mission's items goes with it.
@@ -182,7 +183,7 @@ inline Refusal set_home(Vehicle& vehicle, Station from, const Place& to) {
     Mission<float> mission = vehicle.mission;
     mission.home = to;
     const Refusal refusal =
-        holds(mission, to) ? check_mission(mission, capability_of(vehicle.model)) : Refusal::outside_fence;
+        holds(mission, to) ? check_mission(mission, capability_of(vehicle.model)) : Breach{Refusal::outside_fence};
     if (refusal != Refusal::none) return refusal;
     vehicle.mission.home = vehicle.home = to, vehicle.home_set = true;
     if (!vehicle.has_home) return Refusal::none;

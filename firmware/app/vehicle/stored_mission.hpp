@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "app/vehicle/convert.hpp"
+#include "app/vehicle/refusal.hpp"
 #include "app/vehicle/store.hpp"
 
 namespace hypertuna::firmware {
@@ -153,21 +154,62 @@ inline bool is_valid(const MissionForm& form, int waypoints, int corners) {
 /// Whether a place is within 100 km of the origin.
 inline bool is_near(float x, float y) { return abs(x) < 1e5f && abs(y) < 1e5f; }
 
-/// Whether all numbers of a mission are within their ranges.
-inline bool is_valid(const Mission<float>& mission) {
-    bool good = is_near(mission.home.x, mission.home.y) && is_near(mission.center.x, mission.center.y);
-    good = good && 0 < mission.home_radius && mission.home_radius < 1e5f && 0 < mission.home_speed;
-    good = good && mission.home_speed < 10 && 0 <= mission.depth_max && mission.depth_max < 1e4f;
-    good = good && 0 <= mission.reserve && mission.reserve <= 1 && 0 <= mission.duration && 0 <= mission.surface_every;
-    good = good && abs(mission.declination) <= 3.15f && 0 <= mission.range && mission.range < 1e6f;
-    for (int k = 0; k < mission.waypoints; ++k) {
-        const Waypoint<float>& to = mission.waypoint[k];
-        good = good && is_near(to.x, to.y) && 0 <= to.depth && to.depth < 1e4f && 0 < to.speed && to.speed < 10 &&
-               0 < to.radius && to.radius < 1e5f && 0 <= to.hold && to.hold <= max_hold;
-    }
-    for (int k = 0; k < mission.corners; ++k) good = good && is_near(mission.corner[k].x, mission.corner[k].y);
-    // A fence is a polygon or a circle, not both.
-    return good && (mission.corners == 0 || (mission.corners >= 3 && mission.range == 0.0f));
+/// A quantity beyond its bound, of a waypoint or of the mission as a whole (-1).
+struct Breach {
+    Refusal refusal = Refusal::none;  // none: nothing is beyond its bound
+    int waypoint = -1;
+    const char *quantity = nullptr, *unit = nullptr;  // null where the refusal says it all
+    float value = 0, bound = 0;
+
+    operator Refusal() const { return refusal; }
+};
+inline constexpr float least = 0.01f;  // of a speed [m/s] and of a radius [m]
+
+/// A quantity and its range; NaN is beyond every range.
+struct Ranged {
+    const char *quantity, *unit;
+    float value, low, high;
+};
+template <int N>
+Breach first_breach(const Ranged (&all)[N], int waypoint = -1) {
+    for (const Ranged& one : all)
+        if (!(one.low <= one.value && one.value <= one.high))
+            return {Refusal::out_of_range,
+                    waypoint,
+                    one.quantity,
+                    one.unit,
+                    one.value,
+                    one.value < one.low ? one.low : one.high};
+    return {};
+}
+
+/// Number `k` of the waypoints beyond its ranges. Depth is a negative altitude.
+inline Breach check_ranges(const Waypoint<float>& to, int k) {
+    return first_breach({{"above the water: altitude", " m", 0.0f - to.depth, -1e4f, 0.0f},
+                         {"east of the origin", " m", to.x, -1e5f, 1e5f},
+                         {"north of the origin", " m", to.y, -1e5f, 1e5f},
+                         {"speed", " m/s", to.speed, least, 10.0f},
+                         {"radius", " m", to.radius, least, 1e5f},
+                         {"time to stay", " s", to.hold, 0.0f, max_hold}},
+                        k);
+}
+
+/// A number of a mission beyond its range. A fence is a polygon or a circle, not both.
+inline Breach check_ranges(const Mission<float>& mission) {
+    for (int k = 0; k < mission.waypoints; ++k)
+        if (const Breach breach = check_ranges(mission.waypoint[k], k); breach != Refusal::none) return breach;
+    bool near = is_near(mission.home.x, mission.home.y) && is_near(mission.center.x, mission.center.y);
+    for (int k = 0; k < mission.corners; ++k) near = near && is_near(mission.corner[k].x, mission.corner[k].y);
+    if (!near || (0 < mission.corners && (mission.corners < 3 || mission.range != 0.0f)))
+        return {Refusal::out_of_range};
+    return first_breach({{"home radius", " m", mission.home_radius, least, 1e5f},
+                         {"home speed", " m/s", mission.home_speed, least, 10.0f},
+                         {"limit of depth", " m", mission.depth_max, 0.0f, 1e4f},
+                         {"reserve", "", mission.reserve, 0.0f, 1.0f},
+                         {"duration", " s", mission.duration, 0.0f, 1e9f},
+                         {"time between fixes", " s", mission.surface_every, 0.0f, 1e9f},
+                         {"declination", " rad", mission.declination, -3.15f, 3.15f},
+                         {"fence radius", " m", mission.range, 0.0f, 1e6f}});
 }
 
 }  // namespace hypertuna::firmware

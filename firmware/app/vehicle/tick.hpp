@@ -46,7 +46,7 @@ inline Kept unpack(std::uint32_t word) {
     const StoredMission& plan = vehicle.plan;
     const Mission<float> mission = mission_of(plan);
     if (!fits(plan.waypoints, plan.corners) || !is_valid(plan.form, plan.waypoints, plan.corners) ||
-        !is_valid(mission) || !is_place(plan.latitude, plan.longitude))
+        check_ranges(mission) != Refusal::none || !is_place(plan.latitude, plan.longitude))
         return forget_mission(vehicle);
     adopt_plan(vehicle);
     if (plan.has_origin == 0) return;

@@ -68,7 +68,7 @@ static void test_lost_acknowledgement_of_a_mission() {
     auto acks = said<mavlink_mission_ack_t>(bench.board.said);
     CHECK(acks.size() == 1 && acks[0].type == MAV_MISSION_ACCEPTED);
     auto bad = box();
-    bad[9].z = -1;  // the whole is refused at its last item
+    bad[9].param2 = 0.1f;  // the whole is refused at its last item
     CHECK(upload(bench, bad) == MAV_MISSION_INVALID);
     bench.board.said.clear();
     bench.say(items.back());
@@ -180,10 +180,11 @@ static void test_frames() {
         point.frame = std::uint8_t(frame);
         CHECK(upload(bench, {point}) == MAV_MISSION_ACCEPTED && mission(bench.vehicle()).waypoint[0].depth == 2.0f);
         CHECK(download(bench).at(0).frame == frame);
-        point.z = 400;  // above the water
-        CHECK(upload(bench, {point}) == MAV_MISSION_INVALID && told(bench, Refusal::out_of_range) == 1);
-        point.z = no_number;
+        point.z = 400;
         CHECK(upload(bench, {point}) == MAV_MISSION_INVALID);
+        CHECK(told(bench, "item 0: above the water: altitude 400 m, max 0") == 1);
+        point.z = no_number;
+        CHECK(upload(bench, {point}) == MAV_MISSION_INVALID && told(bench, "item 0: altitude is no number") == 1);
     }
     for (int frame : {MAV_FRAME_LOCAL_OFFSET_NED, MAV_FRAME_LOCAL_ENU, MAV_FRAME_BODY_NED, MAV_FRAME_BODY_FRD,
                       MAV_FRAME_GLOBAL_TERRAIN_ALT, MAV_FRAME_GLOBAL_TERRAIN_ALT_INT, MAV_FRAME_MISSION}) {
@@ -228,26 +229,42 @@ static void test_no_radius() {
     }
     for (float radius : {0.1f, 1.0f}) {
         CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1, 0, radius)}) == MAV_MISSION_INVALID);
-        CHECK(told(bench, Refusal::too_small) == 1);
+        CHECK(told(bench, radius < 1 ? "item 0: radius 0.1 m, min 1.89" : "item 0: radius 1 m, min 1.89") == 1);
     }
-    CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1, 0, -1)}) == MAV_MISSION_INVALID);
 }
 
-/// What the robot is not able to do is refused: depths beyond its sensor's range or the mission's limit, speeds beyond
-/// its fastest gait.
-static void test_impossible_missions() {
+/// An item that is refused is named with its quantity, its value and the bound, also where the whole is checked.
+static void test_a_refusal_names_item_quantity_and_bound() {
     Bench bench;
-    CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 9000)}) == MAV_MISSION_INVALID);
-    CHECK(told(bench, Refusal::too_deep) == 1);
-    CHECK(upload(bench, {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 0, 9500), item(MAV_CMD_NAV_WAYPOINT, 1, 1, 9000)}) ==
-          MAV_MISSION_INVALID);
-    CHECK(told(bench, Refusal::too_deep) == 1);
-    const auto fast = item(MAV_CMD_DO_CHANGE_SPEED, 0, 0, 0, 1, 9.9f);
-    CHECK(upload(bench, {fast, item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1)}) == MAV_MISSION_INVALID);
-    CHECK(told(bench, Refusal::too_fast) == 1);
-    CHECK(upload(bench, {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 9.9f), item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1)}) ==
-          MAV_MISSION_INVALID);
-    CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1, -5)}) == MAV_MISSION_INVALID);  // a negative hold
+    bench.run(200);
+    const auto good = item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1);
+    const auto speed = [](float to) { return item(MAV_CMD_DO_CHANGE_SPEED, 0, 0, 0, 1, to); };
+    auto far = item(MAV_CMD_NAV_WAYPOINT, 0, 0, 1), pole = at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 0, 0, -1);
+    far.y = 2000000000, pole.x = 900000000;
+    const struct {
+        mavlink_mission_item_int_t item;
+        const char* text;
+    } cases[] = {
+        {item(MAV_CMD_NAV_WAYPOINT, 1, 1, -5), "item 1: above the water: altitude 5 m, max 0"},
+        {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 9000), "item 1: depth 9000 m, max 4.7"},
+        {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1, -5), "item 1: time to stay -5 s, min 0"},
+        {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1, 0, -1), "item 1: radius -1 m, min 0.01"},
+        {far, "item 1: east of the origin 200000 m, max 100000"},
+        {pole, "item 1: latitude 90 deg, max 89.99"},
+        {speed(-1), "item 1: speed -1 m/s, min 0.01"},
+        {speed(no_number), "item 1: speed 0 m/s, min 0.01"},
+        {speed(9.9f), "item 2: speed 9.9 m/s, max 0.69"},
+        {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 0, 9500), "limit of depth 9500 m, max 10"},
+        {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 0, 0.4f), "limit of depth 0.4 m, min 0.5"},
+        {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 9.9f), "home speed 9.9 m/s, max 0.69"},
+        {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 0, 0, 2), "reserve 2, max 1"},
+    };
+    for (const auto& each : cases) {
+        CHECK(upload(bench, {good, each.item, good}) == MAV_MISSION_INVALID);
+        if (told(bench, each.text) != 1) std::printf("not told: %s\n", each.text);
+        CHECK(told(bench, each.text) == 1);
+        CHECK(said<mavlink_statustext_t>(bench.board.said).size() == 1);
+    }
     CHECK(mission(bench.vehicle()).waypoints == 0);
 }
 
@@ -278,11 +295,11 @@ static void test_fence() {
     CHECK(give(bench.app.vehicle, Order::arm, Station{255, 190}) == Refusal::robot_outside);
     bench.app.vehicle.now.estimate.y = before;
     CHECK(upload(bench, {at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 5000, 0, -1)}) == MAV_MISSION_INVALID);
-    CHECK(told(bench, Refusal::outside_fence) == 1);
+    CHECK(told(bench, "item 0: fence margin -22.25 m, min 2.99") == 1);
     CHECK(upload(bench, {at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 2000, 0, -1)}) == MAV_MISSION_ACCEPTED);
     CHECK(mission(bench.vehicle()).corners == 4 && download(bench).size() == 1);
     CHECK(upload(bench, square(bench, 1000), 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_INVALID);
-    CHECK(told(bench, Refusal::outside_fence) == 1);
+    CHECK(told(bench, "mission item 0: fence margin -11.12 m, min 2.99") == 1);
     auto circle = at_degrees(bench, MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, 0, 0, 0);
     circle.param1 = 60;
     CHECK(upload(bench, {circle}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_ACCEPTED);
@@ -351,7 +368,7 @@ int main() {
     test_frames();
     test_unsupported_items();
     test_no_radius();
-    test_impossible_missions();
+    test_a_refusal_names_item_quantity_and_bound();
     test_fence();
     test_other_fences();
     test_missions();

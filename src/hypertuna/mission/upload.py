@@ -1,6 +1,7 @@
 """Missions over the radio, as the items that it carries: bounds, home, fence, then speeds and waypoints in order."""
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -53,8 +54,18 @@ def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None]
         answer = robot.ask(item, answers, f"mission item {item.seq}")
     if answer.type != 0:
         word = dialect().enums["MAV_MISSION_RESULT"][answer.type].name.removeprefix("MAV_MISSION_").lower()
-        value, fix = word.replace("_", " "), ["see limits in docs/radio.md", *robot.texts[before:]][-1]
-        raise InputError("must be accepted by the robot", key="mission", value=value, fix=fix)
+        reason = [f"{word.replace('_', ' ')}; docs/radio.md lists the limits", *robot.texts[before:]][-1]
+        raise InputError("was refused by the robot", key="the mission", fix=_with_waypoint(reason, items))
+
+
+def _with_waypoint(reason: str, items: Sequence[Any]) -> str:
+    """Return the robot's reason with the number of the waypoint, from 1, that its item is."""
+    found = re.match(r"item (\d+)", reason)
+    if found is None or int(found[1]) >= len(items):
+        return reason
+    commands = [item.command for item in items[: int(found[1]) + 1]]
+    number = commands.count(dialect().MAV_CMD_NAV_WAYPOINT) + (commands[-1] == dialect().MAV_CMD_DO_CHANGE_SPEED)
+    return reason.replace(found[0], f"{found[0]} (waypoint {number})", 1)
 
 
 def download(robot: Client) -> Sequence[Any]:
