@@ -102,6 +102,8 @@ def escaped(text: str, keep: str = "") -> str:
     """Return text with control characters, but those to keep, as in JSON: a terminal would obey them."""
     if text.isprintable():
         return text
+    if "\n" in keep:  # line by line: most are printable as they are
+        return "\n".join(escaped(line, keep.replace("\n", "")) for line in text.split("\n"))
     return "".join(c if c in keep or unicodedata.category(c) not in CONTROL else _code(c) for c in text)
 
 

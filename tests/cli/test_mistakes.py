@@ -61,7 +61,7 @@ MISTAKES = {
     f"sweep --frequency 2-6 {REST}": "--frequency must be a number, but is '2-6': " + RANGE + ".",
     f"sweep --frequency 2:6:1.5 {REST}": "--frequency's count must be a whole number, but is '1.5': write digits only.",
     f"sweep --frequency 2:6:100000 {REST} --amplitude 1:16:100,25": "grid must have at most 10000000 gaits in all, but "
-    "is 10100000: take fewer values.",
+    "is 10100000: take fewer values, or write shards, -o NAME.shards.",
     "twin --gait optimised-0.3 --duration 1min": "--duration must be a number, but is '1min': give the number "
     "alone, in seconds.",
     "twin --gait optimised-0.3 --duration 0": "--duration must be at least two beats, 0.939 s at 2.13 Hz, but is 0 s: "

@@ -253,7 +253,7 @@ def test_a_killed_run_resumes_to_the_same_bits(tmp_path: Path) -> None:
             "--plot cannot be combined with a folder of shards, but is p.svg",
         ),
         (("-o", "a.zarr"), "--output must end in .nc, .csv or .shards, but is 'a.zarr': write a.nc."),
-        (("--shard-size", "0", "-o", "a.shards"), "--shard-size must be at least 1, but is 0"),
+        (("--shard-size", "0", "-o", "a.shards"), "--shard-size must be from 1 to 10000000, but is 0"),
     ],
 )
 def test_what_shards_cannot_do_is_refused(

@@ -7,10 +7,11 @@ import json
 import math
 import shlex
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 import typer
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
 
     from hypertuna.io.quantity import Quantity
 
-PATIENCE = 1.0  # seconds after which work shows its progress
+R = TypeVar("R")
+PATIENCE = 1.0  # seconds after which work shows its progress on a terminal
+PERIOD = 10.0  # seconds between two lines of progress elsewhere
 
 
 def plain(value: Any) -> Any:
@@ -126,38 +129,71 @@ def counted(number: int, noun: str) -> str:
 def progress_bar(
     what: str, *, slow: bool = False, parts: str = "", checkpoint: str | Path | None = None
 ) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function of count and total that shows progress on the terminal once the work takes a second.
+    """Yield a function of count and total that shows progress on the error output.
 
-    For `slow` parts progress is shown at once, and as lines where the error output is no terminal. With the name of its
-    `parts`, Ctrl-C tells how many are done and where they are kept.
+    On a terminal a bar appears once the work takes a second, elsewhere a line every 10 seconds. For `slow` parts the
+    bar appears at once, and each part has its line. With the name of its `parts`, Ctrl-C tells how many are done and
+    where they are kept.
     """
-    start, terminal = time.monotonic(), sys.stderr.isatty()
+    start, terminal, ended = time.monotonic(), sys.stderr.isatty(), threading.Event()
     bar: Any = None
-    done = ""
+    count = total = 0
 
-    def report(count: int, total: int) -> None:
-        nonlocal bar, done
-        if count:
-            done = f"{count} of {counted(total, parts)} {'is' if count == 1 else 'are'} done"
+    def line() -> None:
         elapsed = time.monotonic() - start
-        if terminal and bar is None and (slow or elapsed >= PATIENCE):
+        ahead = f": {count} of {total}" if total else ""
+        left = f", about {elapsed * (total - count) / count:.0f} s left" if count else ""
+        streams.tell(f"{what}{ahead}, {elapsed:.0f} s{left}\n")
+
+    def watch() -> None:
+        """Show the bar, or a line now and then, also where nothing is reported."""
+        nonlocal bar
+        if terminal and (slow or not ended.wait(PATIENCE)):
             bar = _bar(what)
+            bar.update(bar.task_ids[0], completed=count, total=total or None)
+        while not terminal and not ended.wait(PERIOD):
+            line()
+
+    def report(new_count: int, new_total: int) -> None:
+        nonlocal count, total
+        count, total = new_count, new_total
         if bar is not None:
             bar.update(bar.task_ids[0], completed=count, total=total)
         if slow and count and not terminal:
-            left = elapsed * (total - count) / count
-            print(f"{what}: {count} of {total}, {elapsed:.0f} s, about {left:.0f} s left", file=sys.stderr, flush=True)
+            line()
 
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
     try:
         yield report
     except BaseException:
-        if done and parts:
+        if count and parts:
+            done = f"{count} of {counted(total, parts)} {'is' if count == 1 else 'are'} done"
             again = f" and kept in {checkpoint}; run the same command again to go on"
             streams.state["done"] = done + (again if checkpoint else ", but not kept: --checkpoint FILE keeps them")
         raise
     finally:
+        ended.set()
+        watcher.join()
         if bar is not None:
             bar.stop()
+
+
+def attended(what: str, work: Callable[[], R]) -> R:
+    """Return what work of a single call returns; show meanwhile that it runs, and let Ctrl-C end it."""
+    from concurrent.futures import Future  # here, because its import takes longer than many commands
+
+    done: Future[R] = Future()
+
+    def run() -> None:
+        try:
+            done.set_result(work())
+        except BaseException as error:
+            done.set_exception(error)
+
+    with progress_bar(what):
+        threading.Thread(target=run, daemon=True).start()
+        return done.result()
 
 
 def _bar(what: str) -> Any:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import table
+from hypertuna.cli.console import attended, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
 from hypertuna.cli.twin import made_by_twin
@@ -35,7 +35,8 @@ def dive_command(
     """
     fish = robot.load()
     beat = gait.make(fish)
-    result = dive(fish, beat, angle=math.radians(fins), duration=duration, depth=depth, seed=seed)
+    options: Any = {"angle": math.radians(fins), "duration": duration, "depth": depth, "seed": seed}
+    result = attended("diving", lambda: dive(fish, beat, **options))
     emit(
         result,
         record=_record,

@@ -1,5 +1,6 @@
 """A gait on the command line: its options, its text, its JSON."""
 
+import contextlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from hypertuna.cli.command import listed
 from hypertuna.cli.streams import note
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.swimming.gait import KINDS, Gait, Gaits, named_gait
+from hypertuna.swimming.gait import KINDS, Gait, Gaits, grid_axes, named_gait
 
 RADIANS = 1.6  # deg: all amplitudes below it are likely to be in radians
 NEAR = 1e-9  # of a bound, for what is converted from radians
@@ -50,18 +51,23 @@ class GaitOptions:
     def grid(self, robot: Robot) -> Gaits:
         """Return all combinations."""
         axes = _axes(robot, self.gait, self.given)
-        first = {key: points[0] for key, points in axes.items()}
-        for key, points in axes.items():
-            for point in points:
-                _gait(first | {key: point})  # checks it in degrees, as typed
-        angles = {key: np.radians(axes[key]).tolist() for key in KINDS}
-        return Gaits.grid(frequency=[value for (value,) in axes["frequency"]], **angles)
+        typed = {"frequency": [value for (value,) in axes["frequency"]]} | {key: axes[key] for key in KINDS}
+        with _as_options():
+            grid_axes(typed, math.pi / 180)  # checks them in degrees, as typed
+        return Gaits.grid(**typed | {key: np.radians(axes[key]).tolist() for key in KINDS})
 
 
 def _gait(values: Mapping[str, tuple[float, ...]]) -> Gait:
     """Make a gait of its values [Hz, deg]."""
-    try:
+    with _as_options():
         return Gait.from_degrees(frequency=values["frequency"][0], **{key: values[key] for key in KINDS})
+
+
+@contextlib.contextmanager
+def _as_options() -> Iterator[None]:
+    """Name the options in errors of gaits."""
+    try:
+        yield
     except InputError as error:
         raise InputError(error.rule, key=f"--{error.key}", value=error.value, fix=error.fix) from None
 

@@ -1,6 +1,7 @@
 """Read what is typed on the command line: numbers, lists, ranges, bounds, names of files."""
 
 import itertools
+import math
 import os
 import re
 from collections.abc import Sequence
@@ -11,7 +12,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, Range, Whole
 
 SPREADSHEETS = (".xlsx", ".xls", ".ods", ".tsv", ".txt")  # read .csv
-COUNTS = Whole(min=1, max=1_000_000)  # values of one range
+COUNTS = Whole(min=1, max=1_000_000)  # values of one range, and of one option
 
 
 class Bound(NamedTuple):
@@ -77,12 +78,16 @@ def ranges(text: str, key: str, unit: str) -> list[tuple[float, ...]]:
     >>> ranges("0,0:180:3", "phase", "deg")
     [(0.0, 0.0), (0.0, 90.0), (0.0, 180.0)]
     """
-    return list(itertools.product(*_parts(text, key, unit)))
+    parts = _parts(text, key, unit)
+    _check_many(math.prod(map(len, parts)), key, "combinations of values")
+    return list(itertools.product(*parts))
 
 
 def values(text: str, key: str, unit: str, limits: Range = FINITE) -> list[float]:
     """Read numbers or ranges separated by commas; return them one after another."""
-    return list(itertools.chain.from_iterable(_parts(text, key, unit, limits)))
+    parts = _parts(text, key, unit, limits)
+    _check_many(sum(map(len, parts)), key, "values")
+    return list(itertools.chain.from_iterable(parts))
 
 
 def interval(text: str, key: str, unit: str) -> tuple[float, float]:
@@ -154,6 +159,12 @@ def _parts(text: str, key: str, unit: str, limits: Range = FINITE) -> list[list[
     """Read each part of a list as a number or a range."""
     parts = text.split(",")
     return [_range(part, f"{key}[{k}]" if len(parts) > 1 else key, unit, limits) for k, part in enumerate(parts)]
+
+
+def _check_many(count: int, key: str, what: str) -> None:
+    """Check the number of values before they are made."""
+    if count not in COUNTS:
+        raise InputError(f"must be at most {COUNTS.max} {what}", key=key, value=f"{count}", fix="take fewer values")
 
 
 def _range(text: str, key: str, unit: str, limits: Range) -> list[float]:

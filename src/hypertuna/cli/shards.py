@@ -15,10 +15,10 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import counted, print_json, print_lines, print_written, progress_bar
 from hypertuna.errors import InputError
 from hypertuna.parallel.executors import cluster
-from hypertuna.parallel.shards import open_shards, write_merged
-from hypertuna.ranges import POSITIVE_WHOLE
+from hypertuna.parallel.shards import SIZES, open_shards, write_merged
 
 PLACES = ("--cluster", "--shard")  # options that say where to compute, not what
+TEXT = 300_000  # results as text, which takes 8 kB each in memory as JSON, 3 kB as CSV
 
 
 @contextlib.contextmanager
@@ -29,6 +29,14 @@ def connected(address: str | None) -> Iterator[Executor | None]:
         return
     with cluster(address) as executor:
         yield executor
+
+
+def check_text(count: int, output: str | None, as_json: bool) -> None:
+    """Check that results that are written as text fit the memory."""
+    key = "--json" if as_json else "--output" if output is not None and output.lower().endswith(".csv") else ""
+    if key and count > TEXT:
+        fix = "write -o NAME.nc, which takes a tenth of the memory"
+        raise InputError(f"must hold at most {TEXT} results as text", key=key, value=f"{count}", fix=fix)
 
 
 def write_shards(
@@ -47,7 +55,7 @@ def write_shards(
                 raise InputError("needs a folder of shards", key=key, fix=f"add -o NAME{opt.SHARDS}")
         return False
     if places.shard_size is not None:
-        POSITIVE_WHOLE.check(places.shard_size, "--shard-size", "leave it out for the default")
+        SIZES.check(places.shard_size, "--shard-size", "leave it out for the default")
     for key, value in refused.items():
         if value is not None:
             fix = "leave it out: the same command resumes" if key == "--checkpoint" else "merge first"
@@ -82,6 +90,7 @@ def merge_command(
     time, for .csv all of them.
     """
     shards = open_shards(folder)
+    check_text(shards.total, output, False)
     with progress_bar("reading") as progress:
         write_merged(shards, output, progress)
     if as_json:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
+import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -12,17 +15,25 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GaitOptions, column_rows
-from hypertuna.cli.shards import connected, write_shards
+from hypertuna.cli.shards import check_text, connected, write_shards
+from hypertuna.cli.streams import note
 from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
 from hypertuna.io.files import coordinate_names, variable_columns
-from hypertuna.swimming.batch import table_names
+from hypertuna.parallel.executors import thread_count
+from hypertuna.parallel.shards import shard_size
+from hypertuna.swimming.batch import Part, batch, table_names
 from hypertuna.swimming.beat import DEFAULT_STEPS
+from hypertuna.swimming.gait import MAX_GAITS, Gaits
 from hypertuna.swimming.shards import sweep_shards
 from hypertuna.swimming.sweep import sweep
 
 if TYPE_CHECKING:
     import xarray as xr
 
+MEASURED = 1024  # gaits of a large grid whose time is measured
+YEAR = 365 * 24 * 3600  # s
 FEW = 8  # columns that fit 80 characters as they are; more are set closer
 ROWS = 40  # gaits that the terminal shows one by one
 HEADS = {
@@ -57,7 +68,13 @@ def sweep_command(
     subject = robot.load()
     grid = gaits.grid(subject)
     options: dict[str, Any] = {"threads": threads, "steps": steps, "check_rest": check_rest}
-    how: Any = {"places": places, "refused": {"--checkpoint": checkpoint, "--plot": files.plot}}
+    if files.output is not None and files.output.endswith(opt.SHARDS):
+        if len(grid) > MAX_GAITS:
+            how: Any = options | {"threads": thread_count(threads), "method": "newton", "beats": 1}
+            _announce(subject, grid, files.output, places, how)
+    else:
+        check_text(len(grid), files.output, files.as_json)
+    how = {"places": places, "refused": {"--checkpoint": checkpoint, "--plot": files.plot}}
     if write_shards(files.output, sweep_shards, subject, grid, **how, as_json=files.as_json, **options):
         return
     with (
@@ -78,6 +95,38 @@ def sweep_command(
         typer.echo(f"{unsettled} of {result.settled.size} gaits are not settled: see their status.", err=True)
     if check_rest and (away := int((result.settled & ~result.reached_from_rest).sum())):
         typer.echo(f"{away} of {result.settled.size} gaits settle where a start from rest does not lead.", err=True)
+
+
+def _announce(robot: Robot, grid: Gaits, folder: str, places: opt.Places, options: dict[str, Any]) -> None:
+    """Say what a large grid takes, measured on some of its gaits; refuse one that does not end or fit the disk."""
+    count, (part, parts) = len(grid), places.shard or (1, 1)
+    size = shard_size(count, places.shard_size)
+    some = batch(robot, [grid[int(k)] for k in np.linspace(0, count - 1, MEASURED)], **options)
+    start = time.monotonic()
+    columns = some.swimming.swim(Part.of(some.gaits, 0, MEASURED))
+    rate = MEASURED / (time.monotonic() - start)
+    each, own = sum(column.nbytes for column in columns.values()) / MEASURED, -(-count // parts)
+    years, disk = own / rate / YEAR, shutil.disk_usage(Path(folder).parent).free
+    whole = f"{own:,} gaits, part {part} of {parts}," if parts > 1 else f"{count:,} gaits"
+    speed = f"{rate:.0f} gaits/s, the rate of this machine on {MEASURED} of them"
+    if years > 1 and places.cluster is None:
+        rule, fix = "must end within a year", "take fewer values, or more machines by --shard I/N or --cluster"
+        raise InputError(rule, key="the sweep", value=f"{years:.3g} years: {whole} at {speed}", fix=fix)
+    if each * own > disk:
+        rule, value = f"must fit on the disk of {folder}, with {disk / 1e9:.3g} GB free", f"{each * own / 1e9:.3g} GB"
+        raise InputError(rule, key="the sweep", value=value, fix="take fewer values, or another disk")
+    hours = f"about {_clock(own / rate)} at {speed}"
+    note(
+        f"{whole} in shards of {size} take {hours}, {each * own / 1e9:.3g} GB of disk, and "
+        f"{each * size / 1e6:.0f} MB of memory a worker."
+    )
+
+
+def _clock(seconds: float) -> str:
+    """Write a long time."""
+    units = (86400, "days"), (3600, "h"), (60, "min"), (1, "s")
+    size, unit = next((row for row in units if seconds > 2 * row[0]), units[-1])
+    return f"{seconds / size:.3g} {unit}"
 
 
 def _names(result: xr.Dataset) -> list[str]:

@@ -10,7 +10,7 @@ import typer
 from hypertuna.actuation.hydraulics import with_bore
 from hypertuna.cli import options as opt
 from hypertuna.cli.command import listed
-from hypertuna.cli.console import summary_table, table
+from hypertuna.cli.console import attended, summary_table, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import GaitOptions, check_duration, gait_degrees, gait_text
 from hypertuna.description.robot import Robot
@@ -60,17 +60,9 @@ def twin_command(
     fish = robot_with(robot, line_bore)
     beat = gait.make(fish)
     check_duration(beat, duration)
-    run = twin(
-        fish,
-        beat,
-        duration=duration,
-        medium=medium,
-        faults=tuple(fault or ()),
-        seed=seed,
-        closed_loop=not open_loop,
-        temperature=kelvin(temperature),
-        start=start,
-    )
+    options: dict[str, Any] = {"closed_loop": not open_loop, "temperature": kelvin(temperature), "start": start}
+    options |= {"duration": duration, "medium": medium, "faults": tuple(fault or ()), "seed": seed}
+    run = attended("simulating", lambda: twin(fish, beat, **options))
     emit(
         run,
         record=_record,

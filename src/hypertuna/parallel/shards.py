@@ -30,7 +30,7 @@ from hypertuna.io.files import (
 )
 from hypertuna.parallel.executors import Executors, map_shards
 from hypertuna.parallel.layout import NO_LAYOUT, Layout
-from hypertuna.ranges import POSITIVE_WHOLE
+from hypertuna.ranges import Whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +40,8 @@ MANIFEST = "manifest.json"
 SUFFIX = ".shards"  # of the folder
 LARGEST = 131_072  # items of a shard by default: 20 MB of gaits
 SMALLEST, USUAL = 256, 64  # by default items of a shard at least, and shards of work that is not large
+SIZES = Whole(min=1, max=10_000_000)  # items of a shard: 2 GB of gaits in memory
+MOST = 1_000_000  # shards of a folder
 LISTED = 10  # shards that an error names
 IN_FLIGHT = 2048  # a written shard returns a number only
 TEXT = np.dtypes.StringDType()  # as Zarr stores it
@@ -121,8 +123,14 @@ class Shards:
 def shard_size(total: int, size: int | None = None) -> int:
     """Return the items of a shard: a pure function of the total, so that all who share work split it alike."""
     if size is not None:
-        return POSITIVE_WHOLE.check(size, "size", "leave it out for the default")
-    return min(LARGEST, max(SMALLEST, -(-total // USUAL)))
+        SIZES.check(size, "size", "leave it out for the default")
+    else:
+        size = min(LARGEST, max(SMALLEST, -(-total // USUAL)))
+    if total > MOST * size:
+        value = f"{-(-total // size)}: {total} results, {size} in a shard"
+        fix = f"compute at most {MOST * size} results, or put more into a shard"
+        raise InputError(f"must be at most {MOST}", key="the number of shards", value=value, fix=fix)
+    return size
 
 
 def open_shards(folder: str | Path) -> Shards:

@@ -1,5 +1,6 @@
 """Harmonic gaits, one sine per joint group: one gait, a list of gaits, a grid."""
 
+import contextlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -283,6 +284,8 @@ def part_of(gaits: Gaits, first: int, last: int) -> Gaits:
 
 def grid_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array]:
     """Check the axes of a grid, frequency [Hz] and angles in their unit [rad], each value once; return arrays."""
+    if (sound := _sound_axes(given, unit)) is not None:
+        return sound
     axes = {name: _axis(name, axis, unit) for name, axis in given.items()}
     first = {kind: axes[kind][0] for kind in KINDS[:2]} | {"bias": ()}
     axes["bias"] = axes["bias"] or [_checked(axes["frequency"][0], first, unit)["bias"]]
@@ -294,11 +297,36 @@ def grid_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array]:
     return {name: np.array(list(one.values()), dtype=np.float64) for name, one in values.items()}
 
 
+def _sound_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array] | None:
+    """Return the axes of a grid as `grid_axes` does, all values at once, if they are numbers without mistakes."""
+    axes: dict[str, Array] = {}
+    for name, axis in given.items():
+        if isinstance(axis, list | tuple) and all(isinstance(value, list | tuple | float | int) for value in axis):
+            flat = (x for value in axis for x in ([value] if isinstance(value, float | int) else value))
+            if axis and all(type(x) in (float, int) for x in flat):
+                with contextlib.suppress(ValueError, OverflowError):  # of lists of different lengths, of huge numbers
+                    axes[name] = np.array(axis, dtype=np.float64)
+        elif isinstance(axis, np.ndarray) and axis.dtype == np.float64 and axis.size:
+            axes[name] = axis
+    if given["bias"] is None and "amplitude" in axes:
+        axes["bias"] = np.zeros((1, axes["amplitude"].shape[-1]))
+    if axes.keys() != {*AXES} or not all(np.isfinite(axis).all() for axis in axes.values()):
+        return None
+    groups = axes["amplitude"].shape[-1]
+    if any(axes[kind].ndim != 2 or axes[kind].shape[1] != groups for kind in KINDS) or axes["frequency"].ndim != 1:
+        return None
+    most = {kind: [largest(kind, g) / unit for g in range(groups)] for kind in KINDS}
+    sound = all((np.abs(axes[kind]) <= most[kind]).all() for kind in KINDS)
+    if not sound or (axes["frequency"] <= 0).any() or (axes["amplitude"] < 0).any():
+        return None
+    return {name: axes[name] * (1.0 if name == "frequency" else unit) for name in AXES}
+
+
 def check_count(gaits: int) -> None:
     """Check that a grid fits the memory."""
     if gaits > MAX_GAITS:
         rule = f"must have at most {MAX_GAITS} gaits in all"
-        raise InputError(rule, key="grid", value=f"{gaits}", fix="take fewer values")
+        raise InputError(rule, key="grid", value=f"{gaits}", fix="take fewer values, or write shards, -o NAME.shards")
 
 
 def check_gait(gait: Gait, robot: Robot) -> None:
