@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 
@@ -22,10 +23,10 @@ TAKES = 0.25  # of the squared errors that a coefficient must explain to be name
 def trend_warnings(data: Experiment, values: Array, prediction: Prediction, seed: int) -> list[str]:
     """Write a warning for each of frequency, amplitude and speed with which errors of the speed rise or fall."""
     rows, motions = _speed_errors(data), motions_of(data.trials)
-    kept = [k for k, row in enumerate(rows) if row is not None and "speed" in motions[k]]
+    kept = [k for k, row in enumerate(rows) if row and "speed" in motions[k]]
     if len(kept) < MIN_VALUES:
         return []
-    matrix = np.array([rows[k] for k in kept])
+    matrix = _sparse([rows[k] for k in kept], len(data.sample))
     error = matrix @ (prediction.computed - data.measured)
     given = {name: np.array([motions[k][name] for k in kept]) for name in ("frequency", "amplitude", "speed")}
     tested = {name: x for name, x in given.items() if np.ptp(x) > 1e-6 * np.abs(x).max()}
@@ -58,26 +59,37 @@ def rank_correlation(x: Array, y: Array, seed: int) -> tuple[float, float]:
     return rho, (1 + count) / (1 + SHUFFLES)
 
 
-def _speed_errors(data: Experiment) -> list[Array | None]:
-    """Return for each steady run and recording the row that makes a relative error of speed of elements' errors."""
+def _speed_errors(data: Experiment) -> list[dict[int, float]]:
+    """Return for each steady run and recording what makes a relative error of speed of elements' errors, if anything.
+
+    Weights by element: a row of all elements would take memory by the square of the runs.
+    """
     kinds, runs = data.kind[data.sample], data.run[data.sample]
-    first, rows = len(data.trials.steady), []
-    for run in range(first):
-        own = np.flatnonzero((kinds == 0) & (runs == run))
-        usable = len(own) and data.measured[own[0]] != 0
-        rows.append(np.eye(1, len(kinds), own[0])[0] / data.measured[own[0]] if usable else None)
+    first = len(data.trials.steady)
+    rows: list[dict[int, float]] = [{} for _ in range(first)]
+    for own in np.flatnonzero((kinds == 0) & (data.measured != 0)).tolist():
+        rows[runs[own]] = {own: 1 / data.measured[own]}
     for recording in data.recordings:
-        row = np.zeros(len(kinds))
+        row: dict[int, float] = {}
         for run in range(first, first + recording.runs):
             # along the net displacement: the error of the last frame over its distance from the start
             last = [np.flatnonzero((kinds == KINDS.index(axis)) & (runs == run))[-1] for axis in ("x", "y")]
-            row[last] += data.measured[last] / max(float(np.sum(data.measured[last] ** 2)), 1e-300) / recording.runs
+            distance = max(float(np.sum(data.measured[last] ** 2)), 1e-300)
+            row |= {k: data.measured[k] / distance / recording.runs for k in last}
         rows.append(row)
         first += recording.runs
     return rows
 
 
-def _taker(data: Experiment, values: Array, matrix: Array, error: Array) -> str:
+def _sparse(rows: Sequence[dict[int, float]], columns: int) -> Any:
+    """Return rows of few weights as a sparse matrix."""
+    from scipy.sparse import csr_array  # imported here: slow to import
+
+    place = [k for k, row in enumerate(rows) for _ in row], [k for row in rows for k in row]
+    return csr_array(([weight for row in rows for weight in row.values()], place), shape=(len(rows), columns))
+
+
+def _taker(data: Experiment, values: Array, matrix: Any, error: Array) -> str:
     """Name the coefficient that is not free which would take most of the errors."""
     candidates = _candidates(data)
     if not candidates:
