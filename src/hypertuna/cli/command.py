@@ -86,7 +86,9 @@ class Group(_Front, TyperGroup):
     """A group of commands."""
 
     def resolve_command(self, context: Any, args: list[str]) -> Any:
-        """Find the command that is asked for."""
+        """Find the command that is asked for: of one word, or of two."""
+        if " ".join(args[:2]) in self.commands:
+            args = [" ".join(args[:2]), *args[2:]]
         if args[0] not in self.commands and not context.resilient_parsing:
             name = _name(context)
             fix = did_you_mean(args[0], self.commands)
@@ -120,8 +122,8 @@ class TableGroup(Group):
         self.commands: Any = _Commands({name: row for table in panels.values() for name, row in table.items()})
 
     def list_commands(self, _: Any) -> list[str]:
-        """List the names of the commands."""
-        return list(self.commands)
+        """List the names of the commands; those of two words stand behind one of one word."""
+        return [name for name in self.commands if " " not in name]
 
     def format_commands(self, _: Any, formatter: Any) -> None:
         """Write the commands into the help, in panels."""

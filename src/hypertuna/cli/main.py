@@ -85,6 +85,8 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
         "posture-test": ("posture:posture_command", "Test the posture control from rest to a set peak bend."),
         "dive": ("dive:dive_command", "Dive with the pectoral fins down for half of the time, then rise with them up."),
         "mission": ("mission:mission_command", "Fly a mission on the twin at sea, under its pilot."),
+        "mission new": ("mission_files:new_command", "Write a mission that a robot can swim."),
+        "mission import": ("mission_files:import_command", "Write the mission of a .plan, .waypoints, GPX or KML file."),
         "log": ("log:log_app", "Logs of missions and black boxes: summary, plot, table, track; needs the extra log."),
     },
     "Take elsewhere": {

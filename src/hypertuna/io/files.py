@@ -211,12 +211,17 @@ def unwritable(path: object, error: OSError) -> InputError:
     return InputError("must be a writable file", file=str(path), value=value, fix=fix)
 
 
-def read_bytes(path: str | Path, fix: str | None = None) -> bytes:
-    """Read a file whole."""
+def read_bytes(path: str | Path, fix: str | None = None, *, limit: int | None = None) -> bytes:
+    """Read a file whole; one of more than `limit` bytes is refused before it is read to its end."""
     try:
-        return Path(path).read_bytes()
+        with open(path, "rb") as file:
+            content = file.read(-1 if limit is None else limit + 1)
     except OSError as error:
         raise InputError("must be a readable file", file=str(path), value=f"not ({error.strerror})", fix=fix) from None
+    if limit is not None and len(content) > limit:
+        rule, smaller = f"must be at most {limit / 1e6:g} MB", "cut it, or thin it out"
+        raise InputError(rule, file=str(path), value="larger", fix=smaller)
+    return content
 
 
 def shipped(name: str) -> Path:

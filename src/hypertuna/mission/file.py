@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
@@ -29,6 +30,7 @@ TURN = 2 * math.pi
 # Fields that 0.2.0 lacks.
 LATER = {"silence_below", "declination", "air_pressure", "dip", "field_declination", "tide", "tide_period", "gust"}
 LATER |= {"gust_depth", "gust_time", "cold", "jump", "jump_every", "jump_told"}
+PLANS = (".plan", ".waypoints", ".gpx", ".kml")  # of other programs
 SPAN = 3600.0  # s in which the gaps of a mission without a time limit begin
 
 
@@ -77,6 +79,9 @@ def read_mission(path: str | Path) -> MissionFile:
         If there is no such mission, or it cannot be used: file, key, rule, value and fix.
     """
     name = file = str(path)
+    if Path(name).suffix.lower() in PLANS:
+        command = f"hypertuna mission import {shlex.quote(name)} -o {shlex.quote(Path(name).stem)}.toml"
+        raise InputError(f"is a plan, not a mission: `{command}` makes one of it", file=name)
     if not name.endswith(".toml"):
         if name not in missions():
             rule, fix = "must be a .toml file or a mission that comes with hypertuna", did_you_mean(name, missions())

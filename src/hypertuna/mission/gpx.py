@@ -68,21 +68,26 @@ def check_origin(origin: tuple[float, float] | None, file: str | None = None) ->
 def read_gpx(path: str | Path) -> list[GpxTrack]:
     """Read the tracks of a GPX file; segments of a track are joined."""
     file = str(path)
-    content = read_bytes(path, "give the path of a .gpx file")
-    if len(content) > MAX_BYTES:
-        value = f"{len(content) / 1e6:.0f} MB"
-        raise InputError("must be at most 200 MB", file=file, value=value, fix="cut the track")
+    content = read_bytes(path, "give the path of a .gpx file", limit=MAX_BYTES)
     try:
-        root = ElementTree.fromstring(content, parser=ElementTree.XMLParser(target=_Plain()))
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        if isinstance(error, InputError):
-            raise InputError(error.rule, file=file, fix=error.fix) from None
-        value = f"not ({shown(str(error))})"
-        raise InputError("must be valid XML", file=file, value=value, fix="export it again") from None
+        root = parse_xml(content)
+    except InputError as error:
+        raise InputError(error.rule, file=file, value=error.value, fix=error.fix) from None
     if root.tag != f"{{{SPACE}}}gpx":
         value, fix = shown(root.tag), "give a GPX 1.1 file"
         raise InputError("must begin with the element gpx of GPX 1.1", file=file, value=value, fix=fix)
     return [_read_track(node, f"trk[{k}]", file) for k, node in enumerate(root.iterfind("trk", SPACES))]
+
+
+def parse_xml(content: bytes) -> Element:
+    """Parse XML of strangers: without a document type, so that no entity grows."""
+    try:
+        return ElementTree.fromstring(content, parser=ElementTree.XMLParser(target=_Plain()))
+    except InputError:
+        raise
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        value = f"not ({shown(str(error))})"
+        raise InputError("must be valid XML", value=value, fix="export it again") from None
 
 
 class _Plain(ElementTree.TreeBuilder):

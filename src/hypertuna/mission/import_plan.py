@@ -1,0 +1,128 @@
+"""Plans of other programs as missions: .plan of QGroundControl, .waypoints, GPX and KML."""
+
+import math
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hypertuna.description.commented import commented
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError, escaped
+from hypertuna.io.files import read_bytes
+from hypertuna.mission.checks import check_fit
+from hypertuna.mission.file import MissionFile, parse_mission
+from hypertuna.mission.geodesy import to_local
+from hypertuna.mission.new import spelled, usual_radius, usual_speed
+from hypertuna.mission.plan_items import read_qgroundcontrol, read_waypoints
+from hypertuna.mission.plan_places import read_xml
+from hypertuna.mission.plans import Place, Plan, Stop
+from hypertuna.mission.schema import Document
+
+MAX_BYTES = 10_000_000
+SPEED, RADIUS = 0.3, 3.0  # m/s and m, where neither plan nor robot states them: as in a mission file
+BELOW = 0.5  # m from the deepest waypoint to the limit of depth
+GROUND = 20.0  # m, default of a mission file
+
+
+def read_plan(path: str | Path, *, depth: float | None = None) -> Plan:
+    """Read a plan, by its content; `depth` [m] replaces the altitudes of all its waypoints.
+
+    Raises
+    ------
+    InputError
+        If it is no plan, or has what a mission cannot keep: the item, the rule, the value and the fix.
+    """
+    content = read_bytes(path, "give a .plan, .waypoints, .gpx or .kml file", limit=MAX_BYTES)
+    start = content.removeprefix(b"\xef\xbb\xbf").lstrip()[:7]
+    read: Callable[[bytes, float | None], Plan]
+    if start.startswith(b"{"):
+        read = read_qgroundcontrol
+    elif start == b"QGC WPL":
+        read = read_waypoints
+    elif start.startswith(b"<"):
+        read = read_xml
+    else:
+        rule = "must be a plan: .plan of QGroundControl, .waypoints, GPX or KML"
+        fix = "unzip it first" if start.startswith(b"PK") else "export it again from the program that drew it"
+        raise InputError(rule, file=str(path), fix=fix)
+    try:
+        plan = read(content, depth)
+        if not plan.stops:
+            raise InputError("has no waypoints", fix="draw at least one")
+    except InputError as error:
+        raise InputError(error.rule, file=str(path), key=error.key, value=error.value, fix=error.fix) from None
+    if depth is not None:
+        plan.note(f"altitudes are replaced by --depth {depth:g}")
+    return plan
+
+
+def plan_document(plan: Plan, name: str, robot: Robot | None = None, speed: float | None = None) -> dict[str, Any]:
+    """Return a plan as the document of a mission file; the robot's speed and radius where the plan has none."""
+    usual = speed or (SPEED if robot is None else usual_speed(robot))
+    radius = RADIUS if robot is None else usual_radius(robot)
+    origin = plan.home or plan.stops[0].place
+    if any(stop.speed is None for stop in plan.stops) and speed is None:
+        plan.note(f"the plan has no speed: {usual:g} m/s is assumed{' for the robot' * (robot is not None)}")
+    limit = math.ceil(10 * max(1.0, max(stop.depth for stop in plan.stops) + BELOW)) / 10
+    document: dict[str, Any] = {"format": 1, "name": name}
+    document |= {} if robot is None else {"robot": spelled(robot)}
+    document["origin"] = _degrees(origin)
+    document["start"] = {"x_m": 0.0, "y_m": 0.0, "heading_deg": _heading(origin, plan.stops)}
+    document["waypoints"] = [
+        _degrees(stop.place)
+        | {"depth_m": stop.depth, "speed_m_s": speed or stop.speed or usual, "radius_m": stop.radius or radius}
+        | ({"hold_s": stop.hold} if stop.hold else {})
+        for stop in plan.stops
+    ]
+    document["home"] = {"radius_m": radius, "speed_m_s": document["waypoints"][-1]["speed_m_s"]}
+    if limit >= GROUND:
+        document["water"] = {"bottom_m": 1.5 * limit}
+        plan.note(f"the depth of the ground is not in the plan: water.bottom_m = {1.5 * limit:g} is assumed")
+    document["limits"] = {"depth_m": limit}
+    if plan.fence:
+        document["limits"]["fence_m"] = np.round(_local(origin, plan.fence), 3).tolist()
+    return document
+
+
+def plan_text(document: dict[str, Any], plan: Plan, source: str) -> str:
+    """Return the text of a mission file, with what it does not keep of the plan."""
+    notes = [f"# Not kept: {escaped(note)}" for note in plan.notes]
+    return "\n".join(
+        [f"# Imported from {escaped(Path(source).name)}.", *notes, commented(document, Document, hints={})]
+    )
+
+
+def check_plan(document: dict[str, Any], plan: Plan, file: str, robot: Robot | None = None) -> MissionFile:
+    """Check the document of a plan, for a robot if one is given; errors name the plan and its items."""
+    try:
+        mission = parse_mission(document)
+        if robot is not None:
+            check_fit(robot, mission.mission)
+        return mission
+    except InputError as error:
+        key = error.key or ""
+        for k in range(len(plan.stops)):
+            if key.startswith(f"waypoints[{k}]"):
+                key = f"{plan.stops[k].name}: {key.removeprefix(f'waypoints[{k}]').lstrip('.')}".removesuffix(": ")
+                break
+        raise InputError(error.rule, file=file, key=key or None, value=error.value, fix=error.fix) from None
+
+
+def _degrees(place: Place) -> dict[str, float]:
+    """Return a place as keys of a mission file, to 0.1 mm."""
+    return {"latitude_deg": round(place[0], 9), "longitude_deg": round(place[1], 9)}
+
+
+def _local(origin: Place, places: Iterable[Place]) -> Any:
+    """Return east and north (n, 2) [m] of places [deg]."""
+    return to_local((math.radians(origin[0]), math.radians(origin[1])), *np.radians(list(places)).T)
+
+
+def _heading(origin: Place, stops: list[Stop]) -> float:
+    """Return the compass direction [deg] to the first waypoint that is not at the start."""
+    for east, north in _local(origin, [stop.place for stop in stops]):
+        if math.hypot(east, north) > 1.0:
+            return round(math.degrees(math.atan2(east, north)), 1) + 0.0  # no -0.0
+    return 0.0

@@ -1,0 +1,84 @@
+"""What plans of other programs say, and the checks of their numbers."""
+
+import math
+from dataclasses import dataclass, field
+
+from hypertuna.errors import InputError, shown
+from hypertuna.mission.schema import MAX_WAYPOINTS
+
+Place = tuple[float, float]  # latitude and longitude [deg]
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A waypoint of a plan: where it stands in the file, its place, and what the plan states."""
+
+    name: str  # "item 3"
+    place: Place
+    depth: float  # m
+    speed: float | None = None  # m/s
+    radius: float | None = None  # m
+    hold: float = 0.0  # s
+
+
+@dataclass
+class Plan:
+    """What was read of a plan, and what a mission keeps differently, or not at all."""
+
+    stops: list[Stop] = field(default_factory=list)
+    home: Place | None = None
+    fence: list[Place] = field(default_factory=list)
+    goes_home: bool = False  # by an item of the plan
+    changes: dict[str, list[str]] = field(default_factory=dict)  # what -> where
+
+    def note(self, what: str, where: str = "") -> None:
+        """Note a difference, and where it is."""
+        self.changes.setdefault(what, []).extend([where] * bool(where))
+
+    @property
+    def notes(self) -> list[str]:
+        """List the differences, each with its items."""
+        return [f"{what}: {_listed(where)}" if where else what for what, where in self.changes.items()]
+
+
+def checked_number(value: object, where: str, what: str, low: float = -math.inf, high: float = math.inf) -> float:
+    """Check a number of a plan."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high or math.isinf(value):
+        rule = f"must have {what} from {low:g} to {high:g}" if math.isfinite(low) else f"must have {what}, a number"
+        raise InputError(rule, key=where, value=_given(value), fix="correct it, and export the plan again")
+    return float(value)
+
+
+def checked_place(latitude: object, longitude: object, where: str) -> Place:
+    """Check latitude and longitude [deg]."""
+    north = checked_number(latitude, where, "a latitude", -89.0, 89.0)
+    return north, checked_number(longitude, where, "a longitude", -180.0, 180.0)
+
+
+def depth_of(altitude: object, where: str, depth: float | None) -> float:
+    """Return the depth [m] of an altitude above the water's surface, unless one is given for all."""
+    if depth is not None:
+        return depth
+    height = checked_number(altitude, where, "an altitude")
+    if height > 0:
+        rule = "must not be above the water: a depth is a negative altitude"
+        fix = "give negative altitudes, or one depth for all waypoints by --depth"
+        raise InputError(rule, key=where, value=f"at {height:g} m", fix=fix)
+    return 0.0 - height
+
+
+def check_count(count: int) -> None:
+    """Check the number of waypoints before they are kept."""
+    if count > MAX_WAYPOINTS:
+        rule, fix = f"must have at most {MAX_WAYPOINTS} waypoints", "thin them out in a map program"
+        raise InputError(rule, value=f"{count} long", fix=fix)
+
+
+def _given(value: object) -> str:
+    return "missing" if value is None else shown(value)
+
+
+def _listed(where: list[str]) -> str:
+    """List items, the first ones where there are many."""
+    more = f" and {len(where) - 8} more" if len(where) > 9 else ""
+    return ", ".join(where if not more else where[:8]) + more
