@@ -7,9 +7,9 @@ import signal
 import subprocess
 import sys
 import time
-from collections import namedtuple
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -125,7 +125,7 @@ def test_a_large_grid_says_what_it_takes(run: Run, tmp_path: Path) -> None:
     ("name", "value", "sentence"),
     [
         ("YEAR", 1e-9, "the sweep must end within a year, but is "),
-        ("shutil.disk_usage", lambda _: namedtuple("Usage", "free")(100), "the sweep must fit on the disk of a.shards"),
+        ("shutil.disk_usage", lambda _: SimpleNamespace(free=100), "the sweep must fit on the disk of a.shards"),
     ],
 )
 def test_a_large_grid_that_cannot_end_is_refused(

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 import hypertuna as ht
 from hypertuna.identification.coefficients import columns, free, sample_robots
+from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import identify
 from hypertuna.identification.names import default_names
-from hypertuna.identification.trends import rank_correlation
+from hypertuna.identification.prediction import predict
+from hypertuna.identification.trends import rank_correlation, trend_warnings
 from hypertuna.trials.reach import outside
 from models import changed
 from synthetic import grid, steady
@@ -115,3 +119,17 @@ def test_a_swim_outside_the_runs_of_its_fit_is_told(tuna: ht.Robot) -> None:
     assert "The frequency 6 Hz is outside the runs that the coefficients were fitted to, 2 to 4 Hz" in sentence
     assert len(outside(fit.robot, frequency=0.5, amplitude=2 * amplitude, speed=9.0)) == 3
     assert outside(tuna, frequency=60, amplitude=amplitude) == []  # not fitted
+
+
+def test_trends_take_memory_by_the_runs_not_by_their_square(tuna: ht.Robot) -> None:
+    """1600 runs: a row of all their speeds and costs for each run would be 41 MB."""
+    runs = steady(tuna, grid(np.linspace(1, 6, 40), [(16, 25)], np.linspace(0, 80, 40)), noise=0.02)
+    frees = free(tuna, ["water.drag=common"])
+    data = experiment(tuna, runs, frees)
+    prediction = predict(data, [1.0])
+    tracemalloc.start()
+    try:
+        trend_warnings(data, np.array([1.0]), prediction, 0)
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()

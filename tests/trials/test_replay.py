@@ -2,6 +2,7 @@
 
 import json
 import math
+import time as clock
 
 import numpy as np
 import pytest
@@ -435,3 +436,28 @@ def test_command_refuses_before_it_writes(tmp_path, gait):
     done = CliRunner().invoke(app, given)
     assert isinstance(done.exception, ht.InputError)
     assert not output.exists()
+
+
+def test_a_long_replay_is_refused_before_it_is_smoothed(eel, monkeypatch: pytest.MonkeyPatch) -> None:
+    time = np.arange(600_000) / 100
+    long = JointSeries(time, np.zeros((len(time), 5)), file="long.csv")
+    monkeypatch.setattr("hypertuna.trials.replay.smooth", lambda _: pytest.fail("smoothed"))
+    rule = (
+        r"long\.csv: a replay must take at most 1000000 steps, but is 1199998: 5999\.99 s in steps of 0\.005 s: take "
+    )
+    with pytest.raises(ht.InputError, match=rf"{rule}steps of at least 0\.006 s \(--step\), or replay .* in parts\."):
+        replay(eel, long)
+    with pytest.raises(ht.InputError, match="must take at most"):
+        replay(eel, long, step=1e-9)
+
+
+def test_smoothing_takes_time_by_the_samples_not_by_their_square() -> None:
+    def seconds(samples: int) -> float:
+        time = np.arange(samples) / 100
+        noise = np.random.default_rng(0).normal(0, 0.01, (samples, 2))
+        start = clock.process_time()
+        smooth(JointSeries(time, np.sin(2 * np.pi * time)[:, np.newaxis] + noise))
+        return clock.process_time() - start
+
+    seconds(1000)
+    assert seconds(32_000) < 8 * seconds(8000)

@@ -12,7 +12,7 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, counted, table
+from hypertuna.cli.console import attended, command_line, counted, progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
@@ -21,9 +21,9 @@ from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.comparison import compare_recording, replay_recording, with_fitted_clock
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.reach import motion_of, outside, swim_of_series
-from hypertuna.trials.replay import AXES, BORDER, Pose, head_center, replay, rmse
+from hypertuna.trials.replay import AXES, BORDER, Pose, check_replay, head_center, replay, rmse
 from hypertuna.trials.smoothing import SmoothSeries, smooth
-from hypertuna.trials.tracks import Track, read_joints, read_tracks
+from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
 from hypertuna.trials.trials import read_trials
 
 if TYPE_CHECKING:
@@ -59,13 +59,16 @@ class SeriesOptions:
         ),
     ] = None
 
-    def read(self, path: str) -> SmoothSeries:
-        """Read and smooth the series."""
+    def read(self, path: str) -> JointSeries:
+        """Read the series."""
         if not self.columns:
             fix = "name the columns of angles, or give a manifest"
             raise InputError("must be given with a CSV file", key="--columns", fix=fix)
-        series = read_joints(path, time=self.time_column, columns=_names(self.columns), unit=self.unit)
-        return smooth(series, noise=None if self.noise is None else math.radians(self.noise))
+        return read_joints(path, time=self.time_column, columns=_names(self.columns), unit=self.unit)
+
+    def smooth(self, measured: JointSeries) -> SmoothSeries:
+        """Smooth the series."""
+        return smooth(measured, noise=None if self.noise is None else math.radians(self.noise))
 
 
 @dataclass(frozen=True)
@@ -154,10 +157,13 @@ def replay_command(
                 raise InputError("cannot be combined with a manifest or a folder", key=key, fix=fix)
         _replay_recordings(fish, angles, step=step, plot=plot, output=output, as_json=as_json)
         return
-    curve, tracks = series.read(angles), poses.read()
+    measured, tracks = series.read(angles), poses.read()
+    check_replay(fish, measured, step)
     x, y, heading = start
     options: dict[str, Any] = {"step": step, "current": tuple(current), "time_offset": time_offset}
-    result = replay(fish, curve, start=Pose(x, y, np.radians(heading)), **options)
+    options["start"] = Pose(x, y, np.radians(heading))
+    curve = attended("smoothing", lambda: series.smooth(measured))
+    result = attended("replaying", lambda: replay(fish, curve, **options))
     completed = result.attrs["status"] == "completed"
     compared = rmse(fish, result, tracks) if tracks and completed else None
     noise_deg = {"joint_noise_deg": np.degrees(curve.noise)}
@@ -245,7 +251,11 @@ def _replay_recordings(
     if not trials.recordings:
         fix = "only tracked runs are replayed: add [[recordings]]"
         raise InputError("must hold at least one recording", file=path, fix=fix)
-    cases = [_Case.make(robot, given, with_fitted_clock(robot, given), step) for given in trials.recordings]
+    cases = []
+    with progress_bar("replaying") as progress:
+        for given in trials.recordings:
+            cases.append(_Case.make(robot, given, with_fitted_clock(robot, given), step))
+            progress(len(cases), len(trials.recordings))
     left = [f"Not replayed: {counted(len(trials.steady), 'steady run')}."] if trials.steady else []
     emit(
         cases,

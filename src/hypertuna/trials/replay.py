@@ -99,8 +99,8 @@ def replay(
         diverged replay ends with its last finite step.
     """
     robot = robot_of(robot)
+    check_replay(robot, series.series if isinstance(series, SmoothSeries) else series, step)
     curve = series if isinstance(series, SmoothSeries) else smooth(series)
-    _check(robot, curve.series, step)
     numbers = {"start": start, "twist": twist or (), "current": current, "time_offset": (time_offset,)}
     for key, values in numbers.items():
         if not np.isfinite(values).all():
@@ -132,14 +132,18 @@ def replay(
 def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) -> tuple[Array, float]:
     """Return joint motion (2 steps + 1, links, 3) [rad, rad/s, rad/s^2] and step [s] of a replay."""
     time = curve.series.time
-    longest = float(np.median(np.diff(time))) / STEPS_PER_SAMPLE if step is None else step
-    steps = math.ceil((time[-1] - time[0]) / longest * (1 - 1e-12))
+    steps = math.ceil((time[-1] - time[0]) / _longest(time, step) * (1 - 1e-12))
     step = float(time[-1] - time[0]) / steps
     motion = curve(np.linspace(time[0], time[-1], 2 * steps + 1))
     joints = np.zeros((len(motion), len(robot.links.name), 3))
     for g, group in enumerate(robot.joints):
         joints[:, list(group.links)] = motion[:, g, np.newaxis] * np.array(group.share)[:, np.newaxis]
     return joints, step
+
+
+def _longest(time: Array, step: float | None) -> float:
+    """Return the maximum step [s]: that given, or half the median interval."""
+    return float(np.median(np.diff(time))) / STEPS_PER_SAMPLE if step is None else step
 
 
 def replay_jacobian(
@@ -250,8 +254,8 @@ def rmse(robot: Robot | str | Path, result: xr.Dataset, tracks: Sequence[Track])
     )
 
 
-def _check(robot: Robot, series: JointSeries, step: float | None) -> None:
-    """Check that a series fits the robot, and the step of a replay."""
+def check_replay(robot: Robot, series: JointSeries, step: float | None) -> None:
+    """Check that a series fits the robot, and that its replay is not too long; before it is smoothed."""
     groups, given = [group.name for group in robot.joints], series.angle.shape[1]
     if given != len(groups):
         rule = f"must be {len(groups)}, one per joint group of {robot.name} ({', '.join(groups)})"
@@ -259,9 +263,12 @@ def _check(robot: Robot, series: JointSeries, step: float | None) -> None:
         raise InputError(rule, file=series.file, key="the number of angles", value=str(given), fix=fix)
     if step is not None:
         POSITIVE.check(step, "step", "give it in seconds")
-        if np.ptp(series.time) / step > MAX_STEPS:
-            rule = f"must be at least {np.ptp(series.time) / MAX_STEPS:.3g} s: replays are limited to {MAX_STEPS} steps"
-            raise InputError(rule, key="step", value=shown(step), fix="leave it out")
+    seconds, longest = float(np.ptp(series.time)), _longest(series.time, step)
+    if seconds / longest > MAX_STEPS:
+        value = f"{seconds / longest:.0f}: {seconds:.6g} s in steps of {longest:.3g} s"
+        fix = f"take steps of at least {seconds / MAX_STEPS:.3g} s (--step), or replay the series in parts"
+        rule = f"must take at most {MAX_STEPS} steps"
+        raise InputError(rule, file=series.file, key="a replay", value=value, fix=fix)
 
 
 def together(tracks: Sequence[Track], begin: float = -math.inf, end: float = math.inf) -> tuple[Array, Array]:

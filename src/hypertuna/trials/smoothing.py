@@ -164,7 +164,7 @@ def _splines(series: JointSeries) -> Iterator[Scored]:
         knots = np.concatenate([np.full(DEGREE + 1, time[0]), inner, np.full(DEGREE + 1, time[-1])])
         intervals = max(intervals + 1, round(GROWTH * intervals))
         try:
-            spline = make_lsq_spline(time, angle, knots, k=DEGREE)
+            spline = make_lsq_spline(time, angle, knots, k=DEGREE, method="norm-eq")  # "qr" takes time by the square
         except (ValueError, np.linalg.LinAlgError):  # a gap holds no samples between knots
             continue
         curves = tuple(BSpline(knots, column, DEGREE) for column in spline.c.T)
