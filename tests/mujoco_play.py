@@ -32,7 +32,7 @@ def model(robot: ht.Robot, **options: Any) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(ht.mjcf(robot, **options))
 
 
-def play(m: mujoco.MjModel, gait: str, beats: int) -> Array:
+def play(m: mujoco.MjModel, gait: str, beats: int, prefix: str = "") -> Array:
     """Time and place of the nose (steps, 3) while it swims a gait of the file from rest, as the docs do it."""
     d = mujoco.MjData(m)
     frequency, *angles = m.numeric(gait).data
@@ -41,7 +41,7 @@ def play(m: mujoco.MjModel, gait: str, beats: int) -> Array:
     for row in path:
         d.ctrl[: len(phase)] = bias + amplitude * np.sin(2 * np.pi * frequency * d.time - phase)
         mujoco.mj_step(m, d)
-        row[:] = d.time, *d.sensor("position").data[:2]
+        row[:] = d.time, *d.sensor(f"{prefix}position").data[:2]
     return path
 
 

@@ -1,34 +1,45 @@
 """A robot as an MJCF file: it swims in MuJoCo, by MuJoCo's own fluid forces or by the engine plugin of this project.
 
 MuJoCo drags a body by the box that has its inertia: half sizes r give a force 2 rho r_y r_z v |v| along x and
-2 rho r_x r_z v |v| across (y). A second body at each link, all water, has the r that make these the link's own drag. It
-is meters tall (z): the taller, the less it resists rotation (rho/2 r_z (r_x^4 + r_y^4)), and its moment of inertia
-about z is small. It carries the isotropic part of the added mass.
+2 rho r_x r_z v |v| across (y). Bodies at each link, all water, have the r that make these the link's own drag: a plate
+without thickness across, which is dragged across alone, and one that is dragged along alone. The taller the first (z),
+the less it resists rotation (rho/2 r_z r_x^4). They carry the isotropic part of the added mass.
+
+A thickness is a difference of moments of inertia. Those of the plates are whole multiples of a power of two, so that
+it is exactly zero in single precision, too; MuJoCo then computes the box of its smallest difference.
 """
 
 import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
 from hypertuna.arguments import checked
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require, robot_of
 from hypertuna.errors import InputError
 from hypertuna.export.link_water import LinkWater, links_water, lost_drag, rotor
 from hypertuna.export.mjcf_plugin import add_fin_drives, add_link, add_plugin
 from hypertuna.export.outlook import pieces
-from hypertuna.export.xml import Element, add, check_names, document, notes
+from hypertuna.export.xml import Element, add, check_names, document, notes, written
 from hypertuna.io.files import version
 
 TIMESTEP = 5e-4  # s, of a fourth-order integrator
 START = 1.0  # m, depth of the nose at first, in space
 SERVO = 500.0  # rad/s: natural frequency of the position servos; all joints come 2 zeta / SERVO = 2.8 ms late
 DAMPING = math.sqrt(0.5)  # zeta: the flattest response
-OWN_WATER = 0.01  # of a link's mass that its water body takes, so that it has one where the added mass is zero
+OWN_WATER = (0.5, 0.2, 0.05, 0.01)  # of a link's mass that its water bodies take: the most that its turning admits
+ALONG = 0.25  # of the water's mass: that of plates that are dragged along
 ROD = 1e-9  # of a link's moment of inertia: that about its own axis, which turns in space alone
-TALL = 1000.0  # r_z / sqrt(r_y r_z): (r_y / r_z)^2 = 1/TALL^4 is 4,500 times the rounding error of moments of inertia
-THIN = 1.5e-14  # kg m^2: ten times the smallest moment of inertia (mjMINVAL) that MuJoCo makes a box of
+THICK = 0.04  # of the body's length: r_x of plates that are dragged across, at most
+SMALLEST = 1e-15  # kg m^2: difference of moments of inertia below which MuJoCo makes no box (mjMINVAL)
+SMALLEST_MJX = 1e-12  # kg m^2: that of MJX
+NOTED = 1e-3  # of the drag along: a larger excess is told
+DIGITS = 22  # bits of moments of inertia: two of single precision remain for sums
 # Gauss-Legendre points on [-1, 1] and their weights, of drag along a link
 POINTS = (-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526)
 WEIGHTS = (0.1739274225687269, 0.3260725774312731, 0.3260725774312731, 0.1739274225687269)
@@ -78,10 +89,11 @@ def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False)
         require(robot.fins, "fins", robot)
     root = ElementTree.Element("mujoco", model=robot.name)
     about = f"{robot.name}, written by hypertuna {version()} from {robot.file or 'a robot without a file'}."
-    root.append(notes([about, *_facts(robot, free=free)], losses(robot, plugin=plugin, free=free)))
+    option = {"timestep": TIMESTEP, "integrator": "RK4", "density": 0.0 if plugin else robot.water.density}
+    facts = [about, *_facts(robot, option, free=free)]
+    root.append(notes(facts, losses(robot, plugin=plugin, free=free)))
     add(root, "compiler", angle="radian", inertiafromgeom="false", autolimits="true")
-    density = 0.0 if plugin else robot.water.density
-    add(root, "option", timestep=TIMESTEP, integrator="RK4", density=density, gravity=(0, 0, -9.81))
+    add(root, "option", **option, gravity=(0, 0, -9.81))
     _look(root, robot)
     if plugin:
         add_plugin(root, robot, free=free)
@@ -97,7 +109,7 @@ def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False)
     return document(root)
 
 
-def _facts(robot: Robot, *, free: bool) -> list[str]:
+def _facts(robot: Robot, option: Mapping[str, Any], *, free: bool) -> list[str]:
     """Return the lines of the comment that describes the file."""
     joints = "ideal" if robot.model.joints == "ideal" else "first-order lags of the description's bandwidths"
     return [
@@ -107,6 +119,8 @@ def _facts(robot: Robot, *, free: bool) -> list[str]:
         "joints go as commanded. An actuator's force contains the rotor's inertia: it is not the joint's torque.",
         "Each numeric field of <custom> is a gait: frequency in Hz, amplitudes, phases, biases in rad, for",
         "bend = bias + amplitude sin(2 pi frequency t - phase). The phases contain the joints' phase offsets.",
+        "In another scene (MjSpec.attach) the options are those of the scene. It must have these, or the robot swims",
+        f"otherwise: {', '.join(f'{name} {written(value)}' for name, value in option.items())}.",
     ]
 
 
@@ -118,16 +132,22 @@ def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
         "current, waves and bottom",
         f"exact timing: the servos turn all joints {2000 * DAMPING / SERVO:.1f} ms late",
     ]
+    if plugin:
+        lost.append("MJX and MuJoCo Warp, which run no engine plugins")
     if free:
         return [*lost, "the pectoral servos' limit of rate"]
     drawn = " (they are drawn only)" if robot.fins is not None else ""
     lost.append(f"motion out of the plane: depth, roll, pitch, pectoral fins{drawn}")
     if plugin:
         return lost
-    more = 100 * turning_excess(robot)
-    lost.append(
-        f"rotation as free as in the water law: the boxes of water add {more:.2g} % to the drag of turning in place"
-    )
+    turning, along = excess(robot)
+    more = f"the boxes of water add {100 * turning:.2g} % to the drag of turning in place"
+    lost.append(f"rotation as free as in the water law: {more}")
+    if along > NOTED:
+        more = f"MuJoCo's smallest boxes add {100 * along:.2g} % to the drag along the robot"
+        lost.append(f"friction as low as in the water law: {more}")
+    more = f"MJX, whose smallest boxes are larger, adds {100 * (excess(robot, SMALLEST_MJX)[1] - along):.2g} %"
+    lost.append(f"the same drag along the robot in every engine: {more}; MuJoCo and MuJoCo Warp agree")
     if law == "lumped":
         return lost
     lost.append(f"added mass across the links: the {law} law's is not alike in all directions")
@@ -190,68 +210,99 @@ def _head(head: Element, robot: Robot, *, free: bool) -> None:
     add(head, "site", name="imu", pos=(com, 0, 0), size=0.004)
 
 
+@dataclass(frozen=True)
+class _Part:
+    """A body of a link: place behind its front joint [m], mass [kg], moments of inertia [kg m^2]."""
+
+    at: float
+    mass: float
+    inertia: tuple[float, float, float]
+
+    def half_sizes(self, smallest: float) -> Array:
+        """Return the half sizes (3,) of the box that MuJoCo makes of it [m]."""
+        x, y, z = self.inertia
+        return np.sqrt(1.5 / self.mass * np.maximum(smallest, [y + z - x, x + z - y, x + y - z]))
+
+
 def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
     """Add a link's own body, a thin rod that meets no drag, and the water bodies that are dragged."""
-    com, alike, wet = robot.links.com[i], _alike(water), _wet(robot, i, water)
-    boxes = [(at, part * wet, _inertia(part * wet, half)) for at, part, half in _boxes(robot, i, water)]
-    # The rest of mass, first and second moment about the front joint is the link's own.
-    mass = alike - wet
-    place = (alike * com - sum(part * at for at, part, _ in boxes)) / mass
-    turn = water.inertia[2, 2] + alike * com**2 - mass * place**2
-    turn -= sum(part * at**2 + inertia[2] for at, part, inertia in boxes)
-    add(body, "inertial", pos=(place, 0, 0), mass=mass, diaginertia=(ROD * turn, turn, turn))
-    for k, (at, part, inertia) in enumerate(boxes):
-        dragged = add(body, "body", name=f"{robot.links.name[i]}-water-{k}", pos=(at, 0, 0))
-        add(dragged, "inertial", pos=(0, 0, 0), mass=part, diaginertia=inertia)
+    rod, *plates = _parts(robot, i, water)
+    add(body, "inertial", pos=(rod.at, 0, 0), mass=rod.mass, diaginertia=rod.inertia)
+    for k, plate in enumerate(plates):
+        dragged = add(body, "body", name=f"{robot.links.name[i]}-water-{k}", pos=(plate.at, 0, 0))
+        add(dragged, "inertial", pos=(0, 0, 0), mass=plate.mass, diaginertia=plate.inertia)
 
 
-def _alike(water: LinkWater) -> float:
-    """Return a link's mass with the added mass that is alike in all directions [kg]."""
-    return float(min(water.inertia[0, 0], water.inertia[1, 1]))
+def _parts(robot: Robot, i: int, water: LinkWater) -> list[_Part]:
+    """Return the rod and the plates of a link; together they have its mass, first and second moment."""
+    alike = float(min(water.inertia[0, 0], water.inertia[1, 1]))  # with the added mass alike in all directions
+    com, turn = robot.links.com[i], float(water.inertia[2, 2])
+    for own in OWN_WATER:
+        mass = (1 - own) * robot.links.mass[i]
+        plates = [*_plates(robot, i, water, alike - mass)]
+        place = (alike * com - sum(plate.mass * plate.at for plate in plates)) / mass
+        rest = turn + alike * com**2 - mass * place**2
+        rest -= sum(plate.mass * plate.at**2 + plate.inertia[2] for plate in plates)
+        if rest > turn / 2:
+            break
+    return [_Part(place, mass, (ROD * rest, rest, rest)), *plates]
 
 
-def _wet(robot: Robot, i: int, water: LinkWater) -> float:
-    """Return the mass of a link's water bodies [kg]."""
-    return _alike(water) - (1 - OWN_WATER) * robot.links.mass[i]
+def _points(robot: Robot, i: int) -> list[tuple[float, float]]:
+    """Return where drag acts on a link: places behind its front joint [m], and their parts of the drag."""
+    if robot.model.water == "lumped":
+        return [(robot.links.com[i], 1.0)]
+    return [(robot.links.length[i] / 2 * (1 + at), part) for at, part in zip(POINTS, WEIGHTS, strict=True)]
 
 
-def _boxes(robot: Robot, i: int, water: LinkWater) -> list[tuple[float, float, tuple[float, float, float]]]:
-    """Return the boxes of water of a link: place behind its front joint [m], part of the water, half sizes [m]."""
+def _plates(robot: Robot, i: int, water: LinkWater, wet: float) -> Iterator[_Part]:
+    """Yield the plates of a link whose water has a mass `wet` [kg]."""
     if not water.along or not water.across:
         rule, fix = "must drag each link along and across, since boxes of water do", "give drag to it, or add --plugin"
         value = f"0 {'across' if water.along else 'along'} link {robot.links.name[i]}"
         raise InputError(rule, file=robot.file or None, key=f"water.{robot.model.water}", value=value, fix=fix)
-    wet, double = _wet(robot, i, water), 2 * robot.water.density
-    points = [(robot.links.com[i], 1.0)]  # where drag acts, and its part
-    if robot.model.water != "lumped":
-        points = [(robot.links.length[i] / 2 * (1 + at), part) for at, part in zip(POINTS, WEIGHTS, strict=True)]
-    boxes = []
-    for at, part in points:
-        along, across = part * water.along / double, part * water.across / double  # m^2
-        tall = min(TALL * math.sqrt(along), along * math.sqrt(part * wet / THIN))
-        boxes.append((at, part, (across / tall, along / tall, tall)))
-    return boxes
+    thick = min(THICK * robot.body.length, math.sqrt(float(water.inertia[2, 2]) / wet))
+    for at, part in _points(robot, i):
+        along, across = (part * drag / (2 * robot.water.density) for drag in (water.along, water.across))  # m^2
+        about_z, about_x, about_y = _flat((1 - ALONG) * part * wet, thick, across)
+        plate = _Part(at, (1 - ALONG) * part * wet, (about_x, about_y, about_z))
+        yield plate
+        _, y, z = plate.half_sizes(SMALLEST)
+        if along > y * z:
+            about_z, about_y, about_x = _flat(ALONG * part * wet, math.sqrt(along - y * z), along - y * z)
+            yield _Part(at, ALONG * part * wet, (about_x, about_y, about_z))
 
 
-def _inertia(mass: float, half: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return the moments of inertia of a box [kg m^2]."""
-    x, y, z = half
-    return (mass / 3 * (y * y + z * z), mass / 3 * (x * x + z * z), mass / 3 * (x * x + y * y))
+def _flat(mass: float, half: float, area: float) -> tuple[float, float, float]:
+    """Return moments of inertia of a plate, about its height, its width and its normal [kg m^2].
 
-
-def turning_excess(robot: Robot) -> float:
-    """Return what the boxes' resistance to rotation adds to the drag of the straight robot's turning, as a part of it.
-
-    The robot turns about its center of mass.
+    Half width and half height have a product `area` [m^2]. Sums and differences are exact in single precision.
     """
-    links, own, more = robot.links, 0.0, 0.0
+    height = area / half
+    unit = 2.0 ** (math.frexp(mass / 3 * (half**2 + height**2))[1] - DIGITS)
+    about_height = unit * max(1, round(mass / 3 * half**2 / unit))
+    height = area / math.sqrt(3 * about_height / mass)
+    about_width = unit * max(1, round(mass / 3 * height**2 / unit))
+    return about_height, about_width, about_height + about_width
+
+
+def excess(robot: Robot, smallest: float = SMALLEST) -> tuple[float, float]:
+    """Return what the boxes add to the drag of the straight robot, as parts of it: in turning in place, and along.
+
+    The robot turns about its center of mass. `smallest` [kg m^2] is the engine's.
+    """
+    links, turning, along, resisted, dragged = robot.links, 0.0, 0.0, 0.0, 0.0
     fronts = np.cumsum([0, *links.length[:-1]])
     middle = np.dot(links.mass, fronts + links.com) / np.sum(links.mass)
     for i, water in enumerate(links_water(robot)):
-        for at, _, (x, y, z) in _boxes(robot, i, water):
-            own += 2 * x * z * abs(fronts[i] + at - middle) ** 3
-            more += z / 2 * (x * x * x * x + y * y * y * y)  # powers of floats raise where products are infinite
-    return more / own
+        for at, part in _points(robot, i):
+            turning += part * water.across / robot.water.density * abs(fronts[i] + at - middle) ** 3
+        along += water.along / (2 * robot.water.density)
+        for plate in _parts(robot, i, water)[1:]:
+            x, y, z = plate.half_sizes(smallest)
+            resisted += z / 2 * (x**4 + y**4)
+            dragged += y * z
+    return float(resisted / turning), float(dragged / along - 1)
 
 
 def _look(root: Element, robot: Robot) -> None:
