@@ -74,7 +74,7 @@ inline constexpr float values[] = {
     -0.05550814f,  // controller map[14]
     0.056010593f,  // controller map[15]
     0.27189153f,  // controller map[16]
-    0.31619674f,  // controller map[17]
+    0.31619677f,  // controller map[17]
     7.5f,  // controller servo_speed[2]
     804864.94f,  // controller servo_stall[2]
     60000.0f,  // controller fill[2]
@@ -88,7 +88,7 @@ inline constexpr float values[] = {
     -0.05550814f,  // controller map[20]
     0.056010593f,  // controller map[21]
     0.27189153f,  // controller map[22]
-    0.31619674f,  // controller map[23]
+    0.31619677f,  // controller map[23]
     7.5f,  // controller servo_speed[3]
     804864.94f,  // controller servo_stall[3]
     60000.0f,  // controller fill[3]
@@ -129,6 +129,8 @@ inline constexpr float values[] = {
     -10.3f,  // pilot depth_low[0]
     30.0f,  // pilot depth_high[0]
     0.5f,  // pilot depth_step[0]
+    0.0f,  // pilot depth_repeat[0]
+    0.0f,  // pilot field_repeat[0]
     0.8014128f,  // pilot glide[0]
     0.05f,  // pilot position_walk[0]
     0.002f,  // pilot current_walk[0]
@@ -282,81 +284,81 @@ inline constexpr ParameterInfo parameters[] = {
     {"pulse_min", 0.0008f, 0.0011999999f, 0.0008f, false, 106},
     {"pulse_max", 0.00165f, 0.0022f, 0.0022f, false, 107},
     {"slew", 0.015000001f, 0.15f, 0.15f, false, 108},
-    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 155},
-    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 158},
-    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 157},
-    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 156},
-    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 154},
-    {"lookahead", 2.0f, 8.0f, 4.0f, false, 160},
-    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 161},
-    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 166},
-    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 164},
-    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 165},
-    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 168},
-    {"speed_min", 0.05f, 0.2f, 0.1f, false, 159},
-    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 170},
-    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 171},
-    {"error_max", 6.0f, 24.0f, 12.0f, false, 172},
-    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 179},
-    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 196},
-    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 197},
-    {"bend_scale_0", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 198},
-    {"bend_scale_1", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 199},
-    {"pressure_zero_0", -65536.0f, 65536.0f, 15291.733f, false, 200},
-    {"pressure_zero_1", -65536.0f, 65536.0f, 15291.733f, false, 201},
-    {"pressure_zero_2", -65536.0f, 65536.0f, 15291.733f, false, 202},
-    {"pressure_zero_3", -65536.0f, 65536.0f, 15291.733f, false, 203},
-    {"pressure_scale_0", 2.861023f, 45.776367f, 11.444092f, false, 204},
-    {"pressure_scale_1", 2.861023f, 45.776367f, 11.444092f, false, 205},
-    {"pressure_scale_2", 2.861023f, 45.776367f, 11.444092f, false, 206},
-    {"pressure_scale_3", 2.861023f, 45.776367f, 11.444092f, false, 207},
-    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 208},
-    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 209},
-    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 210},
-    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 211},
-    {"current_scale_0", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 212},
-    {"current_scale_1", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 213},
-    {"current_scale_2", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 214},
-    {"current_scale_3", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 215},
-    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 228},
-    {"voltage_scale", 9.536743e-05f, 0.0015258789f, 0.00038146973f, false, 229},
-    {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 216},
-    {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 217},
-    {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 218},
-    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 219},
-    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 220},
-    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 221},
-    {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 222},
-    {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 223},
-    {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 224},
-    {"accel_scale_0", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 225},
-    {"accel_scale_1", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 226},
-    {"accel_scale_2", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 227},
-    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 230},
-    {"depth_scale", 0.00091743114f, 0.0011213047f, 0.001019368f, false, 231},
-    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 232},
-    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 233},
-    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 234},
-    {"field_scale_0", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 235},
-    {"field_scale_1", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 236},
-    {"field_scale_2", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 237},
-    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 238},
-    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 239},
-    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 240},
-    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 241},
-    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 242},
-    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 243},
-    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 244},
-    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 245},
-    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 246},
-    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 247},
-    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 249},
-    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 252},
-    {"depth_max", 0.5f, 10.0f, 10.0f, false, 253},
-    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 254},
-    {"link_share", 0.05f, 1.0f, 0.75f, false, 255},
-    {"system_id", 1.0f, 250.0f, 1.0f, true, 256},
-    {"sign", 0.0f, 1.0f, 0.0f, true, 257},
+    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 157},
+    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 160},
+    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 159},
+    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 158},
+    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 156},
+    {"lookahead", 2.0f, 8.0f, 4.0f, false, 162},
+    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 163},
+    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 168},
+    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 166},
+    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 167},
+    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 170},
+    {"speed_min", 0.05f, 0.2f, 0.1f, false, 161},
+    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 172},
+    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 173},
+    {"error_max", 6.0f, 24.0f, 12.0f, false, 174},
+    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 181},
+    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 198},
+    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 199},
+    {"bend_scale_0", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 200},
+    {"bend_scale_1", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 201},
+    {"pressure_zero_0", -65536.0f, 65536.0f, 15291.733f, false, 202},
+    {"pressure_zero_1", -65536.0f, 65536.0f, 15291.733f, false, 203},
+    {"pressure_zero_2", -65536.0f, 65536.0f, 15291.733f, false, 204},
+    {"pressure_zero_3", -65536.0f, 65536.0f, 15291.733f, false, 205},
+    {"pressure_scale_0", 2.861023f, 45.776367f, 11.444092f, false, 206},
+    {"pressure_scale_1", 2.861023f, 45.776367f, 11.444092f, false, 207},
+    {"pressure_scale_2", 2.861023f, 45.776367f, 11.444092f, false, 208},
+    {"pressure_scale_3", 2.861023f, 45.776367f, 11.444092f, false, 209},
+    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 210},
+    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 211},
+    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 212},
+    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 213},
+    {"current_scale_0", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 214},
+    {"current_scale_1", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 215},
+    {"current_scale_2", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 216},
+    {"current_scale_3", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 217},
+    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 230},
+    {"voltage_scale", 9.536743e-05f, 0.0015258789f, 0.00038146973f, false, 231},
+    {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 218},
+    {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 219},
+    {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 220},
+    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 221},
+    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 222},
+    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 223},
+    {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 224},
+    {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 225},
+    {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 226},
+    {"accel_scale_0", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 227},
+    {"accel_scale_1", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 228},
+    {"accel_scale_2", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 229},
+    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 232},
+    {"depth_scale", 0.00091743114f, 0.0011213047f, 0.001019368f, false, 233},
+    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 234},
+    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 235},
+    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 236},
+    {"field_scale_0", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 237},
+    {"field_scale_1", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 238},
+    {"field_scale_2", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 239},
+    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 240},
+    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 241},
+    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 242},
+    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 243},
+    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 244},
+    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 245},
+    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 246},
+    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 247},
+    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 248},
+    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 249},
+    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 251},
+    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 254},
+    {"depth_max", 0.5f, 10.0f, 10.0f, false, 255},
+    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 256},
+    {"link_share", 0.05f, 1.0f, 0.75f, false, 257},
+    {"system_id", 1.0f, 250.0f, 1.0f, true, 258},
+    {"sign", 0.0f, 1.0f, 0.0f, true, 259},
 };
 
 inline constexpr std::uint8_t file_0[] = {
@@ -469,7 +471,7 @@ inline constexpr FileInfo files[] = {
 };
 
 inline constexpr Description description = {
-    "hypertuna", 2, 2, values, 258, parameters, 89, 0xe3f59052, files, 2};
+    "hypertuna", 2, 2, values, 260, parameters, 89, 0x2881ce53, files, 2};
 
 inline constexpr struct {
     int servo[6];

@@ -134,3 +134,22 @@ def test_a_fin_larger_than_the_fish_is_told() -> None:
     document["water"]["strip"]["edge_height_m"] = 0.9
     told = implausible(parse(document))
     assert [sentence.split(" has ")[0] for sentence in told] == ["fins.span_m", "water.strip.edge_height_m"]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "noise", "effect"),
+    [
+        ("depth", 0.03, "only on the way up or down"),
+        ("depth", 0.036, ""),
+        ("field", 0.0, "only by a reading out of range"),
+        ("pressure", 0.0, "may take a working one for a stuck one"),
+        ("position", 0.0, ""),
+    ],
+)
+def test_steps_that_hide_a_stuck_sensor_are_told(quantity: str, noise: float, effect: str) -> None:
+    document = load("hypertuna").document()
+    k = next(k for k, sensor in enumerate(document["sensors"]) if sensor.get("quantity") == quantity)
+    document["sensors"][k] |= {"resolution": 0.05, "noise": noise}
+    told = implausible(parse(document))
+    assert len(told) == bool(effect)
+    assert all(f"sensors[{k}].resolution" in sentence and effect in sentence for sentence in told)

@@ -10,6 +10,7 @@ import pytest
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.control.mission import Mission, Waypoint
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.frames import angles_of
 from hypertuna.mission.checks import check_current
@@ -129,6 +130,22 @@ def test_a_lost_fin_loses_no_robot(robot: ht.Robot, fault: str, deepest: float) 
     flight = flown(robot, mission, seed=1, faults=[fault], duration=120)
     assert flight.status != "diverged"
     assert flight.record.depth.max() < deepest
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002, 0.05])
+def test_a_coarse_depth_sensor_ends_no_mission(robot: ht.Robot, noise: float) -> None:
+    """Readings of a sensor with steps of 5 cm repeat while it works; stuck on the way down, it is still recognized."""
+    document = robot.document()
+    depth = next(sensor for sensor in document["sensors"] if sensor.get("quantity") == "depth")
+    depth |= {"resolution": 0.05, "noise": noise}
+    coarse = parse(document)
+    mission = Mission(**{**OUT.__dict__, "waypoints": (Waypoint(0, 60, 4, 0.3, 2),)})
+    healthy = flown(coarse, mission, seed=1, duration=100).record
+    assert not healthy.first_reasons
+    assert healthy.depth.max() > 2
+    stuck = flown(coarse, mission, seed=1, duration=100, faults=["depth:stuck@75"]).record
+    assert [*stuck.first_reasons] == ["depth_lost"]
+    assert 75 < stuck.first_reasons["depth_lost"] < 85
 
 
 def test_home_before_the_last_waypoint_is_not_done(robot: ht.Robot) -> None:

@@ -239,6 +239,26 @@ static void a_stuck_depth_shows() {
     CHECK(ticks_until_lost(0, 0) == 1000);
 }
 
+/// A working sensor of coarse steps without noise repeats its reading: in a level swim for good, and within a step on
+/// the way down. A stuck one shows on the way down alone.
+static void a_coarse_depth_is_no_stuck_one() {
+    Estimator<double> model = test_pilot<double>().estimator;
+    const double start[2] = {0, 0}, step = 0.05;
+    model.depth_repeat = 2 * step;
+    const auto ticks_until_lost = [&](double climb, double sinking) {
+        EstimatorState<double> state = init(model, start);
+        for (int k = 0; k < 3000; ++k)
+            if (!watch_depth(model, state, quantized(step, 1 + 0.01 * sinking * k), climb, 0.3)) return k;
+        return 3000;
+    };
+    CHECK(ticks_until_lost(0, 0) == 3000);
+    for (double climb : {0.06, 0.1, 0.3}) {
+        CHECK(ticks_until_lost(climb, climb) == 3000);
+        CHECK(ticks_until_lost(climb, 0.6 * climb) == 3000);  // it sinks more slowly than it seems
+        CHECK_NEAR(ticks_until_lost(climb, 0), 2 * step / (0.01 * climb) + 25, 3);
+    }
+}
+
 /// What the sensor of a robot that stays at a depth [m] shows for some ticks, in weather that shows as `air` [m].
 static void stay(const Estimator<double>& model, EstimatorState<double>& state, double air, double depth, int ticks) {
     for (int k = 0; k < ticks; ++k) {
@@ -399,6 +419,7 @@ int main() {
     current_and_factor_part();
     depth_follows();
     a_stuck_depth_shows();
+    a_coarse_depth_is_no_stuck_one();
     the_surface_is_seen_at_boot();
     no_surface_under_water();
     a_zero_under_water_heals();

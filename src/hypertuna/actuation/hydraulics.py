@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna import _core
-from hypertuna.arrays import Array
+from hypertuna.arrays import Array, rounded, without_last_bit
 from hypertuna.description.robot import Robot, joint_key, parse, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.hydraulics import HOTTEST, Line, Oil, Pump, Servo
@@ -143,7 +143,7 @@ def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
         require(robot.pump, "pump", robot)
         oil = require(robot.oil, "oil", robot)
         at = oil.temperature if temperature is None else temperature
-        nu = float(viscosity(oil, at))
+        nu = rounded(float(viscosity(oil, at)))
     for group in robot.joints:
         if group.servo is not None:
             servo = {name: getattr(group.servo, name) for name in SAME[1]} | {"stall_torque": group.servo.torque}
@@ -203,8 +203,8 @@ def servo_angle(hydraulics: Circuits, volume: ArrayLike, circuit: int = 0) -> Ar
 def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: float) -> dict[str, float]:
     """Return one circuit by the names of the core."""
     area = np.pi / 4 * pump.bore**2
-    sine, cosine = np.sin(pump.neutral), np.cos(pump.neutral)
-    on = pump.crank * (1 - cosine) - pump.rod + np.sqrt(pump.rod**2 - (pump.crank * sine) ** 2)
+    sine, cosine = (without_last_bit(f(pump.neutral)) for f in (math.sin, math.cos))
+    on = pump.crank * (1 - cosine) - pump.rod + math.sqrt(pump.rod**2 - (pump.crank * sine) ** 2)
     chamber = pump.dead_volume + area * (2 * pump.crank - on)
     held = rest + np.pi / 4 * line.bore**2 * line.length
     fill = line.fill_pressure

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import SIDES, Circuits, circuits, rated_voltage, servo_angle, viscosity
 from hypertuna.actuation.soft_joint import joint_models
-from hypertuna.arrays import Array
+from hypertuna.arrays import Array, rounded, rounded_decimals, without_last_bit
 from hypertuna.description.robot import Robot, joint_key, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
@@ -113,7 +113,7 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
     low, high = float(bend[free][0]), float(bend[free][-1])
     powers = _bend_powers(bend, low, high)
     offset = angle - float(np.interp(0, bend, angle))
-    terms = np.asarray(np.linalg.lstsq(powers * slope[:, None], offset * slope)[0], dtype=np.float64)
+    terms = rounded_decimals(np.asarray(np.linalg.lstsq(powers * slope[:, None], offset * slope)[0], dtype=np.float64))
     error = powers @ terms - angle
     return PumpMap(low, high, terms, float(abs(error).max()), float(abs(error * slope).max()))
 
@@ -167,10 +167,10 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
     values = {name: getattr(control, name) for name in PLAIN} | {
         **{name: require(getattr(control, name), f"controller.{name}_pa", robot) if oil else 0.0 for name in limits},
         "tick": tick,
-        "relax": math.exp(-2 * control.convergence * tick),
-        "couple": math.exp(-control.coupling * tick),
+        "relax": without_last_bit(math.exp(-2 * control.convergence * tick)),
+        "couple": without_last_bit(math.exp(-control.coupling * tick)),
         "smoothing_rate": rate * tick,
-        "smoothing_decay": math.exp(-rate * tick),
+        "smoothing_decay": without_last_bit(math.exp(-rate * tick)),
         "missing": 0.25,
         "limited": 0.1,
         "moving": 0.05,
@@ -240,9 +240,9 @@ def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j
         load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
     room = require(control.pressure_soft, "controller.pressure_soft_pa", robot) - fill
     return (
-        float(held.max()) / room,
-        2 * math.pi * resistance * float(flow.max()) / room,
-        load / (amplitude * frequency**2) / room,
+        rounded(float(held.max()) / room),
+        rounded(2 * math.pi * resistance * float(flow.max()) / room),
+        rounded(load / (amplitude * frequency**2) / room),
     )
 
 
@@ -278,7 +278,7 @@ def _flow(thickest: Circuits, circuit: int) -> dict[str, float]:
 def _rate_max(control: Controller, circuit: dict[str, Any]) -> float:
     """Compute the largest rate of a joint's bend [rad/s], whose oil hammers up to the soft limit."""
     room = require(control.pressure_soft, "controller.pressure_soft_pa") - circuit["fill"]
-    return float(room / (circuit["hammer"] * circuit["map"][0]))
+    return rounded(room / (circuit["hammer"] * circuit["map"][0]))
 
 
 def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:
@@ -289,7 +289,8 @@ def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, l
     if robot.oil is not None:
         hottest, at, thickest = viscosity(robot.oil, [HOTTEST, hydraulics.temperature, robot.oil.pour_point]).tolist()
         lowest, own = hottest / thickest, at / thickest
-    values = {"servo_loop": loop, "servo_decay": math.exp(-loop), "viscosity_min": lowest, "viscosity_own": own}
+    decay = without_last_bit(math.exp(-loop))
+    values = {"servo_loop": loop, "servo_decay": decay, "viscosity_min": rounded(lowest), "viscosity_own": rounded(own)}
     return {name: [float(value)] for name, value in values.items()}
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns, range_of
+from hypertuna.arrays import rounded
 from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.mission import Mission
 from hypertuna.control.sensors import STANDARD_AIR, sensor_of
@@ -48,10 +49,15 @@ def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] 
         guidance = require(robot.guidance, "guidance", robot)
         gaits, speed = [named_gait(robot, name) for name in guidance.gaits], speed or guidance.speed or ()
     if not speed:
-        speed = [swim(with_known_lag(robot), gait).speed for gait in gaits]
+        speed = [settled_speed(robot, gait) for gait in gaits]
     table = GaitTable(tuple(gaits), tuple(float(value) for value in speed))
     _check_table(table)
     return table
+
+
+def settled_speed(robot: Robot, gait: Gait) -> float:
+    """Return the speed of a settled beat [m/s], with the lag of the joints as far as it is known; NaN if unsettled."""
+    return rounded(swim(with_known_lag(robot), gait).speed)
 
 
 def with_known_lag(robot: Robot) -> Robot:
@@ -80,7 +86,7 @@ def glide(robot: Robot) -> float:
     """Compute the distance in which the straight body slows to 1/e: mass with added mass over quadratic drag [m]."""
     still = np.zeros((1, len(robot.links.name), 3))
     motion = _core.dynamics(core_model(robot), still, np.array([[-1.0, 0.0, 0.0]]))
-    return 1 / abs(float(motion["acceleration"][0, 0]))
+    return rounded(1 / abs(float(motion["acceleration"][0, 0])))
 
 
 def curvature(robot: Robot, table: GaitTable, bias: Sequence[float]) -> float:
@@ -93,7 +99,7 @@ def curvature(robot: Robot, table: GaitTable, bias: Sequence[float]) -> float:
     if not turning.settled:
         rule, fix = "must let the robot swim steadily", "choose a smaller bias"
         raise InputError(rule, key="guidance.bias_max_deg", value=turning.status_text, fix=fix)
-    return abs(turning.turn_rate / turning.speed) / STEER
+    return rounded(abs(turning.turn_rate / turning.speed) / STEER)
 
 
 def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, list[float]]:
@@ -153,9 +159,7 @@ PLAIN = (
 def _plain(pilot: Guidance) -> dict[str, float]:
     """Return the constants that depend on the table [guidance] alone."""
     return {name: float(getattr(pilot, name)) for name in PLAIN} | {
-        "fin_tilt": math.sin(pilot.fin_tilt),
-        "pitch_max": math.sin(pilot.pitch_max),
-        "climb_max": math.sin(pilot.climb_max),
+        **{name: rounded(math.sin(getattr(pilot, name))) for name in ("fin_tilt", "pitch_max", "climb_max")},
         "lost_after": pilot.sensor_timeout,
         "slow": pilot.blind_speed,
         "depth_tolerance": depth_tolerance(pilot),
@@ -180,6 +184,8 @@ def _sensed(robot: Robot) -> dict[str, float]:
         "depth_low": depth[0],
         "depth_high": depth[1],
         "depth_step": DEPTH_STEP,
+        "depth_repeat": sensor_of(robot, "depth").hidden_change,
+        "field_repeat": sensor_of(robot, "field").hidden_change,
         "air_low": air[0],
         "air_high": air[1],
         "antenna_x": antenna[0],

@@ -154,7 +154,8 @@ def implausible(robot: Robot) -> list[str]:
     """Return a sentence for each unlikely value of a robot, none if all are likely."""
     if (slip := _unit_of_lengths(robot)) is not None:
         return [slip, *(told for told in _unusual(robot) if "s.length_m" not in told)]  # comparisons would repeat it
-    return [*_unusual(robot), *_unlikely_links(robot), *_unlikely_sizes(robot), *_unlikely_speeds(robot)]
+    unlikely = (_unlikely_links, _unlikely_sizes, _unlikely_speeds, _coarse_sensors)
+    return [*_unusual(robot), *(sentence for check in unlikely for sentence in check(robot))]
 
 
 def _unit_of_lengths(robot: Robot) -> str | None:
@@ -253,6 +254,23 @@ def _unlikely_speeds(robot: Robot) -> Iterator[str]:
         if fast and not SWIMMING[0] <= fast <= SWIMMING[1]:
             slip = _slip(max(speeds), "m/s", (SWIMMING[0] * robot.body.length, SWIMMING[1] * robot.body.length))
             yield f"{key} is up to {fast:.3g} lengths per second; fish swim at 0.5 to 10: {slip}."
+
+
+def _coarse_sensors(robot: Robot) -> Iterator[str]:
+    """Find sensors whose readings repeat while they work: equal readings are how a stuck one is recognized."""
+    effects = {
+        "depth": "a stuck one is recognized only on the way up or down",
+        "field": "a stuck one is recognized only by a reading out of range",
+        "position": None,  # a receiver tells its own errors
+    }
+    for k, sensor in enumerate(robot.sensors):
+        effect = effects.get(sensor.quantity or "position", "the controller may take a working one for a stuck one")
+        if sensor.hidden_change and effect:
+            yield (
+                f"sensors[{k}].resolution of the {sensor.quantity} sensor is {sensor.resolution:g}, with a noise of "
+                f"{sensor.noise:g}: its readings repeat, and {effect}: "
+                "choose a sensor with finer steps, or correct its noise."
+            )
 
 
 def _plain(robot: Robot, key: str) -> str:

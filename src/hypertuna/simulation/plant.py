@@ -13,7 +13,7 @@ from hypertuna.actuation.hydraulics import DRIVES, SOFTER, Circuits, circuits, d
 from hypertuna.actuation.soft_joint import SMALL, JointModel, drive_unit, joint_models
 from hypertuna.arrays import Array
 from hypertuna.control.controller import controller_columns
-from hypertuna.control.guidance import with_known_lag
+from hypertuna.control.guidance import settled_speed
 from hypertuna.control.sensors import fault_texts, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.robot import Robot, cached, joint_key
@@ -26,7 +26,6 @@ from hypertuna.simulation.run import VARIABLES
 from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait, lags
 from hypertuna.swimming.model import core_model
-from hypertuna.swimming.swim import swim
 from hypertuna.swimming.trajectory import group_shares
 
 STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
@@ -267,7 +266,7 @@ def plan_command(
     command |= {name: np.atleast_2d(values) for name, values in angles.items()}
     command |= {} if fins is None else {"fin": fins(ticks, tick)}
     if speed is None:
-        settled = swim(with_known_lag(robot), gait).speed
+        settled = settled_speed(robot, gait)
         speed = settled if math.isfinite(settled) else 0.0
     core = {
         "plant": parts.plant,

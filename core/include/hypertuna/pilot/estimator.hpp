@@ -40,6 +40,7 @@ struct Estimator {
     AttitudeModel<T> attitude;
     T depth_rate;                                // 1/s of the depth observer
     T depth_low, depth_high, depth_step;         // m: range, largest change within a tick
+    T depth_repeat, field_repeat;                // m, 1: change that a working sensor may not show; 0 where noise does
     T glide;                                     // m in which the robot slows to 1/e when it stops beating
     T position_walk, current_walk, factor_walk;  // m, m/s, 1 per root of a second: what the way is uncertain by
     T start_error, current_error, factor_error;  // standard deviations at the start
@@ -68,6 +69,7 @@ struct EstimatorState {
     T depth, sink;
     bool dipped;            // a depth was seen
     int still;              // equal readings of depth in a row while it swims
+    T climbed;              // m up or down since the reading of depth changed
     T zero;                 // m that the depth sensor shows at the surface
     bool zeroed;            // it was seen there
     T air_max;              // m that the sensor may show at boot in the air
@@ -264,16 +266,17 @@ void follow_surface(const Estimator<T>& model, EstimatorState<T>& state, const V
 }
 
 /// Depth with its rate by a critically damped observer. A sensor that is stuck shows by equal readings: at once on the
-/// way up or down, in some seconds of any swim.
+/// way up or down, and in some seconds of any swim where its noise exceeds its resolution.
 template <class T>
 bool watch_depth(const Estimator<T>& model, EstimatorState<T>& state, T reading, T climb, T speed) {
     const T dt = model.attitude.tick;
-    const bool moving = T(0.05) < abs(climb);
+    const bool moving = T(0.05) < abs(climb) && model.depth_repeat <= abs(state.climbed);
     const Verdict<T> verdict = judge({model.depth_low, model.depth_high, model.depth_step, repeats_slow},
                                      state.depth_health, reading, state.depth_health.last, moving);
+    state.climbed = verdict.repeated ? state.climbed + climb * dt : T(0);
     if (!verdict.repeated)
         state.still = 0;
-    else if (T(0.1) < speed && state.still < still_max)
+    else if (T(0.1) < speed && model.depth_repeat == T(0) && state.still < still_max)
         ++state.still;
     const bool usable = verdict.usable && state.still < still_max;
     zero_at_boot(model, state, reading, usable);
@@ -296,7 +299,7 @@ bool watch_field(const Estimator<T>& model, EstimatorState<T>& state, const T (&
     for (int k = 0; k < 3; ++k) {
         const T limit = model.attitude.field_high;
         usable = judge({-limit, limit, limit, repeats_slow}, state.field_health[k], field[k],
-                       state.field_health[k].last, moving)
+                       state.field_health[k].last, moving && model.field_repeat == T(0))
                      .usable &&
                  usable;
     }

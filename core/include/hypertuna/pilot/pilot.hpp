@@ -151,7 +151,8 @@ void visit_fields(Pilot<T>& m, const Visit& visit) {
     visit("field_low", 0, a.field_low), visit("field_high", 0, a.field_high);
     Estimator<T>& e = m.estimator;
     visit("depth_rate", 0, e.depth_rate), visit("depth_low", 0, e.depth_low), visit("depth_high", 0, e.depth_high);
-    visit("depth_step", 0, e.depth_step), visit("glide", 0, e.glide), visit("position_walk", 0, e.position_walk);
+    visit("depth_step", 0, e.depth_step), visit("depth_repeat", 0, e.depth_repeat);
+    visit("field_repeat", 0, e.field_repeat), visit("glide", 0, e.glide), visit("position_walk", 0, e.position_walk);
     visit("current_walk", 0, e.current_walk), visit("factor_walk", 0, e.factor_walk);
     visit("start_error", 0, e.start_error), visit("current_error", 0, e.current_error);
     visit("factor_error", 0, e.factor_error), visit("fix_noise", 0, e.fix_noise);

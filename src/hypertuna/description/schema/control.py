@@ -71,6 +71,9 @@ else:
     Quantity = Literal[tuple(CHANNELS)]
 
 
+NOISY = 0.7  # steps of its resolution: noise from which equal readings show that a sensor is stuck
+
+
 class Sensor(Part, table="sensors"):
     """Sensors of one kind and their errors."""
 
@@ -89,6 +92,15 @@ class Sensor(Part, table="sensors"):
     bias: NotNegative = entry("standard deviation of its constant offset, in SI units", default=0.0)
     nonlinearity: NotNegative = entry("largest deviation from a line, as a fraction of its range", default=0.0)
     period: Positive | None = entry("time between two fixes, for quantity = 'position' only", "s", default=None)
+
+    @property
+    def hidden_change(self) -> float:
+        """Change that a working sensor may not show [SI]: two steps, or 0 where its noise reaches `NOISY`.
+
+        In the middle of a step a reading then repeats with a probability of erf(0.5 / (0.7 sqrt 2)) = 0.52; 25 times in
+        a row, which is taken for a stuck sensor, with 1e-7.
+        """
+        return 0.0 if self.noise >= NOISY * self.resolution else 2 * self.resolution
 
     def _checks(self) -> Iterator[Check]:
         fix = "leave it out: all other sensors are read every tick"
