@@ -165,7 +165,7 @@ def test_an_accelerometer_in_nine_positions(bench: Bench) -> None:
     bench.accelerometer = lambda x: ratio * x + zero
     before = bench.parameters()
     code, _, errors = bench.calibrate("accelerometer", steps=positions(bench, swap=True))
-    assert (code, "must read gravity along -x nose up, but is x 1.0" in errors) == (2, True), errors
+    assert (code, "must read gravity along -x when the robot is held nose up, but is x 1.0" in errors) == (2, True), errors
     assert bench.parameters() == before
     code, record, errors = bench.calibrate("accelerometer", steps=positions(bench))
     assert code == 0, errors
@@ -275,7 +275,7 @@ def test_what_does_not_go_together_is_refused(run: Run) -> None:
     for options, told in (
         (("--sensor", "compass", "--at=0,1", *place), "--at must not be given for compass"),
         (("--sensor", "servo", "--at=0", *place), "--at must not be given for servo"),
-        (("--sensor", "voltage", *place), "--at must name the voltage"),
+        (("--sensor", "voltage", *place), "--at must be a voltage above 0"),
         (("--sensor", "depth", "--at=1", *place), "--at must name at least two references"),
         (("--sensor", "depth_0", "--at=0,1", *place), "sensor must name a sensor or a servo"),
         (("--sensor", "compass"), "--connect must name the connection to the robot"),

@@ -67,7 +67,7 @@ def test_a_key_is_a_file_of_32_bytes(run: Run, tmp_path: Path) -> None:
     short.write_bytes(bytes(31))
     place = ("--connect", f"udp:{free_port()}")
     for options, wanted in (
-        ((str(short),), "must have 32 bytes, but is 31 long"),
+        ((str(short),), "must have 32 bytes, but is 31 bytes long"),
         ((str(tmp_path / "none"),), "must be a readable file"),
         ((), "FILE must be given, or --off"),
         ((str(zeros), "--off"), "FILE must be given, or --off"),

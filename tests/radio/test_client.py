@@ -137,7 +137,7 @@ def test_a_line_that_ends_is_one_sentence(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_another_firmware_is_refused() -> None:
-    with pytest.raises(InputError, match="must be a robot with this firmware, but is MAV_AUTOPILOT_ARDUPILOTMEGA"):
+    with pytest.raises(InputError, match="must lead to a robot with hypertuna's firmware, but is MAV_AUTOPILOT_ARDUPILOTMEGA"):
         connect(f"tcp:127.0.0.1:{server(heartbeat(3))}")
 
 
@@ -146,7 +146,7 @@ def test_lines_that_cannot_be_opened(tmp_path: Path) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
         with pytest.raises(
-            InputError, match=r"must be a connection that can be opened, but is 'udp:\d+' \(Address already"
+            InputError, match=r"must be an address that can be opened, but is 'udp:\d+' \(Address already"
         ):
             connect(f"udp:{other.getsockname()[1]}")
     with pytest.raises(InputError, match="No such file"):

@@ -147,9 +147,9 @@ def test_calibration_is_a_straight_line(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "wanted"),
     [
-        ("bend_0,1,5\nbend_0,2,5", "must have different references"),
+        ("bend_0,1,5\nbend_0,2,5", "must be measured at two or more references, but is measured at one, in 2 rows"),
         ("bend_0,1,5\nbend_0,1,6", "must change with the reference"),
-        ("bend_0,1,-9\nbend_0,3,0\nbend_0,2,9", "must follow the reference on a straight line, but is off it by"),
+        ("bend_0,1,-9\nbend_0,3,0\nbend_0,2,9", "must follow the reference along a straight line, but is off by"),
         ("band_0,1,5", "line 2, sensor must name a sensor"),
         ("bend_0,-1e300,5", "line 2, counts must be from -1e.12 to 1e.12, but is -1e.300"),
         ("bend_0,x,5", "line 2, counts must be a finite number"),
@@ -222,7 +222,7 @@ def test_what_a_live_calibration_needs_is_told_before_it_connects(run: Run) -> N
         (("--sensor", "servo_2", "--at=0,1", *place), "--at must be one angle of a servo"),
         (("--sensor", "bond_0", "--at=0,1", *place), "sensor must name a sensor or a servo"),
         (("--sensor", "bend_0", "--at=0,1"), "--connect must name the connection to the robot"),
-        ((), "--csv must be given, or --sensor"),
+        ((), "exactly one of --csv, --sensor and --log must be given"),
     ):
         code, _, errors = run("radio", "calibrate", *options)
         assert (code, told in errors) == (2, True), errors

@@ -191,7 +191,7 @@ static void test_frames() {
         auto point = item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1);
         point.frame = std::uint8_t(frame);
         CHECK(upload(bench, {point}) == MAV_MISSION_UNSUPPORTED_FRAME);
-        CHECK(told(bench, "item 0: frame unsupported: degrees or local NED") == 1);
+        CHECK(told(bench, "item 0: unsupported frame: use degrees or local NED") == 1);
     }
     Bench lost;  // without an origin degrees are nowhere
     auto point = item(MAV_CMD_NAV_WAYPOINT, 0, 0, 0);
@@ -324,7 +324,7 @@ static void test_other_fences() {
         auto out = at_degrees(bench, what, 100, 100, 0);
         out.param1 = 4;
         CHECK(upload(bench, {out}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_UNSUPPORTED);
-        CHECK(told(bench, "item 0: one polygon or circle to stay inside of") == 1);
+        CHECK(told(bench, "item 0: a fence is one polygon or circle to stay inside") == 1);
     }
     auto two = square(bench, 3000), more = square(bench, 1000);
     two.insert(two.end(), more.begin(), more.end());

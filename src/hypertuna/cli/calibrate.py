@@ -90,12 +90,12 @@ def calibrate_command(
 ) -> None:
     """Calibrate sensors and servos' zeros, from a file or live. Nothing is stored unless the fit is good."""
     if sum(source is not None for source in (csv, log, sensor)) != 1:
-        raise InputError("must be given, or --sensor or --log, and no two of them", key="--csv", fix="give one of them")
+        raise InputError("must be given", key="exactly one of --csv, --sensor and --log", fix="give one of them")
     if sensor is not None and place is None:
-        rule, fix = "must name the connection to the robot", "--sensor reads live"
+        rule, fix = "must name the connection to the robot", "give it, because --sensor reads the robot live"
         raise InputError(rule, key="--connect", value="missing", fix=fix)
     if log is not None and place is None and log.endswith(BOX):
-        fix = "it has readings, by the calibration that the robot still has"
+        fix = "give it, because a black box has readings by the robot's present calibration"
         raise InputError("must name the connection to the robot", key="--connect", value="missing", fix=fix)
     references = [] if sensor is None else _references(sensor, reference)
     calibrations: tuple[Calibration, ...] = ()
@@ -151,7 +151,8 @@ def _references(sensor: str, values: Sequence[float] | None) -> list[float]:
         fix = f"give them in {unit}: --at={'0,1.5' if kind == 'depth' else '-20,0,20'}"
         raise InputError("must name at least two references", key="--at", value=given, fix=fix)
     if kind == "voltage" and (not references or references[0] <= 0):
-        raise InputError("must name the voltage", key="--at", value=given, fix="measure it at the battery: --at=16.2")
+        fix = "measure it at the battery: --at=16.2"
+        raise InputError("must be a voltage above 0", key="--at", value=given, fix=fix)
     return references
 
 
@@ -192,7 +193,7 @@ def _answer(robot: Client, question: str) -> str:
         while not line.endswith(b"\n") and select.select([input_], [], [], 0)[0]:
             if not (key := os.read(input_, 1)):
                 typer.echo(err=True)
-                raise InputError("must answer", key="standard input", value="at its end", fix="start it in a terminal")
+                raise InputError("must answer", key="standard input", value="at its end", fix="run it in a terminal")
             line += key
     return line.decode(errors="replace").strip()
 
@@ -223,7 +224,7 @@ def _sensor_live(robot: Client, sensor: str, references: Sequence[float]) -> Cal
     _, counts, value = pairs[0]
     if counts <= zero:
         raise InputError(
-            "must rise with the voltage", key=sensor, value=f"{counts:.0f} counts", fix="check its divider"
+            "must read more counts than its zero", key=sensor, value=f"{counts:.0f} counts", fix="check its divider"
         )
     return (Calibration(sensor, {names[1]: value / (counts - zero)}, 0.0, 1),), known
 
@@ -272,7 +273,9 @@ def _compass_live(robot: Client) -> Calibrated:
     """Sample while the robot is turned, until all directions are covered."""
     known = _known(robot, _axes("field"))
     zero, scale = _parts(_known(robot, _axes("accel")))
-    _answer(robot, "keep away from iron; press Enter, and turn the robot slowly in all directions until it says enough")
+    _answer(
+        robot, "keep away from iron, press Enter, and turn the robot slowly in all directions until you read `enough`"
+    )
     parts: list[Samples] = []
     end = time.monotonic() + TURNING_MAX
     faces = 0
@@ -294,8 +297,8 @@ def _of_log(path: str) -> Calibration:
     """Calibrate the compass from a log of RAW_IMU."""
     fields = read_radio_log(path).fields.get("RAW_IMU")
     if fields is None:
-        fix = "record it by `hypertuna radio log --rate RAW_IMU=10`"
-        raise InputError("must have counts of the IMU", file=path, key="RAW_IMU", value="missing", fix=fix)
+        fix = "record it with `hypertuna radio log --rate RAW_IMU=10`"
+        raise InputError("must be in the log", file=path, key="RAW_IMU", value="missing", fix=fix)
     return calibrate_compass(np.column_stack([fields[f"{axis}mag"] for axis in "xyz"]))
 
 

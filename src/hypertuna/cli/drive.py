@@ -42,7 +42,9 @@ def drive_command(
     """Drive a robot by keyboard or gamepad, with a live view of its messages; disarm it at the end."""
     fish = robot.load()
     if not sys.stdin.isatty():
-        raise InputError("must be a terminal", key="standard input", value="none", fix="start it in a terminal")
+        raise InputError(
+            "must be a terminal", key="standard input", value="not one", fix="start the command in a terminal"
+        )
     if log is not None:
         check_new(log)
     with ExitStack() as stack:
@@ -61,8 +63,8 @@ def drive_command(
         as_json=as_json,
     )
     if not disarmed:
-        fix = "it rests once its link_timeout has passed without a message"
-        raise InputError("must be answered by the robot", key="disarm", value="silent", fix=fix)
+        fix = "the robot rests by itself after link_timeout without a message"
+        raise InputError("must be answered by the robot", key="disarm", value="unanswered", fix=fix)
 
 
 def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
@@ -159,7 +161,7 @@ class Pad:
     """A gamepad that may go away: the stick then rests."""
 
     def __init__(self, path: str, texts: list[str]) -> None:
-        fix = "plug it in; see ls /dev/input"
+        fix = "plug it in, and look for it with `ls /dev/input`"
         try:
             self._file: int | None = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         except OSError as error:
@@ -194,7 +196,7 @@ class Pad:
             content = b""
         if not content:
             self.close()
-            self._texts.append("the gamepad is disconnected: drive by keys, or restart the command")
+            self._texts.append("the gamepad is disconnected: drive with the keys, or restart the command")
             return [("gone", 1.0)]
         content = self._rest + content
         whole = len(content) - len(content) % EVENT.size

@@ -30,7 +30,7 @@ def _read_key(path: str, _: str) -> bytes:
     fix = "make one: openssl rand -out key 32"
     content = read_bytes(path, fix)
     if len(content) != 32:
-        raise InputError("must have 32 bytes", file=path, value=f"{len(content)} long", fix=fix)
+        raise InputError("must have 32 bytes", file=path, value=f"{len(content)} bytes long", fix=fix)
     return content
 
 
@@ -171,7 +171,7 @@ def sign_command(
     A robot that has a key already needs it: --key OLD.
     """
     if (new is None) is not off:
-        raise InputError("must be given, or --off", key="FILE", fix="make one: openssl rand -out key 32")
+        raise InputError("or --off must be given", key="FILE", fix="make a key: openssl rand -out key 32")
     secret = bytes(32) if new is None else _read_key(new, "FILE")
     with connect(place, key=key) as robot:
         check_disarmed(robot)

@@ -80,7 +80,7 @@ def read_pairs(path: str | Path) -> list[Pair]:
     """Read a CSV file with the columns sensor, counts (servo: pulse [us]), reference [deg, kPa or A]."""
     table = read_table(path)
     if sorted(table.head) != sorted(COLUMNS):
-        rule, fix = f"must be {', '.join(COLUMNS)}", "rename the columns"
+        rule, fix = f"must name the columns {', '.join(COLUMNS)}", "rename the columns"
         raise InputError(rule, file=table.file, key=f"line {table.line}", value=", ".join(table.head), fix=fix)
     return table.parse(_pair)
 
@@ -89,8 +89,8 @@ def _pair(_: int, cells: dict[str, str]) -> Pair:
     """Return the pair of a row."""
     kind, _ = parse_sensor(cells["sensor"])
     if kind in AXES:
-        fix = "give `--sensor` and `--connect`"
-        raise InputError("must be calibrated live", key="sensor", value=cells["sensor"], fix=fix)
+        fix = f"calibrate it live: --sensor {kind} --connect ..."
+        raise InputError("must be a sensor that a CSV file calibrates", key="sensor", value=cells["sensor"], fix=fix)
     unit, factor = KINDS[kind]
     counts = CELL.check(parse_float(cells["counts"]), "counts", "give a number")
     reference = CELL.check(parse_float(cells["reference"]), "reference", f"give it in {unit}")
@@ -105,21 +105,21 @@ def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[
         table = np.array([(counts, reference) for name, counts, reference in pairs if name == sensor])
         counts, reference = table[:, 0], table[:, 1]
         if len(np.unique(reference)) < 2:
-            fix = "measure at two or more references"
-            raise InputError("must have different references", key=sensor, value=f"{len(table)} rows at one", fix=fix)
+            rule, value = "must be measured at two or more references", f"measured at one, in {len(table)} rows"
+            raise InputError(rule, key=sensor, value=value, fix="add a reference")
         spread = counts - counts.mean()
         if not np.any(np.abs(spread) > 0):
             raise InputError("must change with the reference", key=sensor, value="stuck", fix="check its wires")
         scale = float(spread @ (reference - reference.mean()) / (spread @ spread))
         if scale == 0:
-            raise InputError("must change with the reference", key=sensor, value="noise alone", fix="check its wires")
+            raise InputError("must change with the reference", key=sensor, value="only noise", fix="check its wires")
         zero = float(counts.mean() - reference.mean() / scale)
         rms = float(np.sqrt(np.mean((scale * (counts - zero) - reference) ** 2)))
         if rms > SCATTER_MAX * np.ptp(reference):
             unit, factor = KINDS[kind]
-            value = f"off it by {rms * factor:.3g} {unit} of {np.ptp(reference) * factor:.3g} {unit}"
+            value = f"off by {rms * factor:.3g} {unit} rms over {np.ptp(reference) * factor:.3g} {unit}"
             fix = "hold it still at each reference, and check its wires"
-            raise InputError("must follow the reference on a straight line", key=sensor, value=value, fix=fix)
+            raise InputError("must follow the reference along a straight line", key=sensor, value=value, fix=fix)
         if kind == "depth":  # the robot takes the zero anew at the surface: the air's pressure changes
             parameters = {zero_and_scale(sensor)[1]: scale}
         elif kind == "servo":

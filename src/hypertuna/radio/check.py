@@ -71,4 +71,4 @@ def request(robot: Client, name: str) -> Any:
         robot.command(REQUEST_MESSAGE, getattr(dialect(), f"MAVLINK_MSG_ID_{name}"), name=f"request of {name}")
         if (message := robot.wait(of_kind(name), PATIENCE)) is not None:
             return message
-    raise InputError("must come from the robot", key=name, value="silent", fix="come nearer")
+    raise InputError("must arrive from the robot", key=name, value="missing", fix="move closer, and try again")

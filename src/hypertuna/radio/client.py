@@ -50,7 +50,7 @@ def connect(text: str, *, key: bytes | None = None, patience: float = 10.0, list
         )
     except OSError as error:
         value, fix = f"{shown(text)} ({error.strerror or error})", "check device, host and port"
-        raise InputError("must be a connection that can be opened", key="--connect", value=value, fix=fix) from None
+        raise InputError("must be an address that can be opened", key="--connect", value=value, fix=fix) from None
     line.handle_eof = line.handle_disconnect = _hung_up
     if key is not None:
         line.setup_signing(key, sign_outgoing=True)
@@ -58,13 +58,16 @@ def connect(text: str, *, key: bytes | None = None, patience: float = 10.0, list
     try:
         heartbeat = client.wait(of_kind("HEARTBEAT"), patience)
         if heartbeat is None:
-            fix = "switch the robot on, and check address and key"
-            raise InputError(f"must receive a message within {patience:g} s", key="--connect", value="silent", fix=fix)
+            rule, fix = (
+                f"must receive a heartbeat within {patience:g} s",
+                "switch the robot on, and check address and key",
+            )
+            raise InputError(rule, key="--connect", value="silent", fix=fix)
         if heartbeat.autopilot != GENERIC:
             kind = dialect().enums["MAV_AUTOPILOT"].get(heartbeat.autopilot)
             value = kind.name if kind else f"autopilot {heartbeat.autopilot}"
-            fix = "connect to a robot that runs hypertuna's firmware"
-            raise InputError("must be a robot with this firmware", key="--connect", value=value, fix=fix)
+            fix = "check the address, and which vehicle sends there"
+            raise InputError("must lead to a robot with hypertuna's firmware", key="--connect", value=value, fix=fix)
     except BaseException:
         client.close()
         raise
@@ -161,13 +164,13 @@ class Client:
         """Send a message until it is answered; `what` names it in the error."""
         heartbeat = self.last.get("HEARTBEAT")
         if heartbeat is not None and is_signed(heartbeat) and not self._line.mav.signing.sign_outgoing:
-            fix = "give its file: the robot accepts signed messages only"
-            raise InputError("must be that of the robot", key="--key", value="missing", fix=fix)
+            fix = "give the file of its key, because this robot accepts only signed messages"
+            raise InputError("must be the robot's key", key="--key", value="missing", fix=fix)
         for _ in range(TRIES):
             self.send(message)
             if (answer := self.wait(wanted, PATIENCE)) is not None:
                 return answer
-        value = f"silent after {TRIES} tries"
+        value = f"unanswered after {TRIES} tries"
         raise InputError("must be answered by the robot", key=what, value=value, fix="move closer, and try again")
 
     def command(self, what: int, *values: float, name: str = "command") -> None:
@@ -196,8 +199,10 @@ class Client:
     def begin_signing(self, key: bytes) -> None:
         """Send the robot a key of 32 bytes, in the clear; from then on both sign, and the robot accepts nobody else."""
         if len(key) != 32 or not any(key):
-            value = f"{len(key)} long" if any(key) else "zeros alone"
-            raise InputError("must have 32 bytes", key="key", value=value, fix="make one with `openssl`")
+            value = f"{len(key)} bytes long" if any(key) else "all zeros"
+            raise InputError(
+                "must have 32 random bytes", key="key", value=value, fix="make one: openssl rand -out key 32"
+            )
         self._set_key(key)
         self._line.setup_signing(key, sign_outgoing=True)
         self._check_signed(True)
@@ -214,8 +219,8 @@ class Client:
     def _check_signed(self, signed: bool) -> None:
         """Wait for a heartbeat with or without a signature."""
         if self.wait(lambda m: m.get_type() == "HEARTBEAT" and is_signed(m) == signed, 5 * HEARTBEAT) is None:
-            fix = "disarm it, give its present key by --key, and try again"
-            raise InputError("must be accepted by the robot", key="key", value="not accepted", fix=fix)
+            fix = "disarm the robot, give its present key with --key, and try again"
+            raise InputError("must be confirmed by the robot", key="key", value="unconfirmed", fix=fix)
 
     def mode(self, name: str) -> None:
         """Select a mode: the name of a state that has an order."""
@@ -261,5 +266,8 @@ def _connected() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        value, fix = f"lost ({error.strerror or error})", "plug it in again, or check the network, and reconnect"
+        value, fix = (
+            f"lost ({error.strerror or error})",
+            "plug the device in again or check the network, then reconnect",
+        )
         raise InputError("must stay open", key="--connect", value=value, fix=fix) from None

@@ -116,8 +116,8 @@ def calibrate_compass(counts: Array, acceleration: Array | None = None) -> Calib
     sphere = _fit("compass", counts, 1.0, "turn it nose up, nose down, on both sides and on its back, far from iron")
     read = sphere.readings(counts)
     if (faces := covered(read)) < COVERED_MIN:
-        fix = "go on turning it: nose up, nose down, on both sides and on its back, in several headings"
-        raise InputError("must be turned in all directions", key="compass", value=_share(faces), fix=fix)
+        fix = "keep turning it nose up, nose down, on both sides and on its back, in several headings"
+        raise InputError("must be turned in all directions", key="compass", value=f"turned in {_share(faces)}", fix=fix)
     notes = [f"{_share(faces)} are covered"]
     if acceleration is not None:
         notes.append(_dip(read, acceleration))
@@ -134,14 +134,14 @@ def _dip(field: Array, acceleration: Array) -> str:
     calm = np.abs(size - _core.GRAVITY) < 0.1 * _core.GRAVITY
     if np.count_nonzero(calm) < SAMPLES_MIN:
         fix = "turn it more slowly, and calibrate the accelerometer first"
-        value = f"{np.count_nonzero(calm)} of {len(calm)} samples"
+        value = f"calm in only {np.count_nonzero(calm)} of {len(calm)} samples"
         raise InputError("must be turned without jerks", key="compass", value=value, fix=fix)
     up = np.sum(field[calm] * acceleration[calm], axis=1) / size[calm] / np.linalg.norm(field[calm], axis=1)
     dip = -np.arcsin(np.clip(up, -1, 1))
     if (spread := float(np.std(dip))) > DIP_SPREAD_MAX:
-        fix = "the axes of compass and accelerometer differ: check how the IMU is mounted, and its axes"
-        value = f"it varies by {math.degrees(spread):.0f} deg"
-        raise InputError("must see the field at a constant angle to gravity", key="compass", value=value, fix=fix)
+        rule, value = "must read the field at a constant angle to gravity", f"off by {math.degrees(spread):.0f} deg rms"
+        fix = "check that compass and accelerometer have the same axes, and how the IMU is mounted"
+        raise InputError(rule, key="compass", value=value, fix=fix)
     return f"the field dips by {math.degrees(float(np.mean(dip))):.0f} +- {math.degrees(spread):.0f} deg"
 
 
@@ -152,8 +152,8 @@ def calibrate_accelerometer(means: Mapping[Position, Array]) -> Calibration:
     for position, read in zip(POSITIONS, sphere.readings(counts), strict=True):
         if position.up is not None and read @ np.array(position.up) < ALONG_MIN * _core.GRAVITY:
             seen = ", ".join(f"{AXES[k]} {value / _core.GRAVITY:.1f}" for k, value in enumerate(read))
-            fix = "hold it as asked, or turn the IMU: x to the tail, y to starboard, z up"
-            rule = f"must read gravity along {_axis(position.up)} {position.text}"
+            fix = "hold it as asked, or mount the IMU with x to the tail, y to starboard and z up"
+            rule = f"must read gravity along {_axis(position.up)} when the robot is held {position.text}"
             raise InputError(rule, key="accelerometer", value=f"{seen} g", fix=fix)
     return _calibration("accelerometer", "accel", sphere, len(counts), [])
 
@@ -171,15 +171,15 @@ def calibrate_gyroscope(counts: Array, scale: Array) -> Calibration:
     half = len(read) // 2
     creep = float(np.max(np.abs(read[:half].mean(axis=0) - read[half:].mean(axis=0))))
     if spread > STILL_MAX or creep > CREEP_MAX:
-        value = f"it turns by {max(spread, creep):.3g} rad/s"
-        raise InputError("must rest", key="gyroscope", value=value, fix="put it on a table, and touch nothing")
+        value = f"turning by {max(spread, creep):.3g} rad/s"
+        raise InputError("must be at rest", key="gyroscope", value=value, fix="put the robot on a table, and let go")
     zero = counts.mean(axis=0)
     return Calibration("gyroscope", {f"rate_zero_{k}": float(zero[k]) for k in range(3)}, spread, len(counts))
 
 
 def _enough(sensor: str, counts: Array) -> None:
     if len(counts) < SAMPLES_MIN:
-        value, fix = f"{len(counts)} samples", "come nearer to the robot, and wait longer"
+        value, fix = f"limited to {len(counts)}", "move closer to the robot, and wait longer"
         raise InputError(f"must have at least {SAMPLES_MIN} samples", key=sensor, value=value, fix=fix)
 
 
@@ -189,14 +189,14 @@ def _fit(sensor: str, counts: Array, field: float, fix: str) -> Sphere:
         _enough(sensor, counts)
     sphere = fit_sphere(counts, field)
     if sphere is None or sphere.scale.max() > RATIO_MAX * sphere.scale.min():
-        value = "they lie in a plane, or a sensor is faulty"
-        raise InputError("must have samples that determine all axes", key=sensor, value=value, fix=fix)
+        value = "undetermined (the samples lie in a plane, or the sensor is faulty)"
+        raise InputError("must get samples that determine all axes", key=sensor, value=value, fix=fix)
     if sphere.rms > SCATTER_MAX[sensor] * field:
-        value = f"off it by {100 * sphere.rms / field:.1f} %"
+        value = f"off by {100 * sphere.rms / field:.1f} % rms"
         raise InputError("must read a field of constant strength", key=sensor, value=value, fix=fix)
     if sphere.error > ERROR_MAX * field:
-        value = f"known to {100 * sphere.error / field:.1f} % of the field"
-        raise InputError("must have samples that determine its zeros", key=sensor, value=value, fix=fix)
+        value = f"uncertain by {100 * sphere.error / field:.1f} % of the field"
+        raise InputError("must get samples that determine its zeros", key=sensor, value=value, fix=fix)
     return sphere
 
 

@@ -82,8 +82,8 @@ def read_radio_log(path: str | Path) -> RadioLog:
     """Read a log of the radio; of a truncated file, all complete chunks."""
     messages = read_messages(path)
     if messages.metadata is None or LINK not in messages.metadata:
-        fix = "give one that `hypertuna radio log` or `hypertuna radio drive` wrote"
-        raise InputError("must be a log of the radio: it lacks the metadata", file=str(path), fix=fix)
+        fix = "give a file that `hypertuna radio log` or `hypertuna radio drive` wrote"
+        raise InputError("must have the metadata of a radio log", file=str(path), fix=fix)
     topics = {topic.removeprefix(TOPIC): topic for topic in messages.times if topic.startswith(TOPIC)}
     stamps = {name: np.array(messages.times[topic], dtype=np.int64) for name, topic in topics.items()}
     first = min((int(times[0]) for times in stamps.values()), default=0)

@@ -88,7 +88,7 @@ def messages(robot: Client, name: str, seconds: float) -> Iterator[Any]:
                 found, last = True, now
                 yield message
         if now > last + WAIT:
-            raise InputError("must come from the robot", key=name, value="silent", fix="come nearer")
+            raise InputError("must arrive from the robot", key=name, value="missing", fix="move closer, and try again")
 
 
 def imu_counts(message: Any) -> dict[str, tuple[int, int, int]] | None:
