@@ -93,6 +93,39 @@ def test_a_grid_that_cannot_end_is_refused_at_once(
     assert not [*tmp_path.iterdir()]
 
 
+@pytest.mark.parametrize(
+    ("typed", "sentence"),
+    [
+        (
+            "pump --over joints.I.line.bore_m=0.003:0.006:1000 --over joints.II.line.bore_m=0.003:0.006:1000",
+            "the number of cases must be at most 10000, but is 1000000: take fewer values",
+        ),
+        ("pump --frequency 1:2:10001", "the number of cases must be at most 10000, but is 10001"),
+        (
+            "fe map --joint I --pressure 0:200:100 --moment 0:1:10000",
+            "the number of points must be at most 10000, but is 1000000: take fewer pressures or moments",
+        ),
+        ("posture-test --frequency 1:6:1000000", "frequency must be 1 to 100 values, but is 1000000 long"),
+        ("posture-test --duration 10000", "duration must be from two beats to 600 s"),
+        ("twin --gait optimised-0.3 --duration 1e6", "duration must be from 0.01 to 10000"),
+        ("dive --gait optimised-0.3 --duration 1e6", "duration must be from 0.01 to 10000"),
+        ("swim --gait optimised-0.3 --from-rest 1e9", "from_rest must last between one beat and 10000 beats"),
+        ("turn --gait turning --phase 0,0:90:10000", "gaits must be at most 2000 in all"),
+        ("optimize --maximize speed --particles 100000", "particles must be from 1 to 10000"),
+        ("optimize --maximize speed --iterations 100000", "iterations must be from 1 to 10000"),
+        ("optimize --maximize speed --robust mean --samples 100000", "samples must be from 1 to 10000"),
+        ("pareto --population 100000", "population must be from 2 to 10000"),
+        ("pareto --generations 100000", "generations must be from 1 to 10000"),
+        ("joint bend --joint I --pressure 0:200:100000", "--pressure must be at most 10000 pressures"),
+        ("mission box --seeds 0:1000000", "seeds must be from 1 to 10000 seeds"),
+    ],
+)
+def test_counts_of_every_command_have_a_bound(typed: str, sentence: str, run: Run) -> None:
+    code, output, errors = run(*typed.split())
+    assert (code, output) == (2, "")
+    assert errors.splitlines()[-1].startswith(f"error: {sentence}")
+
+
 def test_shards_have_a_bound() -> None:
     assert shard_size(1_000_000 * 131_072) == 131_072
     with pytest.raises(InputError, match="the number of shards must be at most 1000000"):

@@ -136,7 +136,7 @@ def test_resumes_from_a_checkpoint(run: Run, tank: str, tmp_path: Path) -> None:
             ("--free", "water.drag", "--water", "lump"),
             "--water must be a known water law, but is 'lump': did you mean lumped?",
         ),
-        (("--free", "water.drag", "--posterior", "3"), "posterior must be at least 10"),
+        (("--free", "water.drag", "--posterior", "3"), "posterior must be from 10 to 100000"),
         (("--free", "water.drag", "-o", "fit.txt"), "--output must end in .toml"),
         (("--free", "time_offset"), "the trials have none"),
         (("--free", "joints.bandwidth", "--joints", "ideal"), "is not used by model.joints = 'ideal'"),

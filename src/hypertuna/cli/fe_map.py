@@ -13,6 +13,9 @@ from hypertuna.cli.emit import emit
 from hypertuna.cli.shards import connected, write_shards
 from hypertuna.fe.extra import need_fe
 from hypertuna.fe.joint_map import JointMap, joint_map, joint_map_shards, map_layout
+from hypertuna.ranges import Whole
+
+POINTS = Whole(max=10_000)
 
 
 @opt.grouped
@@ -54,6 +57,8 @@ def map_command(
     subject = fish, joint_index(joint, fish)
     grid: Any = {"pressure": rising(pressure), "couple": moment, "fill": start, "options": elements}
     how: Any = {"places": places, "refused": {"--checkpoint": checkpoint}, "as_json": as_json}
+    points = len(pressure) * len(moment or ())
+    POINTS.check(points, "the number of points", "take fewer pressures or moments: a point takes seconds to minutes")
     need_fe()
     if write_shards(output, joint_map_shards, *subject, **how, **grid):
         return

@@ -16,8 +16,10 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import dataset
 from hypertuna.io.quantity import ZERO_CELSIUS, column_units, label, suffix
+from hypertuna.ranges import Whole
 from hypertuna.swimming.gait import named_gait
 
+CASES = Whole(max=10_000)
 LIMITS = {
     "pressure": "the pressure limit",
     "suction": "suction",
@@ -75,6 +77,9 @@ def pump_command(
     circuits(fish)  # checks the tables of the file
     frequencies, amplitudes = _beat(fish, gait, frequency, amplitude)
     bores: list[float | None] = [None] if bore is None else [1e-3 * value for value in bore]
+    temperatures = [None] if temperature is None else [kelvin(value) for value in temperature]
+    axes = [*(values for _, values in over or []), frequencies, bores, temperatures]
+    CASES.check(math.prod(map(len, axes)), "the number of cases", "take fewer values: each case takes about 0.1 s")
     with progress_bar("sizing") as progress:
         sizes = size_over(
             fish,
@@ -82,7 +87,7 @@ def pump_command(
             frequency=frequencies,
             amplitude=amplitudes,
             bore=bores,
-            temperature=[None] if temperature is None else [kelvin(value) for value in temperature],
+            temperature=temperatures,
             progress=progress,
         )
     emit(

@@ -30,7 +30,7 @@ WALKERS, MIN_WALKERS = 4, 16  # per coefficient, and in all
 BLOCK = 25  # steps between two records of the checkpoint
 BURN_IN = 0.3  # fraction of the chain that is discarded
 MIN_LENGTH = 50  # of a chain, in autocorrelation times
-MIN_STEPS = Whole(min=10)
+STEPS = Whole(min=10, max=100_000)
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ class _Pool:
 
 def check_posterior(steps: int, loss: str) -> None:
     """Check the number of steps, and that the loss is a likelihood."""
-    MIN_STEPS.check(steps, "posterior", "give a number such as 1000")
+    STEPS.check(steps, "posterior", "give a number such as 1000")
     if loss == "cauchy":
         rule, fix = "must follow from a likelihood to sample a posterior", "fit with soft_l1, huber or linear"
         raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
