@@ -228,7 +228,8 @@ def test_waypoints_are_told_apart(robot: ht.Robot) -> None:
     record = MissionRecord("m", "r", replace(OUT, waypoints=points), run.time, data, **names_of(robot))
     rows = waypoint_results(record)
     assert [row["outcome"] for row in rows] == ["reached", "passed", "skipped", "ahead"]
-    assert [row["error_m"] for row in rows] == [2, 3, 4, None]
+    assert [row["uncertainty_m"] for row in rows] == [2, 3, 4, None]
+    assert [row["waypoint"] for row in rows] == [1, 2, 3, 4]
     assert rows[0]["true_m"] == pytest.approx(5, abs=0.1)
     assert rows[0]["believed_m"] == pytest.approx(0, abs=0.1)
     assert rows[1]["believed_m"] == pytest.approx(10, abs=0.1)

@@ -1,6 +1,7 @@
 """The command `hypertuna mission`."""
 
 import math
+import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -15,13 +16,16 @@ from hypertuna.cli.console import command_line, counted, progress_bar, summary_t
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.parsing import whole_number as read_whole_number
 from hypertuna.cli.shards import connected, write_shards
+from hypertuna.cli.streams import note
 from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.io.quantity import quantity, values_of
+from hypertuna.mission.checks import check_current, check_fit, doubts
 from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.mission.flight import Flight, Outcome, fly, outcome
 from hypertuna.mission.gpx import check_origin, write_gpx
+from hypertuna.mission.new import spelled
 from hypertuna.mission.run import ENDINGS, expected
 from hypertuna.mission.seeds import flight_table, flights_layout, fly_seed_shards, fly_seeds
 
@@ -111,12 +115,14 @@ def mission_command(
                 raise InputError("applies to a single flight", key=key, fix=fix)
         options: Any = {"threads": threads, "faults": fault or [], "duration": duration}
         how: Any = {"places": places, "refused": {"--checkpoint": checkpoint}, "as_json": as_json}
+        _tell_doubts(fish, file)
         if not write_shards(output, fly_seed_shards, file, fish, seeds, **how, **options):
             options |= {"checkpoint": checkpoint}
             _fly_many(file, fish, seeds, options, places.cluster, output, as_json)
         return
     if gpx is not None:
         check_origin(file.origin, file.file)
+    _tell_doubts(fish, file)
     log = None if output is None else Path(output)
     with progress_bar("flying [s]", parts="second", checkpoint=checkpoint) as progress:
         flight = fly(
@@ -151,6 +157,17 @@ def _robot(file: MissionFile, options: opt.MissionRobot) -> Robot:
         fix = "add robot to the file, or give --robot"
         raise InputError("is missing", file=file.file, key="robot", fix=fix)
     return replace(options, robot=chosen).load()
+
+
+def _tell_doubts(robot: Robot, file: MissionFile) -> None:
+    """Tell before the flight what is known to slow the mission down, or to end it early."""
+    check_current(robot, file.mission)
+    check_fit(robot, file.mission)
+    for sentence in (found := doubts(robot, file.mission)):
+        note(sentence)
+    if found and spelled(robot) != file.robot:
+        command = f"hypertuna mission new FILE.toml --robot {shlex.quote(spelled(robot))}"
+        note(f"`{command}` writes a mission that this robot can swim")
 
 
 def _outcome(one: Outcome) -> dict[str, Any]:
@@ -198,18 +215,19 @@ def _lines(flight: Flight) -> Iterator[Any]:
     radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
     if one.fence_margin_min < 0:
         yield f"It crossed the fence by {-one.fence_margin_min:.3g} m.", "yellow"
-    for k, point in enumerate(one.waypoints):
+    for point in one.waypoints:
         if point["outcome"] == "passed":
             yield (
-                f"Waypoint {k} passed: {point['believed_m']:.3g} m away by the pilot's estimate, whose error is "
-                f"{point['error_m']:.3g} m, in truth {point['true_m']:.3g} m, at a depth of {point['depth_m']:.3g} m.",
+                f"Waypoint {point['waypoint']} passed at a depth of {point['depth_m']:.3g} m. By the pilot's estimate "
+                f"it was {point['believed_m']:.3g} m away, with an uncertainty of {point['uncertainty_m']:.3g} m; "
+                f"in truth {point['true_m']:.3g} m.",
                 "yellow",
             )
     if flight.status in ("done", "home", "adrift") and one.goal_distance > radius:
         goal = "the last waypoint" if mission.stay else "home"
         yield (
             f"It is {one.goal_distance:.3g} m from {goal}, beyond the radius of {radius:g} m: the pilot judges by its "
-            f"estimated position, with an error of {one.goal_error:.3g} m.",
+            f"estimated position, with an uncertainty of {one.goal_uncertainty:.3g} m.",
             "dim",
         )
 

@@ -1,9 +1,12 @@
 """What a robot cannot do of a mission: bounds that it would not keep, and claims that it could not make."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
+from hypertuna.actuation.battery import range_of
+from hypertuna.control.controller import sensor_range
 from hypertuna.control.guidance import error_of_fixes, gait_table
 from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.description.at_sea import require_at_sea
@@ -12,8 +15,10 @@ from hypertuna.errors import InputError
 
 PILOTED = ("battery", "controller", "spatial", "fins", "guidance")  # tables of a robot that flies missions
 WAY_MIN = 0.05  # m/s over ground toward home: the pilot reports less than that as `swept`
+SPEED_MIN = 0.1  # m/s: WAY_MIN, and the error of the velocity over ground at which the pilot decides
 DIP = 0.5  # m that the nose dips below the surface during its first beats
 OVERSHOOT = 0.3  # m that the robot may go beyond the depth that it dives to
+FIXES, FIRST_FIXES = 2.0, 60.0  # times the course, plus seconds: what a mission takes with its fixes
 
 
 def check_fit(robot: Robot, mission: Mission) -> None:
@@ -36,6 +41,62 @@ def check_fit(robot: Robot, mission: Mission) -> None:
         if mission.depth_max < need:
             rule, fix = f"must be at least {need:g} m, {why}", "allow more depth, or move the waypoints up"
             raise InputError(rule, key="limits.depth_m", value=f"{mission.depth_max:g}", fix=fix)
+    if mission.depth_max > (most := deepest_limit(robot)):
+        rule, fix = f"must be at most {most:g} m, the limit of the robot's hull or depth sensor", "reduce the limit"
+        raise InputError(rule, key="limits.depth_m", value=f"{mission.depth_max:g}", fix=fix)
+
+
+def doubts(robot: Robot, mission: Mission) -> list[str]:
+    """List what is known before the start to slow a mission down, or to end it before all waypoints are reached."""
+    pilot, fastest = require(robot.guidance, "guidance", robot), gait_table(robot).speed[-1]
+    least, asked, found = course_time(mission, fastest), max(mission.speeds), []
+    if asked > fastest:
+        found.append(f"the mission commands {asked:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s")
+    if fastest < SPEED_MIN:
+        found.append(
+            f"the fastest gait reaches {fastest:.3g} m/s: below {SPEED_MIN:g} m/s the pilot cannot tell whether "
+            "a current sweeps the robot away"
+        )
+    if 0 < mission.duration < FIXES * least + FIRST_FIXES:
+        found.append(
+            f"the course takes {least:.0f} s, and waits for fixes often double that; limits.duration_s is "
+            f"{mission.duration:g} s, so the pilot may turn home before the last waypoint"
+        )
+    reserve = 1 - mission.battery + mission.reserve
+    if reserve >= 1:
+        found.append("the battery starts at its reserve, limits.battery: the pilot turns home at once")
+    elif (lasts := range_of(robot, power=pilot.power, speed=fastest, reserve=reserve).endurance) < least:
+        found.append(f"the course takes {least:.0f} s, but the charge above the reserve lasts {lasts:.0f} s")
+    return found
+
+
+def course_time(mission: Mission, fastest: float) -> float:
+    """Return the time [s] that the course takes at its speeds, at most `fastest` [m/s], through its current."""
+    total = 0.0
+    depths = [*(point.depth for point in mission.waypoints), *[0.0] * (not mission.stay)]
+    for (begin, end), asked, depth in zip(pairwise(mission.course), mission.speeds, depths, strict=True):
+        way, speed = math.dist(begin, end), min(asked, fastest)
+        if way == 0:
+            continue
+        east, north = (end[0] - begin[0]) / way, (end[1] - begin[1]) / way
+        current = _current_at(mission, depth)
+        across = current[0] * north - current[1] * east
+        ahead = math.sqrt(max(speed**2 - across**2, 0.0)) + current[0] * east + current[1] * north
+        total += way / max(ahead, WAY_MIN)
+    return total
+
+
+def _current_at(mission: Mission, depth: float) -> tuple[float, float]:
+    """Return the current toward east and north [m/s] at a depth [m]."""
+    part = min(depth / mission.bottom, 1.0)
+    (east, north), (deep_east, deep_north) = mission.current, mission.current_bottom
+    return east + part * (deep_east - east), north + part * (deep_north - north)
+
+
+def deepest_limit(robot: Robot) -> float:
+    """Return the largest limit of depth [m] that a robot accepts: of its hull and of its depth sensor."""
+    firmware = robot.firmware
+    return min(sensor_range(robot, "depth")[1], math.inf if firmware is None else firmware.depth_max)
 
 
 def _overshoot(deepest: float) -> str:
@@ -49,10 +110,7 @@ def check_current(robot: Robot, mission: Mission, added: float = 0.0) -> None:
     """
     require_at_sea(robot, *PILOTED)
     fastest = gait_table(robot).speed[-1]
-    part = max((point.depth for point in mission.waypoints), default=0.0) / mission.bottom
-    deep = [
-        above + part * (below - above) for above, below in zip(mission.current, mission.current_bottom, strict=True)
-    ]
+    deep = _current_at(mission, max((point.depth for point in mission.waypoints), default=0.0))
     strongest = max(math.hypot(*mission.current), math.hypot(*deep)) + added
     if strongest > fastest - WAY_MIN:
         rule = f"must be at most {fastest - WAY_MIN:.3g} m/s for a robot that swims at {fastest:.3g} m/s"

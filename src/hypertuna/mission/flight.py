@@ -65,7 +65,7 @@ OUTCOME = {
     "fence_margin_min": Column("m"),
     "estimation_error_max": Column("m", "of the position"),
     "goal_distance": Column("m", "at the end"),
-    "goal_error": Column("m", "position error at the end"),
+    "goal_uncertainty": Column("m", "standard deviation at the end"),
 }
 
 
@@ -86,7 +86,7 @@ class Outcome:
     fence_margin_min: float  # m, min distance to the fence, negative outside; infinite without a fence
     estimation_error_max: float  # m, max error of the estimated position
     goal_distance: float  # m, at the end, from home or from the last waypoint of a mission that stays
-    goal_error: float  # m, position error (standard deviation) by the pilot at the end
+    goal_uncertainty: float  # m, of the estimated position at the end: the pilot's own standard deviation
     reasons: dict[str, float]  # s, time at which each of the pilot's reasons first held
     waypoints: list[dict[str, Any]]  # of `waypoint_results`
 
@@ -193,7 +193,7 @@ def outcome(flight: Flight) -> Outcome:
         fence_margin_min=float(fence_distance(mission, place).min()),
         estimation_error_max=float(record.estimation_error.max()),
         goal_distance=float(np.hypot(*(place[-1] - goal))),
-        goal_error=float(record.data["position_error"][-1]),
+        goal_uncertainty=float(record.data["position_error"][-1]),
         reasons=record.first_reasons,
         waypoints=results,
     )

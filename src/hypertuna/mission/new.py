@@ -2,13 +2,12 @@
 
 import math
 
-from hypertuna.control.controller import sensor_range
 from hypertuna.control.guidance import curvature, error_of_fixes, gait_table
 from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.commented import commented
 from hypertuna.description.robot import Robot, require, robots
 from hypertuna.errors import InputError
-from hypertuna.mission.checks import OVERSHOOT, PILOTED
+from hypertuna.mission.checks import OVERSHOOT, PILOTED, deepest_limit
 from hypertuna.mission.schema import Document
 
 BELOW_FASTEST = 0.86  # of the fastest gait's speed: the rest is kept for currents
@@ -42,12 +41,6 @@ def usual_radius(robot: Robot) -> float:
     return max(3.0, math.ceil(15 * error_of_fixes(robot)) / 10)
 
 
-def deepest(robot: Robot) -> float:
-    """Return the largest limit of depth [m] that a robot accepts: of its hull and of its depth sensor."""
-    firmware = robot.firmware
-    return min(sensor_range(robot, "depth")[1], math.inf if firmware is None else firmware.depth_max)
-
-
 def new_mission(robot: Robot, name: str) -> str:
     """Return the text of a mission file that a robot can swim."""
     require_at_sea(robot, *PILOTED)
@@ -55,8 +48,8 @@ def new_mission(robot: Robot, name: str) -> str:
     speed, radius, length = usual_speed(robot), usual_radius(robot), sum(robot.links.length)
     turn = 1 / curvature(robot, table, pilot.bias_max)
     side = float(max(SIDE_MIN, round(LEG * table.speed[-1]), math.ceil(6 * turn)))
-    limit = min(round(DEPTH + max(1.0, length), 1), deepest(robot))
-    depth = min(DEPTH, math.floor(10 * (limit - OVERSHOOT)) / 10)
+    limit = min(round(DEPTH + max(1.0, length), 1), deepest_limit(robot))
+    depth = min(DEPTH, math.floor(round(10 * (limit - OVERSHOOT), 6)) / 10)
     if depth <= 0:
         rule, fix = f"must be more than {OVERSHOOT:g} m", "correct firmware.depth_max_m, or the depth sensor"
         raise InputError(rule, file=robot.file, key="the largest depth", value=f"{limit:g} m", fix=fix)

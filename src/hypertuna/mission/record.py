@@ -61,7 +61,7 @@ TOPICS: dict[str, dict[str, Column]] = {
         "speed_estimated": Column("", "m/s", "estimated speed through the water"),
         "current_estimated": Column("plane", "m/s", "estimated current: east, north"),
         "factor_estimated": Column("", "1", "estimated ratio of the speed to that of the gait table"),
-        "position_error": Column("", "m", "standard deviation of the estimated position"),
+        "position_error": Column("", "m", "uncertainty of the estimated position: its standard deviation"),
     },
     "/mode": {
         "mode": Column("", "1", "index in the list of modes"),

@@ -1,4 +1,4 @@
-"""Outcome of each waypoint, reached, passed or skipped, with the estimated and the true distance from it."""
+"""Outcome of each waypoint, reached, passed or skipped, with the believed and the true distance from it."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,15 +9,15 @@ from hypertuna.mission.record import MissionRecord
 
 
 def waypoint_results(record: MissionRecord) -> list[dict[str, Any]]:
-    """Return a row per waypoint: outcome, time, believed and true distance, position error, depth.
+    """Return a row per waypoint: number from 1, outcome, time, believed and true distance, uncertainty, depth.
 
     Values are those at the time at which the robot went on; None for a waypoint that is still ahead.
     """
     outcomes = list(_outcomes(record))
     ahead = len(record.mission.waypoints) - len(outcomes)
-    return [_result(record, k, *one) for k, one in enumerate(outcomes)] + [
-        {"outcome": "ahead"} | dict.fromkeys(("time_s", "believed_m", "true_m", "error_m", "depth_m"))
-    ] * ahead
+    nothing = dict.fromkeys(("time_s", "believed_m", "true_m", "uncertainty_m", "depth_m"))
+    rows = [_result(record, k, *one) for k, one in enumerate(outcomes)] + [{"outcome": "ahead"} | nothing] * ahead
+    return [{"waypoint": number} | row for number, row in enumerate(rows, 1)]
 
 
 def _outcomes(record: MissionRecord) -> Iterator[tuple[str, int]]:
@@ -40,6 +40,6 @@ def _result(record: MissionRecord, k: int, outcome: str, row: int) -> dict[str, 
         "time_s": float(record.time[row]),
         "believed_m": float(np.hypot(*believed)),
         "true_m": None if true is None else float(np.hypot(*true)),
-        "error_m": float(record.data["position_error"][row]),
+        "uncertainty_m": float(record.data["position_error"][row]),
         "depth_m": float(record.depth[row]),
     }
