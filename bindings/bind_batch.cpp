@@ -51,6 +51,8 @@ class Batch {
     std::vector<double> lost;               // 1 where the state is none that a robot can have: that twin stands still
 
     virtual ~Batch() = default;
+    /// A batch that goes on from the same state.
+    virtual std::unique_ptr<Batch> copy() const = 0;
     virtual std::size_t groups() const = 0;
     /// Make ticks of the twins of a group; groups may be advanced by several threads.
     virtual void advance(std::size_t group, int ticks) = 0;
@@ -71,6 +73,14 @@ class BatchOf final : public Batch {
         Columns::add(now, count, D, twins_[0].member.plant->joints);
         groups_.resize((count + lanes - 1) / lanes);
     }
+    /// Groups point to their twins: a copy makes its own.
+    BatchOf(const BatchOf& other)
+        : Batch(other),
+          kernel_(other.kernel_),
+          steps_(other.steps_),
+          twins_(other.twins_),
+          groups_(other.groups_.size()) {}
+    std::unique_ptr<Batch> copy() const override { return std::make_unique<BatchOf>(*this); }
     std::size_t groups() const override { return groups_.size(); }
     void advance(std::size_t group, int ticks) override {
         const std::size_t first = group * std::size_t(kernel_.lanes);
@@ -208,6 +218,12 @@ void bind_batch(nb::module_& m) {
     nb::class_<LiveBatch>(m, "Batch", "Twins in the plane that go on together under commands that may change.")
         .def("__init__", &make_live_batch, nb::arg("twins"), nb::kw_only(), nb::arg("steps"),
              "From (plant, controller, sensors, speed [m/s]) each, of robots of the same structure, at rest.")
+        .def(
+            "__deepcopy__",
+            [](const LiveBatch& self, const nb::dict&) {
+                return LiveBatch{self.batch->copy(), self.plants, self.structure, self.tick};
+            },
+            nb::arg("memo"), "A batch that goes on from the same state.")
         .def("restart", &restart, nb::arg("twin"), nb::arg("start"), "Begin one anew, perhaps of another robot.")
         .def("command", &command, nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"), nb::arg("bias"),
              "From now on, of each twin: frequency [Hz]; amplitudes, phases and biases (twins, joints) [rad].")

@@ -1,5 +1,6 @@
 """Environments for learning: strangers' checkers, one swimmer as one of many, and tasks that can be checked by hand."""
 
+import copy
 import sys
 import warnings
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers.vector import NormalizeObservation, NormalizeReward, RecordEpisodeStatistics
 
 import hypertuna as ht
 from hypertuna.description.robot import parse
@@ -22,6 +24,17 @@ from hypertuna.learning.tasks import TASKS, Goto, Seen, Station, Swim, Turn
 from hypertuna.simulation.estimates import random_robots
 
 ROBOT = ht.load("hypertuna")
+
+
+class Early(Swim):
+    """A task whose episodes end when the goal is above the speed by much: sooner or later, by the goal."""
+
+    def outcome(self, goal: Any, seen: Seen, before: Seen) -> Any:
+        """Judge a step."""
+        result = super().outcome(goal, seen, before)
+        return result._replace(done=goal[:, 0] < 0.6)
+
+
 TUNA = "examples/learning/goto.npz"
 
 
@@ -202,21 +215,126 @@ def test_actions_of_a_wrong_shape_are_refused_before_anything_changes() -> None:
         assert np.isfinite(observation).all()
 
 
-def test_infos_are_those_of_vectors_by_gymnasium() -> None:
-    theirs = SyncVectorEnv([lambda: SwimmerEnv(Swim(seconds=0.2))] * 2, autoreset_mode=AutoresetMode.SAME_STEP)
-    ours = SwimmerVectorEnv(2, Swim(seconds=0.2))
-    for env in (theirs, ours):
-        env.reset(seed=[4, 9])
-    for _ in range(5):
-        (seen, *_, expected), (observed, *_, infos) = (env.step(np.full((2, 6), 0.4)) for env in (theirs, ours))
-        np.testing.assert_array_equal(observed, seen)  # a list seeds each swimmer, also of the episodes that follow
-        if "final_obs" in expected:
-            np.testing.assert_array_equal(infos["final_obs"], np.stack(expected["final_obs"]))
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_vectors_are_those_of_gymnasium(mode: AutoresetMode) -> None:
+    """Beside Gymnasium's own vector of single environments, whose episodes end one after another: to the last bit."""
+    theirs = SyncVectorEnv([lambda: SwimmerEnv(Early(seconds=0.4))] * 3, autoreset_mode=mode)
+    ours: Any = gymnasium.make_vec("hypertuna/Swim-v0", num_envs=3, task=Early(seconds=0.4), autoreset_mode=mode.value)
+    assert theirs.metadata["autoreset_mode"] == ours.metadata["autoreset_mode"] == mode
+    first, second = (env.reset(seed=[4, 9, 6])[0] for env in (theirs, ours))
+    np.testing.assert_array_equal(first, second)
+    ends = []
+    for _ in range(12):
+        actions = np.random.default_rng(len(ends)).uniform(-1, 1, (3, 6)).astype(np.float32)
+        (*wanted, expected), (*got, infos) = (env.step(actions) for env in (theirs, ours))
+        for one, other in zip(wanted, got, strict=True):  # a list seeds each swimmer, also of the episodes that follow
+            np.testing.assert_array_equal(other, one)
+        ended = got[2] | got[3]
+        ends.append(ended)
+        assert (
+            ("final_info" in infos) == ("final_info" in expected) == (mode == AutoresetMode.SAME_STEP and ended.any())
+        )
+        if "final_info" in expected:
+            np.testing.assert_array_equal(infos["final_obs"][ended], np.stack(expected["final_obs"][ended]))
             np.testing.assert_array_equal(infos["_final_obs"], expected["_final_obs"])
             np.testing.assert_equal(infos["final_info"], expected["final_info"])
-            assert not infos["_is_success"].any()
-        else:
-            np.testing.assert_equal(infos, expected)
+        np.testing.assert_array_equal(infos["_is_success"], expected.get("_is_success", np.zeros(3, dtype=bool)))
+        np.testing.assert_array_equal(infos["is_success"], expected.get("is_success", np.zeros(3, dtype=bool)))
+        if mode == AutoresetMode.DISABLED and ended.any():
+            resets = [env.reset(options={"reset_mask": ended})[0] for env in (theirs, ours)]
+            np.testing.assert_array_equal(*resets)
+    assert len({tuple(ended) for ended in ends}) > 2  # they end at different times
+
+
+def test_wrappers_of_gymnasium_take_the_mode_that_they_need() -> None:
+    env: Any = gymnasium.make_vec("hypertuna/Swim-v0", num_envs=3, autoreset_mode=AutoresetMode.NEXT_STEP)
+    wrapped = RecordEpisodeStatistics(NormalizeReward(NormalizeObservation(env)))
+    wrapped.reset(seed=1)
+    lengths = []
+    for _ in range(103):
+        *_, infos = wrapped.step(env.action_space.sample())
+        lengths += infos["episode"]["l"][infos["_episode"]].tolist() if "episode" in infos else []
+    assert lengths == [100] * 3
+
+
+def test_an_ended_episode_must_be_reset_without_autoreset() -> None:
+    env = SwimmerVectorEnv(2, Swim(seconds=0.2), autoreset_mode=AutoresetMode.DISABLED)
+    env.reset(seed=1)
+    for _ in range(2):
+        *_, cut, _ = env.step(np.zeros((2, 6)))
+    assert cut.all()
+    with pytest.raises(InputError, match=r"swimmers must be reset after an episode ends, but is \[0, 1\]: call reset"):
+        env.step(np.zeros((2, 6)))
+    env.reset(options={"reset_mask": np.array([True, False])})
+    with pytest.raises(InputError, match=r"is \[1\]: call reset"):
+        env.step(np.zeros((2, 6)))
+    for mask in ([True], np.zeros(2, dtype=bool), np.ones(2)):
+        with pytest.raises(InputError, match="reset_mask must be 2 truths, one at least true"):
+            env.reset(options={"reset_mask": mask})
+
+
+# --- states
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_a_restored_environment_has_the_same_future(mode: AutoresetMode) -> None:
+    """To the last bit, through ends of episodes with new goals, robots and seeds: restored twice, and in a copy."""
+    robots = random_robots(ROBOT, 3, seed=1)
+    env = SwimmerVectorEnv(11, Station(seconds=0.7), robots=robots, threads=2, autoreset_mode=mode)
+    env.reset(seed=3)
+    for _ in range(5):
+        env.step(env.action_space.sample())
+    state, copied = env.save_state(), copy.deepcopy(env)
+    actions = np.random.default_rng(0).uniform(-1, 1, (20, *env.action_space.shape))
+
+    def future(one: SwimmerVectorEnv) -> list[Any]:
+        seen: list[Any] = []
+        for action in actions:
+            *step, _ = one.step(action)
+            seen += step
+            if mode == AutoresetMode.DISABLED and (ended := step[2] | step[3]).any():
+                seen.append(one.reset(options={"reset_mask": ended})[0])
+        return seen
+
+    first = future(env)
+    np.testing.assert_equal(future(copied), first)
+    assert any(not np.array_equal(*pair) for pair in zip(future(env), first, strict=True))  # it has gone on
+    for one in (env, env, copied):
+        one.restore_state(state)
+        np.testing.assert_equal(future(one), first)
+
+
+def test_one_swimmer_plans_by_its_states() -> None:
+    """The best of some futures comes true. Under Gymnasium's wrappers, by `unwrapped`, or in a copy of all."""
+    env = gymnasium.make("hypertuna/Goto-v0")
+    env.reset(seed=5)
+    plain: Any = env.unwrapped
+    plans = np.random.default_rng(1).uniform(-1, 1, (4, 8, 6))
+
+    def reward(plan: Any, one: Any) -> list[float]:
+        return [float(one.step(action)[1]) for action in plan]
+
+    state = plain.save_state()
+    foreseen = []
+    for plan in plans:
+        plain.restore_state(state)
+        foreseen.append(reward(plan, plain))
+    plain.restore_state(state)
+    best = int(np.argmax(np.sum(foreseen, axis=1)))
+    assert reward(plans[best], copy.deepcopy(env)) == foreseen[best]
+    assert reward(plans[best], env) == foreseen[best]
+    assert len({tuple(one) for one in foreseen}) == 4
+
+
+def test_a_state_is_of_the_same_environment() -> None:
+    state = SwimmerVectorEnv(2, "Swim").save_state()
+    SwimmerVectorEnv(2, "Swim").restore_state(state)
+    document = ROBOT.document()
+    document["links"]["lateral_area_m2"][0] *= 1.1
+    for arguments in ({"num_envs": 3}, {"task": "Turn"}, {"step": 0.2}, {"robot": parse(document)}):
+        other = SwimmerVectorEnv(**({"num_envs": 2, "task": "Swim"} | arguments))
+        with pytest.raises(InputError, match="state must be of an environment of the same task, robots, number and st"):
+            other.restore_state(state)
 
 
 def test_seeds_of_a_list_are_one_for_each_swimmer() -> None:
@@ -252,6 +370,7 @@ def test_stable_baselines_uses_a_seed_once() -> None:
         ({"step": float("nan")}, "step must be a finite number"),
         ({"step": float("inf")}, "step must be a finite number"),
         ({"step": "a"}, "step must be a finite number"),
+        ({"autoreset_mode": "never"}, "autoreset_mode must be NextStep, SameStep or Disabled, but is 'never'"),
         ({"threads": 0}, "threads must be at least 1"),
         ({"threads": -3}, "threads must be at least 1"),
         ({"robots": ["examples/servofish.toml"]}, "robots must have the links, joints and water law of hypertuna"),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,30 @@ Batch = NDArray[np.floating[Any]]
 Flags = NDArray[np.bool_]
 
 LOST = -10.0  # reward of a twin that left what a robot can do
+CHANGING = ("_np_random", "_np_random_seed", "_rngs", "_ended")  # of an environment, beside its swimmers
+
+
+@dataclass(frozen=True)
+class EnvState:
+    """State of an environment: swimmers, goals, random generators and ended episodes."""
+
+    kind: tuple[object, ...]  # of the swimmers
+    moments: tuple[dict[str, Any], dict[str, Any]]  # of environment and swimmers
+
+
+def _save(env: SwimmerEnv | SwimmerVectorEnv) -> EnvState:
+    own = {name: value for name, value in vars(env).items() if name in CHANGING}
+    own["_np_random"] = env.np_random  # made at its first use
+    return EnvState(env.swimmers.kind, copy.deepcopy((own, env.swimmers.moment)))
+
+
+def _restore(env: SwimmerEnv | SwimmerVectorEnv, state: EnvState) -> None:
+    if not isinstance(state, EnvState) or state.kind != env.swimmers.kind:
+        rule, fix = "must be of an environment of the same task, robots, number and step", "save it in this environment"
+        raise InputError(rule, key="state", fix=fix)
+    own, swimmers = copy.deepcopy(state.moments)  # which may be restored again
+    env.__dict__.update(own)
+    env.swimmers.__dict__.update(swimmers)
 
 
 class Spaces:
@@ -77,17 +103,27 @@ class SwimmerEnv(gymnasium.Env[Batch, Batch]):
         observation = _single(self.swimmers.observe())[0]
         return observation, float(reward[0]), bool(done[0]), bool(cut[0]), {"is_success": bool(success[0])}
 
+    def save_state(self) -> EnvState:
+        """Save the state, with the random generators: a restored environment has the same future, to the last bit."""
+        return _save(self)
+
+    def restore_state(self, state: EnvState) -> None:
+        """Go on from a state of this environment, of a copy (`copy.deepcopy`), or of one with the same arguments."""
+        _restore(self, state)
+
 
 class SwimmerVectorEnv(VectorEnv[Batch, Batch, Batch]):
     """Many swimmers that step in one call, side by side in the lanes of a processor and over threads.
-
-    An episode that ends is followed by the next within the same step: `infos` has its last observation as `final_obs`,
-    and its success in `final_info`.
 
     Parameters
     ----------
     num_envs : int
         Number of swimmers.
+    autoreset_mode : AutoresetMode or str
+        How the next episode follows one that ends, as Gymnasium defines it. SAME_STEP: within the same step; `infos`
+        has the last observation of the old one as `final_obs`, and its success in `final_info`. NEXT_STEP: in the next
+        step, which ignores the action and has the reward 0. DISABLED: when you reset it, by
+        ``reset(options={"reset_mask": ended})``.
     threads : int or None
         Threads that step them, None for all processors; results do not depend on it.
     task, robot, robots, step
@@ -103,49 +139,87 @@ class SwimmerVectorEnv(VectorEnv[Batch, Batch, Batch]):
         robots: Sequence[Robot | str | Path] = (),
         step: float = STEP,
         threads: int | None = 1,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
         render_mode: str | None = None,
     ) -> None:
         self.num_envs = POSITIVE_WHOLE.check(num_envs, "num_envs", "give a number of swimmers")
         others, threads = [*map(robot_of, robots)], thread_count(threads)
         self.swimmers = Swimmers(_task(task), robot_of(robot), self.num_envs, others, threads, step)
-        self.metadata = {"render_modes": [], "render_fps": 1 / step, "autoreset_mode": AutoresetMode.SAME_STEP}
+        word = autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode) else autoreset_mode
+        self.mode = AutoresetMode(check_choice(word, [mode.value for mode in AutoresetMode], "autoreset_mode"))
+        self.metadata = {"render_modes": [], "render_fps": 1 / step, "autoreset_mode": self.mode}
         of = Spaces(self.swimmers)
         self.single_action_space, self.single_observation_space = of.action, of.observation
         self.action_space = batch_space(of.action, self.num_envs)
         self.observation_space = batch_space(of.observation, self.num_envs)
         self.render_mode = render_mode
         self._rngs = [self.np_random] * self.num_envs
+        self._ended = np.zeros(self.num_envs, dtype=bool)  # episodes that no other follows yet
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Batch, dict[str, Any]]:
-        """Start an episode of every swimmer; all share one seed, or each has its own of a list, or goes on by None."""
-        if seed is None:
-            pass
-        elif not isinstance(seed, Sequence):
+        """Start an episode of every swimmer, or of those of a mask (num_envs,), ``options={"reset_mask": mask}``.
+
+        All share one seed, or each has its own of a list, or goes on by None.
+        """
+        rows = self._masked((options or {}).get("reset_mask"))
+        if isinstance(seed, Sequence):
+            if len(seed) != self.num_envs:
+                rule, fix = (
+                    f"must be one for each of {self.num_envs} swimmers",
+                    "give a number, or a list of that length",
+                )
+                raise InputError(rule, key="seed", value=shown(seed), fix=fix)
+            for k in rows:
+                self._rngs[k] = self._rngs[k] if seed[k] is None else np_random(seed[k])[0]
+        elif seed is not None:
             super().reset(seed=seed)
-            self._rngs = [self.np_random] * self.num_envs
-        elif len(seed) != self.num_envs:
-            rule, fix = f"must be one for each of {self.num_envs} swimmers", "give one number, or a list of that length"
-            raise InputError(rule, key="seed", value=shown(seed), fix=fix)
-        else:
-            pairs = zip(self._rngs, seed, strict=True)
-            self._rngs = [rng if one is None else np_random(one)[0] for rng, one in pairs]
-        self.swimmers.restart(range(self.num_envs), self._rngs)
+            for k in rows:
+                self._rngs[k] = self.np_random
+        self.swimmers.restart(rows, self._rngs)
+        self._ended[rows] = False
         return _single(self.swimmers.observe()), {}
 
     def step(self, actions: Batch) -> tuple[Batch, Batch, Flags, Flags, dict[str, Any]]:
         """Make a step of every swimmer."""
+        anew = self._ended
+        if anew.any() and self.mode == AutoresetMode.DISABLED:
+            rule, fix = "must be reset after an episode ends", 'call reset(options={"reset_mask": ended})'
+            raise InputError(rule, key="swimmers", value=shown(np.flatnonzero(anew).tolist()), fix=fix)
         reward, done, cut, success = _stepped(self.swimmers, actions)
+        reward[anew], done[anew], cut[anew] = 0, False, False
         observation = _single(self.swimmers.observe())
         ended = done | cut
-        infos: dict[str, Any] = {"is_success": success & ~ended, "_is_success": ~ended}
-        if ended.any():
-            final = {"is_success": success & ended, "_is_success": ended}
-            infos |= {"final_obs": observation, "_final_obs": ended, "final_info": final, "_final_info": ended}
-            self.swimmers.restart(np.flatnonzero(ended), self._rngs)
+        told = ~ended if self.mode == AutoresetMode.SAME_STEP else ~anew
+        infos: dict[str, Any] = {"is_success": success & told, "_is_success": told}
+        if self.mode == AutoresetMode.SAME_STEP:
+            if ended.any():
+                final = {"is_success": success & ended, "_is_success": ended}
+                infos |= {"final_obs": observation, "_final_obs": ended, "final_info": final, "_final_info": ended}
+            anew = ended
+        if anew.any():
+            self.swimmers.restart(np.flatnonzero(anew), self._rngs)
             observation = _single(self.swimmers.observe())
+        self._ended = ended & (self.mode != AutoresetMode.SAME_STEP)
         return observation, reward, done, cut, infos
+
+    def _masked(self, mask: Any) -> Sequence[int]:
+        """Return the swimmers of a mask, all without one."""
+        if mask is None:
+            return range(self.num_envs)
+        if np.shape(mask) != (self.num_envs,) or np.asarray(mask).dtype != bool or not np.any(mask):
+            rule, fix = f"must be {self.num_envs} truths, one at least true", "give terminated | truncated of a step"
+            raise InputError(rule, key="reset_mask", value=shown(mask), fix=fix)
+        return np.flatnonzero(mask).tolist()
+
+    def save_state(self) -> EnvState:
+        """Save the state, with the random generators: a restored environment has the same future, to the last bit."""
+        return _save(self)
+
+    def restore_state(self, state: EnvState) -> None:
+        """Go on from a state of this environment, of a copy (`copy.deepcopy`), or of one with the same arguments."""
+        _restore(self, state)
 
 
 def register() -> None:

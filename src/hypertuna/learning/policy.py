@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
@@ -103,6 +104,8 @@ def plain_pilot(swimmers: Swimmers, *, frequency: float = 2.0, amplitude: float 
 
 def success_rate(env: SwimmerVectorEnv, act: Act, *, episodes: int, seed: int) -> dict[str, Any]:
     """Return the part of episodes that end in success, and the mean time [s] and energy [J] of those."""
+    if env.mode != AutoresetMode.SAME_STEP:
+        raise InputError("must be SameStep", key="autoreset_mode", value=env.mode.value, fix="leave it out")
     observation, _ = env.reset(seed=seed)
     swimmers, successes, seconds, energy = env.swimmers, [], [], []
     drawn = np.zeros(env.num_envs)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from hypertuna.learning.environments import SwimmerVectorEnv
@@ -15,7 +16,7 @@ class Sb3VecEnv(VecEnv):
     """A vector environment as Stable-Baselines3 takes it; arguments are those of `SwimmerVectorEnv`."""
 
     def __init__(self, num_envs: int, task: str | Task, **options: Any) -> None:
-        self.env = SwimmerVectorEnv(num_envs, task, **options)
+        self.env = SwimmerVectorEnv(num_envs, task, autoreset_mode=AutoresetMode.SAME_STEP, **options)
         self.actions: Any = None
         super().__init__(num_envs, self.env.single_observation_space, self.env.single_action_space)
 

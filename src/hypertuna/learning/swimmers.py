@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +23,7 @@ from hypertuna.learning.tasks import Outcome, Seen, Task
 from hypertuna.simulation.plant import controller_of, parts_of, steps_of
 
 LIMIT = 4.0  # observations are held within this
+CHANGING = ("goal", "current", "steps", "action", "seen", "effort", "_batch", "_columns", "_drift", "_before")
 
 
 @dataclass
@@ -115,6 +119,22 @@ class Swimmers:
     def lost(self) -> NDArray[np.bool_]:
         """Which twins have left what a robot can do (N,)."""
         return np.asarray(self._columns["lost"] != 0)
+
+    @cached_property
+    def kind(self) -> tuple[object, ...]:
+        """What swimmers share that can go on from each other's states."""
+        return self.task, self.count, self.step, [robot.document() for robot in (self.robot, *self.robots)]
+
+    @property
+    def moment(self) -> dict[str, Any]:
+        """All that changes, by attribute; steps change it in place."""
+        return {name: getattr(self, name) for name in CHANGING}
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Swimmers:
+        """Copy what changes; all else is shared."""
+        other = copy.copy(self)
+        vars(other).update(copy.deepcopy(self.moment, memo))
+        return other
 
     def _start(self, rng: np.random.Generator) -> tuple[_core.Plant, _core.Controller, _core.Sensors, float]:
         parts = self._parts[rng.integers(len(self._parts))]
