@@ -15,7 +15,20 @@ RANGE = "write a range as START:STOP:COUNT, such as 1:6:6 for 1, 2, 3, 4, 5 and 
 # What is typed behind `hypertuna`, and the answer behind "error: ".
 MISTAKES = {
     "swm": "swm is not a command of `hypertuna`: did you mean swim?",
-    "help": "help is not a command of `hypertuna`: `hypertuna --help` lists the commands.",
+    "help swm": "swm is not a command of `hypertuna`: did you mean swim?",
+    "-robot hypertuna swim": "-robot is not an option of `hypertuna`: write options behind a command, such as "
+    "`hypertuna swim --robot ...`.",
+    "swim -robot hypertuna": "-robot is not an option of `hypertuna swim`: did you mean --robot?",
+    "swim -gait=turning": "-gait=turning is not an option of `hypertuna swim`: did you mean --gait=turning?",
+    "swim -rob hypertuna": "-rob is not an option of `hypertuna swim`: did you mean --robot?",
+    "swim -output fish.nc": "-output is not an option of `hypertuna swim`: did you mean --output?",
+    "swim -x 3": "-x is not an option of `hypertuna swim`: `hypertuna swim --help` lists the options.",
+    f"{SWIM} --plot": "--plot needs a value: write --plot FILE.",
+    f"{SWIM} --plot --json": "--plot needs a value: write --plot FILE.",
+    f"{SWIM} --plot -o swim.nc": "--plot needs a value: write --plot FILE.",
+    f"{SWIM} --plot=": "--plot needs the name of a file: write --plot NAME.svg.",
+    "swim --gait --frequency 2": "--gait needs a value: write --gait NAME.",
+    "optimize --maximize --speed 3": "--maximize needs a value: write --maximize NAME.",
     "joint bnd": "bnd is not a command of `hypertuna joint`: did you mean bend?",
     "--robot hypertuna swim": "--robot is not an option of `hypertuna`: write options behind a command, such as "
     "`hypertuna swim --robot ...`.",
@@ -191,6 +204,12 @@ def test_a_mistake_has_one_sentence_with_the_fix(
     monkeypatch.chdir(tmp_path)
     assert run(*typed.split()) == (2, "", f"error: {MISTAKES[typed]}\n")
     assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.parametrize("typed", [(), ("swim",), ("robot", "new"), ("joint", "bend"), ("trials", "import", "markers")])
+def test_help_shows_the_help_of_a_command(typed: tuple[str, ...], run: Run) -> None:
+    assert run("help", *typed) == run(*typed, "--help")
+    assert run("help", *typed)[0] == 0
 
 
 @pytest.mark.parametrize("typed", [(), ("robot",), ("radio",), ("trials", "import")])

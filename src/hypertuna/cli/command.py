@@ -6,6 +6,7 @@ import difflib
 import pkgutil
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import typer
@@ -31,6 +32,7 @@ class _Front:
     def parse_args(self, context: Any, args: list[str]) -> list[str]:
         """Read the arguments."""
         given = list(args)
+        _check_words(self, context, given)
         try:
             rest: list[str] = super().parse_args(context, args)  # type: ignore[misc]  # of typer's command, mixed in below
         except UsageError as error:
@@ -174,6 +176,24 @@ class App(typer.Typer):
         return super().command(name, **({"cls": Command} | options))
 
 
+def _check_words(command: Any, context: Any, args: Sequence[str]) -> None:
+    """Check that long options have two dashes, and that no option stands where the value of another belongs."""
+    options = {name: param for param in command.get_params(context) for name in param.opts}
+    for word, following in pairwise([*args, ""]):
+        if word == "--" or context.resilient_parsing:
+            return
+        if not word.startswith("--") and f"-{word.partition('=')[0]}" in options:
+            raise _no_option(word, _name(context), f"did you mean -{word}?")
+        param = options.get(word)
+        if param and not getattr(param, "is_flag", True) and following.partition("=")[0] in options:
+            raise InputError("needs a value", key=word, fix=f"write {word} {param.metavar or 'VALUE'}")
+
+
+def _no_option(word: str, name: str, fix: str) -> InputError:
+    """Return the error for an option that a command does not have."""
+    return InputError(f"is not an option of `{name}`", key=word, fix=fix)
+
+
 def _check_once(command: Any, context: Any, args: list[str]) -> None:
     """Check that no option with one value is given twice: nobody knows which of them is meant."""
     if context.resilient_parsing:
@@ -200,16 +220,18 @@ def _explained(error: Any, command: Any, context: Any, args: list[str]) -> Input
         lacking = listed([_asked_for(param) for param in _missing(command, context, args)])
         return InputError(f"needs {lacking}", key=f"`{name}`")
     if kind == "NoSuchOption":
+        word = next((word for word in args if word.startswith(error.option_name)), error.option_name).partition("=")[0]
+        long = f"--{word.lstrip('-')}"
         known = [option for param in command.get_params(context) for option in param.opts if option.startswith("--")]
-        near = difflib.get_close_matches(error.option_name, known, n=1)
-        longer = [option for option in known if option.startswith(error.option_name)]
+        near = difflib.get_close_matches(long, known, n=1)
+        longer = [option for option in known if option.startswith(long)]
         fix = f"did you mean {(longer or near)[0]}?" if longer or near else f"`{name} --help` lists the options"
-        if error.option_name == "--robot" and any(param.name == "robot" for param in command.get_params(context)):
+        if long == "--robot" and any(param.name == "robot" for param in command.get_params(context)):
             fix = f"write the robot alone, such as `{name} hypertuna`"
         if context.parent is None:
-            fix = f"write options behind a command, such as `hypertuna swim {error.option_name} ...`"
-            fix = "did you mean --version?" if error.option_name.lower() == "-v" else fix
-        return InputError(f"is not an option of `{name}`", key=error.option_name, fix=fix)
+            fix = f"write options behind a command, such as `hypertuna swim {long} ...`"
+            fix = "did you mean --version?" if word.lower() == "-v" else fix
+        return _no_option(word, name, fix)
     if kind == "BadOptionUsage":
         param = next((param for param in command.get_params(context) if error.option_name in param.opts), None)
         takes = f"write {error.option_name} {param.metavar or 'VALUE'}" if param is not None else ""

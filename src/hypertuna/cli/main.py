@@ -86,7 +86,10 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
         "dive": ("dive:dive_command", "Dive with the pectoral fins down for half of the time, then rise with them up."),
         "mission": ("mission:mission_command", "Fly a mission on the twin at sea, under its pilot."),
         "mission new": ("mission_files:new_command", "Write a mission that a robot can swim."),
-        "mission import": ("mission_files:import_command", "Write the mission of a .plan, .waypoints, GPX or KML file."),
+        "mission import": (
+            "mission_files:import_command",
+            "Write the mission of a .plan, .waypoints, GPX or KML file.",
+        ),
         "log": ("log:log_app", "Logs of missions and black boxes: summary, plot, table, track; needs the extra log."),
     },
     "Take elsewhere": {
@@ -205,7 +208,9 @@ def main() -> None:
 
 
 def _take_former_name() -> None:
-    """Put the present name of a command in place of its former one, with a note on the error output."""
+    """Put the present name of a command in place of its former one, with a note; and `help COMMAND` as its option."""
+    if sys.argv[1:2] == ["help"]:
+        sys.argv[1:] = [*sys.argv[2:], "--help"]
     new = RENAMED.get(sys.argv[1]) if len(sys.argv) > 1 else None
     if new is not None:
         note = f"note: `hypertuna {sys.argv[1]}` is now `hypertuna {new}`; the next release drops the old name."

@@ -112,6 +112,8 @@ def setting(text: str, key: str, unit: str) -> Setting:
 
 def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
     """Check ending and folder of an output file before any work is done for it."""
+    if not path:
+        raise InputError("needs the name of a file", key=key, fix=f"write {key} NAME{suffixes[0]}")
     if Path(path).suffix.lower() not in suffixes:
         table = ".csv" in suffixes and Path(path).suffix.lower() in SPREADSHEETS
         fix = f"write {Path(path).stem}{'.csv' if table else suffixes[0]}"
