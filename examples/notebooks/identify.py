@@ -1,16 +1,32 @@
 # %% [markdown]
 # # From a CSV file of trials to fitted coefficients
 #
-# A row of the file is a steady swim: its gait, and its measured speed or cost of transport. The file here is
-# synthetic: the model swam the gaits, and noise was added. The fit should find factors of 1.
+# A row of the file is a steady swim: its gait, and its measured speed or cost of transport. This notebook makes a
+# synthetic file: the model swims the gaits, and noise is added. The fit should find factors of 1. To fit your own
+# trials, write a file with these columns, and name it in place of this cell.
 
 # %%
+import numpy as np
 import pandas as pd
 
 import hypertuna as ht
 
-file = "../tank/tank.csv"
-pd.read_csv(file, comment="#").head()
+file, noise, repeats, random = "tank.csv", 0.01, 3, np.random.default_rng(1)
+rows = []
+for amplitude in ((8, 15), (16, 25)):
+    for phase in (0, 40):
+        for frequency in range(1, 7):
+            gait = ht.Gait.from_degrees(frequency=frequency, amplitude=amplitude, phase=(0, phase))
+            swim = ht.swim("hypertuna", gait)
+            row = [frequency, *amplitude, phase]
+            for value in (swim.speed, swim.cost_of_transport):
+                row += [value * (1 + noise * random.standard_normal(repeats)).mean(), noise * value]
+            rows.append([*row, repeats])
+angles = ["amplitude_I_deg", "amplitude_II_deg", "phase_II_deg"]
+speed, cost = ["speed_m_s", "speed_sd_m_s"], ["cost_of_transport_j_per_kg_m", "cost_of_transport_sd_j_per_kg_m"]
+table = pd.DataFrame(rows, columns=["frequency_hz", *angles, *speed, *cost, "repeats"]).round(5)
+table.to_csv(file, index=False)
+table.head()
 
 # %%
 trials = ht.read_trials(file, "hypertuna")

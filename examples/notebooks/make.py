@@ -10,7 +10,6 @@ and nbformat.
 import argparse
 import os
 import re
-import shutil
 import sys
 import sysconfig
 import tempfile
@@ -39,13 +38,12 @@ def cells(program: str) -> list[nbformat.NotebookNode]:
 
 
 def run(name: str) -> nbformat.NotebookNode:
-    """Run the program of a notebook in a copy of the examples."""
+    """Run the program of a notebook in an empty folder, as if it were downloaded alone."""
     kernel = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
     notebook = nbformat.v4.new_notebook(cells=cells((HERE / f"{name}.py").read_text(encoding="utf-8")), metadata=kernel)
     os.environ["PATH"] = os.pathsep.join([sysconfig.get_path("scripts"), os.environ["PATH"]])
     with tempfile.TemporaryDirectory() as folder:
-        shutil.copytree(HERE.parent, Path(folder) / "examples")
-        place = {"metadata": {"path": str(Path(folder) / "examples" / HERE.name)}}
+        place = {"metadata": {"path": folder}}
         NotebookClient(notebook, timeout=600, kernel_name="python3", coalesce_streams=True, resources=place).execute()
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)  # times of the run
