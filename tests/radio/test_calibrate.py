@@ -165,7 +165,9 @@ def test_an_accelerometer_in_nine_positions(bench: Bench) -> None:
     bench.accelerometer = lambda x: ratio * x + zero
     before = bench.parameters()
     code, _, errors = bench.calibrate("accelerometer", steps=positions(bench, swap=True))
-    assert (code, "must read gravity along -x when the robot is held nose up, but is x 1.0" in errors) == (2, True), errors
+    assert (code, "must read gravity along -x when the robot is held nose up, but is x 1.0" in errors) == (2, True), (
+        errors
+    )
     assert bench.parameters() == before
     code, record, errors = bench.calibrate("accelerometer", steps=positions(bench))
     assert code == 0, errors

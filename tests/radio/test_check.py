@@ -69,8 +69,8 @@ def test_a_key_is_a_file_of_32_bytes(run: Run, tmp_path: Path) -> None:
     for options, wanted in (
         ((str(short),), "must have 32 bytes, but is 31 bytes long"),
         ((str(tmp_path / "none"),), "must be a readable file"),
-        ((), "FILE must be given, or --off"),
-        ((str(zeros), "--off"), "FILE must be given, or --off"),
+        ((), "FILE or --off must be given"),
+        ((str(zeros), "--off"), "FILE or --off must be given"),
     ):
         code, _, errors = run("radio", "sign", *options, *place)
         assert (code, wanted in errors) == (2, True), errors

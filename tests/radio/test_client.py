@@ -137,7 +137,9 @@ def test_a_line_that_ends_is_one_sentence(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_another_firmware_is_refused() -> None:
-    with pytest.raises(InputError, match="must lead to a robot with hypertuna's firmware, but is MAV_AUTOPILOT_ARDUPILOTMEGA"):
+    with pytest.raises(
+        InputError, match="must lead to a robot with hypertuna's firmware, but is MAV_AUTOPILOT_ARDUPILOTMEGA"
+    ):
         connect(f"tcp:127.0.0.1:{server(heartbeat(3))}")
 
 

@@ -74,7 +74,7 @@ def test_a_gamepad_that_goes_away_stops(tmp_path: Path) -> None:
         assert pad.events() == []
     os.close(reading)
     assert moved(Stick(ahead=1), ("gone", 1.0)) == Stick(order="stop")
-    assert said == ["the gamepad is disconnected: drive by keys, or restart the command"]
+    assert said == ["the gamepad is disconnected: drive with the keys, or restart the command"]
     for path in (tmp_path / "none", tmp_path):
         with pytest.raises(InputError, match="--gamepad must be a joystick device"):
             Pad(str(path), said)
@@ -191,7 +191,7 @@ def test_parameters_and_logs_by_the_command(tmp_path: Path) -> None:
     done = subprocess.run(
         [*PROGRAM, "radio", "params", "--connect", f"udp:{free_port()}"], capture_output=True, text=True
     )
-    assert (done.returncode, done.stderr[:51]) == (2, "error: --connect must receive a message within 10 s")
+    assert (done.returncode, done.stderr[:53]) == (2, "error: --connect must receive a heartbeat within 10 s")
 
 
 def test_a_servo_and_a_sensor_live() -> None:

@@ -101,7 +101,9 @@ def test_a_compass_that_only_turns_level_is_refused(tilt: float, noise: float) -
 def test_a_half_sphere_is_refused() -> None:
     counts = compass_counts(turned(400), 0.01)
     seen = (counts - ZERO) * SCALE
-    with pytest.raises(InputError, match=r"compass must be turned in all directions, but is turned in \d of 12 directions"):
+    with pytest.raises(
+        InputError, match=r"compass must be turned in all directions, but is turned in \d of 12 directions"
+    ):
         calibrate_compass(counts[seen[:, 2] > 0.1])
 
 
@@ -165,7 +167,9 @@ def test_an_accelerometer_that_moves_or_is_turned_is_refused() -> None:
     with pytest.raises(InputError, match="accelerometer must"):
         calibrate_accelerometer(shaken)
     for wrong in ([1, 0, 2], [2, 1, 0]):
-        with pytest.raises(InputError, match=r"must read gravity along [+-][xyz] when the robot is held (level|on its|nose)"):
+        with pytest.raises(
+            InputError, match=r"must read gravity along [+-][xyz] when the robot is held (level|on its|nose)"
+        ):
             calibrate_accelerometer({position: mean[wrong] for position, mean in means.items()})
     swapped = dict(zip(means, [*list(means.values())[1::-1], *list(means.values())[2:]], strict=True))
     with pytest.raises(InputError, match="must read gravity along"):
