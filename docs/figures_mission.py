@@ -79,8 +79,8 @@ def lake_table() -> str:
         ),
         ("energy of the servos [Wh]", f"{values['lake/energy']['value']:g}", f"{told['servo_energy_wh']:.2f}"),
         ("energy of the battery [Wh]", "", f"{told['battery_energy_wh']:.2f}"),
-        ("time for the whole course [min]", "", f"{told['whole']['duration_s'] / 60:.1f}"),
-        ("max estimation error, of the position [m]", "", f"{told['whole']['estimation_error_max_m']:.1f}"),
+        ("time until it is home again [min]", "", f"{told['whole']['duration_s'] / 60:.1f}"),
+        ("max error of the estimated position [m]", "", f"{told['whole']['estimation_error_max_m']:.1f}"),
         ("min fence margin [m]", "", f"{told['whole']['fence_margin_min_m']:.1f}"),
     ]
     lines = ["| | published | twin at sea |", "| --- | ---: | ---: |"]
@@ -117,7 +117,7 @@ OVER_SEEDS = {
     "distance_m": ("distance, over ground [m]", 1),
     "energy_wh": ("energy of the battery [Wh]", 1),
     "depth_max_m": ("max depth [m]", 1),
-    "estimation_error_max_m": ("max estimation error, of the position [m]", 1),
+    "estimation_error_max_m": ("max error of the estimated position [m]", 1),
     "fence_margin_min_m": ("min fence margin [m]", 1),
     "goal_distance_m": ("goal distance, at the end [m]", 1),
 }

@@ -24,6 +24,7 @@ HEAVIEST = 300_000  # bytes of a picture
 SHORTER = {
     "--seeds 0:100": "--seeds 0:2 --duration 5",
     "mission box": "mission box --duration 5",
+    "mission first.toml": "mission first.toml --duration 5",
     "--robust worst5": "--robust worst5 --samples 4 --population 8 --generations 2",
 }
 # What needs an extra, a board or a robot: that its options exist is all the test checks.

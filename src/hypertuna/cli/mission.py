@@ -77,7 +77,11 @@ def mission_command(
     ] = None,
     duration: Annotated[
         float | None,
-        opt.number("--duration", "seconds", "Time limit in s. (default: 10 min after the expected end)"),
+        opt.number(
+            "--duration",
+            "seconds",
+            "Time in s after which to give up. (default: 10 min after the time limit, or after twice the course)",
+        ),
     ] = None,
     checkpoint: opt.Checkpoint = None,
     plot: opt.Plot = None,
@@ -94,6 +98,8 @@ def mission_command(
     as_json: opt.AsJson = False,
 ) -> None:
     """Fly a mission on the twin at sea, under its pilot.
+
+    `hypertuna mission new` writes a mission for a robot, `hypertuna mission import` one from a plan of another program.
 
     The exit code is 0 if it is done: all waypoints reached and home again, with a position that is known well enough to
     say so; 1 if it ends otherwise (with --seeds: if one of them does, but 0 for shards), 2 for bad input.
