@@ -4,12 +4,16 @@ import dataclasses
 import json
 import lzma
 import re
+import shlex
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna import _core
+from hypertuna.actuation.new import first_robot
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.guidance import pilot_columns
 from hypertuna.description.channels import CHANNELS, COUNTED
@@ -18,7 +22,7 @@ from hypertuna.errors import InputError
 from hypertuna.firmware.header import header
 from hypertuna.firmware.lockstep import NO_SAMPLE, Counts
 from hypertuna.firmware.metadata import File, metadata
-from hypertuna.firmware.parameters import NAME_LENGTH_MAX, PARAMETERS_MAX, firmware_table
+from hypertuna.firmware.parameters import NAME_LENGTH_MAX, firmware_table
 from program import Run
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
@@ -88,8 +92,14 @@ def test_fields_are_the_firmware_s_in_its_order(table) -> None:
     assert list(calibration) == [name for pair in pairs for name in pair] + ["servo_trim"]
 
 
-def test_parameters_fit_mavlink_and_the_memory(table) -> None:
-    assert len(table.parameters) <= PARAMETERS_MAX
+def test_parameters_of_as_many_joint_groups_as_a_twin_takes_fit_the_memory() -> None:
+    source = (FIRMWARE / "app" / "vehicle" / "parameters.hpp").read_text()
+    most = int(source.partition("max_parameters = ")[2].partition(";")[0])
+    robot = parse(tomllib.loads(first_robot("fish", links=_core.MAX_JOINTS + 1, actuation="servo", sea=True)))
+    assert len(firmware_table(robot).parameters) == 115 <= most
+
+
+def test_parameters_fit_mavlink(table) -> None:
     names = [p.name for p in table.parameters]
     assert len(set(names)) == len(names)
     assert max(map(len, names)) <= NAME_LENGTH_MAX
@@ -131,10 +141,15 @@ def test_open_wire_of_an_analog_sensor_reads_zero_counts(table) -> None:
     assert counts.of(readings)[CHANNELS["bend"].size] == NO_SAMPLE
 
 
-def test_robot_without_the_table_is_told(run: Run) -> None:
+def test_a_robot_of_too_many_joint_groups_gets_the_command_that_writes_another(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     code, _, told = run("firmware", "params", "--robot", "rexeel")
     assert code == 2
-    assert "[firmware]" in told
+    assert "joints must be at most 4 groups for the twin, but is 5" in told
+    assert run(*shlex.split(told.split("`")[1])[1:])[0] == 0
+    assert run("firmware", "params", "--robot", "rexeel-sea.toml")[0] == 0
 
 
 def test_pins_have_one_use(table) -> None:

@@ -133,9 +133,7 @@ def test_a_robot_without_oil_has_no_word_of_it_and_takes_none() -> None:
     assert run.limits
     assert [word for word in ("oil", "pump", "pressure", "cylinder", "circuit") if word in told] == []
     for use in (lambda: ht.twin(robot, gait, duration=4, temperature=280.0), lambda: with_bore(robot, 0.003)):
-        with pytest.raises(
-            ht.InputError, match="applies to oil, and servos turn all joints of hypertuna"
-        ):
+        with pytest.raises(ht.InputError, match="applies to oil, and servos turn all joints of hypertuna"):
             use()
 
 

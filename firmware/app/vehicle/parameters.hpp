@@ -10,7 +10,7 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int max_parameters = 104;
+inline constexpr int max_parameters = 120;  // a robot of max_joints has 115
 
 /// Limits of supervisor and radio.
 struct Limits {

@@ -28,6 +28,7 @@ RESERVE = 3.0  # stall torque over the largest of the beat: a usual rule for las
 SERVO_V, SERVO_SPEED = 7.4, 7.5  # V and rad/s, of data sheets
 PRESSURE = 250e3  # Pa, up to which HyperTuna's joints were tested
 NARROW = 0.0142  # m, half width of HyperTuna's narrowest section, which its muscles fit
+LEAST, BEND = math.radians(0.2), math.radians(90.0)  # of a joint group
 STROKE = 0.6  # of the crank: what the largest bend takes of the piston's way to one side
 AIR = 0.01  # of the oil's volume
 REACH = 1.2  # control may command so much more than the largest bend
@@ -65,6 +66,10 @@ def first_robot(
     if sea:
         robot = parse(document)
         speed = swim(robot, named_gait(robot, "cruise")).speed
+        if not speed > 0:
+            key, rule = "--lengths" if lengths else "--links", "must make a fish that swims head first with --sea"
+            fix = "give a longer head, or more joints"
+            raise InputError(rule, key=key, value=f"one at {speed:.2g} m/s", fix=fix)
         take_to_sea(document, read_toml(shipped("robots") / "hypertuna.toml"), speed)
     parse(document, file=f"{name}.toml")
     return HEADER.format(name=name) + commented(document, Robot)
@@ -119,8 +124,10 @@ def _torques(document: Mapping[str, Any]) -> list[float]:
 
 
 def _hydraulics(document: dict[str, Any]) -> None:
-    """Add muscles, pump, oil and lines: HyperTuna's, scaled to the sections."""
+    """Add muscles, pump, oil and lines: HyperTuna's, scaled to the sections; and its battery, once for its mass."""
     tuna = read_toml(shipped("robots") / "hypertuna.toml")
+    strings = math.ceil(document["body"]["mass_kg"] / tuna["body"]["mass_kg"])
+    document["battery"] = tuna["battery"] | {"cells": strings * tuna["battery"]["cells"]}
     document |= {table: tuna[table] for table in ("materials", "drive_unit", "oil")}
     lengths = document["links"]["length_m"]
     shape = Shape(sum(lengths), document["body"]["mass_kg"])
@@ -134,7 +141,12 @@ def _hydraulics(document: dict[str, Any]) -> None:
         group["line"] = _line(shape, sum(lengths[: group["links"][0]]) - lengths[0], pairs, body, hose)
     document["pump"], document["servos"] = {"bore_m": 0.02 * shape.length, "crank_m": 0.048 * shape.length}, []
     document["pump"] |= {"rod_m": 0.12 * shape.length, "neutral_deg": 90.0, "dead_volume_m3": 1e-6}
-    _size(document)
+    try:
+        _size(document)
+    except InputError:
+        rule, value = "must fit the joints", "hydraulic, and the shortest joint has no room for hoses or hardly bends"
+        fix = "give longer links behind the head or fewer joint groups, or take --actuation servo"
+        raise InputError(rule, key="--actuation", value=value, fix=fix) from None
     document["sources"] |= SOURCES | dict.fromkeys(("materials", "oil"), AS_HYPERTUNA)
 
 
@@ -143,13 +155,14 @@ SOURCES = {
     "in three segments, HyperTuna's proportions, which bend as far as its joints; longer segments bend farther",
     "joints.actuator.lever_m": "estimate: 0.45 times the narrowest half width, as HyperTuna's",
     "joints.drive_units": "estimate: HyperTuna's number of pairs per height of the section over diameter of the hose",
-    "joints.bend_max_deg": "estimate: bend by these muscles at the pressure limit, without load, computed",
+    "joints.bend_max_deg": "estimate: bend by these muscles at the pressure limit, without load, computed; at most 90 deg",
     "joints.amplitude_max_deg": "estimate: 0.85 times the largest bend",
     "joints.pressure_max_pa": "estimate: up to which HyperTuna's joints were tested",
     "joints.line": "estimate: from the head to the joint; bore 0.8 times the hose, as HyperTuna's; fill "
     "pressure and losses as HyperTuna's",
     "joints.line.compliance_m3_pa": "estimate: hoses, braid and fittings give 8 % of their volume at the limit",
     "drive_unit": "estimate: HyperTuna's hoses, scaled to the narrowest section",
+    "battery.cells": "estimate: HyperTuna's for every robot of its mass",
     "pump": "estimate: crank and rod by the length; 1.2 times the largest bend takes three fifths of the crank",
     "servos": f"estimate: data sheets of digital servos; stall torque {RESERVE:g} times that at the pressure limit",
     "gaits": "estimate: as without an actuator, the amplitudes at most nine tenths of the largest",
@@ -183,7 +196,9 @@ def _size(document: dict[str, Any]) -> None:
     """Set bends and amplitudes to what the muscles reach, and the pump to the oil that they take."""
     pump, displaced = document["pump"], 0.0
     for j, model in enumerate(joint_models(parse(document))):
-        bend = min(abs(float(model.balance([[PRESSURE, 0.0]])["angle"][0])), 0.9 * model.reach)
+        bend = min(abs(float(model.balance([[PRESSURE, 0.0]])["angle"][0])), 0.9 * model.reach, BEND)
+        if not bend >= LEAST:  # or it is no number
+            raise InputError("must bend")
         group, gait = document["joints"][j], document["gaits"]["cruise"]
         group["bend_max_deg"] = math.floor(10 * math.degrees(bend)) / 10
         group["amplitude_max_deg"] = math.floor(8.5 * math.degrees(bend)) / 10

@@ -276,17 +276,18 @@ def _beat(
     harmonic = complex(2j * np.mean(run["bend"][-period:] * clock))
     commanded, actual = (abs(np.mean(angle[-period:] * clock[:, None], axis=0)) for angle in (target, run["angle"]))
     pressure = run["pump_pressure"][-period:]
-    followed = float(np.min(actual / commanded))
-    kept = {"servo": followed, "compliance": static / (fraction * command)}  # of what is asked for
-    kept["line"] = abs(harmonic) / (static * min(1.0, followed))
-    least = min(kept, key=kept.__getitem__)
+    kept: dict[str, float] = {}  # of what is asked for, where the pressure allows anything
+    if fraction > 0:
+        kept = {"servo": float(np.min(actual / commanded)), "compliance": static / (fraction * command)}
+        kept["line"] = abs(harmonic) / (static * min(1.0, kept["servo"]))
     missed = abs(harmonic) < REACHED * command
     limits = {
         "pressure": fraction < 1,
         "suction": pressure.min() < DEEP_SUCTION * column["cavitation"],
         **{name: part < REACHED for name, part in kept.items()},
     }
-    limits[least] |= missed and not any(limits.values())  # several small ones
+    if missed and not any(limits.values()):  # several small ones
+        limits[min(kept, key=kept.__getitem__)] = True
     shares = {"total": "power"} | {name: f"power_{name}" for name in POWERS}
     return {
         "bend": abs(harmonic),

@@ -286,7 +286,7 @@ def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, l
     bandwidths = [rate for rate in hydraulics.column("bandwidth").tolist() if rate > 0]
     loop = _core.SERVO_LOOP_RATE * min(bandwidths) / control.rate
     lowest = own = 1.0
-    if robot.oil is not None:
+    if robot.oil is not None and not math.isnan(hydraulics.temperature):  # its joints may all have servos
         hottest, at, thickest = viscosity(robot.oil, [HOTTEST, hydraulics.temperature, robot.oil.pour_point]).tolist()
         lowest, own = hottest / thickest, at / thickest
     decay = without_last_bit(math.exp(-loop))

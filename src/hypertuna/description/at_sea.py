@@ -37,8 +37,8 @@ SOURCES = {
     "spatial.added_mass_vertical": "estimate: potential flow, 0.9 for the flow around the ends",
     "spatial.drag_roll": "estimate: 1.2 for the fin, which is a plate; a quarter of that for round sections",
     "spatial.shedding_vertical": "estimate: a bare hull's, as HyperTuna's",
-    "fins": "estimate: three tenths of the length behind the nose; span 0.118 times the length, chord 0.8 times the "
-    "span, as HyperTuna's",
+    "fins": "estimate: three tenths of the length behind the nose, on a short head at four fifths of it; span 0.118 "
+    "times the length, chord 0.8 times the span, as HyperTuna's",
     "guidance": "estimate: as HyperTuna's, see robots/hypertuna.toml",
     "gaits.slow": "estimate: half of the amplitudes of cruise, at 0.85 of its frequency, to stay above that of roll",
     "guidance.gaits": "estimate: all of them",
@@ -66,7 +66,7 @@ SOURCES = {
 
 def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
     """Check that a robot has some tables, and the sensors of a pilot; else name all that are missing, and a source."""
-    require_groups(robot)
+    require_groups(robot, sea=True)
     absent = [f"[{table}]" for table in tables if getattr(robot, table) is None]
     sensors = {sensor.quantity for sensor in robot.sensors}
     quantities = ("rate", "acceleration", *(name for name, channel in CHANNELS.items() if channel.pilot))
@@ -111,7 +111,7 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], speed: float)
         "amplitude_deg": [round(a / 2, 1) for a in gait["amplitude_deg"]],
     }
     document["gaits"] = {"slow": slow, "cruise": gait}
-    document["fins"] = _fins(shape, tuna["fins"])
+    document["fins"] = _fins(shape, links["length_m"][0], tuna["fins"])
     document["servos"] = [*document.get("servos", []), *(s for s in tuna["servos"] if s["drives"] == "pectoral fins")]
     document["sensors"] += [s for s in tuna["sensors"] if s["quantity"] in ("field", "position")]
     pilot = {key: value for key, value in tuna["guidance"].items() if key != "speed_m_s"}
@@ -157,10 +157,10 @@ def _ballast(links: Mapping[str, Any], height: Sequence[float], width: Sequence[
     return float(min(stiffness / (_core.GRAVITY * links["mass_kg"][0]), height[0] / 6))
 
 
-def _fins(shape: Shape, tuna: Mapping[str, float]) -> dict[str, float]:
-    """Return the table ``[fins]``: HyperTuna's by length, beside the hull."""
+def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, float]:
+    """Return the table ``[fins]``: HyperTuna's by length, beside the hull of a head [m]."""
     span = 0.118 * shape.length
-    own = {"x_m": 0.3 * shape.length, "y_m": ASPECT * shape.height / 2 + span / 2, "z_m": 0.0}
+    own = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": ASPECT * shape.height / 2 + span / 2, "z_m": 0.0}
     own |= {"span_m": span, "chord_m": 0.8 * span}
     return {**tuna} | {key: float(f"{value:.3g}") for key, value in own.items()}
 

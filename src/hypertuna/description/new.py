@@ -27,6 +27,7 @@ LINKS = Whole(min=2, max=20)
 LENGTH = Range(min=0.03, max=10.0, unit="m")
 FULL = 20.0  # kg/m^3: mass of a slender fish over its length cubed
 SLENDER = Range(min=0.03, max=0.45)  # height over length: outside, mass or length has a slip
+SHORTEST = 0.02  # of a link, over the length of the robot
 SWING, LAG = 40.0, 80.0  # deg, of all joints together, and from the first to beyond the last
 AMPLITUDE = 30.0  # deg, of a single joint
 CRUISE = 2.0, 0.3  # Hz of a robot of 0.3 m; slower with the root of the length
@@ -87,6 +88,9 @@ def new_robot(
     LENGTH.check(
         length, key or "--length", f"give {'the length of each link' if key else 'the length of the robot'} in m"
     )
+    if lengths and min(lengths) < SHORTEST * length:
+        rule, fix = f"must each be at least {100 * SHORTEST:g} % of the length", "join short links with their neighbors"
+        raise InputError(rule, key="--lengths", value=f"{min(lengths):g} of {length:g} m", fix=fix)
     mass = float(f"{FULL * length**3:.2g}") if mass is None else mass
     Range(above=0).check(mass, "--mass", "give the mass of the robot in kg")
     shape = Shape(length, mass)

@@ -28,18 +28,13 @@ def twin_note(robot: Robot) -> str:
     return f"{robot.name} swims, sweeps, turns and optimizes, but has no twin: {why_no_twin(robot)}."
 
 
-def require_groups(robot: Robot) -> None:
-    """Refuse a robot with more joint groups than a twin takes."""
+def require_groups(robot: Robot, *, sea: bool = False) -> None:
+    """Refuse a robot with more joint groups than a twin takes, and name a command as `new_command` does."""
     count, most = len(robot.joints), _core.MAX_JOINTS
     if count > most:
-        fix = f"let joints share a group, as in the file that `{new_command(robot)}` writes"
-        raise InputError(
-            f"must be at most {most} groups for the twin",
-            file=robot.file or None,
-            key="joints",
-            value=f"{count}",
-            fix=fix,
-        )
+        rule, file = f"must be at most {most} groups for the twin", robot.file or None
+        fix = f"let joints share a group, as in the file that `{new_command(robot, sea=sea)}` writes"
+        raise InputError(rule, file=file, key="joints", value=f"{count}", fix=fix)
 
 
 def require_controller(robot: Robot) -> Controller:

@@ -32,7 +32,6 @@ CONVERTER = 65536  # counts of the analog converter's range
 SIGNED = 32768  # counts of the upper end of a digital sensor's range
 PASCALS = 10.0  # per count of the depth sensor
 NAME_LENGTH_MAX = 16  # characters of a name in MAVLink
-PARAMETERS_MAX = 104  # firmware/app/vehicle/parameters.hpp
 TRIM = 2e-4  # maximum correction of a servo's pulse [s]
 OFFSET = SIGNED / 100  # maximum correction of an axis of gyroscope or accelerometer [counts]
 
@@ -194,10 +193,6 @@ def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
             if len(name) > NAME_LENGTH_MAX or not low <= value <= high:
                 bounds = f"must fit a parameter of {NAME_LENGTH_MAX} characters within {low:g} to {high:g}"
                 raise InputError(bounds, key=name, value=f"{value:g}", fix="correct the robot's description")
-    if len(parameters) > PARAMETERS_MAX:
-        too_many = f"must make at most {PARAMETERS_MAX} parameters"
-        fix = "raise max_parameters of firmware/app/vehicle/parameters.hpp and PARAMETERS_MAX"
-        raise InputError(too_many, key="joints", value=f"{len(parameters)}", fix=fix)
     return tuple(parameters)
 
 
