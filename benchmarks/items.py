@@ -117,9 +117,9 @@ def right_hand_side(executable: Path, turns: int) -> Item:
         Row("rhs_dual_fraction_of_fma_peak", "their share of that peak", ours["dual_fraction"], ""),
     ]
     method = (
-        "One evaluation for one gait, with its part of the Runge-Kutta step, the shape tabulated beforehand by all; "
-        "dual numbers carry the derivatives by the three momenta. The peak rate is that of independent "
-        "multiply-adds, measured by the same C++ program. This program and numba (`njit`, fastmath) take turns."
+        "The time of one evaluation for one gait, including its part of the Runge-Kutta step. All contestants tabulate "
+        "the shape beforehand. The dual numbers carry the derivatives with respect to the three momenta. The same C++ "
+        "program measures the peak rate, with independent multiply-adds. It takes turns with numba (`njit`, fastmath)."
     )
     return Item("Right-hand side", method, rows)
 
@@ -136,7 +136,7 @@ def periodic_sweep(turns: int) -> Item:
     ]
     method = (
         "`hypertuna.sweep` of 6 frequencies (1 to 6 Hz), 10 phases (0 to 180 deg) and 3 amplitude levels on one "
-        f"thread, {STEPS} steps per beat, the Dataset included. Median of {turns}."
+        f"thread, with {STEPS} steps per beat, including the Dataset. Median of {turns}."
     )
     return Item("Periodic sweep", method, rows)
 
@@ -164,13 +164,13 @@ def against_jax(turns: int) -> Item:
     ratio = race.ratio("direct", "hypertuna")
     rows.append(Row("ratio_jax_brute", "JAX as one writes it (`direct`) over hypertuna", ratio, "x", "40 or more"))
     method = (
-        f"The grid above, every gait {BEATS} beats from rest with {STEPS} Runge-Kutta steps each, the last beat "
-        "measured (JAX: speed; hypertuna: speed, power, cost of transport, excursion, radius). JAX: jit, x64, CPU, "
-        "one core; `direct` is the paper's equations under vmap, solved for the acceleration, as one would write "
-        "them first; the goal of 40 x refers to it. `tabled` copies our form (momentum, shape tabulated) under vmap; "
-        "`fused` is that form rearranged by hand, after reading the code that XLA makes of it. It is nearly as fast "
-        "as hypertuna, so most of the 40 x is due to the form of the equations, not to the language. Median of "
-        f"{turns} turns."
+        f"The grid above. Every gait swims {BEATS} beats from rest with {STEPS} Runge-Kutta steps each, and the last "
+        "beat is measured (JAX: speed; hypertuna: speed, power, cost of transport, excursion, radius). JAX runs with "
+        "jit, x64, on one core of the CPU. `direct` is a straightforward program: the paper's equations under vmap, "
+        "solved for the acceleration. The goal of 40 x refers to it. `tabled` copies our form (momentum, tabulated "
+        "shape) under vmap. `fused` is that form rearranged by hand, after reading the code that XLA makes of it. It "
+        "is nearly as fast as hypertuna, so most of the 40 x come from the form of the equations and not from the "
+        f"language. Median of {turns} turns."
     )
     return Item("Brute force against JAX", method, rows)
 
@@ -213,10 +213,11 @@ def against_scipy_and_mujoco(turns: int) -> Item:
             Row(f"ratio_{key}", f"{name} over hypertuna in the grid", race.ratio(name, "grid") * share, "x"),
         ]
     method = (
-        "One gait (6 Hz, 16 and 25 deg, phase 0), time of a gait-beat. SciPy: `solve_ivp`, NumPy right-hand side in "
-        f"complex numbers, the loosest tolerance whose speed is right to {OUR_ERROR:g}. MuJoCo: the same chain with "
-        f"driven joints, {STEPS} steps per beat of its own integrator (first order, 1 % off in speed), drag by numba. "
-        f"hypertuna: {STEPS} Runge-Kutta steps per beat, through the Python API. Median of {turns} turns."
+        "The time of one beat of one gait (6 Hz, 16 and 25 deg, phase 0). SciPy uses `solve_ivp` with a NumPy right-hand "
+        f"side in complex numbers, at the loosest tolerance whose speed is right to {OUR_ERROR:g}. MuJoCo has the same "
+        f"chain with driven joints, {STEPS} steps per beat of its own integrator (first order, 1 % off in speed), and "
+        f"drag by numba. hypertuna takes {STEPS} Runge-Kutta steps per beat, through the Python API. Median of {turns} "
+        "turns."
     )
     return Item("SciPy and MuJoCo", method, rows)
 
@@ -239,7 +240,7 @@ def many_gaits(counts: tuple[int, ...]) -> Item:
     per_gait = [run["seconds"] / run["gaits"] for run in runs]
     growth = per_gait[-1] / per_gait[0]
     rows.append(Row("sweep_linearity", "time of a gait, largest sweep over smallest", growth, "x", "1"))
-    method = "Random gaits in the paper's box, `hypertuna.sweep` on one thread, each sweep in a process of its own."
+    method = "`hypertuna.sweep` of random gaits within the paper's bounds, on one thread, each in its own process."
     return Item("Large sweeps", method, rows)
 
 
@@ -286,8 +287,8 @@ def twin_speed(turns: int) -> Item:
         Row("twin_run_ms", f"a run of {duration:g} s", 1e3 * seconds, "ms"),
     ]
     method = (
-        "`hypertuna.twin` with closed loop, 3 Hz, 12 and 20 deg, in water, on one thread; the robot's tables are "
-        f"computed before. Median of {turns}."
+        "`hypertuna.twin` in closed loop, at 3 Hz, 12 and 20 deg, in water, on one thread, without the time for the "
+        f"robot's tables. Median of {turns}."
     )
     return Item("Twin", method, rows)
 
@@ -308,8 +309,8 @@ def many_twins(turns: int) -> Item:
             Row(f"environment_{name}", "steps of 0.1 s of `hypertuna/Goto-v0`", run["steps"], "1/s", "5,000"),
         ]
     method = (
-        "`hypertuna.twins` with `unoptimised-max` from rest, records included, and 128 swimmers of the vector "
-        "environment under random actions, on one thread, each instruction set in a process of its own. "
+        "`hypertuna.twins` swims `unoptimised-max` from rest, including the records. The vector environment has 128 "
+        "swimmers under random actions. Both run on one thread, with each instruction set in its own process. "
         f"Median of {turns}."
     )
     return Item("Many twins", method, rows)
