@@ -213,10 +213,10 @@ def against_scipy_and_mujoco(turns: int) -> Item:
             Row(f"ratio_{key}", f"{name} over hypertuna in the grid", race.ratio(name, "grid") * share, "x"),
         ]
     method = (
-        "The time of one beat of one gait (6 Hz, 16 and 25 deg, phase 0). SciPy uses `solve_ivp` with a NumPy right-hand "
-        f"side in complex numbers, at the loosest tolerance whose speed is right to {OUR_ERROR:g}. MuJoCo has the same "
-        f"chain with driven joints, {STEPS} steps per beat of its own integrator (first order, 1 % off in speed), and "
-        f"drag by numba. hypertuna takes {STEPS} Runge-Kutta steps per beat, through the Python API. Median of {turns} "
+        "The time of one beat of one gait (6 Hz, 16 and 25 deg, phase 0). SciPy uses `solve_ivp` with a NumPy "
+        f"right-hand side in complex numbers, at the loosest tolerance whose speed is right to {OUR_ERROR:g}. MuJoCo has the "
+        f"same chain with driven joints, {STEPS} steps per beat of its own integrator (first order, 1 % off in speed), "
+        f"and drag by numba. hypertuna takes {STEPS} Runge-Kutta steps per beat, through the Python API. Median of {turns} "
         "turns."
     )
     return Item("SciPy and MuJoCo", method, rows)

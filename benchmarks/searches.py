@@ -49,9 +49,9 @@ def gait_search(turns: int) -> Item:
         Row("swarm_spread_percent", "worst of 20 swarms below the best", max(_short(s, best) for s in swarms), "%"),
     ]
     method = (
-        "The highest speed within Eq. 41, with ideal joints, on one thread. The peer is a straightforward program: numba "
-        "swims each gait from rest until its speed changes by less than 1e-9 per beat, in a textbook swarm whose inertia "
-        f"falls from 0.9 to 0.4. Median of {turns} turns."
+        "The highest speed within Eq. 41, with ideal joints, on one thread. The peer is a straightforward program: "
+        "numba swims each gait from rest until its speed changes by less than 1e-9 per beat, in a textbook swarm whose "
+        f"inertia falls from 0.9 to 0.4. Median of {turns} turns."
     )
     return Item("Gait search", method, rows)
 
@@ -110,9 +110,9 @@ def identification(turns: int) -> Item:
         Row("fit_numba_error", "the same, of numba and finite differences", errors["numba"], ""),
     ]
     method = (
-        "A fit to the speeds of the 180 gaits above, without noise, from Table III's start values to its results. Both use "
-        "`least_squares`. Ours has exact derivatives of settled beats, and its time includes intervals and undetermined "
-        "directions. The peer stops after 25 iterations."
+        "A fit to the speeds of the 180 gaits above, without noise, from Table III's start values to its results. Both "
+        "use `least_squares`. Ours has exact derivatives of settled beats, and its time includes intervals and "
+        "undetermined directions. The peer stops after 25 iterations."
     )
     return Item("Identification", method, rows)
 
