@@ -220,7 +220,7 @@ void bind_batch(nb::module_& m) {
              "From (plant, controller, sensors, speed [m/s]) each, of robots of the same structure, at rest.")
         .def(
             "__deepcopy__",
-            [](const LiveBatch& self, const nb::dict&) {
+            [](const LiveBatch& self, nb::handle) {
                 return LiveBatch{self.batch->copy(), self.plants, self.structure, self.tick};
             },
             nb::arg("memo"), "A batch that goes on from the same state.")

@@ -520,7 +520,7 @@ class Batch:
         From (plant, controller, sensors, speed [m/s]) each, of robots of the same structure, at rest.
         """
 
-    def __deepcopy__(self, memo: dict) -> Batch:
+    def __deepcopy__(self, memo: object) -> Batch:
         """A batch that goes on from the same state."""
 
     def restart(self, twin: int, start: tuple[object, Controller, Sensors, float]) -> None:
