@@ -155,7 +155,7 @@ SOURCES = {
     "in three segments, HyperTuna's proportions, which bend as far as its joints; longer segments bend farther",
     "joints.actuator.lever_m": "estimate: 0.45 times the narrowest half width, as HyperTuna's",
     "joints.drive_units": "estimate: HyperTuna's number of pairs per height of the section over diameter of the hose",
-    "joints.bend_max_deg": "estimate: bend by these muscles at the pressure limit, without load, computed; at most 90 deg",
+    "joints.bend_max_deg": "estimate: bend by these muscles at the pressure limit, without load; at most 90 deg",
     "joints.amplitude_max_deg": "estimate: 0.85 times the largest bend",
     "joints.pressure_max_pa": "estimate: up to which HyperTuna's joints were tested",
     "joints.line": "estimate: from the head to the joint; bore 0.8 times the hose, as HyperTuna's; fill "
