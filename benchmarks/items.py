@@ -214,10 +214,10 @@ def against_scipy_and_mujoco(turns: int) -> Item:
         ]
     method = (
         "The time of one beat of one gait (6 Hz, 16 and 25 deg, phase 0). SciPy uses `solve_ivp` with a NumPy "
-        f"right-hand side in complex numbers, at the loosest tolerance whose speed is right to {OUR_ERROR:g}. MuJoCo has the "
-        f"same chain with driven joints, {STEPS} steps per beat of its own integrator (first order, 1 % off in speed), "
-        f"and drag by numba. hypertuna takes {STEPS} Runge-Kutta steps per beat, through the Python API. Median of {turns} "
-        "turns."
+        f"right-hand side in complex numbers, at the loosest tolerance whose speed is right to {OUR_ERROR:g}. MuJoCo "
+        f"has the same chain with driven joints, {STEPS} steps per beat of its own integrator (first order, 1 % off in "
+        f"speed), and drag by numba. hypertuna takes {STEPS} Runge-Kutta steps per beat, through the Python API. "
+        f"Median of {turns} turns."
     )
     return Item("SciPy and MuJoCo", method, rows)
 

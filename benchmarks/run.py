@@ -100,8 +100,8 @@ def markdown(found: list[Item]) -> str:
     parts = [
         "# Benchmarks\n",
         "`python benchmarks/run.py --markdown docs/benchmarks.md` writes this page, after `make bench`. The "
-        "contestants take turns on one core. Numbers are medians of processor time, and ratios are medians of the ratios within "
-        "each turn. Before it is timed, every peer must compute the same speeds.\n",
+        "contestants take turns on one core. Numbers are medians of processor time, and ratios are medians of the "
+        "ratios within each turn. Before it is timed, every peer must compute the same speeds.\n",
         *(f"- {key}: {value}" for key, value in machine().items()),
     ]
     for item in found:
