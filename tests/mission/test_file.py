@@ -179,14 +179,18 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
         ("waypoints.0.radius_m", -1.0, "waypoints[0].radius_m must be greater than 0, but is -1.0"),
         ("waypoints.0.x_m", "ten", "waypoints[0].x_m must be a number, but is 'ten': give the east of the origin [m]"),
         ("waypoints.0.x_m", math.nan, "waypoints[0].x_m must be a finite number"),
-        ("waypoints.0.x_m", ..., "waypoints[0] must have x_m and y_m: give the two in m"),
+        ("waypoints.0.x_m", ..., "waypoints[0] must have x_m and y_m: give both in m"),
         ("waypoints.0.latitude_deg", 43.0, "waypoints[0] must be x_m and y_m, or latitude_deg and longitude_deg, not"),
         ("waypoints.0.depth_m", -1.0, "waypoints[0].depth_m must not be negative"),
-        ("waypoints.0.depth_m", 4.0, "waypoints[0].depth_m must be above the ground, less than water.bottom_m = 4"),
+        (
+            "waypoints.0.depth_m",
+            4.0,
+            "waypoints[0].depth_m must be less than water.bottom_m = 4, the depth of the ground",
+        ),
         (
             "waypoints.0.depth_m",
             3.5,
-            "waypoints[0].depth_m must be at most limits.depth_m = 3, but is 3.5: reduce the depth",
+            "waypoints[0].depth_m must be at most limits.depth_m = 3, but is 3.5: reduce it, or raise limits.depth_m",
         ),
         (
             "waypoints.0.x_m",
@@ -195,7 +199,7 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
         ),
         ("home.x_m", -60.0, "home must be inside limits.fence_m, but is at -60, 5 m"),
         ("start.y_m", 60.0, "start must be inside limits.fence_m"),
-        ("start.depth_m", 5.0, "start.depth_m must be above the ground"),
+        ("start.depth_m", 5.0, "start.depth_m must be less than water.bottom_m = 4, the depth of the ground"),
         ("start.heading_deg", ..., "start.heading_deg is missing: give the direction that the head faces, clockwise"),
         ("start.battery", 1.5, "start.battery must be at most 1"),
         ("limits.fence_m", [[0, 0], [1, 1]], "limits.fence_m must have 3 to 64 corners, but is 2: give [[x, y]"),
@@ -207,13 +211,17 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
         (
             "limits.fence_m",
             [[-40, -40], [40, -40], [40, 40], [8, 40], [8, 10], [12, 10], [6, 6], [-1, 40], [-40, 40]],
-            "waypoints[0] must be reached by a straight course inside limits.fence_m: add a waypoint around it",
+            "waypoints[0] must be reachable on a straight course inside limits.fence_m: add a waypoint on the way",
         ),
-        ("scatter.gap_s", 0.0, "scatter.gap_s must be positive if scatter.gaps is, but is 0"),
+        ("scatter.gap_s", 0.0, "scatter.gap_s must be greater than 0 if scatter.gaps is, but is 0"),
         ("name", "a\x1b[31m", "none of them a control character"),
         ("limits.battery", 1.0, "limits.battery must be less than 1"),
         ("limits.duration_s", 0.0, "limits.duration_s must be greater than 0"),
-        ("gps.gaps_s", [[5.0, 1.0]], "gps.gaps_s[0] must be two times, the first earlier, but is [5.0, 1.0]"),
+        (
+            "gps.gaps_s",
+            [[5.0, 1.0]],
+            "gps.gaps_s[0] must be [from, to], the first time before the second, but is [5.0, 1.0]",
+        ),
         ("gps.gaps_s", [[5.0, 9.0], [8.0, 10.0]], "gps.gaps_s[1] must begin after the previous gap ends at 9 s"),
         ("water.current_m_s", 9.0, "water.current_m_s must be at most 5"),
         ("origin.latitude_deg", 95.0, "origin.latitude_deg must be at most 89"),
@@ -371,7 +379,7 @@ def test_a_depth_limit_below_the_ground_is_refused() -> None:
         "water": {"bottom_m": 4.0},
     }
     with pytest.raises(
-        ht.InputError, match=r"limits.depth_m must be less than water.bottom_m = 4, .* but is 5: give a limit"
+        ht.InputError, match=r"limits.depth_m must be less than water.bottom_m = 4, .* but is 5: reduce it"
     ):
         parse_mission(document)
     parse_mission(document | {"limits": {"depth_m": 3.5}})

@@ -294,8 +294,8 @@ def test_a_killed_command_goes_on(path: Path, run: Run, tmp_path: Path, flight: 
     ("options", "sentence"),
     [
         (("--seeds", "5"), "--seeds must be FROM:TO, but is '5': write, for example, 0:100"),
-        (("--seeds", "5:2"), "--seeds must be two numbers, the first less than the second"),
-        (("--seeds", "0:2", "--plot", "a.svg"), "--plot applies to a single flight: leave it out with --seeds"),
+        (("--seeds", "5:2"), "--seeds must be FROM:TO with 0 <= FROM < TO"),
+        (("--seeds", "0:2", "--plot", "a.svg"), "--plot applies to a single flight: remove it, or remove --seeds"),
         (("--seeds", "0:2", "-o", "a.mcap"), "--output must end in .nc, .csv or .shards"),
         (("--shard", "1/2"), "--shard applies to many flights: add --seeds, such as --seeds 0:100"),
         (("-o", "a.csv"), "--output must end in .mcap"),

@@ -391,7 +391,7 @@ def test_a_record_knows_its_way(record: MissionRecord) -> None:
         ({"depth": np.zeros(3)}, "depth is not a known quantity"),
         ({"charge_left": np.zeros(3)}, r"charge_left must have the shape \(600,\), but is of shape \(3,\)"),
         ({"position": None}, "position is missing"),
-        ({"power": np.full(600, np.nan)}, "power must be finite, but is not at 0 s"),
+        ({"power": np.full(600, np.nan)}, "power must be finite, but is not finite at 0 s"),
     ],
 )
 def test_bad_records_are_told(change: dict[str, object], sentence: str) -> None:
@@ -399,7 +399,7 @@ def test_bad_records_are_told(change: dict[str, object], sentence: str) -> None:
     data = {name: values for name, values in {**short.data, **change}.items() if values is not None}
     with pytest.raises(ht.InputError, match=sentence):
         MissionRecord("a", "b", short.mission, short.time, data, short.joints, short.circuits)
-    with pytest.raises(ht.InputError, match="must be at least one finite time, in increasing order"):
+    with pytest.raises(ht.InputError, match="must have at least one time, all of them finite and increasing"):
         MissionRecord("a", "b", short.mission, short.time[::-1], short.data, short.joints, short.circuits)
 
 

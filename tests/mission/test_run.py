@@ -160,7 +160,9 @@ def test_a_waypoint_that_would_be_skipped_is_refused(robot: ht.Robot) -> None:
     point = OUT.waypoints[-1]
     fence = ((point.x - 100, point.y - 100), (point.x + 2, point.y - 100), (point.x + 2, point.y + 100))
     fence = (*fence, (point.x - 100, point.y + 100))
-    with pytest.raises(InputError, match=r"must be 3 m inside the fence, guidance.fence_margin_m .* but is 2 m inside"):
+    with pytest.raises(
+        InputError, match=r"must be at least 3 m inside the fence .guidance.fence_margin_m .* but is 2 m inside"
+    ):
         mission_start(robot, Mission(**{**OUT.__dict__, "fence": fence}))
 
 

@@ -34,7 +34,7 @@ def _output(*suffixes: str) -> Any:
 
 @log_app.command("info")
 def info_command(log: LogFile, as_json: opt.AsJson = False) -> None:
-    """Summarize a log: mission, times, topics, distance, energy, completeness; of the radio, its messages.
+    """Summarize a log: mission, times, topics, distance, energy, completeness; for a log of the radio, its messages.
 
     The exit code is 0 for a complete log, 1 for one that is cut short or damaged (the rest is still summarized), 2 for
     bad input.
@@ -125,7 +125,7 @@ def black_box_command(
 
 
 def _convert(log: str, output: str, as_json: bool, write: Callable[[Log], Any]) -> None:
-    """Read a log, write it to a file, and say what is missing of it."""
+    """Read a log, write it to another file, and report what is missing."""
     content = read_log(log)
     write(content)
     if not content.complete and not as_json:

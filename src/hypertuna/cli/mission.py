@@ -38,8 +38,7 @@ def _seeds(text: str, key: str) -> range:
         raise InputError("must be FROM:TO", key=key, value=shown(text), fix=fix)
     begin, end = read_whole_number(first, key), read_whole_number(last, key)
     if not 0 <= begin < end:
-        rule = "must be two numbers, the first less than the second and not negative"
-        raise InputError(rule, key=key, value=shown(text), fix=fix)
+        raise InputError("must be FROM:TO with 0 <= FROM < TO", key=key, value=shown(text), fix=fix)
     return range(begin, end)
 
 
@@ -117,7 +116,7 @@ def mission_command(
     if seeds is not None:
         for key, value in {"--plot": plot, "--gpx": gpx, "--seed": seed}.items():
             if value:
-                fix = "leave it out with --seeds, or leave --seeds out"
+                fix = "remove it, or remove --seeds"
                 raise InputError("applies to a single flight", key=key, fix=fix)
         options: Any = {"threads": threads, "faults": fault or [], "duration": duration}
         how: Any = {"places": places, "refused": {"--checkpoint": checkpoint}, "as_json": as_json}

@@ -27,17 +27,20 @@ def check_fit(robot: Robot, mission: Mission) -> None:
     places = np.array([(point.x, point.y) for point in mission.waypoints]).reshape(-1, 2)
     room = fence_distance(mission, places)
     for k in np.flatnonzero(room < pilot.fence_margin)[:1]:
-        rule = f"must be {pilot.fence_margin:g} m inside the fence, guidance.fence_margin_m of the robot"
+        rule = f"must be at least {pilot.fence_margin:g} m inside the fence (guidance.fence_margin_m of the robot)"
         fix = "move the point inside, or enlarge the fence"
         raise InputError(rule, key=f"waypoints[{k}]", value=f"{room[k]:.3g} m inside", fix=fix)
     least = error_of_fixes(robot)
     radii = {f"waypoints[{k}].radius_m": point.radius for k, point in enumerate(mission.waypoints)}
     for key, radius in (radii | {"home.radius_m": mission.home_radius}).items():
         if radius < least:
-            rule = f"must be at least {least:.2g} m, the error of the position right after fixes"
-            raise InputError(rule, key=key, value=f"{radius:g}", fix="enlarge it: within less, no place can be known")
+            rule = f"must be at least {least:.2g} m, the uncertainty of the position right after fixes"
+            raise InputError(rule, key=key, value=f"{radius:g}", fix="enlarge it: no robot knows its place better")
     deepest = max((point.depth for point in mission.waypoints), default=0.0)
-    for need, why in ((DIP, "that the nose dips at the surface"), (deepest + OVERSHOOT, _overshoot(deepest))):
+    for need, why in (
+        (DIP, "because the nose dips that far at the surface"),
+        (deepest + OVERSHOOT, _overshoot(deepest)),
+    ):
         if mission.depth_max < need:
             rule, fix = f"must be at least {need:g} m, {why}", "allow more depth, or move the waypoints up"
             raise InputError(rule, key="limits.depth_m", value=f"{mission.depth_max:g}", fix=fix)

@@ -185,8 +185,8 @@ def _check_mission(mission: Mission) -> None:
     for k, leg in enumerate(pairwise(mission.course)):
         if any(cross(leg, side) for side in sides(mission.fence)):
             key = f"waypoints[{k}]" if k < len(mission.waypoints) else "home"
-            rule = "must be reached by a straight course inside limits.fence_m"
-            raise InputError(rule, key=key, fix="add a waypoint around it, or widen the fence")
+            rule = "must be reachable on a straight course inside limits.fence_m"
+            raise InputError(rule, key=key, fix="add a waypoint on the way, or widen the fence")
 
 
 # --- how it becomes SI units and our frames
@@ -245,10 +245,10 @@ def _place(document: Document, key: str, place: Place) -> tuple[float, float]:
     local = [value for value in (place.x, place.y) if value is not None]
     earth = [value for value in (place.latitude, place.longitude) if value is not None]
     if local and earth:
-        fix = "leave one of the two out"
+        fix = "remove one of the two pairs"
         raise InputError("must be x_m and y_m, or latitude_deg and longitude_deg, not both", key=key, fix=fix)
     if len(local or earth) != 2:
-        fix = "give the two in m, or latitude_deg and longitude_deg with the table [origin]"
+        fix = "give both in m, or latitude_deg and longitude_deg with the table [origin]"
         raise InputError("must have x_m and y_m", key=key, fix=fix)
     if earth:
         if document.origin is None:

@@ -66,8 +66,8 @@ def read_log(path: str | Path) -> Log:
     content = read_messages(path, _name)
     metadata = content.metadata or {}
     if LINK in metadata:
-        fix = "open it in Foxglove, or give it to log info, identify or joint fit; the robot's card has a black box"
-        raise InputError("must be a log of a mission or a black box", file=file, value="one of the radio", fix=fix)
+        fix = "open it in Foxglove, or read it by log info, identify or joint fit; the robot's card has the black box"
+        raise InputError("must be a log of a mission or a black box", file=file, value="a log of the radio", fix=fix)
     if "record" not in metadata:
         cut = f", and it is {content.fault}" if content.fault else ""
         raise InputError(f"must be a hypertuna log: it lacks the header{cut}", file=file, fix="give another file")
@@ -78,7 +78,9 @@ def read_log(path: str | Path) -> Log:
     counts = {topic: len(times) for topic, times in content.times.items()}
     sentence = "The log is whole; all checksums are right."
     if content.fault:
-        sentence = f"The log is {content.fault}: {content.chunks} whole chunks are read, up to {record.time[-1]:.4g} s."
+        sentence = (
+            f"The log is {content.fault}: {content.chunks} whole chunks were read, up to {record.time[-1]:.4g} s."
+        )
     return Log(record, not content.fault, sentence, counts, content.chunks, size)
 
 
@@ -91,7 +93,7 @@ def _record(content: Messages, metadata: dict[str, str]) -> MissionRecord:
     required = [*frames, *topics]
     count = min(len(content.times.get(topic, [])) for topic in required)
     if not count:
-        rule = "has no time that all topics have" + (f": it is {content.fault}" if content.fault else "")
+        rule = "has no messages" + (f", and the file is {content.fault}" if content.fault else "")
         raise InputError(rule, key=next(t for t in required if not content.times.get(t)), fix="give another file")
     try:
         data = _data(content, topics, count)

@@ -141,7 +141,9 @@ class MissionRecord(
     def __post_init__(self) -> None:
         time = np.asarray(self.time, float)
         if time.ndim != 1 or not len(time) or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
-            raise InputError("must be at least one finite time, in increasing order", key="time", fix="give them in s")
+            raise InputError(
+                "must have at least one time, all of them finite and increasing", key="time", fix="give them in s"
+            )
         estimated = self.data.keys().isdisjoint(TRUE) and not self.data.keys().isdisjoint(ESTIMATED)
         for name in ESTIMATED if estimated else TRUE:
             if name not in self.data:
@@ -156,7 +158,7 @@ class MissionRecord(
                 raise InputError(f"must have the shape {shape}", key=name, value=value, fix=fix)
             if not COLUMNS[name].silent and not np.isfinite(values).all():
                 k = int(np.argwhere(~np.isfinite(values))[0][0])
-                value, fix = f"not at {time[k]:g} s", "end the record before it"
+                value, fix = f"not finite at {time[k]:g} s", "end the record before that time"
                 raise InputError("must be finite", key=name, value=value, fix=fix)
 
     def part(self, cut: slice) -> MissionRecord:

@@ -44,7 +44,7 @@ Pair = tuple[Real, Real]
 
 
 class Origin(Part):
-    """The place on the Earth that x and y are counted from: GPX needs it, and places given by degrees."""
+    """The place on the Earth where x = y = 0. GPX and places in degrees need it."""
 
     latitude: Latitude = entry("latitude of the origin, north positive", "deg")
     longitude: Longitude = entry("longitude of the origin, east positive", "deg")
@@ -104,7 +104,10 @@ class Water(Part):
         "speed of the current at the ground (default: as at the surface)", "m/s", default=None
     )
     toward_bottom: Degrees | None = entry(
-        "its direction there (default: as at the surface)", "deg", key="current_bottom_deg", default=None
+        "direction of the current at the ground (default: as at the surface)",
+        "deg",
+        key="current_bottom_deg",
+        default=None,
     )
 
 
@@ -123,13 +126,15 @@ class Weather(Part):
         default=None,
     )
     tide: Current = entry(
-        "largest speed of an added current that swings as a sine, none at the start (default: 0)", "m/s", default=0.0
+        "largest speed of an added tidal current, a sine from 0 at the start (default: 0)", "m/s", default=0.0
     )
-    tide_toward: Degrees = entry("its first direction (default: 0)", "deg", key="tide_deg", default=0.0)
-    tide_period: Seconds = entry("its period (default: 44712, a tide of 12.42 h)", "s", default=TIDE)
+    tide_toward: Degrees = entry(
+        "direction that the tide first flows toward (default: 0)", "deg", key="tide_deg", default=0.0
+    )
+    tide_period: Seconds = entry("period of the tide (default: 44712, which is 12.42 h)", "s", default=TIDE)
     gust: Current = entry("largest speed that gusts add to the current at the surface (default: 0)", "m/s", default=0.0)
     gust_toward: Degrees = entry("direction that gusts push toward (default: 0)", "deg", key="gust_deg", default=0.0)
-    gust_depth: Below = entry("depth at which nothing is left of gusts (default: 1)", "m", default=1.0)
+    gust_depth: Below = entry("depth at which the effect of gusts ends (default: 1)", "m", default=1.0)
     gust_time: Seconds = entry("time from one strength of the wind to the next (default: 10)", "s", default=10.0)
 
 
@@ -143,7 +148,7 @@ class Limits(Part, table="limits"):
     battery: Reserve = entry("fraction of the usable charge that must remain at home (default: 0.1)", default=0.1)
     duration: Seconds | None = entry("time by which the robot should be home (default: no end)", "s", default=None)
     silence_below: Flag = entry(
-        "whether silence of the ground recalls the robot under water, too (default: false)", default=False
+        "whether a silent ground station recalls the robot under water, too (default: false)", default=False
     )
 
     def _checks(self) -> Iterator[Check]:
@@ -154,13 +159,13 @@ class Limits(Part, table="limits"):
         count = len(self.fence)
         yield Check(3 <= count <= MAX_CORNERS, "fence", f"must have 3 to {MAX_CORNERS} corners", fix, f"{count}")
         around = sides(self.fence)
-        fix = "leave out one of the two; the last corner is joined to the first by itself"
+        fix = "remove one of the two; the fence closes itself from the last corner to the first"
         for i, (begin, end) in enumerate(around):
             yield Check(begin != end, f"fence[{i}]", "must not repeat the corner before it", fix)
         for i, k in itertools.combinations(range(count), 2):
             apart = k == i + 1 or k - i == count - 1 or not cross(around[i], around[k])
             rule = f"must not have sides that cross, as those after corners {i} and {k} do"
-            yield Check(apart, "fence", rule, "reorder them")
+            yield Check(apart, "fence", rule, "reorder the corners")
         directions = {math.atan2(b[1] - a[1], b[0] - a[0]) % math.pi for a, b in around}
         yield Check(len(directions) > 1, "fence", "must enclose an area", "move a corner off the line")
 
@@ -175,10 +180,10 @@ class Gps(Part, table="gps"):
         "periods [from, to] without satellites, in order (default: none)", "s", default=(), max_length=MAX_GAPS
     )
     cold: Flag = entry(
-        "whether the receiver has no almanac when switched on, and takes 30 to 60 s (default: false)", default=False
+        "whether the receiver starts without an almanac: its first fix takes 30 to 60 s (default: false)", default=False
     )
     jump: NotNegative = entry(
-        "largest jump of the fixes by reflected signals, for 3 to 12 s (default: 0)", "m", default=0.0
+        "largest jump of the fixes by reflected signals; it lasts 3 to 12 s (default: 0)", "m", default=0.0
     )
     jump_every: Seconds | None = entry("mean time between two jumps (default: no jumps)", "s", default=None)
     jump_told: Flag = entry("whether the receiver's accuracy includes the jumps (default: true)", default=True)
@@ -187,9 +192,11 @@ class Gps(Part, table="gps"):
         """Yield the checks of gaps, which follow each other."""
         last = 0.0
         for i, (begin, end) in enumerate(self.gaps):
-            yield Check(begin < end, f"gaps[{i}]", "must be two times, the first earlier", "write [from, to]")
+            yield Check(
+                begin < end, f"gaps[{i}]", "must be [from, to], the first time before the second", "exchange the two"
+            )
             rule = f"must begin after the previous gap ends at {last:g} s"
-            yield Check(begin >= last, f"gaps[{i}]", rule, "sort them, and join those that meet")
+            yield Check(begin >= last, f"gaps[{i}]", rule, "sort the gaps, and merge those that overlap")
             last = end
 
 
@@ -203,8 +210,8 @@ class Scatter(Part, table="scatter"):
     gap: NotNegative = entry("maximum duration of each of these periods (default: 0)", "s", default=0.0)
 
     def _checks(self) -> Iterator[Check]:
-        fix = "give the largest length of a gap in s, or leave scatter.gaps out"
-        yield Check(not self.gaps or self.gap > 0, "gap", "must be positive if scatter.gaps is", fix)
+        fix = "give the largest length of a gap in s, or remove scatter.gaps"
+        yield Check(not self.gaps or self.gap > 0, "gap", "must be greater than 0 if scatter.gaps is", fix)
 
 
 def _printable(text: str) -> str:
@@ -238,12 +245,13 @@ class Document(Part):
 
     def _checks(self) -> Iterator[Check]:
         """Yield the checks of depths, which are above the ground and the limit."""
-        bottom, limit, fix = self.water.bottom, self.limits.depth, "reduce the depth, or correct that value"
+        bottom, limit = self.water.bottom, self.limits.depth
+        ground = f"must be less than water.bottom_m = {bottom:g}, the depth of the ground"
+        fix = "reduce it, or correct water.bottom_m"
         places = {"start": self.start} | {f"waypoints[{i}]": point for i, point in enumerate(self.waypoints)}
         for name, place in places.items():
             key, depth, value = f"{name}.depth_m", place.depth, f"{place.depth:g}"
-            rule = f"must be above the ground, less than water.bottom_m = {bottom:g}"
-            yield Check(depth < bottom, key, rule, fix, value)
-            yield Check(depth <= limit, key, f"must be at most limits.depth_m = {limit:g}", fix, value)
-        rule = f"must be less than water.bottom_m = {bottom:g}, or the ground is met first"
-        yield Check(limit < bottom, "limits.depth_m", rule, "give a limit above the ground", f"{limit:g}")
+            yield Check(depth < bottom, key, ground, fix, value)
+            rule, raised = f"must be at most limits.depth_m = {limit:g}", "reduce it, or raise limits.depth_m"
+            yield Check(depth <= limit, key, rule, raised, value)
+        yield Check(limit < bottom, "limits.depth_m", ground, fix, f"{limit:g}")

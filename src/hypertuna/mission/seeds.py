@@ -122,7 +122,7 @@ def _checked(
     """Check what is to be flown; return its header, how a seed is flown, and where: by default over threads."""
     if not 1 <= len(seeds) <= MAX_SEEDS:
         rule = f"must be from 1 to {MAX_SEEDS} seeds"
-        raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write from:to, as 0:100")
+        raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write FROM:TO, such as 0:100")
     options = {"mission": file.hash, "seeds": list(seeds), "faults": list(faults), "duration": duration}
     check_current(robot, file.mission, file.scatter.current)  # bad input fails before any work
     mission_start(robot, file.mission, faults=faults, duration=duration)
