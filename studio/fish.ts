@@ -9,7 +9,7 @@ const GHOSTS = 12; // midlines in a beat
 const LAYERS = 15; // of the shading
 const TRAIL = 9; // body lengths that the tail's path is kept for
 const FINE = 0.01; // body lengths between points of the path
-const LIFT = 0.34; // how far heights lean up in the picture, so that fins are seen from above
+const EDGE = 0.004; // half thickness of an upright fin, which is seen edge on, body lengths
 const SPACING = 0.17; // of specks in the water, body lengths
 const WIDE = 2.7; // width of the picture, body lengths
 const NARROW = 2.0; // of a picture on a phone
@@ -164,18 +164,15 @@ export class Stage {
     return this.canvas.width / (wide * (this.shape?.length ?? 1));
   }
 
-  /** Place on the canvas of a point in the water, at a height above the joints. */
-  private place(point: Point, height = 0): [number, number] {
+  /** Place on the canvas of a point in the water. */
+  private place(point: Point): [number, number] {
     const { scale, camera, canvas } = this;
-    return [
-      canvas.width / 2 + (point.x - camera.x) * scale,
-      canvas.height / 2 - (point.y - camera.y + LIFT * height) * scale,
-    ];
+    return [canvas.width / 2 + (point.x - camera.x) * scale, canvas.height / 2 - (point.y - camera.y) * scale];
   }
 
-  private line(points: Iterable<Point>, height = 0): Path2D {
+  private line(points: Iterable<Point>): Path2D {
     const path = pathFor(this.pen);
-    for (const point of points) path.lineTo(...this.place(point, height));
+    for (const point of points) path.lineTo(...this.place(point));
     return path;
   }
 
@@ -190,11 +187,8 @@ export class Stage {
     if (this.shown.path) this.paths(shape.length);
     group(pen, "fish");
     this.shadow(stations, shape.length);
-    const high = robot.tail.edge_height;
-    if (high !== null) this.caudal(stations, shape, high, -1);
     if (robot.fins !== null) this.pectoral(stations, robot.fins, shape.length);
     this.body(stations, shape);
-    if (high !== null) this.caudal(stations, shape, high, 1);
     group(pen, "midlines");
     if (this.shown.midlines) this.midlines(shape);
     group(pen, "scale");
@@ -307,28 +301,23 @@ export class Stage {
       pen.fillStyle = mixed(colors.flank, colors.back, Math.min(1, 1.1 * t ** 0.9));
       pen.fill(this.outline(stations, Math.sqrt(1 - t * t * 0.97), 0.1 * t));
     }
-    const back = stations.filter(({ part }) => part > 0.32 && part < 0.5);
-    if (shape.fin < 1) this.ridge(back, shape);
     this.gloss(stations);
+    if (shape.fin < 1) for (const part of [0.32, shape.fin]) this.blade(stations, part, part < 0.5 ? 0.5 : 1, shape);
     this.eyes(stations, shape.length);
   }
 
-  /** The dorsal fin: a thin blade on the back. */
-  private ridge(back: readonly Station[], shape: Shape): void {
+  /** An upright fin from above, dorsal or caudal: a thin blade between two parts of the length, sharp at its ends. */
+  private blade(stations: readonly Station[], front: number, end: number, shape: Shape): void {
     const { pen, colors } = this;
-    const [front, end] = [back[0], back.at(-1)];
-    if (front === undefined || end === undefined) return;
-    const place = (part: number, height: number): [number, number] =>
-      this.place(at(back, front.part + part * (end.part - front.part)), height * shape.length);
-    const path = pathFor(this.pen);
-    path.moveTo(...place(0, 0));
-    path.quadraticCurveTo(...place(0.55, 0.03), ...place(0.9, 0.085));
-    path.quadraticCurveTo(...place(0.78, 0.02), ...place(1, 0));
+    const side = (way: number): Point[] =>
+      Array.from({ length: 13 }, (_, k) => {
+        const half = EDGE * shape.length * Math.sin((Math.PI * k) / 12) ** 0.5;
+        return beside({ ...at(stations, front + (k / 12) * (end - front)), half }, way);
+      });
+    const path = this.line([...side(1), ...side(-1).reverse()]);
     path.closePath();
     pen.fillStyle = colors.fin;
-    pen.globalAlpha = 0.85;
     pen.fill(path);
-    pen.globalAlpha = 1;
   }
 
   /** Light along the back. */
@@ -355,23 +344,6 @@ export class Stage {
       pen.ellipse(x, y, 0.0105 * length * scale, 0.0065 * length * scale, -head.angle, 0, 7);
       pen.fill();
     }
-  }
-
-  /** One lobe of the caudal fin, up (1) or down (-1): a crescent that leans into the picture. */
-  private caudal(stations: readonly Station[], shape: Shape, height: number, side: number): void {
-    const { pen, colors } = this;
-    const root = shape.fin + 0.12 * (1 - shape.fin);
-    const place = (part: number, rise: number): [number, number] =>
-      this.place(at(stations, root + part * (1 - root)), (side * rise * height) / 2);
-    const lobe = pathFor(this.pen);
-    lobe.moveTo(...place(0, 0.04));
-    lobe.quadraticCurveTo(...place(0.35, 0.55), ...place(1, 1));
-    lobe.quadraticCurveTo(...place(0.62, 0.45), ...place(0.68, 0));
-    lobe.closePath();
-    pen.fillStyle = side > 0 ? colors.fin : mixed(colors.fin, colors.flank, 0.45);
-    pen.globalAlpha = 0.92;
-    pen.fill(lobe);
-    pen.globalAlpha = 1;
   }
 
   private pectoral(

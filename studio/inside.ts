@@ -1,11 +1,13 @@
 // The twin live: the whole robot from command to wake, with the controller that the robot flies.
 import type { Column } from "./core.ts";
 import { element } from "./dom.ts";
+import { drivesOf, hasOil, onAxle } from "./drives.ts";
+import { JointTable } from "./jointtable.ts";
 import { Machine, type Moment } from "./machine.ts";
 import { digits, type Quantities } from "./quantities.ts";
 import type { Broken, Calculator } from "./questions.ts";
 import type { Robot } from "./robot.ts";
-import { SIDES, TwinPlots } from "./twinplots.ts";
+import { TwinPlots } from "./twinplots.ts";
 
 const KEPT = 4; // s of which the rows are kept: a beat and more
 const MOST = 200; // ticks in one question
@@ -13,6 +15,14 @@ const KINDS = ["stuck", "open", "spikes", "NaN"]; // faults of a sensor, in the 
 const SLOW = 0.8; // part of the chosen tempo below which the page says so
 const HELD = 0.5; // s for which a condition is still shown
 const TEMPOS = [0.1, 1, 5, 20, 50];
+
+interface Parts {
+  machine: Machine;
+  table: JointTable;
+  plots: TwinPlots;
+  facts: HTMLElement;
+  guard: HTMLElement;
+}
 
 export class InsideView {
   private readonly body = element("div");
@@ -38,7 +48,7 @@ export class InsideView {
   private speed = 1;
   private kind = 1; // of the next fault
   private broken: Broken[] = [];
-  private parts: { machine: Machine; plots: TwinPlots; facts: HTMLElement; guard: HTMLElement } | null = null;
+  private parts: Parts | null = null;
 
   /** `more` makes a worker with the robot loaded: the twin has one of its own. */
   constructor(
@@ -73,11 +83,11 @@ export class InsideView {
     this.body.replaceChildren();
     this.parts = null;
     if (robot.twin === null) {
-      this.note.textContent = `The file of ${robot.robot} has no controller, so that it has no twin: its joints move as the gait asks.`;
+      const why = robot.no_twin ?? "its file has no controller";
+      this.note.textContent = `${robot.robot} has no twin: ${why}. Its joints move as the gait asks.`;
       return;
     }
-    this.note.textContent =
-      "The whole robot from rest, live: the controller on board, servos, cylinders, oil, muscles, tail, and water by the robot's own law. The knobs command it; break a sensor and see what the controller does about it. A second click mends the sensor.";
+    this.note.textContent = `The whole robot from rest, live: the controller on board, ${machinery(robot)}, tail, and water by the robot's own law. The knobs command it; break a sensor and see what the controller does about it. A second click mends the sensor.`;
     this.calculator?.end();
     this.calculator = null;
     const calculator = await this.more(robot);
@@ -186,8 +196,10 @@ export class InsideView {
       servoTarget: get("servo_target"),
       pump: get("pump_pressure"),
       unit: get("unit_pressure"),
+      torque: get("servo_torque"),
     };
     parts.machine.draw(moment);
+    parts.table.show(moment);
     if (this.drawn++ % 2 === 0 || !this.running) parts.plots.draw(this.speed); // slower than the machine: eyes follow
     this.tell(parts, rate);
   }
@@ -202,7 +214,7 @@ export class InsideView {
     const values = [
       [`${digits(this.ticks / rate, 3)} s`, `time from rest${slow}`],
       [`${digits(-mean("surge"), 3)} m/s`, "speed, mean of a beat"],
-      [`${digits(this.beat, 3)} m/s`, "speed of the beat above, whose joints bend as asked"],
+      [`${digits(this.beat, 3)} m/s`, "speed of the settled beat above"],
       [`${digits(mean("power"), 3)} W`, "electrical power"],
       [`${digits(mean("battery_voltage"), 4)} V`, "battery voltage"],
     ];
@@ -226,25 +238,16 @@ export class InsideView {
   private conditions(rate: number): string[] {
     const { robot } = this;
     if (robot === null || robot.twin === null) return [];
+    const { conditions } = robot.twin;
     const recent = this.history.slice(-Math.ceil(HELD * rate));
-    const where = robot.twin.conditions.map((_, k) =>
-      recent.reduce((bits, row) => {
-        const held = ((this.of(row, "status")[0] ?? 0) >> k) & 1;
-        return held ? bits | (1 << 30) | (this.of(row, "status_at")[k] ?? 0) : bits;
-      }, 0),
-    );
-    return robot.twin.conditions.flatMap(({ place, text }, k) => {
+    const where = conditions.map((_, k) => recent.reduce((bits, row) => bits | (this.of(row, "status_at")[k] ?? 0), 0));
+    bendNotPressure(robot, where);
+    return conditions.flatMap(({ place, text }, k) => {
       const bits = where[k] ?? 0;
       if (bits === 0) return [];
-      const names = this.named(robot, place).filter((_, i) => (bits >> i) & 1);
-      return [`${names.length ? `${place} ${names.join(", ")}: ` : ""}${text}.`];
+      const names = new Set(placesOf(robot, place).filter((_, i) => (bits >> i) & 1));
+      return [`${names.size > 0 ? `${place} ${[...names].join(", ")}: ` : ""}${text}.`];
     });
-  }
-
-  private named(robot: Robot, place: string): string[] {
-    const joints = robot.joints.map(({ name }) => name);
-    if (place === "joint") return joints;
-    return place === "robot" ? [] : joints.flatMap((name) => SIDES.map((side) => `${name} ${side}`));
   }
 
   // --- layout
@@ -252,23 +255,28 @@ export class InsideView {
   private layOut(robot: Robot): void {
     const canvas = element("canvas", "machine");
     canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", "Servos, cylinders, oil lines and muscles of the robot");
+    canvas.setAttribute("aria-label", `In the robot: ${machinery(robot)}`);
     const facts = element("dl", "facts");
     const guard = element("p", "guard");
     guard.setAttribute("role", "status");
-    const plots = new TwinPlots(robot);
-    const caption = element(
-      "p",
-      "caption",
-      "Widths of the body are drawn larger. Orange: oil under pressure; blue: suction. Traces: dashed what the controller asks for.",
-    );
-    this.body.replaceChildren(this.controls(), canvas, caption, facts, this.sensors(robot), guard, plots.element);
-    this.parts = {
-      machine: new Machine(canvas, robot),
-      plots,
+    const [table, plots] = [new JointTable(robot), new TwinPlots(robot)];
+    const oil = drivesOf(robot).some(hasOil);
+    const colors = oil ? " Orange: oil under pressure; blue: suction." : "";
+    const sides = oil ? "; of pressures, the right side" : "";
+    const text = `Widths of the body are drawn larger.${colors} Dashed traces: of bends, what the controller asks for${sides}.`;
+    const caption = element("p", "caption", text);
+    const { element: bends } = table;
+    this.body.replaceChildren(
+      this.controls(),
+      canvas,
+      bends,
+      caption,
       facts,
+      this.sensors(robot),
       guard,
-    };
+      plots.element,
+    );
+    this.parts = { machine: new Machine(canvas, robot), table, plots, facts, guard };
   }
 
   private controls(): HTMLElement {
@@ -333,5 +341,36 @@ export class InsideView {
       box.append(chip);
     }
     return box;
+  }
+}
+
+/** What moves a robot's joints, in words. */
+function machinery(robot: Robot): string {
+  const drives = drivesOf(robot);
+  const oil = drives.some(hasOil) ? ["pump servos, cylinders, oil lines, muscles"] : [];
+  const axles = drives.some(onAxle) ? ["servos on the axles"] : [];
+  return [...oil, ...axles].join(", ");
+}
+
+/** Names of the places that a condition's bits stand for. */
+function placesOf(robot: Robot, place: string): string[] {
+  const joints = robot.joints.map(({ name }) => name);
+  if (place === "joint") return joints;
+  if (place === "robot") return [];
+  const rows = joints.flatMap((name) => [name, name]);
+  for (const { name, row } of drivesOf(robot)) rows[row] = name;
+  return [...rows, "fin 1", "fin 2"];
+}
+
+/** The core has one limit of amplitudes: of a servo on an axle it is no pressure, but the largest bend. */
+function bendNotPressure(robot: Robot, where: number[]): void {
+  const [pressure, bend] = ["pressure_limit", "amplitude_limit"].map(
+    (known) => robot.twin?.conditions.findIndex(({ name }) => name === known) ?? -1,
+  );
+  if (pressure === undefined || bend === undefined || pressure < 0 || bend < 0) return;
+  for (const { joint, row } of drivesOf(robot).filter(onAxle)) {
+    const both = 3 << row;
+    if (((where[pressure] ?? 0) & both) !== 0) where[bend] = (where[bend] ?? 0) | (1 << joint);
+    where[pressure] = (where[pressure] ?? 0) & ~both;
   }
 }

@@ -1,8 +1,9 @@
-// The machine inside the robot: servos, cylinders, oil lines and muscles in place, as they are at this tick.
+// The machine inside the robot, in place, as it is at this tick: servos on axles; servos, cylinders, lines and muscles.
 import { at, beside, type Point, Shape, type Station } from "./body.ts";
+import { type Drive, drivesOf, hasOil } from "./drives.ts";
 import type { Robot } from "./robot.ts";
 
-/** What is drawn: angles [rad] of each joint; angles [rad] and pressures [Pa] of each circuit, two a joint. */
+/** What is shown: angles [rad] of each joint; angles [rad], pressures [Pa] and torques [N m] of drives, two a joint. */
 export interface Moment {
   angle: number[];
   angleSet: number[];
@@ -10,11 +11,12 @@ export interface Moment {
   servoTarget: number[];
   pump: number[];
   unit: number[];
+  torque: number[];
 }
 
 const FULL = 250e3; // Pa: the color at its end
 const LONG = 0.84; // of the body, part of the picture's width
-const LABEL = 116; // px between the names of joints
+const AXLE = 15; // px, radius of a servo on an axle at most
 const LARGER = 2.2; // of the drawn widths, at most
 const HIGH = 0.3; // half of the body, part of the picture's height
 
@@ -24,6 +26,7 @@ export class Machine {
   private width = 0;
   private height = 0;
   private stations: Station[] = [];
+  private readonly drives: Drive[];
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -33,6 +36,7 @@ export class Machine {
     if (pen === null) throw new Error("this browser draws no canvas");
     this.pen = pen;
     this.shape = new Shape(robot);
+    this.drives = drivesOf(robot);
   }
 
   draw(moment: Moment): void {
@@ -50,13 +54,11 @@ export class Machine {
     });
     this.stations = this.shape.stations({ x: 0, y: 0, heading: 0 }, bends);
     this.hull();
-    let label = 0;
-    this.robot.joints.forEach((_, g) => {
-      const after = (this.robot.joints.length - 1 - g) * LABEL;
-      label = Math.min(this.width - 60 - after, Math.max(label + LABEL, this.joint(g)));
-      this.name(g, moment, label);
-      for (const side of [0, 1]) if (moment.pump[2 * g + side] !== undefined) this.circuit(g, side, moment);
-    });
+    const oiled = [...new Set(this.drives.filter(hasOil).map(({ joint }) => joint))];
+    for (const drive of this.drives)
+      if (hasOil(drive)) this.circuit(drive, oiled.indexOf(drive.joint), oiled.length, moment);
+      else this.axle(drive, bends, moment);
+    this.names();
   }
 
   private color(name: string): string {
@@ -120,43 +122,76 @@ export class Machine {
     return `color-mix(in oklab, ${end} ${(100 * part ** 0.7).toFixed(0)}%, ${this.color("oil")})`;
   }
 
-  /** The midline of a joint; returns where its middle is. */
-  private joint(g: number): number {
-    const links = this.robot.joints[g]?.links ?? [];
-    const [first = 0, last = 0] = [links[0], links.at(-1)];
-    const [begin, end] = [this.front(first), Math.min(this.shape.fin, this.front(last + 1))];
-    const parts = [0, 0.25, 0.5, 0.75, 1].map((t) => begin + t * (end - begin));
-    this.trace(
-      parts.map((part) => this.on(part, 0)),
-      this.color("faint"),
-      1,
-    );
-    return this.on((begin + end) / 2, 0)[0];
+  /** The parts of the length between which a joint bends. */
+  private span(joint: number): [number, number] {
+    const links = this.robot.joints[joint]?.links ?? [];
+    return [this.front(links[0] ?? 0), Math.min(this.shape.fin, this.front((links.at(-1) ?? 0) + 1))];
   }
 
-  /** Name and bend of a joint, and the bend that is asked for. */
-  private name(g: number, moment: Moment, x: number): void {
+  /** The midlines of the joints, and their names below, each as long as there is room. */
+  private names(): void {
     const { pen } = this;
+    const middles = this.robot.joints.map((_, joint) => {
+      const [begin, end] = this.span(joint);
+      const parts = [0, 0.25, 0.5, 0.75, 1].map((t) => this.on(begin + t * (end - begin), 0));
+      this.trace(parts, this.color("faint"), 1);
+      return this.on(
+        this.drives.some((drive) => drive.joint === joint && hasOil(drive)) ? (begin + end) / 2 : begin,
+        0,
+      )[0];
+    });
+    const room = Math.min(this.width / 3, ...middles.slice(1).map((x, k) => x - (middles[k] ?? 0))) - 6;
     pen.fillStyle = this.color("ink");
     pen.textAlign = "center";
-    pen.fillText(`joint ${this.robot.joints[g]?.name}: ${degrees(moment.angle[g])}`, x, this.height - 26);
-    pen.fillStyle = this.color("faint");
-    pen.fillText(`asked ${degrees(moment.angleSet[g])}`, x, this.height - 10);
+    this.robot.joints.forEach(({ name }, joint) => {
+      let shown = name;
+      while (shown.length > 2 && pen.measureText(shown).width > room) shown = `${shown.slice(0, -2)}…`;
+      pen.fillText(shown, middles[joint] ?? 0, this.height - 10);
+    });
     pen.textAlign = "left";
   }
 
-  /** Servo, cylinder, line and muscle of one side of a joint. */
-  private circuit(g: number, side: number, moment: Moment): void {
-    const c = 2 * g + side;
-    const way = side === 0 ? 1 : -1;
-    const head = this.front(1);
-    const slot = (0.94 * head) / this.robot.joints.length;
+  /** A servo whose axle is the joint's: its case in front, its horn along the bend. */
+  private axle({ joint, row }: Drive, bends: number[], moment: Moment): void {
+    const { pen } = this;
+    const link = this.robot.joints[joint]?.links[0] ?? 0;
+    const [x, y] = this.on(this.front(link), 0);
+    const ahead = bends.slice(0, link).reduce((sum, bend) => sum + bend, 0);
+    const radius = Math.min(AXLE, 0.28 * (this.shape.links[link] ?? 0) * this.scale);
+    pen.save();
+    pen.translate(x, y);
+    pen.rotate(-ahead);
+    pen.fillStyle = this.color("card");
+    pen.strokeStyle = this.color("faint");
+    pen.lineWidth = 1.5;
+    pen.beginPath();
+    pen.roundRect(-1.5 * radius, -0.8 * radius, 2.3 * radius, 1.6 * radius, 3);
+    pen.fill();
+    pen.stroke();
+    pen.restore();
+    const horn = (angle: number, color: string, width: number): void => {
+      const way = ahead + angle;
+      const end: [number, number] = [x + 1.9 * radius * Math.cos(way), y - 1.9 * radius * Math.sin(way)];
+      this.trace([[x, y], end], this.color(color), width);
+    };
+    horn(moment.servoTarget[row] ?? 0, "grid", 7);
+    horn(moment.servo[row] ?? 0, "ink", 2.5);
+    pen.beginPath();
+    pen.arc(x, y, 0.3 * radius, 0, 7);
+    pen.fillStyle = this.color("ink");
+    pen.fill();
+  }
+
+  /** Servo, cylinder, line and muscle of one side of a joint: in one of the places in the head. */
+  private circuit({ joint, row: c, side: way }: Drive, g: number, places: number, moment: Moment): void {
+    const slot = (0.94 * this.front(1)) / places;
     const [begin, end] = [(g + 0.5) * slot, (g + 0.98) * slot];
     const radius = Math.min(20, 0.16 * slot * this.shape.length * this.scale);
     const across = 0.48 * way;
     this.servo(this.on((g + 0.27) * slot, across), radius, moment.servo[c] ?? 0, moment.servoTarget[c] ?? 0);
     this.cylinder(this.on(begin, across), this.on(end, across), radius, moment.servo[c] ?? 0, moment.pump[c] ?? 0);
-    this.muscle(g, way, end, across, moment.pump[c] ?? 0, moment.unit[c] ?? 0);
+    const lane = g === 0 ? 0.66 : 0.26; // of its line: inside those that end before
+    this.muscle(joint, way, [end, across], lane, moment.pump[c] ?? 0, moment.unit[c] ?? 0);
   }
 
   private servo([x, y]: [number, number], radius: number, angle: number, target: number): void {
@@ -204,27 +239,17 @@ export class Machine {
     pen.strokeRect(left, top, wide, high);
   }
 
-  private muscle(g: number, way: number, from: number, across: number, pump: number, unit: number): void {
-    const links = this.robot.joints[g]?.links ?? [];
-    const [begin, end] = [this.front(links[0] ?? 0), Math.min(this.shape.fin, this.front((links.at(-1) ?? 0) + 1))];
+  /** The line from a cylinder, and the muscle that it fills. */
+  private muscle(joint: number, way: number, from: [number, number], lane: number, pump: number, unit: number): void {
+    const [begin, end] = this.span(joint);
     const along = (a: number, b: number, side: (t: number) => number): [number, number][] =>
       Array.from({ length: 9 }, (_, k) => this.on(a + (k / 8) * (b - a), side(k / 8)));
+    const [part, across] = from;
     const out = 0.66 * way;
-    this.trace(
-      along(from, begin, (t) => across + (out * (g === 0 ? 1 : 0.4) - across) * Math.min(1, 2 * t)),
-      this.oil(pump),
-      3,
-    );
+    const line = along(part, begin, (t) => across + (lane * way - across) * Math.min(1, 2 * t));
+    this.trace(line, this.oil(pump), 3);
     const muscle = along(begin + 0.006, end - 0.006, () => out);
     this.trace(muscle, this.color("faint"), 12);
     this.trace(muscle, this.oil(unit), 9);
-    const [x, y] = this.on((begin + end) / 2, 1.02 * way);
-    this.pen.fillStyle = this.color("ink");
-    this.pen.textAlign = "center";
-    this.pen.fillText(`${(unit / 1000).toFixed(0).replace("-", "−")} kPa`, x, y + (way > 0 ? -10 : 20));
-    this.pen.textAlign = "left";
   }
 }
-
-const degrees = (angle: number | undefined): string =>
-  `${(((angle ?? 0) * 180) / Math.PI).toFixed(1).replace("-", "−")} deg`;

@@ -347,7 +347,6 @@ async function open(): Promise<void> {
 }
 
 async function main(): Promise<void> {
-  if (window.parent !== window) document.documentElement.dataset.framed = "1";
   let sentence = unfit();
   if (sentence === "")
     await open().catch((error: Error) => {

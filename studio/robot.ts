@@ -69,7 +69,7 @@ export interface Robot {
   links: { name: string; length: number; width: number | null; height: number | null; mass: number; com: number }[];
   tail: { edge_height: number | null }; // m: height of the caudal fin where the last link is one
   fins: { x: number; y: number; z: number; span: number; chord: number } | null; // pectoral fins [m]
-  joints: { name: string; links: number[]; share: number[] }[];
+  joints: { name: string; links: number[]; share: number[]; direct?: boolean }[]; // direct: by a servo on the axle
   models: { water: string; joints: string }[]; // the robot's own choice first
   limits: Ranges | null; // that the optimizer searches
   ranges: Ranges; // that the knobs reach
@@ -90,6 +90,7 @@ export interface Robot {
     channels: Record<string, readonly [number, number]>; // first and last of each sensor's
     conditions: { name: string; place: string; text: string }[]; // of the controller's status, by bit
   } | null;
+  no_twin?: string; // why there is none, the end of a sentence
   missions: Mission[]; // that its pilot can fly
   pilot: { modes: Said[]; reasons: Said[]; endings: Said[] } | null;
 }

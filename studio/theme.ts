@@ -1,6 +1,7 @@
-// Light or dark, before anything is drawn: as the system has it, until a button chooses.
+// Before anything is drawn: whether the page is framed; light or dark, as the system has it, until a button chooses.
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const root = document.documentElement;
+if (parent !== window) root.dataset.framed = "1";
 
 const follow = (): void => {
   if (root.dataset.chosen === undefined) root.dataset.theme = dark.matches ? "dark" : "light";

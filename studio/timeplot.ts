@@ -67,8 +67,9 @@ export class TimePlot {
       ...{ label: name, stroke: color(named), width: dashed ? 1 : 1.75, points: { show: false }, value },
       ...(dashed ? { dash: [4, 3] } : {}),
     }));
+    const dash = (_: uPlot, k: number): string => (this.traces[k - 1]?.dashed ? "dashed" : "solid");
     const options: uPlot.Options = {
-      ...{ width, height: HEIGHT, pxAlign: false, legend: { markers: { width: 2 } } },
+      ...{ width, height: HEIGHT, pxAlign: false, legend: { markers: { width: 2, dash } } },
       cursor: { drag: { x: false, y: false }, y: false },
       scales: {
         x: { time: false, range: (_, __, last) => [Math.max(0, last - this.window), Math.max(this.window, last)] },

@@ -1,18 +1,26 @@
-// Bends and pressures of the twin over the last seconds, as traces.
+// Bends of the twin, and what moves its joints, over the last seconds, as traces.
 import { element } from "./dom.ts";
+import { drivesOf, hasOil, onAxle } from "./drives.ts";
 import { DEGREE, type Robot } from "./robot.ts";
-import { TimePlot } from "./timeplot.ts";
+import { TimePlot, type Trace } from "./timeplot.ts";
 
 const WINDOW = 4; // s that are shown, more where time runs fast
 const LONGEST = 6; // s: more beats than can be told apart take long to draw
 const CALM = 5; // tempo up to which the window is the shortest
-const COLORS = ["blue", "orange", "green", "sky"];
-export const SIDES = ["left", "right"];
+const COLORS = ["blue", "orange", "green", "pink"]; // of joints
 
 interface Column {
+  trace: Trace;
   name: string; // of the core
   part: number; // in its width
   scale: number;
+}
+
+interface Kind {
+  label: string;
+  unit: string;
+  columns: Column[];
+  reach: readonly [number, number];
 }
 
 interface Shown {
@@ -27,31 +35,10 @@ export class TwinPlots {
   private readonly shown: Shown[];
 
   constructor(robot: Robot) {
-    const joints = robot.joints.map(({ name }) => name);
-    const circuits = joints.flatMap((name) => SIDES.map((side) => `${name} ${side}`));
-    const color = (k: number): string => COLORS[k % COLORS.length] ?? "ink";
-    const bends = joints.flatMap((name, k) => [
-      { trace: { name: `joint ${name}`, color: color(k), dashed: false }, name: "angle", part: k, scale: 1 / DEGREE },
-      { trace: { name: `${name} set`, color: color(k), dashed: true }, name: "angle_set", part: k, scale: 1 / DEGREE },
-    ]);
-    const pressures = circuits.map((name, k) => ({
-      ...{ trace: { name, color: color(k), dashed: false }, name: "unit_pressure", part: k, scale: 1e-3 },
-    }));
-    this.shown = [
-      { label: "bend", unit: "deg", all: bends, reach: [-5, 5] as const },
-      { label: "pressure", unit: "kPa", all: pressures, reach: [0, 10] as const },
-    ].map(({ label, unit, all, reach }) => ({
-      ...{
-        plot: new TimePlot(
-          label,
-          unit,
-          all.map(({ trace }) => trace),
-          reach,
-        ),
-        columns: all,
-      },
-      values: all.map(() => []),
-    }));
+    this.shown = kindsOf(robot).map(({ label, unit, columns, reach }) => {
+      const traces = columns.map(({ trace }) => trace);
+      return { plot: new TimePlot(label, unit, traces, reach), columns, values: columns.map(() => []) };
+    });
     this.element.append(...this.shown.map(({ plot }) => plot.element));
   }
 
@@ -80,4 +67,26 @@ export class TwinPlots {
   refresh(): void {
     for (const { plot } of this.shown) plot.refresh();
   }
+}
+
+/** What is plotted of a robot: bends, pressures where it has oil, torques where it has servos on axles. */
+function kindsOf(robot: Robot): Kind[] {
+  const color = (joint: number): string => COLORS[joint % COLORS.length] ?? "ink";
+  const drives = drivesOf(robot);
+  const bends = robot.joints.flatMap(({ name }, k) => [
+    { trace: { name: `joint ${name}`, color: color(k), dashed: false }, name: "angle", part: k, scale: 1 / DEGREE },
+    { trace: { name: `${name} set`, color: color(k), dashed: true }, name: "angle_set", part: k, scale: 1 / DEGREE },
+  ]);
+  const moved = (those: typeof drives, name: string, scale: number): Column[] =>
+    those.map(({ name: drive, joint, row, side }) => {
+      return { trace: { name: drive, color: color(joint), dashed: side < 0 }, name, part: row, scale };
+    });
+  const pressures = moved(drives.filter(hasOil), "unit_pressure", 1e-3);
+  const torques = moved(drives.filter(onAxle), "servo_torque", 1);
+  const kinds: Kind[] = [
+    { label: "bend", unit: "deg", columns: bends, reach: [-5, 5] },
+    { label: "pressure", unit: "kPa", columns: pressures, reach: [0, 10] },
+    { label: "torque of the servo", unit: "N m", columns: torques, reach: [-1e-3, 1e-3] },
+  ];
+  return kinds.filter(({ columns }) => columns.length > 0);
 }

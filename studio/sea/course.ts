@@ -79,8 +79,8 @@ export class Course {
 
   // --- parts
 
-  private label(text: string, x: number, y: number, z: number, style = ""): void {
-    const label = this.space.label(text, style);
+  private label(text: string, x: number, y: number, z: number, kind: string): void {
+    const label = this.space.label(text, kind);
     label.place.set(x, y, z);
     this.labels.push(label);
   }

@@ -4,8 +4,10 @@ import { element } from "../dom.ts";
 import { type By, colorOf, rangeOf } from "./colors.ts";
 import { cornersOf, extentOf } from "./geometry.ts";
 import type { Flight, Place } from "./flight.ts";
+import { type Box, place, rankOf } from "./labels.ts";
 
 const POINTS = 2000; // of the drawn track at most
+const TALL = 14; // px of a line of text
 
 export class Plan {
   readonly room = element("div", "sea-space");
@@ -15,6 +17,7 @@ export class Plan {
   private by: By = "mode";
   private time = 0;
   private stale = true;
+  private labels: { text: string; kind: string; point: [number, number]; color: string }[] = [];
 
   constructor() {
     this.canvas.setAttribute("role", "img");
@@ -52,9 +55,24 @@ export class Plan {
     this.stale = false;
     if (!this.begin(flight)) return;
     chart.axes(true);
+    this.labels = [];
     this.course(flight);
     this.track(flight);
     this.robot(flight);
+    this.write();
+  }
+
+  /** Write the labels, none over another. */
+  private write(): void {
+    const { pen, inside } = this.chart;
+    const room = { left: inside.x, top: inside.y, wide: inside.width, high: inside.height };
+    const taken: Box[] = [];
+    pen.textAlign = "left";
+    for (const { text, kind, point, color } of this.labels.sort((a, b) => rankOf(a.kind) - rankOf(b.kind))) {
+      const found = place(kind, point, [pen.measureText(text).width, TALL], taken, room);
+      pen.fillStyle = this.chart.color(color);
+      if (found !== null) pen.fillText(text, found.box.left, found.box.top + TALL - 3);
+    }
   }
 
   /** Axes of one scale around all that is to be seen. */
@@ -74,14 +92,15 @@ export class Plan {
     this.chart.stroke([...places].map(([x = 0, y = 0]) => this.chart.place(x, y)));
   }
 
-  private ring([x, y]: Place, radius: number, text: string): void {
+  private ring([x, y]: Place, radius: number, text: string, kind: string, color: string): void {
     const { pen } = this.chart;
     const [left, top] = this.chart.place(x, y);
+    pen.strokeStyle = this.chart.color(color);
     const [edge] = this.chart.place(x + radius, y);
     pen.beginPath();
     pen.arc(left, top, Math.max(2, edge - left), 0, 7);
     pen.stroke();
-    pen.fillText(text, left + 6, top - 6);
+    this.labels.push({ text, kind, point: [left, top], color });
   }
 
   private course(flight: Flight): void {
@@ -92,13 +111,12 @@ export class Plan {
     pen.lineWidth = 1.5;
     pen.strokeStyle = chart.color("sea-fence");
     if (corner !== undefined) this.line([...mission.fence, corner]);
-    pen.strokeStyle = pen.fillStyle = chart.color("sea-leg");
+    pen.strokeStyle = chart.color("sea-leg");
     pen.setLineDash([6, 4]);
     this.line(cornersOf(mission));
     pen.setLineDash([]);
-    mission.waypoints.forEach(([x, y, , , radius], k) => this.ring([x, y], radius, String(k + 1)));
-    pen.strokeStyle = pen.fillStyle = chart.color("sea-home");
-    this.ring(mission.home, mission.home_radius, "home");
+    mission.waypoints.forEach(([x, y, , , radius], k) => this.ring([x, y], radius, String(k + 1), "number", "sea-leg"));
+    this.ring(mission.home, mission.home_radius, "home", "home", "sea-home");
   }
 
   private track(flight: Flight): void {
@@ -139,8 +157,7 @@ export class Plan {
     const [x, y] = flight.position(k);
     const [east, north] = flight.believed(k);
     if (flight.true && Number.isFinite(east)) {
-      pen.strokeStyle = pen.fillStyle = chart.color("sea-believed");
-      this.ring([east, north], 2 * flight.value("position_error", k), "believed");
+      this.ring([east, north], 2 * flight.value("position_error", k), "believed", "believed", "sea-believed");
     }
     const [left, top] = chart.place(x, y);
     const [qx, qy, qz, qw] = flight.attitude(k);

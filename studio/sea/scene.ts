@@ -14,6 +14,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { element } from "../dom.ts";
+import { type Box, place, rankOf } from "./labels.ts";
 
 const FIELD = 40; // deg of the camera, upright
 const TURN = Math.PI / 24; // of an arrow key
@@ -21,10 +22,12 @@ const ZOOM = 1.15; // of a key
 const LABELS = 84; // px of the depths' labels
 const HAZE = 40; // m that one sees in water at least
 
-/** A text at a place in space. */
+/** A text beside a place in space. */
 export interface Label {
   box: HTMLElement;
   place: Vector3;
+  kind: string;
+  way: number; // that it was placed by
 }
 
 /** Least and largest x and y. */
@@ -102,8 +105,8 @@ export class Space {
     this.haze.color.copy(this.color("sea-low"));
     [this.haze.near, this.haze.far] = [2 * far, Math.max(HAZE, 14 * far)];
     this.renderer.render(this.scene, this.camera);
-    for (const label of this.labels) this.put(label);
     this.orient(far);
+    this.put();
   }
 
   /** Look at a place from a direction, at a distance. */
@@ -149,10 +152,11 @@ export class Space {
   }
 
   /** Put a text at a place; the place may be moved later. */
-  label(text: string, style = ""): Label {
-    const label = { box: element("span", `sea-label ${style}`, text), place: new Vector3() };
+  label(text: string, kind: string): Label {
+    const label = { box: element("span", `sea-label ${kind}`, text), place: new Vector3(), kind, way: 0 };
     this.over.append(label.box);
     this.labels.push(label);
+    this.labels.sort((a, b) => rankOf(a.kind) - rankOf(b.kind));
     return label;
   }
 
@@ -181,13 +185,24 @@ export class Space {
     this.draw();
   }
 
-  private put({ box, place }: Label): void {
-    const seen = new Vector3(place.x, place.y, place.z * this.stretch).project(this.camera);
-    const out = seen.z > 1 || Math.abs(seen.x) > 1.05 || Math.abs(seen.y) > 1.05;
-    box.style.visibility = out ? "hidden" : "visible";
-    if (out) return;
-    const [x, y] = [((seen.x + 1) / 2) * this.room.clientWidth, ((1 - seen.y) / 2) * this.room.clientHeight];
-    box.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+  /** Put the labels beside their places, none over another; what has no room is left out. */
+  private put(): void {
+    const room = { left: 0, top: 0, wide: this.room.clientWidth, high: this.room.clientHeight };
+    const taken = [boxOf(this.compass), boxOf(this.bar)];
+    const sizes = this.labels.map(({ box }) => [box.offsetWidth, box.offsetHeight] as const);
+    this.labels.forEach((label, k) => {
+      const { box, kind, way } = label;
+      const seen = label.place
+        .clone()
+        .setZ(label.place.z * this.stretch)
+        .project(this.camera);
+      const point = [((seen.x + 1) / 2) * room.wide, ((1 - seen.y) / 2) * room.high] as const;
+      const found = seen.z > 1 || box.hidden ? null : place(kind, point, sizes[k] ?? [0, 0], taken, room, way);
+      box.style.visibility = found === null ? "hidden" : "visible";
+      if (found === null) return;
+      label.way = found.way;
+      box.style.transform = `translate(${found.box.left.toFixed(1)}px, ${found.box.top.toFixed(1)}px)`;
+    });
   }
 
   /** North arrow, and a bar of a round length at the distance of what is looked at. */
@@ -221,6 +236,10 @@ export class Space {
     event.preventDefault();
   }
 }
+
+const boxOf = ({ offsetLeft: left, offsetTop: top, offsetWidth: wide, offsetHeight: high }: HTMLElement): Box => ({
+  ...{ left, top, wide, high },
+});
 
 /** Give memory of drawn things back. */
 export function dispose(object: Object3D): void {

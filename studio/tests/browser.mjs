@@ -117,6 +117,41 @@ export async function picture(page, name) {
   await page.screenshot({ path: `${SHOTS}/${name}.png`, fullPage: true });
 }
 
+/** From now on, note the texts that are in the last drawing of a canvas. */
+export function watchTexts(page, canvas) {
+  return page.evaluate((canvas) => {
+    const { prototype } = CanvasRenderingContext2D;
+    const { fillText, setTransform } = prototype;
+    globalThis.written = [];
+    prototype.setTransform = function (...numbers) {
+      if (this.canvas.matches(canvas)) globalThis.written = []; // a drawing begins
+      return setTransform.apply(this, numbers);
+    };
+    prototype.fillText = function (text, x, y) {
+      const { width } = this.measureText(text);
+      const left = x - { center: 0.5, right: 1 }[this.textAlign] * width || x;
+      const upright = this.getTransform().b === 0;
+      if (this.canvas.matches(canvas) && upright) globalThis.written.push({ text, left, right: left + width, y });
+      return fillText.call(this, text, x, y);
+    };
+  }, canvas);
+}
+
+/** Texts in the last drawing of a canvas that meet others or its edge; fewer texts than `least` are a fault, too. */
+export function crowded(page, canvas, least) {
+  return page.evaluate(
+    ([canvas, least]) => {
+      const { clientWidth, clientHeight } = document.querySelector(canvas);
+      const out = ({ left, right, y }) => left < 0 || right > clientWidth || y < 0 || y > clientHeight;
+      const meet = (a, b) => a.left < b.right && b.left < a.right && Math.abs(a.y - b.y) < 12;
+      const { written } = globalThis;
+      if (written.length < least) return [`${written.length} texts`];
+      return written.filter((one, k) => out(one) || written.some((other, i) => i !== k && meet(one, other)));
+    },
+    [canvas, least],
+  );
+}
+
 /** Run the program; return its JSON object. */
 export function hypertuna(...words) {
   const program = process.env.HYPERTUNA ?? "hypertuna";

@@ -63,6 +63,33 @@ test("the picture is saved as SVG: fish, path, midlines and scale in named group
   await close();
 });
 
+test("from above the upright tail fin is a line, the level fins are seen whole", async () => {
+  const { page, close } = await open(chrome, {
+    hash: "#robot=hypertuna&frequency=2&amplitude=0.1,0.1&phase=0,0&tempo=0",
+  });
+  const svg = readFileSync(await saved(page, "svg"), "utf8");
+  const fins = await page.evaluate((svg) => {
+    const drawn = new DOMParser().parseFromString(svg, "image/svg+xml").documentElement;
+    document.body.append(drawn);
+    const shape = (path) => {
+      const { x, width, height } = path.getBBox();
+      return { front: x, end: x + width, wide: width, high: height };
+    };
+    const all = [...drawn.querySelectorAll("#fish path")];
+    const color = getComputedStyle(document.documentElement).getPropertyValue("--fin").trim();
+    const length = Math.max(...all.map((path) => shape(path).wide));
+    const fins = all.filter((path) => path.getAttribute("fill") === color).map(shape);
+    const end = Math.max(...all.map((path) => shape(path).end));
+    return fins.map(({ end: own, high, wide }) => ({ behind: (end - own) / length, high: high / length, wide }));
+  }, svg);
+  assert.equal(fins.length, 4, JSON.stringify(fins)); // dorsal, caudal, two pectoral
+  const tail = fins.filter(({ behind }) => behind < 0.1);
+  assert.equal(tail.length, 1);
+  assert.ok(tail[0].high < 0.02 && tail[0].wide > 0, JSON.stringify(tail));
+  assert.equal(fins.filter(({ high }) => high > 0.08).length, 2);
+  await close();
+});
+
 test("an SVG shows what the canvas shows", async () => {
   const { page, close } = await open(chrome, { hash: "#robot=hypertuna&tempo=0" });
   const svg = readFileSync(await saved(page, "svg"), "utf8");

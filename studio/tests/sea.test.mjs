@@ -7,7 +7,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { McapWriter } from "@mcap/core";
-import { browser, link, open, picture, redrawn, SIZES } from "./browser.mjs";
+import { browser, crowded, link, open, picture, redrawn, SIZES, watchTexts } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const HYPERTUNA = process.env.HYPERTUNA ?? "hypertuna";
@@ -49,6 +49,23 @@ async function flown(page, seconds) {
     seconds,
     { timeout: 120_000 },
   );
+}
+
+/** Labels of the picture that stand over others or beyond its edge; one of those that must be seen, where it is not. */
+function covered(page, must) {
+  return page.locator("#sea .sea-space").evaluate((room, must) => {
+    const shown = [...room.querySelectorAll(".sea-label, .sea-north, .sea-bar")].filter(
+      (one) => !one.hidden && one.style.visibility !== "hidden",
+    );
+    const boxes = shown.map((one) => one.getBoundingClientRect());
+    const edge = room.getBoundingClientRect();
+    const beyond = (a) => a.left < edge.left || a.right > edge.right || a.top < edge.top || a.bottom > edge.bottom;
+    const meet = (a, b) =>
+      a.left < b.right - 0.5 && b.left < a.right - 0.5 && a.top < b.bottom - 0.5 && b.top < a.bottom - 0.5;
+    const bad = shown.filter((_, k) => beyond(boxes[k]) || boxes.some((box, i) => i !== k && meet(box, boxes[k])));
+    const names = shown.map(({ textContent }) => textContent);
+    return [...bad.map(({ textContent }) => textContent), ...must.filter((name) => !names.includes(name))];
+  }, must);
 }
 
 /** Go to a time of the flight. */
@@ -271,7 +288,9 @@ test("without WebGL it says so, and shows the track from above and depth over ti
   const { page, faults, close } = await sea({ flat: true });
   await page.getByText("draws nothing in space").waitFor();
   await dropped(page, "box.mcap", readFileSync(log));
+  await watchTexts(page, ".sea-canvas");
   await scrub(page, 5);
+  assert.deepEqual(await crowded(page, ".sea-canvas", 6), []);
   const first = await look(page);
   await scrub(page, FLOWN - 2);
   assert.ok(!(await look(page)).equals(first));
@@ -306,6 +325,11 @@ for (const [size, viewport] of Object.entries(SIZES))
         await page.getByRole("button", { name: sight }).click();
         await page.waitForTimeout(300);
         await picture(page, `${size}-${colorScheme}-sea-${sight}`);
+        const must = sight === "overview" ? ["hypertuna", "home", "believed", "1", "2", "3", "4"] : [];
+        for (const time of [0, 7, 14, 20, FLOWN - 2]) {
+          await scrub(page, time);
+          assert.deepEqual(await covered(page, must), [], `${sight}, ${time} s`);
+        }
       }
       const { violations } = await page.evaluate(() => globalThis.axe.run("#sea", { resultTypes: ["violations"] }));
       const serious = violations.filter(({ impact }) => ["serious", "critical"].includes(impact));

@@ -97,6 +97,20 @@ def test_the_page_is_served_with_the_robot_and_its_gait() -> None:
         assert get(host, port, Host="localhost:1").status == 200  # through a tunnel
 
 
+def test_the_gait_that_the_studio_takes_is_named_where_there_is_a_choice() -> None:
+    """`hypertuna swim` asks which of several gaits is meant: the studio takes the first, and says so."""
+    named = (
+        "It begins with the robot's first gait, unoptimised-max. The page has the others; --gait begins with another."
+    )
+    for arguments, told in ((), True), (("--gait", "turning"), False), (("rexeel-theory", "--gait", "wave-30"), False):
+        with serving(*arguments, "--no-open") as process:
+            address_of(process)
+            assert process.stdout is not None
+            lines = [process.stdout.readline() for _ in range(1 + told)]
+            text = " ".join("".join(lines).split())
+            assert (named in text) is told, text
+
+
 def test_only_this_machine_is_served() -> None:
     with serving("--no-open") as process:
         host, port = address_of(process)

@@ -1,0 +1,142 @@
+// Inside robots of every kind of drive: what they have is shown, and nothing that they do not have; limits by their names.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { browser, crowded, open, picture, SIZES, settled, turn, watchTexts } from "./browser.mjs";
+
+const HYPERTUNA = process.env.HYPERTUNA ?? "hypertuna";
+const folder = mkdtempSync(join(tmpdir(), "inside-"));
+const run = (...words) => execFileSync(HYPERTUNA, words, { stdio: "ignore" });
+const OIL = /\boil\b|kPa|pump|cylinder|muscle|piston|suction/i;
+const AXLE = /servos on the axles|servo torque/;
+const SIZE = { wide: SIZES.wide, phone: SIZES.phone };
+
+let chrome;
+before(async () => {
+  chrome = await browser();
+  for (const actuation of ["servo", "hydraulic"])
+    for (const links of [3, 5]) {
+      const file = join(folder, `${actuation}${links}.toml`);
+      run("robot", "new", file, "--links", String(links), "--actuation", actuation);
+    }
+  run("robot", "new", join(folder, "six.toml"), "--links", "6", "--actuation", "servo");
+  writeFileSync(join(folder, "mixed3.toml"), mixed());
+  for (const name of ["servo3", "servo5", "hydraulic3", "hydraulic5", "mixed3", "six"])
+    run("studio", join(folder, `${name}.toml`), "-o", join(folder, `${name}.html`));
+});
+after(async () => {
+  await chrome.close();
+  rmSync(folder, { recursive: true });
+});
+
+/** A robot whose first joint has oil, and whose second has a servo on its axle. */
+function mixed() {
+  const text = (name) => readFileSync(join(folder, `${name}.toml`), "utf8");
+  const second = (name) => /\[\[joints\]\]\nname = "J2".*?(?=\[model\])/s.exec(text(name))[0];
+  return text("hydraulic3")
+    .replace(second("hydraulic3"), second("servo3"))
+    .replace("count = 4", "count = 2")
+    .replace('name = "hydraulic3"', 'name = "mixed3"');
+}
+
+/** Open a robot's Inside view, and let its twin run for a moment. */
+async function inside(name, options = {}) {
+  const studio = await open(chrome, { file: join(folder, `${name}.html`), ...options });
+  await studio.page.locator('[data-view="inside"]').click();
+  return studio;
+}
+
+async function live(page, until) {
+  await page.locator("#inside").getByRole("button", { name: "Go on" }).click();
+  await page.waitForFunction(
+    (until) => Number.parseFloat(document.querySelector("#inside .facts dt")?.textContent) > until,
+    until,
+  );
+  await page.locator("#inside").getByRole("button", { name: "Pause" }).click();
+}
+
+/** All that the view says: texts, labels for screen readers, legends. */
+const words = (page) =>
+  page.locator("#inside").evaluate((room) => {
+    const labels = [...room.querySelectorAll("[aria-label]")].map((one) => one.getAttribute("aria-label"));
+    return `${room.innerText}\n${labels.join("\n")}`;
+  });
+
+for (const [name, oil, axles] of [
+  ["servo3", false, true],
+  ["servo5", false, true],
+  ["hydraulic3", true, false],
+  ["hydraulic5", true, false],
+  ["mixed3", true, true],
+])
+  for (const [size, viewport] of Object.entries(SIZE))
+    test(`${name}, ${size}: it shows the drives that the robot has, and no text over another`, async () => {
+      const { page, faults, close } = await inside(name, { viewport });
+      await page.locator("#inside .machine").waitFor();
+      await watchTexts(page, ".machine");
+      await live(page, 2.5);
+      assert.deepEqual(await crowded(page, ".machine", name.endsWith("5") ? 4 : 2), []);
+      const text = await words(page);
+      assert.equal(OIL.test(text), oil, text);
+      assert.equal(AXLE.test(text), axles, text);
+      const plots = await page.locator("#inside .timeplot").evaluateAll((all) => all.map(({ ariaLabel }) => ariaLabel));
+      const wanted = ["bend", ...(oil ? ["pressure"] : []), ...(axles ? ["torque of the servo"] : [])];
+      assert.deepEqual(
+        plots,
+        wanted.map((one) => `${one} over time`),
+      );
+      // each trace of a legend has a style of its own
+      for (const legend of await page.locator("#inside .u-legend").all()) {
+        const styles = await legend
+          .locator(".u-marker")
+          .evaluateAll((all) => all.map(({ style }) => style.border).filter((border) => border !== ""));
+        assert.ok(styles.length > 0);
+        assert.equal(new Set(styles).size, styles.length, styles.join("; "));
+      }
+      // the table says of every joint what moves it
+      const rows = await page
+        .locator("#inside .joints tr")
+        .evaluateAll((all) => all.map((row) => [...row.children].map(({ textContent }) => textContent)));
+      const [head, ...joints] = rows;
+      assert.equal(head.includes("oil, left [kPa]"), oil);
+      assert.ok(
+        joints.every((row) => row.slice(1).filter((cell) => /\d/.test(cell)).length >= 3),
+        rows.join("\n"),
+      );
+      await picture(page, `inside-${name}-${size}`);
+      assert.deepEqual(faults, []);
+      await close();
+    });
+
+for (const [name, limit] of [
+  ["servo3", "joint J1, J2: the joint was asked to bend further than it reaches."],
+  ["mixed3", "joint J2: the joint was asked to bend further than it reaches."],
+])
+  test(`${name}: the limit of a servo's amplitude is its largest bend, not a pressure`, async () => {
+    const { page, faults, close } = await inside(name);
+    for (const joint of [0, 1]) await turn(page, `amplitude-${joint}`, "max");
+    for (const joint of [0, 1]) await turn(page, `bias-${joint}`, "max");
+    await live(page, 2.5);
+    const told = (await page.locator("#inside .guard").textContent()).split("\n");
+    assert.ok(told.includes(limit), told.join("\n"));
+    assert.ok(!told.some((line) => /pressure/.test(line) && /J2/.test(line)), told.join("\n"));
+    if (name === "servo3") assert.ok(!/pressure|pump/.test(told.join()), told.join("\n"));
+    assert.deepEqual(faults, []);
+    await close();
+  });
+
+test("a robot without a twin says why, and has all other views", async () => {
+  const { page, faults, close } = await inside("six");
+  await page.getByText("six has no twin: it has 5 joint groups, and the twin takes at most 4.").waitFor();
+  assert.equal(await page.locator("#inside canvas").count(), 0);
+  for (const view of ["map", "front", "body", "paper", "sea", "about"]) {
+    await page.locator(`[data-view="${view}"]`).click();
+    await settled(page);
+    assert.ok((await page.locator(`#${view}`).innerText()).length > 10, view);
+  }
+  assert.deepEqual(faults, []);
+  await close();
+});
