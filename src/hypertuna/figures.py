@@ -18,6 +18,7 @@ from hypertuna.io.files import write_atomically
 # Colors of Okabe and Ito, distinct for every kind of color vision; shapes repeat their meaning.
 COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 SHAPES = ("o", "s", "^", "D", "v", "P")
+LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))
 INK, BODY, EDGE = "#222222", "#DCE6EC", "#8A99A3"
 
 P = ParamSpec("P")
@@ -79,6 +80,11 @@ def styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
 def sequence(count: int) -> list[Any]:
     """Return `count` colors from first to last of the sequence; a single one is blue."""
     return [SEQUENCE(part) for part in np.linspace(0, 1, count)] if count > 1 else [COLORS[1]]
+
+
+def line_style(k: int, first: int = 0) -> dict[str, Any]:
+    """Return color and dashes of the k-th line of a plot, from a first color on: none is like another."""
+    return {"color": COLORS[(first + k) % len(COLORS)], "ls": LINES[k // len(COLORS) % len(LINES)]}
 
 
 def save(figure: Figure, path: str | Path) -> None:

@@ -1,5 +1,6 @@
 """Figures show what was computed, with axes and units, and are written whole."""
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,11 @@ from numpy.testing import assert_allclose
 from PIL import Image
 
 import hypertuna as ht
+from hypertuna.actuation.new import first_robot
+from hypertuna.description.robot import parse
 from hypertuna.figures import save, sequence
 from hypertuna.swimming.animation import animate_swim
+from hypertuna.swimming.drawing import plot_robot
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.outline import FRAMES, last_beat, outlines, slowed, swimming_svg
 from hypertuna.swimming.plots import plot_ledger, plot_sweep, plot_swim, unroll
@@ -52,6 +56,17 @@ def test_swim_shows_the_beat(fast: ht.Swim) -> None:
     lengths = [np.hypot(*np.diff(line.get_xydata(), axis=0).T).sum() for line in midlines.lines]
     assert_allclose(lengths, fast.robot.body.length)
     assert all("[" in label for label in labels(figure) if not label.startswith("part"))
+
+
+def test_no_entry_of_a_legend_is_like_another() -> None:
+    """Of more joint groups than there are colors, dashes and shapes tell those of one color apart."""
+    many = parse(tomllib.loads(first_robot("fish", links=14)))
+    swim = ht.swim(many, named_gait(many, next(iter(many.gaits))))
+    for figure in (plot_swim(swim), plot_robot(many)):
+        for axes in figure.axes:
+            lines = axes.get_legend_handles_labels()[0]
+            looks = [(line.get_color(), str(line._dash_pattern), line.get_marker()) for line in lines]
+            assert len(set(looks)) == len(looks), looks
 
 
 @pytest.mark.parametrize("turning", [False, True])

@@ -12,15 +12,13 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SEQUENCE, SHAPES, TIGHT, styled
+from hypertuna.figures import COLORS, FAINT, GRID, INK, LINES, POINTS, SEQUENCE, SHAPES, TIGHT, styled
 from hypertuna.reports.html import WIDTH
 from hypertuna.swimming.swim import Swim
 
 if TYPE_CHECKING:
     import xarray as xr
 
-
-LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))
 
 # Color, marker and filling of each kind of number.
 KINDS = {

@@ -95,7 +95,8 @@ def _title(axes: Axes, text: str) -> None:
 
 def _mark(group: int) -> dict[str, Any]:
     """Return color and shape of a joint group."""
-    color, shape = COLORS[group % len(COLORS)], SHAPES[group % len(SHAPES)]
+    around, place = divmod(group, len(COLORS))  # another shape of a color each time around
+    color, shape = COLORS[place], SHAPES[(place + around) % len(SHAPES)]
     return {"color": color, "marker": shape, "ls": "none", "ms": 6.5, "mec": "white", "mew": 0.8}
 
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from hypertuna.arguments import check_made_by, checked
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
-from hypertuna.figures import COLORS, FAINT, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, sequence, styled
+from hypertuna.figures import COLORS, FAINT, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, line_style, sequence, styled
 from hypertuna.swimming.outline import last_beat, midlines
 from hypertuna.swimming.swim import Swim
 from hypertuna.swimming.trajectory import Points, body_of, nose_points
@@ -235,12 +235,7 @@ def _draw_power(axes: Axes, swim: Swim) -> None:
     motion = last_beat(swim)
     part = np.linspace(0, 1, motion.sizes["time"])
     for g, group in enumerate(motion.group.values):
-        axes.plot(
-            part,
-            motion.group_mechanical_power[:, g],
-            color=(*COLORS[2:], *COLORS[:2])[g % len(COLORS)],
-            label=str(group),
-        )
+        axes.plot(part, motion.group_mechanical_power[:, g], **line_style(g, first=2), label=str(group))
     axes.plot(part, motion.mechanical_power, color=INK, label="all")
     axes.set(title="Power of the joints", xlabel="part of the last beat" if swim.from_rest else "part of the beat")
     axes.set(ylabel="mechanical power [W]", xlim=(0, 1))

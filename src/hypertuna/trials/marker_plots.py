@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hypertuna.arrays import Array
-from hypertuna.figures import COLORS, FAINT, INK, WIDTH, styled
+from hypertuna.figures import COLORS, FAINT, INK, WIDTH, line_style, styled
 from hypertuna.trials.marker_import import MarkerRun
 
 POSTURES = 9  # chains in the first panel
@@ -86,10 +86,10 @@ def _plot_angles(panel: Axes, run: MarkerRun) -> None:
         time = run.markers.time[frames]
         angle, sd = np.degrees(run.fit.angle[frames]), np.degrees(run.fit.sd[frames, 3:])
         for g, group in enumerate(run.chain.groups):
-            color = COLORS[g % len(COLORS)]
-            band = BAND * sd[:, g]
-            panel.fill_between(time, angle[:, g] - band, angle[:, g] + band, color=color, alpha=0.2, linewidth=0)
-            panel.plot(time, angle[:, g], color=color, linewidth=1, label=f"joint {group}" * (k == 0))
+            style, band = line_style(g), BAND * sd[:, g]
+            low, high = angle[:, g] - band, angle[:, g] + band
+            panel.fill_between(time, low, high, color=style["color"], alpha=0.2, linewidth=0)
+            panel.plot(time, angle[:, g], **style, linewidth=1, label=f"joint {group}" * (k == 0))
     panel.set_xlabel("time [s]")
     panel.set_ylabel("joint angle [deg]")
     panel.set_title(f"Joint angles, band of {BAND} standard deviations")
