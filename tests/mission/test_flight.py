@@ -272,6 +272,20 @@ def test_a_flight_that_ends_elsewhere_and_crosses_the_fence_says_so(flight: Flig
     assert "It is 46 m from the last waypoint, beyond the radius of 2 m: the pilot judges by its estimated" in told
 
 
+def test_waypoints_count_from_1_and_have_an_uncertainty(flight: Flight) -> None:
+    """The only waypoint is passed half way: text and rows call it 1, and the pilot's deviation is no error."""
+    data, rows = flight.record.data, len(flight.record.time)
+    after = np.arange(rows) >= rows // 2
+    changed = {"leg": after * 1.0, "passed": after * 1.0, "reached": np.zeros(rows)}
+    passed = replace(flight, record=replace(flight.record, data=data | changed))
+    (row,) = outcome(passed).waypoints
+    assert (row["waypoint"], row["outcome"]) == (1, "passed")
+    told = " ".join(str(line[0]) for line in _lines(passed) if isinstance(line, tuple))
+    assert f"Waypoint 1 passed at a depth of {row['depth_m']:.3g} m. By the pilot's estimate it was" in told
+    assert f"with an uncertainty of {row['uncertainty_m']:.3g} m; in truth {row['true_m']:.3g} m." in told
+    assert row["uncertainty_m"] == data["position_error"][rows // 2]
+
+
 def test_a_killed_command_goes_on(path: Path, run: Run, tmp_path: Path, flight: Flight) -> None:
     journal = tmp_path / "run.journal"
     arguments = ("mission", str(path), "--checkpoint", str(journal), "--json")

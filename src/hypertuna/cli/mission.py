@@ -49,7 +49,7 @@ def mission_command(
         typer.Argument(
             metavar="FILE.toml",
             help=f"Mission file, or name of a mission that comes with hypertuna: {', '.join(missions())}.",
-            autocompletion=lambda incomplete: opt.starting(missions(), incomplete),
+            autocompletion=lambda incomplete: opt.starting((*missions(), "import", "new"), incomplete),
         ),
     ],
     robot: opt.MissionRobot,
