@@ -30,7 +30,7 @@ from hypertuna.mission.run import MissionRun, fly_parts, joined_parts, mission_s
 SENSORS = ("imu", "field", "depth", "battery")
 KINDS = ("nan", "stuck")
 FINS = ("fin-port:stuck", "fin-starboard:down", "fins:up", "fins:down")
-SIGMAS = 3.0  # stated position errors that an excursion, or a claim, may be off
+SIGMAS = 3.0  # uncertainties of the position that an excursion, or a claim, may be off
 DEPTH = 0.3  # m beyond the limit of depth
 
 
@@ -160,7 +160,7 @@ def measure(run: MissionRun, one: Sample) -> dict[str, Any]:
 
 
 def claims(run: MissionRun) -> list[list[float]]:
-    """Return true distance, radius, position error and depth error [m] at every waypoint that counts as reached."""
+    """Return true distance, radius, uncertainty and depth error [m] at every waypoint that counts as reached."""
     leg, mission = run.data["leg"].astype(int), run.start.mission
     rows = np.flatnonzero(np.diff(run.data["reached"])) + 1
     return [
@@ -178,16 +178,16 @@ def complaints(row: dict[str, Any]) -> Iterator[str]:
     """Yield what is wrong with a flight, in words."""
     swept = "swept" in row["reasons"]
     if row["beyond"] > max(1.0, SIGMAS * row["beyond_error"]) and not swept:
-        yield f"outside by {row['beyond']:.1f} m with an error of {row['beyond_error']:.1f} m"
+        yield f"outside by {row['beyond']:.1f} m with an uncertainty of {row['beyond_error']:.1f} m"
     if row["status"] == "done" and row["home"] > row["home_radius"] + SIGMAS * row["end_error"]:
         yield f"done {row['home']:.1f} m from home"
     if row["status"] == "done" and row["end_error"] > row["home_radius"]:
-        yield f"done with an error of {row['end_error']:.1f} m"
+        yield f"done with an uncertainty of {row['end_error']:.1f} m"
     if row["depth_over"] > DEPTH:
         yield f"{row['depth_over']:.2f} m below its limit"
     for far, radius, error, depth in row["claims"]:
         if far > radius + SIGMAS * error or error > radius:
-            yield f"reached a waypoint of {radius:.1f} m at {far:.1f} m with an error of {error:.1f} m"
+            yield f"reached a waypoint of {radius:.1f} m at {far:.1f} m with an uncertainty of {error:.1f} m"
         if abs(depth) > DEPTH:
             yield f"reached a waypoint {depth:+.1f} m from its depth"
 
@@ -205,7 +205,7 @@ def table(rows: list[dict[str, Any]]) -> Iterator[str]:
             )
     out = [row for row in rows if row["beyond"] > 0]
     yield f"{len(rows)} flights: " + ", ".join(f"{n} {s}" for s, n in Counter(r["status"] for r in rows).items())
-    yield f"outside the fence: {len(out)}, by more than 1 m and {SIGMAS:g} stated errors and not swept: " + str(
+    yield f"outside the fence: {len(out)}, by more than 1 m and {SIGMAS:g} uncertainties and not swept: " + str(
         sum(any("outside" in text for text in texts) for texts in wrong.values())
     )
     yield f"max depth beyond the limit: {max(row['depth_over'] for row in rows):.2f} m"
