@@ -46,7 +46,9 @@ class GaitOptions:
                 point = ", with a decimal point" if key == "frequency" else ""
                 fix = f"give one{point}; `hypertuna sweep` swims several"
                 raise InputError("must be of one gait", key=f"--{key}", value=value, fix=fix)
-        return _gait({key: points[0] for key, points in _axes(robot, self.gait, self.given).items()})
+        gait = _gait({key: points[0] for key, points in _axes(robot, self.gait, self.given).items()})
+        _note_bounds(robot, self.given)
+        return gait
 
     def grid(self, robot: Robot) -> Gaits:
         """Return all combinations."""
@@ -54,6 +56,7 @@ class GaitOptions:
         typed = {"frequency": [value for (value,) in axes["frequency"]]} | {key: axes[key] for key in KINDS}
         with _as_options():
             grid_axes(typed, math.pi / 180)  # checks them in degrees, as typed
+        _note_bounds(robot, self.given)
         return Gaits.grid(**typed | {key: np.radians(axes[key]).tolist() for key in KINDS})
 
 
@@ -86,8 +89,6 @@ def _axes(robot: Robot, name: str | None, given: Mapping[str, Points]) -> dict[s
         _check_count(robot, key, points, 1 if key == "frequency" else groups)
     if 0 < max((abs(a) for point in given.get("amplitude", ()) for a in point), default=0) < RADIANS:
         note("amplitudes are in degrees, and these are small; multiply radians by 57.3.")
-    for sentence in _beyond_bounds(robot, given):
-        note(sentence)
     if missing := [f"--{key}" for key in ("frequency", *KINDS) if key not in given and key not in axes]:
         choice = f", or --gait with one of {', '.join(robot.gaits)}" if robot.gaits else ""
         rule, them = ("is missing", "it") if len(missing) == 1 else ("are missing", "them")
@@ -95,8 +96,8 @@ def _axes(robot: Robot, name: str | None, given: Mapping[str, Points]) -> dict[s
     return axes | dict(given)
 
 
-def _beyond_bounds(robot: Robot, given: Mapping[str, Points]) -> Iterator[str]:
-    """Yield a sentence on frequencies and amplitudes that are given beyond the bounds of the robot's file."""
+def _note_bounds(robot: Robot, given: Mapping[str, Points]) -> None:
+    """Note frequencies and amplitudes that are given beyond the bounds of the robot's file."""
     if (bounds := robot.gait_bounds) is None:
         return
     for key, unit in {"frequency": "Hz", "amplitude": "deg"}.items():
@@ -106,7 +107,7 @@ def _beyond_bounds(robot: Robot, given: Mapping[str, Points]) -> Iterator[str]:
         if outside := [(x, *pair, of) for x, pair, of in typed if not pair[0] - NEAR <= x <= pair[1] + NEAR]:
             value, low, high, of = outside[-1]
             bound = f"gait_bounds.{key}_{unit.lower()} of {robot.name}"
-            yield f"--{key} {value:g} {unit}{of} is outside {bound}, {low:g} to {high:g} {unit}."
+            note(f"--{key} {value:g} {unit}{of} is outside {bound}, {low:g} to {high:g} {unit}.")
 
 
 def _check_count(robot: Robot, key: str, points: Points, count: int) -> None:
