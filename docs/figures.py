@@ -17,6 +17,7 @@ import shlex
 import shutil
 import sys
 import tempfile
+import threading
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -310,6 +311,7 @@ def _run(command: str) -> str:
     with (
         mock.patch.dict(os.environ, {"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"}),
         mock.patch.object(sys, "argv", shlex.split(command)),
+        mock.patch("hypertuna.cli.console.PERIOD", threading.TIMEOUT_MAX),  # no lines of progress on slow machines
         contextlib.redirect_stdout(said),
         contextlib.redirect_stderr(said),
         contextlib.suppress(SystemExit),

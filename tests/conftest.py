@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 
 import pytest
 from hypothesis import HealthCheck, Phase, settings
@@ -29,6 +30,7 @@ settings.load_profile("hypertuna")
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """Run `hypertuna` with arguments, on a terminal wide enough for every line: exit code, output, errors."""
     monkeypatch.setenv("COLUMNS", "400")
+    monkeypatch.setattr("hypertuna.cli.console.PERIOD", threading.TIMEOUT_MAX)  # no lines of progress on slow machines
 
     def call(*arguments: str) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])

@@ -44,6 +44,7 @@ STYLE: Any = {
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
     "grid.color": GRID,
     "grid.linewidth": 0.6,
     "xtick.color": FAINT,
@@ -72,9 +73,22 @@ def styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(STYLE)
-            return in_notebooks(plot(*args, **kwargs))
+            figure = plot(*args, **kwargs)
+            _flatten_rounding(figure)
+            return in_notebooks(figure)
 
     return inside
+
+
+def _flatten_rounding(figure: Figure) -> None:
+    """Widen axes whose values differ by rounding only: ticks such as +6.12e-11 are noise."""
+    for axes in figure.axes:
+        for kind, set_limits in (("x", axes.set_xlim), ("y", axes.set_ylim)):
+            low, high = getattr(axes, f"get_{kind}lim")()
+            size = max(abs(low), abs(high))
+            if getattr(axes, f"get_{kind}scale")() == "linear" and abs(high - low) < max(1e-9 * size, 1e-9):
+                reach = 0.05 * size if size > 1e-9 else 1.0
+                set_limits((low + high) / 2 - reach, (low + high) / 2 + reach)
 
 
 def sequence(count: int) -> list[Any]:

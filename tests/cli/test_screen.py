@@ -19,7 +19,7 @@ def test_a_grid_of_many_frequencies_and_phases_is_a_map(tuna: ht.Robot) -> None:
 
     speed, _, bar, _ = plotted(6, 7).axes
     assert not speed.lines
-    assert speed.get_ylabel() == "phase difference [deg]"
+    assert speed.get_ylabel() == "phase of joint II [deg]"
     assert bar.get_ylabel() == "speed [m/s]"
     assert len(plotted(6, 5).axes[0].lines) == 5
 

@@ -1,12 +1,14 @@
 """Figures show what was computed, with axes and units, and are written whole."""
 
+import itertools
+import math
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from numpy.testing import assert_allclose
@@ -15,7 +17,8 @@ from PIL import Image
 import hypertuna as ht
 from hypertuna.actuation.new import first_robot
 from hypertuna.description.robot import parse
-from hypertuna.figures import save, sequence
+from hypertuna.figures import save, sequence, styled
+from hypertuna.optimization.plots import plot_convergence
 from hypertuna.swimming.animation import animate_swim
 from hypertuna.swimming.drawing import plot_robot
 from hypertuna.swimming.gait import named_gait
@@ -214,3 +217,42 @@ def test_animation_is_a_seamless_gif(fast: ht.Swim, tmp_path: Path) -> None:
 def test_times_on_the_screen_are_told(fish: ht.Robot, fast: ht.Swim) -> None:
     assert slowed(fast) == "slowed down 7.7 times"
     assert "animateTransform" in swimming_svg(fast)
+
+
+def test_lines_of_a_sweep_have_colors_that_differ_and_name_their_joint(tuna: ht.Robot) -> None:
+    """Of 2 to 6 phases no two are both blue."""
+    for count in range(2, 7):
+        gaits = ht.Gaits.grid_degrees(frequency=[1, 2], amplitude=[(16, 25)], phase=[(0, 30 * k) for k in range(count)])
+        (legend,) = ht.plot_sweep(ht.sweep(tuna, gaits)).legends
+        assert legend.get_title().get_text() == "phase of joint II"
+        colors = [to_rgb(line.get_color()) for line in legend.get_lines()]
+        assert len(colors) == count
+        assert min(math.dist(one, other) for one, other in itertools.combinations(colors, 2)) > 0.25
+
+
+def test_convergence_of_several_runs_has_colors_that_differ(tuna: ht.Robot) -> None:
+    runs = [ht.optimize(tuna, maximize="speed", method="pso", particles=4, iterations=2, seed=k) for k in range(1, 5)]
+    (axes,) = plot_convergence(runs).axes
+    legend = axes.get_legend()
+    assert legend is not None
+    colors = [to_rgb(line.get_color()) for line in legend.get_lines()]
+    assert min(math.dist(one, other) for one, other in itertools.combinations(colors, 2)) > 0.25
+
+
+@pytest.mark.parametrize(("mean", "tick"), [(6.12e-11, "0.00"), (250.0, "250"), (-3.0, "−3.00")])
+def test_axes_do_not_show_rounding(mean: float, tick: str) -> None:
+    """What is constant but for rounding is a flat line, without ticks such as +6.12e-11."""
+
+    @styled
+    def plot() -> Figure:
+        figure = Figure()
+        figure.subplots().plot([0, 1, 2], mean + np.array([0, 1e-12, -1e-12]))
+        return figure
+
+    figure = plot()
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    texts = [text.get_text() for text in axes.get_yticklabels()]
+    assert tick in texts
+    assert axes.yaxis.get_offset_text().get_text() == ""
+    assert not [text for text in texts if "e" in text]

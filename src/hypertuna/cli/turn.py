@@ -158,7 +158,7 @@ def _lines(turning: Turning) -> Iterator[Any]:
         angles = (np.atleast_1d(row[key]) for key in varying)
         gait = [", ".join(f"{angle:.4g}" for angle in values) for values in angles]
         radii = (f"{row[key]:.3f}" for key in ("turn_radius_bl", "circle_radius_bl"))
-        cells.append((*gait, *radii, f"{row['turn_per_beat_deg']:+.1f}", f"{row['speed_m_s']:+.3f}", row["status"]))
+        cells.append((*gait, *radii, f"{row['turn_per_beat_deg']:+z.1f}", f"{row['speed_m_s']:+z.3f}", row["status"]))
     yield f"{turning.robot.name}, tightest: {gait_text(best.gait)}", "bold"
     yield "radius: mean distance of the nose from the center; circle: fitted to its path", "dim"
     shown = ["radius\n[BL]", "circle\n[BL]", "turn\n[deg/beat]", "speed\n[m/s]", "\nstatus"]

@@ -177,8 +177,8 @@ def _pressure_lines(run: TwinRun) -> Iterator[Any]:
 def _joint_table(run: TwinRun) -> Any:
     """Lay out setpoints and motions of the joints."""
     columns = [("swing", "swing_deg", ".1f"), ("amplitude set", "amplitude_set_deg", ".1f")]
-    columns += [("swing error", "swing_error_deg", "+.1f")]
-    columns += [("bias", "bias_deg", ".1f"), ("set", "bias_set_deg", ".1f")] if any(run.gait.bias) else []
-    columns += [("phase", "phase_deg", ".0f"), ("set", "phase_set_deg", ".0f")]
+    columns += [("swing error", "swing_error_deg", "+z.1f")]
+    columns += [("bias", "bias_deg", "z.1f"), ("set", "bias_set_deg", ".1f")] if any(run.gait.bias) else []
+    columns += [("phase", "phase_deg", "z.0f"), ("set", "phase_set_deg", ".0f")]
     rows = ((row["name"], *(f"{row[key]:{form}}" for _, key, form in columns)) for row in _joints(run))
     return table(["\njoint", *(f"{head}\n[deg]" for head, *_ in columns)], rows)

@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from hypertuna.arrays import Array
-from hypertuna.figures import FAINT, INK, POINTS, SEQUENCE, TIGHT, WIDTH, sequence, styled
+from hypertuna.figures import FAINT, INK, POINTS, SEQUENCE, TIGHT, WIDTH, line_style, styled
 from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.pareto import Front
 from hypertuna.swimming.beat import QUANTITIES
@@ -82,11 +82,11 @@ def plot_convergence(runs: Optimum | Sequence[Optimum], *, width: float = WIDTH)
     target = runs[0].objective
     name, factor = target.terms[0]
     sign = np.sign(factor) if target.expected is None else 1.0  # a quantity to maximize is plotted with its own sign
-    for run, color in zip(runs, sequence(len(runs)), strict=True):
+    for k, run in enumerate(runs):
         label = f"{run.method}, seed {run.seed}: {run.evaluations} gaits"
-        axes.step(run.swum, sign * run.history, where="post", color=color, label=label)
+        axes.step(run.swum, sign * run.history, where="post", **line_style(k, 1), label=label)
         if run.gait is not None:
-            axes.plot(run.swum[-1], sign * run.history[-1], "o", color=color, **POINTS)
+            axes.plot(run.swum[-1], sign * run.history[-1], "o", color=line_style(k, 1)["color"], **POINTS)
     quantity = f"{name.replace('_', ' ')} [{QUANTITIES[name].unit}]"
     label = quantity if target.expected is None else "|U − Uₑ| + k COT [m/s]"
     axes.set(xlabel="gaits swum", ylabel=label, title="Best value so far")

@@ -93,9 +93,9 @@ def dive_card(dive: Dive) -> Card:
     columns = ("fins [deg]", "depth rate [cm/s]", "pitch [deg]", "speed [m/s]")
     rows = [
         (
-            f"{np.degrees(leg.fins):+.3g}",
-            f"{100 * leg.depth_rate:+.3g}",
-            f"{np.degrees(leg.pitch):+.3g}",
+            f"{np.degrees(leg.fins):+z.1f}",
+            f"{100 * leg.depth_rate:+z.1f}",
+            f"{np.degrees(leg.pitch):+z.1f}",
             number(leg.speed),
         )
         for leg in dive.legs

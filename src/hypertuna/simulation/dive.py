@@ -81,9 +81,9 @@ class Dive(
         sentences = []
         for leg, way in zip(self.legs, ("dives", "floats"), strict=True):
             rate = f"{way} at {100 * abs(leg.depth_rate):.3g} cm/s"
-            result = rate if leg.right else f"does not: its depth changes by {100 * leg.depth_rate:+.2g} cm/s"
+            result = rate if leg.right else f"does not: its depth changes by {100 * leg.depth_rate:+z.1f} cm/s"
             pitch = "steady" if leg.steady else f"not steady, it ranges over {math.degrees(leg.pitch_range):.2g} deg"
-            sentences.append(f"With its fins at {math.degrees(leg.fins):+.3g} deg it {result}; its pitch is {pitch}.")
+            sentences.append(f"With its fins at {math.degrees(leg.fins):+z.3g} deg it {result}; its pitch is {pitch}.")
         return tuple(sentences)
 
     def _leg(self, start: float, end: float, fins: float) -> Leg:

@@ -116,7 +116,7 @@ def gradient_card(gradient: Gradient) -> Card:
     influence = {name: gradient.influence(name) for name in INFLUENCES}
     order = np.argsort(-np.abs(influence["speed"]))
     rows = [
-        (gradient.names[k], *(f"{influence[name][k]:+.2g} %" for name in INFLUENCES))
+        (gradient.names[k], *(f"{influence[name][k]:+z.2f} %" for name in INFLUENCES))
         for k in order
         if any(influence[name][k] for name in INFLUENCES)
     ]

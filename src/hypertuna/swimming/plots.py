@@ -89,7 +89,8 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     along = "phase" if along_phase else "frequency"
     across = "frequency" if along_phase else "phase"
     x = phases if along_phase else grid.frequency.values
-    xlabel = "phase difference [deg]" if along_phase else "frequency [Hz]"
+    lag = phase_label(grid)
+    xlabel = f"{lag} [deg]" if along_phase else "frequency [Hz]"
     names = [f"{grid.frequency.item():g} Hz"] if along_phase else phase_texts
     amplitudes = _levels(grid, "amplitude")[1]
     rows = len(amplitudes)
@@ -98,7 +99,7 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     if np.isfinite(grid.turn_radius).any():
         quantities["turn_radius"] = "turning radius [m]"
     panels = figure.subplots(rows, len(quantities), sharex=True, sharey="col", squeeze=False)
-    colors = sequence(len(names))
+    colors = COLORS if 1 < len(names) <= len(COLORS) else sequence(len(names))
     for row, amplitude in enumerate(amplitudes):
         for axes, (quantity, label) in zip(panels[row], quantities.items(), strict=True):
             values = grid[quantity].isel(amplitude=row).transpose(along, across).values
@@ -110,7 +111,7 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     if not along_phase and len(x) <= 6:  # tick labels of more would run together
         panels[0, 0].set_xticks(x)
     handles, texts = panels[0, 0].get_legend_handles_labels()
-    title = "" if along_phase else "phase difference"
+    title = "" if along_phase else lag
     if len(texts) <= 12:
         figure.legend(handles, texts, title=title, loc="outside upper center", ncols=min(len(texts), 6), **TIGHT)
     else:
@@ -137,7 +138,7 @@ def _maps(grid: xr.Dataset, width: float) -> Figure:
             axes.grid(visible=False)
             axes.set_title(f"amplitude {amplitude}" if column == 0 else "")
             axes.set_xlabel("frequency [Hz]" if row == rows - 1 else "")
-            axes.set_ylabel("phase difference [deg]" if column == 0 else "")
+            axes.set_ylabel(f"{phase_label(grid)} [deg]" if column == 0 else "")
         figure.colorbar(image, ax=panels[:, column], label=label, extend="neither" if part == 1 else "max")
     return figure
 
@@ -268,6 +269,12 @@ def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
     if dim == "phase":
         return columns[-1], [f"{angle:.4g}°" for angle in columns[-1]]
     return columns[-1], [", ".join(f"{angle:.4g}°" for angle in angles) for angles in zip(*columns, strict=True)]
+
+
+def phase_label(grid: xr.Dataset) -> str:
+    """Name the phase along a grid: that of the last joint group."""
+    groups = [str(name).removeprefix("phase_") for name in grid.coords if str(name).startswith("phase_")]
+    return f"phase of joint {groups[-1]}"
 
 
 def grid_angles(grid: xr.Dataset, dim: str) -> list[Array]:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, EDGE, FAINT, INK, SHAPES, TIGHT, WIDTH, sequence, styled
-from hypertuna.swimming.plots import grid_angles
+from hypertuna.swimming.plots import grid_angles, phase_label
 from hypertuna.swimming.swim import Swim, swim
 from hypertuna.swimming.trajectory import Points, body_of
 from hypertuna.swimming.turn import Tightest, Turning, nose_path
@@ -21,7 +21,7 @@ from hypertuna.swimming.turn import Tightest, Turning, nose_path
 if TYPE_CHECKING:
     import xarray as xr
 
-AXES = {"phase": "phase difference [deg]", "frequency": "frequency [Hz]", "bias": "bias [deg]"}
+AXES = {"phase": "phase [deg]", "frequency": "frequency [Hz]", "bias": "bias [deg]"}
 MAX_LINES = 8
 WIDEST = 4.0  # body lengths: circles beyond it would make the others small
 NARROW = 6.0  # inches: below it, one line of the legend each
@@ -54,7 +54,7 @@ def plot_turning(
     published: tuple[float, float] | None = None,
     width: float = WIDTH,
 ) -> Figure:
-    """Plot the turning radius against the phase difference.
+    """Plot the turning radius against the phase of the last joint group.
 
     `length` [m], `published` [deg], [body lengths], `width` [inch].
     """
@@ -92,7 +92,8 @@ def draw_radius(
         axes.plot(*published, "*", color=INK, ms=13, mec="white", label="published")
     if back:
         axes.plot([], [], "o", color=FAINT, mfc="white", mew=1.4, label="swims tail first")
-    axes.set(xlabel=AXES[along], ylabel="turning radius\n[body lengths]", ylim=(0, 1.12 * axes.get_ylim()[1]))
+    label = f"{phase_label(next(iter(lines.values())))} [deg]" if along == "phase" else AXES[along]
+    axes.set(xlabel=label, ylabel="turning radius\n[body lengths]", ylim=(0, 1.12 * axes.get_ylim()[1]))
     if along == "phase" and np.ptp(x) > 180:
         axes.set_xticks(np.arange(0, 361, 80))
 

@@ -12,7 +12,7 @@ from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, FAINT, INK, WIDTH, line_style, styled
 from hypertuna.trials.marker_import import MarkerRun
 
-POSTURES = 9  # chains in the first panel
+POSTURES = 3  # chains in the first panel: more would hide each other
 BAND = 2  # standard deviations of the band about an angle
 
 
@@ -41,10 +41,14 @@ def _plot_chain(panel: Axes, run: MarkerRun) -> None:
     own = np.concatenate(run.stretches)
     frames = own[np.linspace(0, len(own) - 1, min(POSTURES, len(own))).astype(int)]
     for k, (line, frame) in enumerate(zip(_corners(run, frames), frames, strict=True)):
-        panel.plot(*line.T, color=COLORS[1], linewidth=1.2, marker=".", markersize=3, label="chain" * (k == 0))
-        panel.plot(*line[0], "o", color=COLORS[1], markersize=4)
+        color, time = COLORS[k + 1], run.markers.time[frame]
+        panel.plot(*line.T, color=color, linewidth=3, alpha=0.55, label=f"chain at {time:.3g} s")
+        panel.plot(*line[1:-1].T, "o", color=color, mfc="white", markersize=5, label="its joints" * (k == 0))
+        panel.plot(*line[0], ">", color=color, markersize=6, label="its nose" * (k == 0))
         lost = run.fit.rejected[frame]
-        panel.plot(*run.markers.place[frame][~lost].T, "x", color=INK, markersize=4, label="markers" * (k == 0))
+        panel.plot(
+            *run.markers.place[frame][~lost].T, "x", color=INK, markersize=4, mew=0.8, label="markers" * (k == 0)
+        )
         panel.plot(*run.markers.place[frame][lost].T, "x", color=COLORS[0], markersize=6, mew=2)
     if run.fit.rejected[frames].any():
         panel.plot([], [], "x", color=COLORS[0], mew=2, label="rejected")
@@ -52,7 +56,8 @@ def _plot_chain(panel: Axes, run: MarkerRun) -> None:
     panel.set_xlabel("x [m]")
     panel.set_ylabel("y [m]")
     panel.set_title(f"{len(frames)} of {len(run.markers.time)} frames")
-    panel.legend()
+    panel.margins(y=0.15)
+    panel.legend(loc="best", ncols=2)
 
 
 def _plot_residuals(panel: Axes, run: MarkerRun) -> None:
