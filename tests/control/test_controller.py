@@ -11,6 +11,8 @@ from hypertuna.actuation.hydraulics import circuits
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.control.controller import controller_columns, pump_map
 from hypertuna.description.changes import changed
+from hypertuna.description.new import new_robot
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 
 PAGE = Path(__file__).parents[2] / "docs" / "control.md"
@@ -59,7 +61,7 @@ def test_the_joint_with_a_blind_circuit_beats_less_the_faster(columns: dict[str,
 
 def test_a_robot_without_pump_is_told_what_it_lacks() -> None:
     with pytest.raises(InputError, match="controller"):
-        controller_columns(ht.load("rexeel"))
+        controller_columns(parse(new_robot("fish")))
 
 
 @pytest.mark.parametrize("fill", [0.0, -2e4])
