@@ -18,7 +18,8 @@ const FULL = 250e3; // Pa: the color at its end
 const LONG = 0.84; // of the body, part of the picture's width
 const AXLE = 15; // px, radius of a servo on an axle at most
 const LARGER = 2.2; // of the drawn widths, at most
-const HIGH = 0.3; // half of the body, part of the picture's height
+const HIGH = 0.25; // half of the body, part of the picture's height
+const NAMES = 24; // px below for the names of joints
 
 export class Machine {
   private readonly shape: Shape;
@@ -52,12 +53,17 @@ export class Machine {
         bends[link] = (share[k] ?? 0) * (moment.angle[g] ?? 0);
       });
     });
-    this.stations = this.shape.stations({ x: 0, y: 0, heading: 0 }, bends);
+    const tip = this.shape.stations({ x: 0, y: 0, heading: 0 }, bends).at(-1) ?? { x: 1, y: 0 };
+    const heading = -Math.atan2(tip.y, tip.x); // nose and tail tip are level, and the body within the picture
+    const pose = { x: 0, y: 0, heading };
+    const heights = this.shape.stations(pose, bends).map(({ y }) => y);
+    pose.y = -(Math.min(...heights) + Math.max(...heights)) / 2;
+    this.stations = this.shape.stations(pose, bends);
     this.hull();
     const oiled = [...new Set(this.drives.filter(hasOil).map(({ joint }) => joint))];
     for (const drive of this.drives)
       if (hasOil(drive)) this.circuit(drive, oiled.indexOf(drive.joint), oiled.length, moment);
-      else this.axle(drive, bends, moment);
+      else this.axle(drive, heading, bends, moment);
     this.names();
   }
 
@@ -70,7 +76,7 @@ export class Machine {
   }
 
   private place(point: Point): [number, number] {
-    return [(1 - LONG) * 0.4 * this.width + point.x * this.scale, this.height / 2 - point.y * this.scale];
+    return [(1 - LONG) * 0.4 * this.width + point.x * this.scale, (this.height - NAMES) / 2 - point.y * this.scale];
   }
 
   /** A point at a part of the length, `side` half bodies beside the midline; widths are drawn larger. */
@@ -152,11 +158,11 @@ export class Machine {
   }
 
   /** A servo whose axle is the joint's: its case in front, its horn along the bend. */
-  private axle({ joint, row }: Drive, bends: number[], moment: Moment): void {
+  private axle({ joint, row }: Drive, heading: number, bends: number[], moment: Moment): void {
     const { pen } = this;
     const link = this.robot.joints[joint]?.links[0] ?? 0;
     const [x, y] = this.on(this.front(link), 0);
-    const ahead = bends.slice(0, link).reduce((sum, bend) => sum + bend, 0);
+    const ahead = bends.slice(0, link).reduce((sum, bend) => sum + bend, heading);
     const radius = Math.min(AXLE, 0.28 * (this.shape.links[link] ?? 0) * this.scale);
     pen.save();
     pen.translate(x, y);

@@ -58,6 +58,30 @@ async function live(page, until) {
   await page.locator("#inside").getByRole("button", { name: "Pause" }).click();
 }
 
+/** Frames of a beat in which the machine is drawn to the picture's edge; -1 where nothing is drawn. */
+const cut = (page) =>
+  page.locator("#inside .machine").evaluate(async (canvas) => {
+    const run = [...document.querySelectorAll("#inside button")].find(({ textContent }) => textContent === "Go on");
+    run.click();
+    const pen = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+    const drawn = (x, y, wide, high) => {
+      const { data } = pen.getImageData(x, y, wide, high);
+      return new Uint32Array(data.buffer).some((pixel) => pixel !== 0);
+    };
+    let edges = 0;
+    for (const begin = performance.now(); performance.now() - begin < 1500; ) {
+      await new Promise(requestAnimationFrame);
+      const { width, height } = Object.assign(pen.canvas, { width: canvas.width, height: canvas.height });
+      pen.drawImage(canvas, 0, 0);
+      if (!drawn(0, 0, width, height)) return -1;
+      const rows = [0, height - 1].map((y) => [0, y, width, 1]);
+      const columns = [0, width - 1].map((x) => [x, 0, 1, height]);
+      if ([...rows, ...columns].some((strip) => drawn(...strip))) edges++;
+    }
+    run.click();
+    return edges;
+  });
+
 /** All that the view says: texts, labels for screen readers, legends. */
 const words = (page) =>
   page.locator("#inside").evaluate((room) => {
@@ -118,8 +142,12 @@ for (const [name, limit] of [
   test(`${name}: the limit of a servo's amplitude is its largest bend, not a pressure`, async () => {
     const { page, faults, close } = await inside(name);
     for (const joint of [0, 1]) await turn(page, `amplitude-${joint}`, "max");
+    await page.locator("#inside .machine").waitFor();
+    await live(page, 2);
+    assert.equal(await cut(page), 0);
     for (const joint of [0, 1]) await turn(page, `bias-${joint}`, "max");
-    await live(page, 2.5);
+    await live(page, 4.5);
+    assert.equal(await cut(page), 0);
     const told = (await page.locator("#inside .guard").textContent()).split("\n");
     assert.ok(told.includes(limit), told.join("\n"));
     assert.ok(!told.some((line) => /pressure/.test(line) && /J2/.test(line)), told.join("\n"));
