@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.identification.plots import plot_intervals
 from program import Run
 from synthetic import grid, steady
 
@@ -78,12 +79,29 @@ def test_what_people_read(run: Run, tank: str) -> None:
     assert code == 0
     for words in (
         "hypertuna, lumped water: 10 runs fitted, 2 kept for validation",
-        "water.drag[0]",
+        "water.lumped.drag[0] ",
         "validation rms",
         "The search converged",
     ):
         assert words in text
     assert "autocorrelation times long" in text
+
+
+def test_a_name_is_the_same_everywhere_and_not_broken_within_a_word(
+    run: Run, tank: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = ("--robot", "hypertuna", "--free", "water.added_mass[*]", "--starts", "1")
+    names = [one["name"] for one in json.loads(run("identify", tank, *options, "--json")[1])["parameters"]]
+    assert names[0] == "water.lumped.added_mass[0]"
+    wide = run("identify", tank, *options)[1]
+    assert all(any(line.startswith(f"{name} ") for line in wide.splitlines()) for name in names)
+    monkeypatch.setenv("COLUMNS", "50")
+    narrow = run("identify", tank, *options)[1]
+    first = " ".join(line.split(maxsplit=1)[0] for line in narrow.splitlines() if line[:1].strip())
+    assert " ".join(name.replace("water.lumped.", "water.lumped. ") for name in names) in first
+    fit = ht.identify("hypertuna", tank, ["water.drag[7]"], starts=1)
+    labels = [text.get_text().replace("\n", "") for text in plot_intervals(fit).axes[0].get_yticklabels()]
+    assert labels[0].startswith("water.lumped.drag[7]: ")
 
 
 def test_laws_beside_each_other(run: Run, tank: str, tmp_path: Path) -> None:

@@ -77,12 +77,18 @@ def print_written(*paths: str | None) -> None:
 
 
 def table(
-    heads: Sequence[str], rows: Iterable[Sequence[Any]], *, left: Sequence[int] = (0,), fold: int = -1, **style: Any
+    heads: Sequence[str],
+    rows: Iterable[Sequence[Any]],
+    *,
+    left: Sequence[int] = (0,),
+    fold: int = -1,
+    whole: int = -1,
+    **style: Any,
 ) -> Table:
     """Lay out rows below heads of one or two lines; a cell is text, or (text, style).
 
-    Columns are set right but those in `left`, counted from 0. With `fold`, that column alone gives way where the
-    terminal is narrow.
+    Columns are set right but those in `left`, counted from 0. Where the terminal is narrow, the column `fold`
+    alone gives way, or all but the column `whole`, whose words are names.
     """
     from rich.table import Table
     from rich.text import Text
@@ -90,8 +96,9 @@ def table(
     grid = Table(box=None, pad_edge=False, header_style="bold", **style)
     for k, head in enumerate(heads):
         justify: Literal["left", "right"] = "left" if k in left else "right"
-        whole = fold not in (-1, k)
-        grid.add_column(Text(head, justify=justify), justify=justify, no_wrap=whole, overflow="fold")
+        grid.add_column(
+            Text(head, justify=justify), justify=justify, no_wrap=fold not in (-1, k) or k == whole, overflow="fold"
+        )
     for row in rows:
         grid.add_row(*map(_text, row))
     return grid

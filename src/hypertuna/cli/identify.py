@@ -1,6 +1,7 @@
 """The command `hypertuna identify`."""
 
 import math
+import shutil
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from hypertuna.description.schema.water import LAWS
 from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError, InputErrors
 from hypertuna.identification.identify import Fit, compare, identify
-from hypertuna.identification.names import split_names
+from hypertuna.identification.names import split_names, two_lines
 from hypertuna.identification.posterior import Posterior, check_posterior, posterior, with_posterior
 from hypertuna.identification.tables import coefficient_table, error_table, law_table
 from hypertuna.ranges import check_name
@@ -222,9 +223,11 @@ def _lines(fits: Fits) -> Iterator[Any]:
     fitted, kept = (len(trials.runs) for trials in fit.trials)
     yield f"{fit.robot.name}, {best} water: {counted(fitted, 'run')} fitted, {kept} kept for validation", "bold"
     heads, rows = coefficient_table(fit, fits.sampled)
-    # as in --free, since the law stands above; where the terminal is narrow, names give way
-    short = [[str(row[0]).replace(f"water.{best}.", "water."), *row[1:-1], (row[-1], "yellow")] for row in rows]
-    yield table(heads, short, left=(0, len(heads) - 2, len(heads) - 1), fold=0)
+    cells = [[str(row[0]), *map(str, row[1:-1]), (str(row[-1]), "yellow")] for row in rows]
+    widths = (max(map(len, map(str, column))) + 2 for column in zip(heads, *rows, strict=True))
+    if sum(widths) > shutil.get_terminal_size().columns:
+        cells = [[two_lines(str(name)), *rest] for name, *rest in cells]
+    yield table(heads, cells, left=(0, len(heads) - 2, len(heads) - 1), whole=0)
     yield _table(*error_table(fit))
     for direction in fit.uncertainty.directions:
         if not direction.determined:

@@ -151,7 +151,7 @@ def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Any]:
         for one in fit.combinations
     ]
     if rows:
-        yield table(["combination, over the described one", "value", "95 % interval"], rows, fold=0)
+        yield table(["combination, over the described one", "value", "95 % interval"], rows, whole=0)
     used = {name for one in fit.combinations for name in one.exponents}
     for name, meaning in FACTORS.values():
         if name in used:
@@ -179,7 +179,7 @@ def _unknown_table(fit: BenchFit) -> Any:
         unit = row["counted"] or row["unit"].removeprefix("1")
         remark = ("" if row["determined"] else "not determined", "yellow")
         rows.append([row["name"], f"{row['described']:.3g}", f"{row['value']:.3g}", interval, unit, remark])
-    return table(["unknown", "described", "fitted", "95 % interval", "unit", ""], rows, left=(0, 4, 5), fold=0)
+    return table(["unknown", "described", "fitted", "95 % interval", "unit", ""], rows, left=(0, 4, 5), whole=0)
 
 
 def _half(log: float) -> str:

@@ -31,6 +31,12 @@ def split_names(text: str) -> list[str]:
     return [name.strip() for name in re.split(r",(?![^\[]*\])", text) if name.strip()]
 
 
+def two_lines(name: str) -> str:
+    """Break a name behind its table, where it is too long for one line."""
+    end = name.partition("[")[0].rfind(".") + 1
+    return f"{name[:end]}\n{name[end:]}" if end else name
+
+
 @cache
 def default_bounds() -> dict[str, Any]:
     """Return data/published/bounds.toml: bounds and starts by column [SI], and bounds of links as factors."""

@@ -1,27 +1,20 @@
 """Figures of a fit: coefficients with intervals, correlation, computed against measured values, errors of runs."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_rgba
 from matplotlib.figure import Figure
 
 from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
-from hypertuna.identification.coefficients import Free, bounds_of, to_scale
+from hypertuna.identification.coefficients import bounds_of, to_scale
 from hypertuna.identification.identify import Fit
+from hypertuna.identification.names import two_lines
 from hypertuna.identification.posterior import Posterior
 from hypertuna.identification.residuals import LABELS, STEADY
 from hypertuna.io import quantity
 
 DARK = 0.85  # correlation above which the text of a cell is white
 PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}
-
-
-def short_names(frees: Sequence[Free]) -> list[str]:
-    """Return names of coefficients without their tables, unless two names are then equal."""
-    short = [f"{f.column.rpartition('.')[2]}{f.name.removeprefix(f.column)}" for f in frees]
-    return short if len(set(short)) == len(short) else [f.name for f in frees]
 
 
 @styled
@@ -34,7 +27,7 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
         return np.asarray((to_scale(frees, values) - lower) / (upper - lower))
 
     rows = np.arange(len(frees))[::-1]
-    figure = Figure(figsize=(width, 0.36 * len(frees) + 1.0), layout="constrained")
+    figure = Figure(figsize=(width, 0.42 * len(frees) + 1.0), layout="constrained")
     axes = figure.subplots()
     colors = [COLORS[1] if known else COLORS[0] for known in fitted.determined]
     axes.hlines(rows, place(fitted.low), place(fitted.high), colors=colors, lw=4, alpha=0.45)
@@ -49,7 +42,7 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
     axes.set_xticks([0, 1], ["lower", "upper"])
     units = [" deg" if f.unit == "rad" else "" for f in frees]
     values = [f"{f.border[1] * value:.3g}{unit}" for f, value, unit in zip(frees, fit.values, units, strict=True)]
-    axes.set_yticks(rows, [f"{name} = {value}" for name, value in zip(short_names(frees), values, strict=True)])
+    axes.set_yticks(rows, [f"{two_lines(f.name)}: {value}" for f, value in zip(frees, values, strict=True)])
     axes.grid(axis="y", visible=False)
     figure.legend(loc="outside upper left", ncols=3, **TIGHT)
     return figure
@@ -62,14 +55,12 @@ def plot_posterior(sampled: Posterior, *, width: float = WIDTH) -> Figure:
     rows = -(-count // columns)
     figure = Figure(figsize=(width, 1.5 * rows + 0.5), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for panel, free, name, values in zip(
-        panels, sampled.free, short_names(sampled.free), sampled.samples.T, strict=False
-    ):
+    for panel, free, values in zip(panels, sampled.free, sampled.samples.T, strict=False):
         shown = free.border[1] * values
         panel.hist(shown, 30, color=COLORS[1], alpha=0.75)
         for end in np.quantile(shown, (0.025, 0.975)):
             panel.axvline(end, color=INK, lw=1, ls=(0, (4, 2)))
-        panel.set(xlabel=f"{name}{' [deg]' if free.unit == 'rad' else ''}", yticks=[])
+        panel.set(xlabel=f"{two_lines(free.name)}{' [deg]' if free.unit == 'rad' else ''}", yticks=[])
     for panel in panels[count:]:
         panel.set_axis_off()
     figure.suptitle("Posterior; dashed: 95 % interval", x=0.01, ha="left", fontsize=9.5, fontweight="bold")
@@ -79,7 +70,7 @@ def plot_posterior(sampled: Posterior, *, width: float = WIDTH) -> Figure:
 @styled
 def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
     """Plot the correlation of the coefficients; width [inch]."""
-    matrix, names = fit.uncertainty.correlation, short_names(fit.free)
+    matrix, names = fit.uncertainty.correlation, [two_lines(f.name) for f in fit.free]
     n = len(names)
     figure = Figure(figsize=(width, 0.85 * width), layout="constrained")
     axes = figure.subplots()

@@ -199,7 +199,8 @@ def _posterior(fit: Fit, chain: Array, acceptance: float) -> Posterior:
 
     steps, walkers, n = chain.shape
     kept = chain[int(BURN_IN * steps) :]
-    tau = np.asarray(emcee.autocorr.integrated_time(kept, tol=0, quiet=True), dtype=float)
+    with np.errstate(invalid="ignore"):  # of a chain that has not moved
+        tau = np.asarray(emcee.autocorr.integrated_time(kept, tol=0, quiet=True), dtype=float)
     flat = kept.reshape(-1, n)
     low, high = (from_scale(fit.free, np.quantile(flat, q, axis=0)) for q in (0.025, 0.975))
     longest = float(np.nanmax(tau)) if np.isfinite(tau).any() else math.inf
