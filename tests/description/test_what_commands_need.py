@@ -37,6 +37,7 @@ def changed(*changes: tuple[str, Any]) -> dict[str, Any]:
         ),
         ("drive_unit.matrix", "EC5O", "drive_unit.matrix must be a material of the table [materials], but is 'EC5O'"),
         ("materials", {}, "drive_unit.hose must be a material of the table [materials], but is 'DR10': add that table"),
+        ("guidance.gaits", ["unoptimised-0.3"] * 13, "guidance.gaits must have 1 to 12 gaits, but is 13: omit some"),
         (
             "oil.bulk_modulus_pa",
             1400.0,

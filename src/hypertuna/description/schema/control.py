@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
+from hypertuna import _core
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.schema.base import (
     Check,
@@ -189,7 +190,9 @@ class Guidance(Part, table="guidance"):
     overhead: NotNegative = entry("time added to every estimated return home", "s")
 
     def _checks(self) -> Iterator[Check]:
-        count, speed = len(self.gaits), self.speed or ()
+        count, speed, most = len(self.gaits), self.speed or (), _core.MAX_GAITS
+        fix = "omit some: gaits between two of them are interpolated"
+        yield Check(count <= most, "gaits", f"must have 1 to {most} gaits", fix, f"{count}")
         text, fix = f"must be {count} long, one per gait", "give a speed per gait, or none"
         yield Check(self.speed is None or len(speed) == count, "speed", text, fix, f"{len(speed)} long")
         rising = all(a < b for a, b in pairwise(speed))
