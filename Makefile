@@ -15,7 +15,7 @@ endef
 
 ZIGLANG = "$$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["fmu"])')"
 
-# warnings of our compilers are errors; Zig's Clang has others
+# Warnings of our compilers are errors; those of Zig's are shown.
 WERROR = $(if $(shell grep -s ziglang $(BIN)/c++),OFF,ON)
 
 # all that the wheel is made of

@@ -1,4 +1,6 @@
 /// Muscles: rest, the ideal McKibben muscle and thin walls by hand, energy by quadrature, virtual work by dual numbers.
+#include <algorithm>
+
 #include "check.hpp"
 #include "hypertuna/actuation/muscle.hpp"
 

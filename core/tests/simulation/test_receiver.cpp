@@ -1,4 +1,6 @@
 /// Satellite receiver and weather: when fixes come, by how much they are wrong, and water that changes with time.
+#include <algorithm>
+
 #include "check.hpp"
 #include "hypertuna/simulation/receiver.hpp"
 

@@ -1,6 +1,7 @@
 /// Board teensy41 on a stand-in for the Arduino API, for the tests: a robot that floats, and what its sensors send.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <new>
 

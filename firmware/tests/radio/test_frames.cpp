@@ -1,4 +1,6 @@
 /// Frames: found in any stream of bytes, old ones refused; angles and numbers of the messages.
+#include <algorithm>
+
 #include "radio_test.hpp"
 
 /// Check value of CRC-16/MCRF4XX (reveng.sourceforge.io/crc-catalogue), and of SHA-256 (FIPS 180-4, "abc").

@@ -1,4 +1,6 @@
 /// Failsafes: what the robot does by itself in the water.
+#include <algorithm>
+
 #include "vehicle_test.hpp"
 
 /// Float without a depth sensor.
