@@ -43,8 +43,10 @@ before(async () => {
   execFileSync(HYPERTUNA, ["paper", "-o", join(folder, "demo")], { stdio: "ignore" });
   // served, since pages of files may not look into a frame
   server = createServer((request, answer) => {
+    const name = request.url.slice(1);
+    if (name !== "studio.html" && !(name in PAGES)) return answer.writeHead(404).end();
     answer.setHeader("Content-Type", "text/html; charset=utf-8");
-    answer.end(readFileSync(join(folder, request.url)));
+    answer.end(readFileSync(join(folder, name)));
   });
   await new Promise((ready) => server.listen(0, "127.0.0.1", ready));
   at = `http://127.0.0.1:${server.address().port}`;
