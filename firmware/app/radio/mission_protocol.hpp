@@ -72,30 +72,6 @@ inline void clear(Radio& radio, Vehicle& vehicle, Peer from, std::uint8_t type) 
     acknowledge_mission(radio, vehicle, from, mission_result(refusal), type);
 }
 
-/// A list without items clears what it replaces.
-inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_count_t& m) {
-    Upload& upload = radio.upload;
-    if (m.count == 0) return clear(radio, vehicle, from, m.mission_type);
-    const bool fence = m.mission_type == MAV_MISSION_TYPE_FENCE;
-    if (m.mission_type != MAV_MISSION_TYPE_MISSION && !fence) {
-        report_refusal(radio, vehicle, Refusal::no_rally);
-        return acknowledge_mission(radio, vehicle, from, MAV_MISSION_UNSUPPORTED, m.mission_type);
-    }
-    const bool other = upload.on && (upload.system != from.system || upload.component != from.component);
-    if (other || max_items < m.count)
-        return acknowledge_mission(radio, vehicle, from, other ? MAV_MISSION_DENIED : MAV_MISSION_NO_SPACE,
-                                   m.mission_type);
-    const Refusal refusal = check(vehicle, Order::upload, from);
-    if (refusal != Refusal::none) {
-        report_refusal(radio, vehicle, refusal);
-        return acknowledge_mission(radio, vehicle, from, mission_result(refusal), m.mission_type);
-    }
-    upload.on = true, upload.system = from.system, upload.component = from.component, upload.fence = fence;
-    upload.count = m.count, upload.next = upload.tries = 0;
-    begin_upload(upload, vehicle);
-    request_item(radio, snapshot(vehicle).tick);
-}
-
 inline char* append(char* at, const char* words) {
     while (*words != 0) *at++ = *words++;
     return at;
@@ -136,6 +112,32 @@ HYPERTUNA_NOINLINE inline void report_item(Radio& radio, int item, std::uint16_t
         append(append(at, breach.bound < breach.value ? ", max " : ", min "), breach.bound);
     }
     send_text(radio, MAV_SEVERITY_WARNING, text);
+}
+
+/// A list without items clears what it replaces.
+inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_count_t& m) {
+    Upload& upload = radio.upload;
+    if (m.count == 0) return clear(radio, vehicle, from, m.mission_type);
+    const bool fence = m.mission_type == MAV_MISSION_TYPE_FENCE;
+    if (m.mission_type != MAV_MISSION_TYPE_MISSION && !fence) {
+        report_refusal(radio, vehicle, Refusal::no_rally);
+        return acknowledge_mission(radio, vehicle, from, MAV_MISSION_UNSUPPORTED, m.mission_type);
+    }
+    const bool other = upload.on && (upload.system != from.system || upload.component != from.component);
+    if (other) return acknowledge_mission(radio, vehicle, from, MAV_MISSION_DENIED, m.mission_type);
+    if (max_items < m.count) {
+        report_item(radio, -1, 0, {Refusal::too_many, -1, "number of items", "", float(m.count), max_items});
+        return acknowledge_mission(radio, vehicle, from, MAV_MISSION_NO_SPACE, m.mission_type);
+    }
+    const Refusal refusal = check(vehicle, Order::upload, from);
+    if (refusal != Refusal::none) {
+        report_refusal(radio, vehicle, refusal);
+        return acknowledge_mission(radio, vehicle, from, mission_result(refusal), m.mission_type);
+    }
+    upload.on = true, upload.system = from.system, upload.component = from.component, upload.fence = fence;
+    upload.count = m.count, upload.next = upload.tries = 0;
+    begin_upload(upload, vehicle);
+    request_item(radio, snapshot(vehicle).tick);
 }
 
 /// Item of a waypoint; -1 for none.

@@ -75,7 +75,7 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"not_centered", "center the sticks first"},
     {"not_placed", "the position is unknown: no fix yet"},
     {"by_program", "use hypertuna radio calibrate for that"},
-    {"one_fence", "a fence is one polygon or circle to stay inside"},
+    {"one_fence", "one polygon or circle to stay inside of"},
     {"no_rally", "rally points are not supported"},
     {"too_fast", "the speed is far above that of the fastest gait"},
     {"not_taken", "unsupported: use waypoints"},
@@ -84,7 +84,7 @@ inline constexpr RefusalText refusal_texts[refusals] = {
     {"int_only", "send the coordinates by COMMAND_INT"},
     {"submerged", "under water: zero the depth at the surface"},
     {"far_origin", "the origin is more than 20 km from the robot"},
-    {"bad_frame", "unsupported frame: use degrees or local NED"},
+    {"bad_frame", "unsupported frame: degrees or local NED"},
 };
 
 inline const char* sentence(Refusal refusal) { return refusal_texts[int(refusal)].sentence; }

@@ -191,7 +191,7 @@ static void test_frames() {
         auto point = item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1);
         point.frame = std::uint8_t(frame);
         CHECK(upload(bench, {point}) == MAV_MISSION_UNSUPPORTED_FRAME);
-        CHECK(told(bench, "item 0: unsupported frame: use degrees or local NED") == 1);
+        CHECK(told(bench, "item 0: unsupported frame: degrees or local NED") == 1);
     }
     Bench lost;  // without an origin degrees are nowhere
     auto point = item(MAV_CMD_NAV_WAYPOINT, 0, 0, 0);
@@ -265,6 +265,18 @@ static void test_a_refusal_names_item_quantity_and_bound() {
         CHECK(told(bench, each.text) == 1);
         CHECK(said<mavlink_statustext_t>(bench.board.said).size() == 1);
     }
+    // A leg that crosses a notch of the fence, and lists that are too long.
+    std::vector<mavlink_mission_item_int_t> notched;
+    for (auto [north, east] :
+         {std::pair{-30, -30}, {-30, 30}, {30, 30}, {30, 10}, {-10, 10}, {-10, -10}, {30, -10}, {30, -30}})
+        notched.push_back(item(MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, float(north), float(east), 0, 8));
+    notched.push_back(item(MAV_CMD_DO_SET_HOME, -20, 0, 0));
+    for (float east : {20.0f, -20.0f}) notched.push_back(item(MAV_CMD_NAV_WAYPOINT, 20, east, 1));
+    CHECK(upload(bench, notched) == MAV_MISSION_INVALID);
+    CHECK(told(bench, "item 10: a straight course would leave the fence") == 1);
+    const std::vector<mavlink_mission_item_int_t> many(65, good), more(max_items + 1, good);
+    CHECK(upload(bench, many) == MAV_MISSION_NO_SPACE && told(bench, "item 64: number of waypoints 65, max 64") == 1);
+    CHECK(upload(bench, more) == MAV_MISSION_NO_SPACE && told(bench, "number of items 165, max 164") == 1);
     CHECK(mission(bench.vehicle()).waypoints == 0);
 }
 
@@ -324,7 +336,7 @@ static void test_other_fences() {
         auto out = at_degrees(bench, what, 100, 100, 0);
         out.param1 = 4;
         CHECK(upload(bench, {out}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_UNSUPPORTED);
-        CHECK(told(bench, "item 0: a fence is one polygon or circle to stay inside") == 1);
+        CHECK(told(bench, "item 0: one polygon or circle to stay inside of") == 1);
     }
     auto two = square(bench, 3000), more = square(bench, 1000);
     two.insert(two.end(), more.begin(), more.end());
