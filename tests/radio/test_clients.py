@@ -107,7 +107,7 @@ def test_a_signed_link(bench: str) -> None:
         robot.arm()
         robot.arm(False)
     with connect(bench, patience=3) as stranger:
-        with pytest.raises(InputError, match="--key must be that of the robot, but is missing: give its file"):
+        with pytest.raises(InputError, match="--key must be the robot.s key, but is missing: give the file of its key"):
             stranger.arm()
         assert stranger.wait(lambda m: m.get_type() == "STATUSTEXT" and m.text.startswith("messages must be sig"), 5)
     with connect(bench, key=key) as robot:
