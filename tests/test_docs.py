@@ -53,10 +53,19 @@ def steady(text: str) -> str:
     return re.sub(r"\b\d(\.\d+)?e-(0[7-9]|1\d)\b", "0", text)
 
 
+def sampled(text: str) -> tuple[str, list[float]]:
+    """Return a page without the intervals in its tables, and their ends: refits to noise differ between processors."""
+    interval = r"\| (-?[\d.]+) \.\. (-?[\d.]+) \|"
+    return re.sub(interval, "| interval |", text), [float(x) for pair in re.findall(interval, text) for x in pair]
+
+
 @pytest.mark.parametrize("page", PAGES, ids=named)
 def test_tables_and_outputs_are_the_program_s(page: Path, figures: dict[str, Any]) -> None:
     text = page.read_text()
-    assert steady(text) == steady(figures["filled"](text)), f"run: python docs/figures.py and look at {page.name}"
+    filled = figures["filled"](text)
+    (plain, ends), (made, computed) = sampled(text), sampled(filled)
+    assert steady(plain) == steady(made), f"run: python docs/figures.py and look at {page.name}"
+    np.testing.assert_allclose(ends, computed, rtol=0.05)
 
 
 def test_every_table_is_shown_somewhere(figures: dict[str, Any]) -> None:

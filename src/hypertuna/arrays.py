@@ -1,8 +1,8 @@
 """Arrays of real numbers, and numbers rounded so that every processor has the same.
 
 BLAS, NumPy's functions and the kernels differ by rounding errors from one instruction set to the next. What is computed
-with them for the core (tables of a robot, pilot, image, firmware) is rounded to digits that are free of these errors:
-then the same file and seed give the same run everywhere.
+with them for the core (tables of a robot, pilot, image, firmware), or steers a search, is rounded to digits without
+such errors: then the same file and seed give the same run everywhere.
 """
 
 import numpy as np
@@ -10,19 +10,25 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-DIGITS = 10  # significant: rounding errors of what is computed here are below 1e-13, what is described has fewer digits
+BITS = 33  # of a rounded number, 10 digits: rounding errors of what is computed here are below 1e-13
 
 
-def rounded(value: float) -> float:
-    """Return a number with `DIGITS` significant digits."""
-    return float(f"{value:.{DIGITS - 1}e}")
+def rounded(values: Array) -> Array:
+    """Return numbers with `BITS` bits each."""
+    mantissa, exponent = np.frexp(values)
+    return np.asarray(np.ldexp(np.rint(np.ldexp(mantissa, BITS)), exponent - BITS), dtype=np.float64)
+
+
+def rounded_number(value: float) -> float:
+    """Return a number with `BITS` bits."""
+    return float(rounded(np.asarray(value, dtype=np.float64)))
+
+
+def rounded_parts(values: Array) -> Array:
+    """Return numbers of a scale of 1 with steps of 2^-`BITS`: what cancels to nothing becomes 0."""
+    return np.asarray(np.rint(values * 2.0**BITS) / 2.0**BITS, dtype=np.float64)
 
 
 def without_last_bit(value: float) -> float:
     """Return a value of a function of the C library, at most 1, without the last bit, in which processors differ."""
     return round(value, 15)
-
-
-def rounded_decimals(values: Array) -> Array:
-    """Return numbers of a scale of 1, which may be sums of parts that cancel, with `DIGITS` decimals."""
-    return np.asarray(np.round(values, DIGITS), dtype=np.float64)

@@ -21,7 +21,7 @@ from hypertuna.actuation.hydraulics import (
 )
 from hypertuna.actuation.sizing import POWERS, Size, largest_beat, size_pump
 from hypertuna.actuation.soft_joint import joint_models
-from hypertuna.arrays import rounded
+from hypertuna.arrays import rounded_number
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 
@@ -67,7 +67,7 @@ def test_lines_by_hand() -> None:
 def test_resistance_of_a_circuit_is_that_of_its_line(tuna: ht.Robot) -> None:
     found = circuits(with_bore(tuna, 0.004), WARM)
     assert found.names == ("I-left", "I-right", "II-left", "II-right")
-    mu = rounded(float(viscosity(tuna.oil, WARM))) * 870.0
+    mu = rounded_number(float(viscosity(tuna.oil, WARM))) * 870.0
     expected = [128 * mu * length / (np.pi * 0.004**4) for length in (0.08, 0.08, 0.20, 0.20)]
     np.testing.assert_allclose(found.column("resistance"), expected, rtol=1e-12)
 

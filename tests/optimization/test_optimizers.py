@@ -210,8 +210,8 @@ def test_starts_are_spread_over_every_coordinate() -> None:
 
 def test_a_search_from_the_expected_speed_knows_its_gradient() -> None:
     """At U = U_e the value has a kink, but not the speed: the first step keeps it, and the way is a short one."""
-    start = latin_hypercube(1, 3, seed=1)[0]
-    toy = Toy(expected=float(((LOWER + start * WIDTH - LOWER) / WIDTH).sum()))
+    start = MultiStart(LOWER, UPPER, None, 1.0, starts=1, iterations=40, seed=1).ask()[0]
+    toy = Toy(expected=float(((start - LOWER) / WIDTH).sum()))
     optimizer = MultiStart(LOWER, UPPER, toy.expected, 1.0, starts=1, iterations=40, seed=1)
     told = toy.evaluate(optimizer.ask())
     assert told.quantities["speed"][0] == toy.expected

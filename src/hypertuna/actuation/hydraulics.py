@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna import _core
-from hypertuna.arrays import Array, rounded, without_last_bit
+from hypertuna.arrays import Array, rounded_number, without_last_bit
 from hypertuna.description.robot import Robot, joint_key, parse, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.hydraulics import HOTTEST, Line, Oil, Pump, Servo
@@ -143,7 +143,7 @@ def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
         require(robot.pump, "pump", robot)
         oil = require(robot.oil, "oil", robot)
         at = oil.temperature if temperature is None else temperature
-        nu = rounded(float(viscosity(oil, at)))
+        nu = rounded_number(float(viscosity(oil, at)))
     for group in robot.joints:
         if group.servo is not None:
             servo = {name: getattr(group.servo, name) for name in SAME[1]} | {"stall_torque": group.servo.torque}

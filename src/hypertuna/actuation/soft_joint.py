@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from hypertuna import _core
 from hypertuna.actuation.silicone import Mooney
-from hypertuna.arrays import Array, rounded
+from hypertuna.arrays import Array, rounded_number
 from hypertuna.description.robot import Robot, cached, joint_key, require
 from hypertuna.description.schema.actuator import Actuator, DriveUnit, Material, MaterialSet
 from hypertuna.description.schema.body import JointGroup
@@ -184,11 +184,11 @@ def _model(robot: Robot, g: int, material: str | None) -> JointModel:
     highest = require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
     fill = group.line.fill_pressure if group.line is not None else 0.0
     section = soft_joint(robot, g, material, friction=False).one_section(left=highest, right=0.0)
-    one = [rounded(value) for value in section]
+    one = [rounded_number(value) for value in section]
     wall, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
     values = {
         **{"outer": unit.outer_diameter, "inner": unit.inner_diameter},
-        **{"tan2": rounded(math.tan(unit.braid_angle) ** 2)},
+        **{"tan2": rounded_number(math.tan(unit.braid_angle) ** 2)},
         **{"hose_c1": wall.c1, "hose_c2": wall.c2, "matrix_c1": matrix.c1, "matrix_c2": matrix.c2},
         **{"friction": unit.friction, "units": cast(int, group.drive_units)},
         **dict(zip(("left", "right"), actuator.levers, strict=True)),

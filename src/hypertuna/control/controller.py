@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import SIDES, Circuits, circuits, rated_voltage, servo_angle, viscosity
 from hypertuna.actuation.soft_joint import joint_models
-from hypertuna.arrays import Array, rounded, rounded_decimals, without_last_bit
+from hypertuna.arrays import Array, rounded_number, rounded_parts, without_last_bit
 from hypertuna.description.robot import Robot, joint_key, require
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
@@ -113,7 +113,7 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
     low, high = float(bend[free][0]), float(bend[free][-1])
     powers = _bend_powers(bend, low, high)
     offset = angle - float(np.interp(0, bend, angle))
-    terms = rounded_decimals(np.asarray(np.linalg.lstsq(powers * slope[:, None], offset * slope)[0], dtype=np.float64))
+    terms = rounded_parts(np.asarray(np.linalg.lstsq(powers * slope[:, None], offset * slope)[0], dtype=np.float64))
     error = powers @ terms - angle
     return PumpMap(low, high, terms, float(abs(error).max()), float(abs(error * slope).max()))
 
@@ -240,9 +240,9 @@ def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j
         load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
     room = require(control.pressure_soft, "controller.pressure_soft_pa", robot) - fill
     return (
-        rounded(float(held.max()) / room),
-        rounded(2 * math.pi * resistance * float(flow.max()) / room),
-        rounded(load / (amplitude * frequency**2) / room),
+        rounded_number(float(held.max()) / room),
+        rounded_number(2 * math.pi * resistance * float(flow.max()) / room),
+        rounded_number(load / (amplitude * frequency**2) / room),
     )
 
 
@@ -278,7 +278,7 @@ def _flow(thickest: Circuits, circuit: int) -> dict[str, float]:
 def _rate_max(control: Controller, circuit: dict[str, Any]) -> float:
     """Compute the largest rate of a joint's bend [rad/s], whose oil hammers up to the soft limit."""
     room = require(control.pressure_soft, "controller.pressure_soft_pa") - circuit["fill"]
-    return rounded(room / (circuit["hammer"] * circuit["map"][0]))
+    return rounded_number(room / (circuit["hammer"] * circuit["map"][0]))
 
 
 def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:
@@ -290,7 +290,12 @@ def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, l
         hottest, at, thickest = viscosity(robot.oil, [HOTTEST, hydraulics.temperature, robot.oil.pour_point]).tolist()
         lowest, own = hottest / thickest, at / thickest
     decay = without_last_bit(math.exp(-loop))
-    values = {"servo_loop": loop, "servo_decay": decay, "viscosity_min": rounded(lowest), "viscosity_own": rounded(own)}
+    values = {
+        "servo_loop": loop,
+        "servo_decay": decay,
+        "viscosity_min": rounded_number(lowest),
+        "viscosity_own": rounded_number(own),
+    }
     return {name: [float(value)] for name, value in values.items()}
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns, range_of
-from hypertuna.arrays import rounded
+from hypertuna.arrays import rounded_number
 from hypertuna.control.controller import controller_columns, sensor_range
 from hypertuna.control.mission import Mission
 from hypertuna.control.sensors import STANDARD_AIR, sensor_of
@@ -57,7 +57,7 @@ def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] 
 
 def settled_speed(robot: Robot, gait: Gait) -> float:
     """Return the speed of a settled beat [m/s], with the lag of the joints as far as it is known; NaN if unsettled."""
-    return rounded(swim(with_known_lag(robot), gait).speed)
+    return rounded_number(swim(with_known_lag(robot), gait).speed)
 
 
 def with_known_lag(robot: Robot) -> Robot:
@@ -86,7 +86,7 @@ def glide(robot: Robot) -> float:
     """Compute the distance in which the straight body slows to 1/e: mass with added mass over quadratic drag [m]."""
     still = np.zeros((1, len(robot.links.name), 3))
     motion = _core.dynamics(core_model(robot), still, np.array([[-1.0, 0.0, 0.0]]))
-    return rounded(1 / abs(float(motion["acceleration"][0, 0])))
+    return rounded_number(1 / abs(float(motion["acceleration"][0, 0])))
 
 
 def curvature(robot: Robot, table: GaitTable, bias: Sequence[float]) -> float:
@@ -99,7 +99,7 @@ def curvature(robot: Robot, table: GaitTable, bias: Sequence[float]) -> float:
     if not turning.settled:
         rule, fix = "must let the robot swim steadily", "choose a smaller bias"
         raise InputError(rule, key="guidance.bias_max_deg", value=turning.status_text, fix=fix)
-    return rounded(abs(turning.turn_rate / turning.speed) / STEER)
+    return rounded_number(abs(turning.turn_rate / turning.speed) / STEER)
 
 
 def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, list[float]]:
@@ -159,7 +159,7 @@ PLAIN = (
 def _plain(pilot: Guidance) -> dict[str, float]:
     """Return the constants that depend on the table [guidance] alone."""
     return {name: float(getattr(pilot, name)) for name in PLAIN} | {
-        **{name: rounded(math.sin(getattr(pilot, name))) for name in ("fin_tilt", "pitch_max", "climb_max")},
+        **{name: rounded_number(math.sin(getattr(pilot, name))) for name in ("fin_tilt", "pitch_max", "climb_max")},
         "lost_after": pilot.sensor_timeout,
         "slow": pilot.blind_speed,
         "depth_tolerance": depth_tolerance(pilot),

@@ -146,10 +146,8 @@ def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
     if along > NOTED:
         more = f"MuJoCo's smallest boxes add {100 * along:.2g} % to the drag along the robot"
         lost.append(f"friction as low as in the water law: {more}")
-    more = 100 * (excess(robot, SMALLEST_MJX)[1] - along)
-    lost.append(
-        f"the same drag in MJX: its smallest boxes add {more:.2g} % along the robot; MuJoCo Warp agrees with MuJoCo"
-    )
+    more = f"its smallest boxes add {100 * (excess(robot, SMALLEST_MJX)[1] - along):.2g} % along the robot"
+    lost.append(f"the same drag in MJX: {more}; MuJoCo Warp agrees with MuJoCo")
     if law == "lumped":
         return lost
     lost.append(f"added mass across the links: the {law} law's is not alike in all directions")

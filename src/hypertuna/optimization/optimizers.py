@@ -6,7 +6,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna.arrays import Array
+from hypertuna.arrays import Array, rounded
 from hypertuna.errors import InputError
 from hypertuna.optimization.objective import UNUSABLE, Evaluation
 
@@ -39,7 +39,7 @@ class Optimizer(ABC):
     def ask(self) -> Array:
         """Return the points to evaluate next, shape (points, dim)."""
         if self._batch is None:
-            self._batch = np.clip(self._propose(), self.lower, self.upper)
+            self._batch = np.clip(rounded(self._propose()), self.lower, self.upper)
         return self._batch.copy()
 
     def tell(self, evaluation: Evaluation) -> None:
@@ -47,7 +47,7 @@ class Optimizer(ABC):
         if self._batch is None or not np.array_equal(evaluation.x, self._batch):
             fix = "call ask first, then tell with every point of the batch in the same order"
             raise InputError("must be the last points that ask returned", key="tell", fix=fix)
-        self._batch = None
+        self._batch, evaluation = None, evaluation.rounded()
         self.batches.append(len(evaluation.x))
         self._best = self._better(evaluation)
         self.history.append(float(self._best.value[0, 0]) if self._best.feasible[0] else np.inf)
@@ -126,7 +126,7 @@ class Pymoo(Optimizer):
         if self._several:
             usable = np.asarray(np.isfinite(evaluation.value).all(axis=1))
             values, violation = np.where(usable[:, np.newaxis], values, UNUSABLE), violation + UNUSABLE * ~usable
-        self._infills.set("F", values, "CV", violation[:, np.newaxis])
+        self._infills.set("X", evaluation.x, "F", values, "CV", violation[:, np.newaxis])
         self._algorithm.tell(infills=self._infills)
         if self._several:
             members = {x.tobytes() for x in self._algorithm.pop.get("X")}

@@ -4,11 +4,11 @@ import threading
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from queue import SimpleQueue
-from typing import final
+from typing import Self, final
 
 import numpy as np
 
-from hypertuna.arrays import Array
+from hypertuna.arrays import Array, rounded, rounded_number
 from hypertuna.optimization.objective import Evaluation
 from hypertuna.optimization.optimizers import Optimizer
 
@@ -30,6 +30,12 @@ class Point:
     merit: float  # by which the best point is chosen
     feasible: bool  # whether the point can be chosen
 
+    def rounded(self) -> Self:
+        """Return the point with rounded numbers: a search then takes the same way on every processor."""
+        value, merit = rounded_number(self.value), rounded_number(self.merit)
+        gradient, constraints, jacobian = map(rounded, (self.gradient, self.constraints, self.jacobian))
+        return type(self)(self.u, value, gradient, constraints, jacobian, merit, self.feasible)
+
 
 @final
 class SQP:
@@ -45,6 +51,7 @@ class SQP:
 
     def tell(self, point: Point) -> None:
         """Take the evaluation of `u`."""
+        point = point.rounded()
         self._points.append(point)
         try:
             self.u = self._search.send(point)
@@ -72,7 +79,7 @@ def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, Poin
     known: dict[bytes, Point] = {}
 
     def at(z: Array) -> Point:
-        u = np.minimum(np.maximum(z[: len(start)], 0.0), 1.0)
+        u = rounded(np.minimum(np.maximum(z[: len(start)], 0.0), 1.0))
         key = u.tobytes()
         if key not in known:
             questions.put(u)
