@@ -74,7 +74,7 @@ $(VENV)/.installed-sb3: $(VENV)/.installed-test
 
 # --- what to run
 
-.PHONY: dev demo test test-cpp test-studio hosts mujoco-plugin test-sanitized test-python test-fe test-firmware bench bench-json firmware firmware-teensy system-deps lint format stub
+.PHONY: dev demo test test-cpp test-studio hosts mujoco-plugin test-sanitized test-python test-processors test-fe test-firmware bench bench-json firmware firmware-teensy system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -179,6 +179,13 @@ test-sanitized: $(VENV)/.tools ## C++ tests with the address and undefined-behav
 
 test-python: $(VENV)/.installed-test ## Python tests alone
 	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
+
+# Pictures, tables and outputs of the pages where OpenBLAS, NumPy and our kernels take other ways than on this processor:
+# those of 2004, and of 2013 where it runs them. Bits of images, firmware and runs: tests/hosts/test_processors.py.
+GOLDENS = $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal tests/test_docs.py -k program_s
+test-processors: $(VENV)/.installed-test ## goldens of the documentation as on other processors
+	@OPENBLAS_CORETYPE=Prescott NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL" HYPERTUNA_ISA=scalar $(GOLDENS)
+	@! grep -qw avx2 /proc/cpuinfo || OPENBLAS_CORETYPE=Haswell NPY_DISABLE_CPU_FEATURES="X86_V4 AVX512_ICL" $(GOLDENS)
 
 test-fe: $(VENV)/.installed-test $(VENV)/.installed-fe ## tests with finite elements; installs the extra fe
 	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal -m fe tests/fe tests/cli tests/paper validation/fe
