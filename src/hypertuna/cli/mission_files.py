@@ -60,11 +60,11 @@ def import_command(
         str | None, opt.text("--robot", "Robot that swims the mission: its speed where the plan has none.", "ROBOT")
     ] = None,
     speed: Annotated[float | None, opt.number("--speed", "m/s", "Speed through the water, of all legs.")] = None,
-    depth: Annotated[float | None, opt.number("--depth", "m", "Depth of all waypoints, for their altitudes.")] = None,
+    depth: Annotated[float | None, opt.number("--depth", "m", "Depth of all waypoints, in place of their altitudes.")] = None,
     force: Force = False,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Write the mission of a plan of another program, and name what changes.
+    """Write the mission of a .plan, .waypoints, GPX or KML file, and name what changes.
 
     Waypoints, times to stay, acceptance radii, speeds, home and a fence of one polygon are kept. A depth is a negative
     altitude. What would change the course is refused: other commands, other frames, altitudes above the water.
