@@ -75,7 +75,7 @@ def test_ctrl_c_ends_a_single_long_call() -> None:
         ("--frequency 1:6:400000 --amplitude 16,25 --phase 0,40 -o a.csv", "--output must hold at most 300000 results"),
         (
             "--frequency 1:6:2000 --amplitude 16,1:25:6000 --phase 0,40",
-            "grid must have at most 10000000 gaits in all, but is 12000000: take fewer values, or write shards",
+            "the number of gaits must be at most 10000000, but is 12000000: take fewer values, or write shards",
         ),
         (
             "--frequency 1:6:2 --amplitude 16,25 --phase 0,40 -o a.shards --shard-size 100000000",
@@ -110,7 +110,7 @@ def test_a_grid_that_cannot_end_is_refused_at_once(
         ("twin --gait optimised-0.3 --duration 1e6", "duration must be from 0.01 to 10000"),
         ("dive --gait optimised-0.3 --duration 1e6", "duration must be from 0.01 to 10000"),
         ("swim --gait optimised-0.3 --from-rest 1e9", "from_rest must last between one beat and 10000 beats"),
-        ("turn --gait turning --phase 0,0:90:10000", "gaits must be at most 2000 in all"),
+        ("turn --gait turning --phase 0,0:90:10000", "the number of gaits must be at most 2000"),
         ("optimize --maximize speed --particles 100000", "particles must be from 1 to 10000"),
         ("optimize --maximize speed --iterations 100000", "iterations must be from 1 to 10000"),
         ("optimize --maximize speed --robust mean --samples 100000", "samples must be from 1 to 10000"),

@@ -210,7 +210,7 @@ BAD = {
     "threads": (("sweep", *SWIM[1:], *FAST, "--threads", "0"), "threads must be at least 1, but is 0"),
     "frequencies": (
         (*SWIM, "--frequency", "6,5", *FAST[2:]),
-        "--frequency must be of one gait, but is 6 and 5: give one, with a decimal point; `hypertuna sweep`",
+        "--frequency must be a single value, but is 6 and 5: give one, with a decimal point; `hypertuna sweep`",
     ),
     "no robot": (("swim", "--robot", ".", *FAST), "error: . is a folder: give the path of a TOML file."),
     "one point": (("sweep", *SWIM[1:], *FAST, "--plot", "sweep.svg"), "plot must show several frequencies or phases"),

@@ -57,14 +57,14 @@ MISTAKES = {
     "trials check .": ". holds no known published files: give a CSV file, a manifest, or the folder with "
     "*deg_hardware_motor_angles.csv and *deg_hardware_trajectories.csv of "
     "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot.",
-    "trials check poses.csv": "poses.csv has a column of time, and is no table of steady runs: tracks of head or "
+    "trials check poses.csv": "poses.csv has a column of time, so it is not a table of steady runs: tracks of head or "
     "markers belong in a manifest, `[[recordings]]` (trials import markers makes one). One tracked point gives only a "
     "speed: measure it, and write a row of a table of steady runs.",
     "trials check percent.csv": "percent.csv: line 2, speed_cm_s is not a known column: did you mean "
     "speed_m_s? Then divide the numbers by 100.",
     "trials import markers poses.csv -o markers.toml": "poses.csv must have at least two markers, but is 1: name "
     "columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ....",
-    "replay angles.csv": "--columns must be given with a CSV file: name the columns of angles, or give a manifest.",
+    "replay angles.csv": "--columns is required with a CSV file: name the columns of angles, or give a manifest.",
     "replay angles.csv --columns joint_1,joint_2": "angles.csv: column joint_1 must be a column of the file, but is "
     "missing: did you mean joint_I?",
     "replay angles.csv --columns joint_I,joint_II --unit degrees": "unit must be a known unit, but is 'degrees': did "

@@ -16,7 +16,7 @@ RANGE = "write a range as START:STOP:COUNT, such as 1:6:6 for 1, 2, 3, 4, 5 and 
 MISTAKES = {
     "swm": "swm is not a command of `hypertuna`: did you mean swim?",
     "help swm": "swm is not a command of `hypertuna`: did you mean swim?",
-    "-robot hypertuna swim": "-robot is not an option of `hypertuna`: write options behind a command, such as "
+    "-robot hypertuna swim": "-robot is not an option of `hypertuna`: write options after a command, such as "
     "`hypertuna swim --robot ...`.",
     "swim -robot hypertuna": "-robot is not an option of `hypertuna swim`: did you mean --robot?",
     "swim -gait=turning": "-gait=turning is not an option of `hypertuna swim`: did you mean --gait=turning?",
@@ -30,7 +30,7 @@ MISTAKES = {
     "swim --gait --frequency 2": "--gait needs a value: write --gait NAME.",
     "optimize --maximize --speed 3": "--maximize needs a value: write --maximize NAME.",
     "joint bnd": "bnd is not a command of `hypertuna joint`: did you mean bend?",
-    "--robot hypertuna swim": "--robot is not an option of `hypertuna`: write options behind a command, such as "
+    "--robot hypertuna swim": "--robot is not an option of `hypertuna`: write options after a command, such as "
     "`hypertuna swim --robot ...`.",
     "swim": "--frequency, --amplitude and --phase are missing: give them, or --gait with one of " + GAITS + ".",
     "swim --frequency 2": "--amplitude and --phase are missing: give them, or --gait with one of " + GAITS + ".",
@@ -41,8 +41,9 @@ MISTAKES = {
     f"{SWIM} --robot hypertunna": "robots/hypertunna.toml does not exist: did you mean hypertuna?",
     f"{SWIM} --robot mine.toml": "mine.toml does not exist: give a robot's name or the path of its TOML file.",
     f"{SWIM} --robot": "--robot needs a value: write --robot ROBOT.",
-    f"{SWIM} hypertuna": "hypertuna stands alone: a robot is an option: `hypertuna swim --robot hypertuna`.",
-    f"{SWIM} fast": "fast is more than `hypertuna swim` takes: leave it out, or see `hypertuna swim --help`.",
+    f"{SWIM} hypertuna": "hypertuna is not expected here: give the robot as an option, "
+    "`hypertuna swim --robot hypertuna`.",
+    f"{SWIM} fast": "fast is not expected here: leave it out, or see `hypertuna swim --help`.",
     f"{SWIM} --freq 3": "--freq is not an option of `hypertuna swim`: did you mean --frequency?",
     f"{SWIM} --watr strip": "--watr is not an option of `hypertuna swim`: did you mean --water?",
     f"{SWIM} --radius 2": "--radius is not an option of `hypertuna swim`: `hypertuna swim --help` lists the options.",
@@ -55,25 +56,25 @@ MISTAKES = {
     f"{SWIM} --plot fish.jpg": "--plot must end in .svg, .png, .pdf or .gif, but is 'fish.jpg': write fish.svg.",
     f"{SWIM} --from-rest 10s": "--from-rest must be a number, but is '10s': give the number alone, in seconds.",
     f"{SWIM} --steps 3.5": "--steps must be a whole number, but is '3.5': write digits only.",
-    f"{SWIM} --current 0.1": "--current must be 2 numbers, but is 0.1: give m/s, separated by commas.",
+    f"{SWIM} --current 0.1": "--current must be 2 numbers, but is 0.1: give them in m/s, separated by commas.",
     f"swim --frequency 2Hz {REST}": "--frequency must be a number, but is '2Hz': give the number alone, in Hz.",
     f"swim --frequency two {REST}": "--frequency must be a number, but is 'two': give it in Hz.",
-    f"swim --frequency 2,5 {REST}": "--frequency must be of one gait, but is 2 and 5: give one, with a decimal point; "
-    "`hypertuna sweep` swims several.",
-    f"swim --frequency 1:4:4 {REST}": "--frequency must be of one gait, but is 1 and 2 and 2 more: give one, with a "
+    f"swim --frequency 2,5 {REST}": "--frequency must be a single value, but is 2 and 5: give one, with a decimal "
+    "point; `hypertuna sweep` swims several.",
+    f"swim --frequency 1:4:4 {REST}": "--frequency must be a single value, but is 1 and 2 and 2 more: give one, with a "
     "decimal point; `hypertuna sweep` swims several.",
     f"swim --frequency -2 {REST}": "--frequency must be greater than 0, but is -2: give it in Hz.",
     "swim --frequency 2 --amplitude 16 --phase 0,40": "--amplitude must be 2 values, for joint groups I, II, but has 1 "
     "(16): give 2, separated by commas.",
-    "swim --frequency 2 --amplitude 16 25 --phase 0,40": "25 stands alone: write the values of one option with commas "
-    "and without spaces, such as --amplitude 16,25.",
+    "swim --frequency 2 --amplitude 16 25 --phase 0,40": "25 is not expected here: separate the values of an option "
+    "by commas, without spaces, such as --amplitude 16,25.",
     "swim --frequency 2 --amplitude 16,25 --phase 0°,40°": "--phase[0] must be a number, but is '0°': give the number "
     "alone, in degrees.",
     f"sweep --frequency 2:6 {REST}": "--frequency must be a number or start:stop:count, but is '2:6': write, for "
     "example, 1:6:6 for 1, 2, 3, 4, 5 and 6.",
     f"sweep --frequency 2-6 {REST}": "--frequency must be a number, but is '2-6': " + RANGE + ".",
     f"sweep --frequency 2:6:1.5 {REST}": "--frequency's count must be a whole number, but is '1.5': write digits only.",
-    f"sweep --frequency 2:6:100000 {REST} --amplitude 1:16:100,25": "grid must have at most 10000000 gaits in all, but "
+    f"sweep --frequency 2:6:100000 {REST} --amplitude 1:16:100,25": "the number of gaits must be at most 10000000, but "
     "is 10100000: take fewer values, or write shards, -o NAME.shards.",
     "twin --gait optimised-0.3 --duration 1min": "--duration must be a number, but is '1min': give the number "
     "alone, in seconds.",
@@ -145,12 +146,12 @@ MISTAKES = {
     "cost_of_transport_positive, strouhal, tail_excursion, torque_peak and 2 more.",
     "optimize --maximize speed --bounds freq=1:4": "bounds must name a value of a gait, but is 'freq': did you mean "
     "frequency?",
-    "optimize --maximize speed --bounds frequency_hz=4:1": "bounds of frequency_hz must be the lowest value, then the"
-    " highest, but is 4:1: exchange the two.",
+    "optimize --maximize speed --bounds frequency_hz=4:1": "bounds of frequency_hz must have the lower value first, "
+    "but is 4:1: exchange the two.",
     "optimize ask --maximize speed": "`hypertuna optimize ask` needs --state FILE (file that stores the search; "
     "created by the first ask).",
-    "pareto --objectives speed": "objectives must be two or three different ones, but is 'speed': take speed and"
-    " cost_of_transport, for example.",
+    "pareto --objectives speed": "objectives must name two or three different quantities, but is 'speed': take "
+    "speed and cost_of_transport, for example.",
     "pareto --max-joint-rate 10rad/s": "--max-joint-rate must be a number, but is '10rad/s': give the number alone, "
     "in deg/s.",
     "trials import markers tracks.csv": "`hypertuna trials import markers` needs --output FILE (write the manifest to"

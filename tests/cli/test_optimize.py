@@ -269,7 +269,7 @@ def test_gaits_that_were_not_asked_for_are_refused(run: Run, state: str, tmp_pat
     ("arguments", "sentence"),
     [
         (("ask",), "does not exist"),
-        (("ask", *TANK[:4], "--method", "gradient"), "must not need derivatives, which a tank cannot measure"),
+        (("ask", *TANK[:4], "--method", "gradient"), "must work without derivatives, which a tank cannot measure"),
         (("ask", *TANK[:2], "--maximize", "efficiency"), "efficiency must be measured in the tank"),
         (("ask", *TANK[:2]), "must be one of --maximize, --minimize and --speed"),
         (("tell", "--value", "0.1"), "does not exist"),

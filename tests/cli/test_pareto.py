@@ -107,8 +107,8 @@ def test_resumes_after_a_kill_to_the_same_front(run: Run, tmp_path: Path) -> Non
     ("options", "sentence"),
     [
         (("--objectives", "speed,cost_transport"), "did you mean cost_of_transport?"),
-        (("--objectives", "speed"), "must be two or three different ones"),
-        (("--objectives", "speed,speed"), "must be two or three different ones"),
+        (("--objectives", "speed"), "must name two or three different quantities"),
+        (("--objectives", "speed,speed"), "must name two or three different quantities"),
         (("--population", "many"), "must be a whole number"),
         (("--population", "1"), "population must be from 2 to 10000"),
         (("--seed", "-1"), "seed must be from 0"),

@@ -122,7 +122,7 @@ def _with(command: tuple[str, ...], options: tuple[str, ...]) -> list[str]:
     [
         (
             ("--amplitude", "12,20", "--amplitude", "12"),
-            "--amplitude must be of one gait, but is 12,20 and 12: give one",
+            "--amplitude must be a single set of angles, but is 12,20 and 12: give one",
         ),
         (("--duration", "0"), "duration must be"),
         (("--duration", "1e9"), "duration must be"),

@@ -58,9 +58,9 @@ def test_common_factor_of_some_links_and_its_errors(tuna: ht.Robot) -> None:
     made = columns(tuna, [one], [2.0])["water.lumped.drag"]
     assert made == pytest.approx(np.where(np.arange(8) % 7 == 0, 1, 2) * drag)
     assert one.upper == pytest.approx(max(30 / drag[1:7].max(), 2))
-    with pytest.raises(ht.InputError, match="must have a value other than 0 for a common factor"):
+    with pytest.raises(ht.InputError, match="needs a value other than 0 in the robot to have a common factor"):
         free(ht.load("rexeel"), ["water.added_mass_tangential=common"])
-    with pytest.raises(ht.InputError, match="has no present value for a common factor"):
+    with pytest.raises(ht.InputError, match="is not a value of the robot and cannot have a common factor"):
         free(tuna, ["cost_factor=common"])
 
 

@@ -83,7 +83,7 @@ def test_equal_bounds_fix_a_value(tuna: ht.Robot) -> None:
     ("bounds", "sentence"),
     [
         ({"frequenzy": (1, 2)}, "must name a value of a gait, but is 'frequenzy': did you mean frequency"),
-        ({"frequency": (2, 1)}, "bounds of frequency must be the lowest value, then the highest, but is 2:1"),
+        ({"frequency": (2, 1)}, "bounds of frequency must have the lower value first, but is 2:1"),
         ({"frequency": (0, 1)}, "bounds of frequency must be greater than 0"),
         ({"amplitude_I": (-1, 1)}, "bounds of amplitude_I must not be negative"),
         ({"amplitude_I": (0, 200)}, "must stay within 180 deg"),
@@ -111,8 +111,8 @@ def test_robot_without_a_box_needs_bounds_of_everything_but_bias(tuna: ht.Robot)
 @pytest.mark.parametrize(
     ("value", "sentence"),
     [
-        ({"frequency_hz": [6.0, 0.1]}, "gait_bounds.frequency_hz must be the lowest value, then the highest"),
-        ({"amplitude_deg": [[0.0, 16.0], [25.0, 1.0]]}, r"gait_bounds.amplitude_deg\[1\] must be the lowest"),
+        ({"frequency_hz": [6.0, 0.1]}, "gait_bounds.frequency_hz must have the lower value first"),
+        ({"amplitude_deg": [[0.0, 16.0], [25.0, 1.0]]}, r"gait_bounds.amplitude_deg\[1\] must have the lower"),
         ({"amplitude_deg": [[0.0, 16.0]]}, "gait_bounds.amplitude_deg must be 2 long, one value per joint group"),
         ({"frequency_hz": [0.0, 6.0]}, r"gait_bounds.frequency_hz\[0\] must be greater than 0"),
     ],

@@ -264,7 +264,7 @@ def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
         ({"maximize": "speed", "steps": 30}, "steps must be a multiple of 4"),
         (
             {"maximize": "efficiency", "method": "gradient"},
-            "must not need derivatives, which are not available for efficiency",
+            "must work without derivatives, which are not available for efficiency",
         ),
     ],
 )

@@ -303,9 +303,9 @@ def test_same_seed_same_front_through_an_interruption(tuna: ht.Robot, front: Fro
     ("arguments", "sentence"),
     [
         ({"objectives": ["speed", "cost_of_transprot"]}, "did you mean cost_of_transport?"),
-        ({"objectives": ["speed"]}, "must be two or three different ones"),
-        ({"objectives": ["speed", "speed"]}, "must be two or three different ones"),
-        ({"objectives": list(OBJECTIVES)}, "must be two or three different ones"),
+        ({"objectives": ["speed"]}, "must name two or three different quantities"),
+        ({"objectives": ["speed", "speed"]}, "must name two or three different quantities"),
+        ({"objectives": list(OBJECTIVES)}, "must name two or three different quantities"),
         ({"population": 0}, "population must be from 2 to 10000"),
         ({"generations": -1}, "generations must be from 1 to 10000"),
         ({"min_speed": -0.1}, "min_speed must not be negative"),

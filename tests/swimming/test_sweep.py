@@ -282,7 +282,7 @@ def test_a_grid_too_large_for_the_memory_is_refused_before_it_is_made() -> None:
     vast = Gaits.grid(frequency=1 + axis, amplitude=[(a, a) for a in axis], phase=[(0.0, 0.0)])
     assert vast[10_001] == ht.Gait(1 + axis[1], (axis[1], axis[1]), (0.0, 0.0))
     for whole in (lambda: ht.sweep("hypertuna", vast), lambda: vast.columns):
-        with pytest.raises(ht.InputError, match="^grid must have at most 10000000 gaits in all, but is 100000000"):
+        with pytest.raises(ht.InputError, match="^the number of gaits must be at most 10000000, but is 100000000"):
             whole()
 
 

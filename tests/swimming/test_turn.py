@@ -208,7 +208,10 @@ def test_without_bias_nothing_turns(run: Run) -> None:
         ((), "--frequency and --amplitude are missing"),
         (("--gait", "turning", "--bias", "1"), "--bias must be 2 values, for joint groups I, II"),
         (("--gait", "turning", "--phase", "0,x"), "--phase[1] must be a number"),
-        (("--gait", "turning", "--bias", "0:20:100,0:20:100"), "gaits must be at most 2000 in all, but is 90000"),
+        (
+            ("--gait", "turning", "--bias", "0:20:100,0:20:100"),
+            "the number of gaits must be at most 2000, but is 90000",
+        ),
         (("--gait", "turning", "--plot", "a.gif"), "--plot must end in"),
         (("--gait", "turning", "-o", "a.txt"), "--output must end in .nc or .csv"),
         (("--gait", "turnin"), "did you mean turning?"),

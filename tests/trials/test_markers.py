@@ -200,7 +200,7 @@ def test_errors_name_line_column_rule_value_and_fix(tmp_path):
     assert "line 6, x2 must be from -1e+12 to 1e+12, but is 1e+300" in told(read_markers, path)
     rows[4] = ["0", *rows[3][1:]]
     path.write_text("\n".join(",".join(row) for row in [["t", *(f"{a}{k}" for k in "1234" for a in "xy")], *rows]))
-    assert "line 6, time must be later than the frame before" in told(read_markers, path)
+    assert "line 6, time must be later than the previous frame" in told(read_markers, path)
     path.write_text(plain(np.zeros((15, 3, 2)), np.ones((15, 3))))
     assert "must have a column of time, but is missing: give --frame-rate" in told(read_markers, path)
     assert "must determine every joint angle, but leave that of joint group" in told(

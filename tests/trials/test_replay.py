@@ -338,11 +338,11 @@ def changed(line, old, new):
         (changed(14, 0, "soon"), "line 14, time_s must be a finite number, but is 'soon': give a number"),
         (
             changed(14, 0, "0.1"),
-            "line 14, time_s must be later than the sample before, at 0.181818 s, but is 0.1 s: sort",
+            "line 14, time_s must be later than the previous sample, at 0.181818 s, but is 0.1 s: sort",
         ),
         (
             lambda lines: lines[:20] + lines[30:],
-            "line 21, time_s must follow the sample before within 5 median",
+            "line 21, time_s must follow the previous sample within 5 median",
         ),
         (lambda lines: [*lines[:9], "0.5,1,2"], "line 10 must have 6 cells, like the line of names, but is 3 long"),
         (lambda lines: lines[:12], "the series must have at least 12 samples, but is 8 long: record a longer series"),
@@ -398,7 +398,7 @@ def test_tracks_are_read_run_by_run(tmp_path, eel, gait):
     tracks = read_tracks(path, **TRACKED, yaw_zero=math.pi / 2, clockwise=True)
     assert [track.run for track in tracks] == ["a", "b"]
     assert np.abs(residuals(eel, result, tracks[1])).max() < 1e-9
-    with pytest.raises(ht.InputError, match=r"t must be later than the frame before, at .* s, but is 0 s: sort"):
+    with pytest.raises(ht.InputError, match=r"t must be later than the previous frame, at .* s, but is 0 s: sort"):
         read_tracks(path, **(TRACKED | {"run": None}))
 
 

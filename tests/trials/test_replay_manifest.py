@@ -137,7 +137,7 @@ def test_options_that_a_manifest_decides_are_refused(tmp_path):
             "leave it out, or give a CSV file of joint angles."
         )
     error = run(TANK / "angles.csv").exception
-    assert str(error).startswith("--columns must be given with a CSV file")
+    assert str(error).startswith("--columns is required with a CSV file")
     steady = tmp_path / "steady.toml"
     steady.write_text(f'format = 1\nsteady = ["{TANK}/tank.csv"]')
     assert "must hold at least one recording" in str(run(steady).exception)

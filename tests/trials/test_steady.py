@@ -104,7 +104,7 @@ def test_bad_rows_are_reported_by_line(tmp_path, tuna, row, sentence):
         (
             "cost_of_transport_sd_j_per_kg_m",
             "0.1",
-            "line 3, cost_of_transport_sd_j_per_kg_m must have cost_of_transport",
+            "line 3, cost_of_transport_sd_j_per_kg_m needs cost_of_transport, too",
         ),
     ],
 )

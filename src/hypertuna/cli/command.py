@@ -229,7 +229,7 @@ def _explained(error: Any, command: Any, context: Any, args: list[str]) -> Input
         if long == "--robot" and any(param.name == "robot" for param in command.get_params(context)):
             fix = f"write the robot alone, such as `{name} hypertuna`"
         if context.parent is None:
-            fix = f"write options behind a command, such as `hypertuna swim {long} ...`"
+            fix = f"write options after a command, such as `hypertuna swim {long} ...`"
             fix = "did you mean --version?" if word.lower() == "-v" else fix
         return _no_option(word, name, fix)
     if kind == "BadOptionUsage":
@@ -268,11 +268,11 @@ def _stray(word: str, name: str) -> InputError:
     from hypertuna.description.robot import robots
 
     if word.endswith(".toml") or word in robots():
-        return InputError("stands alone", key=word, fix=f"a robot is an option: `{name} --robot {word}`")
+        return InputError("is not expected here", key=word, fix=f"give the robot as an option, `{name} --robot {word}`")
     if all(part.removeprefix("-").replace(".", "", 1).isdigit() for part in word.split(",")):
-        fix = "write the values of one option with commas and without spaces, such as --amplitude 16,25"
-        return InputError("stands alone", key=word, fix=fix)
-    return InputError(f"is more than `{name}` takes", key=word, fix=f"leave it out, or see `{name} --help`")
+        fix = "separate the values of an option by commas, without spaces, such as --amplitude 16,25"
+        return InputError("is not expected here", key=word, fix=fix)
+    return InputError("is not expected here", key=word, fix=f"leave it out, or see `{name} --help`")
 
 
 def listed(parts: Sequence[str]) -> str:

@@ -45,7 +45,8 @@ class GaitOptions:
                 value += f" and {len(points) - 2} more" * (len(points) > 2)
                 point = ", with a decimal point" if key == "frequency" else ""
                 fix = f"give one{point}; `hypertuna sweep` swims several"
-                raise InputError("must be of one gait", key=f"--{key}", value=value, fix=fix)
+                rule = "must be a single value" if key == "frequency" else "must be a single set of angles"
+                raise InputError(rule, key=f"--{key}", value=value, fix=fix)
         gait = _gait({key: points[0] for key, points in _axes(robot, self.gait, self.given).items()})
         _note_bounds(robot, self.given)
         return gait

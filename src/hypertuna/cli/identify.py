@@ -160,7 +160,7 @@ def identify_command(
     if samples is not None:
         check_posterior(samples, search.loss)
     elif cluster is not None:
-        raise InputError("applies to the samples of a posterior", key="--cluster", fix="add --posterior N")
+        raise InputError("is used only with --posterior", key="--cluster", fix="add --posterior N")
     fish = opt.with_rigid_hinge(robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas))
     runs = read_trials(trials, fish)
     if doubts := implausible_runs(runs.steady, fish):

@@ -14,6 +14,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 from hypertuna.mission.file import MissionFile, read_mission
+from hypertuna.ranges import NOT_NEGATIVE, POSITIVE
 
 Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
 
@@ -59,8 +60,13 @@ def import_command(
     robot: Annotated[
         str | None, opt.text("--robot", "Robot that swims the mission: its speed where the plan has none.", "ROBOT")
     ] = None,
-    speed: Annotated[float | None, opt.number("--speed", "m/s", "Speed through the water, of all legs.")] = None,
-    depth: Annotated[float | None, opt.number("--depth", "m", "Depth of all waypoints, in place of their altitudes.")] = None,
+    speed: Annotated[
+        float | None, opt.number("--speed", "m/s", "Speed through the water, of all legs.", limits=POSITIVE)
+    ] = None,
+    depth: Annotated[
+        float | None,
+        opt.number("--depth", "m", "Depth of all waypoints, in place of their altitudes.", limits=NOT_NEGATIVE),
+    ] = None,
     force: Force = False,
     as_json: opt.AsJson = False,
 ) -> None:

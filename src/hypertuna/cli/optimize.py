@@ -88,7 +88,7 @@ def _check_alone(context: typer.Context) -> None:
     for key in context.params:
         if str(context.get_parameter_source(key)).endswith("COMMANDLINE"):
             rule = f"must come after {context.invoked_subcommand}"
-            raise InputError(rule, key=f"--{key.replace('_', '-')}", fix="see its --help")
+            raise InputError(rule, key=f"--{key.replace('_', '-')}", fix="see `--help` of that command")
 
 
 def _record(result: Optimum) -> dict[str, Any]:

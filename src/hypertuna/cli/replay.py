@@ -63,7 +63,7 @@ class SeriesOptions:
         """Read the series."""
         if not self.columns:
             fix = "name the columns of angles, or give a manifest"
-            raise InputError("must be given with a CSV file", key="--columns", fix=fix)
+            raise InputError("is required with a CSV file", key="--columns", fix=fix)
         return read_joints(path, time=self.time_column, columns=_names(self.columns), unit=self.unit)
 
     def smooth(self, measured: JointSeries) -> SmoothSeries:

@@ -114,7 +114,8 @@ class MarkerOptions:
         """Return the arguments of `read_marker_run`."""
         if (self.unit == "px") != (self.scale is not None):
             fix = "give --unit px and --scale in m/px, or neither"
-            raise InputError("go together", key="--unit px and --scale", value=f"--unit {self.unit}", fix=fix)
+            key, value = "--unit px and --scale", f"--unit {self.unit}"
+            raise InputError("must be given together", key=key, value=value, fix=fix)
         scale = LENGTHS[self.unit] if self.scale is None else self.scale
         down = self.unit == "px" if self.y_axis is None else self.y_axis == "down"
         own = {"places": self.places, "frame_rate": self.frame_rate, "min_likelihood": self.min_likelihood}
@@ -139,7 +140,7 @@ def import_markers_command(
     fish, options = robot.load(), markers.arguments()
     names = [Path(file).stem for file in files]
     for name in (name for k, name in enumerate(names) if name in names[:k]):
-        raise InputError("must have different names", key=f"files {name}", fix="rename one of them")
+        raise InputError("is the name of two files", key=name, fix="rename one: files name their runs")
     runs = []
     with progress_bar("fitting") as progress:
         for k, file in enumerate(files):

@@ -62,7 +62,7 @@ def _grid(robot: Robot, options: GaitOptions) -> Gaits:
     count = math.prod(map(len, options.given.values()))
     if count > MAX_TURNS:
         fix = "give fewer values; `hypertuna sweep` gives the radii of many without fitting circles"
-        raise InputError(f"must be at most {MAX_TURNS} in all", key="gaits", value=f"{count}", fix=fix)
+        raise InputError(f"must be at most {MAX_TURNS}", key="the number of gaits", value=f"{count}", fix=fix)
     return options.grid(robot)
 
 

@@ -105,7 +105,8 @@ def free(
     for place in places:
         own = {(place.column, member) for member in place.members}
         if own & taken:
-            raise InputError("must be listed only once", key=place.name, value="named twice", fix="remove it from one")
+            fix = "remove one of the two"
+            raise InputError("must be listed only once", key=place.name, value="named twice", fix=fix)
         taken |= own
 
     def by_place(table: Mapping[str, Any], key: str) -> dict[Place, Any]:
@@ -234,7 +235,7 @@ def _make(robot: Robot, place: Place, bounds: tuple[float, float] | None, start:
         rule = f"must have a lower bound below its upper one, both at most {MAX_BOUND:g} in magnitude"
         raise InputError(rule, key=key, value=ends, fix="give LOW:HIGH")
     if log and lower <= 0:
-        rule, fix = "must have bounds greater than 0 in log scale", "give such bounds, or leave it in natural scale"
+        rule, fix = "must have bounds greater than 0 in log scale", "give such bounds, or do not name it in --log"
         raise InputError(rule, key=key, value=ends, fix=fix)
     if column not in NUISANCES and not column.startswith("joints.phase"):
         NOT_NEGATIVE.check(lower, key, "give 0 or more")
@@ -252,11 +253,14 @@ def _with_prior(robot: Robot, coefficient: Free, place: Place, width: float | No
     key = f"prior {coefficient.name}"
     ABOVE_ONE.check(width, key, "give a factor such as 2")
     if place.column in NUISANCES:
-        raise InputError("belongs to the trials and has no value to be near", key=key, fix="leave it out")
+        rule = "belongs to the trials, not to the robot, and cannot have a prior"
+        raise InputError(rule, key=key, fix="leave it out")
     present = column_of(robot, place.column)
     mean = 1.0 if place.common else float(np.mean([present[i] for i in place.members]))
     if mean <= 0:
-        raise InputError("must have a value above 0 for a prior", key=key, value=f"{mean:g}", fix="leave it out")
+        raise InputError(
+            "needs a value above 0 in the robot to have a prior", key=key, value=f"{mean:g}", fix="leave it out"
+        )
     return replace(coefficient, prior=(mean, width))
 
 
@@ -265,7 +269,9 @@ def _factor_bounds(robot: Robot, place: Place) -> dict[str, float]:
     present = [float(column_of(robot, place.column)[i]) for i in place.members]
     if not any(present):
         fix = f"write {place.name.removesuffix(COMMON)}: one value for all"
-        raise InputError("must have a value other than 0 for a common factor", key=place.name, value="0", fix=fix)
+        raise InputError(
+            "needs a value other than 0 in the robot to have a common factor", key=place.name, value="0", fix=fix
+        )
     table = default_bounds()["coefficient"].get(place.column)
     if table is None:
         factor = default_bounds()["factor"]["links"]

@@ -144,7 +144,7 @@ def _replayed(robot: Robot, recording: Recording, frees: Sequence[Free]) -> tupl
         if not inside.any():
             rule = f"must overlap the recording, {time[0]:g} to {time[-1]:g} s"
             value = f"{track.time[0]:g} to {track.time[-1]:g} s"
-            fix = "give both on one clock, or narrower bounds of time_offset"
+            fix = "put both on the same clock, or narrower bounds of time_offset"
             raise InputError(rule, file=recording.file, key=f"run {name}", value=value, fix=fix)
         heading = track.pose[0, 2]
         times.append(track.time[inside])

@@ -149,7 +149,9 @@ class Names:
         count = self.known[column]
         common = bool(match and match["common"])
         if common and column in NUISANCES:
-            raise InputError("has no present value for a common factor", key=place, fix=f"write {column}")
+            raise InputError(
+                "is not a value of the robot and cannot have a common factor", key=place, fix=f"write {column}"
+            )
         if index is None:
             return [Place(column, _canonical(range(count)) if count else "", common)]
         if not count:
@@ -200,7 +202,7 @@ class Names:
             else:
                 ranges = f"indices from 0 to {count - 1}, ranges such as 1-{count - 1}"
                 rule = f"must have {ranges}, or names ({', '.join(names)})"
-                raise InputError(rule, key=place, value=shown(part), fix="correct the index")
+                raise InputError(rule, key=place, value=shown(part), fix="write an index within the range")
         return sorted(indices)
 
 

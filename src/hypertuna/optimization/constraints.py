@@ -83,7 +83,7 @@ def gait_limits(
     if strouhal is not None:
         low, high = strouhal
         if not low <= high:
-            rule = "must be the lowest value, then the highest"
+            rule = "must have the lower value first"
             raise InputError(rule, key="strouhal", value=f"{low:g}:{high:g}", fix="exchange them")
         limits += [Limit("strouhal", low, upper=False), Limit("strouhal", high)]
     if speed is not None:

@@ -93,7 +93,7 @@ def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | Non
     low, high = np.array([bounds[column] for column in units]).T
     space = DesignSpace(tuple(units), np.array(list(units.values())), low, high)
     if not len(space.free):
-        fix = "give a parameter a lower and a higher bound"
+        fix = "give one parameter two different bounds"
         raise InputError("must leave at least one gait parameter free", key="bounds", fix=fix)
     return space
 
@@ -119,7 +119,7 @@ def _checked(name: str, column: str, pair: tuple[float, float], unit: float, gro
     most = np.inf if kind == "frequency" else largest(kind, group)
     for valid, rule, fix in (
         (np.isfinite(low) and np.isfinite(high), "must be finite", "give LOW:HIGH"),
-        (low <= high, "must be the lowest value, then the highest", "exchange the two"),
+        (low <= high, "must have the lower value first", "exchange the two"),
         (kind != "frequency" or low > 0, "must be greater than 0", "give a lowest beat frequency in Hz"),
         (kind != "amplitude" or low >= 0, "must not be negative", "begin at 0"),
         (max(abs(low), abs(high)) * unit <= most, f"must stay within {most / unit:g} deg", "check the unit"),

@@ -176,7 +176,7 @@ def _problem(options: Mapping[str, Any]) -> Problem:
     limits = tuple(Limit(**limit) for limit in options["limits"])
     problem = Problem(robot, gait_bounds(robot, options["bounds"]), (target,), limits)
     if options["method"] == "gradient":
-        rule = "must not need derivatives, which a tank cannot measure"
+        rule = "must work without derivatives, which a tank cannot measure"
         raise InputError(rule, key="method", value="'gradient'", fix="use pso, cma or de")
     known = {*MEASURED, "stride_length", *gait_quantities(robot, problem.space.gaits([problem.space.lower]))[0]}
     for name in problem.needs:

@@ -171,7 +171,7 @@ def make_optimizer(
         make = pso if method == "pso" else de
         return make(lower, upper, particles=size, iterations=batches, seed=seed)
     if problem.non_differentiable:
-        rule = f"must not need derivatives, which are not available for {' and '.join(problem.non_differentiable)}"
+        rule = f"must work without derivatives, which are not available for {' and '.join(problem.non_differentiable)}"
         raise InputError(rule, key="method", value="'gradient'", fix="use pso, cma or de")
     target = problem.objectives[0]
     # Differences in value are scaled to what matters: to the cost of transport beside |U - U_e|.

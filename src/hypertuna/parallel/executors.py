@@ -94,7 +94,7 @@ class _Task(Generic[S, R]):
     def __call__(self, shard: S) -> R:
         for key, here, wanted in (("hypertuna", version(), self.version), ("HYPERTUNA_ISA", _core.isa(), self.isa)):
             if here != wanted:
-                rule = f"must be {wanted} on every worker, as where the work was started"
+                rule = f"must be {wanted} on every worker, as on the machine that started the work"
                 fix = "install the same version everywhere" if key == "hypertuna" else "set it to the same everywhere"
                 raise InputError(rule, key=key, value=here, fix=fix)
         return self.work(shard)
@@ -120,7 +120,7 @@ class _Pool:
             return self._pool.submit(task, shard)  # type: ignore[union-attr]  # an executor, see __init__
         except BrokenExecutor:
             if self._make is None:
-                fix = "run again to resume; given a function that makes the executor, it is made anew"
+                fix = "run again to resume, or pass a function that makes the executor"
                 raise InputError("lost a process and takes no more work", key="executor", fix=fix) from None
             self._pool = self._open()
             return self._pool.submit(task, shard)

@@ -113,7 +113,9 @@ class Shards:
         except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error) as error:
             raise InputError(f"is damaged ({error})", file=str(path), fix=again) from None
         if about.get("manifest") != self.digest:
-            raise InputError("must be a shard of the manifest beside it", file=str(path), value="another's", fix=again)
+            raise InputError(
+                "must be a shard of the manifest in its folder", file=str(path), value="of another", fix=again
+            )
         if about.get("shard") != shard or any(len(values) != last - first for values in columns.values()):
             value = f"shard {about.get('shard')}"
             raise InputError(f"must be shard {shard}", file=str(path), value=value, fix=again)
@@ -298,7 +300,7 @@ def check_complete(shards: Shards) -> None:
     known = {shards.path(shard).name for shard in range(len(shards))}
     if foreign := sorted(file.name for file in shards.folder.glob("shard-*") if file.name not in known):
         fix = "remove it" if len(foreign) == 1 else f"remove it and {len(foreign) - 1} more"
-        raise InputError("must be a shard of the manifest beside it", file=str(shards.folder / foreign[0]), fix=fix)
+        raise InputError("must be a shard of the manifest in its folder", file=str(shards.folder / foreign[0]), fix=fix)
     if missing := shards.missing():
         listed = ", ".join(map(str, missing[:LISTED])) + f" and {len(missing) - LISTED} more" * (len(missing) > LISTED)
         lacking = f"{len(missing)} {'are' if missing[1:] else 'is'} missing ({listed})"

@@ -325,8 +325,10 @@ def _sound_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array] | Non
 def check_count(gaits: int) -> None:
     """Check that a grid fits the memory."""
     if gaits > MAX_GAITS:
-        rule = f"must have at most {MAX_GAITS} gaits in all"
-        raise InputError(rule, key="grid", value=f"{gaits}", fix="take fewer values, or write shards, -o NAME.shards")
+        rule = f"must be at most {MAX_GAITS}"
+        raise InputError(
+            rule, key="the number of gaits", value=f"{gaits}", fix="take fewer values, or write shards, -o NAME.shards"
+        )
 
 
 def check_gait(gait: Gait, robot: Robot) -> None:

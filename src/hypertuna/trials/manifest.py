@@ -268,7 +268,7 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
             rule = f"must have at least two frames, the second within the joint angles, {span[0]:g} to {span[1]:g} s"
             spans = [f", {track.time[0]:g} to {track.time[-1]:g} s"] if len(track.time) else []
             value = "".join([f"{len(track.time)} frames", *spans])
-            fix = "give both on one clock, by time_offset_s, and a window that spans them"
+            fix = "put both on the same clock, by time_offset_s, and a window that spans them"
             fix = "lower wall_distance_m, or correct the walls" if track.run in ended else fix
             raise InputError(rule, file=file, key=f"{key}: run {track.run}", value=value, fix=fix)
     velocity = None if table.velocity is None else Velocity(**dict(table.velocity))

@@ -149,7 +149,7 @@ def read_marker_run(robot: Robot, path: str | Path, *, places: str | Path | None
     fit = fit_chain(chain, kept.place, kept.weight)
     stretches = _stretches(kept.time, np.flatnonzero(fit.determined))
     if not stretches:
-        rule = f"must determine every angle in {MIN_SAMPLES} frames one after another"
+        rule = f"must determine every angle in {MIN_SAMPLES} consecutive frames"
         value, fix = f"{int(fit.determined.sum())} frames", "track more markers, or lower --min-likelihood"
         ratio = _straight_ratio(chain, kept)
         if abs(ratio - 1) > LENGTH_TOLERANCE:

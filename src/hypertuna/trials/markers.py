@@ -195,8 +195,8 @@ def _markers(
         values.append([[number(x), number(y), 1.0 if w is None else number(w)] for x, y, w in axes])
     time, data = np.array(clock), np.array(values)
     for k in np.flatnonzero(~(np.diff(time) > 0))[:1] + 1:
-        key, fix = f"line {table.rows[k][0]}, time", "sort the frames by time, each once"
-        rule = f"must be later than the frame before, at {time[k - 1]:g} s"
+        key, fix = f"line {table.rows[k][0]}, time", "sort the frames by time, without repeats"
+        rule = f"must be later than the previous frame, at {time[k - 1]:g} s"
         raise InputError(rule, file=table.file, key=key, value=f"{time[k]:g} s", fix=fix)
     if len(time) < MIN_FRAMES:
         fix = "record a longer run"

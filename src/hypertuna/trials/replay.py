@@ -204,7 +204,7 @@ def residuals(robot: Robot | str | Path, result: xr.Dataset, track: Track) -> Ar
     if not inside.any():
         value = f"{track.time[0]:g} to {track.time[-1]:g} s"
         rule = f"must overlap the replay, {time[0]:g} to {time[-1]:g} s"
-        raise InputError(rule, key=f"run {track.run}", value=value, fix="give both on one clock")
+        raise InputError(rule, key=f"run {track.run}", value=value, fix="put both on the same clock")
     direction = track.pose[0, 2]
     computed = seen_from_start(head_center(robot, result), direction)
     difference: Array = at_times(track.time[inside], time, computed) - seen_from_start(track.pose, direction)[inside]

@@ -55,7 +55,7 @@ class SteadyRun(
                     if number is not None:
                         limits.check(number, name, "leave it out if it is unknown")
             if sd is not None and value is None:
-                raise InputError(f"must have {key} beside it", key=f"{key}_sd", fix=f"give {key}, or leave this out")
+                raise InputError(f"needs {key}, too", key=f"{key}_sd", fix=f"give {key}, or leave this out")
         POSITIVE_WHOLE.check(self.repeats, "repeats", "give the number of swims that the run is the mean of")
 
 
@@ -93,7 +93,7 @@ def _keys(table: Table, robot: Robot) -> list[str]:
             "tracks of head or markers belong in a manifest, `[[recordings]]` (trials import markers makes one). One "
             "tracked point gives only a speed: measure it, and write a row of a table of steady runs"
         )
-        raise InputError("has a column of time, and is no table of steady runs", file=table.file, fix=fix)
+        raise InputError("has a column of time, so it is not a table of steady runs", file=table.file, fix=fix)
     keys = table.keys(
         {column: key for key, column in COLUMNS.items()} | angles,
         {"frequency": COLUMNS["frequency"]} | required,

@@ -57,11 +57,11 @@ class JointSeries(
             raise self._error(k, column, "must be a finite number", f"{values[k, column]}", fix)
         interval = np.diff(time)
         for k in np.flatnonzero(interval <= 0)[:1] + 1:
-            rule = f"must be later than the sample before, at {time[k - 1]:g} s"
-            raise self._error(k, 0, rule, f"{time[k]:g} s", "sort the samples by time, each time once")
+            rule = f"must be later than the previous sample, at {time[k - 1]:g} s"
+            raise self._error(k, 0, rule, f"{time[k]:g} s", "sort the samples by time, without repeats")
         limit = MAX_GAP * float(np.median(interval))
         for k in np.flatnonzero(interval > limit)[:1] + 1:
-            rule = f"must follow the sample before within {MAX_GAP} median intervals ({limit:.3g} s)"
+            rule = f"must follow the previous sample within {MAX_GAP} median intervals ({limit:.3g} s)"
             gap = f"{interval[k - 1]:.3g} s later"
             raise self._error(k, 0, rule, gap, "cut the series at the gap and replay the parts separately")
 
@@ -193,7 +193,7 @@ def read_tracks(
     for name, members in rows.items():
         clock, x, y, angle = values[members].T
         for k in np.flatnonzero(np.diff(clock) <= 0)[:1] + 1:
-            rule = f"must be later than the frame before, at {clock[k - 1]:g} s"
+            rule = f"must be later than the previous frame, at {clock[k - 1]:g} s"
             key, value = f"line {lines[members[k]]}, {time}", f"{clock[k]:g} s"
             fix = "sort the frames of each run by time, or name the column of the run"
             raise InputError(rule, file=str(path), key=key, value=value, fix=fix)

@@ -118,7 +118,7 @@ def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
     for name, file in names:
         if name in first:
             value = f"in {first[name]}, too" if first[name] != file else "given twice"
-            fix = "give the same file once, and each its own name"
+            fix = "give each file once, and each run its own name"
             raise InputError("must be unique", file=file or None, key=f"{what} {name}", value=value, fix=fix)
         first[name] = file
 

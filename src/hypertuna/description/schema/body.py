@@ -231,7 +231,7 @@ class GaitBounds(Part, table="gait_bounds"):
         for kind in ("amplitude", "phase", "bias"):
             places |= {f"gait_bounds.{kind}_deg[{g}]": pair for g, pair in enumerate(getattr(self, kind))}
         for place, (low, high) in places.items():
-            yield Check(low <= high, place, "must be the lowest value, then the highest", "exchange the two")
+            yield Check(low <= high, place, "must have the lower value first", "exchange the two")
 
 
 class Fitted(Part, table="fit"):
