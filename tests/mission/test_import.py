@@ -299,6 +299,18 @@ def test_the_command_imports_and_the_mission_flies(run: Run, tmp_path: Path) -> 
     assert not Path("near.toml").exists()
 
 
+@pytest.mark.parametrize(
+    ("option", "value"), [("--speed", "0"), ("--speed", "nan"), ("--speed", "6"), ("--depth", "-1")]
+)
+def test_options_of_import_are_checked(option: str, value: str, run: Run) -> None:
+    Path("a.plan").write_text(SAME["plan"])
+    code, _, errors = run("mission", "import", "a.plan", "-o", "a.toml", option, value)
+    assert code == 2
+    assert errors.startswith("error: ")
+    assert errors.count("\n") == 1
+    assert not Path("a.toml").exists()
+
+
 def test_a_plan_in_place_of_a_mission_names_the_command(run: Run) -> None:
     Path("a.plan").write_text(SAME["plan"])
     code, _, errors = run("mission", "a.plan")
