@@ -93,7 +93,7 @@ def _lines(result: Dive) -> Iterator[Any]:
     yield f"{run.duration:g} s from a depth of {run.depth[0]:g} m", "dim"
     rows = []
     for leg in result.legs:
-        fins, pitch = f"{math.degrees(leg.fins):+z.1f}", f"{math.degrees(leg.pitch):+z.1f}"
+        fins, pitch = f"{math.degrees(leg.fins):+z.3g}", f"{math.degrees(leg.pitch):+z.1f}"
         path, rate = f"{leg.depth[0]:.2f} to {leg.depth[1]:.2f}", f"{100 * leg.depth_rate:+z.1f}"
         rows.append((fins, path, rate, pitch, f"{leg.speed:.3f}"))
     yield table(["fins\n[deg]", "depth\n[m]", "depth rate\n[cm/s]", "pitch\n[deg]", "speed\n[m/s]"], rows, left=())

@@ -93,7 +93,7 @@ def dive_card(dive: Dive) -> Card:
     columns = ("fins [deg]", "depth rate [cm/s]", "pitch [deg]", "speed [m/s]")
     rows = [
         (
-            f"{np.degrees(leg.fins):+z.1f}",
+            f"{np.degrees(leg.fins):+z.3g}",
             f"{100 * leg.depth_rate:+z.1f}",
             f"{np.degrees(leg.pitch):+z.1f}",
             number(leg.speed),
