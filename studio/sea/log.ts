@@ -65,8 +65,9 @@ function read(content: Uint8Array): Log {
   const messages = messagesOf(content, nameOf);
   const metadata = messages.metadata ?? {};
   if ("link" in metadata) {
-    const fix = "open it in Foxglove, or give it to log info, identify or joint fit; the robot's card has a black box";
-    throw new InputError("must be a log of a mission or a black box", { value: "one of the radio", fix });
+    const fix =
+      "open it in Foxglove, or read it by log info, identify or joint fit; the robot's card has the black box";
+    throw new InputError("must be a log of a mission or a black box", { value: "a log of the radio", fix });
   }
   if (metadata.record === undefined) {
     const cut = messages.fault && `, and it is ${messages.fault}`;
