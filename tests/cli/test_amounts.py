@@ -19,7 +19,7 @@ import hypertuna as ht
 from hypertuna.cli import console
 from hypertuna.errors import InputError
 from hypertuna.parallel.shards import shard_size
-from hypertuna.swimming import gait
+from hypertuna.swimming import gait_checks
 from program import Run
 
 SWEEP = ("sweep", "--frequency", "2:4:3", "--amplitude", "16,25", "--phase", "0,0:90:8")
@@ -175,10 +175,10 @@ def test_a_large_grid_that_cannot_end_is_refused(
 @pytest.mark.parametrize("bias", [None, [(0, 1.5), (0.25, -3)]])
 def test_a_grid_is_checked_at_once_as_value_by_value(unit: float, bias: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     given = {"frequency": [1, 2.5], "amplitude": [(0.1, 3)], "phase": [[0, 0.3], [0.1, 1 / 3]], "bias": bias}
-    together = gait.grid_axes(given, unit)
-    assert gait._sound_axes(given, unit) is not None
-    monkeypatch.setattr(gait, "_sound_axes", lambda *_: None)
-    for name, axis in gait.grid_axes(given, unit).items():
+    together = gait_checks.grid_axes(given, unit)
+    assert gait_checks._sound_axes(given, unit) is not None
+    monkeypatch.setattr(gait_checks, "_sound_axes", lambda *_: None)
+    for name, axis in gait_checks.grid_axes(given, unit).items():
         assert np.array_equal(axis, together[name])
         assert axis.dtype == together[name].dtype
 

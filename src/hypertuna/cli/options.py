@@ -141,8 +141,7 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
 # --- the robot and its gait
 
-RANGE = "values and ranges START:STOP:COUNT, separated by commas"
-GRID = "Commands that swim a grid (sweep, turn) take"
+RANGE, GRID = "values and ranges START:STOP:COUNT, separated by commas", "Commands that swim a grid (sweep, turn) take"
 GROUPS = f"one per joint group, separated by commas. {GRID} ranges START:STOP:COUNT, and several levels"
 ROBOTS = "(default: the robot's)"
 ROBOT = "hypertuna"  # without --robot and HYPERTUNA_ROBOT

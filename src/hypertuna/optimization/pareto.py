@@ -154,10 +154,8 @@ def pareto(
     names = tuple(objectives)
     targets = tuple(objective(name, key="objectives") for name in names)
     if len(names) not in (2, 3) or len(set(names)) < len(names):
-        fix = "take speed and cost_of_transport, for example"
-        raise InputError(
-            "must name two or three different quantities", key="objectives", value=shown(",".join(names)), fix=fix
-        )
+        rule, fix = "must name two or three different quantities", "take speed and cost_of_transport, for example"
+        raise InputError(rule, key="objectives", value=shown(",".join(names)), fix=fix)
     sizes = {"population": population, "generations": generations, "seed": seed}
     for key, value in sizes.items():
         RANGES[key].check(value, key, "leave it out for the default")

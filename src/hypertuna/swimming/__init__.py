@@ -1,7 +1,8 @@
 """Swimming: from a gait to its settled beat, and everything computed from it.
 
-In reading order: `gait` (one harmonic per joint group; lists and grids), `model` (the core's model of a robot and the
-names of its parameters), `beat` (settled beats and their derivatives), `swim` (one gait), `trajectory` (its motion),
+In reading order: `gait_checks` (of values and axes), `gait` (one harmonic per joint group; lists and grids), `model`
+(the core's model of a robot and the names of its parameters), `beat` (settled beats and their derivatives),
+`swim` (one gait), `trajectory` (its motion),
 `sweep` (many gaits, gradients), `turn` (turning circles), `outline` (the body as shapes); figures in `plots`,
 `plots_turn`, `drawing`, `animation`; `cards` (what notebooks show).
 """
