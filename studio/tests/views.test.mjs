@@ -230,16 +230,16 @@ test("the twin swims as the program's, and its controller tells what it does abo
   await close();
 });
 
-test("a robot without a controller has no twin, in a sentence", async () => {
+test("a robot without a twin says why, in a sentence", async () => {
   const { page, faults, close } = await at("inside", "#robot=rexeel");
   await page.waitForFunction(() =>
-    /rexeel has no twin: its file has no controller\./.test(document.querySelector("#inside").textContent),
+    /rexeel has no twin: it has 5 joint groups, and/.test(document.querySelector("#inside").textContent),
   );
   await choose(page, "#robot", "hypertuna");
   await page.getByRole("button", { name: "bend I", exact: true }).waitFor();
   await choose(page, "#robot", "rexeel");
   await page.waitForFunction(() =>
-    /rexeel has no twin: its file has no controller\./.test(document.querySelector("#inside").textContent),
+    /rexeel has no twin: it has 5 joint groups, and/.test(document.querySelector("#inside").textContent),
   );
   assert.deepEqual(faults, []);
   await close();
