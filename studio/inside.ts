@@ -241,7 +241,6 @@ export class InsideView {
     const { conditions } = robot.twin;
     const recent = this.history.slice(-Math.ceil(HELD * rate));
     const where = conditions.map((_, k) => recent.reduce((bits, row) => bits | (this.of(row, "status_at")[k] ?? 0), 0));
-    bendNotPressure(robot, where);
     return conditions.flatMap(({ place, text }, k) => {
       const bits = where[k] ?? 0;
       if (bits === 0) return [];
@@ -360,17 +359,4 @@ function placesOf(robot: Robot, place: string): string[] {
   const rows = joints.flatMap((name) => [name, name]);
   for (const { name, row } of drivesOf(robot)) rows[row] = name;
   return [...rows, "fin 1", "fin 2"];
-}
-
-/** The core has one limit of amplitudes: of a servo on an axle it is no pressure, but the largest bend. */
-function bendNotPressure(robot: Robot, where: number[]): void {
-  const [pressure, bend] = ["pressure_limit", "amplitude_limit"].map(
-    (known) => robot.twin?.conditions.findIndex(({ name }) => name === known) ?? -1,
-  );
-  if (pressure === undefined || bend === undefined || pressure < 0 || bend < 0) return;
-  for (const { joint, row } of drivesOf(robot).filter(onAxle)) {
-    const both = 3 << row;
-    if (((where[pressure] ?? 0) & both) !== 0) where[bend] = (where[bend] ?? 0) | (1 << joint);
-    where[pressure] = (where[pressure] ?? 0) & ~both;
-  }
 }

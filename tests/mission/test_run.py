@@ -134,7 +134,7 @@ def test_a_lost_fin_loses_no_robot(robot: ht.Robot, fault: str, deepest: float) 
 
 @pytest.mark.parametrize("noise", [0.0, 0.002, 0.05])
 def test_a_coarse_depth_sensor_ends_no_mission(robot: ht.Robot, noise: float) -> None:
-    """Readings with steps of 5 cm repeat while the sensor works; stuck on the way down, it seems that no fin answers."""
+    """Readings with steps of 5 cm repeat while the sensor works; if it is stuck, the fins seem not to answer."""
     document = robot.document()
     depth = next(sensor for sensor in document["sensors"] if sensor.get("quantity") == "depth")
     depth |= {"resolution": 0.05, "noise": noise}

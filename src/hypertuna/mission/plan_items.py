@@ -127,10 +127,10 @@ def _follow(plan: Plan, items: Iterator[Item], depth: float | None, speed: float
         elif item.command == GO_HOME:
             plan.goes_home = True
         else:
-            known = isinstance(item.command, int) and item.command in OTHERS
-            value = f"command {shown(item.command)}{f' ({OTHERS[item.command]})' if known else ''}"  # type: ignore[index]
-            fix = FIXES.get(item.command, "remove it") if known else "remove it"  # type: ignore[call-overload]
-            raise InputError("must be a waypoint, a speed, home or the way home", key=item.name, value=value, fix=fix)
+            number = item.command if isinstance(item.command, int) else -1
+            value = f"command {shown(item.command)}{f' ({OTHERS[number]})' if number in OTHERS else ''}"
+            rule, fix = "must be a waypoint, a speed, home or the way home", FIXES.get(number, "remove it")
+            raise InputError(rule, key=item.name, value=value, fix=fix)
 
 
 def _stop(plan: Plan, item: Item, depth: float | None, speed: float | None) -> Stop:

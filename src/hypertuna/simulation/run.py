@@ -275,24 +275,10 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
         return int(np.bitwise_or.reduce(self.data["status"].astype(np.int64), initial=0))
 
     @cached_property
-    def _places(self) -> NDArray[np.int64]:
-        """Where each of `CONDITIONS` held in each tick, as bits (T, conditions).
-
-        The core has one governor of amplitudes: where a servo turns the joint, it knows no pressure but the bend.
-        """
-        places = self.data["status_at"].astype(np.int64)
-        pressure, bend = (list(CONDITIONS).index(f"{name}_limit") for name in ("pressure", "amplitude"))
-        for j, group in enumerate(self.robot.joints):
-            if group.direct:
-                pair = 3 << 2 * j
-                places[:, bend] |= ((places[:, pressure] & pair) != 0).astype(np.int64) << j
-                places[:, pressure] &= ~pair
-        return places
-
-    @property
     def _held(self) -> NDArray[np.bool_]:
         """Whether each of `CONDITIONS` held in each tick (T, conditions)."""
-        return np.asarray(self._places != 0, dtype=bool)
+        flags = self.data["status"].astype(np.int64)
+        return np.asarray(flags[:, np.newaxis] >> np.arange(len(CONDITIONS)) & 1, dtype=bool)
 
     @cached_property
     def acting(self) -> dict[str, float]:
@@ -324,13 +310,14 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
             first = "The run is too short to tell whether it is settled."
         if self.status == "diverged":
             first = self.divergence
+        places = self.data["status_at"].astype(np.int64)
         drives = drive_names(self.robot)
         names = {"joint": self.joints, "circuit": drives, "servo": (*drives, *self.servos[-2:])}
         sentences = [first]
         for bit, (place, text) in enumerate(CONDITIONS.values()):
             held = self._held[:, bit]
             if held.any():
-                where = int(np.bitwise_or.reduce(self._places[:, bit]))
+                where = int(np.bitwise_or.reduce(places[held, bit]))
                 here = [name for k, name in enumerate(names.get(place, ())) if where >> k & 1]
                 at = f" ({', '.join(here)})" if here else ""
                 sentences.append(f"{text[0].upper()}{text[1:]}{at}: {_percent(held.mean())} of the ticks.")

@@ -128,7 +128,9 @@ T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Statu
     governor.bend_limit += model.smoothing.rate * (governor.ceiling - governor.bend_limit);
     const BeatShape<T> sent = allowed(model, state, j);
     const bool limited = sent.amplitude < asked_amplitude(state, j);
-    for (int side = 0; side < 2 && limited; ++side) status.set(Condition::pressure_limit, 2 * j + side);
+    if (limited && direct(model, j)) status.set(Condition::amplitude_limit, j);
+    for (int side = 0; side < 2 && limited && !direct(model, j); ++side)
+        status.set(Condition::pressure_limit, 2 * j + side);
     const T wanted = sent.bias + sent.amplitude * state.oscillator[j].x;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
     if (bend != wanted) status.set(Condition::amplitude_limit, j), ++state.posture[j].limited;
