@@ -310,14 +310,13 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
             first = "The run is too short to tell whether it is settled."
         if self.status == "diverged":
             first = self.divergence
-        places = self.data["status_at"].astype(np.int64)
         drives = drive_names(self.robot)
         names = {"joint": self.joints, "circuit": drives, "servo": (*drives, *self.servos[-2:])}
         sentences = [first]
         for bit, (place, text) in enumerate(CONDITIONS.values()):
             held = self._held[:, bit]
             if held.any():
-                where = int(np.bitwise_or.reduce(places[held, bit]))
+                where = int(np.bitwise_or.reduce(self.data["status_at"][held, bit].astype(np.int64)))
                 here = [name for k, name in enumerate(names.get(place, ())) if where >> k & 1]
                 at = f" ({', '.join(here)})" if here else ""
                 sentences.append(f"{text[0].upper()}{text[1:]}{at}: {_percent(held.mean())} of the ticks.")
