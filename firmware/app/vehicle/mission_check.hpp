@@ -93,7 +93,7 @@ inline Breach check_limits(const Mission<float>& mission, const Capability& robo
 
 /// Why a mission is refused: its fence, places and legs outside of it, depths beyond its limit or beyond what the depth
 /// sensor reads, speeds far beyond the fastest gait's, radii in which no place can be known.
-inline Breach check_mission(const Mission<float>& mission, const Capability& robot) {
+HYPERTUNA_NOINLINE inline Breach check_mission(const Mission<float>& mission, const Capability& robot) {
     if (!is_polygon(mission)) return {Refusal::bad_fence};
     if (mission.waypoints == 0) return {};  // a fence
     if (const Breach breach = check_limits(mission, robot); breach != Refusal::none) return breach;

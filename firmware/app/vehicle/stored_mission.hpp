@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstring>
+#include <initializer_list>
 
 #include "app/vehicle/convert.hpp"
 #include "app/vehicle/refusal.hpp"
@@ -170,21 +171,15 @@ struct Ranged {
     const char *quantity, *unit;
     float value, low, high;
 };
-template <int N>
-Breach first_breach(const Ranged (&all)[N], int waypoint = -1) {
-    for (const Ranged& one : all)
-        if (!(one.low <= one.value && one.value <= one.high))
-            return {Refusal::out_of_range,
-                    waypoint,
-                    one.quantity,
-                    one.unit,
-                    one.value,
-                    one.value < one.low ? one.low : one.high};
+HYPERTUNA_NOINLINE inline Breach first_breach(std::initializer_list<Ranged> all, int waypoint = -1) {
+    for (const auto& [quantity, unit, value, low, high] : all)
+        if (!(low <= value && value <= high))
+            return {Refusal::out_of_range, waypoint, quantity, unit, value, value < low ? low : high};
     return {};
 }
 
 /// Number `k` of the waypoints beyond its ranges. Depth is a negative altitude.
-inline Breach check_ranges(const Waypoint<float>& to, int k) {
+HYPERTUNA_NOINLINE inline Breach check_ranges(const Waypoint<float>& to, int k) {
     return first_breach({{"above the water: altitude", " m", 0.0f - to.depth, -1e4f, 0.0f},
                          {"east of the origin", " m", to.x, -1e5f, 1e5f},
                          {"north of the origin", " m", to.y, -1e5f, 1e5f},
@@ -195,7 +190,7 @@ inline Breach check_ranges(const Waypoint<float>& to, int k) {
 }
 
 /// A number of a mission beyond its range. A fence is a polygon or a circle, not both.
-inline Breach check_ranges(const Mission<float>& mission) {
+HYPERTUNA_NOINLINE inline Breach check_ranges(const Mission<float>& mission) {
     for (int k = 0; k < mission.waypoints; ++k)
         if (const Breach breach = check_ranges(mission.waypoint[k], k); breach != Refusal::none) return breach;
     bool near = is_near(mission.home.x, mission.home.y) && is_near(mission.center.x, mission.center.y);

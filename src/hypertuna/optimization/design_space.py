@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.swimming.gait import KINDS, Gait, Gaits, largest
+from hypertuna.swimming.gait import KINDS, Gait, Gaits
+from hypertuna.swimming.gait_checks import largest
 from hypertuna.swimming.model import parameter_names
 
 
