@@ -130,6 +130,11 @@ for (const [name, oil, axles] of [
         joints.every((row) => row.slice(1).filter((cell) => /\d/.test(cell)).length >= 3),
         rows.join("\n"),
       );
+      // the caption of the fish above stays in its picture
+      const [frame, caption] = await Promise.all(
+        ["#picture", "#caption"].map((part) => page.locator(part).boundingBox()),
+      );
+      assert.ok(frame.y <= caption.y && caption.y + caption.height <= frame.y + frame.height, `at ${caption.y} px`);
       await picture(page, `inside-${name}-${size}`);
       assert.deepEqual(faults, []);
       await close();
