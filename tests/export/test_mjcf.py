@@ -107,7 +107,7 @@ def test_a_straight_robot_is_dragged_as_the_law_says(law: str, direction: int) -
 
 @pytest.mark.parametrize("part", [1.0, 0.1, 0.01])
 def test_it_says_how_much_the_boxes_resist_turning(part: float) -> None:
-    """About the center of mass, beside the core's drag; whatever the friction."""
+    """About the center of mass, beside the core's drag, for any friction."""
     assert IDEAL.water.lumped is not None
     robot = changed(IDEAL, {"water.lumped.friction": [part * one for one in IDEAL.water.lumped.friction]})
     m, links = model(robot), robot.links

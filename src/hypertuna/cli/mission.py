@@ -165,7 +165,7 @@ def _robot(file: MissionFile, options: opt.MissionRobot) -> Robot:
 
 
 def _tell_doubts(robot: Robot, file: MissionFile) -> None:
-    """Tell before the flight what is known to slow the mission down, or to end it early."""
+    """Note before the flight what will slow the mission down or end it early."""
     check_current(robot, file.mission)
     check_fit(robot, file.mission)
     for sentence in (found := doubts(robot, file.mission)):

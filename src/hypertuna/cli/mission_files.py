@@ -100,7 +100,7 @@ def import_command(
 
 
 def _import_lines(file: MissionFile, goes_home: bool, notes: list[str]) -> Iterator[Any]:
-    """Say what was read, and what a mission keeps differently."""
+    """Print what was read, and what a mission holds in another form."""
     points = file.mission.waypoints
     depths = sorted({f"{point.depth:g}" for point in points}, key=float)
     span = depths[0] if len(depths) == 1 else f"{depths[0]} to {depths[-1]}"

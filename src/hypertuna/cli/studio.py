@@ -147,7 +147,7 @@ class _Server(ThreadingHTTPServer):
         self.begun.pop(request, None)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing of a browser that went away."""
+        """Print no traceback for a browser that has closed its connection."""
         if not isinstance(sys.exc_info()[1], OSError):
             super().handle_error(request, client_address)
 

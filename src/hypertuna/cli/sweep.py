@@ -98,7 +98,7 @@ def sweep_command(
 
 
 def _announce(robot: Robot, grid: Gaits, folder: str, places: opt.Places, options: dict[str, Any]) -> None:
-    """Say what a large grid takes, measured on some of its gaits; refuse one that does not end or fit the disk."""
+    """Print what a large grid takes, measured on some of its gaits; refuse one that cannot end or fit on the disk."""
     count, (part, parts) = len(grid), places.shard or (1, 1)
     size = shard_size(count, places.shard_size)
     some = batch(robot, [grid[int(k)] for k in np.linspace(0, count - 1, MEASURED)], **options)

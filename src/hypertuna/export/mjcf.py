@@ -38,7 +38,7 @@ ROD = 1e-9  # of a link's moment of inertia: that about its own axis, which turn
 THICK = 0.04  # of the body's length: r_x of plates that are dragged across, at most
 SMALLEST = 1e-15  # kg m^2: difference of moments of inertia below which MuJoCo makes no box (mjMINVAL)
 SMALLEST_MJX = 1e-12  # kg m^2: that of MJX
-NOTED = 1e-3  # of the drag along: a larger excess is told
+NOTED = 1e-3  # of the drag along: a larger excess gets a note
 DIGITS = 22  # bits of moments of inertia: two of single precision remain for sums
 # Gauss-Legendre points on [-1, 1] and their weights, of drag along a link
 POINTS = (-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526)
