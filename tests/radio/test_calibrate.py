@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from threading import Event, Thread
+from threading import Event, Thread, Timer
 from typing import Any
 
 import numpy as np
@@ -73,13 +73,16 @@ class Bench:
             assert process.stdout is not None
             assert process.stderr is not None
             errors, waiting = b"", iter(steps)
+            patience = Timer(120, process.kill)  # of a question that no step answers
+            patience.start()
             while part := process.stderr.read(1):
                 errors += part
-                if errors.endswith((b"Enter: ", b"neutral: ", b"in deg: ", b"enough: ")):
+                if errors.endswith((b"Enter: ", b"neutral: ", b"in deg: ", b"`enough`: ")):
                     answer = next(waiting)()
                     process.stdin.write(f"{'' if answer is None else answer}\n".encode())
                     process.stdin.flush()
             told = process.stdout.read()
+            patience.cancel()
         return process.returncode, json.loads(told) if told else None, errors.decode()
 
 
@@ -281,7 +284,7 @@ def test_what_does_not_go_together_is_refused(run: Run) -> None:
         (("--sensor", "depth", "--at=1", *place), "--at must name at least two references"),
         (("--sensor", "depth_0", "--at=0,1", *place), "sensor must name a sensor or a servo"),
         (("--sensor", "compass"), "--connect must name the connection to the robot"),
-        (("--sensor", "compass", "--log", "x.mcap", *place), "--csv must be given, or --sensor or --log, and no two"),
+        (("--sensor", "compass", "--log", "x.mcap", *place), "exactly one of --csv, --sensor and --log must be given"),
     ):
         code, _, errors = run("radio", "calibrate", *options)
         assert (code, told in errors) == (2, True), errors
