@@ -172,14 +172,14 @@ def test_a_waypoint_that_would_be_skipped_is_refused(robot: ht.Robot) -> None:
     [
         (
             {"waypoints": (Waypoint(0, 60, 1, 0.3, 0.5),)},
-            r"waypoints\[0\].radius_m must be at least 1.9 m, the error .* 0.5",
+            r"waypoints\[0\].radius_m must be at least 1.9 m, the uncertainty .* 0.5",
         ),
         ({"home_radius": 1.0}, r"home.radius_m must be at least 1.9 m"),
         (
             {"depth_max": 1.2},
             r"limits.depth_m must be at least 1.3 m, 0.3 m below the deepest waypoint at 1 m, but is 1.2",
         ),
-        ({"depth_max": 0.4, "waypoints": ()}, r"limits.depth_m must be at least 0.5 m, that the nose dips"),
+        ({"depth_max": 0.4, "waypoints": ()}, r"limits.depth_m must be at least 0.5 m, because the nose dips that far"),
     ],
 )
 def test_what_a_robot_cannot_know_or_keep_is_refused(robot: ht.Robot, change: dict[str, Any], message: str) -> None:

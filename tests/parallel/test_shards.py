@@ -158,7 +158,7 @@ def test_missing_damaged_and_foreign_shards_are_told_and_made_again(made: Path, 
     ht.sweep_shards("hypertuna", GRID, tmp_path / "other", size=10, steps=64)
     shutil.copy(tmp_path / "other" / shard.name, shard)
     with pytest.raises(
-        ht.InputError, match="must be a shard of the manifest in its folder, but is another's: remove it"
+        ht.InputError, match="must be a shard of the manifest in its folder, but is of another: remove it"
     ):
         ht.merge_shards(made)
     shard.unlink()

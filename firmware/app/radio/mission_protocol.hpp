@@ -126,7 +126,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     const bool other = upload.on && (upload.system != from.system || upload.component != from.component);
     if (other) return acknowledge_mission(radio, vehicle, from, MAV_MISSION_DENIED, m.mission_type);
     if (max_items < m.count) {
-        report_item(radio, -1, 0, {Refusal::too_many, -1, "number of items", "", float(m.count), max_items});
+        report_item(radio, -1, 0, {Refusal::too_many, -1, "items", "", float(m.count), max_items});
         return acknowledge_mission(radio, vehicle, from, MAV_MISSION_NO_SPACE, m.mission_type);
     }
     const Refusal refusal = check(vehicle, Order::upload, from);

@@ -74,7 +74,7 @@ inline Breach place_of(const Vehicle& vehicle, const Item& m, Place& place) {
 inline Breach add_waypoint(Upload& upload, ItemForm& form, const Item& m, const Place& place) {
     Mission<float>& mission = upload.mission;
     if (mission.waypoints == max_waypoints)
-        return {Refusal::too_many, -1, "number of waypoints", "", max_waypoints + 1, max_waypoints};
+        return {Refusal::too_many, -1, "waypoints", "", max_waypoints + 1, max_waypoints};
     const bool standard = m.param2 == 0.0f;
     if (standard) form.flags |= ItemForm::standard;
     Waypoint<float>& to = upload.waypoint[mission.waypoints++];
@@ -92,8 +92,8 @@ inline Breach add_fence(Upload& upload, ItemKind kind, const Item& m, const Plac
     if (0.0f < mission.range || (circle && 0 < mission.corners)) return {Refusal::one_fence};
     if (0 < mission.corners && m.param1 != upload.corners) return {Refusal::one_fence};
     if (mission.corners == max_corners)
-        return {Refusal::too_many, -1, "number of corners", "", max_corners + 1, max_corners};
-    const Breach breach = first_breach({{circle ? "radius" : "number of corners", "", m.param1, least, 1e6f}});
+        return {Refusal::too_many, -1, "corners", "", max_corners + 1, max_corners};
+    const Breach breach = first_breach({{circle ? "radius" : "corners", "", m.param1, least, 1e6f}});
     if (breach != Refusal::none) return breach;
     if (circle)
         mission.center = place, mission.range = m.param1;

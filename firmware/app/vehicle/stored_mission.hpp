@@ -202,7 +202,7 @@ HYPERTUNA_NOINLINE inline Breach check_ranges(const Mission<float>& mission) {
                          {"limit of depth", " m", mission.depth_max, 0.0f, 1e4f},
                          {"reserve", "", mission.reserve, 0.0f, 1.0f},
                          {"duration", " s", mission.duration, 0.0f, 1e9f},
-                         {"time between fixes", " s", mission.surface_every, 0.0f, 1e9f},
+                         {"fix interval", " s", mission.surface_every, 0.0f, 1e9f},
                          {"declination", " rad", mission.declination, -3.15f, 3.15f},
                          {"fence radius", " m", mission.range, 0.0f, 1e6f}});
 }

@@ -275,8 +275,8 @@ static void test_a_refusal_names_item_quantity_and_bound() {
     CHECK(upload(bench, notched) == MAV_MISSION_INVALID);
     CHECK(told(bench, "item 10: a straight course would leave the fence") == 1);
     const std::vector<mavlink_mission_item_int_t> many(65, good), more(max_items + 1, good);
-    CHECK(upload(bench, many) == MAV_MISSION_NO_SPACE && told(bench, "item 64: number of waypoints 65, max 64") == 1);
-    CHECK(upload(bench, more) == MAV_MISSION_NO_SPACE && told(bench, "number of items 165, max 164") == 1);
+    CHECK(upload(bench, many) == MAV_MISSION_NO_SPACE && told(bench, "item 64: waypoints 65, max 64") == 1);
+    CHECK(upload(bench, more) == MAV_MISSION_NO_SPACE && told(bench, "items 165, max 164") == 1);
     CHECK(mission(bench.vehicle()).waypoints == 0);
 }
 
