@@ -91,8 +91,7 @@ inline Breach add_fence(Upload& upload, ItemKind kind, const Item& m, const Plac
     // One polygon has as many corners as each of them names.
     if (0.0f < mission.range || (circle && 0 < mission.corners)) return {Refusal::one_fence};
     if (0 < mission.corners && m.param1 != upload.corners) return {Refusal::one_fence};
-    if (mission.corners == max_corners)
-        return {Refusal::too_many, -1, "corners", "", max_corners + 1, max_corners};
+    if (mission.corners == max_corners) return {Refusal::too_many, -1, "corners", "", max_corners + 1, max_corners};
     const Breach breach = first_breach({{circle ? "radius" : "corners", "", m.param1, least, 1e6f}});
     if (breach != Refusal::none) return breach;
     if (circle)
