@@ -2,7 +2,8 @@
 
 BLAS, NumPy's functions and the kernels differ by rounding errors from one instruction set to the next. What is computed
 with them for the core (tables of a robot, pilot, image, firmware), or steers a search, is rounded to digits without
-such errors: then the same file and seed give the same run everywhere.
+such errors: then the same file and seed give the same run everywhere. (A search by pymoo or pycma may still end
+elsewhere: NumPy sorts equal values in an order that depends on the processor.)
 """
 
 import numpy as np

@@ -85,7 +85,7 @@ class Evaluation:
         return self._map(lambda *columns: np.concatenate(columns), other)
 
     def rounded(self) -> Self:
-        """Return these points with rounded values: a search then ranks them alike on every processor."""
+        """Return these points with rounded values: rounding errors of the kernels do not rank them."""
         return replace(self, value=rounded(self.value), violation=rounded(self.violation))
 
     def _map(self, function: Callable[..., Array], *others: Evaluation) -> Self:

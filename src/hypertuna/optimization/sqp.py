@@ -31,7 +31,7 @@ class Point:
     feasible: bool  # whether the point can be chosen
 
     def rounded(self) -> Self:
-        """Return the point with rounded numbers: a search then takes the same way on every processor."""
+        """Return the point with rounded numbers: rounding errors of the kernels do not steer a search."""
         value, merit = rounded_number(self.value), rounded_number(self.merit)
         gradient, constraints, jacobian = map(rounded, (self.gradient, self.constraints, self.jacobian))
         return type(self)(self.u, value, gradient, constraints, jacobian, merit, self.feasible)
