@@ -88,7 +88,7 @@ demo: $(VENV)/.wheel ## install hypertuna and write a page with what it computes
 
 # .ci/run leaves these C++ tests out: it runs them with the sanitizers meanwhile
 CPP_TESTS ?= test-cpp
-test: $(CPP_TESTS) hosts mujoco-plugin fmu test-python ## all tests of C++ and Python: about 15 minutes on two cores
+test: $(CPP_TESTS) hosts mujoco-plugin fmu test-python ## all tests of C++ and Python: about 20 minutes on two cores
 
 # $(call run-cpp-tests,FOLDER,OPTIONS): build and run core/tests, or only TEST
 define run-cpp-tests
