@@ -3,9 +3,7 @@
 import json
 import math
 import random
-import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +11,10 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.cli.main import main
 from hypertuna.mission.file import MissionFile, parse_mission, read_mission
 from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.import_plan import MAX_BYTES, check_plan, plan_document, plan_text, read_plan
+from program import Run
 
 HOME = (43.854, 125.302)
 SQUARE = [(0.0, 20.0), (20.0, 20.0), (20.0, 0.0)]  # m east and north of home
@@ -260,21 +258,12 @@ def test_spoiled_plans_end_in_a_sentence_or_a_mission(form: str, tmp_path: Path)
 
 # --- the command
 
-Run = Callable[..., tuple[int, str, str]]
-
 
 @pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Run:
-    monkeypatch.setenv("COLUMNS", "200")
+def run(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Run:
+    """Run `hypertuna` in an empty folder."""
     monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        return int(exit_.value.code or 0), *capsys.readouterr()
-
-    return call
+    return run
 
 
 def test_the_command_imports_and_the_mission_flies(run: Run, tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 import json
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,13 +11,13 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.actuation.new import first_robot
-from hypertuna.cli.main import main
 from hypertuna.control.guidance import curvature, error_of_fixes, gait_table
 from hypertuna.control.mission import Mission, Waypoint
 from hypertuna.mission.checks import OVERSHOOT, check_fit, course_time, doubts
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.flight import fly, outcome
 from hypertuna.mission.new import new_mission, spelled
+from program import Run
 
 SIZES: dict[str, Any] = {
     "hydraulic": {"links": 3, "length": 0.3, "actuation": "hydraulic"},
@@ -118,21 +117,12 @@ def test_doubts_name_speed_time_and_charge(fish: Callable[[str], ht.Robot]) -> N
 
 # --- the commands
 
-Run = Callable[..., tuple[int, str, str]]
-
 
 @pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Run:
-    monkeypatch.setenv("COLUMNS", "200")
+def run(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Run:
+    """Run `hypertuna` in an empty folder."""
     monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hypertuna", *arguments])
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        return int(exit_.value.code or 0), *capsys.readouterr()
-
-    return call
+    return run
 
 
 def test_a_slow_robot_is_told_before_the_flight(run: Run, tmp_path: Path) -> None:
