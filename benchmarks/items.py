@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -16,6 +17,7 @@ from statistics import median
 import numpy as np
 
 import hypertuna
+import settled
 from hypertuna import _core
 from peers import fish as fishes
 from peers import jax_sweep, mujoco_swim, numba_rhs, scipy_swim
@@ -274,6 +276,25 @@ def call_overhead(turns: int) -> Item:
         Row("swim_core_ms", "the core's part of it", 1e3 * within, "ms"),
     ]
     return Item("One call", f"The time of the whole call minus that of the core inside it. Median of {turns}.", rows)
+
+
+def settled_gaits(turns: int) -> Item:
+    """(k) Settled gaits under the water laws that leave a wake."""
+    contestants = settled.cases()
+    race = Race({name: run for name, (run, _) in contestants.items()}, turns)
+    rows = []
+    for name, (run, count) in contestants.items():
+        key = "settled_" + "_".join(re.findall(r"\w+", name.lower()))
+        rows += [
+            Row(f"{key}_us", name, 1e6 * race.seconds(name) / count, "us"),
+            Row(f"{key}_beats", "its beats, mean", run(), ""),
+        ]
+    method = (
+        "The core's time of a settled gait of the grid above, in lanes or one by one, with ideal joints and one "
+        "thread. `robot new` is its fish of three links. `python benchmarks/settled.py OLD NEW` compares two builds by "
+        f"these cases. Median of {turns}."
+    )
+    return Item("Settled gaits on strips and elongated water", method, rows)
 
 
 def twin_speed(turns: int) -> Item:

@@ -62,6 +62,7 @@ def measure(only: str, rhs: Path, quick: bool, say: Callable[[str], None]) -> li
         "h": lambda: searches.identification(turns),
         "i": lambda: items.twin_speed(turns),
         "j": lambda: items.many_twins(turns),
+        "k": lambda: items.settled_gaits(turns),
     }
     found = []
     for letter in only:
@@ -117,12 +118,12 @@ def main() -> None:
     parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the page of the docs")
     parser.add_argument("--quick", action="store_true", help="fewer turns, no sweep of a million gaits")
     parser.add_argument(
-        "--only", default="abcdefghij", metavar="LETTERS", help="measure these items only (default all)"
+        "--only", default="abcdefghijk", metavar="LETTERS", help="measure these items only (default all)"
     )
     parser.add_argument("--rhs", type=Path, default=RHS, metavar="FILE", help="the compiled benchmarks/rhs.cpp")
     options = parser.parse_args()
-    if unknown := set(options.only) - set("abcdefghij"):
-        parser.error(f"--only must name items a to j, but has {''.join(sorted(unknown))}")
+    if unknown := set(options.only) - set("abcdefghijk"):
+        parser.error(f"--only must name items a to k, but has {''.join(sorted(unknown))}")
     if "a" in options.only and not options.rhs.exists():
         parser.error(f"{options.rhs} does not exist: build it by `make build/bench`, or leave (a) out by --only")
     progress = Console(stderr=True)
