@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from hypertuna.actuation.new import first_robot
-from hypertuna.description.new import new_robot
+from hypertuna.description.new import new_robot, shape_of
 from hypertuna.description.plausibility import implausible
 from hypertuna.description.robot import parse
-from hypertuna.description.shape import Shape
+from hypertuna.description.shape import Shape, link_lengths
 from hypertuna.errors import InputError
 from hypertuna.firmware.header import header
 from hypertuna.firmware.parameters import firmware_table
@@ -43,13 +43,42 @@ def test_a_first_robot_is_sourced_and_swims(links: int, length: float, mass: flo
 
 
 def test_the_shape_floats_and_has_published_proportions() -> None:
-    shape = Shape(0.52, 2.687)  # HyperTuna without what is in no link
+    shape = Shape.of(0.52, 2.687)  # HyperTuna without what is in no link
     places, height, width = shape.sections(0.0, 0.52)
     body = places < 0.85 * 0.52
     volume = np.where(body, math.pi / 4 * height * width, height * width).mean() * 0.52
     assert 1000 * volume == pytest.approx(2.687, rel=1e-3)
     assert 0.10 < shape.height < 0.16  # head 0.12 m, fin 0.16 m
     assert shape.fin_aspect == pytest.approx(shape.height / (0.15 * 0.52 * (1 + 0.342) / 2), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "sizes",
+    [
+        {"height": 0.07},
+        {"width": 0.05},
+        {"height": 0.07, "width": 0.05},
+        {"height": 0.07, "mass": 0.6},
+        {"width": 0.05, "mass": 0.6},
+        {"fin_span": 0.09, "mass": 0.6},
+        {"fin_span": 0.09, "fin_chord": 0.03},
+        {"fin_chord": 0.05, "height": 0.07},
+    ],
+)
+def test_own_sizes_are_kept_and_the_others_make_a_fish_that_floats(sizes: dict[str, float]) -> None:
+    shape, lengths = shape_of(length=0.3, **sizes)  # type: ignore[arg-type]
+    robot = parse(new_robot("fish", length=0.3, **sizes))  # type: ignore[arg-type]
+    for name, size in sizes.items():
+        assert getattr(shape, name, size) == size
+    assert shape.buoyancy == pytest.approx(1.0, abs=0.03)  # the rest is the fin's plate, and mass to three digits
+    assert math.fsum(robot.links.mass) == pytest.approx(shape.mass)
+    assert robot.water.strip is not None
+    assert robot.water.strip.edge_height == pytest.approx(sizes.get("fin_span", shape.height), rel=6e-3)
+    if {"fin_span", "fin_chord"} <= {*sizes}:
+        assert shape.fin_aspect == pytest.approx(sizes["fin_span"] / sizes["fin_chord"])
+    _, height, width = shape.sections(0.0, shape.fin_start * 0.3)
+    assert (height.max(), width.max()) == pytest.approx((shape.height, shape.width), rel=0.01)
+    assert lengths == link_lengths(3, 0.3)
 
 
 def test_joint_groups_share_the_links_head_to_tail() -> None:
@@ -67,6 +96,11 @@ def test_joint_groups_share_the_links_head_to_tail() -> None:
             {"mass": 850.0},
             "--mass must make a fish from 0.03 to 0.45 times as high as long at neutral buoyancy, but is 850",
         ),
+        ({"height": 60.0}, "--height must be from 0.009 to 0.135 m, but is 60: give it in m; it is taken for a robot"),
+        ({"fin_chord": 0.2}, "--fin-chord must be from 0.003 to 0.12 m, but is 0.2: give it in m"),
+        ({"height": 0.05, "mass": 5.0}, "--mass must make a body from 0.15 to 2 times as wide as high at neutral"),
+        ({"height": 0.05, "width": 0.04, "mass": 5.0}, "--mass must be from 0.33 to 3 times that of the water in its"),
+        ({"nose": "round"}, "--nose must be streamlined, robot or blunt, but is 'round'"),
         ({"joints": ["a", "a"]}, "--joints must be at most 2 different names"),
         ({"joints": ["a", "b", "c"]}, "--joints must be at most 2 different names"),
     ],

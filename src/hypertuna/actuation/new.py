@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -10,9 +10,9 @@ from hypertuna import _core
 from hypertuna.actuation.soft_joint import JointModel, joint_models
 from hypertuna.description.at_sea import take_to_sea
 from hypertuna.description.commented import commented
-from hypertuna.description.new import new_robot
+from hypertuna.description.new import Sizes, new_robot, shape_of
 from hypertuna.description.robot import Robot, parse
-from hypertuna.description.shape import ASPECT, FIN_START, Shape
+from hypertuna.description.shape import Shape
 from hypertuna.errors import InputError
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
@@ -43,15 +43,7 @@ AS_HYPERTUNA = "estimate: as HyperTuna's, see robots/hypertuna.toml"
 
 
 def first_robot(
-    name: str,
-    *,
-    links: int = 3,
-    length: float = 0.3,
-    mass: float | None = None,
-    joints: Sequence[str] = (),
-    lengths: Sequence[float] = (),
-    actuation: str = "none",
-    sea: bool = False,
+    name: str, *, joints: Sequence[str] = (), actuation: str = "none", sea: bool = False, **sizes: Unpack[Sizes]
 ) -> str:
     """Return the text of a robot file that swims at once; sizes as in `new_robot`.
 
@@ -59,18 +51,24 @@ def first_robot(
     """
     if sea and actuation == "none":
         raise InputError("needs an actuation", key="--sea", fix="add --actuation servo or --actuation hydraulic")
-    document = new_robot(name, links=links, length=length, mass=mass, joints=joints, lengths=lengths)
+    document, (shape, _) = new_robot(name, joints=joints, **sizes), shape_of(**sizes)
     if actuation != "none":
         _drive(document, actuation)
-        (_servos if actuation == "servo" else _hydraulics)(document)
+    if actuation == "servo":
+        _servos(document)
+    elif actuation == "hydraulic":
+        _hydraulics(document, shape)
     if sea:
         robot = parse(document)
         speed = swim(robot, named_gait(robot, "cruise")).speed
         if not speed > 0:
-            key, rule = "--lengths" if lengths else "--links", "must make a fish that swims head first with --sea"
+            key, rule = (
+                "--lengths" if sizes.get("lengths") else "--links",
+                "must make a fish that swims head first with --sea",
+            )
             fix = "give a longer head, or more joints"
             raise InputError(rule, key=key, value=f"one at {speed:.2g} m/s", fix=fix)
-        take_to_sea(document, read_toml(shipped("robots") / "hypertuna.toml"), speed)
+        take_to_sea(document, read_toml(shipped("robots") / "hypertuna.toml"), shape, speed)
     parse(document, file=f"{name}.toml")
     return HEADER.format(name=name) + commented(document, Robot)
 
@@ -123,14 +121,13 @@ def _torques(document: Mapping[str, Any]) -> list[float]:
     return [float(f"{max(0.05, RESERVE * max(largest[i] for i in group.links)):.2g}") for group in robot.joints]
 
 
-def _hydraulics(document: dict[str, Any]) -> None:
+def _hydraulics(document: dict[str, Any], shape: Shape) -> None:
     """Add muscles, pump, oil and lines: HyperTuna's, scaled to the sections; and its battery, once for its mass."""
     tuna = read_toml(shipped("robots") / "hypertuna.toml")
     strings = math.ceil(document["body"]["mass_kg"] / tuna["body"]["mass_kg"])
     document["battery"] = tuna["battery"] | {"cells": strings * tuna["battery"]["cells"]}
     document |= {table: tuna[table] for table in ("materials", "drive_unit", "oil")}
     lengths = document["links"]["length_m"]
-    shape = Shape(sum(lengths), document["body"]["mass_kg"])
     bodies = [_soft_body(shape, lengths, group["links"]) for group in document["joints"]]
     scale = min(min(body["semi_minor_m"]) for body in bodies) / NARROW
     hose = {key: float(f"{scale * tuna['drive_unit'][key]:.3g}") for key in ("outer_diameter_m", "inner_diameter_m")}
@@ -173,9 +170,9 @@ def _soft_body(shape: Shape, lengths: Sequence[float], links: Sequence[int]) -> 
     """Return the table of the soft body of a joint group: three segments at the front of its first link."""
     start, length = sum(lengths[: links[0]]), 0.6 * sum(lengths[i] for i in links)
     part = float(f"{length / 3:.3g}")
-    places = np.minimum(start + part * np.arange(3.0), 0.98 * FIN_START * shape.length)
+    places = np.minimum(start + part * np.arange(3.0), 0.98 * shape.fin_start * shape.length)
     heights = [float(shape.sections(at, at + 1e-3 * shape.length)[1].mean()) for at in places]
-    minor = [float(f"{ASPECT * height / 2:.3g}") for height in heights]
+    minor = [float(f"{shape.width / shape.height * height / 2:.3g}") for height in heights]
     major = [float(f"{height / 2:.3g}") for height in heights]
     lever = float(f"{0.45 * min(minor):.3g}")
     return {"lever_m": lever, "segment_length_m": [part] * 3, "semi_major_m": major, "semi_minor_m": minor}

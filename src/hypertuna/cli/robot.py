@@ -3,8 +3,9 @@
 import re
 import shlex
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -13,6 +14,7 @@ from hypertuna.cli import parsing
 from hypertuna.cli.console import counted, print_json, print_lines, table
 from hypertuna.cli.emit import emit, refused
 from hypertuna.cli.streams import note
+from hypertuna.description.new import NOSES, Sizes
 from hypertuna.description.plausibility import implausible
 from hypertuna.description.reference import Key, json_schema
 from hypertuna.description.robot import Entry, Robot, load
@@ -22,7 +24,11 @@ from hypertuna.errors import InputError, did_you_mean
 robot_app = opt.group("Robot descriptions: begin one, check a file, show a robot, print the format.")
 
 LENGTHS = "Lengths of the links in m, head to tail, separated by commas; instead of --links and --length."
-MASS = "Mass of the robot in kg. (default: that of a slender fish of its length)"
+MASS = "Mass of the robot in kg. (default: that of a slender fish of its length, or of its height and width)"
+NOSE = f"How the body meets the flow: {'; '.join(f'{word}: {words}' for word, words in NOSES.items())}."
+HEIGHT = "Largest height of the body in m, without fins. (default: that at which it floats)"
+WIDTH = "Largest width of the body in m, without fins. (default: that at which it floats)"
+CHORD = "Mean chord of the tail fin in m: its area over its span. (default: a fin of 0.15 lengths, narrow in front)"
 JOINTS = "Names of the joint groups, head to tail, separated by commas. (default: one for each link behind the head)"
 ACTUATIONS = ("none", "servo", "hydraulic")
 
@@ -31,20 +37,46 @@ RobotFile = Annotated[
 ]
 
 
+@dataclass(frozen=True)
+class SizeOptions:
+    """The options of a robot's sizes, as its builder reads them off."""
+
+    links: Annotated[
+        int | None,
+        opt.whole_number("--links", "Number of rigid links: the head and one behind each joint. (default: 3)"),
+    ] = None
+    length: Annotated[
+        float | None, opt.number("--length", "m", "Length from nose to tail tip in m. (default: 0.3)")
+    ] = None
+    lengths: Annotated[str | None, opt.text("--lengths", LENGTHS, "M,M,...")] = None
+    mass: Annotated[float | None, opt.number("--mass", "kg", MASS)] = None
+    nose: Annotated[str, opt.word("--nose", tuple(NOSES), NOSE)] = "robot"
+    height: Annotated[float | None, opt.number("--height", "m", HEIGHT)] = None
+    width: Annotated[float | None, opt.number("--width", "m", WIDTH)] = None
+    fin_span: Annotated[
+        float | None,
+        opt.number("--fin-span", "m", "Span of the tail fin in m, tip to tip. (default: the height of the body)"),
+    ] = None
+    fin_chord: Annotated[float | None, opt.number("--fin-chord", "m", CHORD)] = None
+
+    @property
+    def sizes(self) -> Sizes:
+        """The sizes as far as they are given."""
+        given: dict[str, Any] = {key: value for key, value in vars(self).items() if value is not None}
+        if self.lengths is not None:
+            if clash := "--links" * (self.links is not None) or "--length" * (self.length is not None):
+                raise InputError("must not stand beside --lengths", key=clash, fix="leave it out: it follows")
+            given["lengths"] = parsing.numbers(self.lengths, "--lengths", "m")
+        return cast(Sizes, given)
+
+
 @robot_app.command()
+@opt.grouped
 def new(
     file: Annotated[
         str, typer.Argument(metavar="FILE.toml", help="File to write; its name is the robot's.", show_default=False)
     ],
-    links: Annotated[
-        int | None,
-        opt.whole_number("--links", "Number of rigid links: the head and one behind each joint. (default: 3)"),
-    ] = None,
-    length: Annotated[
-        float | None, opt.number("--length", "m", "Length from nose to tail tip in m. (default: 0.3)")
-    ] = None,
-    lengths: Annotated[str | None, opt.text("--lengths", LENGTHS, "M,M,...")] = None,
-    mass: Annotated[float | None, opt.number("--mass", "kg", MASS)] = None,
+    size: SizeOptions,
     joints: Annotated[str | None, opt.text("--joints", JOINTS, "NAMES")] = None,
     actuation: Annotated[str, opt.word("--actuation", ACTUATIONS, "What drives the joints.")] = "none",
     sea: Annotated[
@@ -60,8 +92,7 @@ def new(
     if path.exists() and not force:
         raise InputError("exists already", file=file, fix="give another name, or replace it with --force")
     names = [] if joints is None else [name.strip() for name in joints.split(",")]
-    size = _size(links, length, lengths)
-    text = first_robot(path.stem, **size, mass=mass, joints=names, actuation=actuation, sea=sea)
+    text = first_robot(path.stem, joints=names, actuation=actuation, sea=sea, **size.sizes)
     write_atomically(path, text.encode())
     robot = load(path)
     print_lines(_next_lines(robot))
@@ -72,15 +103,6 @@ def _tell_of_twin(robot: Robot) -> None:
     """Note that a robot has more joint groups than a twin takes."""
     if sentence := twin_note(robot):
         note(sentence)
-
-
-def _size(links: int | None, length: float | None, lengths: str | None) -> dict[str, Any]:
-    """Return links and length, or the lengths of the links, as far as they are given."""
-    if lengths is not None:
-        if given := "--links" * (links is not None) or "--length" * (length is not None):
-            raise InputError("must not stand beside --lengths", key=given, fix="leave it out: it follows")
-        return {"lengths": parsing.numbers(lengths, "--lengths", "m")}
-    return {key: value for key, value in {"links": links, "length": length}.items() if value is not None}
 
 
 def _next_lines(robot: Robot) -> Iterator[Any]:

@@ -8,7 +8,7 @@ from typing import Any
 from hypertuna import _core
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.robot import Robot
-from hypertuna.description.shape import ASPECT, DENSITY, Shape
+from hypertuna.description.shape import DENSITY, Shape
 from hypertuna.description.twin import AT_SEA, new_command, require_groups
 from hypertuna.errors import InputError
 
@@ -93,7 +93,7 @@ def antenna_of(robot: Robot) -> tuple[float, float]:
     return links.com[0], float(robot.body.height or head) / 2
 
 
-def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], speed: float) -> None:
+def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape, speed: float) -> None:
     """Add space, fins, pilot and microcontroller to a robot with a controller.
 
     `tuna` is HyperTuna's document, `speed` [m/s] that of the robot's gait: its pilot is HyperTuna's on the robot's own
@@ -104,7 +104,6 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], speed: float)
         rule, fix = f"must be at most {most} joint groups with --sea", "name fewer groups, each of several links"
         raise InputError(rule, key="--joints", value=f"{len(document['joints'])}", fix=fix)
     links, gait = document["links"], document["gaits"]["cruise"]
-    shape = Shape(sum(links["length_m"]), document["body"]["mass_kg"])
     document["spatial"] = _spatial(links, ROLL * gait["frequency_hz"])
     slow = gait | {
         "frequency_hz": 0.85 * gait["frequency_hz"],
@@ -160,7 +159,7 @@ def _ballast(links: Mapping[str, Any], height: Sequence[float], width: Sequence[
 def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, float]:
     """Return the table ``[fins]``: HyperTuna's by length, beside the hull of a head [m]."""
     span = 0.118 * shape.length
-    own = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": ASPECT * shape.height / 2 + span / 2, "z_m": 0.0}
+    own = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": shape.width / 2 + span / 2, "z_m": 0.0}
     own |= {"span_m": span, "chord_m": 0.8 * span}
     return {**tuna} | {key: float(f"{value:.3g}") for key, value in own.items()}
 

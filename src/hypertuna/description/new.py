@@ -2,45 +2,50 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from hypertuna.description.schema.base import NAME
 from hypertuna.description.shape import (
-    ASPECT,
     BEATING,
     BLUNT,
     DENSITY,
-    ELLIPSE,
-    FIN_START,
     PLATE,
     Shape,
     edge,
+    ellipse_drag,
     link_columns,
     link_lengths,
 )
 from hypertuna.errors import InputError
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
-from hypertuna.ranges import Range, Whole
+from hypertuna.ranges import Range, Whole, check_choice
 
 LINKS = Whole(min=2, max=20)
 LENGTH = Range(min=0.03, max=10.0, unit="m")
-FULL = 20.0  # kg/m^3: mass of a slender fish over its length cubed
 SLENDER = Range(min=0.03, max=0.45)  # height over length: outside, mass or length has a slip
+FLAT = Range(min=0.15, max=2.0)  # width over height
+FLOATS = Range(min=1 / 3, max=3.0)  # mass of the water that the sections displace over the robot's
+SPAN = Range(min=0.02, max=0.6)  # of the tail fin, over the length
+CHORD = Range(min=0.01, max=0.4)  # of the tail fin, over the length
+NOSES = {
+    "streamlined": "smooth, closed and rounded in front, nothing in the flow but the tail fin",
+    "robot": "fish-like, with flat parts, steps, seams, gaps at joints, fins or cables",
+    "blunt": "flat or boxy in front, or open parts that water flows through",
+}
 SHORTEST = 0.02  # of a link, over the length of the robot
 SWING, LAG = 40.0, 80.0  # deg, of all joints together, and from the first to beyond the last
 AMPLITUDE = 30.0  # deg, of a single joint
 CRUISE = 2.0, 0.3  # Hz of a robot of 0.3 m; slower with the root of the length
 BANDWIDTH = 5.0  # Hz, of joints that servos drive
 
+GIVEN = "as given to `hypertuna robot new`"
+OWN = ("height", "width", "fin_span", "fin_chord")
 SOURCES = {
-    "body.mass_kg": "as given to `hypertuna robot new`",
+    "body.mass_kg": GIVEN,
     "links.name": "as made by `hypertuna robot new`",
     "links.length_m": "estimate: the head is half of the fish (seven tenths before a single joint), the rest in equal "
     "parts",
-    "links": f"""estimate: a slender fish: NACA four-digit profile in side view, elliptical sections {ASPECT:g} times \
-as wide as high, from {100 * FIN_START:g} % of the length on a trapezoidal fin as high as the body; the height is that \
-of neutral buoyancy""",
     "joints": "estimate: each joint at the front end of its link",
     "water.density_kg_m3": "estimate: fresh water",
     "water.strip": "estimate: theory and handbooks, for the same shape",
@@ -48,14 +53,11 @@ of neutral buoyancy""",
     "mean h; the fin as a plate of its aspect ratio (DNV-RP-C205 2010)",
     "water.strip.added_mass_tangential": "estimate: Lamb's k1 of a prolate spheroid as long and as thick, all on the "
     "head",
-    "water.strip.drag_normal": f"estimate: {ELLIPSE:.3g} for an ellipse {ASPECT:g} times as wide as high, {PLATE:g} "
-    "for the fin, a plate (Hoerner), mean over the area",
     "water.strip.drag_tangential": "estimate: ITTC 1957 at one length per second, times Hoerner's form factor",
     "water.strip.drag_beating": f"""estimate: {BEATING:g} for the fin, by its part of the area: a plate in a flow to \
 and fro has 8 KC^(-1/3) (Graham 1980), here at KC = 9.5 as on HyperTuna, less the {PLATE:g} of steady flow""",
     "water.strip.blunt_area_m2": f"""estimate: {BLUNT:g} times the largest section, as identified on HyperTuna; fit \
 it to your first steady runs""",
-    "water.strip.edge_height_m": "estimate: span of the fin, as high as the body",
     "water.strip.edge_lift": "estimate: Helmbold's lift slope of a wing of the fin's aspect ratio, over pi AR/2",
     "water.strip.edge_suction": "estimate: none; a thin fin keeps no suction at the incidences of a beat",
     "gaits": f"""estimate: {CRUISE[0]:g} Hz at {CRUISE[1]:g} m, less with the root of the length; the joints \
@@ -64,20 +66,80 @@ bend {SWING:g} deg together, more toward the tail, in a wave of {LAG:g} deg; a s
 }
 
 
-def new_robot(
-    name: str,
+class Sizes(TypedDict, total=False):
+    """Sizes of a robot as its builder reads them off [m], [kg]; what is not given is estimated."""
+
+    links: int  # 3
+    length: float  # 0.3
+    mass: float | None
+    lengths: Sequence[float]  # of the links, in place of `links` and `length`
+    nose: str  # of `NOSES`: "robot"
+    height: float | None  # largest, of the body without fins
+    width: float | None  # largest, of the body without fins
+    fin_span: float | None  # of the tail fin, tip to tip
+    fin_chord: float | None  # of the tail fin: its area over its span
+
+
+def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) -> dict[str, Any]:
+    """Return a document for `parse`: a fish of given sizes that swims.
+
+    `joints` names the joint groups, head to tail; they share the links behind the head (default: one for each link).
+    """
+    shape, lengths = shape_of(**sizes)
+    links, groups = len(lengths), _groups(len(lengths), joints)
+    columns, strip = link_columns(shape, lengths)
+    frequency = float(f"{CRUISE[0] * math.sqrt(CRUISE[1] / shape.length):.2g}")
+    wave = _wave(len(groups))
+    return {
+        "format": 1,
+        "name": name,
+        "description": f"{name}: a fish of {links} links, estimated from length and mass",
+        "body": {"mass_kg": shape.mass},
+        "links": {"name": ["head", *(f"tail {i}" for i in range(1, links - 1)), "fin"], "length_m": list(lengths)}
+        | columns,
+        "joints": [{"name": group, "links": members} for group, members in groups.items()],
+        "model": {"water": "strip", "joints": "ideal"},
+        "water": {"density_kg_m3": DENSITY, "strip": strip | edge(shape)},
+        "gaits": {"cruise": {"frequency_hz": frequency} | wave},
+        "gait_bounds": {
+            "frequency_hz": [float(f"{frequency / 4:.2g}"), 2 * frequency],
+            "amplitude_deg": [[0.0, round(1.5 * a, 1)] for a in wave["amplitude_deg"]],
+            "phase_deg": [[0.0, 0.0], *[[0.0, 180.0]] * (len(groups) - 1)],
+        },
+        "sources": _sources(shape, sizes),
+    }
+
+
+def _sources(shape: Shape, sizes: Sizes) -> dict[str, str]:
+    """Return where each value is from, with the sizes that the builder gave."""
+    given = [f"{name.replace('_', ' ')} {sizes[name]:g} m" for name in OWN if sizes.get(name) is not None]  # type: ignore[literal-required]
+    aspect = shape.width / shape.height
+    return {
+        "links": f"""estimate: a slender fish: NACA four-digit profile in side view, elliptical sections {aspect:.3g} \
+times as wide as high, from {100 * shape.fin_start:.3g} % of the length on a fin {shape.fin_span:.3g} m high; \
+{f"as given: {', '.join(given)}; " * bool(given)}the rest is that of neutral buoyancy""",
+        **SOURCES,
+        **({"links.length_m": GIVEN} if sizes.get("lengths") else {}),
+        **({} if sizes.get("mass") else {"body.mass_kg": "estimate: that of the water in the place of the fish"}),
+        "water.strip.drag_normal": f"""estimate: {ellipse_drag(aspect):.3g} for an ellipse {aspect:.3g} times as wide \
+as high, {PLATE:g} for the fin, a plate (Hoerner), mean over the area""",
+        "water.strip.edge_height_m": GIVEN if sizes.get("fin_span") else "estimate: a fin as high as the body",
+    }
+
+
+def shape_of(
     *,
     links: int = 3,
     length: float = 0.3,
     mass: float | None = None,
-    joints: Sequence[str] = (),
     lengths: Sequence[float] = (),
-) -> dict[str, Any]:
-    """Return a document for `parse`: a fish of a number of links, a length [m] and a mass [kg] that swims.
-
-    `joints` names the joint groups, head to tail; they share the links behind the head (default: one for each link).
-    `lengths` [m] are those of the links, in place of `links` and `length`.
-    """
+    nose: str = "robot",
+    height: float | None = None,
+    width: float | None = None,
+    fin_span: float | None = None,
+    fin_chord: float | None = None,
+) -> tuple[Shape, Sequence[float]]:
+    """Return the shape of a robot of given `Sizes`, and the lengths of its links [m]."""
     key = "--lengths" if lengths else ""
     if lengths:
         links, length = (
@@ -91,36 +153,35 @@ def new_robot(
     if lengths and min(lengths) < SHORTEST * length:
         rule, fix = f"must each be at least {100 * SHORTEST:g} % of the length", "join short links with their neighbors"
         raise InputError(rule, key="--lengths", value=f"{min(lengths):g} of {length:g} m", fix=fix)
-    mass = float(f"{FULL * length**3:.2g}") if mass is None else mass
-    Range(above=0).check(mass, "--mass", "give the mass of the robot in kg")
-    shape = Shape(length, mass)
-    if shape.height / length not in SLENDER:
+    check_choice(nose, NOSES, "--nose")
+    if mass is not None:
+        Range(above=0).check(mass, "--mass", "give the mass of the robot in kg")
+    own = {"--height": (height, SLENDER), "--width": (width, Range(min=0.01, max=0.9)), "--fin-span": (fin_span, SPAN)}
+    for option, (size, limits) in {**own, "--fin-chord": (fin_chord, CHORD)}.items():
+        if size is not None:
+            scaled = Range(min=(limits.min or 0) * length, max=(limits.max or 0) * length, unit="m")
+            scaled.check(size, option, f"give it in m; it is taken for a robot of {length:g} m")
+    shape = Shape.of(length, mass, height=height, width=width, fin_span=fin_span, fin_chord=fin_chord)
+    _check_floats(shape, "--height" if mass is None else "--mass")
+    return shape, lengths or link_lengths(links, length)
+
+
+def _check_floats(shape: Shape, key: str) -> None:
+    """Check that a fish floats with a usual section."""
+    mass, slender, flat = shape.mass, shape.height / shape.length, shape.width / shape.height
+    if slender not in SLENDER:
         rule = f"must make a fish from {SLENDER.min:g} to {SLENDER.max:g} times as high as long at neutral buoyancy"
-        low, high = (mass * (limit * length / shape.height) ** 2 for limit in (SLENDER.min or 0, SLENDER.max or 0))
-        fix = f"a robot of {length:g} m has about {low:.2g} to {high:.2g} kg"
-        raise InputError(rule, key="--mass", value=f"{mass:g} kg, {shape.height / length:.2g} times as high", fix=fix)
-    lengths, groups = lengths or link_lengths(links, length), _groups(links, joints)
-    columns, strip = link_columns(shape, lengths)
-    frequency = float(f"{CRUISE[0] * math.sqrt(CRUISE[1] / length):.2g}")
-    wave = _wave(len(groups))
-    return {
-        "format": 1,
-        "name": name,
-        "description": f"{name}: a fish of {links} links, estimated from length and mass",
-        "body": {"mass_kg": mass},
-        "links": {"name": ["head", *(f"tail {i}" for i in range(1, links - 1)), "fin"], "length_m": list(lengths)}
-        | columns,
-        "joints": [{"name": group, "links": members} for group, members in groups.items()],
-        "model": {"water": "strip", "joints": "ideal"},
-        "water": {"density_kg_m3": DENSITY, "strip": strip | edge(shape)},
-        "gaits": {"cruise": {"frequency_hz": frequency} | wave},
-        "gait_bounds": {
-            "frequency_hz": [float(f"{frequency / 4:.2g}"), 2 * frequency],
-            "amplitude_deg": [[0.0, round(1.5 * a, 1)] for a in wave["amplitude_deg"]],
-            "phase_deg": [[0.0, 0.0], *[[0.0, 180.0]] * (len(groups) - 1)],
-        },
-        "sources": SOURCES | ({"links.length_m": "as given to `hypertuna robot new`"} if key else {}),
-    }
+        low, high = (mass * (limit / slender) ** 2 for limit in (SLENDER.min or 0, SLENDER.max or 0))
+        fix = f"a robot of {shape.length:g} m has about {low:.2g} to {high:.2g} kg"
+        raise InputError(rule, key=key, value=f"{mass:g} kg, {slender:.2g} times as high", fix=fix)
+    if flat not in FLAT:
+        rule = f"must make a body from {FLAT.min:g} to {FLAT.max:g} times as wide as high at neutral buoyancy"
+        value = f"{mass:g} kg, {shape.height:.2g} m high and {shape.width:.2g} m wide"
+        raise InputError(rule, key=key, value=value, fix="check mass, height and width")
+    if shape.buoyancy not in FLOATS:
+        rule = f"must be from {FLOATS.min:.2g} to {FLOATS.max:g} times that of the water in its place"
+        value = f"{mass:g} kg, in the place of {shape.buoyancy * mass:.2g} kg of water"
+        raise InputError(rule, key=key, value=value, fix="check mass, height and width")
 
 
 def _groups(links: int, names: Sequence[str]) -> dict[str, list[int]]:

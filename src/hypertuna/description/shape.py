@@ -7,17 +7,20 @@ as the body. Its height follows from the mass, for it floats neutrally.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hypertuna.arrays import Array
 
 DENSITY = 1000.0  # kg/m^3, fresh water
 VISCOSITY = 1.0e-6  # m^2/s, kinematic, of water at 20 C
 ASPECT = 0.6  # width over height of a section
+FULL = 20.0  # kg/m^3: mass of a slender fish over its length cubed
 FIN_START = 0.85  # of the length
 FIN_THICKNESS = 0.007  # of the length
-ELLIPSE, PLATE = 1.98 - 0.78 * ASPECT, 1.2  # drag coefficients across the flow, of sections and fin (Hoerner)
+PLATE = 1.2  # drag coefficient of the fin across the flow (Hoerner)
 BEATING = 2.6  # what the fin's coefficient gains in a beat: Graham's 8 KC^(-1/3) at KC = 9.5, less the plate's
 BLUNT = 0.39  # drag coefficient of the largest section along the body, identified on HyperTuna
 # Added mass of a rectangular plate of an aspect ratio across the flow, over rho pi/4 chord^2 span (DNV-RP-C205, 2010).
@@ -32,59 +35,85 @@ STATIONS = 2000  # along the body, of all integrals
 
 @dataclass(frozen=True)
 class Shape:
-    """A fish of a length [m] and a mass [kg]: its sections."""
+    """A fish: its sections from nose to tail tip, sizes in m."""
 
     length: float
-    mass: float
+    mass: float  # kg
+    height: float  # largest of the body
+    width: float  # largest of the body
+    fin_start: float  # of the length
+    fin_root: float  # height of the fin at its front end
+    fin_span: float  # at its rear end
+
+    @classmethod
+    def of(
+        cls,
+        length: float,
+        mass: float | None = None,
+        *,
+        height: float | None = None,
+        width: float | None = None,
+        fin_span: float | None = None,
+        fin_chord: float | None = None,
+    ) -> Self:
+        """Fill in what is not given, so that the fish floats: a height, a width, a mass; and a usual tail fin.
+
+        `height` and `width` [m] are those of the body without fins; `fin_chord` [m] is the fin's area over its span.
+        """
+        if mass is None and height is None and width is None:
+            mass = float(f"{FULL * length**3:.2g}")
+        start = FIN_START if fin_chord is None else 1 - fin_chord / length
+        s = start * (np.arange(STATIONS) + 0.5) / STATIONS
+        body = math.pi / 4 * float((naca(s) ** 2).mean()) * start * length  # volume over height and width [m]
+        fin = 0.0  # volume [m^3]
+        for _ in range(20):  # a fin as high as the body is a small part of its volume
+            hull = None if mass is None else max(mass / DENSITY - fin, 0.01 * mass / DENSITY)
+            high, wide = _section(height, width, None if hull is None else hull / body)
+            span = fin_span or high
+            root = span if fin_chord else float(naca(start)) * high
+            fin = FIN_THICKNESS * length * (1 - start) * length * (root + span) / 2
+        mass = mass or float(f"{DENSITY * (body * high * wide + fin):.3g}")
+        return cls(length, mass, high, wide, start, root, span)
 
     @property
-    def height(self) -> float:
-        """Largest height [m]: that of neutral buoyancy."""
-        s = (np.arange(STATIONS) + 0.5) / STATIONS
-        body, fin = s < FIN_START, s >= FIN_START
-        outline = self._outline(s)
-        # Quadratic in the height: elliptical sections grow with its square, the plate of the fin with the height.
-        square = math.pi / 4 * ASPECT * self.length * float((outline[body] ** 2).sum()) / STATIONS
-        linear = FIN_THICKNESS * self.length**2 * float(outline[fin].sum()) / STATIONS
-        volume = self.mass / DENSITY
-        return 2 * volume / (linear + math.sqrt(linear**2 + 4 * square * volume))
-
-    @staticmethod
-    def _outline(s: Array) -> Array:
-        """Return the height at fractions of the length, 1 at its largest."""
-        naca = 2.969 * np.sqrt(s) - 1.26 * s - 3.516 * s**2 + 2.843 * s**3 - 1.015 * s**4
-        peduncle = 2.969 * FIN_START**0.5 - 1.26 * FIN_START - 3.516 * FIN_START**2
-        peduncle += 2.843 * FIN_START**3 - 1.015 * FIN_START**4
-        fin = peduncle + (1 - peduncle) * (s - FIN_START) / (1 - FIN_START)
-        return np.where(s < FIN_START, naca, fin)
+    def buoyancy(self) -> float:
+        """Volume of the sections over that of the water which the fish weighs: 1 where it floats."""
+        _, height, width = self.sections(0.0, self.fin_start * self.length)
+        body = math.pi / 4 * float((height * width).mean()) * self.fin_start * self.length
+        return DENSITY * body / self.mass
 
     def sections(self, start: float, end: float) -> tuple[Array, Array, Array]:
         """Return places from `start` [m] (n,), heights and widths of the sections between two stations [m]."""
         count = max(16, round(STATIONS * (end - start) / self.length))
         x = (np.arange(count) + 0.5) / count * (end - start)
         s = (start + x) / self.length
-        height = self.height * self._outline(s)
-        return x, height, np.where(s < FIN_START, ASPECT * height, FIN_THICKNESS * self.length)
+        body, outline = s < self.fin_start, naca(np.minimum(s, self.fin_start))
+        fin = self.fin_root + (self.fin_span - self.fin_root) * (s - self.fin_start) / (1 - self.fin_start)
+        thickness = FIN_THICKNESS * self.length
+        return x, np.where(body, self.height * outline, fin), np.where(body, self.width * outline, thickness)
+
+    @property
+    def fin_area(self) -> float:
+        """Area of the caudal fin [m^2], one side."""
+        return (self.fin_root + self.fin_span) / 2 * (1 - self.fin_start) * self.length
 
     @property
     def fin_aspect(self) -> float:
         """Aspect ratio of the caudal fin, span^2 / area."""
-        _, height, _ = self.sections(FIN_START * self.length, self.length)
-        area = float(height.mean()) * (1 - FIN_START) * self.length
-        return self.height**2 / area
+        return self.fin_span**2 / self.fin_area
 
     @property
     def fin_reduction(self) -> float:
         """Added mass of the fin, a plate, over that of its sections one by one."""
-        _, height, _ = self.sections(FIN_START * self.length, self.length)
-        chord = self.height / self.fin_aspect
-        plate = float(np.interp(self.fin_aspect, PLATE_ASPECT, PLATE_MASS)) * chord**2 * self.height
-        return min(1.0, plate / (float((height**2).mean()) * (1 - FIN_START) * self.length))
+        _, height, _ = self.sections(self.fin_start * self.length, self.length)
+        chord = self.fin_span / self.fin_aspect
+        plate = float(np.interp(self.fin_aspect, PLATE_ASPECT, PLATE_MASS)) * chord**2 * self.fin_span
+        return min(1.0, plate / (float((height**2).mean()) * (1 - self.fin_start) * self.length))
 
     @property
     def slenderness(self) -> float:
         """Diameter of the circle of the largest section over the length."""
-        return self.height * math.sqrt(ASPECT) / self.length
+        return math.sqrt(self.height * self.width) / self.length
 
     @property
     def friction(self) -> float:
@@ -102,6 +131,29 @@ class Shape:
         return alpha / (2 - alpha)
 
 
+def naca(s: ArrayLike) -> Array:
+    """Return the height of a NACA four-digit profile at fractions of its length, 1 at its largest."""
+    s = np.asarray(s)
+    result: Array = 2.969 * np.sqrt(s) - 1.26 * s - 3.516 * s**2 + 2.843 * s**3 - 1.015 * s**4
+    return result
+
+
+def ellipse_drag(aspect: float) -> float:
+    """Return the drag coefficient across the flow of an ellipse by its width over its height (see `PLATE`)."""
+    return 1.98 - 0.78 * aspect
+
+
+def _section(height: float | None, width: float | None, area: float | None) -> tuple[float, float]:
+    """Return height and width [m] of a body whose mean section, over 1 of its outline, has an area [m^2] if known."""
+    if height is not None and width is not None:
+        return height, width
+    if area is None:
+        return (height, ASPECT * height) if height is not None else ((width or 0.0) / ASPECT, width or 0.0)
+    if height is None and width is None:
+        return math.sqrt(area / ASPECT), math.sqrt(area * ASPECT)
+    return (height, area / height) if height is not None else (area / (width or 1.0), width or 0.0)
+
+
 def link_lengths(count: int, length: float) -> tuple[float, ...]:
     """Return the lengths of the links [m]: the head is half of the fish, seven tenths before a single joint."""
     head = round(length * (0.7 if count == 2 else 0.5), 4)
@@ -115,9 +167,10 @@ def link_columns(shape: Shape, lengths: Sequence[float]) -> tuple[dict[str, list
     links, strip = ({key: [float(f"{row[key]:.4g}") for row in rows] for key in keys} for keys in (LINKS, STRIP))
     head = shape.added_mass_ahead * shape.mass / (DENSITY * math.pi / 4 * rows[0]["lateral_area_m2"] ** 2 / lengths[0])
     strip["added_mass_tangential"] = [float(f"{head:.3g}")] + [0.0] * (len(lengths) - 1)
-    strip["blunt_area_m2"] = [float(f"{BLUNT * math.pi / 4 * ASPECT * shape.height**2:.3g}")] + [0.0] * (
+    strip["blunt_area_m2"] = [float(f"{BLUNT * math.pi / 4 * shape.width * shape.height:.3g}")] + [0.0] * (
         len(lengths) - 1
     )
+    links["mass_kg"] = [float(f"{m * shape.mass / sum(links['mass_kg']):.4g}") for m in links["mass_kg"]]
     links["mass_kg"][0] = float(f"{links['mass_kg'][0] + shape.mass - sum(links['mass_kg']):.10g}")  # exact in all
     return links, strip
 
@@ -125,13 +178,13 @@ def link_columns(shape: Shape, lengths: Sequence[float]) -> tuple[dict[str, list
 def edge(shape: Shape) -> dict[str, float]:
     """Return the keys of the trailing edge in ``[water.strip]``; lift by Helmbold's equation."""
     lift = 4 / (2 + math.hypot(shape.fin_aspect, 2))
-    return {"edge_height_m": float(f"{shape.height:.3g}"), "edge_lift": float(f"{lift:.3g}"), "edge_suction": 0.0}
+    return {"edge_height_m": float(f"{shape.fin_span:.3g}"), "edge_lift": float(f"{lift:.3g}"), "edge_suction": 0.0}
 
 
 def _link(shape: Shape, start: float, length: float) -> dict[str, float]:
     """Integrate the sections of a link that starts at a station [m]."""
     x, height, width = shape.sections(start, start + length)
-    fin = start + x >= FIN_START * shape.length
+    fin = start + x >= shape.fin_start * shape.length
     section = np.where(fin, height * width, math.pi / 4 * height * width)
     around = np.where(fin, 2 * height, perimeter(height, width))
     return {
@@ -140,7 +193,9 @@ def _link(shape: Shape, start: float, length: float) -> dict[str, float]:
         "lateral_area_m2": float(height.mean()) * length,
         "wetted_area_m2": float(around.mean()) * length,
         "added_mass_normal": float((np.where(fin, shape.fin_reduction, 1) * height**2).mean() / height.mean() ** 2),
-        "drag_normal": float((np.where(fin, PLATE, ELLIPSE) * height).mean() / height.mean()),
+        "drag_normal": float(
+            (np.where(fin, PLATE, ellipse_drag(shape.width / shape.height)) * height).mean() / height.mean()
+        ),
         "drag_tangential": shape.friction,
         "added_inertia": 1.0,
         "drag_beating": float((np.where(fin, BEATING, 0.0) * height).mean() / height.mean()),
