@@ -26,6 +26,8 @@ from .parallel.shards import merge_shards as merge_shards
 from .reports.results import report as report
 from .reports.studio import Studio as Studio
 from .reports.studio import studio as studio
+from .scoreboard.scoreboard import score_swimmers as score_swimmers
+from .scoreboard.scores import Scoreboard as Scoreboard
 from .simulation.dive import Dive as Dive
 from .simulation.dive import Leg as Leg
 from .simulation.dive import dive as dive

@@ -53,6 +53,10 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
             "identify:identify_command",
             "Fit coefficients of a robot to measured runs, with their uncertainty.",
         ),
+        "scoreboard": (
+            "scoreboard:scoreboard_command",
+            "Predict published swimmers from a few numbers, and compare with what they did.",
+        ),
     },
     "Optimize": {
         "optimize": (

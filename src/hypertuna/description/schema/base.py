@@ -163,7 +163,7 @@ class Part(BaseModel):
         if "." in where:
             return where, ""
         name, bracket, index = where.partition("[")
-        key = f"{self.table}.{type(self).model_fields[name].alias}{bracket}{index}"
+        key = f"{self.table}.{type(self).model_fields[name].alias}{bracket}{index}".removeprefix(".")
         value = self.model_dump(mode="json", include={name})[name]
         value = value[int(index[:-1])] if bracket else value
         return key, f"{value:g}" if isinstance(value, float) else shown(value)

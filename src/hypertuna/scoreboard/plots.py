@@ -1,0 +1,69 @@
+"""Figures: predicted over published speeds, and the line that swimmers keep to."""
+
+from __future__ import annotations
+
+import textwrap
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hypertuna.figures import COLORS, EDGE, FAINT, INK, POINTS, SHAPES, TIGHT, WIDTH, styled
+from hypertuna.scoreboard.laws import Shoal, gazzola
+from hypertuna.scoreboard.scores import FAR, Scoreboard
+
+
+@styled
+def plot_scoreboard(board: Scoreboard, *, width: float = WIDTH) -> Figure:
+    """Plot predicted over published speeds, and Reynolds over swimming numbers: `width` [inch]."""
+    figure = Figure(figsize=(width, 0.56 * width + 0.6), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.15, 1))
+    _draw_speeds(left, board)
+    _draw_law(right, board)
+    names = dict.fromkeys(score.swimmer for score in board.speeds)
+    key = textwrap.wrap(
+        "   ".join(f"{k} {name}".replace(" ", "\N{NO-BREAK SPACE}") for k, name in enumerate(names, 1)),
+        round(20 * width),
+    )
+    figure.supxlabel("\n".join(key), fontsize=6.5, color=FAINT, x=0.01, ha="left")
+    return figure
+
+
+def _draw_speeds(axes: Axes, board: Scoreboard) -> None:
+    """Draw each run with its band, the line of equality, and a factor of two; each swimmer has a number."""
+    speeds = board.speeds
+    published, predicted, low, high, own = (
+        np.array([getattr(score, name) for score in speeds])
+        for name in ("published", "predicted", "low", "high", "own")
+    )
+    ends = np.concatenate([part[part > 0] for part in (published, predicted, low, high, own)] or [np.ones(1)])
+    reach = np.array([0.7 * ends.min(initial=1.0), 1.4 * ends.max(initial=1.0)])
+    axes.fill_between(reach, reach / FAR, reach * FAR, color=EDGE, alpha=0.18, lw=0, label=f"factor of {FAR:g}")
+    axes.plot(reach, reach, color=INK, lw=0.9, label="equal")
+    axes.vlines(published, low, high, color=COLORS[1], lw=1.2, alpha=0.6, label="90 % band")
+    axes.plot(published, predicted, ls="", marker=SHAPES[0], color=COLORS[1], label="length, mass, nose", **POINTS)
+    axes.plot(published, own, ls="", marker=SHAPES[3], color=COLORS[0], mfc="none", ms=4, label="own sections")
+    for number, name in enumerate(dict.fromkeys(score.swimmer for score in speeds), 1):
+        first = next(score for score in speeds if score.swimmer == name)
+        place = (first.published, first.predicted)
+        axes.annotate(f"{number}", place, xytext=(4, -6), textcoords="offset points", fontsize=6.5, color=FAINT)
+    axes.set(xscale="log", yscale="log", xlim=reach, ylim=reach, title="Speed [m/s]")
+    axes.set(xlabel="published", ylabel="predicted")
+    axes.legend(loc="upper left", **TIGHT)
+
+
+def _draw_law(axes: Axes, board: Scoreboard) -> None:
+    """Draw Reynolds over swimming numbers of random fish and of the swimmers, and Gazzola's line."""
+    shoals: list[tuple[Shoal, str, str, str]] = [
+        (board.shoal, f"{len(board.shoal.speed)} random fish", EDGE, "."),
+        (board.swum, "swimmers, predicted", COLORS[1], SHAPES[0]),
+    ]
+    for shoal, label, color, shape in shoals:
+        size = {"ms": 4} if shape == "." else POINTS
+        axes.plot(shoal.swimming, shoal.reynolds, ls="", marker=shape, color=color, label=label, **size)
+    numbers = np.concatenate([shoal.swimming[np.isfinite(shoal.swimming)] for shoal, *_ in shoals])
+    line = np.geomspace(0.7 * numbers.min(), 1.4 * numbers.max(), 200)
+    axes.plot(line, gazzola(line), color=INK, lw=0.9, label="Gazzola et al. 2014")
+    axes.set(xscale="log", yscale="log", title="The line of all swimmers")
+    axes.set(xlabel="swimming number 2πfAL/ν", ylabel="Reynolds number UL/ν")
+    axes.legend(loc="lower right", **TIGHT)

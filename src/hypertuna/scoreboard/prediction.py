@@ -1,0 +1,120 @@
+"""Predict a published swimmer: the robot that `hypertuna robot new` writes for it, its gaits, its settled speeds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hypertuna import _core
+from hypertuna.arrays import Array
+from hypertuna.description.new import Sizes, new_robot
+from hypertuna.description.robot import Robot, parse
+from hypertuna.scoreboard.swimmers import Run, Swimmer
+from hypertuna.swimming.beat import DEFAULT_STEPS, settle
+from hypertuna.swimming.gait import Gait, Gaits, named_gait
+from hypertuna.swimming.model import core_model
+
+EXCURSION = 0.2  # of the length, peak to peak, where none is published: that of most swimmers (Saadat et al. 2017)
+STEEPEST = math.radians(80)  # largest amplitude of a joint that is tried
+SCALES = 24  # of the default wave, tried at once
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """A run as predicted; NaN for what is not known."""
+
+    gait: Gait | None  # None where no amplitude reaches the excursion
+    speed: float = math.nan  # m/s
+    thrust: float = math.nan  # N, of a fish held fixed
+    power: float = math.nan  # W, mechanical
+    excursion: float = math.nan  # m, peak to peak
+    band: tuple[float, float] = (math.nan, math.nan)  # m/s, that the estimates leave
+
+
+def first_robot(swimmer: Swimmer) -> Robot:
+    """Return the robot of `hypertuna robot new` for a swimmer: from links, length, mass if published, and nose."""
+    body = swimmer.body
+    sizes = Sizes(links=swimmer.link_count, length=body.length, mass=body.mass, nose=swimmer.nose)
+    return parse(new_robot(swimmer.name, joints=swimmer.joints, **sizes))
+
+
+def own_robot(swimmer: Swimmer) -> Robot | None:
+    """Return the first robot with the published lengths, sections and fin of a swimmer; None where it has none."""
+    body, fin = swimmer.body, swimmer.fin
+    chord = fin.area / fin.span if fin.area and fin.span else fin.chord
+    own = {"height": body.height, "width": body.width, "fin_span": fin.span, "fin_chord": chord}
+    if not swimmer.lengths and not any(own.values()):
+        return None
+    whole = {"lengths": swimmer.lengths} if swimmer.lengths else {"links": swimmer.link_count, "length": body.length}
+    sizes: Any = own | whole | {"mass": body.mass, "nose": swimmer.nose}
+    return parse(new_robot(swimmer.name, joints=swimmer.joints, **sizes))
+
+
+def predict(robot: Robot, run: Run) -> Predicted:
+    """Predict a run of a robot: its settled speed, or the thrust of a fish held fixed."""
+    gait = run_gait(robot, run)
+    if gait is None:
+        return Predicted(None)
+    if run.thrust is not None:
+        return held(robot, gait)
+    swum = settle(robot, Gaits.of([gait]))
+    if swum["status"][0] != 0:
+        return Predicted(gait)
+    speed, power, excursion = (float(swum[name][0]) for name in ("speed", "mechanical_power", "tail_excursion"))
+    return Predicted(gait, speed, power=power, excursion=excursion)
+
+
+def run_gait(robot: Robot, run: Run) -> Gait | None:
+    """Return the gait of a run: published angles, else the default wave at the published excursion; None if too large.
+
+    Where phases alone are missing, they are those of the default wave.
+    """
+    wave = replace(named_gait(robot, "cruise"), frequency=run.frequency)
+    wave = replace(wave, phase=run.phase or wave.phase)
+    if run.amplitude is not None:
+        return replace(wave, amplitude=run.amplitude)
+    return _scaled_to(robot, wave, run.excursion or EXCURSION * robot.body.length, held=run.thrust is not None)
+
+
+def _scaled_to(robot: Robot, wave: Gait, excursion: float, *, held: bool) -> Gait | None:
+    """Scale the amplitudes of a wave so that the tail tip has an excursion [m]; None if that is out of reach."""
+    low, high = 0.02, STEEPEST / max(wave.amplitude)
+    for _ in range(3):  # each narrows the interval by 23
+        scales = np.geomspace(low, high, SCALES)
+        gaits = [replace(wave, amplitude=tuple(scale * a for a in wave.amplitude)) for scale in scales.tolist()]
+        reached = held_excursion(robot, gaits) if held else settle(robot, Gaits.of(gaits))["tail_excursion"]
+        beyond = np.flatnonzero(reached >= excursion)
+        if not len(beyond) or beyond[0] == 0:
+            return None
+        low, high = scales[beyond[0] - 1], scales[beyond[0]]
+    return replace(wave, amplitude=tuple(math.sqrt(low * high) * a for a in wave.amplitude))
+
+
+def held(robot: Robot, gait: Gait) -> Predicted:
+    """Predict the mean thrust and power of a gait whose head is held still in still water.
+
+    Over a beat the momentum of body and entrained water does not change, so that the mean force of the water is that
+    of the core's equations of swimming at twist zero.
+    """
+    joints = _beat(robot, gait)
+    state = _core.dynamics(core_model(robot), joints, np.zeros((len(joints), 3)))
+    power = float(state["loss"].mean())  # all that the joints do, since the energy returns
+    excursion = float(held_excursion(robot, [gait])[0])
+    return Predicted(gait, thrust=-float(state["wrench"][:, 0].mean()), power=power, excursion=excursion)
+
+
+def held_excursion(robot: Robot, gaits: list[Gait]) -> Array:
+    """Return the excursions [m] of the tail tip, peak to peak (gaits,), of a robot whose head is held still."""
+    angles = np.stack([_beat(robot, gait)[:, :, 0] for gait in gaits]).cumsum(axis=2)
+    across = (np.sin(angles) * robot.links.length).sum(axis=2)
+    result: Array = np.ptp(across, axis=1)
+    return result
+
+
+def _beat(robot: Robot, gait: Gait, steps: int = DEFAULT_STEPS) -> Array:
+    """Return angle, rate and acceleration of every joint over a beat (steps, links, 3)."""
+    clock: Array = 2 * np.pi / steps * np.arange(steps, dtype=np.float64)
+    return _core.joint_motion(core_model(robot), **vars(gait), clock=clock)

@@ -1,0 +1,91 @@
+"""Score predictions: every published swimmer by its first robot, and again with its own sections."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from hypertuna.arguments import checked
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.scoreboard.fits import Other, other_speeds
+from hypertuna.scoreboard.laws import random_shoal
+from hypertuna.scoreboard.prediction import Predicted, first_robot, own_robot, predict
+from hypertuna.scoreboard.scores import Score, Scoreboard
+from hypertuna.scoreboard.swimmers import Run, Swimmer, read_swimmer, swimmers
+
+
+@checked
+def score_swimmers(
+    names: Sequence[str | Path] = (), *, progress: Callable[[int, int], None] | None = None
+) -> Scoreboard:
+    """Predict published swimmers from a few numbers that their builders knew, and compare.
+
+    Parameters
+    ----------
+    names : sequence of str or Path, optional
+        Swimmers that come with hypertuna, or paths of TOML files; by default all that come with it.
+    progress : callable, optional
+        Called with the number of swimmers completed and their total.
+
+    Returns
+    -------
+    Scoreboard
+
+    Raises
+    ------
+    InputError
+        If a swimmer does not exist, or its file is invalid.
+
+    Examples
+    --------
+    >>> score_swimmers(["tunabot"]).scores[0].published
+    1.02
+    """
+    chosen = [read_swimmer(name) for name in names or swimmers()]
+    scores: list[Score] = []
+    others: dict[str, list[Other]] = {}
+    for k, swimmer in enumerate(chosen):
+        first, own, note = _robots(swimmer)
+        scores += [score for run in swimmer.runs for score in _of_run(swimmer, run, first, own, note)]
+        if first is not None and (found := other_speeds(own or first, swimmer.runs)):
+            others[swimmer.name] = found
+        if progress is not None:
+            progress(k + 1, len(chosen))
+    return Scoreboard(tuple(scores), others, random_shoal())
+
+
+def _robots(swimmer: Swimmer) -> tuple[Robot | None, Robot | None, str]:
+    """Return the first robot of a swimmer and that of its own sections, and why there are none."""
+    try:
+        return first_robot(swimmer), own_robot(swimmer), ""
+    except InputError as error:
+        return None, None, str(error)
+
+
+def _of_run(swimmer: Swimmer, run: Run, robot: Robot | None, own: Robot | None, note: str) -> Iterator[Score]:
+    """Yield the scores of a run: its speed, or the thrust of a fish held fixed; and its power if it is published."""
+    first = Predicted(None) if robot is None else predict(robot, run)
+    second = Predicted(None) if own is None else predict(own, run)
+    if robot is not None and first.gait is None:
+        note = "no amplitude of the default wave reaches the excursion"
+    known = {"thrust": run.thrust} if run.thrust is not None else {"speed": run.speed}
+    known |= {f"{run.power_kind} power": run.power} if run.power is not None else {}
+    for quantity, published in known.items():
+        kind = quantity.split()[-1]
+        yield Score(
+            swimmer.name,
+            run.name,
+            quantity,
+            published,
+            run.speed_error if kind == "speed" else None,
+            getattr(first, kind),
+            *(first.band if kind == "speed" else (math.nan, math.nan)),
+            own=getattr(second, kind),
+            length=swimmer.body.length,
+            frequency=run.frequency,
+            excursion=first.excursion,
+            reference=swimmer.reference,
+            note=note,
+        )

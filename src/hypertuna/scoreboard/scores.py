@@ -1,0 +1,253 @@
+"""The scoreboard: published numbers of swimmers beside predicted ones, and what they say about the predictions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hypertuna import _core
+from hypertuna.arrays import Array
+from hypertuna.display import Plotted, Tabular
+from hypertuna.io.files import dataset, version
+from hypertuna.io.quantity import Quantity, key_of
+from hypertuna.paper.ledger import Entry, Finding, judge
+from hypertuna.scoreboard.fits import Other
+from hypertuna.scoreboard.laws import Shoal
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+UNITS = {"speed": "m/s", "thrust": "N", "electrical power": "W", "mechanical power": "W"}
+SIZES = {"length": "m", "frequency": "Hz", "excursion": "m"}  # of a score, beside its number
+NEAR, FAR = 1.3, 2.0  # factors within which swimmers are counted
+MODEL = "robot new"
+
+
+@dataclass(frozen=True)
+class Score:
+    """A published number of a run, and what a first robot predicts [SI]."""
+
+    swimmer: str
+    run: str
+    quantity: str  # of `UNITS`
+    published: float
+    published_error: float | None  # relative, as published
+    predicted: float  # by `hypertuna robot new` and its defaults; NaN without a prediction
+    low: float = math.nan  # band that the estimates leave; NaN without one
+    high: float = math.nan
+    own: float = math.nan  # predicted with the swimmer's own sections; NaN where none are published
+    length: float = math.nan  # m, of the swimmer
+    frequency: float = math.nan  # Hz
+    excursion: float = math.nan  # m, peak to peak, as predicted
+    reference: str = ""
+    note: str = ""  # why there is no prediction
+
+    @property
+    def ratio(self) -> float:
+        """Predicted over published."""
+        return self.predicted / self.published
+
+    @property
+    def band(self) -> tuple[float, float] | None:
+        """The band that the estimates leave, if it is known."""
+        return (self.low, self.high) if math.isfinite(self.low + self.high) else None
+
+    @property
+    def inside(self) -> bool | None:
+        """Whether the published number, give or take its error, is inside the band; None without a band."""
+        error = self.published_error or 0.0
+        return (
+            None
+            if self.band is None
+            else self.low <= self.published * (1 + error) and self.published * (1 - error) <= self.high
+        )
+
+    @property
+    def entry(self) -> Entry:
+        """The number as an entry of a ledger."""
+        key, unit = f"{self.quantity}/{self.swimmer}/{self.run}", UNITS[self.quantity]
+        fact = {"value": self.published, "unit": unit, "kind": "measured", "source": self.reference}
+        finding = Finding(key, MODEL, "prediction", self.predicted, self.note, self.band)
+        return judge({"values": {key: fact}}, finding)
+
+    @property
+    def verdict(self) -> str | None:
+        """The verdict by the band, as a ledger has it; None without a band."""
+        return None if self.band is None else self.entry.verdict
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """How well speeds are predicted; every swimmer counts once, by the geometric mean of its runs."""
+
+    swimmers: int  # with a prediction
+    missing: int  # without one
+    rms_log: float  # root mean square of the natural logarithm of predicted over published
+    mean_ratio: float  # geometric
+    within_near: int  # swimmers within a factor of 1.3
+    within_far: int  # swimmers within a factor of 2
+    factor: float  # within which nine of ten swimmers are
+    inside: float  # mean over swimmers of their share of runs inside the band; NaN without bands
+    band_ratio: float  # median of the upper end of the band over the lower one
+
+
+def statistics(scores: Sequence[Score], *, own: bool = False) -> Statistics:
+    """Summarize the speeds among scores: by the defaults, or with `own` sections where these are published."""
+    ratios = ratios_of(scores, own=own)
+    logs = swimmer_logs(ratios)
+    values = np.array([*logs.values()])
+    size = np.abs(values)
+    banded = [] if own else [s for s in scores if s.quantity == "speed" and s.band]
+    shares = [
+        np.mean([s.inside for s in banded if s.swimmer == name]) for name in dict.fromkeys(s.swimmer for s in banded)
+    ]
+    return Statistics(
+        swimmers=len(logs),
+        missing=len(ratios) - len(logs),
+        rms_log=_rms(values),
+        mean_ratio=math.exp(values.mean()) if len(logs) else math.nan,
+        within_near=int((size <= math.log(NEAR)).sum()),
+        within_far=int((size <= math.log(FAR)).sum()),
+        factor=math.exp(np.quantile(size, 0.9, method="inverted_cdf")) if len(logs) else math.nan,
+        inside=float(np.mean(shares)) if shares else math.nan,
+        band_ratio=float(np.median([s.high / s.low for s in banded])) if banded else math.nan,
+    )
+
+
+def swimmer_logs(ratios: Mapping[str, Sequence[float]]) -> dict[str, float]:
+    """Return the mean natural logarithm of each swimmer's ratios, but of those with one that is not positive."""
+    return {name: float(np.mean(np.log(part))) for name, part in ratios.items() if all(ratio > 0 for ratio in part)}
+
+
+def leave_one_out(logs: Mapping[str, float]) -> Array:
+    """Return what is left of each logarithm when the mean of all others corrects it (swimmers,).
+
+    It says what one factor, fitted to the scoreboard, would bring for a swimmer that it was not fitted to.
+    """
+    values = np.array([*logs.values()])
+    if len(values) < 2:
+        return np.full(len(values), math.nan)
+    left: Array = values - (values.sum() - values) / (len(values) - 1)
+    return left
+
+
+@dataclass(frozen=True)
+class Scoreboard(
+    Plotted,
+    Tabular,
+    card="hypertuna.scoreboard.cards:scoreboard_card",
+    figure="hypertuna.scoreboard.plots:plot_scoreboard",
+    data=lambda board: board.dataset(),
+):
+    """Published swimmers beside what first robots of them are predicted to do, and the laws that swimmers obey."""
+
+    scores: tuple[Score, ...]
+    others: Mapping[str, Sequence[Other]]  # by swimmer, of those with several speeds
+    shoal: Shoal  # random fish
+
+    @property
+    def speeds(self) -> tuple[Score, ...]:
+        """The scores of speeds."""
+        return tuple(score for score in self.scores if score.quantity == "speed")
+
+    @property
+    def swum(self) -> Shoal:
+        """The runs of the swimmers as predicted."""
+        columns = ("length", "frequency", "predicted", "excursion")
+        return Shoal(*(np.array([getattr(score, name) for score in self.speeds]) for name in columns))
+
+    def summary(self) -> dict[str, Quantity]:
+        """Return what the scores say of the predictions, and which laws random fish obey.
+
+        Returns
+        -------
+        dict of Quantity
+        """
+        found, own, fish = statistics(self.scores), statistics(self.scores, own=True), self.shoal
+        left = leave_one_out(swimmer_logs(ratios_of(self.scores)))
+        others = [other for part in self.others.values() for other in part]
+        rows: dict[str, tuple[Any, str | None]] = {
+            "swimmers": (found.swimmers + found.missing, "swimmers with a speed"),
+            "missing": (found.missing, "of these without a prediction"),
+            "rms_log": (found.rms_log, "rms of the logarithm of predicted over published"),
+            "mean_ratio": (found.mean_ratio, "geometric mean of predicted over published"),
+            "within_1_3": (found.within_near, f"swimmers within a factor of {NEAR:g}"),
+            "within_2": (found.within_far, f"swimmers within a factor of {FAR:g}"),
+            "factor_of_nine_in_ten": (found.factor, "factor that holds for nine of ten"),
+            "inside_band": (found.inside, "published speeds inside the 90 % band"),
+            "band_ratio": (found.band_ratio, "median of the band, upper over lower end"),
+            "own_swimmers": (own.swimmers, "swimmers with sections of their own"),
+            "own_rms_log": (own.rms_log, "rms of their logarithm with these"),
+            "own_mean_ratio": (own.mean_ratio, "geometric mean with these"),
+            "left_out_rms_log": (_rms(left), "rms if the mean of the others corrected each"),
+            "several_speeds": (len(self.others), "swimmers with several speeds"),
+            "other_speeds": (len(others), "their other speeds, a drag area fitted to one"),
+            "other_speeds_hold": (sum(other.holds for other in others), "of these within 10 % and the published error"),
+            "fish": (len(fish.speed), "random fish"),
+            "fish_settled": (int(np.isfinite(fish.speed).sum()), None),
+            "fish_over_gazzola": (_median(fish.over_gazzola), "their Re over Gazzola's, median"),
+            "fish_strouhal": (_median(fish.strouhal), "their Strouhal number, median"),
+            "fish_stride_length": (_median(fish.stride), "their stride length in BL, median"),
+        }
+        return {name: Quantity(value, "", label) for name, (value, label) in rows.items()}
+
+    def dataset(self) -> xr.Dataset:
+        """Return the scores as a table.
+
+        Returns
+        -------
+        xarray.Dataset
+            One dimension, score: published and predicted numbers in the unit of each, band, ratio.
+        """
+        columns: dict[str, Any] = {"unit": ("score", np.array([UNITS[score.quantity] for score in self.scores]))}
+        for name in (*Score.__dataclass_fields__, "ratio", "inside"):
+            values = np.array([_cell(getattr(score, name)) for score in self.scores])
+            columns[name] = ("score", values, SIZES.get(name, "1"), name.replace("_", " "))
+        return dataset(columns, {}, {"hypertuna_version": version(), "isa": _core.isa()})
+
+    def record(self) -> dict[str, Any]:
+        """Return the JSON record.
+
+        Returns
+        -------
+        dict
+            Provenance, summary, and the scores with the verdict of each.
+        """
+        rows = [
+            {key_of(name, SIZES.get(name, "")): value for name, value in asdict(s).items()}
+            | {"unit": UNITS[s.quantity], "ratio": s.ratio, "inside": s.inside, "verdict": s.verdict}
+            for s in self.scores
+        ]
+        facts = {"hypertuna_version": version(), "isa": _core.isa()}
+        others = {name: [other._asdict() for other in part] for name, part in self.others.items()}
+        numbers = {key: one.value for key, one in self.summary().items()}
+        return facts | numbers | {"scores": rows, "others": others}
+
+
+def ratios_of(scores: Iterable[Score], *, own: bool = False) -> dict[str, list[float]]:
+    """Return predicted over published speed of each swimmer's runs; with `own` sections, where these are published."""
+    ratios: dict[str, list[float]] = {}
+    for score in scores:
+        if score.quantity == "speed" and (not own or math.isfinite(score.own)):
+            ratios.setdefault(score.swimmer, []).append((score.own if own else score.predicted) / score.published)
+    return ratios
+
+
+def _rms(values: Array) -> float:
+    """Return the root mean square; NaN of none."""
+    return float(np.sqrt(np.mean(values**2))) if len(values) else math.nan
+
+
+def _median(values: Array) -> float:
+    """Return the median of the values that are known."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else math.nan
+
+
+def _cell(value: Any) -> Any:
+    """Return a value as a cell of a table: NaN for none."""
+    return math.nan if value is None else float(value) if isinstance(value, bool) else value
