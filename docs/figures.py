@@ -82,18 +82,40 @@ def ledger_table() -> str:
 
 
 def prediction_table() -> str:
-    """Count the predictions of every model and of all, and give the model's error of the eight speeds."""
+    """Count the predictions of every model and of all, and give the model's error of the eight speeds.
+
+    The last row counts a number that several models predict once, by the best verdict.
+    """
     found = [e for e in ledger().entries if e.class_ == "prediction"]
+    worst_first = sorted(found, key=lambda e: -VERDICTS.index(e.verdict))
+    once = list({e.id: e for e in worst_first}.values())
+    models = dict.fromkeys([*ledger().summary["speeds"], *(e.model for e in found)])
+    parts = {model: [e for e in found if e.model == model] for model in models} | {"each number once": once}
     body = []
-    for model in [*dict.fromkeys([*ledger().summary["speeds"], *(e.model for e in found)]), "all"]:
-        part = [e for e in found if model in (e.model, "all")]
+    for model, part in parts.items():
         verdicts = [e.verdict for e in part]
         met = [e for e in part if e.verdict == "reproduced" and e.kind == "measured"]
-        counts = (len(part), verdicts.count("reproduced"), len(met), verdicts.count("deviates"))
-        errors = ledger().summary["speeds"].get(model)
-        body.append([model, *map(str, counts), f"{100 * errors['rms_relative_error']:.1f} %" if errors else ""])
-    heads = ["predictions", "reproduced", "of measured numbers", "deviate", "rms error of the eight speeds"]
+        counts = (len(part), *(verdicts.count(verdict) for verdict in ("reproduced", "agrees", "deviates")), len(met))
+        body.append([model, *map(str, counts), _speed_error(model)])
+    heads = [
+        "predictions",
+        "reproduced",
+        "keep a bound",
+        "deviate",
+        "reproduced of measured",
+        "rms error of the eight speeds",
+    ]
     return rows(["model", *heads], body)
+
+
+def _speed_error(model: str) -> str:
+    """Write the error of a model's eight speeds, and how many of them were fitted or chosen in sight."""
+    errors = ledger().summary["speeds"].get(model)
+    if errors is None:
+        return ""
+    classes = [e.class_ for e in ledger().entries if e.model == model and e.id.removeprefix("speed/") in SPEEDS]
+    used = [f"{classes.count(name)} {name}" for name in CLASSES if name != "prediction" and name in classes]
+    return ", ".join([f"{100 * errors['rms_relative_error']:.1f} %", *used])
 
 
 def class_table() -> str:

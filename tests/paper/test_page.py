@@ -72,7 +72,7 @@ def test_the_page_and_the_command_begin_with_what_the_numbers_are_worth(
     ledger: Ledger, folder: Path, sections: list[Section]
 ) -> None:
     text, summary = (folder / "index.html").read_text(), ledger.summary
-    first = f"<dt>{summary['reproduced']} of {summary['predictions']}</dt><dd>predictions reproduce the paper"
+    first = f"<dt>{summary['reproduced']} of {summary['predictions']}</dt><dd>predicted numbers are reproduced"
     assert text.index("<h1>hypertuna") < text.index('id="tool"') < text.index('id="audit"') < text.index(first)
     heads = (first, '<h2 id="worth">What the numbers are worth</h2>', f"<h2>{sections[0].title}</h2>")
     places = [text.index(head) for head in heads]
@@ -163,7 +163,7 @@ def test_the_command(
     assert page == f"The page: {(tmp_path / 'demo' / 'index.html').as_uri()}"
     assert (tmp_path / "demo" / "index.html").is_file()
     assert len(counts) <= 5
-    assert f"{ledger.summary['reproduced']} of {ledger.summary['predictions']} predictions" in " ".join(counts)
+    assert f"{ledger.summary['reproduced']} of {ledger.summary['predictions']} predicted numbers" in " ".join(counts)
     monkeypatch.setattr(sys, "argv", ["hypertuna", "paper"])
     with pytest.raises(SystemExit):
         main()

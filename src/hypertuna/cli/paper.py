@@ -64,7 +64,7 @@ def paper_command(
 def _brief(ledger: Ledger) -> Iterator[str]:
     """Summarize the ledger in two sentences."""
     summary = ledger.summary
-    reproduced = f"{summary['reproduced']} of {summary['predictions']} predictions are reproduced"
+    reproduced = f"{summary['reproduced']} of {summary['predictions']} predicted numbers are reproduced by a model"
     yield f"The paper's numbers, computed: {len(ledger.entries)} comparisons; {reproduced}."
     errors = (f"{model} {100 * error['rms_relative_error']:.1f} %" for model, error in summary["speeds"].items())
     yield f"Eight speeds, rms error: {'; '.join(errors)}."
@@ -75,8 +75,8 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
     from rich.text import Text
 
     summary = ledger.summary
-    measured = f"{summary['reproduced_measured']} of these are of measured numbers"
-    yield f"{summary['predictions']} predictions, {summary['reproduced']} of them reproduced; {measured}."
+    measured = f"{summary['reproduced_measured']} of these were measured"
+    yield f"{summary['predictions']} numbers are predicted, {summary['reproduced']} reproduced by a model; {measured}."
     verdicts = summary["verdicts"].items()
     yield Text(", ").join(Text(f"{MARKS[verdict]} {count} {verdict}", STYLES[verdict]) for verdict, count in verdicts)
     yield ""

@@ -30,7 +30,7 @@ STRIPS = "strips"  # the strip law, with joints that lag
 TARGETS = ("0.3", "0.4", "0.5", "max")  # expected speeds of Table IV [m/s]
 COSTS = TARGETS[:3]  # those whose costs of transport the paper compares
 SPEEDS = tuple(f"{kind}optimised-{speed}" for kind in ("un", "") for speed in TARGETS)
-REST = 10.0  # s: Fig. 12(c), from rest until long after the speed has settled
+REST = 20.0  # s: Fig. 12(c), from rest until long after the speed has settled, and beyond the tank
 
 # By bore of the oil lines [m] and gait: speed [m/s], swing of each joint [rad] and power [W].
 Bores: TypeAlias = dict[float, dict[str, tuple[float, Array, float]]]

@@ -16,7 +16,7 @@ from hypertuna.reports.html import WIDTH, Fact, Picture, Section, page
 from hypertuna.reports.studio import studio_page
 
 NAMES = dict(zip(VERDICTS, VERDICTS, strict=True)) | {"not-computed": "to come"}
-TITLES = {"fe": "Finite elements", "fe-vs-analytic": "The fast model beside finite elements"}
+TITLES = {"fe": "Finite elements", "start": "From rest"}
 CARDS = tuple(
     dict(zip(("title", "text", "command", "page"), card, strict=True))
     for card in (
@@ -91,17 +91,18 @@ def _facts(ledger: Ledger) -> list[Fact]:
     errors, counts = summary["speeds"], summary["classes"]["prediction"]
     rms = {model: f"{100 * error['rms_relative_error']:.3g} %" for model, error in errors.items()}
     (distance,) = [entry for entry in ledger.entries if (entry.id, entry.model) == ("range/battery", ARITHMETIC)]
-    others = len(ledger.entries) - summary["predictions"]
+    predictions = sum(counts.values())
+    others = len(ledger.entries) - predictions
     return [
         Fact(
             f"{summary['reproduced']} of {summary['predictions']}",
-            f"predictions reproduce the paper, {summary['reproduced_measured']} of them a measured number; "
-            f"{counts['deviates']} deviate, {counts['undetermined']} cannot be decided from published data",
+            f"predicted numbers are reproduced by at least one model, {summary['reproduced_measured']} of them a "
+            f"measured number; of {predictions} predictions by all models, {counts['deviates']} deviate",
         ),
         Fact(
             f"{others}",
-            f"other numbers are fitted, calibrated, chosen with the published one in view, inputs, or at a bound: "
-            f"{summary['verdicts']['agrees']} of them agree, which proves little",
+            f"other numbers are fitted, calibrated, chosen with the published one in view, inputs, at a bound, "
+            f"or not judged: {summary['verdicts']['agrees'] - counts['agrees']} of them agree, which proves little",
         ),
         Fact(rms.get(TWIN, "–"), "rms error of the eight published speeds in the twin, from servo to wake"),
         Fact(

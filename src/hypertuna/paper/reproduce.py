@@ -106,17 +106,21 @@ def ledger_sections(ledger: Ledger) -> list[Section]:
 
 
 def _summary(entries: tuple[Entry, ...]) -> dict[str, Any]:
-    """Return the predictions and how many are reproduced, verdicts of all and by class, errors of the eight speeds."""
+    """Return how many numbers are predicted and reproduced, verdicts of all and by class, errors of the eight speeds.
+
+    A number that several models predict counts once; it is reproduced if one of them reproduces it.
+    """
     speeds: dict[str, list[Entry]] = {}
     for entry in entries:
         if entry.id.removeprefix("speed/") in SPEEDS and entry.relative_error is not None:
             speeds.setdefault(entry.model, []).append(entry)
     errors = {model: np.array([entry.relative_error for entry in part], float) for model, part in speeds.items()}
     classes = {name: _verdicts([entry for entry in entries if entry.class_ == name]) for name in CLASSES}
+    reproduced = [entry for entry in entries if entry.verdict == "reproduced"]
     return {
-        "predictions": sum(classes["prediction"].values()),
-        "reproduced": classes["prediction"]["reproduced"],
-        "reproduced_measured": sum(one.verdict == "reproduced" and one.kind == "measured" for one in entries),
+        "predictions": len({entry.id for entry in entries if entry.class_ == "prediction"}),
+        "reproduced": len({entry.id for entry in reproduced}),
+        "reproduced_measured": len({entry.id for entry in reproduced if entry.kind == "measured"}),
         "verdicts": _verdicts(entries),
         "classes": classes,
         "speeds": {

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hypertuna.actuation.bending import Bend, Step, bend, misprints
+from hypertuna.actuation.bending import Bend, Step, bend, misprints, straightness
 from hypertuna.actuation.soft_joint import MATERIAL_SETS
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.paper.chapter import Chapter, Trials, compose
@@ -17,6 +18,9 @@ from hypertuna.reports.html import WIDTH, Section, Table
 
 ACTUATOR = "actuator"
 PRINTED = "actuator, equations as printed"
+TESTED = np.array([100.0, 150.0, 200.0, 250.0])  # kPa
+LINES = ("bending/linear", "bending/below-250kpa")  # ids of the numbers that a straight line decides
+SPAN = "100, 150, 200 and 250 kPa"
 POINTS = 51  # of a curve from no pressure to the largest
 
 
@@ -56,7 +60,7 @@ def bend_published(robot: Robot) -> Bends:
 
 
 def findings(bends: Bends) -> Iterator[Finding]:
-    """Yield the bend of each joint at its largest pressure."""
+    """Yield the bend of each joint at its largest pressure, and how straight its curve is."""
     for name, corrected in bends.corrected.items():
         angle = float(np.degrees(corrected.angle[-1]))
         note = (
@@ -65,9 +69,24 @@ def findings(bends: Bends) -> Iterator[Finding]:
             f"{_loop(corrected):.2g} deg at most"
         )
         yield Finding(f"bending/{name}", ACTUATOR, "calibrated", angle, note)
+        yield from line_findings(name, ACTUATOR, corrected.pressure, corrected.angle)
         printed = float(np.degrees(bends.printed[name].angle[-1]))
         note = f"the same geometry in the equations as they stand: {100 * (printed / angle - 1):+.0f} %"
         yield Finding(f"bending/{name}", PRINTED, "calibrated", printed, f"{note} beside the corrected ones")
+
+
+def line_findings(joint: str, model: str, pressure: Array, angle: Array) -> Iterator[Finding]:
+    """Yield how far bends [rad] over pressures [Pa] are from a straight line, at 100 to 250 kPa."""
+    bend = np.degrees(np.interp(TESTED, pressure / 1e3, angle))
+    first, *_, last = np.diff(bend) / np.diff(TESTED)
+    line = bend[-1] * TESTED / TESTED[-1]
+    values = (float(last / first), float(np.mean(bend[:-1] / line[:-1])))
+    notes = (
+        f"R² = {straightness(pressure, angle):.3f}; {', '.join(f'{one:.3g}' for one in bend)} deg at {SPAN}",
+        f"beside a line from no bend without pressure, with {', '.join(f'{one:.3g}' for one in line[:-1])} deg",
+    )
+    for key, value, note in zip(LINES, values, notes, strict=True):
+        yield Finding(f"{key}-{joint}", model, "prediction", value, note)
 
 
 def sections(bends: Bends) -> list[Section]:

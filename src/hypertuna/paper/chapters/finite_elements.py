@@ -23,6 +23,7 @@ from hypertuna.fe.model import FeOptions
 from hypertuna.fe.states import States, apart, fast_states, holding_moment
 from hypertuna.io.files import shipped
 from hypertuna.paper.chapter import Chapter, Trials, compose
+from hypertuna.paper.chapters.actuator import LINES, line_findings
 from hypertuna.paper.ledger import Finding
 from hypertuna.reports.html import WIDTH, Section, Table
 
@@ -30,17 +31,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FE = "finite elements"
-FAST = "fast model beside finite elements"
 ROBOT = "hypertuna"
 MESH = "medium"
 PRESSURES = "0:250:6"  # kPa
 FAST_ALONE = {"friction", "stiffness_factor"}  # values that elements do not use
-COMPARED = {  # numbers of the fast model beside the elements', by id
-    "bend": "the bend under the pressure of one side",
-    "oil": "the oil that this side takes in",
-    "moment": "the moment at the elements' angle, over that of the straight joint under the largest pressure",
-    "volume": "the volume of either side under the elements' moment, over the range of the volumes",
-}
 AGAIN = "validation/fe/ledger.py computes it again"
 NESTED = "nested.json"  # stored series of nested spaces of displacements
 
@@ -214,33 +208,14 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Elements:
 
 
 def findings(elements: Elements) -> Iterator[Finding]:
-    """Yield the bend of each joint at the largest pressure, and how far the fast model is from all states."""
+    """Yield the bend of each joint at the largest pressure, and how straight its curve is."""
     for joint, one in elements.solved.items():
         angle = None if one.record is None else float(np.degrees(one.angle[-1]))
         yield Finding(f"fe/bending-{joint}", FE, "calibrated", angle, _note(one))
-    missing = [one.reason for one in elements.solved.values() if one.record is None]
-    for name, what in COMPARED.items():
-        if missing:
-            yield Finding(f"fe-vs-analytic/{name}", FAST, "in sight", None, missing[0])
-            continue
-        values = {joint: _largest(one, name) for joint, one in elements.solved.items()}
-        counts = {joint: _count(one, name) for joint, one in elements.solved.items()}
-        text = ", ".join(f"joint {joint} {value:.1f} % of {counts[joint]} states" for joint, value in values.items())
-        note = f"largest difference of {what}, both without friction: {text}"
-        yield Finding(f"fe-vs-analytic/{name}", FAST, "in sight", max(values.values()), note)
-
-
-def _largest(one: Solved, name: str) -> float:
-    """Return the largest difference of the fast model [%]."""
-    curves = {"bend": one.difference, "oil": one.oil_difference}
-    return 100 * (float(np.abs(curves[name]).max()) if name in curves else one.over_points[name])
-
-
-def _count(one: Solved, name: str) -> int:
-    """Return the number of states that are compared; the curves are of one side alone."""
-    if name in ("bend", "oil"):
-        return int((one.pressure > 0).sum())
-    return int(np.isfinite(one.points[1].angle).sum())
+        if one.record is None:
+            yield from (Finding(f"{key}-{joint}", FE, "prediction", None, one.reason) for key in LINES)
+        else:
+            yield from line_findings(joint, FE, one.pressure, one.angle)
 
 
 def sections(elements: Elements) -> list[Section]:

@@ -9,8 +9,8 @@ from hypertuna.arrays import Array
 from hypertuna.identification.identify import Fit
 from hypertuna.metrics import cost_of_transport
 from hypertuna.paper.chapter import Trials, compose
-from hypertuna.paper.computed import OURS, PAPER, SPEEDS
-from hypertuna.paper.ledger import published, published_value
+from hypertuna.paper.computed import OURS, PAPER, SPEEDS, Trial
+from hypertuna.paper.ledger import Finding, published, published_value
 from hypertuna.reports.html import Section
 from hypertuna.swimming.swim import swim
 
@@ -48,6 +48,22 @@ def model_checks(fits: Mapping[str, Fit], trials: Trials) -> list[Section]:
         lake=lake,
         lake_cost=float(lake_cost),
     )
+
+
+def start_finding(model: str, trial: Trial) -> Finding:
+    """Return the speed over the last half of a swim from rest through the tank, over the settled speed."""
+    swim, facts = trial.start, published()["start"]
+    motion, length = swim.trajectory, trial.robot.body.length
+    way = np.hypot(motion.x - motion.x[0], motion.y - motion.y[0]).values
+    end = min(int(np.searchsorted(way, facts["tank_m"] - length)), len(way) - 1)
+    half = end // 2
+    speed = float(motion.forward_speed[half:end].mean())
+    at = {"frequency": facts["frequency_hz"], "phase": np.radians(facts["phase_deg"])}
+    tank = trial.tank.speed.isel(bias=0, amplitude=list(published()["tank"]["amplitude_deg"]).index(facts["amplitude"]))
+    settled = float(tank.sel(at, method="nearest"))
+    seconds, meters = float(motion.time[end]), way[end]
+    note = f"{speed:.3g} of {settled:.3g} m/s in the last half of {seconds:.3g} s, in which it swims {meters:.3g} m"
+    return Finding("start/steady", model, "prediction", speed / settled, note)
 
 
 def _paths(fits: Mapping[str, Fit]) -> tuple[dict[str, Array], list[str]]:

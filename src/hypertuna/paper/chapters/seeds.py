@@ -7,7 +7,7 @@ import numpy as np
 from hypertuna.actuation.battery import range_of
 from hypertuna.arrays import Array
 from hypertuna.paper.chapter import Chapter, Trials, compose
-from hypertuna.paper.chapters.tank import FREQUENCY, PHASE, best_phase
+from hypertuna.paper.chapters.tank import AHEAD, FREQUENCY, PHASE, amplitude_trends, best_phase, frequency_trends
 from hypertuna.paper.computed import COSTS, LEVELS, SPEEDS, TANK, TWIN
 from hypertuna.paper.ledger import Class, Entry, Finding, judge, published, published_value
 from hypertuna.paper.seeds import SEEDS, Stored, all_seeds
@@ -36,7 +36,8 @@ def findings(studies: Studies) -> Iterator[Finding]:
     yield from _costs(TWIN, studies["swims"])
     yield from _powers(TWIN, studies["swims"])
     yield from _settling(TWIN, studies["postures"])
-    yield _dive(TWIN, studies["dives"])
+    yield from _dive(TWIN, studies["dives"])
+    yield from _tank_trends(TWIN, studies["swims"])
     yield from _lake(f"{TWIN}, {AT_SEA}", studies["lakes"])
     yield from _phases(studies["phases"])
     yield from _turning(studies["turns"])
@@ -72,14 +73,20 @@ def _costs(model: str, stored: Stored) -> Iterator[Finding]:
     yield stored.finding(FREQUENCY, model, "prediction", where, note)
 
 
-def _powers(model: str, stored: Stored) -> Iterator[Finding]:
-    """Yield powers, the range that follows, and the lowest pressure."""
+def power_findings(model: str, stored: Stored) -> Iterator[Finding]:
+    """Yield the two published powers."""
     n, lake = stored.numbers, published()["lake"]["gait"]
-    power, speed = n[f"{FASTEST} power"], n[f"{FASTEST} speed"]
     note = f"electrical power of all servos; {SERVOS}"
-    yield stored.finding("power/fastest", model, "in sight", power, note)
+    yield stored.finding("power/fastest", model, "in sight", n[f"{FASTEST} power"], note)
     note = f"{lake} in still water; {SERVOS}"
     yield stored.finding("power/lake", model, "in sight", n[f"{lake} power"], note)
+
+
+def _powers(model: str, stored: Stored) -> Iterator[Finding]:
+    """Yield powers, the range that follows, and the lowest pressure."""
+    yield from power_findings(model, stored)
+    n = stored.numbers
+    power, speed = n[f"{FASTEST} power"], n[f"{FASTEST} speed"]
     pairs = zip(power, speed, strict=True)
     far = np.array([range_of(stored.robot, power=watts, speed=fast).range / 1e3 for watts, fast in pairs])
     note = f"{FASTEST} on the battery of Table I, at {np.median(power):.3g} W and {np.median(speed):.3g} m/s; {SERVOS}"
@@ -121,16 +128,34 @@ def _lake(model: str, stored: Stored) -> Iterator[Finding]:
         yield stored.finding(key, model, class_, n[f"{paper} {what}"], note)
 
 
-def _dive(model: str, stored: Stored) -> Finding:
-    """Return the rate of diving."""
+def _dive(model: str, stored: Stored) -> Iterator[Finding]:
+    """Yield the rate of diving, and how far the pitch wanders over the test."""
     n = stored.numbers
     down, up = (f"{np.median(n[f'{leg} pitch']):+.1f} deg" for leg in ("down", "up"))
     wander = max(n["down pitch range"].max(), n["up pitch range"].max())
     note = (
         f"pitch {down}; then up at {-np.median(n['up rate']):.2g} cm/s, pitch {up}; averaged over beats the pitch "
-        f"changes by at most {wander:.1g} deg in the last half of a leg, steady as the paper says"
+        f"changes by at most {wander:.1g} deg in the last half of a leg"
     )
-    return stored.finding("diving/depth-rate", model, "prediction", n["down rate"], note)
+    yield stored.finding("diving/depth-rate", model, "not judged", n["down rate"], note)
+    ends = [n[f"{leg} pitch"] + sign * n[f"{leg} pitch range"] / 2 for leg in ("down", "up") for sign in (-1, 1)]
+    note = f"from {down} on the way down to {up} on the way up; in the last half of a leg {wander:.1g} deg at most"
+    yield stored.finding("diving/pitch-span", model, "prediction", np.ptp(ends, axis=0), note)
+
+
+def _tank_trends(model: str, stored: Stored) -> Iterator[Finding]:
+    """Yield how speed rises over frequency at large amplitude."""
+    n = stored.numbers
+    speed = np.array([n[f"{tank_name(hertz)} speed"] for hertz in TANK_HERTZ])  # (frequency, seeds)
+    note = f"large amplitude, {', '.join(f'{np.median(one):.3g}' for one in speed)} m/s from {TANK_HERTZ[0]:g} Hz on"
+    for key, values in _by_seed(frequency_trends, speed).items():
+        yield stored.finding(key, model, "prediction", values, note)
+
+
+def _by_seed(trends: Callable[..., Mapping[str, float]], *numbers: Array) -> dict[str, Array]:
+    """Apply a function of numbers to those of each seed, their last axis; return its results by name (seeds,)."""
+    rows = [trends(*(one[..., k] for one in numbers)) for k in range(numbers[0].shape[-1])]
+    return {key: np.array([row[key] for row in rows]) for key in rows[0]}
 
 
 def _phases(stored: Stored) -> Iterator[Finding]:
@@ -140,6 +165,10 @@ def _phases(stored: Stored) -> Iterator[Finding]:
     def grid(level: str, what: str) -> Array:  # (frequency, phase, seeds)
         return np.array([[n[f"{phase_name(level, f, p)} {what}"] for p in phases] for f in HERTZ])
 
+    both = [np.stack([grid(level, what) for level in LEVELS]) for what in ("speed", "power")]
+    note = f"from {' to '.join(LEVELS)} amplitude at {' and '.join(f'{hertz:g}' for hertz in HERTZ)} Hz, {AHEAD}"
+    for key, values in _by_seed(amplitude_trends, *both).items():
+        yield stored.finding(key, TWIN, "prediction", values, note)
     for level in LEVELS:
         speed = grid(level, "speed")
         best = [best_phase(TWIN, level, one, HERTZ).computed for one in np.moveaxis(speed, -1, 0)]

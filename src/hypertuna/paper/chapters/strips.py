@@ -9,21 +9,26 @@ import numpy as np
 
 from hypertuna.identification.coefficients import with_values
 from hypertuna.identification.identify import Fit, identify
+from hypertuna.optimization.optimum import Optimum
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.chapters.coefficients import OPTIMISED, UNOPTIMISED, published_runs
-from hypertuna.paper.chapters.gaits import gait_findings
-from hypertuna.paper.chapters.seeds import percent
+from hypertuna.paper.chapters.gaits import gait_findings, speed_classes
+from hypertuna.paper.chapters.model_checks import start_finding
+from hypertuna.paper.chapters.optima import optimum_findings, table_iv
+from hypertuna.paper.chapters.seeds import percent, power_findings
+from hypertuna.paper.chapters.tank import tank_findings
 from hypertuna.paper.chapters.turning import turning_findings
 from hypertuna.paper.computed import COSTS, OURS, SPEEDS, STRIPS, TWIN, Trial, try_robot
-from hypertuna.paper.ledger import Class, Finding, published, published_value
+from hypertuna.paper.ledger import Finding, published, published_value
 from hypertuna.paper.seeds import Stored, read_seeds
 from hypertuna.reports.html import Section, Table
 
 FREE = ("water.blunt_area[0]", "joints.bandwidth")  # form drag of the head, and the lag that goes with this law
 IN_TWIN = f"{STRIPS}, {TWIN}"
 DRAG = "form drag of the head as in the robot's file, fitted to the unoptimised gaits with joints that lag"
+FORM = "the form of the fin's force was weighed with the best phases in view"
 FIN = "the sharp-edged fin was chosen with these changes in view"
-PARTS = {"fitted": UNOPTIMISED, "predicted": OPTIMISED, "all": SPEEDS}
+PARTS = {"fitted": UNOPTIMISED, "others": OPTIMISED, "all": SPEEDS}
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,7 @@ class Strips:
     fit: Fit
     values: tuple[float, ...]  # of the fit, to three digits: those of the trial
     trial: Trial
+    optima: Mapping[str, Optimum]  # by expected speed of Table IV
     swims: Stored  # of the twin: the eight gaits
 
 
@@ -42,7 +48,7 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Strips:
     fit = identify(robot, published_runs(robot).only(UNOPTIMISED), FREE, validate=0, starts=1)
     values = tuple(float(f"{value:.3g}") for value in fit.values)  # the same on every machine
     trial = try_robot(with_values(robot, fit.free, values), published())
-    return Strips(fit, values, trial, read_seeds("strips", robot))
+    return Strips(fit, values, trial, table_iv(trial.robot), read_seeds("strips", robot))
 
 
 def findings(strips: Strips) -> Iterator[Finding]:
@@ -51,11 +57,21 @@ def findings(strips: Strips) -> Iterator[Finding]:
     note = f"{1e4 * blunt:.3g} cm^2 of drag area of the head and {bandwidth:.3g} Hz, fitted to the unoptimised gaits"
     for finding in gait_findings(STRIPS, strips.trial.gaits, dict.fromkeys(SPEEDS, note)):
         yield finding._replace(class_="in sight", note=f"{finding.note}; {FIN}") if "cost" in finding.id else finding
+    for finding in (*tank_findings(STRIPS, strips.trial), *optimum_findings(STRIPS, strips.optima)):
+        weighed = finding.id.startswith("optimal-phase") or finding.id == "optimum/max/phase"
+        yield finding._replace(class_="in sight", note=f"{finding.note}; {FORM}") if weighed else finding
     yield from turning_findings(STRIPS, strips.trial)
-    n, stored = strips.swims.numbers, strips.swims
+    yield start_finding(STRIPS, strips.trial)
+    yield from _in_twin(strips)
+
+
+def _in_twin(strips: Strips) -> Iterator[Finding]:
+    """Yield what the twin says with this water, over seeds."""
+    n, stored, gaits = strips.swims.numbers, strips.swims, strips.trial.gaits
+    classes = speed_classes({name: gaits[name].gait for name in SPEEDS})
     for name in SPEEDS:
-        class_: Class = "fitted" if name in UNOPTIMISED else "prediction"
-        yield stored.finding(f"speed/{name}", IN_TWIN, class_, n[f"{name} speed"], DRAG)
+        yield stored.finding(f"speed/{name}", IN_TWIN, classes[name], n[f"{name} speed"], DRAG)
+    yield from power_findings(IN_TWIN, stored)
     gain = percent(n["unoptimised-max speed"], n["optimised-max speed"])
     yield stored.finding("speed/change-max", IN_TWIN, "prediction", gain, "optimised against unoptimised")
     for speed in COSTS:
@@ -84,11 +100,12 @@ def sections(strips: Strips) -> list[Section]:
 def strip_table(strips: Strips) -> Table:
     """Tabulate the eight speeds: with joints that lag, and the twin's medians."""
     rows, twin = [], _twin(strips)
+    classes = speed_classes({name: strips.trial.gaits[name].gait for name in SPEEDS})
     for name in SPEEDS:
         value, cells = published_value(f"speed/{name}"), []
         for speed in (strips.trial.gaits[name].speed, twin[name]):
             cells += [f"{speed:.3f}", f"{100 * (speed / value - 1):+.1f} %"]
-        rows.append([name, f"{value:g}", "fitted" if name in UNOPTIMISED else "predicted", *cells])
+        rows.append([name, f"{value:g}", classes[name], *cells])
     return Table(["gait", "published [m/s]", "class", "strips [m/s]", "error", "in the twin [m/s]", "error"], rows)
 
 
@@ -98,7 +115,7 @@ def _twin(strips: Strips) -> dict[str, float]:
 
 
 def _rms(speeds: Mapping[str, float]) -> dict[str, float]:
-    """Return root mean square errors [%] of the fitted gaits, of the predicted ones and of all."""
+    """Return root mean square errors [%] of the fitted gaits, of the other four and of all."""
 
     def over(names: Sequence[str]) -> float:
         return 100 * float(

@@ -1,4 +1,4 @@
-"""The tank tests of section III.D: best phase differences, maps of Fig. 10."""
+"""The tank tests of section III.D: best phase differences, trends, maps of Fig. 10."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from hypertuna.arrays import Array
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import LEVELS, OURS, PAPER, TANK, Trial
 from hypertuna.paper.ledger import Class, Finding, published, published_value
+from hypertuna.paper.studies import PHASES
 from hypertuna.reports.html import Section
 
 if TYPE_CHECKING:
@@ -19,16 +20,24 @@ if TYPE_CHECKING:
 FREQUENCY, PHASE = "cost-of-transport/cheapest-hz", "cost-of-transport/cheapest-phase"
 # The areas of Table II were read so that ideal joints have the published best phases, docs/paper.md.
 IN_SIGHT: Class = "in sight"
+AHEAD = f"phases up to {PHASES[-1]:g} deg"
+FLAT = 1e-3  # part of a step's rise by which a later step must rise less
 
 
 def findings(trials: Trials) -> Iterator[Finding]:
-    """Yield best phase differences of each amplitude and of the fastest gait, and where swimming is cheapest."""
-    hertz = published()["tank"]["frequency_hz"]
+    """Yield best phase differences, where swimming is cheapest, and trends over frequency and amplitude."""
     for model, trial in trials.items():
-        for level in LEVELS:
-            yield best_phase(model, level, _grid(trial.tank.speed, level), hertz, IN_SIGHT)
-        yield _fastest_phase(model, trial)
-        yield from _cheapest(model, trial)
+        yield from tank_findings(model, trial)
+
+
+def tank_findings(model: str, trial: Trial) -> Iterator[Finding]:
+    """Yield the same of one model."""
+    hertz = published()["tank"]["frequency_hz"]
+    for level in LEVELS:
+        yield best_phase(model, level, _grid(trial.tank.speed, level), hertz, IN_SIGHT)
+    yield _fastest_phase(model, trial)
+    yield from _cheapest(model, trial)
+    yield from _trends(model, trial)
 
 
 def sections(trials: Trials) -> list[Section]:
@@ -90,6 +99,38 @@ def _cheapest(model: str, trial: Trial) -> Iterator[Finding]:
     yield Finding(FREQUENCY, model, "prediction", tank["frequency_hz"][cost[:, column].argmin()], note)
     note = f"mechanical, {cost[row].min():.2g} to {cost[row].max():.2g} J/(kg m)"
     yield Finding(PHASE, model, "prediction", tank["phase_deg"][cost[row].argmin()], note)
+
+
+def _trends(model: str, trial: Trial) -> Iterator[Finding]:
+    """Yield how speed and mechanical cost change over frequency and amplitude.
+
+    Speed is proportional to frequency for ideal joints, so that its rise is no finding; joints that lag were introduced
+    because the published rise slows down.
+    """
+    tank = trial.tank.isel(bias=0, phase=slice(len(PHASES))).transpose("frequency", "amplitude", "phase")
+    lagging = trial.robot.model.joints == "bandwidth"
+    rises, slows = frequency_trends(tank.speed.values).items()
+    if lagging:
+        yield Finding(rises[0], model, "prediction", rises[1], AHEAD)
+    yield Finding(slows[0], model, IN_SIGHT if lagging else "prediction", slows[1], AHEAD)
+    speed, power = (np.moveaxis(tank[name].values, 1, 0) for name in ("speed", "mechanical_power"))
+    for key, value in amplitude_trends(speed, power).items():
+        yield Finding(key, model, "prediction", value, f"{AHEAD}{'; mechanical' if 'cost' in key else ''}")
+
+
+def frequency_trends(speed: Array) -> dict[str, float]:
+    """Return shares [%] of the steps of frequency, axis 0: where speed rises, and where it rises less than before."""
+    rise = np.diff(speed, axis=0)
+    slower = rise[1:] < rise[:-1] - FLAT * np.abs(rise[:-1])
+    return {"speed/over-frequency": 100 * float(np.mean(rise > 0)), "speed/slows": 100 * float(np.mean(slower))}
+
+
+def amplitude_trends(speed: Array, power: Array) -> dict[str, float]:
+    """Return shares [%] of the steps of amplitude, axis 0: where speed rises, and where cost falls, swimming ahead."""
+    cost = power / np.where(speed > 0, speed, np.nan)
+    rises, falls = np.diff(speed, axis=0) > 0, np.diff(cost, axis=0) < 0
+    keys = ("speed/over-amplitude", "cost-of-transport/over-amplitude")
+    return dict(zip(keys, (100 * float(np.mean(part)) for part in (rises, falls)), strict=True))
 
 
 def _grid(values: xr.DataArray, level: str) -> Array:

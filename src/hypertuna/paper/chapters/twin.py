@@ -1,31 +1,49 @@
 """The twin beside the paper: the eight gaits from servo to wake, Fig. 8, power and range; no swimming data is used."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from hypertuna.actuation.sizing import size_pump
 from hypertuna.description.robot import Robot
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import (
     OURS,
     SPEEDS,
     SWIM,
+    TANK,
     TANK_PHASE,
     Bores,
     Twins,
     bandwidths,
     run_published,
 )
-from hypertuna.paper.ledger import published, published_value
+from hypertuna.paper.ledger import Finding, published, published_value
 from hypertuna.reports.html import WIDTH, Section, Table
 from hypertuna.reports.results import posture_table, spelled_limits
 from hypertuna.simulation.posture_test import CLOSE
+
+SIZING = "pump sizing"
+PUMP = "the pump's dimensions are estimates, for a third of the stall torque at 250 kPa"
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Twins:
     """Run the twin of the paper's robot."""
     return run_published(trials[OURS].robot, published(), full=full, progress=step)
+
+
+def findings(twins: Twins) -> Iterator[Finding]:
+    """Yield the torque that each joint's servos need at the highest frequency and large amplitude."""
+    tank = published()["tank"]
+    amplitude, hertz = np.radians(tank["amplitude_deg"][TANK]), max(tank["frequency_hz"])
+    for size in size_pump(twins.robot, frequency=[hertz], amplitude=amplitude):
+        left = size.torque_limit * (1 - size.servo_speed / size.servo_speed_limit)
+        note = (
+            f"{size.torque:.3g} N m at the pressure limit; the servo's line leaves {left:.3g} of "
+            f"{size.torque_limit:.3g} N m at {size.servo_speed:.3g} rad/s, the largest speed of the beat; {PUMP}"
+        )
+        yield Finding(f"servo/torque-{hertz:g}hz-{size.joint}", SIZING, "in sight", size.torque / left, note)
 
 
 def sections(twins: Twins) -> list[Section]:
@@ -148,4 +166,4 @@ def _bandwidth(robot: Robot) -> float:
     return value
 
 
-CHAPTER = Chapter("twins", sections, compute=compute, steps=2, full_steps=2)
+CHAPTER = Chapter("twins", sections, findings, compute, steps=2, full_steps=2)
