@@ -221,7 +221,7 @@ def test_what_is_determined_comes_back_exactly(tuna: ht.Robot, tmp_path: Path) -
     assert fit.converged
     assert fit.values == pytest.approx(truth, rel=2e-3)
     assert ((fit.low <= truth) & (truth <= fit.high)).all()
-    assert [one.determined for one in fit.directions] == [True, True, True]
+    assert [one.constrained for one in fit.directions] == [True, True, True]
     assert len(fit.combinations) == 3
     assert not fit.warnings
 
@@ -229,14 +229,14 @@ def test_what_is_determined_comes_back_exactly(tuna: ht.Robot, tmp_path: Path) -
 def test_the_matrix_stiffness_against_bending_is_told_from_its_modulus(tuna: ht.Robot, tmp_path: Path) -> None:
     """E I holds both, but E A, by which the joint shortens, the modulus alone."""
     fit = fit_bench(tuna, loops(tuna, tmp_path, sd="0.05"), "stiffness_factor,matrix_modulus,friction", starts=1)
-    assert [one.determined for one in fit.directions] == [True, True, True]
+    assert [one.constrained for one in fit.directions] == [True, True, True]
     assert fit.directions[-1].singular_value < 0.1 * fit.directions[0].singular_value
 
 
 def test_one_measured_bend_fixes_one_combination(tuna: ht.Robot, tmp_path: Path) -> None:
     text = "joint,side,pressure_kpa,angle_deg,angle_sd_deg\nII,left,250,31.2,0.1\n"
     fit = fit_bench(tuna, read_bench(written(tmp_path, text), tuna), "lever,stiffness_factor,outer_diameter", starts=1)
-    assert [one.determined for one in fit.directions] == [True, False, False]
+    assert [one.constrained for one in fit.directions] == [True, False, False]
     assert len(fit.combinations) == 1
     alone = written(tmp_path, "joint,side,pressure_kpa,angle_deg\nII,left,250,31.2\n")
     with pytest.raises(ht.InputError, match="angle_sd_deg must be a column: .* too few for"):
@@ -246,7 +246,7 @@ def test_one_measured_bend_fixes_one_combination(tuna: ht.Robot, tmp_path: Path)
 def test_two_published_bends_fix_two_combinations_of_twelve_unknowns(tuna: ht.Robot) -> None:
     fit = fit_bench(tuna, read_bench(EXAMPLE / "paper.csv", tuna), starts=1)
     assert len(fit.free) == 12
-    assert [one.determined for one in fit.directions] == [True] * 2 + [False] * 10
+    assert [one.constrained for one in fit.directions] == [True] * 2 + [False] * 10
     assert max(one.singular_value for one in fit.directions[2:]) < 1e-6
     assert not (fit.narrowing > 3).any()  # and no unknown by itself
     assert [sum("[I]" in name for name in one.exponents) > 0 for one in fit.combinations] != [False, False]

@@ -48,12 +48,12 @@ def test_from_a_file_of_runs_to_a_robot_that_other_commands_take(run: Run, tank:
     told = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
     names = [row["name"] for row in told["parameters"]]
     assert names == ["water.lumped.drag[0]", "water.lumped.drag[7]", "joints.phase_offset[1]"]
-    keys = ("name", "value", "sd", "low", "high", "unit", "scale", "lower", "upper", "prior", "bound", "determined")
+    keys = ("name", "value", "sd", "low", "high", "unit", "scale", "lower", "upper", "prior", "bound", "constrained")
     assert tuple(told["parameters"][0]) == keys
     assert [row["unit"] for row in told["parameters"]] == ["1", "1", "deg"]
     assert told["parameters"][2]["upper"] == 90
     assert len(told["correlation"]) == len(told["directions"]) == 3
-    assert {"singular_value", "determined", "sentence"} <= set(told["directions"][0])
+    assert {"singular_value", "constrained", "sentence"} <= set(told["directions"][0])
     assert len(told["train"]["runs"]) == 10
     assert len(told["validation"]["runs"]) == 2
     assert told["validation"]["rms"]["speed_relative"] < 0.05

@@ -20,9 +20,9 @@ from hypertuna.identification.coefficients import (
     parameter_jacobian,
     sample_robots,
     to_scale,
+    with_fit,
     with_values,
 )
-from hypertuna.identification.identify import with_fit
 from hypertuna.identification.names import free_of, split_names
 from hypertuna.swimming.model import parameter_names
 from models import MODELS, changed

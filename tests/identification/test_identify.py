@@ -132,12 +132,12 @@ def test_a_run_that_does_not_settle_counts_as_far_off(tuna: ht.Robot) -> None:
 
 def test_unidentifiable_directions_and_values_on_bounds_are_reported(tuna: ht.Robot) -> None:
     fit = identify(tuna, steady(tuna, FEW, noise=0.01, cost=False), NINE, validate=0, starts=1)
-    assert not all(d.determined for d in fit.uncertainty.directions)
+    assert not all(d.constrained for d in fit.uncertainty.directions)
     assert any(f.startswith("The runs leave some coefficients unidentifiable") for f in fit.warnings)
     assert all(
-        "cannot be distinguished from speed alone" in d.sentence or "not determined by speed" in d.sentence
+        "cannot be distinguished from speed alone" in d.sentence or "not constrained by speed" in d.sentence
         for d in fit.uncertainty.directions
-        if not d.determined
+        if not d.constrained
     )
     fit = identify(
         tuna,

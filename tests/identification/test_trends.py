@@ -13,7 +13,7 @@ from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import identify
 from hypertuna.identification.names import default_names
 from hypertuna.identification.prediction import predict
-from hypertuna.identification.trends import rank_correlation, trend_warnings
+from hypertuna.identification.trends import rank_correlation, trends
 from hypertuna.trials.reach import outside
 from models import changed
 from synthetic import grid, steady
@@ -129,7 +129,7 @@ def test_trends_take_memory_by_the_runs_not_by_their_square(tuna: ht.Robot) -> N
     prediction = predict(data, [1.0])
     tracemalloc.start()
     try:
-        trend_warnings(data, np.array([1.0]), prediction, 0)
+        trends(data, np.array([1.0]), prediction, 0)
         assert tracemalloc.get_traced_memory()[1] < 20e6
     finally:
         tracemalloc.stop()

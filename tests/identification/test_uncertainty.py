@@ -60,7 +60,7 @@ def test_intervals_of_a_straight_line() -> None:
     assert result.factor == pytest.approx(math.sqrt(31 / 29), rel=1e-2)  # the line takes two degrees of freedom
     assert result.high - result.low == pytest.approx(2 * T95 * result.sd, rel=1e-4)
     assert result.correlation == pytest.approx(np.eye(2), abs=1e-12)
-    assert [d.determined for d in result.directions] == [True, True]
+    assert [d.constrained for d in result.directions] == [True, True]
     assert np.exp(np.log([d.singular_value for d in result.directions]).sum()) == pytest.approx(
         np.prod(result.unit / result.sd)
     )
@@ -88,7 +88,7 @@ def test_two_coefficients_of_the_same_effect_cannot_be_distinguished() -> None:
     data, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
     same = Prediction(found.computed, found.jacobian[:, :1].repeat(2, axis=1), found.failed, found.unstable, {})
     result = uncertainty(data, np.array([1.0, 1.0]), same, {})
-    assert [d.determined for d in result.directions] == [True, False]
+    assert [d.constrained for d in result.directions] == [True, False]
     assert result.directions[1].singular_value < 1e-6
     assert result.directions[1].sentence == (
         "water.lumped.drag[0] and water.lumped.drag[7] cannot be distinguished from speed alone; "
@@ -104,8 +104,8 @@ def test_a_coefficient_without_effect_is_unidentifiable() -> None:
     data, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
     idle = Prediction(found.computed, found.jacobian * [1.0, 0.0], found.failed, found.unstable, {})
     result = uncertainty(data, np.array([1.0, 1.0]), idle, {})
-    assert result.determined == (True, False)
-    assert result.directions[1].sentence.startswith("water.lumped.drag[7] is not determined by speed alone")
+    assert result.constrained == (True, False)
+    assert result.directions[1].sentence.startswith("water.lumped.drag[7] is not constrained by speed alone")
 
 
 def test_values_on_their_bounds_are_reported() -> None:
@@ -121,7 +121,7 @@ def test_added_mass_and_mass_of_the_tail(tuna: ht.Robot) -> None:
     data = experiment(tuna, steady(tuna, grid([2, 4, 6], [(16, 25)], [0, 30, 60]), cost=False), frees)
     found = predict(data, values)
     result = uncertainty(data, values, found, {"speed": 0.01})
-    assert not result.directions[1].determined
+    assert not result.directions[1].constrained
     assert result.directions[1].sentence.startswith(
         "water.lumped.added_mass[7] and links.mass[7] cannot be distinguished from speed alone"
     )
@@ -142,9 +142,9 @@ def test_a_measurement_that_would_help_is_named(tuna: ht.Robot) -> None:
         sentences.append(result.directions[1].sentence)
     assert sentences[0].endswith(
         "cannot be distinguished from speed alone; the cost of transport of the same runs, known to 2 %, "
-        "would determine them."
+        "would constrain them."
     )
-    assert sentences[1].startswith("Speed and cost of transport determine ")
+    assert sentences[1].startswith("Speed and cost of transport constrain ")
 
 
 def test_aicc_of_a_normal_sample() -> None:
@@ -266,7 +266,7 @@ def test_no_sentence_names_one_coefficient_as_several() -> None:
     for weak in (1.0, 0.1, 1e-2, 1e-4, 0.0):
         one = Prediction(found.computed, weak * found.jacobian[:, :1], found.failed, found.unstable, {})
         (direction,) = uncertainty(replace(data, free=data.free[:1]), np.array([1.0]), one, {}).directions
-        start = "Speed determines" if direction.determined else "water.lumped.drag[0] is not determined"
+        start = "Speed constrains" if direction.constrained else "water.lumped.drag[0] is not constrained"
         assert direction.sentence.startswith(f"{start} ")
         both = Prediction(found.computed, found.jacobian * [1.0, weak], found.failed, found.unstable, {})
         for told in uncertainty(data, np.array([1.0, 1.0]), both, {}).directions:

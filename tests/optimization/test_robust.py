@@ -10,8 +10,7 @@ import pytest
 import hypertuna as ht
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.identification.coefficients import free, sample_robots
-from hypertuna.identification.identify import with_fit
+from hypertuna.identification.coefficients import free, sample_robots, with_fit
 from hypertuna.optimization.constraints import gait_limits
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.objective import objective

@@ -345,7 +345,7 @@ def test_check_tells_runs_that_are_far_from_the_model(row, sentence, tmp_path):
 def test_check_says_nothing_of_speeds_that_the_model_lacks(tmp_path, recwarn):
     stuck = changed(ht.load("hypertuna"), {"links.wetted_area_m2": [1e12] * 8})
     trials = read_trials([write(tmp_path / "runs.csv", HEAD, "2,16,25,0,0.3")], stuck)
-    assert implausible_runs(trials.steady, stuck) == []
+    assert implausible_runs(trials.steady, stuck) == ([], [])
     assert not recwarn
 
 

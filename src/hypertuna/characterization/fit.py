@@ -99,14 +99,14 @@ class BenchFit(
     def record(self) -> dict[str, Any]:
         """Record of the fit, for JSON; its robot is the described one."""
         names = ("residual_scale", "freedom", "stop", "converged", "evaluations", "seconds", "loss", "warnings")
-        directions = ("singular_value", "sd", "determined", "vector")
+        directions = {"singular_value": "singular_value", "sd": "sd", "constrained": "determined", "vector": "vector"}
         return {name: getattr(self, name) for name in (*names, "correlation")} | {
             "rows": len(self.bench.angle),
             "joints_measured": [self.described.joints[j].name for j in self.bench.joints],
             "unknowns": self.parameters,
             "determined": len(self.combinations),
             "combinations": [vars(one) for one in self.combinations],
-            "spectrum": [{name: getattr(one, name) for name in directions} for one in self.directions],
+            "spectrum": [{key: getattr(one, name) for name, key in directions.items()} for one in self.directions],
             "noise": at_border(self.noise),
             "rms": at_border(self.rms),
             "fit_hash": self.robot.hash,

@@ -71,7 +71,7 @@ def _plot_spectrum(axes: Axes, fit: BenchFit) -> None:
     """Plot the singular values: information of the bench over that of the prior."""
     values = np.array([one.singular_value for one in fit.directions])
     rank = np.arange(1, len(values) + 1)
-    known = np.array([one.determined for one in fit.directions])
+    known = np.array([one.constrained for one in fit.directions])
     threshold = math.sqrt(DETERMINED**2 - 1)  # 1 / sqrt(1 + s^2) of an interval is left
     axes.axhspan(MIN_SINGULAR / 2, threshold, color=FAINT, alpha=0.12, lw=0)
     zero = values < MIN_SINGULAR

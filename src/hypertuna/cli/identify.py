@@ -18,13 +18,12 @@ from hypertuna.cli.shards import connected
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
 from hypertuna.description.writer import write_robot
-from hypertuna.errors import InputError, InputErrors
+from hypertuna.errors import InputError
 from hypertuna.identification.identify import Fit, compare, identify
 from hypertuna.identification.names import split_names, two_lines
 from hypertuna.identification.posterior import Posterior, check_posterior, posterior, with_posterior
 from hypertuna.identification.tables import coefficient_table, error_table, law_table
 from hypertuna.ranges import check_name
-from hypertuna.trials.plausibility import implausible_runs
 from hypertuna.trials.trials import read_trials
 
 
@@ -74,8 +73,13 @@ class SearchOptions:
     """How coefficients are fitted."""
 
     validate: Annotated[
-        float, opt.number("--validate", "parts of 1", "Fraction of the runs held out for validation.")
-    ] = 0.2
+        float | None,
+        opt.number(
+            "--validate",
+            "parts of 1",
+            "Fraction of the runs held out for validation. (default: 0.2, of fewer than six runs 0)",
+        ),
+    ] = None
     seed: opt.Seed = 0
     loss: opt.Loss = "soft_l1"
     starts: opt.Starts = 4
@@ -131,7 +135,8 @@ def identify_command(
         opt.text(
             "--free",
             "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth; NAME=common is one factor on the "
-            "present values. (default: one factor each on the drags and on the added mass of the water law)",
+            "present values. (default: one factor each on the drags and the added mass of the water law, and linear drag "
+            "if the errors of the speed go with speed or frequency)",
         ),
     ] = None,
     water: Annotated[
@@ -163,8 +168,6 @@ def identify_command(
         raise InputError("is used only with --posterior", key="--cluster", fix="add --posterior N")
     fish = opt.with_rigid_hinge(robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas))
     runs = read_trials(trials, fish)
-    if doubts := implausible_runs(runs.steady, fish):
-        raise InputErrors(doubts) if len(doubts) > 1 else doubts[0]
     with progress_bar("fitting", parts="stage", checkpoint=search.checkpoint) as progress:
         options = search.arguments() | {"progress": progress}
         names = None if free is None else split_names(free)
@@ -230,10 +233,11 @@ def _lines(fits: Fits) -> Iterator[Any]:
     yield table(heads, cells, left=(0, len(heads) - 2, len(heads) - 1), whole=0)
     yield _table(*error_table(fit))
     for direction in fit.uncertainty.directions:
-        if not direction.determined:
+        if not direction.constrained:
             yield direction.sentence, "yellow"
     for warning in fit.warnings:
         yield warning, "yellow"
     if fits.sampled is not None:
         yield f"{fits.sampled.sentence} {100 * fits.sampled.acceptance:.0f} % of the steps were accepted."
-    yield f"{fit.stop} {fits.seconds:.1f} s in all.", "green" if fit.converged else "bold red"
+    style = "bold red" if not fit.converged else "yellow" if "training error" in fit.stop else "green"
+    yield f"{fit.stop} {fits.seconds:.1f} s in all.", style

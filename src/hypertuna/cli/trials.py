@@ -183,12 +183,13 @@ def _marker_lines(runs: Sequence[MarkerRun], records: Sequence[dict[str, Any]]) 
 
 def _summary(trials: Trials, robot: Robot) -> dict[str, Any]:
     """Return the content of trials, names with units."""
+    errors, warnings = implausible_runs(trials.steady, robot)
     files = dict.fromkeys(run.file for run in trials.steady)
     return {
         "runs": len(trials.runs),
         "steady": [_steady(file, [run for run in trials.steady if run.file == file], robot) for file in files],
         "recordings": [_recording(recording) for recording in trials.recordings],
-        "warnings": [str(doubt) for doubt in implausible_runs(trials.steady, robot)],
+        "warnings": [*map(str, errors), *warnings],
     }
 
 

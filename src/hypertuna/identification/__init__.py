@@ -4,7 +4,7 @@ names, coefficients: free coefficients, their bounds and scales, and robots with
 experiment, prediction: trials laid out for a fit, and their prediction with exact derivatives.
 loss, residuals: robust losses, errors of runs, lack of fit, independent frames, information criteria.
 estimator, profile: the estimator of tank and bench, and the profile likelihood.
-angles: errors of joint angles in the coefficients.
+angles, fixed: errors of joint angles in the coefficients, and of coefficients that are not free.
 search, uncertainty, sentences, identify: the fit, its intervals and directions, sentences on them, and the whole.
 truncated_normal, posterior: samples within the bounds.
 tables, plots, cards: what the terminal, the page and notebooks show.

@@ -10,7 +10,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
-from hypertuna.description.validation import field_at, nested_model, unit_of
+from hypertuna.description.validation import field_at, nested_model, unit_of, written
 from hypertuna.errors import InputError
 from hypertuna.identification.names import COMMON, NUISANCES, Names, Place, default_bounds
 from hypertuna.identification.truncated_normal import truncated_normal
@@ -194,6 +194,52 @@ def with_values(robot: Robot, frees: Sequence[Free], values: Sequence[float] | A
         document["body"]["length_m"] = math.fsum(links["length_m"])
     if (total := math.fsum(links["mass_kg"])) > document["body"]["mass_kg"] * (1 + 1e-9):
         document["body"]["mass_kg"] = total
+    return parse(document, file=robot.file)
+
+
+def with_fit(
+    robot: Robot,
+    frees: Sequence[Free],
+    values: Sequence[float] | Array,
+    *,
+    covariance: Array,
+    trials: str,
+    seed: int,
+    text: str,
+    reach: Mapping[str, Any] | None = None,
+) -> Robot:
+    """Return the robot with fitted values (n,) [SI], their sources, and the table [fit] with the covariance (n, n).
+
+    A common factor of the table is relative to the fitted values: 1, with its relative error.
+    """
+    document = with_values(robot, frees, values).document()
+    sources = document.setdefault("sources", {})
+    origin = f"identified from {trials}, see [fit]"
+    for column in dict.fromkeys(f.column for f in frees if f.column not in NUISANCES):
+        key = written(column_key(column)[0])
+        own = [f for f in frees if f.column == column]
+        fitted = {i for f in own for i in f.indices}
+        others = robot.source(key)
+        if len(fitted) < len(column_of(robot, column)) and others is not None:
+            sources[key] = f"{', '.join(f'[{f.index}]' for f in own)} {origin}; others: {others}"
+        else:
+            sources[key] = origin
+    sources["fit"] = text
+    unit = np.array([float(value) if f.common and value else 1.0 for f, value in zip(frees, values, strict=True)])
+    relative = np.where([f.scale == "log" for f in frees], 1.0, unit)
+    document["fit"] = {
+        "text": text,
+        "trials": trials,
+        "seed": seed,
+        "names": [f.name for f in frees],
+        "units": [f.unit for f in frees],
+        "scale": [f.scale for f in frees],
+        "value": (np.asarray(values, dtype=float) / unit).tolist(),
+        "lower": [f.lower / float(u) for f, u in zip(frees, unit, strict=True)],
+        "upper": [f.upper / float(u) for f, u in zip(frees, unit, strict=True)],
+        "covariance": (np.asarray(covariance, dtype=float) / np.outer(relative, relative)).tolist(),
+        **(reach or {}),
+    }
     return parse(document, file=robot.file)
 
 

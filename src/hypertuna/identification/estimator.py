@@ -42,7 +42,7 @@ class Direction:
     vector: Array  # (n,), unit vector
     singular_value: float  # of the Jacobian over the noise: inverse linear standard deviation without priors
     sd: float  # standard deviation along it, priors and curvature of the profile likelihood included
-    determined: bool
+    constrained: bool  # whether its 95 % interval is short, if the model is right
     sentence: str = ""
 
 
@@ -63,10 +63,10 @@ class Estimate:
         """Directions (n,) along which no residual changes."""
         return np.asarray(self.singular <= MIN_SINGULAR * max(float(self.singular[0]), 1.0))
 
-    def directions(self, determined: Callable[[float, float], bool]) -> list[Direction]:
-        """Return the directions; `determined` judges a singular value and the standard deviation along it."""
+    def directions(self, constrained: Callable[[float, float], bool]) -> list[Direction]:
+        """Return the directions; `constrained` judges a singular value and the standard deviation along it."""
         columns = (self.vectors, self.singular.tolist(), self.direction_sd.tolist())
-        return [Direction(vector, s, sd, bool(determined(s, sd))) for vector, s, sd in zip(*columns, strict=True)]
+        return [Direction(vector, s, sd, bool(constrained(s, sd))) for vector, s, sd in zip(*columns, strict=True)]
 
 
 def start_points(first: Sequence[Array], lower: Array, upper: Array, count: int, seed: int) -> list[Array]:

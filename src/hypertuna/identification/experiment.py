@@ -26,6 +26,7 @@ Indices = NDArray[np.intp]
 KINDS = ("speed", "cost_of_transport", "x", "y", "yaw")
 # First noise levels where neither a file nor repeated runs state them: relative for steady runs, m and rad for tracks.
 FIRST_LEVEL = {"speed": 0.05, "cost_of_transport": 0.05, "x": 0.01, "y": 0.01, "yaw": 0.03}
+LARGE_ERROR = 0.15  # relative, of speeds, and of tracks over their distance from the start: no noise is larger
 MIN_RUNS = 4  # of a recording, for its noise to be computed from their scatter; that of fewer is estimated with the fit
 
 
@@ -72,6 +73,21 @@ class Experiment:
     def unknown_kinds(self) -> tuple[str, ...]:
         """Kinds of samples whose noise has to be estimated."""
         return tuple(name for k, name in enumerate(KINDS) if (~self.known & (self.kind == k)).any())
+
+    @property
+    def sizes(self) -> dict[str, float]:
+        """What an error of 1 is, by kind: 1 of steady runs, the rms distance from the start [m], and its yaw [rad]."""
+        kinds, rms = self.kind[self.sample], {}
+        for k, name in enumerate(KINDS):
+            own = self.measured[np.isin(kinds, (2, 3) if name in "xy" else (k,))]
+            if len(own):
+                rms[name] = 1.0 if k < 2 else float(np.sqrt(np.mean(own**2) * (2 if name in "xy" else 1)))
+        return rms
+
+    @property
+    def level_caps(self) -> dict[str, float]:
+        """Largest noise levels of the kinds: beyond them the model is wrong, not the measurement."""
+        return {name: max(LARGE_ERROR * size, FIRST_LEVEL[name]) for name, size in self.sizes.items()}
 
     def frame_noise(self, name: str, levels: Mapping[str, float]) -> Array:
         """Return the standard deviation (3,) of frames of a recording [m, m, rad], its root mean square over runs."""

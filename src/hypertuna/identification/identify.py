@@ -12,32 +12,33 @@ import numpy as np
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header, provenance
-from hypertuna.description.robot import Robot, parse, robot_of
+from hypertuna.description.robot import Robot, robot_of
 from hypertuna.description.schema.water import LAWS
-from hypertuna.description.validation import written
 from hypertuna.display import Plotted, Tabular, columns_of
-from hypertuna.errors import InputError, shown
-from hypertuna.identification.coefficients import Free, column_key, column_of, free, from_scale, with_values
+from hypertuna.errors import InputError, InputErrors, shown
+from hypertuna.identification.coefficients import Free, free, from_scale, with_fit
 from hypertuna.identification.experiment import Experiment, experiment
 from hypertuna.identification.loss import LOSSES
-from hypertuna.identification.names import NUISANCES, default_names, default_priors, free_of, split_names
+from hypertuna.identification.names import default_names, default_priors, free_of, split_names
 from hypertuna.identification.prediction import predict
 from hypertuna.identification.residuals import LABELS, Errors, criteria, errors
 from hypertuna.identification.search import CONVERGED, start_points, subset
 from hypertuna.identification.search import fit as search
-from hypertuna.identification.sentences import held_by_priors, repeated_motions, warnings_of
-from hypertuna.identification.trends import trend_warnings
+from hypertuna.identification.sentences import held_by_priors, large_errors, repeated_motions, unmet, warnings_of
+from hypertuna.identification.trends import ENOUGH, Trend, linear_drag, trends
 from hypertuna.identification.uncertainty import Uncertainty, uncertainty
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import version
 from hypertuna.ranges import NOT_NEGATIVE, Range, Whole, check_name
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
+from hypertuna.trials.plausibility import implausible_runs
 from hypertuna.trials.reach import reach_of
 from hypertuna.trials.trials import Trials, digest, read_trials, split
 
 Paths = str | Path | Sequence[str | Path]
 
 FRACTION_LEFT, STARTS = Range(min=0, below=1), Whole(min=1, max=4096)
+VALIDATE = 0.2  # of the runs kept for validation by default, of fewer than ENOUGH none
 SNAP = 1e-6  # of the allowed range: a value closer than this to a bound is set on it
 
 
@@ -67,6 +68,7 @@ class Fit(
     evaluations: int  # predictions of all runs, from all starts
     seconds: float
     warnings: tuple[str, ...]
+    trends: tuple[Trend, ...]  # of the errors of the speed
     seed: int
     loss: str
     steps: int  # Runge-Kutta steps per beat
@@ -98,7 +100,7 @@ class Fit(
             sizes = {"value": value, "sd": sd, "low": sure.low[k], "high": sure.high[k]}
             facts = {"unit": unit, "scale": one.scale, "lower": one.lower * factor, "upper": one.upper * factor}
             known = one.prior and {"value": one.prior[0] * factor, "factor": one.prior[1]}
-            judged = {"prior": known, "bound": sure.bound[k], "determined": sure.determined[k]}
+            judged = {"prior": known, "bound": sure.bound[k], "constrained": sure.constrained[k]}
             rows.append({"name": one.name} | {key: size * factor for key, size in sizes.items()} | facts | judged)
         return rows
 
@@ -123,7 +125,7 @@ def identify(
     trials: Trials | Paths,
     free: str | Sequence[str] | Sequence[Free] | None = None,
     *,
-    validate: float = 0.2,
+    validate: float | None = None,
     seed: int = 0,
     loss: str = "soft_l1",
     starts: int = 4,
@@ -146,9 +148,10 @@ def identify(
         As `hypertuna.read_trials` returns them, or its argument.
     free : str, sequence of str, or of Free
         Names for `hypertuna.identification.coefficients.free`; in one text, separated by commas. Default: one common
-        factor each on drag along the body, drag across it and added mass of the water law.
-    validate : float
-        Fraction of the runs, chosen at random, that is kept for validation [1].
+        factor each on drag along the body, drag across it, added mass and blunt areas of the water law; and linear drag
+        along the body, if the errors of the speed go with speed or frequency without it.
+    validate : float, optional
+        Fraction of the runs, chosen at random, that is kept for validation [1]. Default: 0.2, of fewer than six runs 0.
     seed : int
         Of that choice, and of the starts.
     loss : {"soft_l1", "linear", "huber", "cauchy"}
@@ -176,39 +179,73 @@ def identify(
     """
     robot = robot_of(robot)
     begun = time.monotonic()
+    trials = _trials(robot, trials)
+    validate = (VALIDATE if len(trials.runs) >= ENOUGH else 0.0) if validate is None else validate
     FRACTION_LEFT.check(validate, "validate", "give a fraction such as 0.2, or 0 for none")
     NOT_NEGATIVE.check(seed, "seed", "give 0 or more")
     check_name(loss, LOSSES, "loss", "loss")
     STARTS.check(starts, "starts", "leave it out")
     check_steps(steps)
-    trials = _trials(robot, trials)
+    wrong, far = implausible_runs(trials.steady, robot)
+    if wrong:
+        raise InputErrors(wrong) if len(wrong) > 1 else wrong[0]
     if prior is None and free is None:
         prior = default_priors(robot)
-    frees = _frees(
-        robot,
-        trials,
-        default_names(robot) if free is None else _names(free),
-        {"bounds": bounds, "log": log, "start": start, "prior": prior},
-    )
-    training, held_out = split(trials, validate, seed)
+    chosen = {"bounds": bounds, "log": log, "start": start, "prior": prior}
+    names = default_names(robot) if free is None else _names(free)
+    frees = _frees(robot, trials, names, chosen)
+    runs = split(trials, validate, seed)
     settings: dict[str, Any] = {"loss": loss, "steps": steps, "threads": threads or len(os.sched_getaffinity(0))}
-    data, part = (experiment(robot, t, frees, **settings) for t in (training, subset(training, len(frees))))
-    options = {
-        "trials": digest(trials),
+    asked = {"validate": validate, "seed": seed, "loss": loss, "starts": starts, "steps": steps}
+    options = {"trials": digest(trials)} | _options(frees) | asked
+    with Journal(checkpoint, journal_header("identify", robot, options)) as journal:
+        fit = _fit(robot, runs, frees, settings, starts, seed, journal, progress)
+        if free is None and (more := linear_drag(fit.trends)):
+            fit = _with_linear_drag(
+                fit, _fit(robot, runs, _frees(robot, trials, [*names, more], chosen), settings, starts, seed, journal)
+            )
+    return replace(fit, seconds=time.monotonic() - begun, warnings=(*far, *fit.warnings))
+
+
+def _options(frees: Sequence[Free]) -> dict[str, Any]:
+    """Return what a checkpoint holds of the free coefficients."""
+    return {
         "free": [f.name for f in frees],
         "bounds": [[f.lower, f.upper] for f in frees],
         "scale": [f.scale for f in frees],
         "start": [f.start for f in frees],
         "prior": [f.prior for f in frees],
-        "validate": validate,
-        "seed": seed,
-        "loss": loss,
-        "starts": starts,
-        "steps": steps,
     }
-    with Journal(checkpoint, journal_header("identify", robot, options)) as journal:
-        result, levels = search(data, part, start_points(frees, starts, seed), journal, progress)
-    return replace(_result(data, part, held_out, result, levels, seed), seconds=time.monotonic() - begun)
+
+
+def _fit(
+    robot: Robot,
+    runs: tuple[Trials, Trials],
+    frees: tuple[Free, ...],
+    settings: Mapping[str, Any],
+    starts: int,
+    seed: int,
+    journal: Journal,
+    progress: Callable[[int, int], None] | None = None,
+) -> Fit:
+    """Return the fit to the first of two parts of the runs; the second validates it."""
+    training, held_out = runs
+    data, part = (experiment(robot, t, frees, **settings) for t in (training, subset(training, len(frees))))
+    result, levels = search(data, part, start_points(frees, starts, seed), journal, progress)
+    return _result(data, part, held_out, result, levels, seed)
+
+
+def _with_linear_drag(fit: Fit, more: Fit) -> Fit:
+    """Return the fit with linear drag, which says why it is free; or the first one if that drag comes out as 0."""
+    if more.uncertainty.bound[-1] == "lower":
+        return fit
+    errors = [100 * one.train.rms["speed_relative"] for one in (fit, more) if "speed_relative" in one.train.rms]
+    gain = (
+        "; the training error of the speed is {1:.2g} % with it and {0:.2g} % without".format(*errors) if errors else ""
+    )
+    quantity = next(trend.quantity for trend in fit.trends if trend.quantity != "amplitude")
+    why = f"{more.free[-1].name} is free, because errors of the speed go with {quantity}{gain}."
+    return replace(more, warnings=(why, *more.warnings), evaluations=fit.evaluations + more.evaluations)
 
 
 def compare(
@@ -226,8 +263,8 @@ def compare(
     fits: dict[str, Fit] = {}
     for law in laws:
         own = robot.using(water=law)
-        names = free_of(own, [str(name) for name in _names(free)]) if free is not None else default_names(own)
-        if not names:
+        names = None if free is None else free_of(own, [str(name) for name in _names(free)])
+        if names == ():
             fix = f"name some, such as water.{law}.{LAWS[law].example}"
             raise InputError(f"must name a coefficient of the {law} law", key="free", fix=fix)
         checkpoint = options.get("checkpoint")
@@ -306,6 +343,8 @@ def _result(
     covariance = intervals.bounded_covariance
     warnings = warnings_of(data, values, intervals.bound, intervals.directions, intervals.residual_scale, prediction)
     warnings += held_by_priors(frees, intervals.sd)
+    large, found = large_errors(data, prediction), trends(data, values, prediction, seed)
+    stop = result["stop"].removesuffix(".") + "".join(f", but to a training error of {text}" for text in large) + "."
     return Fit(
         robot=with_fit(
             robot, frees, values, covariance=covariance, trials=files, seed=seed, text=text, reach=reach_of(data.trials)
@@ -318,61 +357,16 @@ def _result(
         train=errors(data, prediction),
         validation=validation,
         criteria=criteria(data, prediction, levels),
-        stop=result["stop"],
+        stop=stop,
         converged=result["status"] in CONVERGED,
         path=np.array([from_scale(frees, np.array(x)) for x in result["path"]]),
         costs=tuple(result["costs"]),
         evaluations=result["evaluations"],
         seconds=0.0,
-        warnings=(*warnings, *repeated_motions(*trials), *trend_warnings(data, values, prediction, seed)),
+        warnings=(*warnings, *repeated_motions(*trials), *(trend.sentence for trend in found), *map(unmet, large)),
+        trends=found,
         seed=seed,
         loss=data.loss,
         steps=data.steps,
         trials=trials,
     )
-
-
-def with_fit(
-    robot: Robot,
-    frees: Sequence[Free],
-    values: Sequence[float] | Array,
-    *,
-    covariance: Array,
-    trials: str,
-    seed: int,
-    text: str,
-    reach: Mapping[str, Any] | None = None,
-) -> Robot:
-    """Return the robot with fitted values (n,) [SI], their sources, and the table [fit] with the covariance (n, n).
-
-    A common factor of the table is relative to the fitted values: 1, with its relative error.
-    """
-    document = with_values(robot, frees, values).document()
-    sources = document.setdefault("sources", {})
-    origin = f"identified from {trials}, see [fit]"
-    for column in dict.fromkeys(f.column for f in frees if f.column not in NUISANCES):
-        key = written(column_key(column)[0])
-        own = [f for f in frees if f.column == column]
-        fitted = {i for f in own for i in f.indices}
-        others = robot.source(key)
-        if len(fitted) < len(column_of(robot, column)) and others is not None:
-            sources[key] = f"{', '.join(f'[{f.index}]' for f in own)} {origin}; others: {others}"
-        else:
-            sources[key] = origin
-    sources["fit"] = text
-    unit = np.array([float(value) if f.common and value else 1.0 for f, value in zip(frees, values, strict=True)])
-    relative = np.where([f.scale == "log" for f in frees], 1.0, unit)
-    document["fit"] = {
-        "text": text,
-        "trials": trials,
-        "seed": seed,
-        "names": [f.name for f in frees],
-        "units": [f.unit for f in frees],
-        "scale": [f.scale for f in frees],
-        "value": (np.asarray(values, dtype=float) / unit).tolist(),
-        "lower": [f.lower / float(u) for f, u in zip(frees, unit, strict=True)],
-        "upper": [f.upper / float(u) for f, u in zip(frees, unit, strict=True)],
-        "covariance": (np.asarray(covariance, dtype=float) / np.outer(relative, relative)).tolist(),
-        **(reach or {}),
-    }
-    return parse(document, file=robot.file)

@@ -17,7 +17,7 @@ from hypertuna.swimming.model import parameter_names
 NUISANCES = {"time_offset": "s", "cost_factor": "1"}  # of the trials, not of the robot: name and unit
 NAME = re.compile(r"(?P<column>[\w.]+)(?:\[(?P<index>.*?)\])?(?P<common>=common)?")
 ALONG = ("friction", "drag_tangential")  # drag along the body
-DEFAULTS = (*ALONG, "drag", "drag_normal", "added_mass", "added_mass_normal")  # free unless told otherwise
+DEFAULTS = (*ALONG, "drag", "drag_normal", "added_mass", "added_mass_normal", "blunt_area")  # free by default
 UNIT = re.compile("_(kg_m2|kg_m3|m2|m3|m|kg|hz|deg|pa|n_m)$")  # of a key as the robot's file has it
 COMMON = "=common"  # ends the name of one factor on several values, in place of one value for all
 
@@ -65,7 +65,7 @@ class Place(NamedTuple):
 
 
 def default_names(robot: Robot) -> tuple[str, ...]:
-    """Return what to fit unless told: of the water law's drags and added masses one factor each, on present values.
+    """Return what to fit by default: of the water law's drags and added masses one factor each, on present values.
 
     A column whose present values are all 0 is left at 0, except drag along the body, which all swimmers have.
     """
@@ -86,10 +86,22 @@ def default_names(robot: Robot) -> tuple[str, ...]:
 
 def default_priors(robot: Robot) -> dict[str, float]:
     """Return the factors by which the robot's values of the default coefficients may be off."""
-    names = default_names(robot)
-    last = [name.removesuffix(COMMON).rpartition(".")[2] for name in names]
-    table = default_bounds()["prior"]
-    return {name: table[key]["factor"] for name, key in zip(names, last, strict=True) if key in table}
+    factors = {name: prior_factor(robot, name.removesuffix(COMMON)) for name in default_names(robot)}
+    return {name: factor for name, factor in factors.items() if factor is not None}
+
+
+def prior_factor(robot: Robot, column: str) -> float | None:
+    """Return the factor by which the robot's values of a column may be off, if a handbook gives them."""
+    row = default_bounds()["prior"].get(column.rpartition(".")[2])
+    if row is None:
+        return None
+    blunt = any(getattr(getattr(robot.water, robot.model.water), "blunt_area", ()))
+    return float(row["beside_blunt_area"] if blunt and "beside_blunt_area" in row else row["factor"])
+
+
+def common_place(column: str, members: Sequence[int], count: int, common: bool = True) -> str:
+    """Return the name of one factor on some of `count` values of a column, or of one value for all of them."""
+    return Place(column, _canonical(members) if count else "", common).name
 
 
 def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:

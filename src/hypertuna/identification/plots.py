@@ -29,10 +29,10 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
     rows = np.arange(len(frees))[::-1]
     figure = Figure(figsize=(width, 0.42 * len(frees) + 1.0), layout="constrained")
     axes = figure.subplots()
-    colors = [COLORS[1] if known else COLORS[0] for known in fitted.determined]
+    colors = [COLORS[1] if known else COLORS[0] for known in fitted.constrained]
     axes.hlines(rows, place(fitted.low), place(fitted.high), colors=colors, lw=4, alpha=0.45)
-    for known, label in ((True, "determined"), (False, "not determined")):
-        own = np.array(fitted.determined) == known
+    for known, label in ((True, "constrained"), (False, "not constrained")):
+        own = np.array(fitted.constrained) == known
         if own.any():
             color, marker = (COLORS[1], "o") if known else (COLORS[0], "s")
             axes.plot(place(fit.values)[own], rows[own], marker, color=color, label=label, **POINTS)

@@ -1,4 +1,4 @@
-"""Profile likelihood: how far nearly equally good fits extend along poorly determined directions."""
+"""Profile likelihood: how far nearly equally good fits extend along poorly constrained directions."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class ProfileProblem:
     jacobian: Array  # (elements, n), of these residuals at the optimum
     lower: Array  # (n,), bounds
     upper: Array
-    directions: Array  # (n, n), unit vectors, from the best to the least determined
+    directions: Array  # (n, n), unit vectors, from the best to the least constrained
     sd: Array  # (n,), standard deviations along them of the linear problem
     quantile: float  # of the 95 % interval, in standard deviations
 
@@ -32,7 +32,7 @@ def profile_sd(problem: ProfileProblem) -> Array:
 
     The profile is followed along each direction whose linear 95 % interval is longer than a fifth, to either side,
     until the residuals have changed by one standard deviation or a bound is met. The end is the standard deviation, if
-    farther than in the linear problem; the largest shift of a better determined direction widens that one.
+    farther than in the linear problem; the largest shift of a better constrained direction widens that one.
     """
     start = problem.residual(np.zeros(len(problem.sd)))
     own, shifts = problem.sd**2, np.zeros(len(problem.sd))

@@ -1,6 +1,7 @@
 """The fit of free coefficients to trials: the estimator's search on predicted runs, with unknown noise levels."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -63,22 +64,27 @@ def fit(
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """Search from every start, roughly on part of the runs, and refine the best; the journal answers known searches.
 
-    Return the best result as of `_search_from`, with `path` and `evaluations` of all searches, the `costs` of the
-    starts and a sentence, `stop`; and the noise levels [1, m and rad] by kind.
+    Unknown noise levels are estimated without priors, which would hold the coefficients, raise the levels, and so count
+    ever more. Return the best result as of `_search_from`, with `path` and `evaluations` of all searches, the `costs`
+    of the starts and a sentence, `stop`; and the noise levels [1, m and rad] by kind.
     """
     total = len(starts) + 1
+    first = {name: FIRST_LEVEL[name] for name in data.unknown_kinds}
+    known = bool(first) and any(f.prior for f in data.free)
+    loose = replace(data, free=tuple(replace(f, prior=None) for f in data.free)) if known else data
 
-    def one(start: Array, levels: dict[str, float], stage: int) -> dict[str, Any]:
+    def one(start: Array, levels: dict[str, float], stage: int, last: bool = False) -> dict[str, Any]:
         rough = stage < len(starts)
-        question = {"start": start, "noise": levels}
-        work = partial(_search_from, part if rough else data, start, levels, rough=rough)
+        question = {"start": start, "noise": levels} | ({"last": True} if last else {})
+        work = partial(_search_from, part if rough else data if last else loose, start, levels, rough=rough)
         result: dict[str, Any] = journal.answer(question, work)
         if rough and progress is not None:
             progress(stage + 1, total)
         return result
 
-    first = {name: FIRST_LEVEL[name] for name in data.unknown_kinds}
     rough, refined, levels = estimator.fit(starts, first, one, lambda x, now: _levels(data, x, now))
+    if known:
+        refined.append(one(np.array(refined[-1]["x"]), levels, len(starts), last=True))
     if progress is not None:
         progress(total, total)
     best = min(rough, key=lambda result: float(result["cost"]))
@@ -124,7 +130,7 @@ def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, ro
 
 
 def _levels(data: Experiment, x: Array, levels: dict[str, float]) -> dict[str, float]:
-    """Estimate the unknown noise of each kind from the residuals at x (n,), with n - p degrees of freedom."""
+    """Estimate the unknown noise of each kind from the residuals at x (n,), with n - p degrees of freedom; capped."""
     if not levels:
         return levels
     prediction = predict(data, from_scale(data.free, x), gradient_steps=None, levels=levels)
@@ -132,9 +138,9 @@ def _levels(data: Experiment, x: Array, levels: dict[str, float]) -> dict[str, f
     share = 1 - len(data.free) / len(z)
     if share <= 0:
         return levels  # every run is met exactly: the residuals are zero
-    new = {}
+    new, caps = {}, data.level_caps
     for name, level in levels.items():
         own = z[~data.known & (data.kind == KINDS.index(name))] * level**2
         options: dict[str, Any] = {"share": share, "start": level, "lower": MIN_LEVEL, "tolerance": SAME_SCALE}
-        new[name] = residual_scale(own, data.loss, **options)
+        new[name] = min(residual_scale(own, data.loss, **options), caps[name])
     return new

@@ -1,4 +1,4 @@
-"""Sentences on a fit: what the data determine along each direction, and warnings."""
+"""Sentences on a fit: what the data constrain along each direction, and warnings."""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, column_of
 from hypertuna.identification.estimator import MIN_SINGULAR, Direction
-from hypertuna.identification.experiment import KINDS, Experiment
+from hypertuna.identification.experiment import KINDS, LARGE_ERROR, Experiment
 from hypertuna.identification.names import NUISANCES
 from hypertuna.identification.prediction import Prediction
 from hypertuna.trials.trials import Trials
@@ -29,7 +29,7 @@ MEASURED = {"speed": "speed", "cost_of_transport": "cost of transport", "x": "tr
 def helpful_measurements(
     data: Experiment, prediction: Prediction, jacobian: Array, unit: Array, quantile: float, directions: list[Direction]
 ) -> list[str]:
-    """Name for each unidentifiable direction a measurement of the same gaits that would determine it, or nothing."""
+    """Name for each unidentifiable direction a measurement of the same gaits that would constrain it, or nothing."""
     texts = [""] * len(directions)
     for kind, name in enumerate(KINDS[:2]):
         if name not in prediction.measurable or (data.kind == kind).sum() == len(data.trials.steady):
@@ -41,27 +41,27 @@ def helpful_measurements(
         positive = np.maximum(singular, MIN_SINGULAR * max(float(singular[0]), 1.0))
         for k, d in enumerate(directions):
             sd = math.sqrt(float(np.sum((vectors @ d.vector / positive) ** 2)))
-            if not d.determined and not texts[k] and 2 * quantile * sd < 1:
+            if not d.constrained and not texts[k] and 2 * quantile * sd < 1:
                 percent = f"{100 * RELATIVE_NOISE:g} %"
-                texts[k] = f"the {MEASURED[name]} of the same runs, known to {percent}, would determine them"
+                texts[k] = f"the {MEASURED[name]} of the same runs, known to {percent}, would constrain them"
     return texts
 
 
 def direction_sentence(
-    data: Experiment, unit: Array, direction: Direction, determined: Sequence[bool], quantile: float, helpful: str
+    data: Experiment, unit: Array, direction: Direction, constrained: Sequence[bool], quantile: float, helpful: str
 ) -> str:
-    """Write what the data determine along a direction."""
+    """Write how far the data constrain a direction."""
     frees = data.free
     size = np.abs(direction.vector)
     order = [int(i) for i in np.argsort(-size, kind="stable")]
     source = " and ".join(dict.fromkeys(MEASURED[KINDS[k]] for k in np.unique(data.kind)))
-    if direction.determined:
+    if direction.constrained:
         named = [i for i in order if size[i] > WEIGHTY * size[order[0]]]
-        if len(frees) == 1 or (len(named) == 1 and determined[named[0]]):
+        if len(frees) == 1 or (len(named) == 1 and constrained[named[0]]):
             what = frees[named[0]].name
-        else:  # a combination is determined, none of its coefficients
+        else:  # a combination is constrained, none of its coefficients
             what = f"a combination of {_join([frees[i].name for i in (named if len(named) > 1 else order[:2])])}"
-        verb = "determines" if source in ("speed", "cost of transport") else "determine"
+        verb = "constrains" if source in ("speed", "cost of transport") else "constrain"
         precision, first = quantile * direction.sd, frees[named[0]]
         if what == first.name and first.column in ABSOLUTE_UNITS and first.scale == "natural":
             name, factor = first.border
@@ -75,7 +75,7 @@ def direction_sentence(
     others = others if data.trials.recordings else "other gaits, or recordings of transients, may"
     rest = f"; {helpful or others}"
     if len(named) == 1:
-        return f"{frees[named[0]].name} is not determined by {source} alone{rest.replace('them', 'it')}."
+        return f"{frees[named[0]].name} is not constrained by {source} alone{rest.replace('them', 'it')}."
     return f"{_join([frees[i].name for i in named])} cannot be distinguished from {source} alone{rest}."
 
 
@@ -116,9 +116,30 @@ def warnings_of(
             f"Residuals are {residual_scale:.2g} times the stated noise: the model cannot meet all runs "
             "with these coefficients, or the noise is understated. The intervals include this."
         )
-    if not all(d.determined for d in directions):
-        warnings.append("The runs leave some coefficients unidentifiable: see the directions that are not determined.")
+    if not all(d.constrained for d in directions):
+        warnings.append("The runs leave some coefficients unidentifiable: see the directions that are not constrained.")
     return warnings
+
+
+def large_errors(data: Experiment, prediction: Prediction) -> list[str]:
+    """Return the training errors that are large, with their quantity; of tracks over the distance from the start."""
+    kinds, found = data.kind[data.sample], []
+    error, size = prediction.computed - data.measured, np.abs(data.measured)
+    for name, members in (("speed", [0]), ("cost of transport", [1]), ("path", [2, 3])):
+        own = np.isin(kinds, members) & ((size > 0) | (name == "path"))
+        scale = np.sqrt(np.mean(size[own] ** 2)) if name == "path" and own.any() else size[own]
+        rms = float(np.sqrt(np.mean((error[own] / scale) ** 2))) if own.any() else 0.0
+        if rms > LARGE_ERROR:
+            found.append(f"{100 * rms:.0f} % in {name}")
+    return found
+
+
+def unmet(large: str) -> str:
+    """Write what a large training error means."""
+    return (
+        f"The training error is {large}: the model does not describe these runs, and neither values nor intervals "
+        "can be trusted. Check units, gaits and the robot's shape, free other coefficients, or try another water law."
+    )
 
 
 def held_by_priors(frees: Sequence[Free], sd: Array) -> list[str]:

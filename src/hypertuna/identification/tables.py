@@ -16,7 +16,7 @@ def coefficient_table(fit: Fit, sampled: Posterior | None = None) -> Table:
     samples = [] if sampled is None else sampled.record["parameters"]
     rows: list[list[str | float]] = []
     for k, row in enumerate(fit.parameters):
-        remark = f"on its {row['bound']} bound" if row["bound"] else "" if row["determined"] else "not determined"
+        remark = f"on its {row['bound']} bound" if row["bound"] else "" if row["constrained"] else "not constrained"
         intervals = (f"{part['low']:.4g} .. {part['high']:.4g}" for part in (row, *samples[k : k + 1]))
         rows.append([row["name"], f"{row['value']:.5g}", *intervals, _unit(row), remark])
     return ["coefficient", "value", "95 % interval", *(["posterior"] if samples else []), "unit", ""], rows

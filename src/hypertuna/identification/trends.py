@@ -1,45 +1,84 @@
 """Trends of residuals with frequency, amplitude or speed, and the coefficient that would take them."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import permutations
 from typing import Any
 
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.identification.coefficients import Free, column_of
-from hypertuna.identification.experiment import KINDS, Experiment, experiment
-from hypertuna.identification.names import COMMON, NUISANCES, Names, default_bounds
+from hypertuna.identification.coefficients import prior_rows, to_scale
+from hypertuna.identification.experiment import KINDS, Experiment
+from hypertuna.identification.fixed import fixed_coefficients
 from hypertuna.identification.prediction import Prediction, predict
 from hypertuna.trials.reach import motions_of
 
 # Fixed before any data were seen: the usual level, divided by the number of tests (Bonferroni).
 LEVEL = 0.05  # probability of a warning where residuals go with nothing
-MIN_VALUES = 6  # runs or recordings: with 5, no order is rarer than 1 in 60, and three tests need 1 in 60
+MIN_VALUES = 4  # runs or recordings
+ENOUGH = 6  # of them for the level: with 5, no order is rarer than 1 in 60, and three tests need 1 in 60
+MET = 1e-12  # of the squared errors: the free coefficients would take them all
+SLIGHT = 0.005  # of the speed: where there are fewer, errors must be in order, and differ by more than this
 EXACT, SHUFFLES = 8, 9999  # runs up to which all orders are tried, and random orders beyond
 TAKES = 0.25  # of the squared errors that a coefficient must explain to be named
 
 
-def trend_warnings(data: Experiment, values: Array, prediction: Prediction, seed: int) -> list[str]:
-    """Write a warning for each of frequency, amplitude and speed with which errors of the speed rise or fall."""
+@dataclass(frozen=True)
+class Trend:
+    """A quantity with which the relative error of the speed rises or falls."""
+
+    quantity: str  # frequency, amplitude or speed
+    correlation: float  # Spearman's
+    p: float
+    motions: int  # runs and recordings
+    tests: int
+    shares: dict[str, float]  # of the squared errors that each coefficient which is not free would explain
+
+    @property
+    def sentence(self) -> str:
+        """What rises or falls, and the coefficient that would explain most of it."""
+        goes = "rises" if self.correlation > 0 else "falls"
+        rare = f"below {LEVEL:g} / {self.tests} tests" if self.motions >= ENOUGH else "all in order"
+        best = max(self.shares, key=lambda name: self.shares[name], default="")
+        taker = f"{best} would take {100 * self.shares.get(best, 0.0):.0f} % of the squared errors; free it"
+        if not self.shares:
+            taker = "no coefficient of the water law is left to free"
+        elif self.shares[best] < TAKES:
+            taker = f"no coefficient that is not free would take more than {100 * TAKES:.0f} % of it"
+        return (
+            f"The error of the speed {goes} with {self.quantity} (rank correlation {self.correlation:.2f} of "
+            f"{self.motions} motions, p = {self.p:.1g}, {rare}): {taker}."
+        )
+
+
+def trends(data: Experiment, values: Array, prediction: Prediction, seed: int) -> tuple[Trend, ...]:
+    """Return each of frequency, amplitude and speed with which errors of the speed rise or fall."""
     rows, motions = _speed_errors(data), motions_of(data.trials)
     kept = [k for k, row in enumerate(rows) if row and "speed" in motions[k]]
     if len(kept) < MIN_VALUES:
-        return []
+        return ()
     matrix = _sparse([rows[k] for k in kept], len(data.sample))
     error = matrix @ (prediction.computed - data.measured)
     given = {name: np.array([motions[k][name] for k in kept]) for name in ("frequency", "amplitude", "speed")}
     tested = {name: x for name, x in given.items() if np.ptp(x) > 1e-6 * np.abs(x).max()}
-    sentences = []
+    found = {}
     for name, x in tested.items():
         rho, p = rank_correlation(x, error, seed)
-        if p < LEVEL / len(tested):
-            goes = "rises" if rho > 0 else "falls"
-            sentences.append(
-                f"The error of the speed {goes} with {name} (rank correlation {rho:.2f} of {len(kept)} motions, "
-                f"p = {p:.1g}, below {LEVEL:g} / {len(tested)} tests): {_taker(data, values, matrix, error)}."
-            )
-    return sentences
+        ordered = abs(rho) > 1 - 1e-9 and float(np.ptp(error)) > SLIGHT
+        if p < LEVEL / len(tested) if len(kept) >= ENOUGH else ordered:
+            found[name] = rho, p
+    shares = _shares(data, values, matrix, error) if found else {}
+    return tuple(Trend(name, *pair, len(kept), len(tested), shares) for name, pair in found.items())
+
+
+def linear_drag(found: Sequence[Trend]) -> str | None:
+    """Return the name of linear drag along the body, if errors go with speed or frequency and it would take them."""
+    for trend in found:
+        for name, share in trend.shares.items():
+            if trend.quantity != "amplitude" and ".linear_tangential[" in name and share > TAKES:
+                return name
+    return None
 
 
 def rank_correlation(x: Array, y: Array, seed: int) -> tuple[float, float]:
@@ -89,43 +128,27 @@ def _sparse(rows: Sequence[dict[int, float]], columns: int) -> Any:
     return csr_array(([weight for row in rows for weight in row.values()], place), shape=(len(rows), columns))
 
 
-def _taker(data: Experiment, values: Array, matrix: Any, error: Array) -> str:
-    """Name the coefficient that is not free which would take most of the errors."""
-    candidates = _candidates(data)
+def _shares(data: Experiment, values: Array, matrix: Any, error: Array) -> dict[str, float]:
+    """Return the share of the squared errors that each coefficient which is not free would explain."""
+    candidates = fixed_coefficients(data)
     if not candidates:
-        return "no coefficient of the water law is left to free"
-    more = experiment(data.robot, data.trials, (*data.free, *candidates), steps=data.steps, threads=data.threads)
+        return {}
+    more = replace(data, free=(*data.free, *candidates))
     start = np.append(values, [one.start for one in candidates])
-    by = matrix @ predict(more, start, gradient_steps=data.steps).jacobian
-    known = np.linalg.qr(by[:, : len(data.free)])[0]
+    by = matrix @ predict(more, start, gradient_steps=data.steps).jacobian / np.sqrt(np.mean(error**2))
+    pull, held = prior_rows(data.free, to_scale(data.free, values))
+    own = np.concatenate([by[:, : len(data.free)], held])
+    others = np.concatenate([by[:, len(data.free) :], np.zeros((len(held), len(candidates)))])
+    error = np.append(error / np.sqrt(np.mean(error**2)), pull)
+    known = np.linalg.qr(own)[0]
     rest = error - known @ (known.T @ error)
-    best, share = None, 0.0
-    for one, column in zip(candidates, by[:, len(data.free) :].T, strict=True):
+    if rest @ rest < MET * (error @ error):
+        return {}
+    shares = {}
+    for one, column in zip(candidates, others.T, strict=True):
         free = column - known @ (known.T @ column)
         size = float(free @ free)
         step = -float(free @ rest) / size if size > 1e-18 else 0.0
-        if (step > 0 or (step < 0 and one.start > one.lower)) and step**2 * size > share * float(rest @ rest):
-            best, share = one, step**2 * size / float(rest @ rest)
-    if best is None or share < TAKES:
-        return f"no coefficient that is not free would take more than {100 * TAKES:.0f} % of it"
-    return f"{best.name} would take {100 * share:.0f} % of the squared errors; free it"
-
-
-def _candidates(data: Experiment) -> Sequence[Free]:
-    """Return the water law's columns that are not free, each as one factor, or one value where all are 0."""
-    law, taken = data.robot.model.water, {f.column for f in data.free}
-    known = Names(data.robot).known
-    found = []
-    for column, count in known.items():
-        own = column.startswith(f"water.{law}.") or (
-            column == "joints.bandwidth" and data.robot.model.joints != "ideal"
-        )
-        if not own or column in taken | NUISANCES.keys() or column not in default_bounds()["coefficient"]:
-            continue
-        present, table = [float(x) for x in column_of(data.robot, column)], default_bounds()["coefficient"][column]
-        index = f"[0-{count - 1}]" if count > 1 else ""
-        if any(present):
-            found.append(Free(column + index + COMMON, 0.0, table["upper"] / max(present), 1.0))
-        else:
-            found.append(Free(column + index, table["lower"], table["upper"], 0.0))
-    return found
+        allowed = step > 0 or (step < 0 and one.start > one.lower)
+        shares[one.name] = step**2 * size / float(rest @ rest) if allowed else 0.0
+    return shares

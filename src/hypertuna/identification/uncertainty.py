@@ -12,6 +12,7 @@ from hypertuna.identification.angles import angle_errors
 from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, bounds_of, from_scale, prior_rows, to_scale
 from hypertuna.identification.estimator import Direction
 from hypertuna.identification.experiment import Experiment
+from hypertuna.identification.fixed import model_errors, whitened
 from hypertuna.identification.loss import interval_factor, residual_scale
 from hypertuna.identification.prediction import Prediction, predict, weighted
 from hypertuna.identification.residuals import lack_of_fit, squares, stretches
@@ -31,9 +32,9 @@ class Uncertainty:
     correlation: Array  # (n, n)
     bounded_covariance: Array  # (n, n), with the bounds as a weak prior, for sampling
     unit: Array  # (n,), unit of each coefficient in `Direction`
-    determined: tuple[bool, ...]  # whether the 95 % interval of each is shorter than its unit
+    constrained: tuple[bool, ...]  # whether the 95 % interval of each is shorter than its unit
     bound: tuple[str | None, ...]  # "lower" or "upper" for a value on that bound
-    directions: tuple[Direction, ...]  # from the best to the least determined
+    directions: tuple[Direction, ...]  # from the best to the least constrained
     factor: float  # on the standard deviations, for residuals beyond the stated noise and for a robust loss
     residual_scale: float  # of the residuals over the stated noise, 1 at least
     freedom: float  # degrees of freedom of Student's t
@@ -54,7 +55,8 @@ def uncertainty(
     scale = max(1.0, residual_scale(z, loss, share=left / len(z)))
     factor = max(interval_factor(z, loss, scale, data.count, left), math.sqrt(lack_of_fit(data, z)))
     stretch, freedom = stretches(data, prediction, levels, factor)
-    own = weighted(data, prediction, levels)[1] / stretch[data.sample][:, np.newaxis]
+    noise = stretch[data.sample][:, np.newaxis]
+    own = whitened(weighted(data, prediction, levels)[1] / noise, model_errors(data, values, levels) / noise)
     jacobian = np.concatenate([own, prior_rows(frees, x)[1]]) * unit
     quantile = estimator.t_quantile(freedom)
     profile = None if part is None else _profile(part, x, unit, levels, samples=len(data.kind), factor=factor)
@@ -62,7 +64,7 @@ def uncertainty(
     padded = np.concatenate([jacobian, np.zeros((max(n - len(jacobian), 0), n))])
     more = angle_errors(data, values, prediction, levels)
     result = estimator.estimate(padded, x, lower, upper, unit=unit, quantile=quantile, profile=profile, more=more)
-    determined = tuple((2 * quantile * result.sd < unit).tolist())
+    constrained = tuple((2 * quantile * result.sd < unit).tolist())
     silent, vectors = result.unidentifiable, result.vectors
     directions = [
         replace(d, singular_value=0.0 if none else d.singular_value)
@@ -81,10 +83,10 @@ def uncertainty(
         correlation=result.covariance / np.outer(result.sd, result.sd),
         bounded_covariance=np.asarray(np.outer(root, root) * (basis.T / singular**2 @ basis)) + more,
         unit=unit,
-        determined=determined,
+        constrained=constrained,
         bound=estimator.on_bound(x, lower, upper),
         directions=tuple(
-            replace(d, sentence=direction_sentence(data, unit, d, determined, quantile, text))
+            replace(d, sentence=direction_sentence(data, unit, d, constrained, quantile, text))
             for d, text in zip(directions, helpful, strict=True)
         ),
         factor=factor,

@@ -31,8 +31,8 @@ def write_fit(
         Fact(f"{LABELS[key][2] * value:.2g} {LABELS[key][1]}", f"rms error of {LABELS[key][0]} in {runs}")
         for key, value in errors.rms.items()
     ]
-    known = sum(d.determined for d in fit.uncertainty.directions)
-    facts.append(Fact(f"{known} of {len(fit.free)}", "directions that the runs determine"))
+    known = sum(d.constrained for d in fit.uncertainty.directions)
+    facts.append(Fact(f"{known} of {len(fit.free)}", "directions that the runs constrain"))
     files = fit.robot.fit.trials if fit.robot.fit else ""
     lede = f"{len(fit.free)} coefficients of {fit.robot.name}, {best} water law, fitted to {files}."
     sections = fit_sections(fit, sampled=sampled, command=command, laws=fits if len(fits) > 1 else {}, best=best)
@@ -48,12 +48,12 @@ def fit_sections(
     best: str = "",
 ) -> list[Section]:
     """Return the sections of a page on a fit; `laws` are fits with other water laws, `best` the name of this one."""
-    directions = [(d.sentence, "yes" if d.determined else "no", d.singular_value) for d in fit.uncertainty.directions]
+    directions = [(d.sentence, "yes" if d.constrained else "no", d.singular_value) for d in fit.uncertainty.directions]
     shown: dict[str, Shown] = {
         "laws": Table(*law_table(laws or {})),
         "intervals": plot_intervals(fit, sampled=sampled, width=WIDTH),
         "coefficients": Table(*coefficient_table(fit, sampled)),
-        "directions": Table(["in words", "determined", "singular value"], directions),
+        "directions": Table(["in words", "constrained", "singular value"], directions),
         "correlation": plot_correlation(fit, width=WIDTH),
         "errors": plot_errors(fit, width=WIDTH),
         "totals": Table(*error_table(fit)),
@@ -75,7 +75,7 @@ def fit_sections(
         fit=fit,
         laws=laws,
         best=best,
-        missing=sum(not d.determined for d in fit.uncertainty.directions),
+        missing=sum(not d.constrained for d in fit.uncertainty.directions),
         steady=steady,
         tracked=tracked is not None,
         noise=", ".join(f"{factor * level:.2g} {unit} ({label})" for (label, unit, factor), level in levels),

@@ -1,4 +1,4 @@
-"""Steady runs that are allowed but unlikely: speeds far from the model's, angles in radians; each in a sentence."""
+"""Steady runs that are unlikely: speeds far from the model's, angles in radians; each file in a sentence."""
 
 import math
 from collections.abc import Sequence
@@ -10,13 +10,21 @@ from hypertuna.errors import InputError
 from hypertuna.swimming.sweep import sweep
 from hypertuna.trials.steady import SteadyRun
 
-FAR = 10.0  # times the model's, or a part of it: more than any coefficient is wrong by
+FAR = 10.0  # times the model's speed, or a part of it: more than estimated coefficients are usually wrong by
+# The same, beyond which a unit must be wrong. The speed goes as the root of thrust over drag: a factor of 50 needs 2500
+# between these, more than all bounds allow. So 300 is no robot either, but cm/s beside a model that is wrong by 3.
+ANOTHER_UNIT = 50.0
+CAUSES = (
+    "likely causes are another unit of speed or frequency, amplitudes from peak to peak, phases of the wrong sign, or "
+    "a wrong length, area or drag of the robot"
+)
 RADIANS = math.radians(1.6)  # rad, amplitude: angles of beats in radians look like degrees below it
 
 
-def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> list[InputError]:
-    """Return a doubt about each file of steady runs that is far from the robot's model."""
-    doubts = []
+def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[InputError], list[str]]:
+    """Return errors on files of steady runs that must be in wrong units, and warnings on files that are unlikely."""
+    errors: list[InputError] = []
+    warnings: list[str] = []
     for file in dict.fromkeys(run.file for run in runs):
         own = [run for run in runs if run.file == file]
         largest = max(max(run.gait.amplitude) for run in own)
@@ -24,17 +32,26 @@ def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> list[InputError
             meant = math.degrees(math.degrees(largest))
             fix = f"is it in radians? Then write {meant:.3g}"
             key, rule = "the largest amplitude", f"is {math.degrees(largest):.3g} deg"
-            doubts.append(InputError(rule, file=file, key=key, fix=fix))
+            errors.append(InputError(rule, file=file, key=key, fix=fix))
             continue
-        measured = [run for run in own if run.speed]
-        if not measured:
+        ratio = _speed_ratio(own, robot)
+        if 1 / FAR <= ratio <= FAR:
             continue
-        computed = sweep(robot, [run.gait for run in measured]).speed.to_numpy()
-        swims = np.isfinite(computed) & (computed != 0)
-        ratios = np.array([run.speed for run in measured], dtype=float)[swims] / computed[swims]
-        ratio = float(np.median(np.abs(ratios))) if len(ratios) else 1.0
-        if not 1 / FAR <= ratio <= FAR:
-            size = float(f"{max(ratio, 1 / ratio):.2g}")
-            rule = f"are {size:g} times those of the model" if ratio > 1 else f"are 1/{size:g} of those of the model"
-            doubts.append(InputError(rule, file=file, key="the measured speeds", fix="check the unit, m/s"))
-    return doubts
+        size = float(f"{max(ratio, 1 / ratio):.2g}")
+        rule = f"are {size:g} times those of the model" if ratio > 1 else f"are 1/{size:g} of those of the model"
+        if size > ANOTHER_UNIT:
+            errors.append(InputError(rule, file=file, key="the measured speeds", fix="check the unit, m/s"))
+        else:
+            warnings.append(str(InputError(rule, file=file, key="the measured speeds", fix=CAUSES)))
+    return errors, warnings
+
+
+def _speed_ratio(runs: Sequence[SteadyRun], robot: Robot) -> float:
+    """Return the median ratio of measured speeds and those of the model, 1 without any."""
+    measured = [run for run in runs if run.speed]
+    if not measured:
+        return 1.0
+    computed = sweep(robot, [run.gait for run in measured]).speed.to_numpy()
+    swims = np.isfinite(computed) & (computed != 0)
+    ratios = np.array([run.speed for run in measured], dtype=float)[swims] / computed[swims]
+    return float(np.median(np.abs(ratios))) if len(ratios) else 1.0

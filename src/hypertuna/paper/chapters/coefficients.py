@@ -161,7 +161,7 @@ def _facts(fits: Fits) -> dict[str, Any]:
     return {
         "ideal": fits.nine[PAPER],
         "ours": ours,
-        "determined": sum(direction.determined for direction in directions),
+        "determined": sum(direction.constrained for direction in directions),
         "bound": published_value("speed/model-error-max"),
         "at_bound": sum(side is not None for side in ours.uncertainty.bound),
         "best_known": named[0] if named else "",
