@@ -300,6 +300,7 @@ for part in (
     "bring_up",
     "firmware",
     "learning",
+    "scoreboard",
 ):
     made = runpy.run_path(str(ROOT / "docs" / f"figures_{part}.py"))
     TABLES |= made["TABLES"]

@@ -80,9 +80,14 @@ def _table(scores: Sequence[Score], *, unit: bool = False) -> Any:
         published = score.entry.published_text if unit else number(score.published)
         band = "" if score.band is None else f"{number(score.low)} to {number(score.high)}"
         style = "none" if not band else "green" if score.inside else "yellow"
-        own = number(score.own / score.published, digits=2) if _known(score.own) else ""
-        rows.append([name, published, number(score.predicted), band, (number(score.ratio, digits=2), style), own])
+        own = _ratio(score.own / score.published)
+        rows.append([name, published, number(score.predicted), band, (_ratio(score.ratio), style), own])
     return table(heads, rows, fold=0)
+
+
+def _ratio(value: float) -> str:
+    """Write a ratio; nothing for NaN."""
+    return f"{value:.2f}" if _known(value) else ""
 
 
 def _known(value: Any) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.new import Sizes, new_robot
 from hypertuna.description.robot import Robot, parse
 from hypertuna.scoreboard.swimmers import Run, Swimmer
+from hypertuna.swimming.band import speed_band
 from hypertuna.swimming.beat import DEFAULT_STEPS, settle
 from hypertuna.swimming.gait import Gait, Gaits, named_gait
 from hypertuna.swimming.model import core_model
@@ -51,6 +53,16 @@ def own_robot(swimmer: Swimmer) -> Robot | None:
     whole = {"lengths": swimmer.lengths} if swimmer.lengths else {"links": swimmer.link_count, "length": body.length}
     sizes: Any = own | whole | {"mass": body.mass, "nose": swimmer.nose}
     return parse(new_robot(swimmer.name, joints=swimmer.joints, **sizes))
+
+
+def predict_runs(robot: Robot, runs: Sequence[Run]) -> list[Predicted]:
+    """Predict the runs of a robot, each speed with the band that the estimates leave."""
+    found = [predict(robot, run) for run in runs]
+    swum = {k: one.gait for k, one in enumerate(found) if one.gait is not None and math.isfinite(one.speed)}
+    if swum and (band := speed_band(robot, Gaits.of([*swum.values()]))) is not None:
+        for k, low, high in zip(swum, band.low.tolist(), band.high.tolist(), strict=True):
+            found[k] = replace(found[k], band=(low, high))
+    return found
 
 
 def predict(robot: Robot, run: Run) -> Predicted:

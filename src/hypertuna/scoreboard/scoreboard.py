@@ -11,9 +11,11 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.scoreboard.fits import Other, other_speeds
 from hypertuna.scoreboard.laws import random_shoal
-from hypertuna.scoreboard.prediction import Predicted, first_robot, own_robot, predict
+from hypertuna.scoreboard.prediction import Predicted, first_robot, own_robot, predict_runs
 from hypertuna.scoreboard.scores import Score, Scoreboard
 from hypertuna.scoreboard.swimmers import Run, Swimmer, read_swimmer, swimmers
+
+OUT_OF_REACH = "no amplitude of the default wave reaches the excursion"
 
 
 @checked
@@ -48,7 +50,7 @@ def score_swimmers(
     others: dict[str, list[Other]] = {}
     for k, swimmer in enumerate(chosen):
         first, own, note = _robots(swimmer)
-        scores += [score for run in swimmer.runs for score in _of_run(swimmer, run, first, own, note)]
+        scores += _scores(swimmer, first, own, note)
         if first is not None and (found := other_speeds(own or first, swimmer.runs)):
             others[swimmer.name] = found
         if progress is not None:
@@ -64,16 +66,22 @@ def _robots(swimmer: Swimmer) -> tuple[Robot | None, Robot | None, str]:
         return None, None, str(error)
 
 
-def _of_run(swimmer: Swimmer, run: Run, robot: Robot | None, own: Robot | None, note: str) -> Iterator[Score]:
+def _scores(swimmer: Swimmer, first: Robot | None, own: Robot | None, note: str) -> Iterator[Score]:
+    """Yield the scores of a swimmer's runs by its first robot and by that of its own sections."""
+    none = [Predicted(None)] * len(swimmer.runs)
+    predicted, second = (none if robot is None else predict_runs(robot, swimmer.runs) for robot in (first, own))
+    for run, by_first, by_own in zip(swimmer.runs, predicted, second, strict=True):
+        reached = first is None or by_first.gait is not None
+        yield from _of_run(swimmer, run, by_first, by_own, note if reached else OUT_OF_REACH)
+
+
+def _of_run(swimmer: Swimmer, run: Run, first: Predicted, own: Predicted, note: str) -> Iterator[Score]:
     """Yield the scores of a run: its speed, or the thrust of a fish held fixed; and its power if it is published."""
-    first = Predicted(None) if robot is None else predict(robot, run)
-    second = Predicted(None) if own is None else predict(own, run)
-    if robot is not None and first.gait is None:
-        note = "no amplitude of the default wave reaches the excursion"
     known = {"thrust": run.thrust} if run.thrust is not None else {"speed": run.speed}
     known |= {f"{run.power_kind} power": run.power} if run.power is not None else {}
     for quantity, published in known.items():
         kind = quantity.split()[-1]
+        low, high = first.band if kind == "speed" else (math.nan, math.nan)
         yield Score(
             swimmer.name,
             run.name,
@@ -81,11 +89,13 @@ def _of_run(swimmer: Swimmer, run: Run, robot: Robot | None, own: Robot | None, 
             published,
             run.speed_error if kind == "speed" else None,
             getattr(first, kind),
-            *(first.band if kind == "speed" else (math.nan, math.nan)),
-            own=getattr(second, kind),
+            low,
+            high,
+            own=getattr(own, kind),
             length=swimmer.body.length,
             frequency=run.frequency,
             excursion=first.excursion,
+            assumed=swimmer.assumes_excursion(run),
             reference=swimmer.reference,
             note=note,
         )

@@ -43,6 +43,7 @@ class Score:
     length: float = math.nan  # m, of the swimmer
     frequency: float = math.nan  # Hz
     excursion: float = math.nan  # m, peak to peak, as predicted
+    assumed: bool = False  # whether the excursion is an estimate
     reference: str = ""
     note: str = ""  # why there is no prediction
 
@@ -169,6 +170,7 @@ class Scoreboard(
         """
         found, own, fish = statistics(self.scores), statistics(self.scores, own=True), self.shoal
         left = leave_one_out(swimmer_logs(ratios_of(self.scores)))
+        known = [score for score in self.scores if not score.assumed]
         others = [other for part in self.others.values() for other in part]
         rows: dict[str, tuple[Any, str | None]] = {
             "swimmers": (found.swimmers + found.missing, "swimmers with a speed"),
@@ -180,6 +182,7 @@ class Scoreboard(
             "factor_of_nine_in_ten": (found.factor, "factor that holds for nine of ten"),
             "inside_band": (found.inside, "published speeds inside the 90 % band"),
             "band_ratio": (found.band_ratio, "median of the band, upper over lower end"),
+            "inside_band_measured": (statistics(known).inside, "the same where the amplitude is published"),
             "own_swimmers": (own.swimmers, "swimmers with sections of their own"),
             "own_rms_log": (own.rms_log, "rms of their logarithm with these"),
             "own_mean_ratio": (own.mean_ratio, "geometric mean with these"),

@@ -137,6 +137,14 @@ class Swimmer(Part):
         """Number of links."""
         return len(self.links.length) if isinstance(self.links, Links) else self.links
 
+    def assumes_excursion(self, run: Run) -> bool:
+        """Whether the excursion of a run is an estimate, not published: neither it nor the angles."""
+        keys = {"runs.excursion_m": run.excursion, "runs.amplitude_deg": run.amplitude}
+        starts = [
+            [s for s in _starts(key) if s in self.sources][-1] for key, value in keys.items() if value is not None
+        ]
+        return all(self.sources[start].startswith("estimate") for start in starts)
+
 
 def _keys(value: Any, place: str = "") -> Iterator[str]:
     """Yield the keys of all values of a document, without the indices of lists."""
