@@ -83,13 +83,14 @@ def summary_table() -> str:
 def laws_table() -> str:
     """Tabulate the laws that swimmers obey, of the swimmers as predicted and of random fish."""
     body = []
-    for name, shoal in (("swimmers, predicted", board().swum), ("random fish", board().shoal)):
+    shoals = {f"swimmers, {speed}": board().swum(speed) for speed in ("published", "predicted")}
+    for name, shoal in (shoals | {"random fish": board().shoal}).items():
         cells = [f"{np.isfinite(shoal.speed).sum()} of {len(shoal.speed)}"]
         for values in (shoal.over_gazzola, shoal.strouhal, shoal.stride):
             low, middle, high = np.nanquantile(values, (0.1, 0.5, 0.9))
             cells.append(f"{middle:.2f} ({low:.2f} to {high:.2f})")
         body.append([name, *cells])
-    return rows(["", "settled", "Re over Gazzola's", "Strouhal number", "stride length [BL]"], body)
+    return rows(["", "with a speed", "Re over Gazzola's", "Strouhal number", "stride length [BL]"], body)
 
 
 def others_table() -> str:

@@ -80,6 +80,15 @@ def test_a_swimmer_that_robot_new_refuses_says_why(run: Run, tmp_path: Path) -> 
     assert "times as high as long at neutral buoyancy" in output
 
 
+def test_a_gait_that_no_robot_has_says_why(run: Run, tmp_path: Path) -> None:
+    text = (ROOT / "data/swimmers/tunabot.toml").read_text()
+    path = tmp_path / "fast.toml"
+    path.write_text(text.replace("speed_m_s", "phase_deg = [0.0, 1000.0]\nspeed_m_s"))
+    code, output, _ = run("scoreboard", str(path))
+    assert code == 0
+    assert "phase" in output.splitlines()[-1]
+
+
 def test_bad_input_is_one_sentence(run: Run, tmp_path: Path) -> None:
     assert run("scoreboard", "tunabott")[::2] == (
         2,

@@ -12,8 +12,10 @@ import hypertuna as ht
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
 from hypertuna.scoreboard.fits import Other, other_speeds, with_drag_area
-from hypertuna.scoreboard.prediction import EXCURSION, first_robot, held, own_robot, predict, run_gait
+from hypertuna.scoreboard.prediction import EXCURSION, first_robot, held, own_robot, predict, predict_runs, run_gait
 from hypertuna.scoreboard.swimmers import Run, Swimmer
+from hypertuna.swimming.band import speed_band
+from hypertuna.swimming.gait import Gaits
 
 ROBOT = parse(new_robot("fish", links=3, length=0.3, mass=0.85))
 SIZES: dict[str, Any] = {"length_m": 0.3, "mass_kg": 0.85}
@@ -85,6 +87,30 @@ def test_a_prediction_is_the_settled_swim() -> None:
     assert found.gait is not None
     done = ht.swim(ROBOT, found.gait)
     assert (found.speed, found.excursion, found.power) == (done.speed, done.tail_excursion, done.mechanical_power)
+
+
+def test_a_band_holds_the_prediction_and_is_that_of_the_swim() -> None:
+    first, second = predict_runs(ROBOT, [run(name="a"), run(name="b", frequency_hz=1.0)])
+    for one in (first, second):
+        assert one.gait is not None
+        band = speed_band(ROBOT, Gaits.of([one.gait]))
+        assert band is not None
+        assert one.band == (band.low[0], band.high[0])
+        assert one.band[0] < one.speed < one.band[1]
+
+
+def test_an_excursion_is_assumed_where_it_is_an_estimate() -> None:
+    keys: dict[str, Any] = {"frequency_hz": 2.0, "speed_m_s": 0.1}
+    fish = swimmer(
+        runs=[
+            {"name": "a"} | keys,
+            {"name": "b", "excursion_m": 0.05} | keys,
+            {"name": "c", "amplitude_deg": [5, 9]} | keys,
+        ]
+    )
+    assert [fish.assumes_excursion(one) for one in fish.runs] == [True, False, False]
+    sources = {"sources": fish.sources | {"runs.excursion_m": "estimate: 0.2 L"}}
+    assert fish.model_copy(update=sources).assumes_excursion(fish.runs[1])
 
 
 def test_a_rigid_tail_held_fixed_moves_as_a_pendulum() -> None:

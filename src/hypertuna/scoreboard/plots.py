@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -54,13 +55,17 @@ def _draw_speeds(axes: Axes, board: Scoreboard) -> None:
 
 def _draw_law(axes: Axes, board: Scoreboard) -> None:
     """Draw Reynolds over swimming numbers of random fish and of the swimmers, and Gazzola's line."""
-    shoals: list[tuple[Shoal, str, str, str]] = [
-        (board.shoal, f"{len(board.shoal.speed)} random fish", EDGE, "."),
-        (board.swum, "swimmers, predicted", COLORS[1], SHAPES[0]),
-    ]
-    for shoal, label, color, shape in shoals:
-        size = {"ms": 4} if shape == "." else POINTS
-        axes.plot(shoal.swimming, shoal.reynolds, ls="", marker=shape, color=color, label=label, **size)
+    shoals: tuple[tuple[Shoal, str, dict[str, Any]], ...] = (
+        (board.shoal, f"{len(board.shoal.speed)} random fish", {"color": EDGE, "marker": ".", "ms": 4}),
+        (
+            board.swum("published"),
+            "swimmers, published",
+            {"color": COLORS[0], "marker": SHAPES[3], "mfc": "none", "ms": 4},
+        ),
+        (board.swum("predicted"), "swimmers, predicted", {"color": COLORS[1], "marker": SHAPES[0], **POINTS}),
+    )
+    for shoal, label, style in shoals:
+        axes.plot(shoal.swimming, shoal.reynolds, ls="", label=label, **style)
     numbers = np.concatenate([shoal.swimming[np.isfinite(shoal.swimming)] for shoal, *_ in shoals])
     line = np.geomspace(0.7 * numbers.min(), 1.4 * numbers.max(), 200)
     axes.plot(line, gazzola(line), color=INK, lw=0.9, label="Gazzola et al. 2014")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from hypertuna.arguments import checked
-from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.scoreboard.fits import Other, other_speeds
 from hypertuna.scoreboard.laws import random_shoal
@@ -49,30 +48,29 @@ def score_swimmers(
     scores: list[Score] = []
     others: dict[str, list[Other]] = {}
     for k, swimmer in enumerate(chosen):
-        first, own, note = _robots(swimmer)
-        scores += _scores(swimmer, first, own, note)
-        if first is not None and (found := other_speeds(own or first, swimmer.runs)):
-            others[swimmer.name] = found
+        found, several = _score(swimmer)
+        scores += found
+        others |= {swimmer.name: several} if several else {}
         if progress is not None:
             progress(k + 1, len(chosen))
     return Scoreboard(tuple(scores), others, random_shoal())
 
 
-def _robots(swimmer: Swimmer) -> tuple[Robot | None, Robot | None, str]:
-    """Return the first robot of a swimmer and that of its own sections, and why there are none."""
+def _score(swimmer: Swimmer) -> tuple[list[Score], list[Other]]:
+    """Score the runs of a swimmer, and predict its speeds from one another; a note says why there is no prediction."""
+    runs, note, several = swimmer.runs, "", list[Other]()
+    by_first = by_own = [Predicted(None)] * len(runs)
     try:
-        return first_robot(swimmer), own_robot(swimmer), ""
+        first, own = first_robot(swimmer), own_robot(swimmer)
+        by_first = predict_runs(first, runs)
+        by_own = by_own if own is None else predict_runs(own, runs)
+        several = other_speeds(own or first, runs)
     except InputError as error:
-        return None, None, str(error)
-
-
-def _scores(swimmer: Swimmer, first: Robot | None, own: Robot | None, note: str) -> Iterator[Score]:
-    """Yield the scores of a swimmer's runs by its first robot and by that of its own sections."""
-    none = [Predicted(None)] * len(swimmer.runs)
-    predicted, second = (none if robot is None else predict_runs(robot, swimmer.runs) for robot in (first, own))
-    for run, by_first, by_own in zip(swimmer.runs, predicted, second, strict=True):
-        reached = first is None or by_first.gait is not None
-        yield from _of_run(swimmer, run, by_first, by_own, note if reached else OUT_OF_REACH)
+        note = str(error)
+    scores: list[Score] = []
+    for run, one, other in zip(runs, by_first, by_own, strict=True):
+        scores += _of_run(swimmer, run, one, other, note or OUT_OF_REACH * (one.gait is None))
+    return scores, several
 
 
 def _of_run(swimmer: Swimmer, run: Run, first: Predicted, own: Predicted, note: str) -> Iterator[Score]:

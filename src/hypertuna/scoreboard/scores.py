@@ -155,10 +155,9 @@ class Scoreboard(
         """The scores of speeds."""
         return tuple(score for score in self.scores if score.quantity == "speed")
 
-    @property
-    def swum(self) -> Shoal:
-        """The runs of the swimmers as predicted."""
-        columns = ("length", "frequency", "predicted", "excursion")
+    def swum(self, speed: str) -> Shoal:
+        """Return the runs at their `speed`, "published" or "predicted"; the excursions are those predicted."""
+        columns = ("length", "frequency", speed, "excursion")
         return Shoal(*(np.array([getattr(score, name) for score in self.speeds]) for name in columns))
 
     def summary(self) -> dict[str, Quantity]:
