@@ -4,16 +4,21 @@ import math
 import tomllib
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, reject, settings
+from hypothesis import strategies as st
 
 from hypertuna.actuation.new import first_robot
+from hypertuna.description.drag import NOSES
 from hypertuna.description.new import new_robot, shape_of
 from hypertuna.description.plausibility import implausible
 from hypertuna.description.robot import parse
 from hypertuna.description.shape import Shape, link_lengths
+from hypertuna.description.writer import robot_text
 from hypertuna.errors import InputError
 from hypertuna.firmware.header import header
 from hypertuna.firmware.parameters import firmware_table
@@ -79,6 +84,68 @@ def test_own_sizes_are_kept_and_the_others_make_a_fish_that_floats(sizes: dict[s
     _, height, width = shape.sections(0.0, shape.fin_start * 0.3)
     assert (height.max(), width.max()) == pytest.approx((shape.height, shape.width), rel=0.01)
     assert lengths == link_lengths(3, 0.3)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    size=st.fixed_dictionaries(
+        {
+            "links": st.integers(2, 20),
+            "length": st.floats(0.03, 10.0),
+            "nose": st.sampled_from(sorted(NOSES)),
+        }
+    ),
+    parts=st.fixed_dictionaries(
+        {},
+        optional={
+            "mass": st.floats(1.0, 100.0),
+            "height": st.floats(0.03, 0.45),
+            "width": st.floats(0.02, 0.5),
+            "fin_span": st.floats(0.02, 0.6),
+            "fin_chord": st.floats(0.01, 0.4),
+        },
+    ),
+)
+def test_no_first_robot_is_unlikely(size: Any, parts: dict[str, float]) -> None:
+    length = size["length"]
+    own: Any = {key: part * (length**3 if key == "mass" else length) for key, part in parts.items()}
+    try:
+        robot = parse(new_robot("fish", **size, **own))
+    except InputError:
+        reject()
+    assert implausible(robot) == []
+    assert robot.unsourced() == ()
+
+
+@pytest.mark.parametrize("actuation", ["servo", "hydraulic"])
+@pytest.mark.parametrize("length", [0.2, 0.3, 1.5])
+def test_no_first_robot_with_an_actuator_is_unlikely(actuation: str, length: float) -> None:
+    text = first_robot("fish", length=length, actuation=actuation, sea=True, width=0.14 * length, fin_span=0.3 * length)
+    assert implausible(parse(tomllib.loads(text))) == []
+
+
+def test_factors_of_estimates_are_kept_and_checked(tmp_path: Path) -> None:
+    document = new_robot("fish")
+    robot = parse(document)
+    assert robot.uncertainty == document["uncertainty"]
+    assert tomllib.loads(robot_text(robot)) == document
+    bare = {key: value for key, value in document.items() if key != "uncertainty"}
+    assert parse(bare).uncertainty is None
+    for key, factor in document["uncertainty"].items():
+        assert (robot.source(key) or "").endswith(document["sources"][key].partition("in 90 %")[2])
+        assert f"within a factor of {factor:g} in 90 % of cases" in document["sources"][key]
+    with pytest.raises(InputError, match=r"water\.strip\.blunt_area.*must be a key with a value.*blunt_area_m2"):
+        parse(document | {"uncertainty": {"water.strip.blunt_area": 2.0}})
+    for factor in (0.5, 1e3):
+        with pytest.raises(InputError, match="uncertainty.* must be at (least 1|most 100), but is"):
+            parse(document | {"uncertainty": {"water.strip": factor}})
+
+
+def test_a_factor_of_a_measured_value_is_told() -> None:
+    document = new_robot("fish")
+    document["sources"]["water.strip.blunt_area_m2"] = "measured, towed at three speeds"
+    (told,) = implausible(parse(document))
+    assert told.startswith("uncertainty has a factor for water.strip.blunt_area_m2, whose source is no estimate")
 
 
 def test_joint_groups_share_the_links_head_to_tail() -> None:

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import hypertuna as ht
 from hypertuna.actuation.new import first_robot
 from hypertuna.actuation.sizing import size_pump
-from hypertuna.description.new import FULL
 from hypertuna.description.robot import parse
+from hypertuna.description.shape import FULL
 from hypertuna.description.twin import AT_SEA, new_command
 from hypertuna.errors import InputError
 from hypertuna.firmware.header import header

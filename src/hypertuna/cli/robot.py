@@ -14,7 +14,8 @@ from hypertuna.cli import parsing
 from hypertuna.cli.console import counted, print_json, print_lines, table
 from hypertuna.cli.emit import emit, refused
 from hypertuna.cli.streams import note
-from hypertuna.description.new import NOSES, Sizes
+from hypertuna.description.drag import NOSES
+from hypertuna.description.new import Sizes
 from hypertuna.description.plausibility import implausible
 from hypertuna.description.reference import Key, json_schema
 from hypertuna.description.robot import Entry, Robot, load
@@ -25,7 +26,7 @@ robot_app = opt.group("Robot descriptions: begin one, check a file, show a robot
 
 LENGTHS = "Lengths of the links in m, head to tail, separated by commas; instead of --links and --length."
 MASS = "Mass of the robot in kg. (default: that of a slender fish of its length, or of its height and width)"
-NOSE = f"How the body meets the flow: {'; '.join(f'{word}: {words}' for word, words in NOSES.items())}."
+NOSE = f"How the body meets the flow: {'; '.join(f'{word}: {nose.words}' for word, nose in NOSES.items())}."
 HEIGHT = "Largest height of the body in m, without fins. (default: that at which it floats)"
 WIDTH = "Largest width of the body in m, without fins. (default: that at which it floats)"
 CHORD = "Mean chord of the tail fin in m: its area over its span. (default: a fin of 0.15 lengths, narrow in front)"

@@ -38,8 +38,9 @@ def changed(robot: Robot, values: Mapping[str, Any], option: str = "--set") -> R
 
 
 def settable(robot: Robot) -> list[str]:
-    """Return the keys of all values in a robot's file, as `changed` takes them; sources are texts, not values."""
-    return _settable({key: part for key, part in robot.document().items() if key != "sources"}, "")
+    """Return the keys of all values in a robot's file, as `changed` takes them; without what tells of values."""
+    document = robot.document()
+    return _settable({key: part for key, part in document.items() if key not in ("uncertainty", "sources")}, "")
 
 
 def _settable(node: Any, key: str) -> list[str]:

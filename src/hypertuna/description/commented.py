@@ -18,6 +18,8 @@ HINTS = {
     "water.strip": "One value per link. Towed straight, the head's blunt_area_m2 drags most: fit it to your trials by\n"
     "`hypertuna identify RUNS.csv --robot FILE --free 'water.blunt_area_m2[0]'`.",
     "gaits.cruise": "One value per joint group, head to tail.",
+    "uncertainty": "The true value of an estimate lies within this factor in 90 % of cases; `hypertuna swim` prints\n"
+    "the speeds that they leave. Remove the line of a value that you measure.",
     "sources": 'Where each value is from, by the start of its key; a source that begins with "estimate" marks an '
     "estimate.",
 }

@@ -22,6 +22,7 @@ ROUNDS = 12  # of mending: tables in tables, each with mistakes that hide those 
 # Of a document: what `hypertuna robot new` writes for its shape, and a valid one with all tables.
 Example = Callable[[Mapping[str, Any]], tuple[dict[str, Any], Mapping[str, Any]]]
 Model = type[BaseModel]
+ABOUT = ("uncertainty", "sources")  # tables about the values of others: nothing to paste
 
 
 def translate(
@@ -212,7 +213,7 @@ def _whole(missing: list[Place], mended: Any, model: Model, first: dict[str, Any
     own = copy.deepcopy(mended)
     for place in missing:
         _put(own, place, _at(first, place))
-    whole = {key: own.get(key, value) for key, value in first.items() if key != "sources" or key in own}
+    whole = {key: own.get(key, value) for key, value in first.items() if key not in ABOUT or key in own}
     whole["water"] = first["water"] | whole["water"]  # a density alone is no law
     try:
         model.model_validate(whole)

@@ -4,18 +4,12 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict, Unpack
 
+import numpy as np
+
+from hypertuna.description.drag import NOSES, beating, blunt_area, friction, swing
+from hypertuna.description.estimates import GIVEN, water_estimates
 from hypertuna.description.schema.base import NAME
-from hypertuna.description.shape import (
-    BEATING,
-    BLUNT,
-    DENSITY,
-    PLATE,
-    Shape,
-    edge,
-    ellipse_drag,
-    link_columns,
-    link_lengths,
-)
+from hypertuna.description.shape import DENSITY, Shape, edge, link_columns, link_lengths
 from hypertuna.errors import InputError
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
@@ -28,18 +22,12 @@ FLAT = Range(min=0.15, max=2.0)  # width over height
 FLOATS = Range(min=1 / 3, max=3.0)  # mass of the water that the sections displace over the robot's
 SPAN = Range(min=0.02, max=0.6)  # of the tail fin, over the length
 CHORD = Range(min=0.01, max=0.4)  # of the tail fin, over the length
-NOSES = {
-    "streamlined": "smooth, closed and rounded in front, nothing in the flow but the tail fin",
-    "robot": "fish-like, with flat parts, steps, seams, gaps at joints, fins or cables",
-    "blunt": "flat or boxy in front, or open parts that water flows through",
-}
 SHORTEST = 0.02  # of a link, over the length of the robot
 SWING, LAG = 40.0, 80.0  # deg, of all joints together, and from the first to beyond the last
 AMPLITUDE = 30.0  # deg, of a single joint
 CRUISE = 2.0, 0.3  # Hz of a robot of 0.3 m; slower with the root of the length
 BANDWIDTH = 5.0  # Hz, of joints that servos drive
 
-GIVEN = "as given to `hypertuna robot new`"
 OWN = ("height", "width", "fin_span", "fin_chord")
 SOURCES = {
     "body.mass_kg": GIVEN,
@@ -48,18 +36,6 @@ SOURCES = {
     "parts",
     "joints": "estimate: each joint at the front end of its link",
     "water.density_kg_m3": "estimate: fresh water",
-    "water.strip": "estimate: theory and handbooks, for the same shape",
-    "water.strip.added_mass_normal": "estimate: potential flow, rho pi/4 h^2 of every section, over the square of the "
-    "mean h; the fin as a plate of its aspect ratio (DNV-RP-C205 2010)",
-    "water.strip.added_mass_tangential": "estimate: Lamb's k1 of a prolate spheroid as long and as thick, all on the "
-    "head",
-    "water.strip.drag_tangential": "estimate: ITTC 1957 at one length per second, times Hoerner's form factor",
-    "water.strip.drag_beating": f"""estimate: {BEATING:g} for the fin, by its part of the area: a plate in a flow to \
-and fro has 8 KC^(-1/3) (Graham 1980), here at KC = 9.5 as on HyperTuna, less the {PLATE:g} of steady flow""",
-    "water.strip.blunt_area_m2": f"""estimate: {BLUNT:g} times the largest section, as identified on HyperTuna; fit \
-it to your first steady runs""",
-    "water.strip.edge_lift": "estimate: Helmbold's lift slope of a wing of the fin's aspect ratio, over pi AR/2",
-    "water.strip.edge_suction": "estimate: none; a thin fin keeps no suction at the incidences of a beat",
     "gaits": f"""estimate: {CRUISE[0]:g} Hz at {CRUISE[1]:g} m, less with the root of the length; the joints \
 bend {SWING:g} deg together, more toward the tail, in a wave of {LAG:g} deg; a single joint {AMPLITUDE:g} deg""",
     "gait_bounds": "estimate: a quarter to twice that frequency, up to 1.5 times those amplitudes",
@@ -87,9 +63,16 @@ def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) 
     """
     shape, lengths = shape_of(**sizes)
     links, groups = len(lengths), _groups(len(lengths), joints)
-    columns, strip = link_columns(shape, lengths)
     frequency = float(f"{CRUISE[0] * math.sqrt(CRUISE[1] / shape.length):.2g}")
-    wave = _wave(len(groups))
+    wave, nose = _wave(len(groups)), sizes.get("nose", "robot")
+    parts = [
+        (a / len(on), p) for on, a, p in zip(groups.values(), *map(np.radians, wave.values()), strict=True) for _ in on
+    ]
+    swung = swing(shape, lengths, [a for a, _ in parts], [p for _, p in parts])
+    columns, strip = link_columns(shape, lengths, friction(shape, frequency), beating(shape, swung))
+    wetted = math.fsum(columns["wetted_area_m2"])
+    strip["blunt_area_m2"] = [float(f"{blunt_area(shape, nose, frequency, wetted):.3g}")] + [0.0] * (links - 1)
+    estimates = water_estimates(shape, nose, swung, {name for name, value in sizes.items() if value is not None})
     return {
         "format": 1,
         "name": name,
@@ -106,7 +89,8 @@ def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) 
             "amplitude_deg": [[0.0, round(1.5 * a, 1)] for a in wave["amplitude_deg"]],
             "phase_deg": [[0.0, 0.0], *[[0.0, 180.0]] * (len(groups) - 1)],
         },
-        "sources": _sources(shape, sizes),
+        "uncertainty": {key: one.factor for key, one in estimates.items() if one.factor > 1},
+        "sources": _sources(shape, sizes) | {key: one.source for key, one in estimates.items()},
     }
 
 
@@ -121,9 +105,6 @@ times as wide as high, from {100 * shape.fin_start:.3g} % of the length on a fin
         **SOURCES,
         **({"links.length_m": GIVEN} if sizes.get("lengths") else {}),
         **({} if sizes.get("mass") else {"body.mass_kg": "estimate: that of the water in the place of the fish"}),
-        "water.strip.drag_normal": f"""estimate: {ellipse_drag(aspect):.3g} for an ellipse {aspect:.3g} times as wide \
-as high, {PLATE:g} for the fin, a plate (Hoerner), mean over the area""",
-        "water.strip.edge_height_m": GIVEN if sizes.get("fin_span") else "estimate: a fin as high as the body",
     }
 
 

@@ -13,10 +13,10 @@ USUAL: dict[str, tuple[float, float]] = {
     "body.length_m": (0.02, 20.0),
     "body.width_m": (0.002, 10.0),
     "body.height_m": (0.002, 10.0),
-    "links.length_m": (0.001, 10.0),
+    "links.length_m": (5e-4, 10.0),
     "water.density_kg_m3": (900.0, 1300.0),
     "water.lumped.added_mass": (0.0, 5.0),
-    "water.strip.added_mass_normal": (0.05, 5.0),
+    "water.strip.added_mass_normal": (0.001, 5.0),
     "water.elongated.added_mass_normal": (0.0, 5.0),
     "water.strip.drag_normal": (0.05, 10.0),
     "water.elongated.drag_normal": (0.05, 10.0),
@@ -79,11 +79,9 @@ USUAL: dict[str, tuple[float, float]] = {
     "joints.actuator.lever_m": (5e-4, 0.2),
     "joints.actuator.spacing_m": (5e-4, 0.2),
     "water.strip.added_inertia": (0.05, 5.0),
-    "water.strip.drag_beating": (0.2, 20.0),
+    "water.strip.drag_beating": (0.0, 20.0),
     "water.strip.added_mass_tangential": (5e-4, 0.6),
     "water.strip.edge_lift": (0.1, 2.0),
-    "water.strip.edge_height_m": (0.002, 5.0),
-    "water.strip.blunt_area_m2": (1e-7, 1.0),
     "servos.idle_current_a": (0.001, 2.0),
     "servos.friction_n_m": (1e-4, 20.0),
     "servos.bandwidth_hz": (0.5, 200.0),
@@ -140,11 +138,13 @@ SLIPS: dict[str, dict[str, float]] = {  # by unit: what may have been meant, and
     "rad/s": {"rpm": math.pi / 30, "deg/s": math.pi / 180},
 }
 WIDE = 0.6  # width over height of a section whose width is unknown
-DENSITY = (30.0, 10e3)  # kg/m^3, of a link: foam to lead
+DENSITY = (5.0, 10e3)  # kg/m^3, of a link: the plate of a fin in the place of an ellipse, to lead
 SLENDER = (0.004, 1.0)  # height of a link over the length of the body
 FRICTION = (0.1, 12.0)  # wetted over lateral area
 HEAVY = 1.3  # of the whole robot over its links
 HIGH = 0.7  # of fins and sections over the length of the robot
+LOW = 0.01  # of the trailing edge over that length
+BLUNT = (1e-6, 0.5)  # drag area over the square of that length
 FRONT = 0.1  # of a link: centers of mass lie behind it
 BULK = (0.3, 400.0)  # kg/m^3, mass over length cubed
 SWIMMING = (0.01, 20.0)  # lengths per second
@@ -154,7 +154,7 @@ def implausible(robot: Robot) -> list[str]:
     """Return a sentence for each unlikely value of a robot, none if all are likely."""
     if (slip := _unit_of_lengths(robot)) is not None:
         return [slip, *(told for told in _unusual(robot) if "s.length_m" not in told)]  # comparisons would repeat it
-    unlikely = (_unlikely_links, _unlikely_sizes, _unlikely_speeds, _coarse_sensors)
+    unlikely = (_unlikely_links, _unlikely_sizes, _unlikely_speeds, _coarse_sensors, _idle_factors)
     return [*_unusual(robot), *(sentence for check in unlikely for sentence in check(robot))]
 
 
@@ -240,9 +240,13 @@ def _unlikely_sizes(robot: Robot) -> Iterator[str]:
         "spatial.width_m": max(spatial.width) if spatial else 0.0,
     }
     for key, size in sizes.items():
-        if size > HIGH * whole:
+        if size > HIGH * whole or (0 < size < LOW * whole and key.startswith("water")):
             slip = _slip(size, "m", (0.05 * whole, HIGH * whole))
             yield f"{key} has {size:g} m, in a robot {whole:g} m long: {slip}."
+    area = max(strip.blunt_area) if strip else 0.0
+    if area and not BLUNT[0] <= area / whole**2 <= BLUNT[1]:
+        slip = _slip(area, "m^2", (BLUNT[0] * whole**2, BLUNT[1] * whole**2))
+        yield f"water.strip.blunt_area_m2 has {area:g} m^2, in a robot {whole:g} m long: {slip}."
 
 
 def _unlikely_speeds(robot: Robot) -> Iterator[str]:
@@ -270,6 +274,16 @@ def _coarse_sensors(robot: Robot) -> Iterator[str]:
                 f"sensors[{k}].resolution of the {sensor.quantity} sensor is {sensor.resolution:g}, with a noise of "
                 f"{sensor.noise:g}: its readings repeat, and {effect}: "
                 "choose a sensor with finer steps, or correct its noise."
+            )
+
+
+def _idle_factors(robot: Robot) -> Iterator[str]:
+    """Find factors of values that are no estimates any more: they have no effect."""
+    for key in robot.uncertainty or {}:
+        if not (robot.source(key) or "estimate").startswith("estimate"):
+            yield (
+                f"uncertainty has a factor for {key}, whose source is no estimate, so it has no effect: remove the "
+                'factor, or begin the source with "estimate".'
             )
 
 

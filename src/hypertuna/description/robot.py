@@ -17,7 +17,7 @@ from pydantic import PrivateAttr, ValidationError, ValidationInfo, field_validat
 from hypertuna.arguments import checked
 from hypertuna.description.mistakes import translate
 from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
-from hypertuna.description.schema.base import Check, Name, Named, Part, Text, entry, same_length, unique
+from hypertuna.description.schema.base import Check, Name, Named, Part, Text, entry, number, same_length, unique
 from hypertuna.description.schema.body import (
     Body,
     Fins,
@@ -33,15 +33,17 @@ from hypertuna.description.schema.control import Controller, Guidance, Sensor
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.description.schema.water import LAWS, Choice, Water
-from hypertuna.description.validation import Place, field_at, fix_for, unit_of, written
+from hypertuna.description.validation import field_at, fix_for, unit_of, values, written
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
+from hypertuna.ranges import Range
 
 T = TypeVar("T")
 
 TOLERANCE = 1e-6  # relative, of sums: links to the body length, shares to one
+Factor = Annotated[float, number(Range(min=1, max=100))]
 
 
 class Entry(NamedTuple):
@@ -103,6 +105,10 @@ class Robot(
     fins: Fins | None = entry("table of the pectoral fins", default=None)
     hinge: Hinge | None = entry("table of a passive hinge in the tail", default=None)
     fit: Fitted | None = entry("table that `hypertuna identify` writes", default=None)
+    uncertainty: dict[str, Factor] | None = entry(
+        "factor within which the true value of an estimate lies in 90 % of cases, by key or the start of a key",
+        default=None,
+    )
     sources: dict[str, Text] = entry("source of each value, by key or the start of a key", default_factory=dict)
 
     _file: str = PrivateAttr(default="")
@@ -192,11 +198,11 @@ class Robot(
         tuple of Entry
             Key, value and unit as in the file, and source; of what the file does not give, the rule of the default.
         """
-        texts = {"format", "name", "description", "sources"}
+        texts = {"format", "name", "description", "uncertainty", "sources"}
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
-        given = {written(place) for place, _ in _values(self.document())}
+        given = {written(place) for place, _ in values(self.document())}
         entries = []
-        for place, value in _values(content):
+        for place, value in values(content):
             key, (_, field) = written(place), field_at(Robot, place)
             default, source = key not in given, self.source(key)
             if default and re.sub(r"\[\d+\]", "", key) not in self.sources:
@@ -280,14 +286,15 @@ class Robot(
                 yield self.controller.fill(group.line.fill_pressure, f"joints[{g}].line.fill_pressure_pa")
 
     def _source_checks(self) -> Iterator[Check]:
-        """Check that every source belongs to a key or the start of one."""
-        content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"sources"})
-        places = dict.fromkeys(tuple(part for part in place if isinstance(part, str)) for place, _ in _values(content))
+        """Check that every source and every factor belongs to a key or the start of one."""
+        about: dict[str, Mapping[str, Any]] = {"uncertainty": self.uncertainty or {}, "sources": self.sources}
+        content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={*about})
+        places = dict.fromkeys(tuple(part for part in place if isinstance(part, str)) for place, _ in values(content))
         starts = dict.fromkeys(place[:n] for place in places for n in range(1, len(place) + 1))
         known = dict.fromkeys(map(written, starts))
-        for key in self.sources:
+        for table, key in ((table, key) for table, keys in about.items() for key in keys):
             fix = "" if key in known else did_you_mean(key, known)
-            yield Check(key in known, written(("sources", key)), "must be a key with a value", fix)
+            yield Check(key in known, written((table, key)), "must be a key with a value", fix)
 
 
 class _Cache(dict[Hashable, Any]):
@@ -371,18 +378,6 @@ def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
         raise translate(error, document, Robot, file or None, partial(example, file=file)) from None
     robot._file = file
     return robot
-
-
-def _values(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:
-    """Yield all values of a document with their places; a list of numbers or texts is one value."""
-    if isinstance(value, Mapping):
-        for name, part in value.items():
-            yield from _values(part, (*place, name))
-    elif isinstance(value, list) and all(isinstance(part, Mapping) for part in value):
-        for i, part in enumerate(value):
-            yield from _values(part, (*place, i))
-    else:
-        yield place, value
 
 
 def joint_key(robot: Robot, name: str) -> str:

@@ -15,14 +15,11 @@ from numpy.typing import ArrayLike
 from hypertuna.arrays import Array
 
 DENSITY = 1000.0  # kg/m^3, fresh water
-VISCOSITY = 1.0e-6  # m^2/s, kinematic, of water at 20 C
 ASPECT = 0.6  # width over height of a section
 FULL = 20.0  # kg/m^3: mass of a slender fish over its length cubed
 FIN_START = 0.85  # of the length
 FIN_THICKNESS = 0.007  # of the length
-PLATE = 1.2  # drag coefficient of the fin across the flow (Hoerner)
-BEATING = 2.6  # what the fin's coefficient gains in a beat: Graham's 8 KC^(-1/3) at KC = 9.5, less the plate's
-BLUNT = 0.39  # drag coefficient of the largest section along the body, identified on HyperTuna
+FIN_DRAG = 1.2  # coefficient of the fin across steady flow, a plate (Hoerner)
 # Added mass of a rectangular plate of an aspect ratio across the flow, over rho pi/4 chord^2 span (DNV-RP-C205, 2010).
 PLATE_ASPECT, PLATE_MASS = (
     (0.0, 1.0, 1.59, 2.0, 2.5, 3.17, 4.0, 5.0),
@@ -116,14 +113,6 @@ class Shape:
         return math.sqrt(self.height * self.width) / self.length
 
     @property
-    def friction(self) -> float:
-        """Friction coefficient on the wetted area at one length per second: ITTC 1957 and Hoerner's form."""
-        reynolds, slender = self.length**2 / VISCOSITY, self.slenderness
-        flat = 0.075 / (math.log10(max(reynolds, 2000.0)) - 2) ** 2
-        result: float = flat * (1 + 1.5 * slender**1.5 + 7 * slender**3)
-        return result
-
-    @property
     def added_mass_ahead(self) -> float:
         """Added mass along the body over its mass: Lamb's k1 of a prolate spheroid."""
         e = math.sqrt(1 - min(self.slenderness, 0.999) ** 2)
@@ -139,7 +128,7 @@ def naca(s: ArrayLike) -> Array:
 
 
 def ellipse_drag(aspect: float) -> float:
-    """Return the drag coefficient across the flow of an ellipse by its width over its height (see `PLATE`)."""
+    """Return the drag coefficient across the flow of an ellipse by its width over its height (Hoerner)."""
     return 1.98 - 0.78 * aspect
 
 
@@ -161,15 +150,20 @@ def link_lengths(count: int, length: float) -> tuple[float, ...]:
     return (head, *[part] * (count - 2), round(length - head - part * (count - 2), 10))
 
 
-def link_columns(shape: Shape, lengths: Sequence[float]) -> tuple[dict[str, list[float]], dict[str, list[float]]]:
-    """Return the columns of ``[links]`` and of ``[water.strip]`` that follow from the sections of each link."""
-    rows = [_link(shape, start, length) for start, length in zip(np.cumsum([0.0, *lengths]), lengths, strict=False)]
+def link_columns(
+    shape: Shape, lengths: Sequence[float], friction: float, beating: float
+) -> tuple[dict[str, list[float]], dict[str, list[float]]]:
+    """Return the columns of ``[links]`` and of ``[water.strip]`` that follow from the sections of each link.
+
+    `friction` is the coefficient on the wetted area, `beating` what the fin's drag coefficient gains in a beat.
+    """
+    starts = np.cumsum([0.0, *lengths])
+    rows = [_link(shape, start, length) for start, length in zip(starts, lengths, strict=False)]
+    for row in rows:
+        row |= {"drag_tangential": friction, "drag_beating": beating * row.pop("fin_share")}
     links, strip = ({key: [float(f"{row[key]:.4g}") for row in rows] for key in keys} for keys in (LINKS, STRIP))
     head = shape.added_mass_ahead * shape.mass / (DENSITY * math.pi / 4 * rows[0]["lateral_area_m2"] ** 2 / lengths[0])
     strip["added_mass_tangential"] = [float(f"{head:.3g}")] + [0.0] * (len(lengths) - 1)
-    strip["blunt_area_m2"] = [float(f"{BLUNT * math.pi / 4 * shape.width * shape.height:.3g}")] + [0.0] * (
-        len(lengths) - 1
-    )
     links["mass_kg"] = [float(f"{m * shape.mass / sum(links['mass_kg']):.4g}") for m in links["mass_kg"]]
     links["mass_kg"][0] = float(f"{links['mass_kg'][0] + shape.mass - sum(links['mass_kg']):.10g}")  # exact in all
     return links, strip
@@ -194,11 +188,10 @@ def _link(shape: Shape, start: float, length: float) -> dict[str, float]:
         "wetted_area_m2": float(around.mean()) * length,
         "added_mass_normal": float((np.where(fin, shape.fin_reduction, 1) * height**2).mean() / height.mean() ** 2),
         "drag_normal": float(
-            (np.where(fin, PLATE, ellipse_drag(shape.width / shape.height)) * height).mean() / height.mean()
+            (np.where(fin, FIN_DRAG, ellipse_drag(shape.width / shape.height)) * height).mean() / height.mean()
         ),
-        "drag_tangential": shape.friction,
         "added_inertia": 1.0,
-        "drag_beating": float((np.where(fin, BEATING, 0.0) * height).mean() / height.mean()),
+        "fin_share": float(np.where(fin, height, 0.0).mean() / height.mean()),
     }
 
 

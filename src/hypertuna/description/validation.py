@@ -2,6 +2,7 @@
 
 import re
 import types
+from collections.abc import Iterator, Mapping
 from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
@@ -102,3 +103,15 @@ def is_table(annotation: Any) -> bool:
     if get_origin(annotation) in (Union, types.UnionType):
         return any(is_table(part) for part in get_args(annotation))
     return get_origin(annotation) is dict
+
+
+def values(value: Any, place: Place = ()) -> Iterator[tuple[Place, Any]]:
+    """Yield all values of a document with their places; a list of numbers or texts is one value."""
+    if isinstance(value, Mapping):
+        for name, part in value.items():
+            yield from values(part, (*place, name))
+    elif isinstance(value, list) and all(isinstance(part, Mapping) for part in value):
+        for i, part in enumerate(value):
+            yield from values(part, (*place, i))
+    else:
+        yield place, value

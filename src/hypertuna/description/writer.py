@@ -49,7 +49,7 @@ def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:
         elif not _same(table[key], value):
             if isinstance(value, Mapping):
                 try:
-                    _merge(table[key], value, "" if key in ("fit", "sources") else note)
+                    _merge(table[key], value, "" if key in ("fit", "uncertainty", "sources") else note)
                 except Exception:  # tomlkit raises anything where it cannot change an inline or dotted table
                     del table[key]
                     table[key] = _new(value)

@@ -4,6 +4,7 @@ MEASURING: dict[str, str] = {
     "format": "write 1",
     "name": "choose one: letters, digits, spaces and - _",
     "description": "write a sentence",
+    "uncertainty": "write 2 if the true value lies from a half to twice the estimate",
     "sources": 'write where each value is from; begin estimates with "estimate"',
     "links.name": "choose one",
     "links.length_m": "ruler: from joint axle to joint axle, nose and tail tip at the ends",

@@ -1,0 +1,80 @@
+"""What `robot new` says of each coefficient of the water that it estimates: its rule, and how far it may be off."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from hypertuna.description.drag import APPENDAGES, FLAT, GAPS, NOSES, ROUNDED, STRIDE
+from hypertuna.description.shape import FIN_DRAG, Shape, ellipse_drag
+
+GIVEN = "as given to `hypertuna robot new`"
+
+
+class Estimate(NamedTuple):
+    """The rule of an estimate, and the factor within which the true value lies in 90 % of cases, with its reason."""
+
+    rule: str
+    factor: float = 1.0  # of a value that is no estimate, or does not matter to a settled beat
+    reason: str = ""
+
+    @property
+    def source(self) -> str:
+        """The entry of ``[sources]``."""
+        if self.factor == 1:
+            return self.rule
+        return f"{self.rule}; within a factor of {self.factor:g} in 90 % of cases: {self.reason}"
+
+
+def water_estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> dict[str, Estimate]:
+    """Return the estimates of ``[water.strip]`` and of the links' areas by key; `given` names the sizes that are known.
+
+    `swung` [m] is the amplitude of the fin's middle in the gait.
+    """
+    return dict(_estimates(shape, nose, swung, given))
+
+
+def _estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> Iterator[tuple[str, Estimate]]:
+    """Yield keys and estimates."""
+    aspect, size = shape.width / shape.height, given & {"height", "width"}
+    yield "water.strip", Estimate("estimate: theory and handbooks, for the same shape")
+    if not size:
+        rule = "estimate: of the same shape"
+        yield "links.lateral_area_m2", Estimate(rule, 1.25, "robots that float are from 0.4 to 1 times as wide as high")
+    yield (
+        "water.strip.added_mass_normal",
+        Estimate(
+            "estimate: potential flow, rho pi/4 h^2 of every section, over the square of the mean h; the fin as a "
+            "plate of its aspect ratio (DNV-RP-C205 2010)",
+            1.15,
+            "sections of other forms have 0.9 to 1.2 times that of an ellipse",
+        ),
+    )
+    rule = "estimate: Lamb's k1 of a prolate spheroid as long and as thick, all on the head"
+    yield "water.strip.added_mass_tangential", Estimate(rule)
+    rule = f"estimate: {ellipse_drag(aspect):.3g} for an ellipse {aspect:.3g} times as wide as high, {FIN_DRAG:g} for "
+    rule += "the fin, a plate (Hoerner 1965, chapter 3), mean over the area"
+    yield "water.strip.drag_normal", Estimate(rule, 1.3, "rounded to sharp edges of the same section")
+    rule = f"estimate: ITTC 1957 at {STRIDE:g} lengths per beat of the cruise"
+    reason = "laminar to rough: coasting bluegills have 0.015 +- 0.007, half to twice that"
+    yield "water.strip.drag_tangential", Estimate(rule, 1.6, reason)
+    rule = f"estimate: a plate in a flow to and fro has 8 KC^(-1/3), KC = 2 pi a/c (Graham 1980): {swung:.2g} m is the "
+    rule += f"amplitude a of the fin's middle in the cruise; less the {FIN_DRAG:g} of steady flow, by the fin's part "
+    rule += "of the area"
+    reason = "plates of finite span, measured, scatter by 1.3, the amplitude in free swimming as much"
+    yield "water.strip.drag_beating", Estimate(rule, 1.5, reason)
+    kind = NOSES[nose]
+    parts = {ROUNDED: "rounded edges", FLAT: "a flat face"}.get(round(kind.drag - APPENDAGES - GAPS, 9))
+    rule = "estimate: Hoerner's form drag of a streamlined body (1965, chapter 6)"
+    if parts:
+        rule += f", and on the largest section {kind.drag - APPENDAGES - GAPS:.2g} for {parts} (chapter 3), "
+        rule += f"{APPENDAGES:g} for fins and sensors as measured on a vehicle (Allen et al. 2000), {GAPS:g} for steps "
+        rule += "and gaps at joints (chapter 5)"
+    yield "water.strip.blunt_area_m2", Estimate(f"{rule}; fit it to your first steady runs", kind.factor, kind.reason)
+    if "fin_span" in given:
+        yield "water.strip.edge_height_m", Estimate(GIVEN)
+    else:
+        rule = "estimate: a fin as high as the body"
+        yield "water.strip.edge_height_m", Estimate(rule, 1.3, "tail fins of robots from 0.75 to 1.3 times the body")
+    rule = "estimate: Helmbold's lift slope of a wing of the fin's aspect ratio, over pi AR/2"
+    yield "water.strip.edge_lift", Estimate(rule, 1.15, "wings of low aspect ratio, measured, and fins that give way")
+    rule = "estimate: none; a thin fin keeps no suction at the incidences of a beat"
+    yield "water.strip.edge_suction", Estimate(rule)
