@@ -62,6 +62,7 @@ def _record(result: Swim) -> dict[str, Any]:
     """Return the JSON record."""
     return (
         values_of(result.summary())
+        | _band(result)
         | {"status": result.status, "status_text": result.status_text, "settled": result.settled}
         | {"beats": result.beats, "spectral_radius": result.spectral_radius, "change_per_beat": result.change_per_beat}
         | {"distance_to_settled": result.distance_to_settled, "steps": result.steps}
@@ -70,6 +71,13 @@ def _record(result: Swim) -> dict[str, Any]:
         | {"from_rest_s": result.from_rest, "current_m_s": result.current, "warnings": _outside(result)}
         | made_by(result.robot)
     )
+
+
+def _band(result: Swim) -> dict[str, Any]:
+    """Return the speeds that the estimates of the robot leave, and the part of the samples that count."""
+    band = result.band
+    names = {"speed_low_m_s": "low", "speed_high_m_s": "high", "band_settled": "settled"}
+    return {name: None if band is None else float(getattr(band, key)[0]) for name, key in names.items()}
 
 
 def _outside(result: Swim) -> list[str]:
@@ -104,6 +112,8 @@ def _lines(result: Swim) -> Iterator[Any]:
     if any(result.current):
         yield "current {:g}, {:g} m/s; speed is through the water".format(*result.current), "dim"
     yield summary_table(result.summary())
+    if result.band is not None:
+        yield result.band.sentence()
     for warning in _outside(result):
         yield warning, "yellow"
     yield result.status_text, "green" if result.settled else "bold red"

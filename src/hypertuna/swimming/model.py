@@ -49,6 +49,11 @@ def parameter_values(robot: Robot, gait: Gait) -> NDArray[np.float64]:
     return np.array([value(name) for name in core_model(robot).parameter_names()])
 
 
+def model_values(robot: Robot) -> dict[str, Sequence[float]]:
+    """Return the values of the columns of the robot's model [SI], as `core_model` takes others for them."""
+    return dict(_columns(robot).values())
+
+
 def twist_from_rest(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the twist (3,) [m/s, m/s, rad/s] of a robot at rest whose joints set in: M xi + b is still zero.
 

@@ -38,6 +38,8 @@ from hypertuna.swimming.trajectory import trajectory
 if TYPE_CHECKING:
     import xarray as xr
 
+    from hypertuna.swimming.band import Band
+
 MAX_BEATS = 10_000  # from rest: half a gigabyte of trajectory
 BEATS = Whole(min=1, max=MAX_BEATS)
 AT_REST = 1e-4  # from rest, a gait is settled when its last beat is this near the settled speed (relative)
@@ -106,6 +108,15 @@ class Swim(
     def settled(self) -> bool:
         """Whether the gait repeats itself and recovers from small disturbances."""
         return self.status == "settled"
+
+    @cached_property
+    def band(self) -> Band | None:
+        """Speeds [m/s] that the estimates of the robot's file leave to a settled beat; None without factors of them."""
+        if self.from_rest is not None or not (self.settled and math.isfinite(self.speed)):
+            return None
+        from hypertuna.swimming.band import speed_band  # here, because most swims need none
+
+        return speed_band(self.robot, Gaits.of([self.gait]))
 
     @cached_property
     def trajectory(self) -> xr.Dataset:
