@@ -60,7 +60,7 @@ def _draw_law(axes: Axes, board: Scoreboard) -> None:
         (
             board.swum("published"),
             "swimmers, published",
-            {"color": COLORS[0], "marker": SHAPES[3], "mfc": "none", "ms": 4},
+            {"color": COLORS[2], "marker": SHAPES[2], "mfc": "none", "ms": 4},
         ),
         (board.swum("predicted"), "swimmers, predicted", {"color": COLORS[1], "marker": SHAPES[0], **POINTS}),
     )

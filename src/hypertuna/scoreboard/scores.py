@@ -156,7 +156,17 @@ class Scoreboard(
         return tuple(score for score in self.scores if score.quantity == "speed")
 
     def swum(self, speed: str) -> Shoal:
-        """Return the runs at their `speed`, "published" or "predicted"; the excursions are those predicted."""
+        """Return the runs of the swimmers as those of a shoal.
+
+        Parameters
+        ----------
+        speed : str
+            Which speeds: "published" or "predicted"; the excursions are those predicted.
+
+        Returns
+        -------
+        Shoal
+        """
         columns = ("length", "frequency", speed, "excursion")
         return Shoal(*(np.array([getattr(score, name) for score in self.speeds]) for name in columns))
 
