@@ -24,7 +24,7 @@ def test_every_published_number_has_the_ledgers_verdicts() -> None:
             wanted = [entry for entry in entries if entry["id"] == fact["id"]]
             assert [one | {"id": fact["id"]} for one in fact["verdicts"]] == wanted
             seen += len(wanted)
-    assert seen == 8 * 5 + 1 + 1 + 2 + 7  # speeds; power and cost of the fastest, power of the lake, radius
+    assert seen == 8 * 5 + 2 + 1 + 3 + 7  # speeds; power and cost of the fastest, power of the lake, radius
     ledger = robot_facts(fish, [fish])["ledger"]
     assert {entry["verdict"] for entry in entries} <= ledger["marks"].keys()
     assert {entry["class"] for entry in entries} == ledger["classes"].keys()

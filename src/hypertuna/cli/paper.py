@@ -75,7 +75,7 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
     from rich.text import Text
 
     summary = ledger.summary
-    measured = f"{summary['reproduced_measured']} of these were measured"
+    measured = f"measured numbers among these: {summary['reproduced_measured']}"
     yield f"{summary['predictions']} numbers are predicted, {summary['reproduced']} reproduced by a model; {measured}."
     verdicts = summary["verdicts"].items()
     yield Text(", ").join(Text(f"{MARKS[verdict]} {count} {verdict}", STYLES[verdict]) for verdict, count in verdicts)

@@ -101,6 +101,7 @@ def sections(bends: Bends) -> list[Section]:
         "actuator",
         figures | {"steps": step_table(bends)},
         joints=list(corrected),
+        slopes=" and ".join(f"{one.computed:.2f}" for one in findings(bends) if one.id.startswith(LINES[0])),
         r_squared=" and ".join(f"{bend.r_squared():.3f}" for bend in corrected.values()),
         loops=" and ".join(f"{_loop(bend):.2g}" for bend in corrected.values()),
         spreads=" and ".join(f"{min(angles):.1f} to {max(angles):.1f}" for angles in ends),

@@ -59,7 +59,8 @@ def findings(strips: Strips) -> Iterator[Finding]:
         yield finding._replace(class_="in sight", note=f"{finding.note}; {FIN}") if "cost" in finding.id else finding
     for finding in (*tank_findings(STRIPS, strips.trial), *optimum_findings(STRIPS, strips.optima)):
         weighed = finding.id.startswith("optimal-phase") or finding.id == "optimum/max/phase"
-        yield finding._replace(class_="in sight", note=f"{finding.note}; {FORM}") if weighed else finding
+        note = "; ".join(filter(None, (finding.note, FORM)))
+        yield finding._replace(class_="in sight", note=note) if weighed else finding
     yield from turning_findings(STRIPS, strips.trial)
     yield start_finding(STRIPS, strips.trial)
     yield from _in_twin(strips)
