@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from hypertuna.description.drag import APPENDAGES, FLAT, GAPS, NOSES, ROUNDED, STRIDE
+from hypertuna.description.drag import NOSES, STRIDE
 from hypertuna.description.shape import FIN_DRAG, Shape, ellipse_drag
 
 GIVEN = "as given to `hypertuna robot new`"
@@ -38,7 +38,7 @@ def _estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> Iterat
     yield "water.strip", Estimate("estimate: theory and handbooks, for the same shape")
     if not size:
         rule = "estimate: of the same shape"
-        yield "links.lateral_area_m2", Estimate(rule, 1.25, "robots that float are from 0.4 to 1 times as wide as high")
+        yield "links.lateral_area_m2", Estimate(rule, 1.25, "a body that floats may be flatter or rounder")
     yield (
         "water.strip.added_mass_normal",
         Estimate(
@@ -59,22 +59,21 @@ def _estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> Iterat
     rule = f"estimate: a plate in a flow to and fro has 8 KC^(-1/3), KC = 2 pi a/c (Graham 1980): {swung:.2g} m is the "
     rule += f"amplitude a of the fin's middle in the cruise; less the {FIN_DRAG:g} of steady flow, by the fin's part "
     rule += "of the area"
-    reason = "plates of finite span, measured, scatter by 1.3, the amplitude in free swimming as much"
+    reason = "the scatter of plates of finite span, and of the amplitude in free swimming"
     yield "water.strip.drag_beating", Estimate(rule, 1.5, reason)
     kind = NOSES[nose]
-    parts = {ROUNDED: "rounded edges", FLAT: "a flat face"}.get(round(kind.drag - APPENDAGES - GAPS, 9))
-    rule = "estimate: Hoerner's form drag of a streamlined body (1965, chapter 6)"
-    if parts:
-        rule += f", and on the largest section {kind.drag - APPENDAGES - GAPS:.2g} for {parts} (chapter 3), "
-        rule += f"{APPENDAGES:g} for fins and sensors as measured on a vehicle (Allen et al. 2000), {GAPS:g} for steps "
-        rule += "and gaps at joints (chapter 5)"
+    rule = "estimate: Hoerner's form drag of a streamlined body (1965, chapter 6), and on the largest section "
+    rule += ", ".join(f"{drag:g} for {part}" for part, drag in kind.parts.items())
     yield "water.strip.blunt_area_m2", Estimate(f"{rule}; fit it to your first steady runs", kind.factor, kind.reason)
     if "fin_span" in given:
         yield "water.strip.edge_height_m", Estimate(GIVEN)
     else:
         rule = "estimate: a fin as high as the body"
-        yield "water.strip.edge_height_m", Estimate(rule, 1.3, "tail fins of robots from 0.75 to 1.3 times the body")
+        yield "water.strip.edge_height_m", Estimate(rule, 1.3, "a tail fin may be lower or higher than its body")
     rule = "estimate: Helmbold's lift slope of a wing of the fin's aspect ratio, over pi AR/2"
-    yield "water.strip.edge_lift", Estimate(rule, 1.15, "wings of low aspect ratio, measured, and fins that give way")
+    yield (
+        "water.strip.edge_lift",
+        Estimate(rule, 1.15, "the scatter of wings of low aspect ratio, and fins that give way"),
+    )
     rule = "estimate: none; a thin fin keeps no suction at the incidences of a beat"
     yield "water.strip.edge_suction", Estimate(rule)
