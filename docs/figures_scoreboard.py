@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from hypertuna.display import number
 from hypertuna.scoreboard.plots import plot_scoreboard
 from hypertuna.scoreboard.scoreboard import score_swimmers
-from hypertuna.scoreboard.scores import Score, Scoreboard, leave_one_out, ratios_of, swimmer_logs
+from hypertuna.scoreboard.scores import Score, Scoreboard, coverage, leave_one_out, ratios_of, swimmer_logs
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
@@ -42,7 +42,7 @@ def _ratio(value: float) -> str:
 def _row(score: Score) -> list[str]:
     """Return the cells of a score."""
     old = before().get((score.swimmer, score.run, score.quantity), np.nan)
-    band = "" if score.band is None else f"{number(score.low)} to {number(score.high)}"
+    band = "" if score.band is None else " to ".join(map(number, score.band))
     cells = [score.swimmer, score.run, number(score.published), number(score.predicted), band]
     return [*cells, _ratio(score.ratio), _ratio(score.own / score.published), _ratio(old)]
 
@@ -80,6 +80,19 @@ def summary_table() -> str:
     return rows(heads, body)
 
 
+def band_table() -> str:
+    """Tabulate how many published speeds the bands hold, and how wide these are."""
+    kinds = {
+        "estimates, and excursions that are assumed": False,
+        "estimates alone, as `hypertuna swim` prints them": True,
+    }
+    body = []
+    for name, alone in kinds.items():
+        inside, ratio = coverage(board().scores, estimates_alone=alone)
+        body.append([name, f"{100 * inside:.0f} %", f"{ratio:.2f}"])
+    return rows(["band of", "holds of the published speeds", "upper over lower end, median"], body)
+
+
 def laws_table() -> str:
     """Tabulate the laws that swimmers obey, of the swimmers as predicted and of random fish."""
     body = []
@@ -107,6 +120,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "scoreboard speeds": speed_table,
     "scoreboard thrusts": other_table,
     "scoreboard summary": summary_table,
+    "scoreboard bands": band_table,
     "scoreboard laws": laws_table,
     "scoreboard several speeds": others_table,
 }

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hypertuna.scoreboard.laws import Shoal, gazzola, random_shoal, swimming_number
-from hypertuna.scoreboard.scores import Score, leave_one_out, ratios_of, statistics, swimmer_logs
+from hypertuna.scoreboard.scores import Score, coverage, leave_one_out, ratios_of, statistics, swimmer_logs
 
 
 def score(name: str, ratio: float, run: str = "1", **more: float) -> Score:
@@ -44,9 +45,28 @@ def test_bands_count_with_the_published_error() -> None:
     assert (inside.verdict, near.verdict) == ("deviates", "deviates")  # the ledger takes no published error
     assert score("a", 1, low=0.09, high=0.12).verdict == "reproduced"
     assert score("a", 1).inside is score("a", 1).verdict is None
-    found = statistics([inside, score("b", 1, low=0.09, high=0.27), score("b", 1, "2", low=0.2, high=0.8)])
-    assert found.inside == pytest.approx(0.75)
-    assert found.band_ratio == pytest.approx(3)
+
+
+def test_coverage_is_the_mean_over_swimmers_of_their_share_inside() -> None:
+    scores = [
+        score("a", 1, low=0.09, high=0.27),
+        score("a", 1, "2", low=0.2, high=0.8),
+        score("b", 1, low=0.09, high=0.18),
+    ]
+    assert coverage(scores) == coverage(scores, estimates_alone=True) == pytest.approx((0.75, 3))
+    assert np.isnan(coverage([score("a", 1)])).all()
+
+
+def test_an_assumed_excursion_widens_the_band() -> None:
+    known = score("a", 1, low=0.05, high=0.2)
+    wide = replace(known, assumed=True)
+    assert known.band == (0.05, 0.2)
+    assert wide.band is not None
+    # half, and half for an excursion of 0.1 lengths; twice, and 1.5 times for one of 0.3
+    assert np.log(np.divide(0.1, wide.band[0])) == pytest.approx(math.sqrt(2) * math.log(2))
+    assert np.log(np.divide(wide.band[1], 0.1)) == pytest.approx(math.hypot(math.log(2), math.log(1.5)))
+    assert coverage([wide], estimates_alone=True)[1] == pytest.approx(4)
+    assert replace(wide, predicted=-0.1, low=-0.2, high=0.1).band is None
 
 
 def test_own_sections_count_where_they_are_published() -> None:

@@ -78,7 +78,7 @@ def _table(scores: Sequence[Score], *, unit: bool = False) -> Any:
     for score in scores:
         name = f"{score.swimmer}, {score.run}" + f", {score.quantity}" * unit
         published = score.entry.published_text if unit else number(score.published)
-        band = "" if score.band is None else f"{number(score.low)} to {number(score.high)}"
+        band = "" if score.band is None else " to ".join(map(number, score.band))
         style = "none" if not band else "green" if score.inside else "yellow"
         own = _ratio(score.own / score.published)
         rows.append([name, published, number(score.predicted), band, (_ratio(score.ratio), style), own])

@@ -33,10 +33,10 @@ def plot_scoreboard(board: Scoreboard, *, width: float = WIDTH) -> Figure:
 def _draw_speeds(axes: Axes, board: Scoreboard) -> None:
     """Draw each run with its band, the line of equality, and a factor of two; each swimmer has a number."""
     speeds = board.speeds
-    published, predicted, low, high, own = (
-        np.array([getattr(score, name) for score in speeds])
-        for name in ("published", "predicted", "low", "high", "own")
+    published, predicted, own = (
+        np.array([getattr(score, name) for score in speeds]) for name in ("published", "predicted", "own")
     )
+    low, high = np.array([score.band or (np.nan, np.nan) for score in speeds]).reshape(-1, 2).T
     ends = np.concatenate([part[part > 0] for part in (published, predicted, low, high, own)] or [np.ones(1)])
     reach = np.array([0.7 * ends.min(initial=1.0), 1.4 * ends.max(initial=1.0)])
     axes.fill_between(reach, reach / FAR, reach * FAR, color=EDGE, alpha=0.18, lw=0, label=f"factor of {FAR:g}")

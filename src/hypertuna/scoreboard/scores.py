@@ -25,6 +25,9 @@ UNITS = {"speed": "m/s", "thrust": "N", "electrical power": "W", "mechanical pow
 SIZES = {"length": "m", "frequency": "Hz", "excursion": "m"}  # of a score, beside its number
 NEAR, FAR = 1.3, 2.0  # factors within which swimmers are counted
 MODEL = "robot new"
+# Swimmers' excursions are 0.1 to 0.3 of their length (Saadat et al. 2017): over the 0.2 that is assumed where none is
+# published. Speed is proportional to the excursion.
+EXCURSIONS = 0.5, 1.5
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ class Score:
     published: float
     published_error: float | None  # relative, as published
     predicted: float  # by `hypertuna robot new` and its defaults; NaN without a prediction
-    low: float = math.nan  # band that the estimates leave; NaN without one
+    low: float = math.nan  # band that the estimates of the robot leave; NaN without one
     high: float = math.nan
     own: float = math.nan  # predicted with the swimmer's own sections; NaN where none are published
     length: float = math.nan  # m, of the swimmer
@@ -54,18 +57,24 @@ class Score:
 
     @property
     def band(self) -> tuple[float, float] | None:
-        """The band that the estimates leave, if it is known."""
-        return (self.low, self.high) if math.isfinite(self.low + self.high) else None
+        """The 90 % band, if it is known: of the estimates, and of the excursion where it is assumed."""
+        if not (math.isfinite(self.low + self.high) and self.low > 0):
+            return None
+        if not self.assumed:
+            return self.low, self.high
+        ends = zip((self.low, self.high), EXCURSIONS, strict=True)
+        reach = [math.hypot(math.log(end / self.predicted), math.log(factor)) for end, factor in ends]
+        return self.predicted * math.exp(-reach[0]), self.predicted * math.exp(reach[1])
 
     @property
     def inside(self) -> bool | None:
-        """Whether the published number, give or take its error, is inside the band; None without a band."""
-        error = self.published_error or 0.0
-        return (
-            None
-            if self.band is None
-            else self.low <= self.published * (1 + error) and self.published * (1 - error) <= self.high
-        )
+        """Whether the published number is inside the 90 % band; None without a band."""
+        return None if self.band is None else self.within(*self.band)
+
+    def within(self, low: float, high: float) -> bool:
+        """Whether the published number, give or take its error, is between two others."""
+        error = self.published * (self.published_error or 0.0)
+        return low <= self.published + error and self.published - error <= high
 
     @property
     def entry(self) -> Entry:
@@ -92,8 +101,6 @@ class Statistics:
     within_near: int  # swimmers within a factor of 1.3
     within_far: int  # swimmers within a factor of 2
     factor: float  # within which nine of ten swimmers are
-    inside: float  # mean over swimmers of their share of runs inside the band; NaN without bands
-    band_ratio: float  # median of the upper end of the band over the lower one
 
 
 def statistics(scores: Sequence[Score], *, own: bool = False) -> Statistics:
@@ -102,10 +109,6 @@ def statistics(scores: Sequence[Score], *, own: bool = False) -> Statistics:
     logs = swimmer_logs(ratios)
     values = np.array([*logs.values()])
     size = np.abs(values)
-    banded = [] if own else [s for s in scores if s.quantity == "speed" and s.band]
-    shares = [
-        np.mean([s.inside for s in banded if s.swimmer == name]) for name in dict.fromkeys(s.swimmer for s in banded)
-    ]
     return Statistics(
         swimmers=len(logs),
         missing=len(ratios) - len(logs),
@@ -114,9 +117,24 @@ def statistics(scores: Sequence[Score], *, own: bool = False) -> Statistics:
         within_near=int((size <= math.log(NEAR)).sum()),
         within_far=int((size <= math.log(FAR)).sum()),
         factor=math.exp(np.quantile(size, 0.9, method="inverted_cdf")) if len(logs) else math.nan,
-        inside=float(np.mean(shares)) if shares else math.nan,
-        band_ratio=float(np.median([s.high / s.low for s in banded])) if banded else math.nan,
     )
+
+
+def coverage(scores: Sequence[Score], *, estimates_alone: bool = False) -> tuple[float, float]:
+    """Return the mean over swimmers of the share of speeds inside the band, and the median of upper over lower end.
+
+    The band is that of the estimates and of assumed excursions, or of the `estimates_alone`; NaN without bands.
+    """
+    inside: dict[str, list[bool]] = {}
+    ratios = []
+    for score in scores:
+        if score.quantity == "speed" and score.band is not None:
+            low, high = (score.low, score.high) if estimates_alone else score.band
+            inside.setdefault(score.swimmer, []).append(score.within(low, high))
+            ratios.append(high / low)
+    if not ratios:
+        return math.nan, math.nan
+    return float(np.mean([np.mean(part) for part in inside.values()])), float(np.median(ratios))
 
 
 def swimmer_logs(ratios: Mapping[str, Sequence[float]]) -> dict[str, float]:
@@ -179,7 +197,7 @@ class Scoreboard(
         """
         found, own, fish = statistics(self.scores), statistics(self.scores, own=True), self.shoal
         left = leave_one_out(swimmer_logs(ratios_of(self.scores)))
-        known = [score for score in self.scores if not score.assumed]
+        (inside, band_ratio), (alone, alone_ratio) = (coverage(self.scores, estimates_alone=a) for a in (False, True))
         others = [other for part in self.others.values() for other in part]
         rows: dict[str, tuple[Any, str | None]] = {
             "swimmers": (found.swimmers + found.missing, "swimmers with a speed"),
@@ -189,9 +207,10 @@ class Scoreboard(
             "within_1_3": (found.within_near, f"swimmers within a factor of {NEAR:g}"),
             "within_2": (found.within_far, f"swimmers within a factor of {FAR:g}"),
             "factor_of_nine_in_ten": (found.factor, "factor that holds for nine of ten"),
-            "inside_band": (found.inside, "published speeds inside the 90 % band"),
-            "band_ratio": (found.band_ratio, "median of the band, upper over lower end"),
-            "inside_band_measured": (statistics(known).inside, "the same where the amplitude is published"),
+            "inside_band": (inside, "published speeds inside the 90 % band"),
+            "band_ratio": (band_ratio, "median of the band, upper over lower end"),
+            "inside_estimates": (alone, "the same of the robot's estimates alone, as swim prints it"),
+            "estimates_ratio": (alone_ratio, "its median, upper over lower end"),
             "own_swimmers": (own.swimmers, "swimmers with sections of their own"),
             "own_rms_log": (own.rms_log, "rms of their logarithm with these"),
             "own_mean_ratio": (own.mean_ratio, "geometric mean with these"),
@@ -231,7 +250,7 @@ class Scoreboard(
         """
         rows = [
             {key_of(name, SIZES.get(name, "")): value for name, value in asdict(s).items()}
-            | {"unit": UNITS[s.quantity], "ratio": s.ratio, "inside": s.inside, "verdict": s.verdict}
+            | {"unit": UNITS[s.quantity], "ratio": s.ratio, "band": s.band, "inside": s.inside, "verdict": s.verdict}
             for s in self.scores
         ]
         facts = {"hypertuna_version": version(), "isa": _core.isa()}
