@@ -62,7 +62,7 @@ def _record(result: Swim) -> dict[str, Any]:
     """Return the JSON record."""
     return (
         values_of(result.summary())
-        | _band(result)
+        | {"band": _band(result)}
         | {"status": result.status, "status_text": result.status_text, "settled": result.settled}
         | {"beats": result.beats, "spectral_radius": result.spectral_radius, "change_per_beat": result.change_per_beat}
         | {"distance_to_settled": result.distance_to_settled, "steps": result.steps}
@@ -73,11 +73,11 @@ def _record(result: Swim) -> dict[str, Any]:
     )
 
 
-def _band(result: Swim) -> dict[str, Any]:
+def _band(result: Swim) -> dict[str, float] | None:
     """Return the speeds that the estimates of the robot leave, and the part of the samples that count."""
-    band = result.band
-    names = {"speed_low_m_s": "low", "speed_high_m_s": "high", "band_settled": "settled"}
-    return {name: None if band is None else float(getattr(band, key)[0]) for name, key in names.items()}
+    if (band := result.band) is None:
+        return None
+    return {"low_m_s": float(band.low[0]), "high_m_s": float(band.high[0]), "settled": float(band.settled[0])}
 
 
 def _outside(result: Swim) -> list[str]:
@@ -99,8 +99,8 @@ def _elsewhere(result: Swim) -> dict[str, Any] | None:
 def _facts(result: Swim) -> dict[str, Any]:
     """Return the record as attributes of a file."""
     record = _record(result)
-    elsewhere = record.pop("settled_from_rest") or {}
-    return record | {f"settled_from_rest_{key}": value for key, value in elsewhere.items()}
+    tables = {name: record.pop(name) or {} for name in ("band", "settled_from_rest")}
+    return record | {f"{name}_{key}": value for name, table in tables.items() for key, value in table.items()}
 
 
 def _lines(result: Swim) -> Iterator[Any]:
