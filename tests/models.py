@@ -39,6 +39,7 @@ def _strip_variants(robot: ht.Robot) -> dict[str, ht.Robot]:
         "strip-cross-flow": changed(strip, {"water.strip.cross_flow": True}),
         "strip-linear": changed(strip, plain | linear),
         "strip-shedding": changed(strip, plain | {"water.strip.tail_shedding": 0.3}),
+        "strip-edge": changed(strip, plain | {"water.strip.edge_aspect": 0.0, "water.strip.edge_suction": 0.3}),
     }
 
 

@@ -68,6 +68,8 @@ def random_robot(seed: int) -> ht.Robot:
             },
         },
     }
+    if seed % 2 == 0:  # a fin of its own
+        document["water"]["strip"] |= {"edge_height_m": 1.3 * float(height[-1]), "edge_lift": 0.6}
     return parse(document)
 
 

@@ -73,6 +73,8 @@ def robots(draw: st.DrawFn, water: str | None = None) -> ht.Robot:
                 "linear_tangential_pa_s": _column(draw, n, 0.0, 1.0),
                 "cross_flow": draw(st.booleans()),
                 "tail_shedding": draw(st.floats(0.0, 1.0)),
+                "edge_height_m": draw(st.sampled_from([0.0, 0.02, 0.1])),
+                "edge_lift": draw(st.floats(0.2, 1.0)),
             },
             "elongated": {
                 "added_mass_normal": _column(draw, n, 0.2, 1.5),

@@ -15,7 +15,7 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 /// Parameters in the order of parameters.hpp, column by column.
 template <class S>
 struct ParameterRow {
-    S number[80];
+    S number[90];
     int count = 0;
 
     void add(const S& x) { number[count++] = x; }
@@ -120,6 +120,8 @@ struct Fish {
             {"drag_beating", 3.0 - 0.5 * i},
             {"blunt_area", 0.1 * area},
             {"edge_height", 0.12},
+            {"edge_aspect", 2.2},
+            {"edge_added_mass", 0.8},
             {"edge_lift", 0.6},
             {"edge_suction", 0.7},
         };
@@ -140,6 +142,15 @@ struct Fish {
     S torque_[links], group_power_[links], load_[steps];
     Planar<S> tail_[steps], nose_[steps];
 };
+
+/// Leave nothing in the wake of a law that sheds.
+template <class Law>
+void stop_shedding(Law& water) {
+    if constexpr (requires { water.fin; })
+        water.fin = {};
+    else if constexpr (requires { water.shedding; })
+        water.shedding = 0;
+}
 
 /// Numbers in [low, high), the same in every run.
 struct Random {

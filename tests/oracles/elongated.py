@@ -83,14 +83,9 @@ def forces(chain: Chain, water: Slender, m: Motion, about: complex, first: int) 
     place, v, _ = m.at(chain.length)
     v_t, v_n = dot(m.axis, v)[-1], dot(1j * m.axis, v)[-1]
     edge = np.zeros(len(chain.mass), dtype=np.complex128)
-    edge[-1] = water.mu_edge * (1j * v_t * v_n - v_n**2 / 2) * m.axis[-1] * sheds(v_t, v_n)
+    edge[-1] = water.mu_edge * (1j * min(v_t, 0.0) * v_n - v_n**2 / 2) * m.axis[-1]  # backward, nothing is left behind
     add(place, edge)
     return np.array([force.real, force.imag, moment])
-
-
-def sheds(v_t: float, v_n: float) -> float:
-    """Lighthill's 1 where the edge moves forward and 0 where it does not, over a twentieth of v_n."""
-    return max(0.0, -v_t) / float(np.hypot(v_t, 0.05 * v_n)) if v_t else 0.0
 
 
 def lacking(chain: Chain, water: Slender, joints: Joints, state: Real, base: Real, first: int = 0) -> Real:

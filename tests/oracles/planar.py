@@ -59,7 +59,7 @@ class Strip:
     its middle. ``quadratic_*`` [kg/m^2]: ``f = -q v |v|`` per length. ``linear_*`` [N s/m^2]: ``f = -c v`` per length.
     With ``cross_flow`` the normal drag is ``-q v_n |v|``. ``quadratic_beating`` [kg/m^2] adds to q as far as the joints
     make the speed across (`beating`). ``blunt`` [kg/m]: ``f = -b v |v|`` of a whole link along itself.
-    ``mu_edge`` [kg/m], ``tail_shedding``, ``suction`` and ``onset``: see `shed`.
+    ``edge``: what the last link sheds (`shed`), and where a fin of its own carries its added mass (`strips`).
     """
 
     mu_normal: Real
@@ -70,12 +70,41 @@ class Strip:
     linear_normal: Real | float = 0.0
     linear_tangential: Real | float = 0.0
     cross_flow: bool = False
-    tail_shedding: float = 0.0
-    onset: float = 1.0
     quadratic_beating: Real | float = 0.0
     blunt: Real | float = 0.0
-    mu_edge: Real | float | None = None
-    suction: float = 1.0
+    edge: Edge | Fin | Slender | None = None
+
+
+@dataclass(frozen=True)
+class Edge:
+    """The last link as a plate of one height: ``mu`` [kg/m] added mass across, ``shed`` [kg/m] that of the wake at
+    small incidence, ``front`` the fraction of the suction at the leading edge.
+    """
+
+    mu: float
+    shed: float
+    front: float
+
+
+@dataclass(frozen=True)
+class Fin:
+    """A plate of its own at the end of the last link: ``mass`` [kg], ``chord`` [m], ``lift`` [kg/m] per speed along and
+    across, ``inertia`` [kg m^2] about its middle, ``slope`` in units of a slender wing's, ``front`` as of an `Edge`.
+    """
+
+    mass: float
+    chord: float
+    lift: float
+    inertia: float
+    slope: float
+    front: float
+
+
+@dataclass(frozen=True)
+class Slender:
+    """Lighthill's trailing edge of the added mass ``mu`` [kg/m]."""
+
+    mu: float
 
 
 def strip_of(
@@ -97,35 +126,51 @@ def strip_of(
     blunt_area: Real | float = 0.0,
     edge_height: float = 0.0,
     edge_lift: float = 1.0,
-    edge_suction: float = 1.0,
+    edge_aspect: float = 0.0,
+    edge_added_mass: float = 0.0,
+    edge_suction: float = 0.0,
 ) -> Strip:
     """Coefficients of a robot file (``[water.strip]``) to quantities per length; areas (..., n) in m^2."""
     height = lateral_area / chain.length
     reference = density * np.pi / 4 * height**2
     mu_normal = added_mass_normal * reference
+    inertia = added_inertia * mu_normal * chain.length**3 / 12
+    edge: Edge | Fin
+    if edge_height > 0 and edge_aspect > 0:
+        chord = min(edge_height / edge_aspect, chain.length[-1])
+        mass = min(edge_added_mass * density * np.pi / 4 * chord**2 * edge_height, mu_normal[-1] * chain.length[-1])
+        shed = tail_shedding * edge_lift * density * np.pi / 4 * edge_height**2
+        around = np.asarray(added_inertia)[-1] * mass * chord**2 / 32
+        edge = Fin(mass, chord, shed, around, edge_lift, edge_suction)
+        ahead = chain.length[-1] - chord
+        rest = mu_normal[-1] * chain.length[-1] - mass
+        inertia = np.append(inertia[:-1], np.asarray(added_inertia)[-1] * rest * ahead**2 / 12)
+    else:
+        mu_edge = density * np.pi / 4 * edge_height**2 if edge_height > 0 else mu_normal[-1]
+        span = edge_height if edge_height > 0 else height[-1]
+        ahead = min(1.0, (height[-2] / span) ** 2) if len(height) > 1 else 0.0
+        edge = Edge(mu_normal[-1], tail_shedding * edge_lift * mu_edge, ahead + edge_suction * (1 - ahead))
     return Strip(
         mu_normal=mu_normal,
         mu_tangential=added_mass_tangential * reference,
-        added_inertia=added_inertia * mu_normal * chain.length**3 / 12,
+        added_inertia=inertia,
         quadratic_normal=density * drag_normal * height / 2,
         quadratic_tangential=density * drag_tangential * wetted_area / chain.length / 2,
         linear_normal=linear_normal,
         linear_tangential=linear_tangential,
         cross_flow=cross_flow,
-        tail_shedding=tail_shedding * edge_lift,
         quadratic_beating=density * drag_beating * height / 2,
         blunt=density * blunt_area / 2,
-        mu_edge=density * np.pi / 4 * edge_height**2 if edge_height > 0 else None,
-        suction=edge_suction * (2 - edge_lift),
+        edge=edge,
     )
 
 
 def elongated_of(chain: Chain, density: float, lateral_area: Real, wetted_area: Real, **given: Real | float) -> Strip:
     """Elongated-body theory (``[water.elongated]``) as strips: none along, a slender moment, an edge that sheds."""
-    edge = given.pop("added_mass_edge") / np.asarray(given["added_mass_normal"])[-1]
+    edge = given.pop("added_mass_edge") * density * np.pi / 4 * (lateral_area / chain.length)[-1] ** 2
     along = {"added_mass_tangential": np.zeros_like(lateral_area), "added_inertia": np.ones_like(lateral_area)}
     water = strip_of(chain, density, lateral_area, wetted_area, **given, **along)
-    return replace(water, tail_shedding=edge, onset=0.05)
+    return replace(water, edge=Slender(float(edge)))
 
 
 Water = Lumped | Strip
@@ -221,20 +266,35 @@ def inertial(chain: Chain, water: Water, m: Motion) -> Wrench:
 def strip_inertia(chain: Chain, water: Strip, m: Motion) -> Wrench:
     """Kirchhoff's equations of the water moved by one straight strip.
 
-    Impulse ``p = mu_t l v_t t + mu_n l v_n n`` with ``v`` at the strip's middle, angular impulse ``J omega`` about it.
+    Impulse ``p = m_t v_t t + m_n v_n n`` with ``v`` at the strip's middle, angular impulse ``J omega`` about it.
     Force = dp/dt; moment about the middle, which moves at v, = J d(omega)/dt + v x p (Munk's moment). The axes turn:
     dt/dt = omega n, dn/dt = -omega t.
     """
-    place, v, a = m.at(chain.length / 2)
-    t, n = m.axis, 1j * m.axis
-    v_t, v_n = dot(t, v), dot(n, v)
-    a_t = dot(t, a) + m.turn * v_n  # d(v_t)/dt
-    a_n = dot(n, a) - m.turn * v_t  # d(v_n)/dt
-    m_t, m_n = water.mu_tangential * chain.length, water.mu_normal * chain.length
-    impulse = m_t * v_t * t + m_n * v_n * n
-    force = m_t * (a_t * t + v_t * m.turn * n) + m_n * (a_n * n - v_n * m.turn * t)
-    moment = water.added_inertia * m.turn_rate + cross(v, impulse)
-    return Wrench(force, moment + cross(place - m.place, force))
+    total = Wrench(np.zeros_like(m.axis), np.zeros(m.axis.shape))
+    for s, m_t, m_n, inertia in strips(chain, water):
+        place, v, a = m.at(s)
+        t, n = m.axis, 1j * m.axis
+        v_t, v_n = dot(t, v), dot(n, v)
+        a_t = dot(t, a) + m.turn * v_n  # d(v_t)/dt
+        a_n = dot(n, a) - m.turn * v_t  # d(v_n)/dt
+        impulse = m_t * v_t * t + m_n * v_n * n
+        force = m_t * (a_t * t + v_t * m.turn * n) + m_n * (a_n * n - v_n * m.turn * t)
+        moment = inertia * m.turn_rate + cross(v, impulse)
+        total = total + Wrench(force, moment + cross(place - m.place, force))
+    return total
+
+
+def strips(chain: Chain, water: Strip) -> list[tuple[Real, Real, Real, Real]]:
+    """Middle of every strip behind the link's front joint, its added masses along and across, and its inertia (n,)."""
+    zero = np.zeros_like(chain.length)
+    middle, along, across = chain.length / 2, water.mu_tangential * chain.length, water.mu_normal * chain.length
+    if not isinstance(fin := water.edge, Fin):
+        return [(middle, along, across, water.added_inertia)]
+    last = np.arange(len(zero)) == len(zero) - 1
+    return [
+        (middle - last * fin.chord / 2, along, across - last * fin.mass, water.added_inertia),
+        (chain.length - fin.chord / 2, zero, last * fin.mass, last * fin.inertia),
+    ]
 
 
 def drag(chain: Chain, water: Water, m: Motion) -> Wrench:
@@ -275,48 +335,56 @@ def beating(chain: Chain, m: Motion) -> Real:
 
 
 def shed(chain: Chain, water: Strip, m: Motion) -> Wrench:
-    """Reactive force of the water left behind the trailing edge (Lighthill 1971), of strength k = ``tail_shedding``.
+    """Force at the edges of the last link beside the change of the water's momentum.
 
-    With t along the last link from nose to tail, n its left normal, v_t and v_n the trailing edge's velocity and mu the
-    added mass per length there:
+    With t along the link from nose to tail, n its left normal, mu the added mass per length and v the velocity, the
+    water's momentum is mu v_n n per length. Planes across the link move with it, so momentum leaves through them at
+    -v_t and pressure acts on them with mu v_n^2 / 2 (Bernoulli in the planes' axes, over the plane): per length
 
-        f_t = -1/2 k mu v_n^2 H,    f_n = k mu v_t v_n H,    H = max(0, -v_t) / |v|.
+        f = -d(mu v_n n)/dt + dQ/ds,    Q = mu v_t v_n n - mu v_n^2 / 2 t.
 
-    Derivation. Enclose the body's water by a plane through the trailing edge, across the last link. Its momentum is
-    ``p = integral(mu v_n n ds)``, and
+    Along t nothing is left where mu is constant: -mu v_n dn/dt . t = mu v_n omega, and dQ/ds . t = -mu v_n dv_n/ds
+    with dv_n/ds = omega. A straight plate bears no force along itself. Kirchhoff's equations hold the first part for
+    the whole link, (mu/2)(v_TE^2 - v_LE^2): so its negative stands here, beside Q's normal part at the trailing edge.
+    What the leading edge adds is suction, -mu v_LE^2 / 2, by the fraction of it that acts.
 
-        dp/dt = (force of the body on it) - (momentum carried out) + (pressure on the plane).
-
-    The plane leaves water behind at the speed U = -v_t, which carries out U mu v_n n. The pressure of the cross-flow
-    (Bernoulli in axes moving with the section) sums up to v_n (mu v_n) - 1/2 mu v_n^2 = 1/2 mu v_n^2 and pushes the
-    enclosed water toward the nose: -1/2 mu v_n^2 t. Hence the force on the body is
-
-        -dp/dt - U mu v_n n - 1/2 mu v_n^2 t.
-
-    The first term is in the mass matrix, the others are f_n (for -U = v_t) and f_t with k = H = 1. Lighthill writes
-    them as w m (z_t, -x_t) - 1/2 m w^2 (x_a, z_a), with (x_a, z_a) toward the nose: the same vectors.
-
-    Energy. The power on the body is f_t v_t + f_n v_n = (-1/2 + 1) mu v_n^2 v_t = -1/2 mu v_n^2 U: just the kinetic
-    energy 1/2 mu v_n^2 per length of wake, left behind at the rate U. With k and H it is 1/2 k mu v_n^2 v_t H <= 0.
-
-    Small amplitude. With y = h(x, t): v_n = h_t + U h_x, and the thrust -f_t + f_n h_x comes to
-    1/2 mu (h_t^2 - U^2 h_x^2), the classic result.
-
-    H is ours: Lighthill has 1 and assumes v_n << U, where H is 1 too; it fades to 0 as the edge stops moving forward.
-    With an ``onset`` e below 1, |v| in it is sqrt(v_t^2 + (e v_n)^2): it fades later.
-
-    A fin of span b, ``mu_edge`` = rho pi/4 b^2, and of the lift slope C = lift pi AR/2 has the normal force lift mu v_t
-    v_n; its suction, less induced drag, is 2 - lift times Lighthill's part along, which ``suction`` multiplies.
+    Energy of an `Edge` moving forward at V = -v_t: V (mu - s) v_LE^2 / 2 + V v_TE^2 (mu/2 + (shed - mu/2) H) is left in
+    the wake, never less than nothing as mu <= 2 shed. H = |v_t| / |v| is ours. A `Slender` edge is Lighthill's.
+    A `Fin` has the lift of thin plates, by the speed at 3/4 chord, and the point where the wake's power is a square.
     """
-    place, v, _ = m.at(chain.length)
-    v_t, v_n = dot(m.axis, v), dot(1j * m.axis, v)
-    size = np.hypot(v_t, water.onset * v_n)
-    speed = np.where(size > 0, size, 1.0)
-    mu = water.mu_normal if water.mu_edge is None else water.mu_edge
+    edge, zero = water.edge, np.zeros_like(m.axis)
+    if edge is None:
+        return Wrench(zero, np.zeros(m.axis.shape))
     last = np.arange(m.axis.shape[-1]) == m.axis.shape[-1] - 1
-    strength = np.where(last, water.tail_shedding * mu, 0.0) * np.maximum(0.0, -v_t) / speed
-    force = strength * (-0.5 * water.suction * v_n**2 + 1j * v_t * v_n) * m.axis
-    return Wrench(force, cross(place - m.place, force))
+    length = chain.length
+
+    def across(s: Real) -> Real:
+        return dot(1j * m.axis, m.at(s)[1])
+
+    v_t, turn = dot(m.axis, m.velocity), m.turn
+    forward = v_t < 0
+    if isinstance(edge, Slender):
+        at, v = length, across(length)
+        f_t, f_n = -edge.mu / 2 * v**2, edge.mu * np.minimum(v_t, 0) * v
+    elif isinstance(edge, Edge):
+        mu = min(edge.mu, 2 * edge.shed)
+        at = np.where(forward, length, 0 * length)
+        v = across(at)
+        size = np.hypot(v_t, v)
+        fade = np.divide(abs(v_t), size, out=np.zeros_like(size), where=size > 0)
+        f_n = -abs(v_t) * v * (mu / 2 + (edge.shed - mu / 2) * fade)
+        f_t = -mu / 2 * (across(length) ** 2 - across(0 * length) ** 2) - edge.front * mu / 2 * across(0 * length) ** 2
+    else:
+        middle, side = length - edge.chord / 2, np.where(forward, 1.0, -1.0)
+        mass = min(edge.mass, edge.chord * edge.lift)
+        share = mass / (edge.chord * edge.lift) if edge.lift > 0 else 0.0
+        gain = 1 - edge.front * (1 - edge.slope / 2)
+        offset = (np.sqrt(gain) - np.sqrt(max(0.0, gain - 1 + 4 * share))) ** 2 / 4
+        at = middle + side * offset * edge.chord
+        f_n = -edge.lift * abs(v_t) * across(middle + side * edge.chord / 4)
+        f_t = -turn * mass * across(middle) - edge.front / 2 * (2 - edge.slope) * edge.lift * across(middle) ** 2
+    force = np.where(last, f_t + 1j * f_n, 0.0) * m.axis
+    return Wrench(force, cross(at * m.axis, force))
 
 
 def about_nose(m: Motion, w: Wrench) -> Real:
@@ -370,13 +438,9 @@ def kinetic_energy(chain: Chain, water: Water, joints: Joints, state: Real) -> R
     added = chain.mass * water.added_mass if isinstance(water, Lumped) else 0.0
     energy = (chain.mass + added) * abs(v) ** 2 + chain.inertia * m.turn**2
     if isinstance(water, Strip):
-        _, v, _ = m.at(chain.length / 2)
-        v_t, v_n = dot(m.axis, v), dot(1j * m.axis, v)
-        energy = (
-            energy
-            + chain.length * (water.mu_tangential * v_t**2 + water.mu_normal * v_n**2)
-            + water.added_inertia * m.turn**2
-        )
+        for s, m_t, m_n, inertia in strips(chain, water):
+            _, v, _ = m.at(s)
+            energy = energy + m_t * dot(m.axis, v) ** 2 + m_n * dot(1j * m.axis, v) ** 2 + inertia * m.turn**2
     return energy.sum(axis=-1) / 2
 
 

@@ -111,7 +111,7 @@ def differences(robot: ht.Robot, gait: ht.Gait) -> tuple[Array, Array]:
             keys, x = place(robot, name)
             unit = x or (1e-3 if "blunt_area" in name else 1.0)  # m^2, of the size of a head's
             full = x == 1 and name.endswith(("tail_shedding", "edge_lift", "edge_suction"))
-            if name.endswith("edge_height") and x == 0:  # no height, but the last link's own added mass
+            if name.endswith(("edge_height", "edge_aspect", "edge_added_mass")) and x == 0:  # no fin of its own
                 rows.append(np.zeros(len(RESULTS)))
                 units.append(unit)
                 continue
@@ -124,7 +124,9 @@ def differences(robot: ht.Robot, gait: ht.Gait) -> tuple[Array, Array]:
 
 @pytest.mark.parametrize("gait_of", [fastest, turning])
 def test_every_derivative_of_every_model(every_model: ht.Robot, gait_of: Callable[[ht.Robot], ht.Gait]) -> None:
-    robot = explicit(every_model)
+    area = every_model.links.lateral_area
+    robot = with_value(every_model, ["links", "lateral_area_m2"], [*area[:-1], 1.02 * area[-1]])  # no step, no kink
+    robot = explicit(robot)
     gait = gait_of(robot)
     found = ht.gradient(robot, gait)
     assert found.names == parameter_names(robot)
@@ -178,10 +180,19 @@ def idle_strips(robot: ht.Robot) -> set[str]:
     assert strip is not None
     first = min(link for group in robot.joints for link in group.links)
     names = {f"water.strip.drag_beating[{link}]" for link in range(first)}
+    edge = {f"water.strip.edge_{what}" for what in ("height", "aspect", "added_mass", "lift", "suction")}
+    plate = {"water.strip.edge_aspect", "water.strip.edge_added_mass"}
+    height = np.array(robot.links.lateral_area) / np.array(robot.links.length)
     if strip.edge_height == 0:
-        names.add("water.strip.edge_height")
+        names |= plate | {"water.strip.edge_height"}
+    elif strip.edge_aspect == 0:
+        names |= plate
+    else:
+        names.add("water.strip.edge_added_mass")  # all that HyperTuna's last link has is its fin's
+    if strip.edge_height == 0 and height[-2] >= height[-1]:  # no leading edge
+        names.add("water.strip.edge_suction")
     if strip.tail_shedding == 0:
-        names |= {f"water.strip.edge_{what}" for what in ("height", "lift", "suction")}
+        names |= edge
     return names
 
 

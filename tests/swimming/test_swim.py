@@ -148,6 +148,7 @@ def test_a_straight_gait_may_be_unstable() -> None:
     plain = {
         "tail_shedding": 0.5,
         "edge_height_m": 0.0,
+        "edge_aspect": 0.0,
         "edge_lift": 1.0,
         "edge_suction": 1.0,
         "drag_beating": [0.0] * 8,

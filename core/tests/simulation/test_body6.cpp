@@ -277,7 +277,7 @@ static void energy_balance() {
                 if constexpr (requires { c.linear_drag; }) c.linear_friction = c.linear_drag = 0;
                 if constexpr (requires { c.beating; }) c.beating = 0;
             }
-            if constexpr (Law::sheds) fish.body.tail.fish.water.shedding = 0;
+            stop_shedding(fish.body.tail.fish.water);
             for (LinkSpace<double>& s : fish.space) s.drag = s.drag_roll = 0;
             fish.body.wake = 0, fish.body.fin.area = 0;
         }

@@ -166,7 +166,7 @@ static void energy_balance(bool drag) {
             k.friction = k.drag = 0;
             if constexpr (requires { k.linear_drag; }) k.linear_friction = k.linear_drag = 0;
         }
-    if constexpr (Law::sheds) free.fish.swimmer.water.shedding = drag ? 0.5 : 0;
+    if (!drag) stop_shedding(free.fish.swimmer.water);
     free.tail.fish = free.fish.swimmer;
     const double coarse = energy_error(free, 400), fine = energy_error(free, 800);
     CHECK(fine < 1e-6);

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna.arrays import Array
+from hypertuna.description.schema.water import helmbold, plate_mass
 
 DENSITY = 1000.0  # kg/m^3, fresh water
 ASPECT = 0.6  # width over height of a section
@@ -20,11 +21,6 @@ FULL = 20.0  # kg/m^3: mass of a slender fish over its length cubed
 FIN_START = 0.85  # of the length
 FIN_THICKNESS = 0.007  # of the length
 FIN_DRAG = 1.2  # coefficient of the fin across steady flow, a plate (Hoerner)
-# Added mass of a rectangular plate of an aspect ratio across the flow, over rho pi/4 chord^2 span (DNV-RP-C205, 2010).
-PLATE_ASPECT, PLATE_MASS = (
-    (0.0, 1.0, 1.59, 2.0, 2.5, 3.17, 4.0, 5.0),
-    (0.0, 0.579, 0.704, 0.757, 0.801, 0.84, 0.872, 0.897),
-)
 LINKS = ("com_m", "mass_kg", "lateral_area_m2", "wetted_area_m2")
 STRIP = ("added_mass_normal", "added_inertia", "drag_normal", "drag_tangential", "drag_beating")
 STATIONS = 2000  # along the body, of all integrals
@@ -104,7 +100,7 @@ class Shape:
         """Added mass of the fin, a plate, over that of its sections one by one."""
         _, height, _ = self.sections(self.fin_start * self.length, self.length)
         chord = self.fin_span / self.fin_aspect
-        plate = float(np.interp(self.fin_aspect, PLATE_ASPECT, PLATE_MASS)) * chord**2 * self.fin_span
+        plate = plate_mass(self.fin_aspect) * chord**2 * self.fin_span
         return min(1.0, plate / (float((height**2).mean()) * (1 - self.fin_start) * self.length))
 
     @property
@@ -171,8 +167,9 @@ def link_columns(
 
 def edge(shape: Shape) -> dict[str, float]:
     """Return the keys of the trailing edge in ``[water.strip]``; lift by Helmbold's equation."""
-    lift = 4 / (2 + math.hypot(shape.fin_aspect, 2))
-    return {"edge_height_m": float(f"{shape.fin_span:.3g}"), "edge_lift": float(f"{lift:.3g}"), "edge_suction": 0.0}
+    aspect = shape.fin_aspect
+    edge = {"height_m": shape.fin_span, "aspect": aspect, "added_mass": plate_mass(aspect), "lift": helmbold(aspect)}
+    return {f"edge_{key}": float(f"{value:.3g}") for key, value in edge.items()} | {"edge_suction": 0.0}
 
 
 def _link(shape: Shape, start: float, length: float) -> dict[str, float]:

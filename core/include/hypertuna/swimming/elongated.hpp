@@ -16,8 +16,6 @@ struct Elongated {
     static constexpr const char* flags[] = {nullptr};
     static constexpr bool sheds = true;
     static constexpr bool beats = false;
-    // The edge leaves a wake while it advances faster than this part of its speed across: beyond, the theory ends.
-    static constexpr double onset = 0.05;
 
     struct Coefficients {
         LinkInertia<S> inertia;  // with added mass
@@ -26,6 +24,7 @@ struct Elongated {
     };
     const Coefficients* links;
     S shedding;  // kg/m: added mass per length at the trailing edge
+    S edge;      // m, of the trailing edge behind the last link's center of mass
 
     static Elongated read(int links, Columns<S>& in, const Link<S>* link, const S& density, unsigned,
                           Coefficients* out) {
@@ -48,7 +47,7 @@ struct Elongated {
                       middle,
                       half * length};
         }
-        return {out, *added_edge * plate};
+        return {out, *added_edge * plate, link[links - 1].length - link[links - 1].com};
     }
 
     HYPERTUNA_INLINE const LinkInertia<S>& inertia(int i) const { return links[i].inertia; }
@@ -67,10 +66,12 @@ struct Elongated {
         return f;
     }
 
+    /// Lighthill's force at the edge; one that moves backward leaves no momentum behind.
     template <class V>
     HYPERTUNA_INLINE Along<V> shed(const Along<V>& v) const {
-        const V advance = max(-v.t, V(S(0)));
-        return wake_force<S>(shedding * advance / magnitude<S>(v.t, S(base_t<S>(onset)) * v.n), v);
+        const V across = v.n + edge * v.w;
+        const Along<V> f = wake_force<S>(shedding, Along<V>{min(v.t, V(S(0))), across, v.w});
+        return {f.t, f.n, edge * f.n};
     }
 };
 

@@ -1,7 +1,7 @@
 /// Slender-body strips: added mass and drag per length, integrated along every link.
 #pragma once
 
-#include "hypertuna/swimming/water.hpp"
+#include "hypertuna/swimming/tail_fin.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
@@ -9,11 +9,15 @@ template <class S>
 struct Strip {
     static constexpr const char* name = "strip";
     static constexpr WaterColumn columns[] = {
-        {"lateral_area", true, "m^2"},        {"wetted_area", true, "m^2"},    {"added_mass_normal", true, "1"},
-        {"added_mass_tangential", true, "1"}, {"added_inertia", true, "1"},    {"drag_normal", true, "1"},
-        {"drag_tangential", true, "1"},       {"linear_normal", true, "Pa s"}, {"linear_tangential", true, "Pa s"},
-        {"tail_shedding", false, "1"},        {"drag_beating", true, "1"},     {"blunt_area", true, "m^2"},
-        {"edge_height", false, "m"},          {"edge_lift", false, "1"},       {"edge_suction", false, "1"},
+        {"lateral_area", true, "m^2"},       {"wetted_area", true, "m^2"},
+        {"added_mass_normal", true, "1"},    {"added_mass_tangential", true, "1"},
+        {"added_inertia", true, "1"},        {"drag_normal", true, "1"},
+        {"drag_tangential", true, "1"},      {"linear_normal", true, "Pa s"},
+        {"linear_tangential", true, "Pa s"}, {"tail_shedding", false, "1"},
+        {"drag_beating", true, "1"},         {"blunt_area", true, "m^2"},
+        {"edge_height", false, "m"},         {"edge_aspect", false, "1"},
+        {"edge_added_mass", false, "1"},     {"edge_lift", false, "1"},
+        {"edge_suction", false, "1"},
     };
     static constexpr const char* flags[] = {"cross_flow", nullptr};
     static constexpr bool sheds = true;
@@ -26,8 +30,7 @@ struct Strip {
         S middle, half_length;         // of the link, from its center of mass, m
     };
     const Coefficients* links;
-    S shedding;       // kg/m: coefficient times lift and added mass per length at the trailing edge
-    S suction;        // force along the last link, in units of Lighthill's
+    TailFin<S> fin;
     bool cross_flow;  // normal drag as v_n |v| instead of v_n |v_n|
 
     static Strip read(int links, Columns<S>& in, const Link<S>* link, const S& density, unsigned flag_bits,
@@ -45,15 +48,19 @@ struct Strip {
         const S* drag_beating = in.take(links);
         const S* blunt_area = in.take(links);
         const S* edge_height = in.take(1);
+        const S* edge_aspect = in.take(1);
+        const S* edge_added_mass = in.take(1);
         const S* edge_lift = in.take(1);
         const S* edge_suction = in.take(1);
         const S half = S(base_t<S>(0.5)) * density, quarter_pi(base_t<S>(pi / 4)), twelfth(base_t<S>(1.0 / 12));
-        S edge(0);
+        S added(0), ahead(0), height(0);  // of the last link, and the height of the one ahead
         for (int i = 0; i < links; ++i) {
-            const S length = link[i].length, height = lateral_area[i] / length;
+            ahead = height;
+            height = lateral_area[i] / link[i].length;
+            const S length = link[i].length;
             const S reference = density * quarter_pi * height * height;  // kg/m: a plate of this height, broadside
-            const S normal = added_normal[i] * reference * length;
-            const S middle = S(base_t<S>(0.5)) * length - link[i].com;
+            added = added_normal[i] * reference;
+            const S normal = added * length, middle = S(base_t<S>(0.5)) * length - link[i].com;
             out[i] = {{link[i].mass + added_tangential[i] * reference * length, link[i].mass + normal, normal * middle,
                        link[i].inertia + normal * (middle * middle + added_inertia[i] * twelfth * length * length)},
                       half * drag_tangential[i] * wetted_area[i] + half * blunt_area[i],
@@ -63,11 +70,21 @@ struct Strip {
                       linear_normal[i] * length,
                       middle,
                       S(base_t<S>(0.5)) * length};
-            edge = added_normal[i] * reference;
         }
-        const S own = density * quarter_pi * *edge_height * *edge_height;
-        edge = select(S(0) < *edge_height, own, edge);
-        return {out, *tail_shedding * *edge_lift * edge, *edge_suction * (S(2) - *edge_lift), (flag_bits & 1u) != 0};
+        const int last = links - 1;
+        const Link<S>& tail = link[last];
+        const S zero(0), tiny(base_t<S>(1e-12)), own = density * quarter_pi * *edge_height * *edge_height;
+        const S span = select(zero < *edge_height, *edge_height, height), step = ahead / span;
+        const S shed = *tail_shedding * *edge_lift * select(zero < *edge_height, own, added);
+        const S chord = min(*edge_height / max(*edge_aspect, tiny), tail.length), all = added * tail.length;
+        const EdgePlate<S> plate{min(*edge_added_mass * density * quarter_pi * chord * chord * *edge_height, all),
+                                 chord, shed, *edge_lift, *edge_suction};
+        const EdgeStrip<S> strip{added, shed, min(step * step, S(1)), *edge_suction};
+        const auto is_plate = zero < min(*edge_height, *edge_aspect);
+        LinkInertia<S>& inertia = out[last].inertia;
+        inertia =
+            select(is_plate, plate.inertia(tail, inertia.tangential - tail.mass, all, added_inertia[last]), inertia);
+        return {out, select(is_plate, plate.fin(tail), strip.fin(tail)), (flag_bits & 1u) != 0};
     }
 
     // By reference: a copy takes longer than the product that it enters.
@@ -95,8 +112,7 @@ struct Strip {
 
     template <class V>
     HYPERTUNA_INLINE Along<V> shed(const Along<V>& v) const {
-        const Along<V> f = faded_wake_force(shedding, v);
-        return {suction * f.t, f.n, f.w};
+        return fin.force(v);
     }
 };
 

@@ -74,8 +74,8 @@ HYPERTUNA_INLINE Along<V> water_force(const Swimmer<S, Law, G>& fish, int i, con
         f = fish.water.drag(i, v);
     if constexpr (Law::sheds)
         if (i == fish.links - 1) {
-            const Along<V> tail = fish.water.shed(tail_velocity(fish.link[i], v));
-            f = {f.t + tail.t, f.n + tail.n, f.w + (fish.link[i].length - fish.link[i].com) * tail.n};
+            const Along<V> tail = fish.water.shed(v);
+            f = {f.t + tail.t, f.n + tail.n, f.w + tail.w};
         }
     return f;
 }

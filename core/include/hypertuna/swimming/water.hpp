@@ -6,7 +6,7 @@
 ///     LinkInertia<S> inertia(i)          inertia of link i with its added mass
 ///     Along<V> drag(i, Along<V> v)       force along and across link i and moment about its center of mass
 ///     beats                              whether drag takes a third argument: what of v the change of shape makes
-///     sheds, Along<V> shed(Along<V> v)   force at the trailing edge of the last link, at the velocity there
+///     sheds, Along<V> shed(Along<V> v)   the same of what the last link leaves in the wake
 /// Velocities are relative to the water. A uniform current only carries the frame along (physics is the same
 /// in every inertial frame), so it appears where positions are reported and nowhere here.
 #pragma once
@@ -63,8 +63,8 @@ HYPERTUNA_INLINE V magnitude(const V& t, const V& n) {
 
 /// Lighthill's reactive force at a trailing edge that moves at v and leaves momentum and energy in the wake, for an
 /// added mass of k [kg/m] there: -1/2 k v_n^2 along and k v_t v_n across.
-template <class S, class V>
-HYPERTUNA_INLINE Along<V> wake_force(const V& k, const Along<V>& v) {
+template <class S, class K, class V>
+HYPERTUNA_INLINE Along<V> wake_force(const K& k, const Along<V>& v) {
     return {S(base_t<S>(-0.5)) * k * v.n * v.n, k * v.t * v.n, V(S(0))};
 }
 

@@ -1,10 +1,12 @@
 """The tables of the water in a robot description, one per law, and the table of laws that all code goes through."""
 
-from collections.abc import Mapping
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from hypertuna.description.schema.base import Flag, Fraction, NotNegative, Part, Positive, entry
+from hypertuna.description.schema.base import Check, Flag, Fraction, NotNegative, Part, Positive, entry
 
 WaterLaw = Literal["lumped", "strip", "elongated"]
 Areas = Literal["consistent", "as-printed"]
@@ -41,6 +43,34 @@ def _ones(law: Mapping[str, Any]) -> tuple[float, ...]:
     return (1.0,) * len(law["drag_normal"])
 
 
+# Added mass of a rectangular plate of an aspect ratio across the flow, over rho pi/4 chord^2 span (DNV-RP-C205, 2010).
+PLATE_ASPECT = (0.0, 1.0, 1.59, 2.0, 2.5, 3.17, 4.0, 5.0, 6.25, 8.0, 10.0)
+PLATE_MASS = (0.0, 0.579, 0.704, 0.757, 0.801, 0.84, 0.872, 0.897, 0.917, 0.934, 0.947)
+
+
+def plate_mass(aspect: float) -> float:
+    """Return the added mass of a plate of an aspect ratio across the flow, over rho pi/4 chord^2 span."""
+    k = min(bisect_right(PLATE_ASPECT, aspect), len(PLATE_ASPECT) - 1)
+    (a, b), (low, high) = PLATE_ASPECT[k - 1 : k + 1], PLATE_MASS[k - 1 : k + 1]
+    return min(1.0, low + (high - low) * (aspect - a) / (b - a))
+
+
+def helmbold(aspect: float) -> float:
+    """Return the lift slope of a wing of an aspect ratio, in units of a slender wing's pi AR/2 (Helmbold)."""
+    return 4 / (2 + math.hypot(aspect, 2))
+
+
+def _aspect(law: Mapping[str, Any]) -> float:
+    """Return the aspect ratio whose lift slope the law has, by Helmbold's equation."""
+    lift = law.get("edge_lift", 1.0)
+    return 4 / lift * math.sqrt(1 - lift) if law.get("edge_height") and lift else 0.0
+
+
+def _plate(law: Mapping[str, Any]) -> float:
+    """Return the added mass of a plate of the law's aspect ratio."""
+    return plate_mass(law.get("edge_aspect", 0.0))
+
+
 class Strip(Part):
     """Strip law: force per length, integrated along each link, one value per link; h = lateral area / length."""
 
@@ -75,12 +105,33 @@ class Strip(Part):
         "drag area C_D A of blunt shapes in the flow along the link (default: 0)", "m^2", default_factory=_zeros
     )
     edge_height: NotNegative = entry(
-        "height of the trailing edge, whose added mass is rho pi/4 of its square; 0 for that of the last link",
-        "m",
-        default=0.0,
+        "height of the trailing edge, the span of the tail fin (default: 0, that of the last link)", "m", default=0.0
     )
     edge_lift: Fraction = entry("lift slope of the tail fin, in units of a slender wing's pi AR/2", default=1.0)
-    edge_suction: Fraction = entry("fraction of the suction at the fin's leading edge that acts", default=1.0)
+    edge_aspect: NotNegative = entry(
+        "aspect ratio of the tail fin, span over mean chord; 0 for a last link that is a fin of one height "
+        "(default: that of edge_lift by Helmbold's equation, with an edge_height)",
+        default_factory=_aspect,
+    )
+    edge_added_mass: NotNegative = entry(
+        "added mass of the tail fin across, in units of rho pi/4 chord^2 span (default: a plate's of edge_aspect)",
+        default_factory=_plate,
+    )
+    edge_suction: Fraction = entry(
+        "fraction of the suction at the fin's leading edge that acts (default: 0, a sharp edge)", default=0.0
+    )
+
+    def _checks(self) -> Iterable[Check]:
+        if not self.edge_height or not self.edge_aspect or not self.edge_lift:
+            return
+        added = self.edge_added_mass / (self.edge_aspect * self.edge_lift)
+        limit = 4 * added / (1 - self.edge_lift / 2)
+        yield Check(
+            self.edge_suction <= limit,
+            "edge_suction",
+            "must be at most 4 edge_added_mass / (edge_aspect edge_lift (1 - edge_lift / 2)): wakes give no energy",
+            f"write at most {limit:.3g}, or check the fin's added mass",
+        )
 
 
 class Elongated(Part):

@@ -1,0 +1,98 @@
+/// The force of the water on a tail fin beside the change of the momentum that it carries: Kirchhoff's equations know
+/// no edges. Derivation: docs/model.md, "Strip: the force on a fin".
+#pragma once
+
+#include "hypertuna/swimming/water.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// What the wake takes at the edge that trails, and what keeps a plate free of forces along itself but suction. Moving
+/// backward, the fin's two edges change roles.
+template <class S>
+struct TailFin {
+    S middle{};              // of the fin, from the link's center of mass, m
+    S sense{}, act{};        // behind the middle: where the speed makes the lift, and where the lift acts, m
+    S lift{}, fading{};      // force per speed along and speed across, kg/m; the second times |v_t| / |v|
+    S carried{};             // added mass that turns with the fin, kg
+    S suction{}, leading{};  // kg/m, by the speed across this far ahead of the middle, m
+
+    template <class V>
+    HYPERTUNA_INLINE Along<V> force(const Along<V>& v) const {
+        const V ahead = abs(v.t), mid = v.n + middle * v.w;
+        const S rear = select(v.t < V(S(0)), S(1), S(-1));
+        const V across = mid + rear * sense * v.w, front = mid - leading * v.w;
+        const V f_n = -(ahead * across * (lift + fading * (ahead / magnitude<S>(v.t, across))));
+        const V f_t = -(carried * v.w * mid + S(base_t<S>(0.5)) * suction * front * front);
+        return {f_t, f_n, (middle + rear * act) * f_n};
+    }
+};
+
+/// A fin as the end of a strip: all of the last link, of one added mass per length.
+template <class S>
+struct EdgeStrip {
+    S added, shed;  // kg/m: of the link, and what the trailing edge sheds at small incidence
+    S ahead;        // added mass of the link ahead over the edge's: there the fin has no leading edge
+    S suction;      // fraction that acts at the leading edge
+
+    TailFin<S> fin(const Link<S>& link) const {
+        const S half = S(base_t<S>(0.5)), arm = half * link.length;
+        const S whole = min(added, S(2) * shed), least = half * whole;  // more would let the wake give energy
+        return {arm - link.com,
+                arm,
+                arm,
+                least,
+                shed - least,
+                whole * link.length,
+                whole * (ahead + suction * (S(1) - ahead)),
+                arm};
+    }
+};
+
+/// A fin as a plate of its own at the end of the last link. Lift follows the speed at three quarters of the chord, as
+/// in the theory of thin plates, and acts as near to the middle as the wake's energy allows: there in two dimensions.
+template <class S>
+struct EdgePlate {
+    S mass;         // kg, added mass across
+    S chord, lift;  // m; kg/m, lift per speed along and across
+    S slope;        // lift slope in units of a slender wing's
+    S suction;      // fraction that acts at the leading edge
+
+    S middle(const Link<S>& link) const { return link.length - S(base_t<S>(0.5)) * chord - link.com; }
+
+    TailFin<S> fin(const Link<S>& link) const {
+        const S zero(0), one(1), half(base_t<S>(0.5)), quarter(base_t<S>(0.25)), tiny(base_t<S>(1e-12));
+        const S carried = min(mass, chord * lift);  // as much as a slender plate's, for its lift
+        const S share = carried / max(chord * lift, tiny);
+        const S gain = one - suction * (one - half * slope), rest = max(gain - one + S(4) * share, zero);
+        const S root = half * (sqrt(gain + tiny * tiny) - sqrt(rest + tiny * tiny));
+        return {
+            middle(link), quarter * chord, root * root * chord, lift, zero, carried, suction * (S(2) - slope) * lift,
+            zero};
+    }
+
+    /// Inertia of a link with an added mass `all` [kg] across, of which the plate has its part and what lies ahead of
+    /// the plate the rest; `rotary` scales the added moments of inertia.
+    LinkInertia<S> inertia(const Link<S>& link, const S& tangential, const S& all, const S& rotary) const {
+        const S rest = all - mass, ahead = link.length - chord, front = S(base_t<S>(0.5)) * ahead - link.com;
+        const S rear = middle(link), twelfth(base_t<S>(1.0 / 12)), plate(base_t<S>(1.0 / 32));
+        return {link.mass + tangential, link.mass + all, rest * front + mass * rear,
+                link.inertia + rest * (front * front + rotary * twelfth * ahead * ahead) +
+                    mass * (rear * rear + rotary * plate * chord * chord)};
+    }
+};
+
+/// One of two, each number for itself.
+template <class M, class S>
+TailFin<S> select(const M& mask, const TailFin<S>& yes, const TailFin<S>& no) {
+    return {select(mask, yes.middle, no.middle),   select(mask, yes.sense, no.sense),
+            select(mask, yes.act, no.act),         select(mask, yes.lift, no.lift),
+            select(mask, yes.fading, no.fading),   select(mask, yes.carried, no.carried),
+            select(mask, yes.suction, no.suction), select(mask, yes.leading, no.leading)};
+}
+template <class M, class S>
+LinkInertia<S> select(const M& mask, const LinkInertia<S>& yes, const LinkInertia<S>& no) {
+    return {select(mask, yes.tangential, no.tangential), select(mask, yes.normal, no.normal),
+            select(mask, yes.coupling, no.coupling), select(mask, yes.rotary, no.rotary)};
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH
