@@ -3,12 +3,14 @@
 import json
 import math
 import re
+import runpy
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).parent
+STEPS = [2 * math.pi * i / 64 for i in range(64)]  # of a beat
 MESHES = ("coarse", "medium", "fine")
 
 
@@ -146,8 +148,94 @@ def speeds() -> str:
     return markdown(["strips", "errors, joints of 4.7 Hz [%]", "rms [%]", "rms, ideal joints [%]"], rows)
 
 
+def forms() -> dict[str, Any]:
+    """Return the module of the forms."""
+    return runpy.run_path(str(HERE / "forms.py"))
+
+
+def compared() -> list[tuple[float, float, str, dict[str, tuple[float, float]]]]:
+    """Return aspect ratio, k, motion, and thrust without suction and power of lattice, theory and each form."""
+    module, record, found = forms(), stored("forms"), []
+    parts = {row["aspect"]: module["Plate"](row["mass"], row["lift"], row["inertia"]) for row in record["plates"]}
+    for name in module["MOTIONS"]:
+        for row in record["stream"]:
+            k, part = row["k"], parts[row["aspect"]]
+            heave, pitch = module["motion"](name, k)
+            sides = [[complex(*row[side][i : i + 2]) for i in (0, 2)] for side in ("heave", "pitch")]
+            all_of = {"lattice": module["Response"](*(heave * a + pitch * b for a, b in zip(*sides, strict=True)))}
+            for form in (*module["FORMS"], "Theodorsen"):
+                all_of[form] = module["response"](form, part, k, heave, pitch)
+            numbers = {who: module["thrust_and_power"](each, k, heave, pitch) for who, each in all_of.items()}
+            found.append((row["aspect"], k, name, numbers))
+    return found
+
+
+def stream() -> str:
+    """Tabulate thrust and power of the forms beside the lattice, and theory for infinite span."""
+    head = [
+        "motion",
+        "b/c",
+        "k",
+        "thrust x1000: lattice",
+        "theory, C(k)",
+        "today",
+        "S, P, quarter",
+        "power x1000: lattice",
+    ]
+    rows = []
+    for aspect, k, name, numbers in compared():
+        infinite = aspect > 1e3
+        thrusts = [f"{1000 * numbers[who][0]:.1f}" for who in ("lattice", "Theodorsen", "today", "P")]
+        powers = [f"{1000 * numbers[who][1]:.3g}" for who in ("lattice", "Theodorsen")]
+        over = [f"{numbers[who][1] / numbers['lattice'][1]:.2f}" for who in ("S", "P", "quarter")]
+        for each in (thrusts, powers):
+            each[1] = each[1] if infinite else ""
+        rows.append([name, "infinite" if infinite else f"{aspect:g}", f"{k:g}", *thrusts, *powers, *over])
+    return markdown([*head, "theory, C(k)", "S over lattice", "P", "quarter"], rows)
+
+
+def lift_center() -> str:
+    """Tabulate where the lift of a slowly pitching plate acts, in chords behind the leading edge."""
+    rows = []
+    record, module = stored("forms"), forms()
+    for part in record["plates"]:
+        row = next(r for r in record["stream"] if r["aspect"] == part["aspect"])
+        ratio = part["mass"] / part["lift"]
+        lever = module["Plate"](part["mass"], part["lift"], 0.0).lever
+        at = [row["pitch"][2] / row["pitch"][0], 0.5 + 0.5 - ratio, 0.5 - ratio + lever, 0.25]
+        name = "infinite" if part["aspect"] > 1e3 else f"{part['aspect']:g}"
+        rows.append([name, f"{ratio:.3f}", *(f"{each:.2f}" for each in at)])
+    return markdown(["b/c", "M/L", f"lattice, k = {record['stream'][0]['k']:g}", "S", "P", "quarter"], rows)
+
+
+def still() -> str:
+    """Tabulate the thrust in still water over Lighthill's: two lattices and their extrapolation."""
+    rows = []
+    for row in stored("forms")["still"]:
+        angle = math.radians(row["pitch_deg"])
+        finite = [
+            f"{3 * fine - 2 * coarse:.2f} ({coarse:.2f}, {fine:.2f})" for coarse, fine in (row["normal"], row["thrust"])
+        ]
+        # mean of w^2 cos(angle) over that of w^2, for a harmonic angle
+        turned = sum(math.cos(t) ** 2 * math.cos(angle * math.sin(t)) for t in STEPS) / sum(
+            math.cos(t) ** 2 for t in STEPS
+        )
+        rows.append([f"{row['aspect']:g}", f"{row['pitch_deg']:g}", *finite, f"{turned:.2f}", "0.00"])
+    return markdown(["b/c", "pitch [deg]", "lattice, normal force", "with suction", "S, P, quarter", "today"], rows)
+
+
+def steep() -> str:
+    """Tabulate measured plates at large incidences beside the law."""
+    module, rows = runpy.run_path(str(HERE / "steep.py")), []
+    for series, angle, normal, laws in module["rows"]():
+        over = [f"{each:.2f} ({100 * (each / normal - 1):+.0f} %)" for each in laws]
+        rows.append([series["series"], f"{series['drag_normal']:g}", f"{angle:g}", f"{normal:.2f}", *over])
+    return markdown(["plate", "C_n", "incidence [deg]", "C_N measured", *module["LAWS"]], rows)
+
+
 TABLES: dict[str, Callable[[], str]] = {
-    each.__name__: each for each in (plates, ellipses, convergence, infinite_span, fin, travel, speeds)
+    each.__name__: each
+    for each in (plates, ellipses, convergence, infinite_span, fin, stream, lift_center, still, steep, travel, speeds)
 }
 
 

@@ -45,6 +45,7 @@ class Wake(NamedTuple):
     force: np.ndarray  # (n, 2): along x and z of the plate, on its area times density
     angle: np.ndarray
     impulse: np.ndarray  # (n, 2): of all rings, along the axes at rest, on area times density
+    moment: np.ndarray  # (n,): of the force about the leading edge, as the angle turns, on area times density
 
     def at_rest(self) -> np.ndarray:
         """Return the force (n, 2) along the axes at rest."""
@@ -118,21 +119,23 @@ def flow(
         gamma = np.linalg.solve(of_rings[: len(middle), :, 2], -past[: len(middle), 2])
         past += np.einsum("nmi,m->ni", of_rings, gamma)
         net = gamma - np.append(np.zeros(strips), gamma[:-strips])
-        force = np.cross(past[len(middle) :], along).T @ np.concatenate([net, gamma, gamma])
-        rate = (3 * gamma - 4 * history[-1] + history[-2]) / (2 * step)
-        force[2] -= rate @ size
+        pulls = np.cross(past[len(middle) :], along) * np.concatenate([net, gamma, gamma])[:, np.newaxis]
+        rate = size * (3 * gamma - 4 * history[-1] + history[-2]) / (2 * step)
+        force = pulls.sum(axis=0) - [0, 0, rate.sum()]
+        moment = at[:, 0] @ pulls[:, 2] - bound[..., 0].mean(axis=1) @ rate
         history = [history[-1], gamma]
         strength = np.concatenate([gamma[np.newaxis, -strips:], strength])
         impulse = area(wake).T @ strength.ravel() + area(bound).T @ gamma
         at_rest = turned(impulse[::2], pose[2])
-        record.append(np.concatenate([[time], speed, force[::2] / surface, pose[2:], at_rest / surface]))
+        forces = force[::2] / surface, pose[2:], at_rest / surface, [moment / surface]
+        record.append(np.concatenate([[time], speed, *forces]))
         if free:
             nodes = placed(lines, pose, back=True).reshape(-1, 3)
             drift = induced(nodes, bound, CORE).transpose(0, 2, 1) @ gamma
             drift += induced(nodes, wake, CORE).transpose(0, 2, 1) @ strength.ravel()
             lines = lines + step * placed(drift, np.array([0, 0, pose[2]])).reshape(lines.shape)
     table = np.array(record)
-    return Wake(table[:, 0], table[:, 1:4], table[:, 4:6], table[:, 6], table[:, 7:])
+    return Wake(table[:, 0], table[:, 1:4], table[:, 4:6], table[:, 6], table[:, 7:9], table[:, 9])
 
 
 class Beat(NamedTuple):
@@ -157,10 +160,15 @@ class Beat(NamedTuple):
         return math.pi / self.reduced
 
 
+def deficiency(k: float) -> complex:
+    """Return Theodorsen's C(k)."""
+    return complex(hankel2(1, k) / (hankel2(1, k) + 1j * hankel2(0, k)))
+
+
 def theory(beat: Beat) -> tuple[complex, float, float]:
     """Return Theodorsen's amplitude of the side force, Garrick's mean thrust and suction, on chord and rho U^2."""
     k, b, a = beat.reduced, 0.5, 2 * beat.axis - 1
-    c = hankel2(1, k) / (hankel2(1, k) + 1j * hankel2(0, k))
+    c = deficiency(k)
     omega = 1j * k / b
     # Down and nose up are positive there: height and angle with the other sign.
     h, alpha = -beat.heave, -beat.pitch * np.exp(1j * beat.lead)
