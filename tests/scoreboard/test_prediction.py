@@ -127,8 +127,9 @@ def test_forces_at_rest_grow_with_the_square_of_the_frequency() -> None:
     assert twice.power == pytest.approx(8 * once.power, rel=1e-9)
 
 
-def test_thrust_at_rest_is_that_of_a_very_heavy_fish() -> None:
-    document = new_robot("fish", links=3, length=0.3, mass=0.85)
+@pytest.mark.parametrize("links", [2, 3])
+def test_thrust_at_rest_is_that_of_a_very_heavy_fish(links: int) -> None:
+    document = new_robot("fish", links=links, length=0.3, mass=0.85)
     fish = parse(document)
     document["links"]["mass_kg"] = [1e6, *document["links"]["mass_kg"][1:]]
     document["links"]["inertia_kg_m2"] = [1e6, *fish.links.inertia[1:]]
