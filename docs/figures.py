@@ -297,6 +297,7 @@ for part in (
     "optimize",
     "mission",
     "fin",
+    "fin_force",
     "bring_up",
     "firmware",
     "learning",
