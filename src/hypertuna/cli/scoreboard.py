@@ -24,7 +24,7 @@ def scoreboard_command(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[SWIMMER]...",
+            metavar="SWIMMER",
             help="Swimmers that come with hypertuna, or paths of .toml files. (default: all that come with it)",
             autocompletion=_offered,
         ),
