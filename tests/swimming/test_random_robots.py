@@ -9,12 +9,14 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.swimming.beat import settle
+from models import changed
 from random_robots import random_gaits, random_robot
 
 FASTEST = 10.0  # body lengths a beat: no swimmer is faster
 BEATS = 1500  # from rest
-# Gaits of random robots that settle elsewhere from rest: seed of the robot, number of the gait among 100.
-AWAY = ((2, 2), (5, 36), (8, 57))
+# Gaits that settle elsewhere from rest, of random robots with a tenth of the drag across (with all of it, none of 6,000
+# does): seed of the robot, number of the gait among 60.
+AWAY = ((11, 2), (19, 5), (58, 43))
 SPINS = ((6, 55), (7, 49), (9, 7))  # these turn the body by more than half a circle a beat
 
 
@@ -40,7 +42,10 @@ def test_every_settled_beat_is_where_a_start_from_rest_ends_or_says_that_it_is_n
 
 @pytest.mark.parametrize(("seed", "k"), AWAY)
 def test_both_beats_are_returned_where_a_start_from_rest_leads_elsewhere(seed: int, k: int) -> None:
-    robot, gait = find(seed, k)
+    robot = random_robot(seed)
+    key = f"water.{robot.model.water}.drag_normal"
+    drag = robot.document()["water"][robot.model.water]["drag_normal"]
+    robot, gait = changed(robot, {key: [0.1 * one for one in drag]}), random_gaits(robot, 60, seed)[k]
     swim = ht.swim(robot, gait)
     other = swim.settled_from_rest
     assert swim.settled
