@@ -217,6 +217,7 @@ def with_fit(
     origin = f"identified from {trials}, see [fit]"
     for column in dict.fromkeys(f.column for f in frees if f.column not in NUISANCES):
         key = written(column_key(column)[0])
+        document.get("uncertainty", {}).pop(key, None)  # of an estimate
         own = [f for f in frees if f.column == column]
         fitted = {i for f in own for i in f.indices}
         others = robot.source(key)

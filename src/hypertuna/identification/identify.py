@@ -19,13 +19,13 @@ from hypertuna.errors import InputError, InputErrors, shown
 from hypertuna.identification.coefficients import Free, free, from_scale, with_fit
 from hypertuna.identification.experiment import Experiment, experiment
 from hypertuna.identification.loss import LOSSES
-from hypertuna.identification.names import default_names, default_priors, free_of, split_names
+from hypertuna.identification.names import default_bounds, default_names, default_priors, free_of, split_names
 from hypertuna.identification.prediction import predict
 from hypertuna.identification.residuals import LABELS, Errors, criteria, errors
 from hypertuna.identification.search import CONVERGED, start_points, subset
 from hypertuna.identification.search import fit as search
 from hypertuna.identification.sentences import held_by_priors, large_errors, repeated_motions, unmet, warnings_of
-from hypertuna.identification.trends import ENOUGH, Trend, linear_drag, trends
+from hypertuna.identification.trends import Trend, linear_drag, trends
 from hypertuna.identification.uncertainty import Uncertainty, uncertainty
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import version
@@ -38,7 +38,7 @@ from hypertuna.trials.trials import Trials, digest, read_trials, split
 Paths = str | Path | Sequence[str | Path]
 
 FRACTION_LEFT, STARTS = Range(min=0, below=1), Whole(min=1, max=4096)
-VALIDATE = 0.2  # of the runs kept for validation by default, of fewer than ENOUGH none
+VALIDATE, ENOUGH = 0.2, 6  # part of the runs kept for validation by default, and runs below which none are
 SNAP = 1e-6  # of the allowed range: a value closer than this to a bound is set on it
 
 
@@ -201,9 +201,9 @@ def identify(
     with Journal(checkpoint, journal_header("identify", robot, options)) as journal:
         fit = _fit(robot, runs, frees, settings, starts, seed, journal, progress)
         if free is None and (more := linear_drag(fit.trends)):
-            fit = _with_linear_drag(
-                fit, _fit(robot, runs, _frees(robot, trials, [*names, more], chosen), settings, starts, seed, journal)
-            )
+            begin = {more: default_bounds()["coefficient"][more.partition("[")[0]]["start"]}  # a search leaves no bound
+            frees = _frees(robot, trials, [*names, more], chosen | {"start": dict(start or {}) | begin})
+            fit = _with_linear_drag(fit, _fit(robot, runs, frees, settings, starts, seed, journal))
     return replace(fit, seconds=time.monotonic() - begun, warnings=(*far, *fit.warnings))
 
 

@@ -59,14 +59,27 @@ def lack_of_fit(data: Experiment, z: Array) -> float:
     return max(float(np.mean(distances)), 0.0) if distances else 0.0
 
 
-def stretches(data: Experiment, prediction: Prediction, levels: dict[str, float], factor: float) -> tuple[Array, float]:
+def degrees_taken(jacobian: Array, known: Array) -> float:
+    """Return how many degrees of freedom n coefficients take of the elements, by their Jacobian (elements, n).
+
+    A prior of the rows (k, n) leaves them those that the elements do not determine: trace J (J^T J + P^T P)^-1 J^T.
+    """
+    if not len(known):
+        return float(jacobian.shape[1])
+    basis = np.linalg.svd(np.concatenate([jacobian, known]), full_matrices=False)[0]
+    return float(np.sum(basis[: len(jacobian)] ** 2))
+
+
+def stretches(
+    data: Experiment, prediction: Prediction, levels: dict[str, float], factor: float, taken: float
+) -> tuple[Array, float]:
     """Return what standard deviations (samples,) are multiplied by for intervals, and the degrees of freedom.
 
     It is `factor`, but for tracks whose noise was estimated from their residuals. Their frames count as independent
     as the autocorrelation of the residuals shows: of N frames as N / tau, tau = 1 + 2 sum of correlations. Then the
     variance is that of the residuals times tau / N.
     """
-    count, n = data.count.astype(float), len(data.free)
+    count = data.count.astype(float)
     residual = weighted(data, prediction, levels)[0] * np.sqrt(count)[data.sample]
     own = ~data.known & (count > 1)
     tau, square = count.copy(), np.ones(len(count))
@@ -76,7 +89,7 @@ def stretches(data: Experiment, prediction: Prediction, levels: dict[str, float]
         tau[samples] = np.minimum(autocorrelation_time(series), count[samples])
         square[samples] = sum(float(r @ r) for r in series) / count[samples].sum()
     independent = np.where(own, count / tau, 1.0)
-    freedom = float(max(independent.sum() - n, 1.0))
+    freedom = float(max(independent.sum() - taken, 1.0))
     spread = square * tau / count * (independent.sum() / freedom)
     return np.where(own, np.sqrt(spread), factor), freedom
 

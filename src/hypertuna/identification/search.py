@@ -76,7 +76,8 @@ def fit(
     def one(start: Array, levels: dict[str, float], stage: int, last: bool = False) -> dict[str, Any]:
         rough = stage < len(starts)
         question = {"start": start, "noise": levels} | ({"last": True} if last else {})
-        work = partial(_search_from, part if rough else data if last else loose, start, levels, rough=rough)
+        own = part if rough else data if last else loose
+        work = partial(_search_from, own, start, levels, rough=rough or own is not data)
         result: dict[str, Any] = journal.answer(question, work)
         if rough and progress is not None:
             progress(stage + 1, total)

@@ -101,10 +101,13 @@ def warnings_of(
     samples, count = len(data.kind), len(frees)
     if samples <= count:
         coefficients = f"There {'is' if count == 1 else 'are'} {count} free coefficient{'s' * (count != 1)}"
-        warnings.append(
-            f"{coefficients} and {samples} independent measurement{'s' * (samples > 1)}: the runs can be met exactly, "
-            "and neither noise nor intervals can be estimated."
-        )
+        numbers = f"{coefficients} and {samples} independent measurement{'s' * (samples > 1)}"
+        if samples <= sum(f.prior is None for f in frees):
+            warnings.append(
+                f"{numbers}: the runs can be met exactly, and neither noise nor intervals can be estimated."
+            )
+        elif data.unknown_kinds:
+            warnings.append(f"{numbers}: their noise cannot be estimated, and is assumed.")
     states = (prediction.failed, "have no settled beat"), (prediction.unstable, "are periodic but unstable")
     for flags, state in states:
         if flags.any():

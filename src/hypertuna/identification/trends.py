@@ -17,9 +17,10 @@ from hypertuna.trials.reach import motions_of
 # Fixed before any data were seen: the usual level, divided by the number of tests (Bonferroni).
 LEVEL = 0.05  # probability of a warning where residuals go with nothing
 MIN_VALUES = 4  # runs or recordings
-ENOUGH = 6  # of them for the level: with 5, no order is rarer than 1 in 60, and three tests need 1 in 60
+# The level needs six motions: with five, no order is rarer than 1 in 60, and three tests need 1 in 60. Errors that it
+# does not tell from chance count if they are ordered, differ, and one coefficient would take most of them.
+ORDERED, SLIGHT, MOST = 0.75, 0.005, 0.75  # rank correlation, difference over the speed, part of the squared errors
 MET = 1e-12  # of the squared errors: the free coefficients would take them all
-SLIGHT = 0.005  # of the speed: where there are fewer, errors must be in order, and differ by more than this
 EXACT, SHUFFLES = 8, 9999  # runs up to which all orders are tried, and random orders beyond
 TAKES = 0.25  # of the squared errors that a coefficient must explain to be named
 
@@ -33,13 +34,14 @@ class Trend:
     p: float
     motions: int  # runs and recordings
     tests: int
+    clear: bool  # whether p tells it from chance
     shares: dict[str, float]  # of the squared errors that each coefficient which is not free would explain
 
     @property
     def sentence(self) -> str:
         """What rises or falls, and the coefficient that would explain most of it."""
         goes = "rises" if self.correlation > 0 else "falls"
-        rare = f"below {LEVEL:g} / {self.tests} tests" if self.motions >= ENOUGH else "all in order"
+        rare = f"below {LEVEL:g} / {self.tests} tests" if self.clear else "which may be chance"
         best = max(self.shares, key=lambda name: self.shares[name], default="")
         taker = f"{best} would take {100 * self.shares.get(best, 0.0):.0f} % of the squared errors; free it"
         if not self.shares:
@@ -65,18 +67,20 @@ def trends(data: Experiment, values: Array, prediction: Prediction, seed: int) -
     found = {}
     for name, x in tested.items():
         rho, p = rank_correlation(x, error, seed)
-        ordered = abs(rho) > 1 - 1e-9 and float(np.ptp(error)) > SLIGHT
-        if p < LEVEL / len(tested) if len(kept) >= ENOUGH else ordered:
-            found[name] = rho, p
+        clear = p < LEVEL / len(tested)
+        if clear or (abs(rho) >= ORDERED and float(np.ptp(error)) > SLIGHT):
+            found[name] = rho, p, len(kept), len(tested), clear
     shares = _shares(data, values, matrix, error) if found else {}
-    return tuple(Trend(name, *pair, len(kept), len(tested), shares) for name, pair in found.items())
+    most = max(shares.values(), default=0.0) > MOST
+    return tuple(Trend(name, *facts, shares) for name, facts in found.items() if facts[-1] or most)
 
 
 def linear_drag(found: Sequence[Trend]) -> str | None:
     """Return the name of linear drag along the body, if errors go with speed or frequency and it would take them."""
     for trend in found:
         for name, share in trend.shares.items():
-            if trend.quantity != "amplitude" and ".linear_tangential[" in name and share > TAKES:
+            goes = trend.quantity != "amplitude" and ".linear_tangential[" in name
+            if goes and share > (TAKES if trend.clear else MOST):
                 return name
     return None
 

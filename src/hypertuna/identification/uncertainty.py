@@ -15,7 +15,7 @@ from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.fixed import model_errors, whitened
 from hypertuna.identification.loss import interval_factor, residual_scale
 from hypertuna.identification.prediction import Prediction, predict, weighted
-from hypertuna.identification.residuals import lack_of_fit, squares, stretches
+from hypertuna.identification.residuals import degrees_taken, lack_of_fit, squares, stretches
 from hypertuna.identification.sentences import WEIGHTY, direction_sentence, helpful_measurements
 
 MIN_UNIT = 0.1  # of the allowed range: the smallest unit of a coefficient
@@ -51,15 +51,17 @@ def uncertainty(
     n, x, (lower, upper) = len(frees), to_scale(frees, values), bounds_of(frees)
     unit = _units(frees, values, upper - lower)
     z = squares(data, prediction, levels)
-    left = max(len(z) - n, 1)
+    plain, known = weighted(data, prediction, levels)[1], prior_rows(frees, x)[1]
+    taken = degrees_taken(plain, known)
+    left = max(len(z) - taken, 1.0)
     scale = max(1.0, residual_scale(z, loss, share=left / len(z)))
     factor = max(interval_factor(z, loss, scale, data.count, left), math.sqrt(lack_of_fit(data, z)))
-    stretch, freedom = stretches(data, prediction, levels, factor)
+    stretch, freedom = stretches(data, prediction, levels, factor, taken)
     noise = stretch[data.sample][:, np.newaxis]
-    own = whitened(weighted(data, prediction, levels)[1] / noise, model_errors(data, values, levels) / noise)
-    jacobian = np.concatenate([own, prior_rows(frees, x)[1]]) * unit
+    own = whitened(plain / noise, model_errors(data, values, levels) / noise)
+    jacobian = np.concatenate([own, known]) * unit
     quantile = estimator.t_quantile(freedom)
-    profile = None if part is None else _profile(part, x, unit, levels, samples=len(data.kind), factor=factor)
+    profile = None if part is None else _profile(part, x, unit, levels, len(data.kind), factor, taken)
     # rows of zeros where there are fewer elements than coefficients: stored fits have the directions of this matrix
     padded = np.concatenate([jacobian, np.zeros((max(n - len(jacobian), 0), n))])
     more = angle_errors(data, values, prediction, levels)
@@ -96,11 +98,11 @@ def uncertainty(
 
 
 def _profile(
-    part: Experiment, x: Array, unit: Array, levels: dict[str, float], *, samples: int, factor: float
+    part: Experiment, x: Array, unit: Array, levels: dict[str, float], samples: int, factor: float, taken: float
 ) -> tuple[Callable[[Array], Array], Array]:
     """Return residuals of part of the runs as a function of x, scaled to all `samples`, and their Jacobian in units."""
     prediction = predict(part, from_scale(part.free, x), gradient_steps=part.steps, levels=levels)
-    stretch = stretches(part, prediction, levels, factor)[0][part.sample]
+    stretch = stretches(part, prediction, levels, factor, taken)[0][part.sample]
     scale = math.sqrt(samples / len(part.kind)) / stretch
 
     def residual(point: Array) -> Array:

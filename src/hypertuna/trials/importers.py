@@ -10,6 +10,8 @@ from hypertuna.ranges import check_name
 
 ANGLES, POSES = "deg_hardware_motor_angles.csv", "deg_hardware_trajectories.csv"  # of the robot eel, by amplitude
 EEL = "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot"
+# 122 cm by 122 cm, the robot starts in the middle; nearer to a wall than its height the water is no longer open.
+EEL_TANK = {"x_m": [0.0, 1.22], "y_m": [0.0, 1.22], "wall_distance_m": 0.0935}
 
 
 def import_folder(folder: str | Path, format: str = "rexeel", *, relative_to: Path | None = None) -> dict[str, Any]:
@@ -34,7 +36,10 @@ def manifest_text(document: Mapping[str, Any], comment: str) -> str:
 
 
 def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
-    """List the free swims of a robot eel, by amplitude; yaw is clockwise from -x: the robot faces +y at 90 deg."""
+    """List the free swims of a robot eel, by amplitude; yaw is clockwise from -x: the robot faces +y at 90 deg.
+
+    The servos report late, so the robot made the commanded angles.
+    """
     amplitudes = {name.removesuffix(end) for name in files for end in (ANGLES, POSES) if name.endswith(end)}
     if not amplitudes:
         fix = f"give a CSV file, a manifest, or the folder with *{ANGLES} and *{POSES} of {EEL}"
@@ -52,6 +57,7 @@ def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
                 "time": "time_s",
                 "columns": [f"actual_{joint}" for joint in range(1, 6)],
                 "targets": [f"target_{joint}" for joint in range(1, 6)],
+                "use": "targets",
                 "unit": "deg",
             },
             "poses": {
@@ -69,7 +75,7 @@ def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
         }
         for amplitude in sorted(amplitudes, key=lambda text: (len(text), text))
     ]
-    return {"format": 1, "recordings": recordings}
+    return {"format": 1, "tank": EEL_TANK, "recordings": recordings}
 
 
 FORMATS: dict[str, Callable[[str, list[str], Path], dict[str, Any]]] = {"rexeel": _rexeel}
