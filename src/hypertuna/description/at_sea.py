@@ -16,7 +16,7 @@ SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4
 ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
 LENGTH, SPEED = 0.52, 0.298  # m and m/s, of HyperTuna and its slowest gait
 HEEL, LONE = 3.5, 20.0  # deg: more than full turns heel such robots; fins from which a lone one rolls them by 5
-ROLL = 0.5  # natural frequency of roll over that of the beat; 0.4 to 0.6 on HyperTuna
+ROLL = 0.7  # natural frequency of roll over that of the beat; softer ones pitch at cruise against their fins
 POWER = 3.0  # W/kg: HyperTuna's 10 W
 
 # keys of the pilot by what they scale with: length, speed, time over a given way, rate of body lengths
@@ -26,8 +26,8 @@ TIMES = ("response_time_s",)
 RATES = ("heading_rate_1_s", "heading_integral_1_s", "depth_integral_1_s", "turn_max_deg_s")
 
 SOURCES = {
-    "spatial.com_height_m": "estimate: ballast in the head, so low that roll has half the frequency of the beat: at "
-    "the same frequency the robot would roll far, and its fins would lose their force",
+    "spatial.com_height_m": "estimate: ballast in the head, so low that roll has 0.7 times the frequency of the beat: "
+    "lower, the flow would pitch the robot against its fins; at the same frequency it would roll far",
     "spatial.volume_m3": "estimate: each link carries itself, mass over density",
     "spatial.buoyancy_center_m": "estimate: at the centers of mass, so that the robot lies level",
     "spatial.buoyancy_height_m": "estimate: in the plane of the joints",
