@@ -1,11 +1,11 @@
-"""Added mass, lift slope, side suction of rectangular plates by lattices of vortex rings: python validation/flow/fin.py
+"""Added mass and inertia, lift slope, side suction of rectangular plates: python validation/flow/fin.py
 
-Potential flow in three dimensions. A ring around each panel is a sheet of constant doublets. Added mass: the plate
-starts across itself, no wake yet, the jump of potential is the ring's strength, and m = rho sum(strength area). Lift
-slope: a plane wake leaves the trailing edge; rings a quarter of a panel behind their panels, flow tangential at three
-quarters (Falkner's and Weissinger's rule). Suction of the side edges: near an edge the jump of potential is
-4 C sqrt(r), and the edge is pulled by pi rho C^2 per length. Errors fall as one over the number of panels, and are
-extrapolated from two lattices.
+Lattices of vortex rings in three dimensions. A ring around each panel is a sheet of constant doublets. Added mass and
+inertia: the plate starts across itself, or turns about mid-chord, no wake yet, the jump of potential is the ring's
+strength, and m = rho sum(strength area). Lift slope: a plane wake leaves the trailing edge; rings a quarter of a panel
+behind their panels, flow tangential at three quarters (Falkner's and Weissinger's rule). Suction of the side edges:
+near an edge the jump of potential is 4 C sqrt(r), and the edge is pulled by pi rho C^2 per length. Errors fall as one
+over the number of panels, and are extrapolated from two lattices.
 """
 
 import math
@@ -25,6 +25,7 @@ class Plate(NamedTuple):
     aspect: float
     added_mass: float  # over rho pi/4 c^2 b: over that of a strip
     lift_slope: float  # 1/rad, on the area
+    added_inertia: float  # about mid-chord, over M/12, that of a strip with the plate's added mass M
     side_suction: (
         float  # of both side edges, on the area, over sin^2 of the incidence: Polhamus' K_v without leading edge
     )
@@ -56,14 +57,16 @@ def rings(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.pad(np.stack(corner, axis=1), ((0, 0), (0, 0), (0, 1)))
 
 
-def lattice(aspect: float, across: int) -> tuple[float, float]:
-    """Return added mass and lift slope of a plate of chord 1 with so many panels along it."""
+def lattice(aspect: float, across: int) -> tuple[float, float, float]:
+    """Return added mass, lift slope and added inertia of a plate of chord 1 by the number of panels along it."""
     count = max(across, round(aspect * across))
     x, y = np.linspace(0, 1, across + 1), np.linspace(-aspect / 2, aspect / 2, count + 1)
     panel, area = rings(x, y), aspect / (across * count)
-    still = np.linalg.solve(normal_velocity(panel.mean(axis=1), panel), np.ones(across * count))
+    middle = panel.mean(axis=1)
+    speeds = np.stack([np.ones(across * count), middle[:, 0] - 0.5])  # across itself, and about mid-chord
+    mass, inertia = np.abs(np.sum(speeds * np.linalg.solve(normal_velocity(middle, panel), speeds.T).T, axis=1)) * area
     last = circulation(x, y)[-1]
-    return abs(still.sum() * area) / (math.pi / 4 * aspect), 2 * abs(last.sum()) / count
+    return mass / (math.pi / 4 * aspect), 2 * abs(last.sum()) / count, 12 * inertia / mass
 
 
 def circulation(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -99,17 +102,16 @@ def plate(aspect: float) -> Plate:
 
 def main() -> None:
     """Print added mass and lift slope over the aspect ratio, beside formulas."""
-    print(
-        "| b/c | added mass | tables | AR/sqrt(1 + AR^2) | lift slope | Helmbold | over pi AR/2 | K_v | pi/(1 + AR/2) |"
-    )
-    print("|" + "---:|" * 9)
+    head = "b/c | added mass | tables | AR/sqrt(1 + AR^2) | lift slope | Helmbold | over pi AR/2 | K_v | pi/(1 + AR/2)"
+    print(f"| {head} | added inertia |")
+    print("|" + "---:|" * 10)
     for aspect in (0.5, *MEASURED):
         found = plate(aspect)
         helmbold = 2 * math.pi * aspect / (2 + math.sqrt(aspect**2 + 4))
         table = f"{MEASURED[aspect]:.3f}" if aspect in MEASURED else ""
         formula, slender = aspect / math.sqrt(1 + aspect**2), math.pi / 2 * aspect
         cells = f"{found.added_mass:.3f} | {table} | {formula:.3f} | {found.lift_slope:.2f} | {helmbold:.2f}"
-        suction = f"{found.side_suction:.2f} | {math.pi / (1 + aspect / 2):.2f}"
+        suction = f"{found.side_suction:.2f} | {math.pi / (1 + aspect / 2):.2f} | {found.added_inertia:.3f}"
         print(f"| {aspect:g} | {cells} | {found.lift_slope / slender:.3f} | {suction} |")
 
 

@@ -36,7 +36,7 @@ FIN, deficiency = WAKE["FIN"], WAKE["deficiency"]
 STREAM = (0.2, 0.6, 1.2)  # reduced frequencies
 ASPECTS = (2.43, 5.0)
 SIZES = {True: ((4, 8, 32), (6, 12, 48)), False: ((8, 1, 32), (16, 1, 64))}  # finite span or not: panels, steps a beat
-PITCHES = (15.0, 30.0)  # deg, in still water
+PITCHES, INCIDENCES = (15.0, 30.0), (10.0, 20.0, 40.0, 60.0)  # deg, in still water and in steady flow
 FORMS = ("today", "S", "P", "quarter")
 AMPLITUDE = 0.1  # of heave at the leading edge over the chord, and of pitch
 MOTIONS = ("pitch about the leading edge", "pitch about a hinge a chord ahead", "heave", "heave, half feathered")
@@ -54,7 +54,7 @@ class Plate(NamedTuple):
 
     mass: float  # added mass
     lift: float  # half of the lift slope
-    inertia: float  # added moment of inertia about mid-chord, a strip's M/32; no effect on mean values
+    inertia: float  # added moment of inertia about mid-chord; no effect on mean values
 
     @property
     def lever(self) -> float:
@@ -77,7 +77,7 @@ def plate(aspect: float) -> Plate:
     """Return the coefficients that fin.py computes."""
     found = FIN["plate"](aspect)
     mass = math.pi / 4 * found.added_mass
-    return Plate(mass, found.lift_slope / 2, mass / 32)
+    return Plate(mass, found.lift_slope / 2, mass / 12 * found.added_inertia)
 
 
 def response(form: str, part: Plate, k: float, heave: complex, pitch: complex) -> Response:
@@ -138,6 +138,17 @@ def still(aspect: float, degrees: float, mass: float) -> list[list[float]]:
     return np.round(np.transpose(rows), 4).tolist()
 
 
+def steady(aspect: float, degrees: float) -> dict[str, float]:
+    """Return C_N of attached flow at an incidence after 20 chords, and where it acts behind the leading edge."""
+    angle, rows = math.radians(degrees), []
+    for across, strips, _ in SIZES[True]:
+        choices = {"aspect": aspect, "across": across, "strips": strips}
+        found = WAKE["flow"](lambda time: np.array([-time, 0.0, -angle]), 20.0, 20, **choices)
+        rows.append([2 * found.force[-1, 1], found.moment[-1] / found.force[-1, 1]])
+    normal, center = 3 * np.array(rows[1]) - 2 * np.array(rows[0])
+    return {"aspect": aspect, "incidence_deg": degrees, "normal": round(normal, 4), "center": round(center, 4)}
+
+
 def complexes(found: Response) -> list[float]:
     """Return force and moment as real and imaginary parts."""
     return [float(f"{x:.5g}") for z in found[:2] for x in (z.real, z.imag)]
@@ -148,7 +159,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", type=Path)
     given = parser.parse_args()
-    record: dict[str, Any] = {"command": shlex.join(["python", *sys.argv]), "plates": [], "stream": [], "still": []}
+    record: dict[str, Any] = {"command": shlex.join(["python", *sys.argv]), "plates": [], "stream": []}
+    record |= {"still": [], "steady": [steady(aspect, degrees) for aspect in ASPECTS for degrees in INCIDENCES]}
     for aspect in (math.inf, *ASPECTS):
         finite = min(aspect, 1e4)
         part = STRIP if aspect == math.inf else plate(aspect)

@@ -224,6 +224,17 @@ def still() -> str:
     return markdown(["b/c", "pitch [deg]", "lattice, normal force", "with suction", "S, P, quarter", "today"], rows)
 
 
+def attached() -> str:
+    """Tabulate the normal force of attached flow beside the law's lift."""
+    record, rows = stored("forms"), []
+    lift = {row["aspect"]: row["lift"] for row in record["plates"]}
+    for row in record["steady"]:
+        law = lift[row["aspect"]] * math.sin(2 * math.radians(row["incidence_deg"]))
+        numbers = [f"{row['normal']:.2f}", f"{law:.2f}", f"{row['center']:.2f}"]
+        rows.append([f"{row['aspect']:g}", f"{row['incidence_deg']:g}", *numbers])
+    return markdown(["b/c", "incidence [deg]", "C_N, lattice", "2 L sin a cos a", "acts at [chords]"], rows)
+
+
 def steep() -> str:
     """Tabulate measured plates at large incidences beside the law."""
     module, rows = runpy.run_path(str(HERE / "steep.py")), []
@@ -235,7 +246,20 @@ def steep() -> str:
 
 TABLES: dict[str, Callable[[], str]] = {
     each.__name__: each
-    for each in (plates, ellipses, convergence, infinite_span, fin, stream, lift_center, still, steep, travel, speeds)
+    for each in (
+        plates,
+        ellipses,
+        convergence,
+        infinite_span,
+        fin,
+        stream,
+        lift_center,
+        still,
+        attached,
+        steep,
+        travel,
+        speeds,
+    )
 }
 
 

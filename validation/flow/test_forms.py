@@ -127,6 +127,22 @@ def test_the_wake_of_form_quarter_takes_a_sum_of_squares() -> None:
         np.testing.assert_allclose(taken, squares, rtol=1e-9)
 
 
+def test_lift_that_fades_takes_energy_unless_munk_s_moment_fades_with_it() -> None:
+    """With the moment, the wake gets H times what it gets without fading; without it, less than nothing at times."""
+    random = np.random.default_rng(1)
+    row = next(row for row in TABLE["stored"]("forms")["plates"] if row["aspect"] == 5)
+    mass, lift_slope = row["mass"], row["lift"]
+    lever = mass / lift_slope - 0.25
+    middle, turn = random.normal(size=(2, 1000))
+    fade = random.uniform(size=1000)
+    lift, axial = -lift_slope * (middle + turn / 4), -turn * mass * middle
+    alone = axial - fade * lift * (middle + lever * turn)
+    both = alone + (1 - fade) * mass * middle * turn
+    np.testing.assert_allclose(both, fade * (axial - lift * (middle + lever * turn)), rtol=1e-9, atol=1e-12)
+    assert alone.min() < -0.1
+    assert both.min() > -1e-12
+
+
 def test_fading_lift_is_nearer_to_measured_plates_beyond_the_incidence_where_they_stall() -> None:
     """From 20 deg on for aspect ratios of 2 and more, steady and flapping; a flapping wing within a tenth."""
     for series, angle, normal, laws in STEEP["rows"]():
@@ -135,6 +151,27 @@ def test_fading_lift_is_nearer_to_measured_plates_beyond_the_incidence_where_the
             assert faded < plain
         if series["series"].startswith("flapping"):
             assert faded < 0.11
+
+
+def test_attached_flow_has_the_lift_of_the_law_at_small_incidences_and_more_at_large_ones() -> None:
+    """It acts near the quarter chord up to 40 deg: where form quarter has it."""
+    record = TABLE["stored"]("forms")
+    lift = {row["aspect"]: row["lift"] for row in record["plates"]}
+    for row in record["steady"]:
+        over = row["normal"] / (lift[row["aspect"]] * math.sin(2 * math.radians(row["incidence_deg"])))
+        assert over > 1
+        if row["incidence_deg"] <= 20:
+            assert over < 1.06
+        if row["incidence_deg"] <= 40:
+            assert row["center"] == pytest.approx(0.25, abs=0.035)
+
+
+def test_added_inertia_lies_between_that_of_theory_for_infinite_span_and_a_strip_s() -> None:
+    coarse, fine = (FORMS["FIN"]["lattice"](5.0, across)[2] for across in (4, 8))
+    wide = 2 * fine - coarse
+    assert 3 / 8 < wide < 0.45
+    coarse, fine = (FORMS["FIN"]["lattice"](0.5, across)[2] for across in (4, 8))
+    assert wide < 2 * fine - coarse < 1
 
 
 def test_every_series_of_measured_plates_has_its_source() -> None:
