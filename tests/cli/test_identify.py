@@ -200,6 +200,25 @@ def test_a_law_without_free_coefficients_of_its_own_is_told(run: Run, tank: str)
         assert told["laws"][law]["warnings"][0].startswith("The lumped law has no free water coefficient of its own")
 
 
+def test_far_speeds_are_fitted_with_a_warning(run: Run, tmp_path: Path) -> None:
+    gait = ht.Gait.from_degrees(frequency=2, amplitude=(16, 25), phase=(0, 0))
+    runs = tmp_path / "far.csv"
+    head = "frequency_hz,amplitude_I_deg,amplitude_II_deg,phase_II_deg,speed_m_s"
+    runs.write_text(f"{head}\n2,16,25,0,{15 * ht.swim('hypertuna', gait).speed}\n")
+    code, text, errors = run("identify", str(runs), "--free", "water.drag[7]", "--starts", "1")
+    text = " ".join(text.split())
+    assert (code, errors) == (0, "")
+    assert "the measured speeds are 15 times those of the model: likely causes are another unit" in text
+    assert "but to a training error of" in text
+
+
+def test_speeds_in_another_unit_are_refused_from_python_too(tmp_path: Path) -> None:
+    gait = ht.Gait.from_degrees(frequency=2, amplitude=(16, 25), phase=(0, 0))
+    run = ht.SteadyRun("cm", gait, 100 * ht.swim("hypertuna", gait).speed, file="cm.csv")
+    with pytest.raises(ht.InputError, match=r"cm\.csv: the measured speeds are 100 times .*: check the unit, m/s"):
+        ht.identify("hypertuna", ht.Trials((run,)), "water.drag[7]")
+
+
 def test_speeds_in_another_unit_are_refused_before_the_fit(run: Run, tank: str, tmp_path: Path) -> None:
     """Centimeters a second would be fitted by a drag of a ten thousandth, without a word."""
     with open(tank, newline="") as file:

@@ -342,6 +342,20 @@ def test_check_tells_runs_that_are_far_from_the_model(row, sentence, tmp_path):
     assert told == ([f"{file}: {sentence}"] if sentence else [])
 
 
+@pytest.mark.parametrize(("times", "kind"), [(9, ""), (11, "far"), (49, "far"), (51, "unit"), (300, "unit")])
+def test_far_speeds_are_a_warning_and_those_of_another_unit_an_error(times, kind, tmp_path):
+    """From 50 on, not only near 100 and 1000: no drag explains that, but cm/s beside a model wrong by 3 does."""
+    tuna = ht.load("hypertuna")
+    speed = ht.swim(tuna, ht.Gait.from_degrees(frequency=2, amplitude=(16, 25), phase=(0, 0))).speed
+    for factor, words in ((times, f"are {times} times"), (1 / times, f"are 1/{times} of")):
+        runs = read_trials(write(tmp_path / "runs.csv", HEAD, f"2,16,25,0,{factor * speed}"), tuna).steady
+        errors, warnings = implausible_runs(runs, tuna)
+        assert (len(errors), len(warnings)) == (kind == "unit", kind == "far")
+        for sentence in [*map(str, errors), *warnings]:
+            assert f"the measured speeds {words}" in sentence
+            assert ("amplitudes from peak to peak" in sentence) == (kind == "far")
+
+
 def test_check_says_nothing_of_speeds_that_the_model_lacks(tmp_path, recwarn):
     stuck = changed(ht.load("hypertuna"), {"links.wetted_area_m2": [1e12] * 8})
     trials = read_trials([write(tmp_path / "runs.csv", HEAD, "2,16,25,0,0.3")], stuck)
