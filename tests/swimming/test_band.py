@@ -10,7 +10,9 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.description.new import new_robot
+from hypertuna.description.plausibility import implausible
 from hypertuna.description.robot import Robot, parse
+from hypertuna.identification.coefficients import free, with_fit
 from hypertuna.swimming import band
 from hypertuna.swimming.band import estimated, speed_band
 from hypertuna.swimming.beat import settle
@@ -83,6 +85,22 @@ def test_measured_values_and_robots_without_factors_have_no_band() -> None:
     assert swim("hypertuna", "unoptimised-max").band is None
     robot = fish()
     assert swim(robot, "cruise", from_rest=5.0).band is None
+
+
+def test_a_fitted_value_has_no_factor_any_more() -> None:
+    robot = fish()
+    frees = free(robot, ["water.blunt_area[0]"])
+    assert robot.water.strip is not None
+    area = robot.water.strip.blunt_area[:1]
+    fitted = with_fit(robot, frees, area, covariance=np.eye(1), trials="runs.csv", seed=1, text="fitted")
+    assert fitted.uncertainty is not None
+    assert "water.strip.blunt_area_m2" not in fitted.uncertainty
+    assert fitted.uncertainty.items() <= (robot.uncertainty or {}).items()
+    assert implausible(fitted) == []
+    before, after = speed_band(robot, cruise(robot)), speed_band(fitted, cruise(fitted))
+    assert before is not None
+    assert after is not None
+    assert after.high[0] / after.low[0] < 0.8 * before.high[0] / before.low[0]
 
 
 def test_samples_that_do_not_settle_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
