@@ -70,6 +70,13 @@ def _estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> Iterat
     else:
         rule = "estimate: a fin as high as the body"
         yield "water.strip.edge_height_m", Estimate(rule, 1.3, "a tail fin may be lower or higher than its body")
+    if {"fin_span", "fin_chord"} <= given:
+        yield "water.strip.edge_aspect", Estimate("span over mean chord, " + GIVEN)
+    else:
+        rule = "estimate: span^2 over area of the fin"
+        yield "water.strip.edge_aspect", Estimate(rule, 1.4, "fins of one span may be half or twice as large")
+    rule = "estimate: a plate of the fin's aspect ratio (DNV-RP-C205 2010)"
+    yield "water.strip.edge_added_mass", Estimate(rule, 1.1, "other planforms than a rectangle")
     rule = "estimate: Helmbold's lift slope of a wing of the fin's aspect ratio, over pi AR/2"
     yield (
         "water.strip.edge_lift",

@@ -9,7 +9,7 @@ import numpy as np
 from hypertuna.description.drag import NOSES, beating, blunt_area, friction, swing
 from hypertuna.description.estimates import GIVEN, water_estimates
 from hypertuna.description.schema.base import NAME
-from hypertuna.description.shape import DENSITY, Shape, edge, link_columns, link_lengths
+from hypertuna.description.shape import DENSITY, FULL, Shape, edge, link_columns, link_lengths
 from hypertuna.errors import InputError
 from hypertuna.io.files import shipped
 from hypertuna.io.tables import read_toml
@@ -104,8 +104,15 @@ times as wide as high, from {100 * shape.fin_start:.3g} % of the length on a fin
 {f"as given: {', '.join(given)}; " * bool(given)}the rest is that of neutral buoyancy""",
         **SOURCES,
         **({"links.length_m": GIVEN} if sizes.get("lengths") else {}),
-        **({} if sizes.get("mass") else {"body.mass_kg": "estimate: that of the water in the place of the fish"}),
+        **({} if sizes.get("mass") else {"body.mass_kg": _mass_rule(sizes)}),
     }
+
+
+def _mass_rule(sizes: Sizes) -> str:
+    """Return where a mass that is not given comes from."""
+    if sizes.get("height") or sizes.get("width"):
+        return "estimate: that of the water in the place of the fish"
+    return f"estimate: {FULL:g} kg/m^3 times the cube of the length, a slender fish"
 
 
 def shape_of(
