@@ -12,6 +12,7 @@ from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
 from hypertuna.ranges import check_name
+from hypertuna.swimming.band import estimated
 from hypertuna.swimming.model import parameter_names
 
 NUISANCES = {"time_offset": "s", "cost_factor": "1"}  # of the trials, not of the robot: name and unit
@@ -19,6 +20,7 @@ NAME = re.compile(r"(?P<column>[\w.]+)(?:\[(?P<index>.*?)\])?(?P<common>=common)
 ALONG = ("friction", "drag_tangential")  # drag along the body
 DEFAULTS = (*ALONG, "drag", "drag_normal", "added_mass", "added_mass_normal", "blunt_area")  # free by default
 UNIT = re.compile("_(kg_m2|kg_m3|m2|m3|m|kg|hz|deg|pa|n_m)$")  # of a key as the robot's file has it
+NINETY = 1.645  # standard deviations to either side hold 90 % of normal errors
 COMMON = "=common"  # ends the name of one factor on several values, in place of one value for all
 
 
@@ -91,12 +93,16 @@ def default_priors(robot: Robot) -> dict[str, float]:
 
 
 def prior_factor(robot: Robot, column: str) -> float | None:
-    """Return the factor by which the robot's values of a column may be off, if a handbook gives them."""
-    row = default_bounds()["prior"].get(column.rpartition(".")[2])
-    if row is None:
-        return None
+    """Return the factor by which the robot's values of a column may be off, one standard deviation of the logarithm.
+
+    It is that of handbooks or of the file's [uncertainty], the larger one: priors as narrow as the rules of an estimate
+    would hold a fit too close to it. None without both.
+    """
+    row = default_bounds()["prior"].get(column.rpartition(".")[2], {})
     blunt = any(getattr(getattr(robot.water, robot.model.water), "blunt_area", ()))
-    return float(row["beside_blunt_area"] if blunt and "beside_blunt_area" in row else row["factor"])
+    known = row.get("beside_blunt_area" if blunt and "beside_blunt_area" in row else "factor", 1.0)
+    factor = float(max(known, estimated(robot).get(column, 1.0) ** (1 / NINETY)))
+    return factor if factor > 1 else None
 
 
 def common_place(column: str, members: Sequence[int], count: int, common: bool = True) -> str:
