@@ -40,9 +40,9 @@ def repeat(robot: ht.Robot, gaits: Sequence[ht.Gait], names: Sequence[str], seed
         "off": [x / d.sd for x, d in zip(along, sure.directions, strict=True)],
         "linear_off": [x * d.singular_value for x, d in zip(along, sure.directions, strict=True)],
         "sd": [d.sd for d in sure.directions],
-        "determined": [d.constrained for d in sure.directions],
+        "constrained": [d.constrained for d in sure.directions],
         "coefficient_held": ((sure.low <= truth) & (truth <= sure.high)).tolist(),
-        "coefficient_determined": list(sure.constrained),
+        "coefficient_constrained": list(sure.constrained),
         "quantile": float(stdtrit(sure.freedom, 0.975)),
         "noise": fit.noise,
         "converged": fit.converged,
@@ -51,24 +51,24 @@ def repeat(robot: ht.Robot, gaits: Sequence[ht.Gait], names: Sequence[str], seed
 
 
 def summary(records: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Coverage of the directions reported as determined: together, and by rank from the best known."""
+    """Coverage of the directions reported as constrained: together, and by rank from the best known."""
     off = np.abs([record["off"] for record in records])
-    determined = np.array([record["determined"] for record in records])
+    constrained = np.array([record["constrained"] for record in records])
     held = off < np.array([record["quantile"] for record in records])[:, np.newaxis]
-    known = determined.sum(axis=0)
+    known = constrained.sum(axis=0)
     coefficients = np.array([record["coefficient_held"] for record in records])
-    named = np.array([record["coefficient_determined"] for record in records])
+    named = np.array([record["coefficient_constrained"] for record in records])
     with np.errstate(invalid="ignore"):
         return {
             "repeats": len(records),
             "converged": int(sum(record["converged"] for record in records)),
-            "coverage": float(held[determined].mean()),
-            "reported_as_determined": known.tolist(),
-            "coverage_by_direction": ((held & determined).sum(axis=0) / known).round(3).tolist(),
-            "coverage_of_open_directions": float(held[~determined].mean()) if (~determined).any() else None,
-            "coverage_of_determined_coefficients": float(coefficients[named].mean()),
+            "coverage": float(held[constrained].mean()),
+            "reported_as_constrained": known.tolist(),
+            "coverage_by_direction": ((held & constrained).sum(axis=0) / known).round(3).tolist(),
+            "coverage_of_open_directions": float(held[~constrained].mean()) if (~constrained).any() else None,
+            "coverage_of_constrained_coefficients": float(coefficients[named].mean()),
             "coverage_of_coefficients": coefficients.mean(axis=0).round(3).tolist(),
-            "coefficients_reported_as_determined": named.sum(axis=0).tolist(),
+            "coefficients_reported_as_constrained": named.sum(axis=0).tolist(),
             "noise": {
                 kind: float(np.mean([record["noise"][kind] for record in records])) for kind in records[0]["noise"]
             },
