@@ -350,7 +350,8 @@ def shed(chain: Chain, water: Strip, m: Motion) -> Wrench:
 
     Energy of an `Edge` moving forward at V = -v_t: V (mu - s) v_LE^2 / 2 + V v_TE^2 (mu/2 + (shed - mu/2) H) is left in
     the wake, never less than nothing as mu <= 2 shed. H = |v_t| / |v| is ours. A `Slender` edge is Lighthill's.
-    A `Fin` has the lift of thin plates, by the speed at 3/4 chord, and the point where the wake's power is a square.
+    A `Fin` has the lift of thin plates, by the speed at 3/4 chord; with Munk's moment its center is at 1/4 chord.
+    These and its suction fade with H, and so does the wake's power.
     """
     edge, zero = water.edge, np.zeros_like(m.axis)
     if edge is None:
@@ -361,7 +362,7 @@ def shed(chain: Chain, water: Strip, m: Motion) -> Wrench:
     def across(s: Real) -> Real:
         return dot(1j * m.axis, m.at(s)[1])
 
-    v_t, turn = dot(m.axis, m.velocity), m.turn
+    v_t, turn, couple = dot(m.axis, m.velocity), m.turn, np.zeros(m.axis.shape)
     forward = v_t < 0
     if isinstance(edge, Slender):
         at, v = length, across(length)
@@ -378,13 +379,16 @@ def shed(chain: Chain, water: Strip, m: Motion) -> Wrench:
         middle, side = length - edge.chord / 2, np.where(forward, 1.0, -1.0)
         mass = min(edge.mass, edge.chord * edge.lift)
         share = mass / (edge.chord * edge.lift) if edge.lift > 0 else 0.0
-        gain = 1 - edge.front * (1 - edge.slope / 2)
-        offset = (np.sqrt(gain) - np.sqrt(max(0.0, gain - 1 + 4 * share))) ** 2 / 4
-        at = middle + side * offset * edge.chord
-        f_n = -edge.lift * abs(v_t) * across(middle + side * edge.chord / 4)
-        f_t = -turn * mass * across(middle) - edge.front / 2 * (2 - edge.slope) * edge.lift * across(middle) ** 2
+        at = middle + side * abs(share - 0.25) * edge.chord
+        v = across(middle + side * edge.chord / 4)
+        size = np.hypot(v_t, v)
+        fade = np.divide(abs(v_t), size, out=np.zeros_like(size), where=size > 0)
+        f_n = -edge.lift * abs(v_t) * v * fade
+        couple = (1 - fade) * v_t * mass * across(middle)
+        suction = min(edge.front * (1 - edge.slope / 2), 4 * share)
+        f_t = -turn * mass * across(middle) - suction * fade * edge.lift * across(middle) ** 2
     force = np.where(last, f_t + 1j * f_n, 0.0) * m.axis
-    return Wrench(force, cross(at * m.axis, force))
+    return Wrench(force, cross(at * m.axis, force) + np.where(last, couple, 0.0))
 
 
 def about_nose(m: Motion, w: Wrench) -> Real:

@@ -22,6 +22,7 @@ EDGES = {
 def tail(water: dict[str, object], law: str) -> ht.Robot:
     """A head without height that holds a rigid tail of 80 mm by 40 mm by its leading edge, without drag."""
     document = new_robot("tail", links=2, length=0.3, mass=0.85)
+    del document["uncertainty"]
     area = [1e-9, LENGTH * HEIGHT]
     links = {"length_m": [0.22, LENGTH], "mass_kg": [0.8, 0.05], "lateral_area_m2": area, "wetted_area_m2": area}
     column = {"drag_normal": [0.0, 0.0], "drag_tangential": [0.0, 0.0]}

@@ -10,20 +10,22 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 /// backward, the fin's two edges change roles.
 template <class S>
 struct TailFin {
-    S middle{};              // of the fin, from the link's center of mass, m
-    S sense{}, act{};        // behind the middle: where the speed makes the lift, and where the lift acts, m
-    S lift{}, fading{};      // force per speed along and speed across, kg/m; the second times |v_t| / |v|
-    S carried{};             // added mass that turns with the fin, kg
-    S suction{}, leading{};  // kg/m, by the speed across this far ahead of the middle, m
+    S middle{};               // of the fin, from the link's center of mass, m
+    S sense{}, act{};         // behind the middle: where the speed makes the lift, and where the lift acts, m
+    S lift{}, fading{};       // force per speed along and speed across, kg/m; the second times |v_t| / |v|
+    S carried{}, turning{};   // added mass that turns with the fin, and that whose moment fades with the lift, kg
+    S suction{}, attached{};  // at the leading edge, kg/m; the second fades with the lift
+    S leading{};              // where the speed makes suction, ahead of the middle, m
 
     template <class V>
     HYPERTUNA_INLINE Along<V> force(const Along<V>& v) const {
         const V ahead = abs(v.t), mid = v.n + middle * v.w;
         const S rear = select(v.t < V(S(0)), S(1), S(-1));
         const V across = mid + rear * sense * v.w, front = mid - leading * v.w;
-        const V f_n = -(ahead * across * (lift + fading * (ahead / magnitude<S>(v.t, across))));
-        const V f_t = -(carried * v.w * mid + S(base_t<S>(0.5)) * suction * front * front);
-        return {f_t, f_n, (middle + rear * act) * f_n};
+        const V kept = ahead / magnitude<S>(v.t, across);
+        const V f_n = -(ahead * across * (lift + fading * kept));
+        const V f_t = -(carried * v.w * mid + S(base_t<S>(0.5)) * (suction + attached * kept) * front * front);
+        return {f_t, f_n, (middle + rear * act) * f_n + (V(S(1)) - kept) * turning * v.t * mid};
     }
 };
 
@@ -37,19 +39,20 @@ struct EdgeStrip {
     TailFin<S> fin(const Link<S>& link) const {
         const S half = S(base_t<S>(0.5)), arm = half * link.length;
         const S whole = min(added, S(2) * shed), least = half * whole;  // more would let the wake give energy
-        return {arm - link.com,
-                arm,
-                arm,
-                least,
-                shed - least,
-                whole * link.length,
-                whole * (ahead + suction * (S(1) - ahead)),
-                arm};
+        return {.middle = arm - link.com,
+                .sense = arm,
+                .act = arm,
+                .lift = least,
+                .fading = shed - least,
+                .carried = whole * link.length,
+                .suction = whole * (ahead + suction * (S(1) - ahead)),
+                .leading = arm};
     }
 };
 
 /// A fin as a plate of its own at the end of the last link. Lift follows the speed at three quarters of the chord, as
-/// in the theory of thin plates, and acts as near to the middle as the wake's energy allows: there in two dimensions.
+/// in the theory of thin plates, and acts so that steady lift, with Munk's moment, has its center at a quarter of it.
+/// Both fade together as the plate stalls: the wake's power fades with them, and is never negative.
 template <class S>
 struct EdgePlate {
     S mass;         // kg, added mass across
@@ -60,14 +63,17 @@ struct EdgePlate {
     S middle(const Link<S>& link) const { return link.length - S(base_t<S>(0.5)) * chord - link.com; }
 
     TailFin<S> fin(const Link<S>& link) const {
-        const S zero(0), one(1), half(base_t<S>(0.5)), quarter(base_t<S>(0.25)), tiny(base_t<S>(1e-12));
+        const S quarter(base_t<S>(0.25)), tiny(base_t<S>(1e-12));
         const S carried = min(mass, chord * lift);  // as much as a slender plate's, for its lift
         const S share = carried / max(chord * lift, tiny);
-        const S gain = one - suction * (one - half * slope), rest = max(gain - one + S(4) * share, zero);
-        const S root = half * (sqrt(gain + tiny * tiny) - sqrt(rest + tiny * tiny));
-        return {
-            middle(link), quarter * chord, root * root * chord, lift, zero, carried, suction * (S(2) - slope) * lift,
-            zero};
+        const S kept = min(suction * (S(1) - S(base_t<S>(0.5)) * slope), S(4) * share);  // or the wake gives energy
+        return {.middle = middle(link),
+                .sense = quarter * chord,
+                .act = abs(share - quarter) * chord,
+                .fading = lift,
+                .carried = carried,
+                .turning = carried,
+                .attached = S(2) * kept * lift};
     }
 
     /// Inertia of a link with an added mass `all` [kg] across, of which the plate has its part and what lies ahead of
@@ -84,10 +90,11 @@ struct EdgePlate {
 /// One of two, each number for itself.
 template <class M, class S>
 TailFin<S> select(const M& mask, const TailFin<S>& yes, const TailFin<S>& no) {
-    return {select(mask, yes.middle, no.middle),   select(mask, yes.sense, no.sense),
-            select(mask, yes.act, no.act),         select(mask, yes.lift, no.lift),
-            select(mask, yes.fading, no.fading),   select(mask, yes.carried, no.carried),
-            select(mask, yes.suction, no.suction), select(mask, yes.leading, no.leading)};
+    return {select(mask, yes.middle, no.middle),     select(mask, yes.sense, no.sense),
+            select(mask, yes.act, no.act),           select(mask, yes.lift, no.lift),
+            select(mask, yes.fading, no.fading),     select(mask, yes.carried, no.carried),
+            select(mask, yes.turning, no.turning),   select(mask, yes.suction, no.suction),
+            select(mask, yes.attached, no.attached), select(mask, yes.leading, no.leading)};
 }
 template <class M, class S>
 LinkInertia<S> select(const M& mask, const LinkInertia<S>& yes, const LinkInertia<S>& no) {
