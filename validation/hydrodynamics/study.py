@@ -45,22 +45,31 @@ VARIANTS: dict[str, Mapping[str, float]] = {
     "C_n at the KC of the slowest gaits, 12.8": {"drag_beating": 8 * 12.8 ** (-1 / 3) - 1.17},
     "C_n at the KC of the fastest gaits, 7.3": {"drag_beating": 8 * 7.3 ** (-1 / 3) - 1.17},
     "C_n after Luhar and Nepf, 10 KC^(-1/3)": {"drag_beating": 10 * 9.5 ** (-1 / 3) - 1.17},
+    "last link as the fin, one height": {"edge_aspect": 0.0},
     "half of the suction": {"edge_suction": 0.5},
     "all of the suction": {"edge_suction": 1.0},
     "plate of 57 by 89 mm, all of the suction": {
         "added_mass_normal": 0.697,
         "edge_height_m": 0.0574,
+        "edge_aspect": 0.0,
         "edge_lift": 0.973,
         "edge_suction": 1.0,
         "drag_beating": 8 * 5.3 ** (-1 / 3) - 1.17,
     },
     "no shedding": {"tail_shedding": 0.0},
 }
-# The law without its new coefficients, and the bandwidth of the lumped law: nothing is fitted here.
-BEFORE = {"added_mass_normal": 1.0, "drag_beating": 0.0, "edge_height_m": 0.0, "edge_lift": 1.0, "edge_suction": 1.0}
+# An edge as high as the last link, steady drag, and the bandwidth of the lumped law: nothing is fitted here.
+PLAIN = {
+    "added_mass_normal": 1.0,
+    "drag_beating": 0.0,
+    "edge_height_m": 0.0,
+    "edge_aspect": 0.0,
+    "edge_lift": 1.0,
+    "edge_suction": 1.0,
+}
 UNFITTED: dict[str, tuple[Mapping[str, float], str]] = {
-    "before, no shedding": (BEFORE | {"blunt_area_m2": 0.0, "tail_shedding": 0.0}, "bandwidth"),
-    "before, full shedding": (BEFORE | {"blunt_area_m2": 0.0}, "bandwidth"),
+    "plain edge, no shedding, no form drag": (PLAIN | {"blunt_area_m2": 0.0, "tail_shedding": 0.0}, "bandwidth"),
+    "plain edge, all of the suction, no form drag": (PLAIN | {"blunt_area_m2": 0.0}, "bandwidth"),
     "theory alone, no form drag, ideal joints": ({"blunt_area_m2": 0.0}, "ideal"),
     "theory alone, no form drag, 4.7 Hz": ({"blunt_area_m2": 0.0}, "bandwidth"),
     "the file: form drag fitted, 4.7 Hz": ({}, "bandwidth"),
