@@ -1,4 +1,4 @@
-"""Random robots: speeds that are speeds, and settled beats that say whether a start from rest leads to them."""
+"""Random robots: speeds that are speeds, wakes that give no energy, beats that say where a start from rest leads."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna import _core
 from hypertuna.swimming.beat import settle
+from hypertuna.swimming.model import core_model
 from models import changed
 from random_robots import random_gaits, random_robot
 
@@ -17,6 +19,7 @@ BEATS = 1500  # from rest
 # Gaits that settle elsewhere from rest, of random robots with a tenth of the drag across (with all of it, none of 6,000
 # does): seed of the robot, number of the gait among 60.
 AWAY = ((11, 2), (19, 5), (58, 43))
+WAKE = {"strip": "water.strip.tail_shedding", "elongated": "water.elongated.added_mass_edge"}  # 0: drag alone
 SPINS = ((6, 55), (7, 49), (9, 7))  # these turn the body by more than half a circle a beat
 
 
@@ -57,6 +60,37 @@ def test_both_beats_are_returned_where_a_start_from_rest_leads_elsewhere(seed: i
     waited = ht.swim(robot, gait, from_rest=(BEATS + 0.5) / gait.frequency)
     assert waited.settled  # though it is not where Newton's method ends
     assert waited.speed == pytest.approx(other.speed, rel=1e-3)
+
+
+def with_fin(robot: ht.Robot, seed: int, own: bool) -> ht.Robot:
+    """The robot on strips that sheds at the end of its last link, or from a fin of its own with random numbers."""
+    random = np.random.default_rng(seed)
+    height = robot.links.lateral_area[-1] / robot.links.length[-1]
+    aspect, lift, mass = random.uniform(0.5, 8.0), random.uniform(0.2, 1.0) if own else 1.0, random.uniform(0.3, 1.0)
+    suction = min(1.0, 4 * mass / (aspect * lift * (1 - lift / 2))) * random.choice([0.0, 1.0])
+    fin = {"tail_shedding": random.uniform(0.6, 1.0), "edge_lift": lift, "edge_suction": suction}
+    fin |= {"edge_height_m": own * height * random.uniform(0.5, 2.0), "edge_aspect": own * aspect}
+    return changed(robot, {f"water.strip.{key}": value for key, value in (fin | {"edge_added_mass": mass}).items()})
+
+
+@pytest.mark.parametrize("fin", ["last link", "own", "elongated"])
+@pytest.mark.parametrize("seed", range(3))
+def test_no_wake_gives_energy_and_joints_do_the_work_of_all_losses(fin: str, seed: int) -> None:
+    """At every instant of settled beats the water takes at least the drag's power; hinge work = wake + drag."""
+    robot = random_robot(6 * seed + (5 if fin == "elongated" else 1))
+    robot = robot if fin == "elongated" else with_fin(robot, seed, fin == "own")
+    still, taken = core_model(changed(robot, {WAKE[robot.model.water]: 0.0})), 0.0
+    for gait in list(random_gaits(robot, 16, seed))[::2]:
+        swim = ht.swim(robot, gait, steps=512)
+        motion, joints = swim.trajectory, np.zeros((513, len(robot.links.name), 3))
+        joints[:, :, 0], joints[:, :, 1] = motion.joint_angle, motion.joint_rate
+        drag = _core.dynamics(still, joints, np.stack([motion[name] for name in "uvr"], axis=-1))["loss"]
+        wake = motion.power_to_water.values - drag
+        assert swim.settled
+        assert wake.min() > -1e-12 * drag.max()
+        assert swim.mechanical_power == pytest.approx(swim.power_to_water, rel=1e-6)
+        taken = max(taken, wake.mean() / drag.mean())
+    assert taken > 0.01  # it is a wake
 
 
 @pytest.mark.parametrize(("seed", "k"), SPINS)
