@@ -22,7 +22,7 @@ from program import Run
 SIZES: dict[str, Any] = {
     "hydraulic": {"links": 3, "length": 0.3, "actuation": "hydraulic"},
     "servo": {"links": 4, "length": 0.4, "actuation": "servo"},
-    "slow": {"links": 2, "length": 0.2, "actuation": "servo"},
+    "slow": {"links": 2, "length": 0.1, "actuation": "servo", "nose": "blunt"},
     "large": {"links": 4, "length": 1.0, "actuation": "servo"},
 }
 

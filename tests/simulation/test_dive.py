@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import sys
+import tomllib
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.actuation.new import first_robot
 from hypertuna.cli.main import main
+from hypertuna.description.inversion import inversion_speed
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
+from hypertuna.swimming.gait import named_gait
 
 ROBOT = ht.load("hypertuna")
 SWIMS = ht.Gait.from_degrees(frequency=3, amplitude=(16, 25), phase=(0, 0))
@@ -54,6 +62,45 @@ def test_a_dive_that_is_no_dive_is_told_so(monkeypatch: pytest.MonkeyPatch, caps
     weak = ["--frequency", "1", "--amplitude", "0.5,0.5", "--phase", "0,0", "--duration", "10", "--fins", "3"]
     assert run(monkeypatch, "--robot", "hypertuna", *weak) == 1
     assert "does not: its depth changes by" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize("sizes", [{}, {"length": 1.0, "links": 5}, {"links": 4, "nose": "streamlined"}])
+def test_fins_dive_a_robot_the_less_the_nearer_it_is_to_its_speed_of_inversion(sizes: dict[str, Any]) -> None:
+    """By hand, the depth rate goes as 1 - q^2, q the speed over that of inversion: at 0.9 it is 0.37 of that at 0.7."""
+    document = tomllib.loads(first_robot("fish", actuation="servo", sea=True, **sizes))
+    robot = parse(document)
+    gait, (height, *tail) = named_gait(robot, "cruise"), document["spatial"]["com_height_m"]
+    speed, rates = ht.swim(robot, gait).speed, {}
+    for share in (0.7, 0.9):  # by the ballast alone
+        lower = height * (speed / share / inversion_speed(robot)) ** 2
+        made = parse(document | {"spatial": document["spatial"] | {"com_height_m": [lower, *tail]}})
+        assert inversion_speed(made) == pytest.approx(speed / share)
+        dive = ht.dive(made, gait, angle=np.radians(10), duration=80 / gait.frequency, depth=5.0)
+        rates[share] = dive.legs[0].depth_rate
+    assert 0.1 < rates[0.9] / rates[0.7] < 0.45
+
+
+def test_a_dive_above_the_speed_of_inversion_is_told_so() -> None:
+    robot = parse(tomllib.loads(first_robot("fish", actuation="servo", sea=True)))
+    gait, sentence = named_gait(robot, "cruise"), f"Near and above {inversion_speed(robot):.3g} m/s the water turns"
+    for factor, told in ((1.0, 0), (1.5, 1)):
+        fast = replace(gait, amplitude=tuple(factor * a for a in gait.amplitude))
+        dive = ht.dive(robot, fast, duration=30)
+        assert sum(line.startswith(sentence) for line in dive.sentences) == told
+        assert all(leg.right for leg in dive.legs) == (not told)
+
+
+def test_a_hull_that_flow_does_not_turn_has_no_speed_of_inversion() -> None:
+    document = ROBOT.document()
+    document["spatial"]["shedding_vertical"] = 1.0
+    assert inversion_speed(parse(document)) == math.inf
+    document["spatial"] |= {"shedding_vertical": 0.0, "com_height_m": [0.01] * 8}
+    assert inversion_speed(parse(document)) == 0.0
+
+
+def test_a_duration_may_end_within_a_tick() -> None:
+    done = ht.dive(ROBOT, SWIMS, duration=8.004)
+    assert (len(done.legs), len(done.sentences)) == (2, 2)
 
 
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,6 +1,7 @@
 """A first robot file: the fish of description/new.py, with what drives its joints."""
 
 import math
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from typing import Any, Unpack
 
@@ -8,8 +9,9 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.soft_joint import JointModel, joint_models
-from hypertuna.description.at_sea import take_to_sea
+from hypertuna.description.at_sea import DIVES, add_space, take_to_sea
 from hypertuna.description.commented import commented
+from hypertuna.description.inversion import inversion_speed
 from hypertuna.description.new import Sizes, new_robot, shape_of
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.shape import Shape
@@ -24,6 +26,7 @@ HEADER = """\
 # Every value is an estimate from length and mass; [sources] has its rule. Replace values as you measure them, write
 # "measured" and how into [sources], and run `hypertuna robot check`.
 """
+LEAST_SHARE = 20  # % of the amplitudes: smaller ones hardly move a robot
 RESERVE = 3.0  # stall torque over the largest of the beat: a usual rule for lasting loads
 SERVO_V, SERVO_SPEED = 7.4, 7.5  # V and rad/s, of data sheets
 PRESSURE = 250e3  # Pa, up to which HyperTuna's joints were tested
@@ -59,8 +62,9 @@ def first_robot(
     elif actuation == "hydraulic":
         _hydraulics(document, shape)
     if sea:
-        robot = parse(document)
-        speed = swim(robot, named_gait(robot, "cruise")).speed
+        tuna = read_toml(shipped("robots") / "hypertuna.toml")
+        add_space(document, tuna, shape)
+        speed = _slow_to_dive(document)
         if not speed > 0:
             key, rule = (
                 "--lengths" if sizes.get("lengths") else "--links",
@@ -68,9 +72,24 @@ def first_robot(
             )
             fix = "give a longer head, or more joints"
             raise InputError(rule, key=key, value=f"one at {speed:.2g} m/s", fix=fix)
-        take_to_sea(document, read_toml(shipped("robots") / "hypertuna.toml"), shape, speed)
+        take_to_sea(document, tuna, shape, speed)
     parse(document, file=f"{name}.toml")
     return HEADER.format(name=name) + commented(document, Robot)
+
+
+def _slow_to_dive(document: dict[str, Any]) -> float:
+    """Lessen the amplitudes until the fins dive the robot, and return its speed [m/s]."""
+    gait, limit = document["gaits"]["cruise"], DIVES * inversion_speed(parse(document))
+    whole = gait["amplitude_deg"]
+    if (torque := "joints.servo.torque_n_m") in document["sources"]:
+        document["sources"][torque] += " without --sea"
+
+    def speed(percent: int) -> float:
+        gait["amplitude_deg"] = [round(percent * a / 100, 1) for a in whole]
+        robot = parse(document)
+        return swim(robot, named_gait(robot, "cruise")).speed
+
+    return speed(LEAST_SHARE + bisect_right(range(LEAST_SHARE + 1, 101), limit, key=speed))
 
 
 def _drive(document: dict[str, Any], actuation: str) -> None:

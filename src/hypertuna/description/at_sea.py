@@ -15,8 +15,9 @@ from hypertuna.errors import InputError
 SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
 ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
 LENGTH, SPEED = 0.52, 0.298  # m and m/s, of HyperTuna and its slowest gait
-HEEL, LONE = 3.5, 20.0  # deg: more than full turns heel such robots; fins from which a lone one rolls them by 5
-ROLL = 0.7  # natural frequency of roll over that of the beat; softer ones pitch at cruise against their fins
+HEEL, LONE = 2.6, 20.0  # deg: more than full turns heel such robots; fins from which a lone one rolls them by 3
+ROLL = 0.6  # natural frequency of roll over that of the beat; 0.4 to 0.6 on HyperTuna
+DIVES = 0.65  # speed of cruise over that of inversion; 0.67 on HyperTuna at 3 Hz
 POWER = 3.0  # W/kg: HyperTuna's 10 W
 
 # keys of the pilot by what they scale with: length, speed, time over a given way, rate of body lengths
@@ -26,8 +27,8 @@ TIMES = ("response_time_s",)
 RATES = ("heading_rate_1_s", "heading_integral_1_s", "depth_integral_1_s", "turn_max_deg_s")
 
 SOURCES = {
-    "spatial.com_height_m": "estimate: ballast in the head, so low that roll has 0.7 times the frequency of the beat: "
-    "lower, the flow would pitch the robot against its fins; at the same frequency it would roll far",
+    "spatial.com_height_m": f"estimate: ballast in the head, so low that roll has {ROLL:g} of the frequency of the "
+    "beat: at the same frequency the robot would roll far; higher ballast would hold its pitch at low speeds only",
     "spatial.volume_m3": "estimate: each link carries itself, mass over density",
     "spatial.buoyancy_center_m": "estimate: at the centers of mass, so that the robot lies level",
     "spatial.buoyancy_height_m": "estimate: in the plane of the joints",
@@ -40,6 +41,8 @@ SOURCES = {
     "fins": "estimate: three tenths of the length behind the nose, on a short head at four fifths of it; span 0.118 "
     "times the length, chord 0.8 times the span, as HyperTuna's",
     "guidance": "estimate: as HyperTuna's, see robots/hypertuna.toml",
+    "gaits.cruise.amplitude_deg": "estimate: at most those without --sea, lessened in proportion until the robot swims "
+    f"at {DIVES:g} of its speed of inversion, docs/spatial.md: above it, the water turns the hull against the fins",
     "gaits.slow": "estimate: half of the amplitudes of cruise, at 0.85 of its frequency, to stay above that of roll",
     "guidance.gaits": "estimate: all of them",
     "guidance.bias_max_deg": "estimate: half of the gait's amplitudes, as HyperTuna's, as far as the joints bend",
@@ -52,8 +55,8 @@ SOURCES = {
     "guidance.turn_max_deg_s": "estimate: as HyperTuna's in body lengths traveled",
     **dict.fromkeys(
         ("guidance.fin_tilt_deg", "guidance.fin_min_deg"),
-        f"estimate: between the heel of a full turn, up to 2.7 deg, and the 5 deg by which a lone fin at {LONE:g} deg "
-        "rolls a robot of 0.42 m",
+        f"estimate: between the heel of a full turn in a dive, about 2 deg, and the 3 deg by which a lone fin at "
+        f"{LONE:g} deg rolls such robots",
     ),
     "guidance.response_time_s": "estimate: HyperTuna's way at this robot's speed",
     "guidance.speed_min_m_s": "estimate: a third of the gait's speed, as HyperTuna's",
@@ -93,24 +96,28 @@ def antenna_of(robot: Robot) -> tuple[float, float]:
     return links.com[0], float(robot.body.height or head) / 2
 
 
-def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape, speed: float) -> None:
-    """Add space, fins, pilot and microcontroller to a robot with a controller.
-
-    `tuna` is HyperTuna's document, `speed` [m/s] that of the robot's gait: its pilot is HyperTuna's on the robot's own
-    scales of length, speed and time.
-    """
+def add_space(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape) -> None:
+    """Add sections and fins to a robot; `tuna` is HyperTuna's document."""
     most = AT_SEA["servo" if all("servo" in group for group in document["joints"]) else "hydraulic"]
     if len(document["joints"]) > most:
         rule, fix = f"must be at most {most} joint groups with --sea", "name fewer groups, each of several links"
         raise InputError(rule, key="--joints", value=f"{len(document['joints'])}", fix=fix)
-    links, gait = document["links"], document["gaits"]["cruise"]
-    document["spatial"] = _spatial(links, ROLL * gait["frequency_hz"])
+    document["spatial"] = _spatial(document["links"], ROLL * document["gaits"]["cruise"]["frequency_hz"])
+    document["fins"] = _fins(shape, document["links"]["length_m"][0], tuna["fins"])
+
+
+def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape, speed: float) -> None:
+    """Add pilot and microcontroller to a robot with fins and a controller.
+
+    `tuna` is HyperTuna's document, `speed` [m/s] that of the robot's gait: its pilot is HyperTuna's on the robot's own
+    scales of length, speed and time.
+    """
+    gait = document["gaits"]["cruise"]
     slow = gait | {
         "frequency_hz": 0.85 * gait["frequency_hz"],
         "amplitude_deg": [round(a / 2, 1) for a in gait["amplitude_deg"]],
     }
     document["gaits"] = {"slow": slow, "cruise": gait}
-    document["fins"] = _fins(shape, links["length_m"][0], tuna["fins"])
     document["servos"] = [*document.get("servos", []), *(s for s in tuna["servos"] if s["drives"] == "pectoral fins")]
     document["sensors"] += [s for s in tuna["sensors"] if s["quantity"] in ("field", "position")]
     pilot = {key: value for key, value in tuna["guidance"].items() if key != "speed_m_s"}

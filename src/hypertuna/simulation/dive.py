@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from hypertuna.arguments import checked
+from hypertuna.description.inversion import inversion_speed
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
@@ -21,6 +22,7 @@ from hypertuna.swimming.gait import Gait, gait_of
 
 ANGLE = math.radians(45)
 STEADY = math.radians(2)  # of the pitch, averaged over beats, from end to end of the last half of a leg
+NEAR = 0.8  # of the speed of inversion: fins at 45 deg do not dive a robot that swims faster
 RESTING = 0.05  # of the speed: a robot that goes up or down by less does neither
 
 
@@ -66,7 +68,7 @@ class Dive(
         """Down and up; only those that the run completed."""
         ends = ((0.0, self.switch, -self.angle), (self.switch, self.run.duration, self.angle))
         length = self.run.time[-1] + self.run.tick if len(self.run.time) else 0.0
-        return tuple(self._leg(*end) for end in ends if length >= end[1] * (1 - 1e-9))
+        return tuple(self._leg(*end) for end in ends if length > end[1] - self.run.tick)
 
     @property
     def symmetry(self) -> float:
@@ -84,12 +86,20 @@ class Dive(
             result = rate if leg.right else f"does not: its depth changes by {100 * leg.depth_rate:+z.1f} cm/s"
             pitch = "steady" if leg.steady else f"not steady, it ranges over {math.degrees(leg.pitch_range):.2g} deg"
             sentences.append(f"With its fins at {math.degrees(leg.fins):+z.3g} deg it {result}; its pitch is {pitch}.")
+        if not all(leg.right for leg in self.legs):
+            limit, speed = inversion_speed(self.run.robot), max(leg.speed for leg in self.legs)
+            if speed > NEAR * limit:
+                sentences.append(
+                    f"Near and above {limit:.3g} m/s the water turns its hull against the fins: "
+                    "swim slower, or put its ballast lower (spatial.com_height_m)."
+                )
         return tuple(sentences)
 
     def _leg(self, start: float, end: float, fins: float) -> Leg:
         """Measure a leg."""
         run, depth = self.run, self.run.depth
         first, middle, last = np.searchsorted(run.time, np.array([start, (start + end) / 2, end - run.tick]) - 1e-9)
+        last = min(last, len(run.time) - 1)  # a duration may end within a tick
         late, half = slice(middle, last + 1), 0.5 / run.gait.frequency
         inner = (run.time >= run.time[middle] + half) & (run.time <= run.time[last] - half)
         pitch = run.averaged(run.pitch)[inner] if inner.any() else run.pitch[late]
