@@ -40,15 +40,16 @@ def draw_forces(axes: Axes, part: Any) -> None:
     axes.plot(*np.array([-0.3 * ALONG, 0 * ALONG]).T, color=EDGE, lw=7, solid_capstyle="round")
     axes.plot(*np.array([0 * ALONG, ALONG]).T, color=INK, lw=3.5)
     axes.plot(0, 0, "o", color=BODY, mec=INK, ms=6, zorder=5)
-    places = ((0.0, "leading edge", -34), (0.5, "middle", -16), (0.75, "3/4 chord", -14), (1.0, "trailing edge", -10))
+    places = ((0.0, "leading edge", -34), (0.5, "middle", -20), (0.75, "3/4 chord", -16), (1.0, "trailing edge", -4))
     for x, name, left in places:
         arrow(axes, x * ALONG, SPEED * (v_t * ALONG + across(x) * ACROSS), COLORS[1], label=name, at=(left, 7), lw=1.1)
     for x in np.linspace(0.1, 0.9, 5):  # drag of a beating plate, per length
         arrow(axes, x * ALONG, -0.29 * across(x) ** 2 * ACROSS, COLORS[4], lw=1, mutation_scale=6)
     axes.annotate("drag across", (-0.22, -0.14), fontsize=8, color=COLORS[4], va="center")
-    lift = FORCE * part.lift * v_t * across(0.75) * ACROSS
+    kept = abs(v_t) / np.hypot(v_t, across(0.75))  # H, for stall
+    lift = FORCE * part.lift * kept * v_t * across(0.75) * ACROSS
     start = (0.25 + part.mass / part.lift) * ALONG
-    arrow(axes, start, lift, COLORS[0], label="lift, by the speed at 3/4 chord", at=(6, 0), lw=2.2)
+    arrow(axes, start, lift, COLORS[0], label="lift, by the speed at 3/4 chord", at=(-14, -9), lw=2.2)
     axial = FORCE * TURN * part.mass * across(0.5) * ALONG
     thin = {"arrowstyle": "-", "color": COLORS[3], "lw": 0.5}
     texts = {
@@ -76,12 +77,12 @@ def draw_thrust(axes: Axes, forms: dict[str, Any], part: Any) -> None:
     name = forms["MOTIONS"][1]
     grid = np.linspace(0, 1.3, 100)
     scale = part.lift * forms["AMPLITUDE"] ** 2 / 2
-    for form, label, style in (("P", "law", "-"), ("today", "axial force kept", "--")):
+    for form, label, style in (("quarter", "law", "-"), ("before", "axial force kept", "--")):
         values = [
             forms["thrust_and_power"](forms["response"](form, part, k, *(m := forms["motion"](name, k))), k, *m)[0]
             for k in grid
         ]
-        axes.plot(grid, np.array(values) / scale, style, color=COLORS[0 if form == "P" else 3], label=label)
+        axes.plot(grid, np.array(values) / scale, style, color=COLORS[0 if form == "quarter" else 3], label=label)
     rows = [row for row in json.loads((FLOW / "forms.json").read_text())["stream"] if row["aspect"] == ASPECT]
     found = []
     for row in rows:
