@@ -1,4 +1,4 @@
-// The fit's uncertainty in cost over speed: a band around a line of gaits, bars through single ones.
+// Uncertainty in cost over speed: a band around a line of gaits, bars through single ones.
 import type { Chart } from "./chart.ts";
 import { type Quantities, statusOf } from "./quantities.ts";
 import type { Spread } from "./samples.ts";

@@ -83,7 +83,7 @@ export class FrontView {
     void this.spread();
   }
 
-  /** Where most samples of a fit lie, of the gait of the knobs. */
+  /** Where most samples lie, of the gait of the knobs. */
   certain(spread: Spread | null): void {
     this.spreads.knobs = spread;
     this.draw();
@@ -287,7 +287,8 @@ export class FrontView {
     this.drawFront();
     this.drawTrace();
     this.drawNamed();
-    this.note.textContent = certain[0] === undefined ? "" : `Band and bars: ${spreadWords(certain[0])}.`;
+    const drawn = certain[0]?.of === "estimates" ? "Bars" : "Band and bars";
+    this.note.textContent = certain[0] === undefined ? "" : `${drawn}: ${spreadWords(certain[0])}.`;
     if (usable(this.values)) chart.ring(...this.placed(this.values));
     this.legend();
   }

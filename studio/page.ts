@@ -227,6 +227,7 @@ class Studio {
     this.choices.gaits(robot.gaits.map(({ name }) => name));
     this.choices.models(robot, robot.models[this.model] ?? { water: "", joints: "" });
     this.knobs.layOut(parameters);
+    this.results.certain(null); // of the robot before
     const fit = robot.fit === null ? "" : ` Its coefficients are a fit: ${robot.fit}.`;
     part("made").textContent = `${robot.description}.${fit} Its image was written by ${robot.made_by}.`;
     part("robot").title = robot.description + fit;

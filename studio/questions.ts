@@ -12,7 +12,7 @@ export type Question =
   | ({ kind: "gradient" } & Swimmer)
   | ({ kind: "point" } & Swimmer)
   | { kind: "sweep"; robot: string; model: number; gaits: Float64Array }
-  | { kind: "samples"; robot: string; images: Uint8Array[] } // of a fit's coefficients, in place of those before
+  | { kind: "samples"; robot: string; images: Uint8Array[] } // of the coefficients, in place of those before
   | { kind: "spread"; robot: string; gaits: Float64Array } // quantities by sample, then by gait
   | { kind: "twin"; robot: string } // starts one, in place of the one before
   | { kind: "fly"; robot: string; mission: number; seed: number } // as well

@@ -9,6 +9,8 @@ const SHORT = ["speed", "mechanical_power", "cost_of_transport"]; // below the p
 
 export class Results {
   private readonly note = element("p", "caption");
+  private values: words.Quantities = {};
+  private spread: Spread | null = null;
 
   constructor() {
     part("facts").replaceChildren(...words.SUMMARY.map(tile));
@@ -31,11 +33,10 @@ export class Results {
     part("speed_bl").textContent = `${words.digits(values.speed_bl)} BL/s`;
     const body = robot.factors === undefined ? "" : ", changed body";
     part("swum").textContent = `${robot.robot}${body}, ${words.gaitText(gait)}${words.backward(values)}`;
-    part("numbers").textContent = SHORT.map(
-      (name) => `${words.digits(values[name], 3)} ${words.meaning(name).unit}`,
-    ).join(" · ");
     part("command").textContent = words.command(robot, robot.models[model] ?? { water: "", joints: "" }, gait);
     this.say(values, gait.frequency, "");
+    this.values = values;
+    this.showIntervals();
   }
 
   /** Say where a start from rest leads, too. */
@@ -43,16 +44,28 @@ export class Results {
     this.say(values, row[0] ?? 1, words.fromRest(values));
   }
 
-  /** Show between which numbers most samples of a fit lie; null where there are none. */
+  /** Show between which numbers most samples lie; null where there are none. */
   certain(spread: Spread | null): void {
+    this.spread = spread;
+    this.showIntervals();
+  }
+
+  private showIntervals(): void {
+    const estimates = this.spread?.of === "estimates";
+    const spread = estimates && words.statusOf(this.values) !== "settled" ? null : this.spread;
+    let band = ""; // of the speed by the estimates
     for (const box of part("facts").querySelectorAll<HTMLElement>("[data-interval]")) {
       const [low, high] = spread?.intervals[box.dataset.interval ?? ""] ?? [Number.NaN, Number.NaN];
       box.hidden = Number.isNaN(low) || Number.isNaN(high);
       [box.dataset.low, box.dataset.high] = [String(low), String(high)];
-      box.textContent = `${words.digits(low, 3)} – ${words.digits(high, 3)}`;
+      const ends = [words.digits(low, 3), words.digits(high, 3)];
+      box.textContent = ends.join(" – ");
+      if (estimates && !box.hidden) band = ` (${ends.join(" to ")} by the estimates)`;
     }
+    const [speed, ...others] = SHORT.map((name) => `${words.digits(this.values[name], 3)} ${words.meaning(name).unit}`);
+    part("numbers").textContent = [`${speed}${band}`, ...others].join(" · ");
     this.note.hidden = spread === null;
-    this.note.textContent = spread === null ? "" : `Small numbers: ${spreadWords(spread)}.`;
+    this.note.textContent = spread === null ? "" : `Small number${estimates ? "" : "s"}: ${spreadWords(spread)}.`;
   }
 
   private say(values: words.Quantities, frequency: number, more: string): void {

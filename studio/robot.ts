@@ -81,7 +81,7 @@ export interface Robot {
   } | null; // where verdicts are stored
   body: { knobs: BodyKnob[] };
   source: string; // the robot's file
-  samples?: { count: number; seed: number }; // of the fit's coefficients
+  samples?: { count: number; seed: number; speed_factors?: number[] }; // of the fit; with factors, of the estimates
   key: string; // under which workers know its image
   described?: Robot; // of a changed body: what its file says
   factors?: Record<string, number>; // of a changed body, by knob

@@ -1,4 +1,4 @@
-// The fit's uncertainty: numbers of a gait by samples of the fitted coefficients, and where most of them lie.
+// Uncertainty of a fit or of estimates: numbers of a gait by samples of the coefficients, and where most of them lie.
 import { changedColumns, type Factors } from "./changes.ts";
 import { type Column, columnsOf, imageOf } from "./image.ts";
 import { named, type Quantities, statusOf } from "./quantities.ts";
@@ -12,6 +12,7 @@ const SAMPLED = "samples.";
 
 /** Of a gait: intervals by quantity, of the samples that settle. */
 export interface Spread {
+  of: "fit" | "estimates";
   settled: number; // samples
   count: number;
   intervals: Record<string, readonly [number, number]>;
@@ -45,14 +46,16 @@ export function quantile(numbers: readonly number[], part: number): number {
   return low + (place % 1) * (high - low);
 }
 
-/** Where most of the samples of a gait lie. */
-export function spreadOf(samples: Quantities[], quantities: readonly string[]): Spread {
-  const settled = samples.filter((values) => statusOf(values) === "settled");
+/** Where most of the samples of a gait lie; with estimates, `factors` of the speed say how far the water law is off. */
+export function spreadOf(samples: Quantities[], quantities: readonly string[], factors?: readonly number[]): Spread {
+  const scaled = samples.map((values, k) => ({ ...values, speed: (values.speed ?? Number.NaN) * (factors?.[k] ?? 1) }));
+  const settled = scaled.filter((values) => statusOf(values) === "settled" && Number.isFinite(values.speed));
   const interval = (name: string): readonly [number, number] => {
-    const numbers = settled.map((values) => values[name] ?? Number.NaN);
+    const numbers = settled.map((values: Quantities) => values[name] ?? Number.NaN);
     return [quantile(numbers, PARTS[0]), quantile(numbers, PARTS[1])];
   };
   return {
+    of: factors === undefined ? "fit" : "estimates",
     settled: settled.length,
     count: samples.length,
     intervals: Object.fromEntries(quantities.map((name) => [name, interval(name)])),
@@ -90,12 +93,13 @@ export class Samples {
     const gaits = new Float64Array(rows.flatMap((row) => [...row]));
     const { quantities } = await calculator.ask({ kind: "spread", robot: robot.key, gaits });
     const width = names.quantities.length;
+    const factors = robot.samples?.speed_factors;
     return rows.map((_, k) => {
       const samples = Array.from({ length: count }, (_, sample) => {
         const place = (sample * rows.length + k) * width;
         return named(names.quantities, quantities.subarray(place, place + width));
       });
-      return spreadOf(samples, names.quantities);
+      return factors === undefined ? spreadOf(samples, names.quantities) : spreadOf(samples, ["speed"], factors);
     });
   }
 }
@@ -127,7 +131,8 @@ export class Follower {
 }
 
 /** What the intervals are, in words. */
-export function spreadWords({ settled, count }: Spread): string {
+export function spreadWords({ of, settled, count }: Spread): string {
   const some = settled === count ? `${count}` : `the ${settled} of ${count}`;
-  return `5 to 95 % of ${some} samples of the fit${settled === count ? "" : " that settle"}`;
+  const what = of === "fit" ? "the fit" : "the estimates in the robot's file and of the water law's error";
+  return `5 to 95 % of ${some} samples ${settled === count ? "" : "that settle "}of ${what}`;
 }

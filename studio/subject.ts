@@ -11,7 +11,7 @@ export interface Page {
   robot(name: string): Promise<Robot | null>; // of the page
   changed(): void; // something that the address keeps
   body(factors: Factors): void; // factors on the robot's body
-  certain(spread: Spread | null): void; // of the gait of the knobs, where the robot is a fit
+  certain(spread: Spread | null): void; // of the gait of the knobs, where the robot has samples
 }
 
 /** A settled gait with derivatives. */
@@ -31,7 +31,7 @@ export class Subject {
     private readonly samples: Samples,
   ) {}
 
-  /** Where most samples of a fit lie, of each gait; null without a fit. */
+  /** Where most samples lie, of each gait; null without samples. */
   spreads(rows: Float64Array[]): Promise<Spread[] | null> {
     return this.samples.of(this.robot, this.model, rows);
   }

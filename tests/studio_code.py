@@ -37,13 +37,15 @@ class Page:
         return base64.b64decode(answer["image"]), answer["toml"], answer["body"]
 
     def samples(self, image: bytes, factors: dict[str, float]) -> list[bytes]:
-        """Return the images of the samples of a fit, with factors on the body."""
+        """Return the images of the samples of a fit or of estimates, with factors on the body."""
         made = self._ask("sample", base64.b64encode(image).decode(), text_of(image), factors)
         return [base64.b64decode(one) for one in made]
 
-    def spread(self, samples: list[dict[str, float]], quantities: list[str]) -> dict[str, Any]:
-        """Return where most of the samples of a gait lie."""
-        answer: dict[str, Any] = self._ask("spread", samples, quantities)
+    def spread(
+        self, samples: list[dict[str, float]], quantities: list[str], factors: list[float] | None = None
+    ) -> dict[str, Any]:
+        """Return where most of the samples of a gait lie; with factors of the speed, those of estimates."""
+        answer: dict[str, Any] = self._ask("spread", samples, quantities, factors)
         return answer
 
     def close(self) -> None:

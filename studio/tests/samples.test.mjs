@@ -1,8 +1,11 @@
-// The fit's uncertainty: intervals beside the numbers of a fitted robot are Python's, and are drawn in cost over speed.
+// Uncertainty of a fit or of estimates: intervals beside the numbers are Python's, and are drawn in cost over speed.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { browser, choose, open, picture, settled, turn } from "./browser.mjs";
+import { browser, choose, hypertuna, numbers, open, picture, SIZES, settled, turn } from "./browser.mjs";
 
 const SWIMS = `
 import json, sys
@@ -89,9 +92,9 @@ test("bars and band are drawn around the gaits and the least cost; other robots 
       timeout: 120_000,
     },
   );
-  await page.waitForTimeout(1000);
-  await picture(page, "front-of-a-fit");
   const band = [0, 0x87, 0x5f];
+  for (let k = 0; k < 40 && (await painted(page, band, 60)) <= 500; k++) await page.waitForTimeout(500);
+  await picture(page, "front-of-a-fit");
   assert.ok((await painted(page, band, 60)) > 500, "a band is painted");
   assert.ok((await painted(page, bars, 210)) > 30, "bars are painted");
   await page.locator("#robot").selectOption("hypertuna");
@@ -121,3 +124,44 @@ test("a changed body has intervals of its own", async () => {
   assert.deepEqual(faults, []);
   await close();
 });
+
+for (const [size, viewport] of Object.entries({ laptop: { width: 1280, height: 900 }, phone: SIZES.phone })) {
+  test(`the band of a robot with estimates is that of hypertuna swim and follows the knobs: ${size}`, async () => {
+    const folder = mkdtempSync(join(tmpdir(), "band-"));
+    const [robot, file] = [join(folder, "fish.toml"), join(folder, "fish.html")];
+    execFileSync(process.env.HYPERTUNA ?? "hypertuna", ["robot", "new", robot, "--links", "3"]);
+    hypertuna("studio", robot, "-o", file);
+    const { page, faults, close } = await open(chrome, { file, viewport });
+    const shown = page.locator('[data-interval="speed"]');
+    const agrees = async (...words) => {
+      const { speed_m_s: speed, band } = hypertuna("swim", "--robot", robot, "--gait", "cruise", ...words);
+      const near = (a, b) => Math.abs(a / b - 1) < 1e-3; // swim has fewer steps of a beat for the band
+      await page.waitForFunction(
+        (low) => Math.abs(document.querySelector('[data-interval="speed"]').dataset.low / low - 1) < 1e-3,
+        band.low_m_s,
+      );
+      assert.ok(near((await intervals(page)).speed[1], band.high_m_s));
+      assert.ok(near((await numbers(page)).speed, speed));
+      const [low, high] = (await shown.textContent()).split(" – ");
+      const line = await page.locator("#numbers").textContent();
+      assert.match(line, /^[\d.]+ m\/s \([\d.]+ to [\d.]+ by the estimates\) · [\d.]+ W · [\d.]+ J\/\(kg m\)$/);
+      assert.ok(line.includes(`(${low} to ${high} by`));
+    };
+    await agrees();
+    await turn(page, "frequency", 1.1);
+    await agrees("--frequency", "1.1");
+    assert.deepEqual(Object.keys(await intervals(page)), ["speed"]); // the law's error of the others is not known
+    assert.match(await page.locator("#facts + .caption").textContent(), /128 samples of the estimates/);
+    const room = await shown.evaluate(
+      (box) => box.closest("div").getBoundingClientRect().right - box.getBoundingClientRect().right,
+    );
+    assert.ok(room > 0, "the tile holds the interval");
+    await picture(page, `band-${size}`);
+    await choose(page, "#robot", "hypertuna");
+    await page.waitForFunction(() => document.querySelector('[data-interval="speed"]').hidden);
+    assert.doesNotMatch(await page.locator("#numbers").textContent(), /estimates/);
+    assert.deepEqual(faults, []);
+    await close();
+    rmSync(folder, { recursive: true });
+  });
+}

@@ -25,7 +25,7 @@ from typing import Any
 import pytest
 
 import hypertuna as ht
-from hypertuna.identification.image import fitted_image
+from hypertuna.identification.image import sampled_image
 from hypertuna.mission.log import write_log
 from hypertuna.reports.studio import studio_command as command_at
 from program import Run
@@ -83,7 +83,7 @@ def test_the_page_is_served_with_the_robot_and_its_gait() -> None:
         assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
         data, fish = robots_of(page), ht.load("rexeel")
         assert data["robots"][0]["name"] == "rexeel"
-        assert gzip.decompress(base64.b64decode(data["robots"][0]["image"])) == fitted_image(fish)
+        assert gzip.decompress(base64.b64decode(data["robots"][0]["image"])) == sampled_image(fish)
         names = [one["name"] for one in data["robots"]]
         assert len(set(names)) == len(names)
         assert "hypertuna" in names  # the robots of the page stay
@@ -297,7 +297,7 @@ def test_the_robot_of_a_fit_takes_the_place_of_its_namesake(run: Run, tmp_path: 
     assert run("studio", str(fitted), "-o", str(file))[0] == 0
     data = robots_of(file.read_text(encoding="utf-8"))
     images = [one["image"] for one in data["robots"] if one["name"] == "hypertuna"]
-    assert [gzip.decompress(base64.b64decode(image)) for image in images] == [fitted_image(ht.load(fitted))]
+    assert [gzip.decompress(base64.b64decode(image)) for image in images] == [sampled_image(ht.load(fitted))]
 
 
 @pytest.mark.parametrize(
@@ -319,7 +319,7 @@ def test_the_command_on_a_page_opens_the_studio_where_the_page_is(
     assert words[0] == "hypertuna"
     assert run(*words[1:], "-o", str(file))[0] == 0
     data = robots_of(file.read_text(encoding="utf-8"))
-    assert gzip.decompress(base64.b64decode(data["robots"][0]["image"])) == fitted_image(fish)
+    assert gzip.decompress(base64.b64decode(data["robots"][0]["image"])) == sampled_image(fish)
     start = ht.Gait(**data["start"]["gait"])
     for key in ("frequency", "amplitude", "phase", "bias"):
         assert getattr(start, key) == pytest.approx(getattr(known, key), rel=1e-9, abs=1e-11)

@@ -1,6 +1,6 @@
 // What the studio's page makes of a robot's image, for a program at the other end of the pipe, a line of JSON each:
 // change: an image, its robot (the text) and factors; returns the image, the file and the text's numbers of the body.
-// sample: the same; returns the images of the samples of a fit. spread: quantities of samples; returns where most lie.
+// sample: the same; returns the images of the samples. spread: quantities of samples; returns where most lie.
 import { createRequire } from "node:module";
 import { createInterface } from "node:readline";
 import { fileURLToPath } from "node:url";
@@ -25,7 +25,7 @@ const work = {
     };
   },
   sample: (image, robot, factors) => page.sampledImages(bytes(image), robot, factors).map(text),
-  spread: (samples, quantities) => page.spreadOf(samples, quantities),
+  spread: (samples, quantities, factors) => page.spreadOf(samples, quantities, factors ?? undefined),
 };
 for await (const line of createInterface({ input: process.stdin })) {
   const { ask, with: given } = JSON.parse(line);

@@ -1,4 +1,4 @@
-"""The fit's uncertainty that the studio shows is Python's own: samples of the same seed, and their quantiles."""
+"""The uncertainty that the studio shows is Python's own: samples of the same seed, and their quantiles."""
 
 from typing import Any
 
@@ -8,12 +8,15 @@ import pytest
 import hypertuna as ht
 from host_library import InNode
 from host_library import Robot as InHost
+from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
-from hypertuna.identification.coefficients import sample_robots
-from hypertuna.identification.image import SAMPLES, SEED, fitted_image
+from hypertuna.identification.coefficients import free, sample_robots, with_fit
+from hypertuna.identification.image import SAMPLES, SEED, sampled_image
 from hypertuna.mission.image import robot_image
 from hypertuna.simulation.image_body import _knobs, with_factors
-from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.band import SAMPLES as SAMPLES_OF_ESTIMATES
+from hypertuna.swimming.band import sampled_columns
+from hypertuna.swimming.gait import Gait, named_gait
 from image_file import columns_of, text_of
 from studio_code import Page
 
@@ -39,12 +42,12 @@ def band(page: Page, core: InNode, image: bytes, factors: dict[str, float], gait
         assert isinstance(sample, InHost)
         swum = sample.swim(0, [gait])
         values.append({name: float(swum[name][0]) for name in ("status", *QUANTITIES)})
-    return page.spread(values, QUANTITIES)
+    return page.spread(values, QUANTITIES, text_of(image)["samples"].get("speed_factors"))
 
 
 @pytest.mark.parametrize("robot", [ht.load("rexeel"), fitted()], ids=["rexeel", "hypertuna"])
 def test_intervals_are_the_quantiles_of_the_samples(page: Page, core: InNode, robot: ht.Robot) -> None:
-    image = fitted_image(robot)
+    image = sampled_image(robot)
     found = next(iter(robot.gaits.values()))
     gait = Gait(**{key: getattr(found, key) for key in ("frequency", "amplitude", "phase", "bias")})
     spread = band(page, core, image, {}, gait)
@@ -56,11 +59,37 @@ def test_intervals_are_the_quantiles_of_the_samples(page: Page, core: InNode, ro
         assert ours[0] < getattr(ht.swim(robot, gait), name) < ours[1]
 
 
+@pytest.mark.parametrize("links", [2, 5])
+@pytest.mark.parametrize("factors", [{}, {"length-1": 1.3, "mass-1": 0.8}], ids=["described", "changed"])
+def test_the_band_of_estimates_is_that_of_swim(page: Page, core: InNode, links: int, factors: dict[str, float]) -> None:
+    document = new_robot("fish", links=links)
+    robot = parse(document)
+    gait = named_gait(robot, "cruise")
+    spread = band(page, core, sampled_image(robot), factors, gait)
+    low, high = spread["intervals"]["speed"]
+    changed = parse(with_factors(document, list(_knobs(robot, document)), factors))
+    left = ht.swim(changed, gait).band
+    assert left is not None
+    assert spread["of"] == "estimates"
+    assert spread["settled"] == spread["count"] == SAMPLES_OF_ESTIMATES
+    assert (low, high) == pytest.approx((left.low[0], left.high[0]), rel=1e-3)  # other steps of a beat
+
+
+def test_estimates_come_before_a_fit() -> None:
+    frees = free(robot := parse(new_robot("fish")), ["water.blunt_area[0]"])
+    assert robot.water.strip is not None
+    area = robot.water.strip.blunt_area[:1]
+    fitted = with_fit(robot, frees, area, covariance=np.eye(1), trials="runs.csv", seed=1, text="fitted")
+    samples, wanted = text_of(sampled_image(fitted))["samples"], sampled_columns(fitted)
+    assert wanted is not None
+    assert samples["speed_factors"] == wanted[1].tolist()
+
+
 def test_a_changed_body_takes_the_samples_with_it(page: Page, core: InNode) -> None:
     robot = ht.load("rexeel")
     factors = {"length-5": 1.3, "mass-5": 0.8}
     gait = Gait(frequency=0.5, amplitude=(0.3,) * 5, phase=(0.0, 0.9, 1.8, 2.7, 3.6))
-    spread = band(page, core, fitted_image(robot), factors, gait)
+    spread = band(page, core, sampled_image(robot), factors, gait)
     knobs = list(_knobs(robot, robot.document()))
     changed = [parse(with_factors(one.document(), knobs, factors)) for one in sample_robots(robot, SAMPLES, SEED)]
     speeds = np.quantile([ht.swim(one, gait).speed for one in changed], PARTS)
@@ -69,10 +98,15 @@ def test_a_changed_body_takes_the_samples_with_it(page: Page, core: InNode) -> N
 
 def test_samples_that_do_not_settle_are_left_out_and_counted(page: Page) -> None:
     settled = [{"status": 0.0, "speed": float(k)} for k in range(1, 11)]
-    lost = [{"status": 3.0, "speed": 100.0}, {"status": 2.0, "speed": -100.0}]
+    lost = [
+        {"status": 3.0, "speed": 100.0},
+        {"status": 2.0, "speed": -100.0},
+        {"status": 0.0},
+    ]  # a body that spins has no speed
     assert page.spread([*lost, *settled], ["speed"]) == {
+        "of": "fit",
         "settled": 10,
-        "count": 12,
+        "count": 13,
         "intervals": {"speed": pytest.approx([1.45, 9.55])},
     }
     assert page.spread(lost, ["speed"])["intervals"] == {"speed": [None, None]}  # NaN
@@ -80,9 +114,9 @@ def test_samples_that_do_not_settle_are_left_out_and_counted(page: Page) -> None
 
 def test_only_what_the_samples_change_is_in_the_image() -> None:
     robot = fitted()
-    columns, plain = columns_of(fitted_image(robot)), columns_of(robot_image(robot))
+    columns, plain = columns_of(sampled_image(robot)), columns_of(robot_image(robot))
     added = {name: len(column) for name, column in columns.items() if name not in plain}
     assert added == {f"samples.{name}": 8 * SAMPLES for name in ("mass", "inertia", "drag")}
     described = ht.load("rexeel-theory")
-    assert "samples" not in text_of(fitted_image(described))
-    assert fitted_image(described) == robot_image(described)
+    assert "samples" not in text_of(sampled_image(described))
+    assert sampled_image(described) == robot_image(described)

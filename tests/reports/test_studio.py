@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.identification.image import fitted_image
+from hypertuna.identification.image import sampled_image
 from hypertuna.mission.log import write_log
 from hypertuna.reports import studio as module
 from voyage import voyage
@@ -128,7 +128,7 @@ def test_the_robots_of_the_page_are_the_present_ones() -> None:
     assert sorted(found) == sorted(ht.robots())
     for name, image in found.items():
         numbers, text = columns_and_text(image)
-        present, wanted = columns_and_text(fitted_image(ht.load(name)))
+        present, wanted = columns_and_text(sampled_image(ht.load(name)))
         assert text == wanted, f"{name}: {ANEW}"
         np.testing.assert_allclose(numbers, present, rtol=1e-9, atol=1e-12, err_msg=f"{name}: {ANEW}")
         assert hashlib.sha256(image).hexdigest() == MADE["sources"]["robots"][name]

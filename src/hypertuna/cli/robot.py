@@ -184,10 +184,10 @@ def image(
     output: Annotated[str, opt.file("-o", "--output", help="File to write.", suffixes=(".robot",))],
 ) -> None:
     """Write a robot for programs without Python: what `hosts/hypertuna.h` swims and simulates."""
-    from hypertuna.identification.image import fitted_image
+    from hypertuna.identification.image import sampled_image
     from hypertuna.io.files import write_atomically
 
-    data = fitted_image(load(robot))
+    data = sampled_image(load(robot))
     write_atomically(output, data)
     print_lines([f"written: {output}, {len(data)} bytes"])
 

@@ -18,7 +18,7 @@ import numpy as np
 from hypertuna.arguments import checked
 from hypertuna.description.robot import Robot, load, robot_of
 from hypertuna.errors import InputError
-from hypertuna.identification.image import fitted_image
+from hypertuna.identification.image import sampled_image
 from hypertuna.io.files import read_bytes, shipped, write_atomically
 from hypertuna.mission.read_log import Log, read_log
 from hypertuna.ranges import Whole
@@ -146,7 +146,7 @@ def studio_page(robot: Robot, gait: Gait | None = None, *, ledger: str | None = 
     the page stands in a frame of the ledger, None where there is no ledger. `log` is the file of a mission's log.
     """
     before, tag, content, end, after = _parts()
-    image = base64.b64encode(gzip.compress(fitted_image(robot), mtime=0)).decode()
+    image = base64.b64encode(gzip.compress(sampled_image(robot), mtime=0)).decode()
     others = [one for one in json.loads(content)["robots"] if one["name"] != robot.name]
     start: dict[str, Any] = {"robot": robot.name}
     if gait is not None:

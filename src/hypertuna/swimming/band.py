@@ -32,13 +32,17 @@ class Band:
     high: Array  # (gaits,) [m/s]
     settled: Array  # (gaits,), part of the samples whose beat settles: only these count
 
+    def ends(self, gait: int = 0) -> str:
+        """Write the two ends [m/s] of a gait: ``0.118 to 0.325``."""
+        return f"{self.low[gait]:.3g} to {self.high[gait]:.3g}" if self.settled[gait] else "no sample settles"
+
     def sentence(self, gait: int = 0) -> str:
         """Describe the band of a gait."""
         lost = f"{100 * (1 - self.settled[gait]):.2g} % of the samples do not settle" * bool(self.settled[gait] < 1)
         if not self.settled[gait]:
             return "The estimates of the robot's file leave no speed: none of the samples settles."
-        ends = f"{self.low[gait]:.3g} to {self.high[gait]:.3g} m/s"
-        return f"By the estimates of its file, {ends} in {100 * INSIDE:.0f} % of cases{f'; {lost}' * bool(lost)}."
+        ends = self.ends(gait)
+        return f"By the estimates of its file, {ends} m/s in {100 * INSIDE:.0f} % of cases{f'; {lost}' * bool(lost)}."
 
 
 def estimated(robot: Robot) -> dict[str, float]:
@@ -58,22 +62,35 @@ def speed_band(robot: Robot, gaits: Gaits) -> Band | None:
 
     Each factor is that of a lognormal distribution, the same for all links; one more stands for the water law.
     """
-    factors = estimated(robot)
-    if not factors:
+    samples = sampled_columns(robot)
+    if samples is None:
         return None
-    values, drawn = model_values(robot), _drawn([*factors.values(), LAW])
-    most = {place: _largest(place) for place in factors}
     speeds = np.full((SAMPLES, len(gaits)), np.nan)
-    for k, scales in enumerate(drawn):
-        scaled = zip(factors, scales, strict=False)
-        columns = {place: [min(scale * x, most[place]) for x in values[place]] for place, scale in scaled}
+    for k, (columns, law) in enumerate(zip(*samples, strict=True)):
         beat = settle(robot, gaits, model=core_model(robot, columns), steps=STEPS)
-        speeds[k] = np.where(beat["status"] == 0, scales[-1] * beat["speed"], np.nan)
+        speeds[k] = np.where(beat["status"] == 0, law * beat["speed"], np.nan)
     settled = np.isfinite(speeds)
     ends = np.full((2, len(gaits)), np.nan)
     some = settled.any(axis=0)
     ends[:, some] = np.nanquantile(speeds[:, some], [(1 - INSIDE) / 2, (1 + INSIDE) / 2], axis=0)
     return Band(ends[0], ends[1], settled.mean(axis=0))
+
+
+def sampled_columns(robot: Robot) -> tuple[list[dict[str, list[float]]], Array] | None:
+    """Return samples of the estimated columns of a robot's model, and of the law's factor of the speed; or None."""
+    factors = estimated(robot)
+    if not factors:
+        return None
+    values, drawn = model_values(robot), _drawn([*factors.values(), LAW])
+    most = {place: _largest(place) for place in factors}
+    columns = [
+        {
+            place: [min(scale * x, most[place]) for x in values[place]]
+            for place, scale in zip(factors, row, strict=False)
+        }
+        for row in drawn
+    ]
+    return columns, drawn[:, -1]
 
 
 def _drawn(factors: list[float]) -> Array:
