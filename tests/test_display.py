@@ -24,6 +24,8 @@ from hypertuna.actuation.sizing import size_pump
 from hypertuna.arrays import Array
 from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.fit import fit_bench
+from hypertuna.description.new import new_robot
+from hypertuna.description.robot import parse
 from hypertuna.display import Card, Displayed, Plotted, Tabular, card_html, card_text, number
 from hypertuna.identification.posterior import posterior
 from hypertuna.mission.flight import outcome
@@ -348,6 +350,15 @@ def test_a_swim_swims_with_six_numbers(made: dict[str, Any]) -> None:
     assert "One beat from above, slowed down 2.7 times." in page  # 2.13 Hz; a beat takes 1.28 s
     assert page.count("<b>") == 6
     assert f"{swim.speed:.3f} m/s" in page
+
+
+def test_a_swim_of_a_robot_with_estimates_shows_their_band() -> None:
+    swim = ht.swim(parse(new_robot("fish")), "cruise")
+    assert swim.band is not None
+    ends = f"{swim.band.low[0]:.3g} to {swim.band.high[0]:.3g} m/s"
+    assert f"speed by the estimates {ends}" in repr(swim)
+    assert f"<b>{ends}</b>" in swim._repr_html_()
+    assert len(repr(swim).splitlines()) <= 5
 
 
 def test_a_gradient_names_the_largest_influence_first(made: dict[str, Any]) -> None:

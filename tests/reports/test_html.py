@@ -10,6 +10,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import hypertuna as ht
+from hypertuna.description.new import new_robot
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.figures import INK, styled
 from hypertuna.identification.identify import identify
@@ -200,6 +202,14 @@ def test_results_of_every_kind_on_one_page(tmp_path: Path) -> None:
     ):
         ht.report([3], tmp_path / "none.html")  # type: ignore[list-item]
     assert not (tmp_path / "none.html").exists()
+
+
+def test_the_band_of_a_robot_with_estimates_is_on_the_page(tmp_path: Path) -> None:
+    swim = ht.swim(parse(new_robot("fish")), "cruise")
+    assert swim.band is not None
+    row = f'<td>speed by the estimates</td><td class="n">{swim.band.ends()}</td><td>m/s</td>'
+    assert row in ht.report(swim, tmp_path / "band.html").read_text()
+    assert "estimates" not in ht.report(ht.swim("hypertuna", "turning"), tmp_path / "none.html").read_text()
 
 
 def test_a_page_on_a_gait_has_the_command_that_swims_it_in_the_studio(tmp_path: Path) -> None:

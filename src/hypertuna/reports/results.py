@@ -140,6 +140,7 @@ def _swim(swim: Swim) -> dict[str, Shown]:
         *_gait_rows(swim.gait),
         ("speed", swim.speed, "m/s"),
         ("speed", swim.speed_bl, "body lengths/s"),
+        *([] if swim.band is None else [("speed by the estimates", swim.band.ends(), "m/s")]),
         ("mechanical power", swim.mechanical_power, "W"),
         ("cost of transport", swim.cost_of_transport, "J/(kg m)"),
         ("Strouhal number", swim.strouhal, "1"),

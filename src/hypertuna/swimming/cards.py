@@ -57,7 +57,7 @@ def beat_svg(gait: Gait, what: str = "One beat as commanded") -> str:
 
 
 def swim_facts(swim: Swim) -> list[tuple[str, str]]:
-    """Return the six numbers of a swim."""
+    """Return the six numbers of a swim, and between which speeds it lies by the estimates of the robot's file."""
     facts = [
         ("speed", f"{number(swim.speed, 'm/s')} ({number(swim.speed_bl, 'BL/s', 2)})"),
         ("mechanical power", number(swim.mechanical_power, "W")),
@@ -68,6 +68,8 @@ def swim_facts(swim: Swim) -> list[tuple[str, str]]:
     ]
     if swim.turn_radius < STRAIGHT * swim.robot.body.length:
         facts[-1] = ("turn radius", number(swim.turn_radius, "m"))
+    if swim.band is not None:
+        facts.insert(1, ("speed by the estimates", f"{swim.band.ends()} m/s"))
     return facts
 
 
