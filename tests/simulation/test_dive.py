@@ -64,20 +64,23 @@ def test_a_dive_that_is_no_dive_is_told_so(monkeypatch: pytest.MonkeyPatch, caps
     assert "does not: its depth changes by" in " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.parametrize("sizes", [{}, {"length": 1.0, "links": 5}, {"links": 4, "nose": "streamlined"}])
-def test_fins_dive_a_robot_the_less_the_nearer_it_is_to_its_speed_of_inversion(sizes: dict[str, Any]) -> None:
-    """By hand, the depth rate goes as 1 - q^2, q the speed over that of inversion: at 0.9 it is 0.37 of that at 0.7."""
+@pytest.mark.parametrize(
+    "sizes", [{}, {"length": 1.0, "links": 5}, {"links": 4, "nose": "streamlined"}, {"links": 2, "nose": "blunt"}]
+)
+def test_depth_rates_follow_the_balance_of_fins_hull_and_ballast(sizes: dict[str, Any]) -> None:
+    """By hand: d A / (A + k) U (1 - q^2), q the speed U over that of inversion, d the fin angle, A and k the lifts."""
     document = tomllib.loads(first_robot("fish", actuation="servo", sea=True, **sizes))
-    robot = parse(document)
+    robot, fins = parse(document), document["fins"]
     gait, (height, *tail) = named_gait(robot, "cruise"), document["spatial"]["com_height_m"]
-    speed, rates = ht.swim(robot, gait).speed, {}
-    for share in (0.7, 0.9):  # by the ballast alone
-        lower = height * (speed / share / inversion_speed(robot)) ** 2
+    aspect = 2 * fins["span_m"] / fins["chord_m"]
+    fin = 1000 * fins["span_m"] * fins["chord_m"] * 2 * np.pi * aspect / (2 + np.sqrt(4 + aspect**2))
+    hull = 0.28 * 0.9 * 1000 * np.pi / 4 * document["spatial"]["width_m"][0] ** 2
+    for share in (0.5, 0.7):  # of the speed of inversion, by the ballast alone
+        lower = height * (ht.swim(robot, gait).speed / share / inversion_speed(robot)) ** 2
         made = parse(document | {"spatial": document["spatial"] | {"com_height_m": [lower, *tail]}})
-        assert inversion_speed(made) == pytest.approx(speed / share)
-        dive = ht.dive(made, gait, angle=np.radians(10), duration=80 / gait.frequency, depth=5.0)
-        rates[share] = dive.legs[0].depth_rate
-    assert 0.1 < rates[0.9] / rates[0.7] < 0.45
+        down = ht.dive(made, gait, angle=np.radians(10), duration=80 / gait.frequency, depth=5.0).legs[0]
+        path = np.radians(10) * fin / (fin + hull) * (1 - (down.speed / inversion_speed(made)) ** 2)
+        assert down.depth_rate == pytest.approx(down.speed * path, rel=0.15)
 
 
 def test_a_dive_above_the_speed_of_inversion_is_told_so() -> None:
