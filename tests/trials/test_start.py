@@ -156,7 +156,7 @@ def test_coefficients_come_back_from_runs_in_motion():
     names = ["water.drag_normal", "water.drag_tangential"]
     start = {"water.drag_normal": 3.0, "water.drag_tangential": 0.02}
     fit = identify(eel, Trials((), runs), names, validate=0, starts=1, start=start)
-    assert fit.values == pytest.approx([1.98, 0.07694], rel=0.02)
+    assert fit.values == pytest.approx([eel.water.strip.drag_normal[0], eel.water.strip.drag_tangential[0]], rel=0.02)
 
 
 @pytest.mark.parametrize("moving", [True, False])
@@ -179,7 +179,7 @@ def test_added_mass_comes_back_from_frames_with_noise(moving):
         runs.append(Recording(f"{k}", joints, 0.0, tuple(tracks), moving=moving, align=True))
     names, start = ["water.added_mass_normal=common", "water.drag_normal"], {"water.added_mass_normal": 0.5}
     fit = identify(eel, Trials((), tuple(runs)), names, validate=0, starts=1, start=start)
-    assert fit.values == pytest.approx([1.0, 1.98], rel=0.1)
+    assert fit.values == pytest.approx([1.0, eel.water.strip.drag_normal[0]], rel=0.1)
 
 
 def manifest(tmp_path, **more):
