@@ -61,6 +61,17 @@ def speed_band(robot: Robot, gaits: Gaits) -> Band | None:
     """Return the band of the speeds of gaits, None for a robot without estimates of known uncertainty.
 
     Each factor is that of a lognormal distribution, the same for all links; one more stands for the water law.
+
+    Parameters
+    ----------
+    robot : Robot
+        With factors of its estimates in ``[uncertainty]``.
+    gaits : Gaits
+        Of the robot.
+
+    Returns
+    -------
+    Band or None
     """
     samples = sampled_columns(robot)
     if samples is None:
