@@ -53,10 +53,10 @@ def whole(small: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     files = ("-o", str(folder), "--plot", str(folder.parent / "plot.svg"), "--json")
     done = subprocess.run(program(small, *files), capture_output=True, text=True, check=True, timeout=300)
     (folder.parent / "printed.json").write_text(done.stdout)
-    told = re.fullmatch(
-        r"pressures: 1 of 2, \d+ s, about \d+ s left\npressures: 2 of 2, \d+ s, about 0 s left\n", done.stderr
-    )
-    assert told, done.stderr  # a line for each pressure; no talk of VTK, NGSolve or Netgen
+    for part in (r"1 of 2, \d+ s, about \d+", r"2 of 2, \d+ s, about 0"):
+        assert re.search(rf"^pressures: {part} s left$", done.stderr, re.MULTILINE)
+    # Slow machines print more of these lines; no talk of VTK, NGSolve or Netgen.
+    assert re.fullmatch(r"((pressures|pictures)(: \d of \d)?, \d+ s(, about \d+ s left)?\n)+", done.stderr)
     return folder
 
 
