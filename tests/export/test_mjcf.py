@@ -105,6 +105,14 @@ def test_a_straight_robot_is_dragged_as_the_law_says(law: str, direction: int) -
     assert d.qfrc_fluid[direction] == pytest.approx(-half * areas.sum() * 0.7**2, rel=1e-3)
 
 
+@pytest.mark.parametrize("law", ["strip", "elongated"])
+def test_without_the_tail_fin_s_force_it_is_slower_than_the_robot_and_says_so(law: str) -> None:
+    """At a quarter to half of the speed, the page says; after ten beats from rest."""
+    robot = IDEAL.using(water=law)
+    assert 0.2 < speed(model(robot), "unoptimised-max", beats=10) / ht.swim(robot, "unoptimised-max").speed < 0.5
+    assert "the tail fin's force, most of the thrust: without the plugin, speeds are too low" in ht.mjcf(robot)
+
+
 @pytest.mark.parametrize("part", [1.0, 0.1, 0.01])
 def test_it_says_how_much_the_boxes_resist_turning(part: float) -> None:
     """About the center of mass, beside the core's drag, for any friction."""

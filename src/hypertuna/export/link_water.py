@@ -40,7 +40,9 @@ def _alone(robot: Robot, columns: dict[str, Any], link: int) -> LinkWater:
         return column[link : link + 1] if name not in PER_GROUP and np.ndim(value) and len(column) == links else value
 
     alone = {name: own(name, value) for name, value in columns.items()} | {"joint_group": [-1], "joint_share": [0.0]}
-    # Backward, across, and turning: the trailing edge sheds nothing then. Twists of the nose.
+    if "edge_aspect" in alone and link < links - 1:  # no tail fin, whose added mass has a place of its own
+        alone["edge_aspect"] = 0.0
+    # Backward, across, and turning: the tail fin pushes only along itself then. Twists of the nose.
     from_com = np.array([[1.0, 0, 0], [0, 1, -robot.links.com[link]], [0, 0, 1]])
     slow = from_com.T
     answer = _core.dynamics(

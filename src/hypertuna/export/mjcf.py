@@ -151,7 +151,7 @@ def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
     if law == "lumped":
         return lost
     lost.append(f"added mass across the links: the {law} law's is not alike in all directions")
-    lost.append("the wake's force at the trailing edge: without the plugin, speeds are not the robot's")
+    lost.append("the tail fin's force, most of the thrust: without the plugin, speeds are too low")
     return lost + lost_drag(robot)
 
 

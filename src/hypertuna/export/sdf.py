@@ -118,13 +118,13 @@ def sdf_losses(robot: Robot) -> list[str]:
     if robot.fins is not None:
         lost.append("pectoral fins: neither bodies, joints nor lift")
     if robot.spatial is not None:
-        lost.append("drag of each link's own pitch, and the wake's force up and down")
+        lost.append("drag of each link's own pitch, and the tail fin's force up and down")
     if robot.model.water == "lumped":
         return lost
     return [
         *lost,
         "drag of a link that moves across and turns at once: Gazebo adds up the two alone",
-        "the wake's force at the trailing edge",
+        "the tail fin's force: its lift, and what cancels the backward pull of its added mass. Speeds are too low",
         *lost_drag(robot),
     ]
 
