@@ -9,10 +9,12 @@ with w = d(angle)/dt. Every form has Kirchhoff's reaction of the plate's added m
 
 and adds what follows (V = max(0, -v_t), L = lift slope / 2, H = V/|v|; all forces are on the area):
 
-    today   f_n = -L H V v(1) at the trailing edge
+    before  f_n = -L H V v(1) at the trailing edge: the law until version 0.3
     S       the same, and f_t = -w M v(1/2)                   (H on what exceeds the smaller of M/2 and L)
     P       f_n = -L V v(3/4) at d behind mid-chord, f_t = -w M v(1/2), d = (1/2 - sqrt(M/L))^2
-    quarter as P, with d = M/L - 1/4, so that the steady lift acts at the quarter chord
+    quarter as P, with d = M/L - 1/4, so that the steady lift acts at the quarter chord: the law of a fin of its own
+
+The law also has H on the lift, and takes (1 - H) of Munk's moment back. H is 1 in small motions, and V is 0 at rest.
 
 The lattice gives the response to heave and to pitch about the leading edge, extrapolated from two lattices. A plate
 without thickness feels pressure only across itself: its thrust without suction is that of the normal force alone.
@@ -37,7 +39,7 @@ STREAM = (0.2, 0.6, 1.2)  # reduced frequencies
 ASPECTS = (2.43, 5.0)
 SIZES = {True: ((4, 8, 32), (6, 12, 48)), False: ((8, 1, 32), (16, 1, 64))}  # finite span or not: panels, steps a beat
 PITCHES, INCIDENCES = (15.0, 30.0), (10.0, 20.0, 40.0, 60.0)  # deg, in still water and in steady flow
-FORMS = ("today", "S", "P", "quarter")
+FORMS = ("before", "S", "P", "quarter")
 AMPLITUDE = 0.1  # of heave at the leading edge over the chord, and of pitch
 MOTIONS = ("pitch about the leading edge", "pitch about a hinge a chord ahead", "heave", "heave, half feathered")
 
@@ -95,7 +97,7 @@ def response(form: str, part: Plate, k: float, heave: complex, pitch: complex) -
         lift, lever, munk = -part.lift * deficiency(k) * speed(0.75), -0.25, mass * (middle - speed(0.75))
     force = -mass * rate * middle + lift
     moment = -part.inertia * rate * turn + munk + lever * lift + force / 2
-    return Response(force, moment, mass * float((turn * np.conj(middle)).real) / 2 if form == "today" else 0.0)
+    return Response(force, moment, mass * float((turn * np.conj(middle)).real) / 2 if form == "before" else 0.0)
 
 
 def thrust_and_power(found: Response, k: float, heave: complex, pitch: complex) -> tuple[float, float]:

@@ -102,7 +102,7 @@ def variants(travels: np.ndarray) -> dict[str, Mapping[str, Any]]:
         },
         "C_n of the fin after Luhar and Nepf": {"drag_beating": column(law.drag_beating, slice(-1, None), BEATING)},
         "edge_lift 0.42, small motions of the lattice": {"edge_lift": 0.42},
-        "edge_lift 0.89, whole motion of the lattice": {"edge_lift": 0.89},
+        "edge_lift 0.89, whole motion, free wake of the lattice": {"edge_lift": 0.89},
     }
     result |= {f"head: {name}, C_D = {HEADS[name]:g}": {"blunt_area_m2": area} for name, area in heads.items()}
     return result | {

@@ -3,7 +3,7 @@
 python validation/flow/steep.py prints the table of README.md. The law at a steady incidence a, on dynamic pressure and
 area, with the lift slope 2 L and the added mass M of the lattice (fin.py) and the drag C_n across:
 
-    C_N = 2 L F sin a cos a + C_n sin^2 a,   F = 1 (form P), H = cos a (today), or M/(2L) + (1 - M/(2L)) H (form S)
+    C_N = 2 L F sin a cos a + C_n sin^2 a,   F = 1, H = cos a (the law), or M/(2L) + (1 - M/(2L)) H (form S)
 """
 
 import json
@@ -17,7 +17,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 FORMS = runpy.run_path(str(HERE / "forms.py"))
-LAWS = ("without H", "with H", "form S")
+LAWS = ("without H", "with H, the law", "form S")
 
 
 def stored() -> list[dict[str, Any]]:

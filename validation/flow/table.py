@@ -178,14 +178,14 @@ def stream() -> str:
         "k",
         "thrust x1000: lattice",
         "theory, C(k)",
-        "today",
+        "before",
         "S, P, quarter",
         "power x1000: lattice",
     ]
     rows = []
     for aspect, k, name, numbers in compared():
         infinite = aspect > 1e3
-        thrusts = [f"{1000 * numbers[who][0]:.1f}" for who in ("lattice", "Theodorsen", "today", "P")]
+        thrusts = [f"{1000 * numbers[who][0]:.1f}" for who in ("lattice", "Theodorsen", "before", "P")]
         powers = [f"{1000 * numbers[who][1]:.3g}" for who in ("lattice", "Theodorsen")]
         over = [f"{numbers[who][1] / numbers['lattice'][1]:.2f}" for who in ("S", "P", "quarter")]
         for each in (thrusts, powers):
@@ -221,7 +221,7 @@ def still() -> str:
             math.cos(t) ** 2 for t in STEPS
         )
         rows.append([f"{row['aspect']:g}", f"{row['pitch_deg']:g}", *finite, f"{turned:.2f}", "0.00"])
-    return markdown(["b/c", "pitch [deg]", "lattice, normal force", "with suction", "S, P, quarter", "today"], rows)
+    return markdown(["b/c", "pitch [deg]", "lattice, normal force", "with suction", "S, P, quarter", "before"], rows)
 
 
 def attached() -> str:

@@ -7,6 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hypertuna import _core
+from hypertuna.description.new import new_robot
+from hypertuna.description.robot import parse
+from hypertuna.swimming.model import core_model
+
 HERE = Path(__file__).parent
 FIN = runpy.run_path(str(HERE / "fin.py"))
 TABLE = runpy.run_path(str(HERE / "table.py"))
@@ -181,6 +186,25 @@ def test_the_force_is_the_rate_of_the_impulse_of_all_rings() -> None:
     rate = -(found.impulse[2:] - found.impulse[:-2])[:, 1] / (found.time[2:] - found.time[:-2])
     force = found.at_rest()[1:-1, 1]
     assert np.abs(force - rate)[32:].max() < 0.03 * np.abs(force).max()
+
+
+def test_the_force_beside_the_lattice_is_that_of_the_core() -> None:
+    """A tail without drag that holds a plate behind its nose, at random velocities: forward, backward, any suction."""
+    chord, aspect, lift, mass = 0.03, 5.0, 0.504, 0.897
+    area = [1e-9, aspect * chord**2]
+    twist = np.random.default_rng(3).normal(size=(50, 3)) * [1, 1, 20]
+    speed = (twist + np.outer(twist[:, 2], [0, 0.22, 0])) * [1, 1, chord]  # of the plate's leading edge
+    for suction in (0.0, 0.3, 1.0):
+        edge = {"edge_height_m": aspect * chord, "edge_aspect": aspect, "edge_added_mass": mass, "edge_lift": lift}
+        still = {"drag_normal": [0.0, 0.0], "drag_tangential": [0.0, 0.0], "edge_suction": suction}
+        document = new_robot("plate", links=2, length=0.3, mass=0.85)
+        del document["uncertainty"]
+        links = {"length_m": [0.22, chord], "mass_kg": [0.8, 0.05], "lateral_area_m2": area, "wetted_area_m2": area}
+        document |= {"links": links, "water": {"strip": still | edge}, "model": {"water": "strip"}, "sources": {}}
+        model = core_model(parse(document))
+        wrench = _core.dynamics(model, np.zeros((len(twist), 2, 3)), twist)["wrench"]
+        law = WAKE["edge_terms"](speed, aspect, lift, suction, mass=mass)
+        np.testing.assert_allclose(1000 * area[1] * law, wrench[:, :2], rtol=1e-9, atol=1e-9)
 
 
 def test_small_motions_of_the_fin_have_the_added_mass_and_most_of_the_lift_of_the_law() -> None:

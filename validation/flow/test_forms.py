@@ -86,13 +86,13 @@ def test_the_lattice_of_infinite_span_has_the_thrust_and_the_power_of_theory() -
 
 
 def test_thrust_of_the_forms_without_axial_force_is_that_of_the_lattice_but_for_the_memory_of_the_wake() -> None:
-    """Scale: thrust of a steady incidence. Today's law gives a pitching plate the same thrust at every frequency."""
+    """Scale: thrust of a steady incidence. The law before gives a pitching plate the same thrust at every frequency."""
     for aspect, _, _, numbers in PITCHING:
         steady = next(row["lift"] for row in TABLE["stored"]("forms")["plates"] if row["aspect"] == aspect)
         scale = steady * FORMS["AMPLITUDE"] ** 2 / 2
         for form in ("S", "P", "quarter"):
             assert numbers[form][0] == pytest.approx(numbers["lattice"][0], abs=0.15 * scale)
-        assert numbers["today"][0] == pytest.approx(-scale, rel=1e-9)
+        assert numbers["before"][0] == pytest.approx(-scale, rel=1e-9)
     assert max(numbers["lattice"][0] for _, _, _, numbers in PITCHING) > 0
 
 

@@ -216,12 +216,27 @@ def fin_motion(swim: Any, chord: float) -> tuple[Motion, float]:
     return motion, period
 
 
-def edge_terms(found: Wake, aspect: float, lift: float, suction: float, *, fade: bool = True) -> np.ndarray:
-    """Return the strip law's force (n, 2) at the trailing edge along x and z of the plate (docs/model.md)."""
-    along, across = found.speed[:, 0], found.speed[:, 1] + found.speed[:, 2]
-    ahead = np.maximum(0, -along) / np.hypot(along, across) if fade else np.ones(len(along))
-    mass = math.pi / 4 * aspect * lift * ahead
-    return np.stack([-suction / 2 * (2 - lift) * mass * across**2, mass * along * across], axis=1)
+ASPECT, CHORD = 5.0, 0.032  # of the fin; m
+MASS = 0.897  # of the fin over rho pi/4 c^2 b: edge_added_mass in robots/hypertuna.toml
+
+
+def edge_terms(
+    speed: np.ndarray, aspect: float, lift: float, suction: float, *, fade: bool = True, mass: float = MASS
+) -> np.ndarray:
+    """Return the strip law's force (n, 2) on a fin along x and z of the plate, beside Kirchhoff's (docs/model.md).
+
+    `speed` (n, 3) as in Wake; `mass` is the added mass over rho pi/4 c^2 b, `lift` and `suction` are edge_lift and
+    edge_suction of a robot file.
+    """
+    along, turn = np.abs(speed[:, 0]), speed[:, 2]
+    middle = speed[:, 1] + turn / 2
+    across = middle - np.sign(speed[:, 0]) * turn / 4  # at three quarters of the chord
+    kept = along / np.hypot(along, across) if fade else np.ones(len(along))
+    slope, carried = math.pi / 4 * aspect * lift, math.pi / 4 * mass
+    attached = 2 * min(suction * (1 - lift / 2), 4 * carried / slope) * slope
+    return np.stack(
+        [-turn * carried * middle - attached / 2 * kept * middle**2, -slope * kept * along * across], axis=1
+    )
 
 
 def reaction(found: Wake) -> np.ndarray:
@@ -238,8 +253,6 @@ BEATS = (
     Beat(0.5, 0.05, 0.03, math.pi / 2),
     Beat(1.0, 0.05, 0.05, math.pi / 2),
 )
-ASPECT, CHORD = 5.0, 0.032  # of the fin; m
-MASS = 0.897  # of the fin over rho pi/4 c^2 b: added_mass_normal in robots/hypertuna.toml
 COARSE, FINE = (4, 8, 40), (6, 12, 60)  # panels along chord and span, steps a beat
 
 
@@ -276,16 +289,17 @@ def fin(swim: Any, name: str, scale: float, size: tuple[int, int, int], *, free:
         return float(-unit * turned(force, found.angle)[last, 0].mean())
 
     speed = found.speed[last]
-    columns = np.stack([edge_terms(found, ASPECT, lift, 0, fade=False)[last, 1] / lift, reaction(found)[last]], axis=1)
+    lifting = edge_terms(speed, ASPECT, lift, 0, fade=False)[:, 1] / lift
+    columns = np.stack([lifting, reaction(found)[last]], axis=1)
     force = found.force[last, 1]
     fit, *_ = np.linalg.lstsq(columns, force, rcond=None)
     rest = force - columns @ fit
-    law = edge_terms(found, ASPECT, lift, 0)[last, 1] + MASS * columns[:, 1]
+    law = edge_terms(speed, ASPECT, lift, 0)[:, 1] + MASS * columns[:, 1]
     numbers = {
         "reduced": math.pi / period,
         "incidence_deg": math.degrees(np.arctan2(np.abs(speed[:, 1] + speed[:, 2]), -speed[:, 0]).max()),
-        "thrust_law": thrust(edge_terms(found, ASPECT, lift, 0)),
-        "thrust_law_suction": thrust(edge_terms(found, ASPECT, lift, 1)),
+        "thrust_law": thrust(edge_terms(found.speed, ASPECT, lift, 0)),
+        "thrust_law_suction": thrust(edge_terms(found.speed, ASPECT, lift, 1)),
         "thrust_normal": thrust(found.force * [0, 1]),
         "thrust": thrust(found.force),
         "normal_rms_law": unit * math.sqrt(np.mean(law**2)),
