@@ -40,15 +40,16 @@ def errors(robot: ht.Robot, factor: int) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("name", SMOOTH)
 def test_fourth_order(name: str) -> None:
-    """From 128 steps on: steps of 64 are too long for the share that beating has of the drag."""
-    order = np.log2(errors(MODELS[name], 2) / errors(MODELS[name], 4))
+    """From 256 steps on: longer steps are too long for the share that beating has of the drag."""
+    order = np.log2(errors(MODELS[name], 4) / errors(MODELS[name], 8))
     np.testing.assert_allclose(order, 4, atol=0.3)
 
 
 @pytest.mark.parametrize("name", sorted(MODELS.keys() - {*SMOOTH, *ACCURATE}))
 def test_third_order_where_drag_has_kinks(name: str) -> None:
-    order = np.log2(errors(MODELS[name], 1) / errors(MODELS[name], 4)) / 2
-    assert (order > 2.5).all()
+    """Slope of a line through four numbers of steps: between two of them the order is a matter of luck, too."""
+    falls = np.log2([errors(MODELS[name], factor) for factor in (1, 2, 4, 8)])
+    assert (-np.polyfit(np.arange(4), falls, 1)[0] > 2.5).all()
 
 
 @pytest.mark.parametrize("name", ACCURATE)
