@@ -177,7 +177,9 @@ def test_servos_on_axles_have_efforts_and_rewards() -> None:
         warnings.simplefilter("error")
         check_env(gymnasium.make("hypertuna/Swim-v0", robot="examples/servofish.toml").unwrapped)
     env = SwimmerVectorEnv(4, "Goto", robot="examples/servofish.toml")
-    assert env.swimmers.power == pytest.approx((0.21 + 0.12) * 7.5)  # stall torques times speed: motors without losses
+    servos = [joint["servo"] for joint in ht.load("examples/servofish.toml").document()["joints"]]
+    power = sum(servo["torque_n_m"] * servo["speed_rad_s"] for servo in servos)  # at stall: motors without losses
+    assert env.swimmers.power == pytest.approx(power)
     env.reset(seed=1)
     for _ in range(20):
         _, reward, _, _, _ = env.step(np.tile([-0.5, 0.5, 0.5, 0.0, 0.0, 0.0], (4, 1)))
