@@ -45,6 +45,7 @@ def base() -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
         "merge_shards": (ht.merge_shards, {"folder": "a.shards"}),
         "gradient": (ht.gradient, both | {"steps": 16}),
         "turn": (ht.turn, {"robot": fish, "gaits": GRID, "steps": 16, "threads": 1}),
+        "score_swimmers": (ht.score_swimmers, {"names": ["tunabot"]}),
         "bend": (
             ht.bend,
             {"robot": fish, "joint": "I", "pressure": [0.0, 1e5], "side": "left", "friction": True, "law": "corrected"},
@@ -116,6 +117,7 @@ NAMES = [
     "merge_shards",
     "gradient",
     "turn",
+    "score_swimmers",
     "bend",
     "optimize",
     "pareto",
