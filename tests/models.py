@@ -34,12 +34,13 @@ def _strip_variants(robot: ht.Robot) -> dict[str, ht.Robot]:
     plain = {"water.strip.cross_flow": False}
     # As much as the quadratic drag of a 7 cm high section at 2 cm/s; a tenth of it along the body.
     linear = {"water.strip.linear_normal_pa_s": [1.0] * links, "water.strip.linear_tangential_pa_s": [0.1] * links}
+    edge = {"tail_shedding": 1.0, "edge_aspect": 0.0, "edge_suction": 0.3}
     return {
         "strip": changed(strip, plain),
         "strip-cross-flow": changed(strip, {"water.strip.cross_flow": True}),
         "strip-linear": changed(strip, plain | linear),
         "strip-shedding": changed(strip, plain | {"water.strip.tail_shedding": 0.3}),
-        "strip-edge": changed(strip, plain | {"water.strip.edge_aspect": 0.0, "water.strip.edge_suction": 0.3}),
+        "strip-edge": changed(strip, plain | {f"water.strip.{key}": value for key, value in edge.items()}),
     }
 
 
