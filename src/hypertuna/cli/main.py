@@ -55,7 +55,7 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
         ),
         "scoreboard": (
             "scoreboard:scoreboard_command",
-            "Predict published swimmers from a few numbers, and compare with what they did.",
+            "Predict published swimmers as `hypertuna robot new` describes them, and compare with what they did.",
         ),
     },
     "Optimize": {
