@@ -174,7 +174,7 @@ def to_pandas(data: Any) -> pd.DataFrame:
 def facts_of(summary: Mapping[str, Quantity]) -> list[tuple[str, str]]:
     """Return the labeled numbers of a summary as facts of a card."""
     return [
-        (one.label, one.value if isinstance(one.value, str) else number(one.value, one.unit))
+        (one.label, str(one.value) if isinstance(one.value, str | int) else number(one.value, one.unit))
         for one in summary.values()
         if one.label
     ]

@@ -96,7 +96,8 @@ def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) 
 
 def _sources(shape: Shape, sizes: Sizes) -> dict[str, str]:
     """Return where each value is from, with the sizes that the builder gave."""
-    given = [f"{name.replace('_', ' ')} {sizes[name]:g} m" for name in OWN if sizes.get(name) is not None]  # type: ignore[literal-required]
+    own = {name: size for name, size in sizes.items() if name in OWN and size is not None}
+    given = [f"{name.replace('_', ' ')} {own[name]:g} m" for name in OWN if name in own]
     aspect = shape.width / shape.height
     return {
         "links": f"""estimate: a slender fish: NACA four-digit profile in side view, elliptical sections {aspect:.3g} \
