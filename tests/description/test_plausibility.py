@@ -140,8 +140,8 @@ def test_a_tail_fin_longer_than_its_link_is_told() -> None:
     document = new_robot("fish", links=3, length=0.3, mass=0.85)
     document["water"]["strip"] |= {"edge_height_m": 0.1, "edge_aspect": 1.0}
     assert implausible(parse(document)) == [
-        "water.strip.edge_aspect is 1: a tail fin 0.1 m high has a mean chord of 0.1 m then, more than its link's 0.075 "
-        "m: check both, or write at least 1.33."
+        "water.strip.edge_aspect is 1: a tail fin 0.1 m high has a mean chord of 0.1 m then, more than its link's "
+        "0.075 m: check both, or write at least 1.33."
     ]
 
 

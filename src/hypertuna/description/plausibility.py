@@ -256,8 +256,8 @@ def _unlikely_fin(robot: Robot) -> Iterator[str]:
         return
     if (chord := strip.edge_height / strip.edge_aspect) > 1.001 * length:
         yield (
-            f"water.strip.edge_aspect is {strip.edge_aspect:g}: a tail fin {strip.edge_height:g} m high has a mean chord "
-            f"of {chord:.3g} m then, more than its link's {length:g} m: check both, or write at least "
+            f"water.strip.edge_aspect is {strip.edge_aspect:g}: a tail fin {strip.edge_height:g} m high has a "
+            f"mean chord of {chord:.3g} m then, more than its link's {length:g} m: check both, or write at least "
             f"{strip.edge_height / length:.3g}."
         )
 
