@@ -9,6 +9,7 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
+from hypertuna.description.schema.water import plate_mass
 from hypertuna.swimming.model import core_model
 
 AMPLITUDE, LENGTH, HEIGHT = np.radians(5.0), 0.08, 0.04
@@ -45,6 +46,14 @@ def test_thrust_at_rest_is_lighthills(edge: str) -> None:
         mu *= 0.4 * LENGTH / HEIGHT  # kappa rho pi/4 c^2 b over c
     expected = mu / 2 * (LENGTH * 2 * np.pi * AMPLITUDE) ** 2 / 2
     assert held_thrust(robot) == pytest.approx(expected, rel=0.01)
+
+
+def test_a_plate_turned_by_a_right_angle_is_the_same_plate() -> None:
+    """Its added mass kappa rho pi/4 c^2 b, with span and chord exchanged; rho pi/4 b^2 c for a slender one."""
+    for aspect in (0.3, 0.7, 1.0):
+        assert plate_mass(aspect) * (1 / aspect) ** 2 == pytest.approx(plate_mass(1 / aspect) / aspect, rel=1e-12)
+    assert plate_mass(0.02) == pytest.approx(0.02, rel=0.05)
+    assert plate_mass(0.0) == 0.0
 
 
 def test_a_fish_of_one_joint_starts_from_rest() -> None:

@@ -44,12 +44,14 @@ def _ones(law: Mapping[str, Any]) -> tuple[float, ...]:
 
 
 # Added mass of a rectangular plate of an aspect ratio across the flow, over rho pi/4 chord^2 span (DNV-RP-C205, 2010).
-PLATE_ASPECT = (0.0, 1.0, 1.59, 2.0, 2.5, 3.17, 4.0, 5.0, 6.25, 8.0, 10.0)
-PLATE_MASS = (0.0, 0.579, 0.704, 0.757, 0.801, 0.84, 0.872, 0.897, 0.917, 0.934, 0.947)
+PLATE_ASPECT = (1.0, 1.25, 1.59, 2.0, 2.5, 3.17, 4.0, 5.0, 6.25, 8.0, 10.0)
+PLATE_MASS = (0.579, 0.642, 0.704, 0.757, 0.801, 0.84, 0.872, 0.897, 0.917, 0.934, 0.947)
 
 
 def plate_mass(aspect: float) -> float:
     """Return the added mass of a plate of an aspect ratio across the flow, over rho pi/4 chord^2 span."""
+    if aspect < 1:  # the same plate, seen the other way round
+        return aspect * plate_mass(1 / aspect) if aspect > 0 else 0.0
     k = min(bisect_right(PLATE_ASPECT, aspect), len(PLATE_ASPECT) - 1)
     (a, b), (low, high) = PLATE_ASPECT[k - 1 : k + 1], PLATE_MASS[k - 1 : k + 1]
     return min(1.0, low + (high - low) * (aspect - a) / (b - a))
