@@ -20,7 +20,7 @@ SAMPLES, SEED = 128, 1
 STEPS = 32  # per beat: 3e-4 of the speed
 INSIDE = 0.9  # of the cases
 # Factor of the speed itself, from the law: the thrust of plates that pitch and heave is within 30 % of the theory of
-# thin airfoils, of which the speed takes half; the gaits of HyperTuna that were not fitted are off by 6 to 7 % (rms).
+# thin airfoils, and the speed is off by half of that; HyperTuna's gaits that were not fitted are off by 6 % (rms).
 LAW = 1.2
 
 
