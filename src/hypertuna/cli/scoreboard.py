@@ -57,7 +57,7 @@ def scoreboard_command(
 def _lines(board: Scoreboard) -> Iterator[Any]:
     """Lay out the speeds, then thrusts and powers, then what they say."""
     if board.speeds:
-        yield "Speeds in m/s: predicted from length, mass and nose alone; at the right with own sections", "bold"
+        yield "Speeds in m/s: predicted from length, mass, nose and beat; at the right with own sections", "bold"
         yield _table(board.speeds)
         yield ""
     others = [score for score in board.scores if score.quantity != "speed"]
