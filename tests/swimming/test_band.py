@@ -134,7 +134,7 @@ def test_the_program_prints_the_band(run: Any, tmp_path: Path) -> None:
     left = swim(file, "cruise").band
     assert left is not None
     text = run("swim", "--robot", file)[1]
-    assert f"By the estimates of its file, {left.low[0]:.3g} to {left.high[0]:.3g} m/s in 90 % of cases." in text
+    assert f"By the estimates of its file alone, {left.low[0]:.3g} to {left.high[0]:.3g} m/s (90 %)." in text
     record = json.loads(run("swim", "--robot", file, "--json")[1])["band"]
     assert record == pytest.approx({"low_m_s": left.low[0], "high_m_s": left.high[0], "settled": 1.0})
     assert json.loads(run("swim", "--robot", "hypertuna", "--gait", "unoptimised-max", "--json")[1])["band"] is None

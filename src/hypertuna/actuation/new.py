@@ -23,7 +23,7 @@ from hypertuna.swimming.swim import swim
 
 HEADER = """\
 # {name}, written by `hypertuna robot new`.
-# Every value is an estimate from length and mass; [sources] has its rule. Replace values as you measure them, write
+# Every value that was not given is an estimate; [sources] has its rule. Replace values as you measure them, write
 # "measured" and how into [sources], and run `hypertuna robot check`.
 """
 LEAST_SHARE = 20  # % of the amplitudes: smaller ones hardly move a robot

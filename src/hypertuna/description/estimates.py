@@ -54,7 +54,7 @@ def _estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> Iterat
     rule += "the fin, a plate (Hoerner 1965, chapter 3), mean over the area"
     yield "water.strip.drag_normal", Estimate(rule, 1.3, "rounded to sharp edges of the same section")
     rule = f"estimate: ITTC 1957 at {STRIDE:g} lengths per beat of the cruise"
-    reason = "laminar to rough: coasting bluegills have 0.015 +- 0.007, half to twice that"
+    reason = "laminar to rough: coasting bluegills have 0.015 +- 0.007"
     yield "water.strip.drag_tangential", Estimate(rule, 1.6, reason)
     rule = f"estimate: a plate in a flow to and fro has 8 KC^(-1/3), KC = 2 pi a/c (Graham 1980): {swung:.2g} m is the "
     rule += f"amplitude a of the fin's middle in the cruise; less the {FIN_DRAG:g} of steady flow, by the fin's part "
@@ -74,7 +74,7 @@ def _estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> Iterat
         yield "water.strip.edge_aspect", Estimate("span over mean chord, " + GIVEN)
     else:
         rule = "estimate: span^2 over area of the fin"
-        yield "water.strip.edge_aspect", Estimate(rule, 1.4, "fins of one span may be half or twice as large")
+        yield "water.strip.edge_aspect", Estimate(rule, 1.4, "fins of one span may be larger or smaller by as much")
     rule = "estimate: a plate of the fin's aspect ratio (DNV-RP-C205 2010)"
     yield "water.strip.edge_added_mass", Estimate(rule, 1.1, "other planforms than a rectangle")
     rule = "estimate: Helmbold's lift slope of a wing of the fin's aspect ratio, over pi AR/2"

@@ -76,7 +76,7 @@ def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) 
     return {
         "format": 1,
         "name": name,
-        "description": f"{name}: a fish of {links} links, estimated from length and mass",
+        "description": f"{name}: a fish of {links} links, estimated from its size",
         "body": {"mass_kg": shape.mass},
         "links": {"name": ["head", *(f"tail {i}" for i in range(1, links - 1)), "fin"], "length_m": list(lengths)}
         | columns,

@@ -42,7 +42,7 @@ class Band:
         if not self.settled[gait]:
             return "The estimates of the robot's file leave no speed: none of the samples settles."
         ends = self.ends(gait)
-        return f"By the estimates of its file, {ends} m/s in {100 * INSIDE:.0f} % of cases{f'; {lost}' * bool(lost)}."
+        return f"By the estimates of its file alone, {ends} m/s ({100 * INSIDE:.0f} %){f'; {lost}' * bool(lost)}."
 
 
 def estimated(robot: Robot) -> dict[str, float]:
