@@ -44,7 +44,7 @@ fit
 # The intervals hold 95 %. `to_pandas` has them for your own tables.
 
 # %%
-fit.to_pandas()[["name", "value", "low", "high", "unit", "determined"]]
+fit.to_pandas()[["name", "value", "low", "high", "unit", "constrained"]]
 
 # %%
 fit.plot()

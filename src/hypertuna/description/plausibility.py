@@ -254,7 +254,7 @@ def _unlikely_fin(robot: Robot) -> Iterator[str]:
     strip, length = robot.water.strip, robot.links.length[-1]
     if strip is None or not strip.edge_height or not strip.edge_aspect:
         return
-    if (chord := strip.edge_height / strip.edge_aspect) > 1.001 * length:
+    if (chord := strip.edge_height / strip.edge_aspect) > 1.02 * length:
         yield (
             f"water.strip.edge_aspect is {strip.edge_aspect:g}: a tail fin {strip.edge_height:g} m high has a "
             f"mean chord of {chord:.3g} m then, more than its link's {length:g} m: check both, or write at least "
