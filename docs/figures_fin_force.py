@@ -91,7 +91,7 @@ def draw_thrust(axes: Axes, forms: dict[str, Any], part: Any) -> None:
         found.append((force * np.conj(pitch)).real / 2 / scale)
     axes.plot([row["k"] for row in rows], found, "o", color=COLORS[1], label="vortex lattice", **POINTS)
     axes.set(xlabel="reduced frequency k", ylabel="mean thrust over drag at k = 0", xlim=(0, 1.3))
-    axes.set_title("Pitching plate, b/c = 5")
+    axes.set_title("Plate, hinge 1 chord ahead")
     axes.legend(loc="upper left")
 
 
