@@ -136,8 +136,8 @@ def strip_of(
     mu_normal = added_mass_normal * reference
     inertia = added_inertia * mu_normal * chain.length**3 / 12
     edge: Edge | Fin
-    if edge_height > 0 and edge_aspect > 0:
-        chord = min(edge_height / edge_aspect, chain.length[-1])
+    chord = edge_height / edge_aspect if edge_aspect > 0 else np.inf
+    if edge_height > 0 and chord < 1.0001 * chain.length[-1]:
         mass = min(edge_added_mass * density * np.pi / 4 * chord**2 * edge_height, mu_normal[-1] * chain.length[-1])
         shed = tail_shedding * edge_lift * density * np.pi / 4 * edge_height**2
         around = np.asarray(added_inertia)[-1] * mass * chord**2 / 32

@@ -64,3 +64,11 @@ def test_a_fish_of_one_joint_starts_from_rest() -> None:
     assert swim.reached_from_rest
     assert 0.3 < swim.strouhal < 0.9
     assert swim.efficiency > 0.05
+
+
+def test_a_fin_that_spans_several_links_pushes_as_one() -> None:
+    """From 6 links on, the fin of a first robot is longer than its last link: more links change the speed little."""
+    speeds = [
+        ht.swim(parse(new_robot("many", links=links, length=0.3, mass=0.85)), "cruise").speed for links in (6, 9, 12)
+    ]
+    assert speeds == pytest.approx([np.mean(speeds)] * 3, rel=0.05)

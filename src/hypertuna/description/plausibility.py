@@ -154,7 +154,7 @@ def implausible(robot: Robot) -> list[str]:
     """Return a sentence for each unlikely value of a robot, none if all are likely."""
     if (slip := _unit_of_lengths(robot)) is not None:
         return [slip, *(told for told in _unusual(robot) if "s.length_m" not in told)]  # comparisons would repeat it
-    unlikely = (_unlikely_links, _unlikely_sizes, _unlikely_fin, _unlikely_speeds, _coarse_sensors, _idle_factors)
+    unlikely = (_unlikely_links, _unlikely_sizes, _unlikely_speeds, _coarse_sensors, _idle_factors)
     return [*_unusual(robot), *(sentence for check in unlikely for sentence in check(robot))]
 
 
@@ -247,19 +247,6 @@ def _unlikely_sizes(robot: Robot) -> Iterator[str]:
     if area and not BLUNT[0] <= area / whole**2 <= BLUNT[1]:
         slip = _slip(area, "m^2", (BLUNT[0] * whole**2, BLUNT[1] * whole**2))
         yield f"water.strip.blunt_area_m2 has {area:g} m^2, in a robot {whole:g} m long: {slip}."
-
-
-def _unlikely_fin(robot: Robot) -> Iterator[str]:
-    """Find a tail fin that is longer than the link that it ends: the law takes the link's length for its chord."""
-    strip, length = robot.water.strip, robot.links.length[-1]
-    if strip is None or not strip.edge_height or not strip.edge_aspect:
-        return
-    if (chord := strip.edge_height / strip.edge_aspect) > 1.02 * length:
-        yield (
-            f"water.strip.edge_aspect is {strip.edge_aspect:g}: a tail fin {strip.edge_height:g} m high has a "
-            f"mean chord of {chord:.3g} m then, more than its link's {length:g} m: check both, or write at least "
-            f"{strip.edge_height / length:.3g}."
-        )
 
 
 def _unlikely_speeds(robot: Robot) -> Iterator[str]:

@@ -76,11 +76,13 @@ struct Strip {
         const S zero(0), tiny(base_t<S>(1e-12)), own = density * quarter_pi * *edge_height * *edge_height;
         const S span = select(zero < *edge_height, *edge_height, height), step = ahead / span;
         const S shed = *tail_shedding * *edge_lift * select(zero < *edge_height, own, added);
-        const S chord = min(*edge_height / max(*edge_aspect, tiny), tail.length), all = added * tail.length;
+        const S chord = *edge_height / max(*edge_aspect, tiny), all = added * tail.length;
         const EdgePlate<S> plate{min(*edge_added_mass * density * quarter_pi * chord * chord * *edge_height, all),
                                  chord, shed, *edge_lift, *edge_suction};
         const EdgeStrip<S> strip{added, shed, min(step * step, S(1)), *edge_suction};
-        const auto is_plate = zero < min(*edge_height, *edge_aspect);
+        // A longer fin spans several links, of which the last one ends it.
+        const S room = S(base_t<S>(1.0001)) * tail.length - chord;
+        const auto is_plate = zero < min(min(*edge_height, *edge_aspect), room);
         LinkInertia<S>& inertia = out[last].inertia;
         inertia =
             select(is_plate, plate.inertia(tail, inertia.tangential - tail.mass, all, added_inertia[last]), inertia);
