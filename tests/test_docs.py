@@ -62,7 +62,8 @@ def sampled(text: str) -> tuple[str, list[float]]:
 def searched(text: str) -> str:
     """Hide numbers of Pareto fronts, and how many gaits a method tried: NumPy sorts equal values in another order."""
     front = r"^\$ hypertuna pareto.*?(?=^\$|^```)"
-    text = re.sub(front, lambda one: re.sub(r"\d[\d.]*(e[-+]\d+)?,?|\s+", " ", one[0]), text, flags=re.DOTALL | re.MULTILINE)
+    number = r"\d[\d.]*(e[-+]\d+)?,?|\s+"
+    text = re.sub(front, lambda one: re.sub(number, " ", one[0]), text, flags=re.DOTALL | re.MULTILINE)
     text = re.sub(r" {2,}", " ", text)
     return re.sub(r"^(\| \w+ \| `\w+` \|.*\|) \d+ \|$", r"\1 count |", text, flags=re.MULTILINE)
 
