@@ -27,7 +27,7 @@ static void edge_of_a_strip() {
 }
 
 /// Behind a body as deep as the fin there is no leading edge: the force along is Lighthill's of the trailing edge
-/// alone, whatever the suction.
+/// alone, for every fraction of the suction.
 static void edge_behind_a_deep_body() {
     const double height = 2, row[] = {1, 2, 0.5, 1, 1, 1, 1, 1, 4 / pi, height, 2 * height, 8, 8, 1, 1, 0, 0, 1, 1,
                                       0, 0, 0,   0, 0, 0, 0, 0, 1,      0,      0,          0, 0, 0, 0, 1, 1, 0};
@@ -156,7 +156,7 @@ static Flapping thin_plate(double rho, double b, double span, double U, double o
     return mean;
 }
 
-/// The fin as a plate of its own is the quasi-steady theory of thin plates: thrust and power, whatever the motion.
+/// The fin as a plate of its own is the quasi-steady theory of thin plates: thrust and power, for random motions.
 static void thin_plate_theory() {
     const double rho = Plate::density, span = 8, chord = 2;  // lift slope 2 pi: pi rho chord span
     const Plate plate(

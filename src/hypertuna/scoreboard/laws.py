@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hypertuna import metrics
 from hypertuna.arrays import Array
 from hypertuna.description.drag import VISCOSITY
 from hypertuna.description.new import new_robot
@@ -62,12 +63,12 @@ class Shoal:
     @property
     def strouhal(self) -> Array:
         """Strouhal numbers f A / U."""
-        return self.frequency * self.excursion / self.speed
+        return metrics.strouhal(self.frequency, self.excursion, self.speed)
 
     @property
     def stride(self) -> Array:
         """Stride lengths U / (f L)."""
-        return self.speed / (self.frequency * self.length)
+        return metrics.stride_length(self.speed, self.frequency, self.length)
 
 
 def random_shoal(count: int = FISH, seed: int = SEED) -> Shoal:

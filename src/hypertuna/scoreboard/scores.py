@@ -143,7 +143,7 @@ def swimmer_logs(ratios: Mapping[str, Sequence[float]]) -> dict[str, float]:
 
 
 def leave_one_out(logs: Mapping[str, float]) -> Array:
-    """Return what is left of each logarithm when the mean of all others corrects it (swimmers,).
+    """Return each logarithm less the mean of all others (swimmers,).
 
     It says what one factor, fitted to the scoreboard, would bring for a swimmer that it was not fitted to.
     """
