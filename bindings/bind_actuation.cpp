@@ -30,11 +30,17 @@ static DriveUnit<double> make_unit(double outer, double inner, double tan2, doub
 }
 
 static OwnedJoint make_joint(const DriveUnit<double>& unit, double units, const std::pair<double, double>& lever,
-                             const Input<2>& sections) {
+                             const Input<2>& sections, const std::pair<double, double>& axis) {
     check_extent("sections", sections.shape(1), sizeof(Section<double>) / sizeof(double));
     if (sections.shape(0) == 0) throw nb::value_error("sections: a joint has one at least");
     const auto* const first = reinterpret_cast<const Section<double>*>(sections.data());
-    return {{unit, units, {lever.first, lever.second}, int(sections.shape(0)), nullptr, {false, {}, true, true}},
+    return {{unit,
+             units,
+             {lever.first, lever.second},
+             int(sections.shape(0)),
+             nullptr,
+             {false, {}, true, true},
+             {axis.first, axis.second}},
             {first, first + sections.shape(0)}};
 }
 
@@ -308,10 +314,12 @@ static void bind_joints(nb::module_& m) {
         .def(
             "__init__",
             [](OwnedJoint* self, const DriveUnit<double>& unit, double units, const std::pair<double, double>& lever,
-               const Input<2>& sections) { new (self) OwnedJoint(make_joint(unit, units, lever, sections)); },
-            nb::arg("unit"), nb::kw_only(), nb::arg("units"), nb::arg("lever"), nb::arg("sections"),
+               const Input<2>& sections, const std::pair<double, double>& axis) {
+                new (self) OwnedJoint(make_joint(unit, units, lever, sections, axis));
+            },
+            nb::arg("unit"), nb::kw_only(), nb::arg("units"), nb::arg("lever"), nb::arg("sections"), nb::arg("axis"),
             "Muscles a side, lever of each side; length, area, second moment and thickness around a hose of each "
-            "section.")
+            "section; of what lies on the axis, its stiffness and the compressive strain at which it buckles.")
         .def("with_law", &with_law, nb::kw_only(), nb::arg("printed"), nb::arg("nominal_stress"),
              nb::arg("inner_balance"), nb::arg("passive"), nb::arg("shortens"), "The same joint by other equations.")
         .def("bend", &bend, nb::arg("pressure"),

@@ -300,7 +300,7 @@ def oil_table() -> str:
 def limits_table() -> str:
     """Tabulate the parameters that a maker should know before the first swim."""
     names = ("link_timeout", "home_timeout", "manual_timeout", "rise_depth", "voltage_low", "voltage_empty",
-             "pressure_soft", "pressure_hard", "pulse_min", "pulse_max")  # fmt: skip
+             "pressure_work", "pressure_soft", "pressure_hard", "pulse_min", "pulse_max")  # fmt: skip
     texts = {
         "link_timeout": ("s", "silence of the ground that ends a gait"),
         "home_timeout": ("s", "silence of the ground that sends the robot home, or up"),
@@ -308,7 +308,8 @@ def limits_table() -> str:
         "rise_depth": ("m", "depth below which a robot without a way home ascends"),
         "voltage_low": ("V", "voltage below which the robot goes home, or up"),
         "voltage_empty": ("V", "voltage below which it ascends and disarms"),
-        "pressure_soft": ("Pa", "pressure above which the beat is reduced"),
+        "pressure_work": ("Pa", "pressure above which the beat is reduced"),
+        "pressure_soft": ("Pa", "pressure above which a pump goes back"),
         "pressure_hard": ("Pa", "pressure above which the joint is released"),
         "pulse_min": ("s", "shortest pulse of a servo"),
         "pulse_max": ("s", "longest pulse of a servo"),

@@ -15,7 +15,8 @@ inline SoftJoint<double> soft(double c1, double friction, double left = 0.012, d
             {left, right},
             2,
             soft_sections,
-            {false, {}, true, true}};
+            {false, {}, true, true},
+            {0, 0}};
 }
 
 /// For dynamics: its first section, filled to a pressure.

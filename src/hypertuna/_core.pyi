@@ -188,9 +188,10 @@ class SoftJoint:
         units: float,
         lever: tuple[float, float],
         sections: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+        axis: tuple[float, float],
     ) -> None:
         """
-        Muscles a side, lever of each side; length, area, second moment and thickness around a hose of each section.
+        Muscles a side, lever of each side; length, area, second moment and thickness around a hose of each section; of what lies on the axis, its stiffness and the compressive strain at which it buckles.
         """
 
     def with_law(

@@ -110,7 +110,16 @@ def test_parameters_fit_mavlink(table) -> None:
 
 def test_limits_can_only_be_made_tighter(table) -> None:
     at = {p.name: p for p in table.parameters}
-    for name in ("pressure_soft", "pressure_hard", "frequency_max", "slew", "pulse_max", "amplitude_0", "tilt_max"):
+    for name in (
+        "pressure_work",
+        "pressure_soft",
+        "pressure_hard",
+        "frequency_max",
+        "slew",
+        "pulse_max",
+        "amplitude_0",
+        "tilt_max",
+    ):
         assert at[name].high == at[name].standard, name
     for name in ("pulse_min", "voltage_low", "voltage_empty"):
         assert at[name].low == at[name].standard, name

@@ -38,7 +38,7 @@ def with_servos(*joints: int, **servo: float) -> Robot:
         document["sensors"] = []
         for key in OIL:
             document.pop(key)
-        for key in ("pressure_step_pa", "pressure_soft_pa", "pressure_hard_pa"):
+        for key in ("pressure_step_pa", "pressure_work_pa", "pressure_soft_pa", "pressure_hard_pa"):
             document["controller"].pop(key)
     return parse(document)
 

@@ -26,6 +26,24 @@ static void small_strains_by_hand() {
     CHECK_NEAR(balance(j, bare, both, 0.0).angle, 0, 1e-15);
 }
 
+/// What lies on the axis shares the axial force, shortening -N F / (E A + k), until it buckles; then it carries its
+/// buckling force alone. If it never buckles and is stiff, the joint bends as one that is held at its length.
+static void what_lies_on_the_axis() {
+    SoftJoint<double> j = soft(0, 0);
+    const Section<double> bare{0.03, 2e-3, 6e-7, 0};
+    const double one_side[2] = {1, 0}, force = 5 * pull(j.unit, 1.0, 1.0), matrix = E_MATRIX * 2e-3;
+    j.axis = {1000, 1};
+    CHECK_NEAR(balance(j, bare, one_side, 0.0).strain / (-force / (matrix + 1000)), 1, 1e-4);
+    j.axis = {1000, 0.25 * force / 1000};
+    CHECK_NEAR(balance(j, bare, one_side, 0.0).strain / (-0.75 * force / matrix), 1, 1e-4);
+    j = soft(40e3, 0);
+    const double hard[2] = {2e5, 0};
+    j.axis = {1e9, 1};
+    const double stiff = balance(j, soft_sections[0], hard, 0.0).angle;
+    j.law.shortens = false;
+    CHECK_NEAR(stiff / balance(j, soft_sections[0], hard, 0.0).angle, 1, 1e-2);
+}
+
 /// At larger ones a body that shortens bends less than one that keeps its length: the muscles have used up theirs.
 static void shortening_costs_bend() {
     SoftJoint<double> j = soft(40e3, 0);
@@ -39,8 +57,9 @@ static void shortening_costs_bend() {
 
 /// Moment and axial force are the slopes of the stored energy less the work of the oil, whose volume changes as slope
 /// and gain say while the braid is taut; beyond the muscles' limits and with slack braids, too.
-static void virtual_work() {
-    const SoftJoint<double> j = soft(40e3, 0, 0.013, 0.011);
+static void virtual_work(const Axis<double>& axis) {
+    SoftJoint<double> j = soft(40e3, 0, 0.013, 0.011);
+    j.axis = axis;
     const StretchLimits<double> limits = stretch_limits(j.unit);
     const double h = 1e-6;
     int slack = 0, taut = 0;
@@ -203,10 +222,11 @@ static void holds_and_balances() {
 
 /// A row of numbers is read into the joint that wrote it.
 static void from_a_row() {
-    const Joint<double> j = soft_joint(6e4, 0.1);
+    Joint<double> j = soft_joint(6e4, 0.1);
+    j.soft.axis = {700, 0.1};
     const DriveUnit<double>& u = j.soft.unit;
-    const double row[] = {u.outer, u.inner, u.tan2, u.hose.c1, 0,    u.matrix.c1, 0,      u.friction, 5,
-                          0.012,   0.012,   0.03,   2e-3,      6e-7, 4e-3,        j.rest, 0.01,       0.2};
+    const double row[] = {u.outer, u.inner, u.tan2, u.hose.c1, 0,    u.matrix.c1, 0,    u.friction, 5,   0.012,
+                          0.012,   0.03,    2e-3,   6e-7,      4e-3, j.rest,      0.01, 0.2,        700, 0.1};
     static_assert(std::size(row) == joint_column_count);
     const JointLoad<double> a = taut_load(j, 0.1, 0.01), b = taut_load(read_joint(row), 0.1, 0.01);
     CHECK(a.elastic == b.elastic && a.axial == b.axial && a.volume[1] == b.volume[1] && a.friction[0] == b.friction[0]);
@@ -214,8 +234,10 @@ static void from_a_row() {
 
 int main() {
     small_strains_by_hand();
+    what_lies_on_the_axis();
     shortening_costs_bend();
-    virtual_work();
+    virtual_work({0, 1});
+    virtual_work({500, 0.05});
     slack_braid();
     sides();
     friction_holds();

@@ -116,7 +116,7 @@ static void a_limit_winds_nothing_up() {
 static Controller<double> free_controller() {
     Controller<double> model = test_controller<double>();
     for (int c = 0; c < 4; ++c) model.map[c] = {-10, 10, {1, 0, 0, 0, 0, 0}};
-    model.pressure_soft = 4.9e5, model.pressure_hard = 5e5;
+    model.pressure_work = 4e5, model.pressure_soft = 4.9e5, model.pressure_hard = 5e5;
     for (int c = 0; c < 4; ++c) model.circuit[c].speed = 100, model.circuit[c].line = model.circuit[c].hammer = 1;
     for (JointModel<double>& joint : model.joint)
         joint.safe_static = joint.safe_rate = joint.safe_square = 1e-9, joint.rate = 1e9;

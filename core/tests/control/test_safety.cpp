@@ -61,11 +61,11 @@ static Governor<double> governor_after(double ceiling, double pressure, double f
 
 /// A beat at fill + room x makes the next one 1 / x as wide, or wider by the fourth root.
 static void the_governor_by_hand() {
-    const double fill = 6e4, soft = 2.5e5, room = governor_aim * soft - fill;
+    const double fill = 6e4, work = 2e5, room = work - fill;
     const auto after = [&](double load, bool doubt) {
         Governor<double> g = governor_after(0.2, fill + room * load);
         g.doubt = doubt;
-        govern(g, beat_of(0.2), fill, soft);
+        govern(g, beat_of(0.2), fill, work);
         CHECK(g.peak == fill && !g.doubt);
         return g;
     };
@@ -80,12 +80,12 @@ static void the_governor_by_hand() {
 
 /// What else cuts a beat, or keeps it from growing.
 static void the_governor_sees_more_than_pressure() {
-    const double fill = 6e4, soft = 2.5e5;
+    const double fill = 6e4, work = 2e5;
     const auto after = [&](const auto& change) {
         Governor<double> g = governor_after(0.2, 1e5);
         BeatEnd<double> beat = beat_of(0.2);
         change(g, beat);
-        govern(g, beat, fill, soft);
+        govern(g, beat, fill, work);
         return g;
     };
     // A ceiling that fell within the beat grows from there, not from what the beat still had.
@@ -98,19 +98,19 @@ static void the_governor_sees_more_than_pressure() {
     CHECK(after([](auto&, auto& b) { b.reach = 0.1; }).ceiling == 0.1);  // no wider than the pumps reach
 }
 
-/// With pressure above the fill as the amplitude to a power, it comes to the aim and stays.
+/// With pressure above the fill as the amplitude to a power, it comes to the working pressure and stays.
 static void the_governor_settles() {
-    const double fill = 6e4, soft = 2.5e5, aim = governor_aim * soft;
+    const double fill = 6e4, work = 2e5;
     for (double power : {1.0, 2.0, 3.0}) {
         Governor<double> g = governor_after(0.05, fill);
         double most = 0, pressure = 0;
         for (int beat = 0; beat < 60; ++beat) {
             pressure = g.peak = fill + 1e6 * std::pow(g.ceiling, power);
             most = std::fmax(most, pressure);
-            govern(g, beat_of(g.ceiling), fill, soft);
+            govern(g, beat_of(g.ceiling), fill, work);
         }
-        CHECK_NEAR(pressure, aim, 0.02 * aim);
-        CHECK(most < 1.05 * aim);
+        CHECK_NEAR(pressure, work, 0.02 * work);
+        CHECK(most < 1.05 * work);
     }
 }
 

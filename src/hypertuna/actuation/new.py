@@ -109,7 +109,7 @@ def _drive(document: dict[str, Any], actuation: str) -> None:
 
 def _servos(document: dict[str, Any]) -> None:
     """Put a servo on the axle of each joint."""
-    for key in ("pressure_step_pa", "pressure_soft_pa", "pressure_hard_pa"):
+    for key in ("pressure_step_pa", "pressure_work_pa", "pressure_soft_pa", "pressure_hard_pa"):
         del document["controller"][key]
     charge = CHARGE * document["body"]["mass_kg"] / (2 * CELL["voltage_v"])
     strings = math.ceil(charge / STRING)

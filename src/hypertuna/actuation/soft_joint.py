@@ -132,16 +132,23 @@ def muscle(robot: Robot, material: str | None = None, *, friction: bool = True) 
 
 
 def soft_joint(
-    robot: Robot, joint: str | int, material: str | None = None, *, friction: bool = True, plain: bool = False
+    robot: Robot,
+    joint: str | int,
+    material: str | None = None,
+    *,
+    friction: bool = True,
+    plain: bool = False,
+    axis: bool = True,
 ) -> _core.SoftJoint:
-    """Return a joint by name or index for the core, with a material set and with or without friction of its braids.
+    """Return a joint by name or index for the core, with or without friction of its braids and what lies on its axis.
 
     A plain one is that of the paper's equations: full sections, and muscles that work up to their ends.
     """
     group, actuator = joint_group(robot, joint)
     count, sections = cast(int, group.drive_units), joint_sections(robot, joint, plain=plain)
     unit = muscle(robot, material, friction=friction)
-    return _core.SoftJoint(unit, units=count, lever=actuator.levers, sections=sections)
+    along = actuator.axis if axis else (0.0, 1.0)
+    return _core.SoftJoint(unit, units=count, lever=actuator.levers, sections=sections, axis=along)
 
 
 def joint_sections(robot: Robot, joint: str | int, *, plain: bool = False) -> Array:
@@ -183,7 +190,7 @@ def _model(robot: Robot, g: int, material: str | None) -> JointModel:
     unit, hose = drive_unit(robot), muscle(robot, material)
     highest = require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
     fill = group.line.fill_pressure if group.line is not None else 0.0
-    section = soft_joint(robot, g, material, friction=False).one_section(left=highest, right=0.0)
+    section = soft_joint(robot, g, material, friction=False, axis=False).one_section(left=highest, right=0.0)
     one = [rounded_number(value) for value in section]
     wall, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
     values = {
@@ -194,7 +201,7 @@ def _model(robot: Robot, g: int, material: str | None) -> JointModel:
         **dict(zip(("left", "right"), actuator.levers, strict=True)),
         **dict(zip(("length", "area", "second", "sleeve"), one, strict=True)),
     }
-    row = np.array([values.get(name, 0.0) for name in _core.joint_columns()])
+    row = np.array([values.get(name, 0.0) for name in _core.joint_columns()])  # nothing on its axis
     # Kelvin-Voigt: relaxation time times stiffness, as at rest.
     model = JointModel(group.name, row, fill, 0.0)
     bar = {"elastic": matrix.modulus * one[2] / one[0], "axial": matrix.modulus * one[1] * one[0]}
@@ -204,9 +211,11 @@ def _model(robot: Robot, g: int, material: str | None) -> JointModel:
     }
     slow, fast = (robot.materials[name].relaxation for name in (unit.matrix, unit.hose))
     viscosity = {name: slow * bar[name] + fast * (whole[name] - bar[name]) for name in bar}
-    rest = float(model.balance([fill, fill])["strain"][0])
-    values |= {"rest": rest, "viscosity": viscosity["elastic"], "axial_viscosity": viscosity["axial"]}
+    values |= {"viscosity": viscosity["elastic"], "axial_viscosity": viscosity["axial"], "rest": 0.0}
+    values |= dict(zip(("axis_stiffness", "axis_buckling"), actuator.axis, strict=True))
     row = np.array([values[name] for name in _core.joint_columns()])
+    rest = float(JointModel(group.name, row, fill, 0.0).balance([fill, fill])["strain"][0])
+    row[_core.joint_columns().index("rest")] = rest
     row.flags.writeable = False  # cached and shared
     stretch = 1 + rest
     room = hose.closing_stretch(LUMEN_MIN) - stretch

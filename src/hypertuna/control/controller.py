@@ -166,6 +166,7 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
     limits = ("pressure_soft", "pressure_hard", "pressure_step")
     values = {name: getattr(control, name) for name in PLAIN} | {
         **{name: require(getattr(control, name), f"controller.{name}_pa", robot) if oil else 0.0 for name in limits},
+        "pressure_work": (control.works_at or 0.0) if oil else 0.0,
         "tick": tick,
         "relax": without_last_bit(math.exp(-2 * control.convergence * tick)),
         "couple": without_last_bit(math.exp(-control.coupling * tick)),

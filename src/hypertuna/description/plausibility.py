@@ -71,6 +71,7 @@ USUAL: dict[str, tuple[float, float]] = {
     "battery.capacity_ah": (0.02, 500.0),
     "battery.voltage_v": (1.0, 60.0),
     "controller.rate_hz": (5.0, 5000.0),
+    "controller.pressure_work_pa": (2e3, 1e7),
     "controller.pressure_soft_pa": (2e3, 1e7),
     "controller.pressure_hard_pa": (2e3, 1e7),
     "fins.span_m": (0.002, 2.0),

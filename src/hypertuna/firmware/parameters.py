@@ -91,6 +91,7 @@ PILOT = (  # columns of the pilot that may be set
 RULES = (
     _Rule("controller", "learning", 0.0, 1.0, bounds=True),
     _Rule("controller", "amplitude", 0.0, 1.0),
+    _Rule("controller", "pressure_work", 0.5, 1.0),
     _Rule("controller", "pressure_soft", 0.5, 1.0),
     _Rule("controller", "pressure_hard", 0.5, 1.0),
     _Rule("controller", "frequency_max", 0.1, 1.0),

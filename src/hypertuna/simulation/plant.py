@@ -159,7 +159,10 @@ def _oil_rates(
     gives = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa of the units' side
     straight = model.at(0.0, -model["rest"])  # unfilled, where a muscle's volume changes fastest
     swing = math.sqrt(float((straight["slope"][0] ** 2 / gives).sum() * mobility))
-    silicone = -float(np.diff(model.at(0.0, [-SMALL, SMALL])["axial"])[0]) / (2 * SMALL)
+    ends = [
+        [at - SMALL, at + SMALL] for at in (0.0, -model["rest"])
+    ]  # filled, where the axis may have buckled, and not
+    silicone = max(-float(np.diff(model.at(0.0, end)["axial"])[0]) / (2 * SMALL) for end in ends)
     held_back = silicone + float((straight["gain"][0] ** 2 / gives).sum())
     soft = f"materials.{drive_unit(robot).matrix}.relaxation_s", "a longer relaxation time, or more compliance"
     own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in pair)

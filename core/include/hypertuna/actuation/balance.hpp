@@ -38,7 +38,8 @@ SoftJoint<D> lifted(const SoftJoint<S>& j) {
             {D(j.lever[0]), D(j.lever[1])},
             0,
             nullptr,
-            j.law};
+            j.law,
+            {D(j.axis.stiffness), D(j.axis.buckling)}};
 }
 template <class D, std::floating_point S>
 Section<D> lifted(const Section<S>& at) {

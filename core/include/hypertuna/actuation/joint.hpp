@@ -4,9 +4,9 @@
 /// alpha / S. A body that shortens gets wider by 1/sqrt(l), so that at the lever w a muscle has the stretch
 ///     lambda = l -+ w q,  q = alpha / (S sqrt(l)),
 /// and matrix of uniaxial energy W per volume stores A W(l) + W''(l) I q^2 / 2 per length, to second order in q.
-/// Nothing holds the length: the axis shortens until its force vanishes. A muscle whose braid is slack, by shortening
-/// or by suction, is a hose in the matrix alone. Side 0 is left; its muscles bend the joint counter-clockwise, by a
-/// positive angle.
+/// Nothing but what lies on the axis, if anything, holds the length: it shortens until its force vanishes. A muscle
+/// whose braid is slack, by shortening or by suction, is a hose in the matrix alone. Side 0 is left; its muscles bend
+/// the joint counter-clockwise, by a positive angle.
 #pragma once
 
 #include <limits>
@@ -22,6 +22,14 @@ struct Section {
     S area;    // m^2 of matrix
     S second;  // m^4, its second moment of area
     S sleeve;  // m, thickness of the matrix around each hose: its share of the section
+};
+
+/// What lies on the axis and holds its length, as a film or pipes do, with no stiffness against bending. It carries
+/// N = stiffness e of the strain e of the axis; compressed beyond a strain it has buckled, and carries no more.
+template <class S>
+struct Axis {
+    S stiffness;  // N, 0 for none
+    S buckling;   // compressive strain, positive; 1 if it never buckles
 };
 
 /// Equations that a joint bends by: the corrected ones, or the printed ones with what they still have wrong.
@@ -40,6 +48,7 @@ struct SoftJoint {
     int sections;
     const Section<S>* section;
     JointLaw law;
+    Axis<S> axis;
 };
 
 /// Stretches between which a muscle's energy is used; beyond them its force goes on along a stiff line.
@@ -99,10 +108,11 @@ HYPERTUNA_INLINE JointLoad<S> section_load(const SoftJoint<S>& joint, const Sect
     const S L = at.length, root = one / sqrt(l), q = angle * root / L, dq_angle = root / L, dq_strain = -half * q / l;
     const Stretched<S> bar = stretched(unit.matrix, l);
     const S bending = half * at.second * q * q;
+    const S held = max(S(0) - joint.axis.buckling, strain), along = joint.axis.stiffness * held;
     JointLoad<S> out;
-    out.energy = L * (at.area * bar.energy + bending * bar.modulus);
+    out.energy = L * (at.area * bar.energy + bending * bar.modulus + along * (strain - half * held));
     out.elastic = -L * bar.modulus * at.second * q * dq_angle;
-    out.axial = -L * (at.area * bar.stress + bending * bar.change + bar.modulus * at.second * q * dq_strain);
+    out.axial = -L * (at.area * bar.stress + bending * bar.change + bar.modulus * at.second * q * dq_strain + along);
     for (int s = 0; s < 2; ++s) {
         const S w = s == 0 ? -joint.lever[s] : joint.lever[s], whole = l + w * q;
         const S stretch = min(max(S(limits.low), whole), S(limits.high)), beyond = whole - stretch;
@@ -182,8 +192,9 @@ JointLoad<S> taut_load(const Joint<S>& joint, const S& angle, const S& strain) {
 
 /// A joint as a row of numbers, in this order: how it comes from Python.
 inline constexpr const char* joint_columns[] = {
-    "outer", "inner", "tan2",   "hose_c1", "hose_c2", "matrix_c1", "matrix_c2", "friction",  "units",
-    "left",  "right", "length", "area",    "second",  "sleeve",    "rest",      "viscosity", "axial_viscosity",
+    "outer",    "inner", "tan2",      "hose_c1",         "hose_c2",        "matrix_c1",     "matrix_c2",
+    "friction", "units", "left",      "right",           "length",         "area",          "second",
+    "sleeve",   "rest",  "viscosity", "axial_viscosity", "axis_stiffness", "axis_buckling",
 };
 inline constexpr int joint_column_count = sizeof(joint_columns) / sizeof(joint_columns[0]);
 
@@ -195,7 +206,8 @@ Joint<S> read_joint(const S* row, const StretchLimits<S>& limits) {
                 {row[9], row[10]},
                 0,
                 nullptr,
-                {false, {false, false}, true, true}};
+                {false, {false, false}, true, true},
+                {row[18], row[19]}};
     out.section = {row[11], row[12], row[13], row[14]};
     out.limits = limits;
     out.rest = row[15], out.viscosity = row[16], out.axial_viscosity = row[17];

@@ -40,7 +40,8 @@ T asked_amplitude(const ControllerState<T>& state, int j) {
 template <class T>
 BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state, int j) {
     const T limit = state.governor[j].bend_limit;
-    const T held = blind(state, j) ? min(limit, T(governor_aim) / model.joint[j].safe_static) : limit;
+    const T fill = model.circuit[2 * j].fill, part = (model.pressure_work - fill) / (model.pressure_soft - fill);
+    const T held = blind(state, j) ? min(limit, part / model.joint[j].safe_static) : limit;
     const T bias = clamp(state.bias[j].value + state.aside[j].value, -held, held);
     const T rate = state.bend[j].faulty ? T(flow_unseen) * model.joint[j].rate : model.joint[j].rate;
     return {min(asked_amplitude(state, j), min(limit - abs(bias), rate * state.swing)), bias};
@@ -94,7 +95,7 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
         const T frequency = max(state.frequency.value, state.target.frequency);
         correct_posture(model, state, j);
         govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, joint.rate},
-               model.circuit[2 * j].fill, model.pressure_soft);
+               model.circuit[2 * j].fill, model.pressure_work);
     }
     // Two beats without a swing: the sensor lives, but does not follow.
     if (posture.dull > 1) status.set(Condition::bend_fault, j);

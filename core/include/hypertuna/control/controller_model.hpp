@@ -48,7 +48,7 @@ struct Controller {
     JointModel<T> joint[max_joints];
     PumpMap<T> map[max_circuits];
     SupervisorModel<T> circuit[max_circuits];
-    T pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step;  // Pa
+    T pressure_work, pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step;  // Pa
     T current_low, current_high;                                                 // A
     T rate_high, acceleration_high;                                              // rad/s, m/s^2
     T voltage_rated, voltage_low, voltage_min, voltage_max;                      // V
@@ -168,6 +168,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         visit("fill", c, m.circuit[c].fill), visit("compliance", c, m.circuit[c].compliance);
         visit("line", c, m.circuit[c].line), visit("hammer", c, m.circuit[c].hammer);
     }
+    visit("pressure_work", 0, m.pressure_work);
     visit("pressure_soft", 0, m.pressure_soft), visit("pressure_hard", 0, m.pressure_hard);
     visit("pressure_low", 0, m.pressure_low), visit("pressure_high", 0, m.pressure_high);
     visit("pressure_step", 0, m.pressure_step);

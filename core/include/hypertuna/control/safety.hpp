@@ -188,7 +188,6 @@ struct Governor {
     bool doubt;     // a reading of this beat is not to be trusted
 };
 
-inline constexpr double governor_aim = 0.8;     // of the soft limit: between readings hammer adds a fifth and more
 inline constexpr double governor_swing = 0.8;   // of the rate that the oil allows: a joint that swings faster is cut
 inline constexpr double governor_min = 0.6;     // a bend falls to this part from beat to beat at most,
 inline constexpr double governor_max = 2.0;     // and grows to this one
@@ -207,8 +206,8 @@ struct BeatEnd {
 /// some beats to come about: cut in proportion, and grow by the fourth root, from a ceiling that may have fallen within
 /// the beat.
 template <class T>
-void govern(Governor<T>& governor, const BeatEnd<T>& beat, T fill, T soft) {
-    const T room = T(governor_aim) * soft - fill;
+void govern(Governor<T>& governor, const BeatEnd<T>& beat, T fill, T work) {
+    const T room = work - fill;
     // A joint that swings wider than it was sent is carried by its inertia: the oil that it presses out hammers.
     const T swing = T(2 * pi) * max(beat.frequency, T(0.1)) * max(governor.swung, T(governor_floor));
     const T part = min(room / max(governor.peak - fill, T(0.01) * room), T(governor_swing) * beat.rate / swing);

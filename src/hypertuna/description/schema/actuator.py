@@ -90,6 +90,16 @@ class Actuator(Part, table="joints.actuator"):
         "m",
         default=0.0,
     )
+    axis_stiffness: NotNegative = entry(
+        "stiffness in tension, E A, of what lies on the axis and holds its length: a film, pipes; 0 for none",
+        "N",
+        default=0.0,
+    )
+    axis_buckling: Positive | None = entry(
+        "compression at which that buckles, and which it carries from there on (default: it never buckles)",
+        "N",
+        default=None,
+    )
     asymmetry: Annotated[float, number(Range(above=-1, below=1))] = entry(
         "difference of the levers, left minus right, over their mean", default=0.0
     )
@@ -98,6 +108,13 @@ class Actuator(Part, table="joints.actuator"):
     def levers(self) -> tuple[float, float]:
         """Distances of the left and the right drive units from the middle [m]."""
         return self.lever * (1 + self.asymmetry / 2), self.lever * (1 - self.asymmetry / 2)
+
+    @property
+    def axis(self) -> tuple[float, float]:
+        """Stiffness [N] of what lies on the axis, and the compressive strain at which it buckles."""
+        if self.axis_buckling is None:
+            return self.axis_stiffness, 1.0  # no axis gets that short
+        return self.axis_stiffness, self.axis_buckling / self.axis_stiffness
 
     @property
     def length(self) -> float:
@@ -109,6 +126,9 @@ class Actuator(Part, table="joints.actuator"):
         narrowest = min(self.semi_minor)
         text = f"must be less than the smallest semi_minor_m = {narrowest:g}: the drive units run inside the body"
         yield Check(self.lever < narrowest, "lever", text, "give it in m, measured from the middle of the section")
+        held = self.axis_buckling is None or self.axis_stiffness > 0
+        text = "belongs to something on the axis that axis_stiffness_n describes"
+        yield Check(held, "axis_buckling", text, "give axis_stiffness_n too, or leave it out")
 
 
 class Material(Part):

@@ -24,6 +24,7 @@ from hypertuna.description.schema.base import (
 from hypertuna.errors import did_you_mean
 from hypertuna.ranges import Range
 
+WORKING = 0.8  # of the soft limit: the working pressure by default
 Smoothing = Annotated[float, number(Range(min=1e-3))]  # s: the controller divides by it
 
 
@@ -43,7 +44,14 @@ class Controller(Part, table="controller"):
     pressure_step: Positive | None = entry(
         "largest change within a tick beside the pump's; a larger one is a faulty sensor", "Pa", default=None
     )
-    pressure_soft: Positive | None = entry("pressure to which the supervisor limits commands", "Pa", default=None)
+    pressure_work: Positive | None = entry(
+        "largest pressure of a steady beat, to which the amplitude is governed (default: 0.8 of the soft limit)",
+        "Pa",
+        default=None,
+    )
+    pressure_soft: Positive | None = entry(
+        "pressure to which the supervisor limits commands within a tick: water hammer included", "Pa", default=None
+    )
     pressure_hard: Positive | None = entry("pressure at which a circuit is released for good", "Pa", default=None)
     timeout: Positive = entry("time without a command after which the tail rests", "s")
     pulse_center: Microseconds = entry("servo pulse of the neutral angle", "us")
@@ -52,16 +60,23 @@ class Controller(Part, table="controller"):
     pulse_max: Microseconds = entry("longest servo pulse", "us")
     slew: Positive = entry("largest rate of the commanded servo angle", "rad/s")
 
+    @property
+    def works_at(self) -> float | None:
+        """Pressure to which the amplitude is governed [Pa]: between readings, hammer adds a fifth and more."""
+        return self.pressure_work or (None if self.pressure_soft is None else WORKING * self.pressure_soft)
+
     def _checks(self) -> Iterator[Check]:
         if self.pressure_soft is not None and self.pressure_hard is not None:
             yield self.ordered("pressure_soft", "pressure_hard")
+        if self.pressure_work is not None and self.pressure_soft is not None:
+            yield self.ordered("pressure_work", "pressure_soft")
         yield self.ordered("pulse_min", "pulse_center")
         yield self.ordered("pulse_center", "pulse_max")
 
     def fill(self, pressure: float, key: str) -> Check:
         """Check that the supervisor allows a circuit its fill pressure."""
-        limit = math.inf if self.pressure_soft is None else self.pressure_soft
-        text = f"must be less than controller.pressure_soft_pa = {limit:g}"
+        limit = self.works_at or math.inf
+        text = f"must be less than the working pressure, controller.pressure_work_pa = {limit:g}"
         fix = "lower the fill pressure or raise the limit"
         return Check(pressure < limit, key, text, fix, f"{pressure:g}")
 
