@@ -19,7 +19,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.cli.main import main
-from hypertuna.cli.mission import _lines
+from hypertuna.cli.mission import _lines, _not_done
 from hypertuna.control.mission import Mission, fence_distance
 from hypertuna.mission.file import MissionFile, read_mission
 from hypertuna.mission.flight import Flight, fly, outcome
@@ -239,7 +239,22 @@ def test_what_is_not_done_is_exit_code_1(run: Run, path: Path) -> None:
     assert code == 1
     assert told["status"] == "given up"
     assert told["duration_s"] == pytest.approx(10, abs=0.2)
-    assert run("mission", str(path), "--duration", "10", "--seeds", "0:1")[0] == 1
+    code, output, _ = run("mission", str(path), "--duration", "10", "--seeds", "0:2")
+    assert code == 1
+    assert "not done: given up, waypoint 1 of 1 ahead: seeds 0, 1\n" in output
+
+
+def test_flights_that_fail_alike_are_one_line(flight: Flight) -> None:
+    """By what ended them and at which waypoint; reasons that do not end a mission are no cause."""
+    one = outcome(flight)
+    passed = [*one.waypoints, one.waypoints[0] | {"waypoint": 2, "outcome": "passed"}]
+    late = replace(one, seed=4, status="home", waypoints=passed, reasons={"time_up": 9.0, "no_fix": 2.0})
+    lost = replace(one, seed=7, status="adrift", reasons={"adrift": 30.0})
+    lines = [line for line, _ in _not_done([one, lost, late, replace(late, seed=5)])]
+    assert lines == [
+        "not done: home, waypoint 2 of 2 passed, time up: seeds 4, 5",
+        "not done: adrift, all waypoints reached: seed 7",
+    ]
 
 
 def test_more_speed_than_the_gaits_have_is_told(path: Path, run: Run, tmp_path: Path) -> None:

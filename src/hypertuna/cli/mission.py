@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from hypertuna import _core
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import command_line, counted, progress_bar, summary_table, table
 from hypertuna.cli.emit import emit, made_by
@@ -283,8 +284,28 @@ def _many_lines(title: str, outcomes: Sequence[Outcome]) -> Iterator[Any]:
         if math.isfinite(quantity.value)  # there is no distance to a fence without one
     )
     yield table(["", "min", "mean", "max", ""], rows, left=(0, 4))
-    endings = ", ".join(f"{count} {status}" for status, count in statistics["status"].items())
-    others = ", ".join(str(one.seed) for one in outcomes if one.status != "done")
-    yield endings + (f"; not done: seeds {others}" if others else "")
+    yield ", ".join(f"{count} {status}" for status, count in statistics["status"].items())
+    yield from _not_done(outcomes)
     reasons = ", ".join(f"{reason.replace('_', ' ')} {count}" for reason, count in statistics["reasons"].items())
     yield f"reasons that the pilot reported, in flights: {reasons or 'none'}", "dim"
+
+
+def _not_done(outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str]]:
+    """Lay out the flights that are not done, one line for those that failed alike."""
+    failed: dict[str, list[int]] = {}
+    for one in outcomes:
+        if one.status != "done":
+            failed.setdefault(_why(one), []).append(one.seed)
+    for why, seeds in sorted(failed.items(), key=lambda item: -len(item[1])):
+        yield f"not done: {why}: {'seeds' if len(seeds) > 1 else 'seed'} {', '.join(map(str, seeds))}", "yellow"
+
+
+def _why(one: Outcome) -> str:
+    """Return how a flight that is not done ended: status, first waypoint not reached, reasons that ended it."""
+    left = [point for point in one.waypoints if point["outcome"] != "reached"]
+    where = "all waypoints reached"
+    if left:
+        where = f"waypoint {left[0]['waypoint']} of {len(one.waypoints)} {left[0]['outcome']}"
+    names = [name for name, _ in _core.reason_table()]
+    ended = [name.replace("_", " ") for name in one.reasons if name in names[: names.index("all_reached")]]
+    return ", ".join([one.status, where, *ended])
