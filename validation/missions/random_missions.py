@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 import hypertuna as ht
+from hypertuna.control.guidance import gait_table
 from hypertuna.control.mission import Mission, Point, Waypoint, cross, fence_distance, sides
 from hypertuna.mission.record import MissionRecord, names_of
 from hypertuna.mission.run import MissionRun, fly_parts, joined_parts, mission_start
@@ -61,6 +62,7 @@ def sample(seed: int) -> Sample:
 
 def _course(random: np.random.Generator) -> Mission:
     """Sample fence, waypoints and water, which need not fit each other."""
+    fastest = gait_table(robot()).speed[-1]
     corners = random.integers(4, 8)
     angle = 2 * math.pi * (np.arange(corners) + random.uniform(-0.3, 0.3, corners)) / corners
     reach = random.uniform(20, 60, corners)
@@ -68,11 +70,16 @@ def _course(random: np.random.Generator) -> Mission:
     start = _place(random, 10)
     depth = np.where(random.uniform(size=4) < 0.2, 0.0, random.uniform(0.3, 3.0, 4))
     points = tuple(
-        Waypoint(*_place(random, 50), float(depth[k]), float(random.uniform(0.2, 0.34)), float(random.uniform(2.5, 5)))
+        Waypoint(
+            *_place(random, 50),
+            float(depth[k]),
+            float(random.uniform(0.58, 0.98) * fastest),
+            float(random.uniform(2.5, 5)),
+        )
         for k in range(random.integers(1, 5))
     )
     limit = max(point.depth for point in points) + random.uniform(0.7, 2)
-    strongest = random.choice([0.15, 0.3, 0.8], p=[0.6, 0.25, 0.15])
+    strongest = fastest * random.choice([0.43, 0.86, 2.3], p=[0.6, 0.25, 0.15])
     speed, toward = strongest * random.uniform(0.3, 1), 2 * math.pi * random.uniform()
     current = (speed * math.sin(toward), speed * math.cos(toward))
     fades = random.uniform() < 0.3

@@ -8,7 +8,11 @@ from typing import Any
 
 import numpy as np
 
-SWIMS = 0.347  # m/s, fastest gait of the robot hypertuna
+from hypertuna.control.guidance import gait_table
+from hypertuna.description.robot import load
+
+ROBOT = "hypertuna"
+SWIMS = gait_table(load(ROBOT)).speed[-1]  # m/s
 TOO_FAST = 0.06  # part of the seas whose current is above that: a mission there must be refused
 ORDERED = 5.0  # s until the robot swims: someone holds it while mission and orders come
 
@@ -100,8 +104,9 @@ def _mission(random: np.random.Generator) -> dict[str, Any]:
         way, turn = random.uniform(10, 25), random.uniform(0, 2 * math.pi)
         place = place + way * np.array([math.sin(turn), math.cos(turn)])
         depth = 0.0 if random.uniform() < 0.2 else random.uniform(0.4, min(3.0, bottom - 1))
+        speed = SWIMS * float(random.uniform(0.58, 0.98))
         points.append({
-            **_at(place), "depth_m": round(float(depth), 2), "speed_m_s": round(float(random.uniform(0.2, 0.34)), 3),
+            **_at(place), "depth_m": round(float(depth), 2), "speed_m_s": round(speed, 3),
             "radius_m": round(float(random.uniform(2, 4)), 2), "hold_s": float(random.choice([0, 0, 0, 5])),
         })  # fmt: skip
     home = start + random.uniform(-4, 4, 2)
