@@ -163,6 +163,8 @@ def _hydraulics(document: dict[str, Any], shape: Shape) -> None:
         rule, value = "must fit the joints", "hydraulic, and the shortest joint has no room for hoses or hardly bends"
         fix = "give longer links behind the head or fewer joint groups, or take --actuation servo"
         raise InputError(rule, key="--actuation", value=value, fix=fix) from None
+    limits = {"work": 1.0, "soft": 1.25, "hard": 1.5}  # water hammer adds a fifth; a release is rarer than a limit
+    document["controller"] |= {f"pressure_{name}_pa": times * PRESSURE for name, times in limits.items()}
     document["sources"] |= SOURCES | dict.fromkeys(("materials", "oil"), AS_HYPERTUNA)
 
 
@@ -177,6 +179,9 @@ SOURCES = {
     "joints.line": "estimate: from the head to the joint; bore 0.8 times the hose, as HyperTuna's; fill "
     "pressure and losses as HyperTuna's",
     "joints.line.compliance_m3_pa": "estimate: hoses, braid and fittings give 8 % of their volume at the limit",
+    "controller.pressure_work_pa": "estimate: as joints.pressure_max_pa",
+    "controller.pressure_soft_pa": "estimate: 1.25 times the working pressure, for what hammer adds between readings",
+    "controller.pressure_hard_pa": "estimate: 1.2 times the soft limit",
     "drive_unit": "estimate: HyperTuna's hoses, scaled to the narrowest section",
     "battery.cells": "estimate: HyperTuna's for every robot of its mass",
     "pump": "estimate: crank and rod by the length; 1.2 times the largest bend takes three fifths of the crank",
