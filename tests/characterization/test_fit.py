@@ -80,11 +80,11 @@ def test_joints_are_found_by_name_or_number_and_columns_in_any_order(tuna: ht.Ro
         ("joint,side,pressure_kpa,angle_deg,torque\nI,left,9,3,1\n", "line 1, torque is not a known column"),
         ("joint,joint,side,pressure_kpa,angle_deg\nI,I,left,9,3\n", "line 1, joint must appear only once"),
         (HEAD + "III,left,load,100,3\n", "line 2, joint must be a joint of hypertuna, but is 'III': did you mean II?"),
-        (HEAD + "I,port,load,100,3\n", "line 2, side must be left or right, but is 'port'"),
+        (HEAD + "I,port,load,100,3\n", "line 2, side must be left, right or both, but is 'port'"),
         (HEAD + "I,left,up,100,3\n", "line 2, branch must be load or unload, but is 'up'"),
         (HEAD + "I,left,load,100,3\nI,left,load,nan,3\n", "line 3, pressure_kpa must be a finite number, but is 'nan'"),
         (HEAD + "I,left,load,100,-1e300\n", "line 2, angle_deg must be from -1e+12 to 1e+12, but is -1e+300"),
-        (HEAD + "I,left,load,100,\n", "line 2, angle_deg must be a finite number, but is empty"),
+        (HEAD + "I,left,load,100,\n", "line 2 must have a measured value, but is empty: give angle_deg, volume_ml,"),
         (HEAD + "I,left,load,-5,3\n", "line 2, pressure_kpa must not be negative, but is -5"),
         (HEAD + "I,left,load,250000,3\n", "line 2, pressure_kpa must be at most 2000, but is 250000: give it in kPa"),
         (HEAD + "I,left,load,100,300\n", "line 2, angle_deg must be at most 180"),
@@ -134,12 +134,13 @@ def test_a_bench_without_pressure_tells_nothing(tuna: ht.Robot, tmp_path: Path) 
 
 def test_a_bench_is_computed_as_joints_bend(tuna: ht.Robot, tmp_path: Path) -> None:
     bench = loops(tuna, tmp_path, joints="I,II")
-    angle, volume = computed(tuna, bench)
+    rows = computed(tuna, bench)
+    angle, volume = rows["angle"], rows["volume"]
     np.testing.assert_allclose(angle, bench.angle, rtol=1e-9)
     found = bend(tuna, "I", [240e3])
     top = (bench.joint == 0) & (bench.pressure == 240e3)
     np.testing.assert_allclose(volume[top], found.volume[0], rtol=1e-12)
-    alone, _ = computed(tuna, bench, 1)
+    alone = computed(tuna, bench, 1)["angle"]
     assert np.isnan(alone[bench.joint == 0]).all()
     np.testing.assert_array_equal(alone[bench.joint == 1], angle[bench.joint == 1])
 
@@ -353,4 +354,4 @@ def test_a_fitted_robot_keeps_its_file_and_tells_where_values_are_from(example: 
     assert "not determined by itself, one of many values that fit as well" in source
     assert f"Before: {tuna.source('drive_unit')}" in source
     assert example.robot.unsourced() == tuna.unsourced()
-    np.testing.assert_allclose(computed(example.robot, example.bench)[0], example.angle, rtol=1e-9)
+    np.testing.assert_allclose(computed(example.robot, example.bench)["angle"], example.angle, rtol=1e-9)

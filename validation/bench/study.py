@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 import hypertuna as ht
-from hypertuna.characterization.data import Bench, Loop
+from hypertuna.characterization.data import MEASURED, Bench, Loop
 from hypertuna.characterization.fit import BenchFit, fit_bench
 from hypertuna.characterization.problem import computed
 from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
@@ -27,9 +27,9 @@ def empty(
     rows = len(joint)
     loops = [Loop(j, s, pressures.max(), np.flatnonzero((joint == j) & (side == s))) for j in joints for s in sides]
     none = np.full(rows, np.nan)
-    return Bench(
-        joint, side, grid[2], np.zeros(rows), grid[3] > 0, none, none, tuple(loops), ("study",) * rows, (0,) * rows
-    )
+    known = {"joint": joint, "side": side, "pressure": grid[2], "unload": grid[3] > 0, "angle": np.zeros(rows)}
+    given = dict.fromkeys(MEASURED, none) | {"arm": np.full(rows, np.inf)} | known
+    return Bench(**given, loops=tuple(loops), files=("study",) * rows, lines=(0,) * rows)
 
 
 def drawn(rng: np.random.Generator, frees: tuple[Unknown, ...]) -> np.ndarray:
@@ -53,7 +53,7 @@ def repeat(seed: int, sd: float) -> tuple[BenchFit, np.ndarray] | None:
     bench = empty()
     frees = unknowns(FISH, (0, 1), both_sides=(0, 1))
     truth = drawn(rng, frees)
-    angle, _ = computed(with_unknowns(FISH, frees, truth, checked=False), bench)
+    angle = computed(with_unknowns(FISH, frees, truth, checked=False), bench)["angle"]
     if not np.isfinite(angle).all() or angle.max() > np.radians(60) or angle.max() < np.radians(3):
         return None
     bench = replace(bench, angle=angle + np.radians(sd) * rng.standard_normal(len(angle)))

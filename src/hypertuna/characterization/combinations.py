@@ -18,7 +18,16 @@ MIN_SAMPLES = 8  # for an interval
 GRIDS = (1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01)  # of rounded exponents, the coarsest first
 # Unknowns that a combination is solved for, the preferred first: those that are hard to measure.
 PREFERRED = (
-    *("stiffness_factor", "friction", "asymmetry", "lever", "hose_modulus", "braid_angle", "diameter_ratio"),
+    *(
+        "stiffness_factor",
+        "friction",
+        "asymmetry",
+        "axis_buckling",
+        "lever",
+        "hose_modulus",
+        "braid_angle",
+        "diameter_ratio",
+    ),
     *("outer_diameter", "segment_length", "matrix_modulus"),
 )
 

@@ -1,9 +1,10 @@
-"""Bench runs: measured bends of joints under pressure, read from CSV files and logs."""
+"""Bench runs: what was measured of joints under pressure, read from CSV files and logs."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,38 @@ from hypertuna.io.tables import parse_float, read_table
 from hypertuna.ranges import CELL, NOT_NEGATIVE, POSITIVE, Range, check_choice
 from hypertuna.trials.radio_log import BenchRow, bench_rows
 
-BRANCHES = ("load", "unload")
-COLUMNS = ("joint", "side", "pressure_kpa", "angle_deg", "branch", "angle_sd_deg", "volume_ml", "run")
-REQUIRED = COLUMNS[:4]
-MEASURED = ("joint", "side", "pressure", "angle", "unload", "angle_sd", "volume")  # arrays of a bench
+
+class Kind(NamedTuple):
+    """A kind of measured quantity."""
+
+    column: str  # ends in the unit
+    unit: str
+    factor: float  # displayed units per SI unit
+    sd: float  # standard deviation of a usual instrument [SI]; negative: relative
+    estimated: bool  # by a fit, from its residuals, where no standard deviation is stated
+
+
+KINDS = {
+    "angle": Kind("angle_deg", "deg", 180 / math.pi, math.radians(0.2), estimated=True),
+    "volume": Kind("volume_ml", "ml", 1e6, -0.02, estimated=True),
+    "shortening": Kind("shortening_mm", "mm", 1e3, 0.2e-3, estimated=False),
+    "moment": Kind("moment_n_m", "N m", 1.0, -0.05, estimated=False),  # or a force at an arm
+}
+SD = {kind: f"{kind}_sd{one.column[len(kind) :]}" for kind, one in KINDS.items()}  # columns
+BRANCHES, BOTH = ("load", "unload"), "both"
+FORCE, FORCE_SD, ARM = "force_n", "force_sd_n", "arm_mm"
+REQUIRED = ("joint", "side", "pressure_kpa")
+COLUMNS = (
+    *(*REQUIRED, "branch", "run"),
+    *(name for kind, one in KINDS.items() for name in (one.column, SD[kind])),
+    *(FORCE, FORCE_SD, ARM),
+)
+# Arrays of a bench.
+MEASURED = ("joint", "side", "pressure", "unload", "arm", *KINDS, *(f"{kind}_sd" for kind in KINDS))
 MAX_PRESSURE = Range(max=2000)  # kPa, ten times that of soft actuators: higher values have another unit
 MAX_ANGLE = Range(max=180)  # deg
+MAX_ARM = Range(max=10_000)  # mm
+SMALLEST = 1e-12  # standard deviation [SI]
 SMALL_ANGLES = math.radians(1.0)  # if all bends are smaller, their unit is likely rad
 
 
@@ -30,23 +57,29 @@ class Loop:
     """Rows of a bench that share one loading from rest: same joint, side and maximum pressure."""
 
     joint: int
-    side: int  # 0 for left, 1 for right
+    side: int  # 0 for left, 1 for right, 2 for both
     top: float  # maximum pressure, where unloading starts [Pa]
     rows: NDArray[np.int64]  # (rows,), indices into the arrays of the bench
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Measured bends; every array has one entry per row of the files."""
+    """Measurements; every array has one entry per row of the files, NaN for what a row does not measure."""
 
     joint: NDArray[np.int64]  # joint group, from 0
-    side: NDArray[np.int64]  # side under pressure: 0 for left, 1 for right
+    side: NDArray[np.int64]  # side under pressure: 0 for left, 1 for right, 2 for both
     pressure: Array  # gauge pressure of that side [Pa]; that of the other side is 0
-    angle: Array  # bend [rad], positive toward the passive side
     unload: NDArray[np.bool_]  # whether pressure was falling
-    angle_sd: Array  # standard deviation of the angle [rad], NaN if unknown
-    volume: Array  # oil pumped into that side since rest [m^3], NaN if not measured
-    loops: tuple[Loop, ...]  # each row is in one
+    arm: Array  # of the force that holds the joint straight, from the middle of the joint [m], infinite for a couple
+    angle: Array  # bend [rad], positive toward the passive side
+    volume: Array  # oil pumped into that side since rest [m^3]
+    shortening: Array  # of the joint's axis [m]
+    moment: Array  # that holds the joint straight, force times arm [N m]
+    angle_sd: Array  # standard deviations, NaN where not stated
+    volume_sd: Array
+    shortening_sd: Array  # never NaN where it is measured
+    moment_sd: Array
+    loops: tuple[Loop, ...]  # each row is in one, but for those of a joint that is held
     files: tuple[str, ...]  # file and line of each row
     lines: tuple[int, ...]
     warnings: tuple[str, ...] = ()
@@ -57,8 +90,8 @@ class Bench:
         return tuple(int(j) for j in np.unique(self.joint))
 
     def sides(self, joint: int) -> tuple[int, ...]:
-        """Sides of a joint that were under pressure."""
-        return tuple(int(s) for s in np.unique(self.side[self.joint == joint]))
+        """Sides to which a joint was bent."""
+        return tuple(int(s) for s in np.unique(self.side[(self.joint == joint) & np.isfinite(self.angle)]))
 
 
 def read_bench(paths: str | Path | Sequence[str | Path], robot: Robot) -> Bench:
@@ -73,6 +106,8 @@ def read_bench(paths: str | Path | Sequence[str | Path], robot: Robot) -> Bench:
         tops[key] = max(tops.get(key, 0.0), row.pressure)
     loops: dict[tuple[int, int, float], list[int]] = {}
     for k, row in enumerate(rows):
+        if math.isfinite(row.moment):
+            continue
         loops.setdefault((row.joint, row.side, tops[row.file, row.run, row.joint, row.side]), []).append(k)
     columns = {name: np.array([getattr(row, name) for row in rows]) for name in MEASURED}
     members = tuple(Loop(*key, np.array(own)) for key, own in loops.items())
@@ -88,30 +123,87 @@ def _read(path: str | Path, robot: Robot) -> list[BenchRow]:
         return bench_rows(path, robot)
     table = read_table(path)
     table.keys({c: c for c in COLUMNS}, {c: c for c in REQUIRED}, fix=f"add it; columns are {', '.join(COLUMNS)}")
+    if not set(table.head) & {FORCE, *(one.column for one in KINDS.values())}:
+        rule = "must have a column of what was measured"
+        raise InputError(rule, file=table.file, fix=f"add {', '.join(one.column for one in KINDS.values())} or {FORCE}")
     return table.parse(lambda line, cells: _row(cells, robot, table.file, line))
 
 
 def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> BenchRow:
     """Return the row of its cells; errors name the column."""
-    side = "give the gauge pressure of the side that bends the joint"
-    pressure = _number(cells, "pressure_kpa", (NOT_NEGATIVE, side), (MAX_PRESSURE, "give it in kPa"))
-    angle = _number(cells, "angle_deg")
-    MAX_ANGLE.check(abs(angle), "angle_deg", "give it in deg")
-    unknown = "give the standard deviation of the angle, or leave the cell empty"
-    sd = _number(cells, "angle_sd_deg", (POSITIVE, unknown)) if cells.get("angle_sd_deg") else math.nan
-    volume = _number(cells, "volume_ml") if cells.get("volume_ml") else math.nan
+    side = check_choice(cells["side"].lower(), (*SIDES, BOTH), "side")
+    fix = "give the gauge pressure of the side that bends the joint"
+    pressure = _number(cells, "pressure_kpa", (NOT_NEGATIVE, fix), (MAX_PRESSURE, "give it in kPa"))
+    measured = {kind: value for kind in KINDS for value in [_measured(cells, kind)] if value is not None}
+    moment, arm = _held(cells)
+    if moment is not None:
+        measured["moment"] = moment
+    _check_measured(measured, side)
+    values = {kind: value for kind, (value, _) in measured.items()}
     return BenchRow(
         joint=joint_index(cells["joint"], robot),
-        side=SIDES.index(check_choice(cells["side"].lower(), SIDES, "side")),
+        side=(*SIDES, BOTH).index(side),
         pressure=1e3 * pressure,
-        angle=math.radians(angle),
         unload=check_choice((cells.get("branch") or "load").lower(), BRANCHES, "branch") == "unload",
         run=cells.get("run", ""),
         file=file,
         line=line,
-        angle_sd=math.radians(sd),
-        volume=1e-6 * volume,
+        arm=arm,
+        **({"angle": math.nan} | values),
+        **{f"{kind}_sd": sd for kind, (_, sd) in measured.items()},
     )
+
+
+def _measured(cells: Mapping[str, str], kind: str) -> tuple[float, float] | None:
+    """Return a quantity of a row and its standard deviation [SI]; None for an empty cell."""
+    one = KINDS[kind]
+    if not cells.get(one.column):
+        return None
+    value = _number(cells, one.column)
+    if kind == "angle":
+        MAX_ANGLE.check(abs(value), one.column, "give it in deg")
+    value /= one.factor
+    fix = "give the standard deviation, or leave the cell empty"
+    if cells.get(SD[kind]):
+        return value, _number(cells, SD[kind], (POSITIVE, fix)) / one.factor
+    return value, math.nan if one.estimated else usual_sd(kind, value)
+
+
+def usual_sd(kind: str, value: float) -> float:
+    """Return the standard deviation of a usual instrument at a value [SI]."""
+    sd = KINDS[kind].sd
+    return sd if sd > 0 else max(-sd * abs(value), SMALLEST)
+
+
+def _held(cells: Mapping[str, str]) -> tuple[tuple[float, float] | None, float]:
+    """Return the moment of a force that holds a joint, its standard deviation [N m], and the arm [m]."""
+    if not cells.get(FORCE):
+        if cells.get(ARM):
+            raise InputError("belongs to a force", key=ARM, fix=f"give {FORCE} too, or leave the cell empty")
+        return None, math.inf
+    if not cells.get(ARM):
+        fix = "give the distance of the scale from the middle of the joint in mm"
+        raise InputError("must be given with a force", key=ARM, value="empty", fix=fix)
+    if cells.get(KINDS["moment"].column):
+        raise InputError("must not be given with a moment", key=FORCE, fix="leave one of the two empty")
+    fix = "give the distance of the scale from the middle of the joint in mm"
+    force, arm = _number(cells, FORCE), 1e-3 * _number(cells, ARM, (POSITIVE, fix), (MAX_ARM, "give it in mm"))
+    fix = "give the standard deviation, or leave the cell empty"
+    sd = arm * _number(cells, FORCE_SD, (POSITIVE, fix)) if cells.get(FORCE_SD) else usual_sd("moment", arm * force)
+    return (arm * force, sd), arm
+
+
+def _check_measured(measured: Mapping[str, tuple[float, float]], side: str) -> None:
+    """Check that a row measures something, and that its quantities belong together."""
+    columns = [one.column for one in KINDS.values()]
+    if not measured:
+        raise InputError("must have a measured value", value="empty", fix=f"give {', '.join(columns)} or {FORCE}")
+    if side == BOTH and (others := [KINDS[kind].column for kind in measured if kind != "shortening"]):
+        rule = f"must be empty with both sides under pressure: the row is for {KINDS['shortening'].column}"
+        raise InputError(rule, key=others[0], fix="give it on a line of one side")
+    if "moment" in measured and (others := [KINDS[kind].column for kind in measured if kind != "moment"]):
+        rule = "must be empty on a line of a held joint, with a force or a moment"
+        raise InputError(rule, key=others[0], fix="give it on a line of its own")
 
 
 def joint_index(text: str, robot: Robot) -> int:
@@ -140,7 +232,7 @@ def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> f
 def _check_direction(bench: Bench, robot: Robot) -> None:
     """Check that bends are positive toward the passive side, on the right side too."""
     for loop in bench.loops:
-        high = loop.rows[bench.pressure[loop.rows] > loop.top / 2]
+        high = loop.rows[(bench.pressure[loop.rows] > loop.top / 2) & np.isfinite(bench.angle[loop.rows])]
         if len(high) and np.median(bench.angle[high]) < 0:
             k = int(high[np.argmin(bench.angle[high])])
             rule = f"must be positive for the {SIDES[loop.side]} side of joint {robot.joints[loop.joint].name}, too"
@@ -151,7 +243,7 @@ def _check_direction(bench: Bench, robot: Robot) -> None:
 
 def _warnings(rows: Sequence[BenchRow]) -> tuple[str, ...]:
     """Return a warning if the angles are likely in radians."""
-    largest = max(abs(row.angle) for row in rows)
+    largest = max((abs(row.angle) for row in rows if math.isfinite(row.angle)), default=math.inf)
     if largest < SMALL_ANGLES and any(row.pressure > 0 for row in rows):
         return (
             f"All angles are below 1 deg, the largest is {math.degrees(largest):.3g} deg: if they were measured in "

@@ -1,7 +1,6 @@
 """Fit of an actuator to bench runs: values of its unknowns, and the combinations that the bench determines."""
 
 import math
-import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,13 +10,13 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.characterization.combinations import DETERMINED, Combination, combinations
-from hypertuna.characterization.data import Bench
-from hypertuna.characterization.problem import KINDS, BenchProblem, bench_problem, computed, effective_parameters
+from hypertuna.characterization.data import KINDS, Bench
+from hypertuna.characterization.problem import BenchProblem, bench_problem, computed, effective_parameters
 from hypertuna.characterization.sampling import randomized_fits
-from hypertuna.characterization.unknowns import BORDER, Unknown, keys_of, with_unknowns
+from hypertuna.characterization.unknowns import BORDER, Unknown, keys_of, sourced, with_unknowns
 from hypertuna.characterization.unknowns import KINDS as UNKNOWNS
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import Robot, parse
+from hypertuna.description.robot import Robot
 from hypertuna.display import Plotted, Tabular, columns_of
 from hypertuna.errors import InputError
 from hypertuna.identification import estimator
@@ -36,12 +35,11 @@ STOPS = {
 }
 TOLERANCE, ROUGH = 1e-6, 1e-3  # relative change that ends a search, and a rough one
 INSIDE = 1e-6  # of the allowed range: distance of a start from its bounds
-FIRST_LEVEL = {"angle": math.radians(1.0), "volume": 1e-7}  # rad, m^3: noise levels before the residuals are known
+FIRST_LEVEL = {"angle": math.radians(1.0), "volume": 1e-7}  # rad, m^3: noise before the residuals are known
 MIN_LEVEL = {"angle": math.radians(1e-4), "volume": 1e-11}  # the resolution of instruments
 MIN_FREEDOM = 2.0  # degrees of freedom, to estimate a noise that is not stated
 NORMAL_QUANTILE = 1.959964
 LARGE_SCALE = 1.5  # residuals over the stated noise, above which a warning is due
-NOISE = {"angle": ("deg", 180 / math.pi), "volume": ("ml", 1e6)}  # displayed unit, and units per SI unit
 PARTS = 100  # of a stage, for the progress
 
 
@@ -66,8 +64,7 @@ class BenchFit(
     covariance: Array  # (n, n), of the logarithms, `Unknown.log`
     directions: tuple[Direction, ...]  # from the best to the least determined
     combinations: tuple[Combination, ...]  # those determined, the best first
-    angle: Array  # (rows,) [rad], computed
-    volume: Array  # (rows,) [m^3], computed
+    found: dict[str, Array]  # computed (rows,) by kind [SI]
     noise: dict[str, float]  # estimated, of the kinds without stated noise: angle [rad], volume [m^3]
     rms: dict[str, float]  # of computed minus measured, by kind
     residual_scale: float  # of the residuals over the stated noise, 1 at least
@@ -80,6 +77,11 @@ class BenchFit(
     loss: str
     samples: Array  # (fits, n) [SI], randomized fits
     warnings: tuple[str, ...]
+
+    @property
+    def angle(self) -> Array:
+        """Computed bends (rows,) [rad]."""
+        return self.found["angle"]
 
     @property
     def parameters(self) -> list[dict[str, Any]]:
@@ -127,7 +129,7 @@ def _determined(narrowing: float, low: float, high: float) -> bool:
 
 def at_border(levels: Mapping[str, float]) -> dict[str, float]:
     """Return errors by kind in displayed units, with the unit in the name."""
-    return {f"{kind}_{NOISE[kind][0]}": level * NOISE[kind][1] for kind, level in levels.items()}
+    return {KINDS[kind].column: level * KINDS[kind].factor for kind, level in levels.items()}
 
 
 def fit_bench(
@@ -151,7 +153,7 @@ def fit_bench(
     low, high = problem.bounds()
     points = estimator.start_points([np.zeros(len(problem.free))], low, high, starts, seed)
     levels = {name: FIRST_LEVEL[name] for name in problem.unknown_kinds}
-    if np.isnan(problem.sd).any():  # fail early
+    if np.isnan(problem.elements.sd).any():  # fail early
         _check_freedom(problem, len(problem.measured) - effective_parameters(problem.jacobian(points[0], levels)))
     ticks = [_ticks(progress, k, len(points) + 2) for k in range(len(points) + 2)]
 
@@ -211,7 +213,7 @@ def _levels(problem: BenchProblem, z: Array, levels: dict[str, float]) -> dict[s
     share = 1 - effective_parameters(problem.jacobian(z, levels, rough=True)[:rows]) / rows
     new = dict(levels)
     for name, level in levels.items():
-        own = (problem.kind == KINDS.index(name)) & np.isnan(problem.sd)
+        own = (problem.elements.kind == name) & np.isnan(problem.elements.sd)
         if share > 0:
             new[name] = max(level * (residual_scale(square[own], problem.loss) / math.sqrt(share)), MIN_LEVEL[name])
     return new
@@ -246,8 +248,8 @@ def _result(
     directions = tuple(estimate.directions(lambda s, sd: math.hypot(1, s) >= DETERMINED))
     values = problem.values(z)
     robot = with_unknowns(problem.robot, problem.free, values)
-    angle, volume = computed(robot, bench)
-    errors = {"angle": angle - bench.angle, "volume": (volume - bench.volume)[problem.with_volume]}
+    found = computed(robot, bench)
+    errors = problem.elements.of(found) - problem.measured
     fit = BenchFit(
         robot=robot,
         described=problem.robot,
@@ -264,10 +266,12 @@ def _result(
             for one in combinations(problem.free, z, directions, estimate.covariance, points, quantile)
             if one.high <= KNOWN**2 * one.low
         ),
-        angle=angle,
-        volume=volume,
+        found=found,
         noise=levels,
-        rms={name: float(np.sqrt(np.mean(error**2))) for name, error in errors.items() if len(error)},
+        rms={
+            name: float(np.sqrt(np.mean(errors[problem.elements.kind == name] ** 2)))
+            for name in dict.fromkeys(problem.elements.kind.tolist())
+        },
         residual_scale=scale,
         freedom=freedom,
         quantile=quantile,
@@ -295,8 +299,6 @@ def _check_freedom(problem: BenchProblem, freedom: float) -> None:
 
 def _with_sources(fit: BenchFit) -> Robot:
     """Return the fitted robot with the bench as the source of fitted values."""
-    document = fit.robot.document()
-    sources = document.setdefault("sources", {})
     files = ", ".join(dict.fromkeys(fit.bench.files))
     texts: dict[str, list[str]] = {}
     for one, value, low, high, narrowing in zip(fit.free, fit.values, fit.low, fit.high, fit.narrowing, strict=True):
@@ -305,13 +307,8 @@ def _with_sources(fit: BenchFit) -> Robot:
         ends = f"95 % from {low / one.described:.3g} to {high / one.described:.3g}"
         for key in keys_of(fit.described, one):
             texts.setdefault(key, []).append(f"{one.name} {value / one.described:.3g} ({ends}{note})")
-    unset = fit.described.model_copy(update={"sources": {}})
-    given = {re.sub(r"\[\d+\]", "", key) for key in unset.unsourced()}
-    for key, parts in texts.items():
-        before = fit.described.source(key) if key in given else None
-        text = f"fitted by hypertuna joint fit to {files}; times what was described: {', '.join(parts)}"
-        sources[key] = f"{text}. Before: {before}" if before else text
-    return parse(document, file=fit.described.file)
+    what = f"fitted by hypertuna joint fit to {files}; times what was described"
+    return sourced(fit.robot, fit.described, {key: f"{what}: {', '.join(parts)}" for key, parts in texts.items()})
 
 
 def _warnings(fit: BenchFit, bound: Sequence[str | None]) -> list[str]:

@@ -40,7 +40,7 @@ def _plot_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
     """Plot the loops of a joint: left bends upwards, right bends downwards."""
     bench = fit.bench
     for loop in bench.loops:
-        if loop.joint != joint:
+        if loop.joint != joint or not np.isfinite(bench.angle[loop.rows]).any():
             continue
         sign, color = 1 - 2 * loop.side, COLORS[1 - loop.side]
         pressure, back = np.linspace(0, loop.top, POINTS), bool(bench.unload[loop.rows].any())

@@ -1,26 +1,50 @@
 """Residuals of bench runs as a function of the unknowns, with the bounds as a prior."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import root_scalar
 
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.hydraulics import SIDES
+from hypertuna.actuation.soft_joint import JointModel, joint_group, joint_models, joint_sections, soft_joint
 from hypertuna.arrays import Array
-from hypertuna.characterization.data import Bench
+from hypertuna.characterization.data import KINDS, Bench, Loop
 from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.identification.loss import LOSSES
 from hypertuna.ranges import Whole, check_name
 
-KINDS = ("angle", "volume")
 STEP = 1e-4  # of a logarithm, for central differences
 ROUGH_STEP = 1e-6  # the same, for one-sided differences
 FAILED = 1e3  # residual, in standard deviations, of a bend without a solution
 STARTS = Whole(min=1, max=1024)
+
+
+@dataclass(frozen=True)
+class Elements:
+    """The measured values of a bench, kind after kind; every array has one entry per value."""
+
+    kind: NDArray[np.str_]
+    row: NDArray[np.int64]  # of the bench
+    measured: Array  # [SI]
+    sd: Array  # stated noise [SI], NaN for none
+
+    def of(self, rows: Mapping[str, Array]) -> Array:
+        """Return the entries (elements,) of arrays by kind (rows,)."""
+        return np.array([rows[kind][row] for kind, row in zip(self.kind.tolist(), self.row.tolist(), strict=True)])
+
+
+def elements(bench: Bench) -> Elements:
+    """List the measured values of a bench."""
+    found = [(kind, row) for kind in KINDS for row in np.flatnonzero(np.isfinite(getattr(bench, kind))).tolist()]
+    kind, row = (np.array(column) for column in zip(*found, strict=True))
+    measured, sd = (np.array([getattr(bench, k + end)[r] for k, r in found]) for end in ("", "_sd"))
+    return Elements(kind, row, measured, sd)
 
 
 @dataclass(frozen=True)
@@ -34,10 +58,12 @@ class BenchProblem:
     bench: Bench
     free: tuple[Unknown, ...]
     loss: str
-    measured: Array  # (elements,), angles of all rows [rad], then the volumes that were measured [m^3]
-    kind: NDArray[np.int64]  # (elements,), index into KINDS
-    sd: Array  # (elements,), stated noise, NaN for none
-    with_volume: NDArray[np.int64]  # rows of the bench that have a volume
+    elements: Elements
+
+    @property
+    def measured(self) -> Array:
+        """Measured values (elements,) [SI]."""
+        return self.elements.measured
 
     @property
     def prior_sd(self) -> Array:
@@ -47,7 +73,7 @@ class BenchProblem:
     @property
     def unknown_kinds(self) -> tuple[str, ...]:
         """Kinds whose noise has to be estimated."""
-        return tuple(KINDS[k] for k in np.unique(self.kind[np.isnan(self.sd)]))
+        return tuple(dict.fromkeys(self.elements.kind[np.isnan(self.elements.sd)].tolist()))
 
     def bounds(self) -> tuple[Array, Array]:
         """Return the bounds as points (n,)."""
@@ -63,19 +89,18 @@ class BenchProblem:
     def residual(self, z: Array, levels: Mapping[str, float], joint: int | None = None) -> Array:
         """Return computed minus measured over noise (elements,), then the residuals of the prior: z itself.
 
-        levels: noise [rad and m^3] of the kinds whose noise is unknown. joint: compute its rows only, others are NaN.
+        levels: noise [SI] of the kinds whose noise is unknown. joint: compute its rows only, others are NaN.
         """
         robot = with_unknowns(self.robot, self.free, self.values(z), checked=False)
         try:
-            angle, volume = computed(robot, self.bench, joint)
+            found = self.elements.of(computed(robot, self.bench, joint))
         except InputError:  # no such joint can be built, such as one without room for its hoses
-            angle, volume = np.full((2, len(self.bench.angle)), np.nan)
-        level = np.array([levels.get(name, np.nan) for name in KINDS])
-        difference = np.concatenate([angle, volume[self.with_volume]]) - self.measured
-        scaled = difference / np.where(np.isnan(self.sd), level[self.kind], self.sd)
+            found = np.full(len(self.measured), np.nan)
+        level = np.array([levels.get(name, np.nan) for name in self.elements.kind])
+        scaled = (found - self.measured) / np.where(np.isnan(self.elements.sd), level, self.elements.sd)
         sound = np.where(np.isfinite(scaled), np.clip(scaled, -FAILED, FAILED), FAILED)
         own = self.bench.joint == (self.bench.joint if joint is None else joint)
-        return np.concatenate([np.where(np.append(own, own[self.with_volume]), sound, np.nan), z])
+        return np.concatenate([np.where(own[self.elements.row], sound, np.nan), z])
 
     def jacobian(self, z: Array, levels: Mapping[str, float], *, rough: bool = False) -> Array:
         """Differentiate the residual: by central differences, or one-sided ones for a search."""
@@ -91,19 +116,70 @@ class BenchProblem:
         return np.stack(columns, axis=1)
 
 
-def computed(robot: Robot, bench: Bench, joint: int | None = None) -> tuple[Array, Array]:
-    """Compute bends [rad] and oil volumes of drive units [m^3] of a bench, (rows,) each, NaN but for a joint's rows."""
-    angle, volume = np.full((2, len(bench.angle)), np.nan)
+def computed(robot: Robot, bench: Bench, joint: int | None = None) -> dict[str, Array]:
+    """Compute all kinds of quantities [SI] for the rows of a bench, (rows,) each, NaN but for a joint's rows.
+
+    Oil volumes are those of drive units; of moments only those of held joints, and nothing else of these.
+    """
+    found = {kind: np.full(len(bench.joint), np.nan) for kind in KINDS}
     for loop in bench.loops:
         if joint is not None and loop.joint != joint:
             continue
         rising, place = np.unique(np.append(bench.pressure[loop.rows], loop.top), return_inverse=True)
         unload = bench.unload[loop.rows]
-        curve = bend(robot, loop.joint, rising, side=SIDES[loop.side], unload=bool(unload.any()))
-        path = curve.angle if curve.unload_angle is None else np.append(curve.angle, curve.unload_angle)
-        on_path = np.where(unload, len(path) - 1 - place[:-1], place[:-1])  # unloading starts at the top
-        angle[loop.rows], volume[loop.rows] = path[on_path], curve.volume[on_path]
-    return angle, volume
+        path = _path(robot, loop, rising, unload=bool(unload.any()))
+        on_path = np.where(unload, len(path["shortening"]) - 1 - place[:-1], place[:-1])  # unloading starts at the top
+        for kind, values in path.items():
+            found[kind][loop.rows] = values[on_path]
+    for k in np.flatnonzero(np.isfinite(bench.moment)).tolist():
+        if joint is None or bench.joint[k] == joint:
+            pressure, side = float(bench.pressure[k]), int(bench.side[k])
+            found["moment"][k] = blocked_moment(robot, int(bench.joint[k]), pressure, side, arm=float(bench.arm[k]))
+    return found
+
+
+def _path(robot: Robot, loop: Loop, rising: Array, *, unload: bool) -> dict[str, Array]:
+    """Compute a loop from rest: one side up and maybe back, or both sides at once."""
+    if loop.side == len(SIDES):
+        return {
+            "shortening": shortening(robot, loop.joint, np.concatenate([rising, rising[::-1]]) if unload else rising)
+        }
+    curve = bend(robot, loop.joint, rising, side=SIDES[loop.side], unload=unload)
+    angle = curve.angle if curve.unload_angle is None else np.append(curve.angle, curve.unload_angle)
+    length = joint_group(robot, loop.joint)[1].length
+    return {"angle": angle, "volume": curve.volume, "shortening": curve.shortening * length}
+
+
+def shortening(robot: Robot, joint: int, pressure: Array) -> Array:
+    """Compute how much the axis of a joint gets shorter (n,) [m] under pressures of both sides (n,) [Pa]."""
+    bent = np.asarray(soft_joint(robot, joint).bend(np.column_stack([pressure, pressure])))
+    return np.asarray(-bent[..., 1] @ joint_sections(robot, joint)[:, 0])
+
+
+def blocked_moment(robot: Robot, joint: int, pressure: float, side: int = 0, *, arm: float = math.inf) -> float:
+    """Compute the moment [N m] that holds a joint straight under the rising pressure [Pa] of one side.
+
+    Friction takes its part. arm: distance [m] of the force that holds it from its middle: the joint, as long as L, is a
+    beam that does not move at the force, so that the moment is smaller by 1 + (L / arm)^2 / 12.
+    """
+    model = joint_models(robot)[joint]
+    both = np.zeros((1, 2))
+    both[0, side] = pressure
+    strain = _strain(model, both)
+    load = model.at(0.0, strain, both)
+    moment = float(load["elastic"][0] + load["slope"][0] @ both[0]) * (1 - 2 * side)
+    rubs = float(load["friction"][0] @ np.maximum(0.0, both[0] - load["carried"][0]))
+    return (moment - rubs) / (1 + (joint_group(robot, joint)[1].length / arm) ** 2 / 12)
+
+
+def _strain(model: JointModel, both: Array) -> float:
+    """Return the strain of a straight joint at which its axial force vanishes, by the secant method."""
+
+    def thrust(strain: float) -> float:
+        load = model.at(0.0, strain, both)
+        return float(load["axial"][0] + load["gain"][0] @ both[0])
+
+    return float(root_scalar(thrust, x0=0.0, x1=-0.02, rtol=1e-9).root)
 
 
 def bench_problem(
@@ -119,16 +195,12 @@ def bench_problem(
     STARTS.check(starts, "starts", "leave it out")
     both = [j for j in bench.joints if len(bench.sides(j)) == 2]
     frees = unknowns(robot, bench.joints, names=free, both_sides=both, bounds=bounds)
-    rows = np.flatnonzero(np.isfinite(bench.volume))
     return BenchProblem(
         robot=robot,
         bench=bench,
         free=frees,
         loss=loss,
-        measured=np.concatenate([bench.angle, bench.volume[rows]]),
-        kind=np.repeat([0, 1], [len(bench.angle), len(rows)]),
-        sd=np.concatenate([bench.angle_sd, np.full(len(rows), np.nan)]),
-        with_volume=rows,
+        elements=elements(bench),
     )
 
 

@@ -1,6 +1,7 @@
 """Unknowns of an actuator: geometry and material parameters that a bench may identify."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -22,6 +23,7 @@ class Kind(NamedTuple):
     unit: str = "1"  # SI, "1" for a number
     scaled: bool = True  # False: the default bounds are values [rad or 1]
     counted: str = ""  # meaning of a number
+    optional: bool = False  # fitted only where it is named
 
 
 PER_JOINT = {
@@ -29,6 +31,8 @@ PER_JOINT = {
     # links are measured, rigid end walls are not
     "segment_length": Kind(0.8, 1.25, ("segment_length_m",), counted="x described"),
     "stiffness_factor": Kind(0.25, 4.0, ("stiffness_factor",)),  # strip, pipes and channels stiffen and weaken
+    # from a film that buckles at once to stiff pipes
+    "axis_buckling": Kind(1.0, 300.0, ("axis_stiffness_n", "axis_buckling_n"), "N", scaled=False, optional=True),
     # ratio of the two levers
     "asymmetry": Kind(math.exp(-0.3), math.exp(0.3), ("asymmetry",), scaled=False, counted="left / right"),
 }
@@ -49,9 +53,10 @@ FACTORS = {
     "diameter_ratio": ("hose_wall", "1 - diameter_ratio^2, the fraction of the hose's section that is wall"),
 }
 # Displayed unit, and displayed units per SI unit.
-BORDER = {"m": ("mm", 1e3), "rad": ("deg", 180 / math.pi), "1": ("1", 1.0)}
+BORDER = {"N": ("N", 1.0), "m": ("mm", 1e3), "rad": ("deg", 180 / math.pi), "1": ("1", 1.0)}
 MODULI = {"datasheet": "modulus_100", "fe": "modulus_fe", "tensile": "tensile"}  # of a material, by set in use
 INSIDE = 1 - 1e-9  # of an upper limit
+FILM = 5e3  # N, stiffness in tension of a bending sensor's film on the axis, where none is described
 STEP = 1e-5  # of a logarithm, for differences
 
 
@@ -106,17 +111,24 @@ def unknowns(
     names: Sequence[str] | str | None = None,
     both_sides: Sequence[int] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,
+    optional: bool = False,
 ) -> tuple[Unknown, ...]:
     """Return the unknowns that a bench of some joints may identify.
 
     names: such as `lever` (of every joint measured) or `lever[I]`; all if left out. both_sides: joints bent both ways,
-    the only ones with free asymmetry unless it is named. bounds: lower and upper by name [SI].
+    the only ones with free asymmetry unless it is named. bounds: lower and upper by name [SI]. optional: include the
+    optional kinds.
     """
     unit = drive_unit(robot)
     for material in (unit.hose, unit.matrix):
         mooney(robot, material)  # checks the constants in use
-    free_asymmetry = joints if names else both_sides
-    known = [_make(robot, kind, j) for kind in PER_JOINT for j in joints if kind != "asymmetry" or j in free_asymmetry]
+    free_asymmetry, optional = joints if names else both_sides, optional or bool(names)
+    known = [
+        _make(robot, name, j)
+        for name, kind in PER_JOINT.items()
+        for j in joints
+        if (name != "asymmetry" or j in free_asymmetry) and (optional or not kind.optional)
+    ]
     known += [_make(robot, kind, None) for kind in SHARED]
     if names is not None:
         chosen: list[Unknown] = []
@@ -144,7 +156,7 @@ def _make(robot: Robot, kind: str, joint: int | None) -> Unknown:
     low, high = KINDS[kind][:2]
     factor = value if KINDS[kind].scaled else 1.0
     name = kind if joint is None else f"{kind}[{robot.joints[joint].name}]"
-    value = max(value, low) if kind == "friction" else value
+    value = max(value, low) if kind in ("friction", "axis_buckling") else value
     lower, upper = min(low * factor, value), max(high * factor, value)
     return Unknown(kind, joint, name, value, lower, min(upper, INSIDE * _upper_limit(robot, kind, joint)))
 
@@ -160,6 +172,8 @@ def _described(robot: Robot, kind: str, joint: int | None) -> float:
     """Return the value of an unknown in the description."""
     unit = drive_unit(robot)
     part: Any = unit if joint is None else joint_group(robot, joint)[1]
+    if kind == "axis_buckling":  # None: it never buckles
+        return 0.0 if not part.axis_stiffness else float(part.axis_buckling or KINDS[kind].high)
     if kind == "asymmetry":
         return float((2 + part.asymmetry) / (2 - part.asymmetry))
     if kind == "diameter_ratio":
@@ -221,6 +235,8 @@ def with_unknowns(robot: Robot, frees: Sequence[Unknown], values: Array, *, chec
         actuator = joint_group(robot, j)[1]
         if (ratio := changes.get("asymmetry")) is not None:
             changes["asymmetry"] = 2 * (ratio - 1) / (ratio + 1)
+        if "axis_buckling" in changes:
+            changes["axis_stiffness"] = actuator.axis_stiffness or FILM
         if (factor := changes.get("segment_length")) is not None:
             changes["segment_length"] = tuple(factor * length for length in actuator.segment_length)
         groups[j] = groups[j].model_copy(update={"actuator": actuator.model_copy(update=changes)})
@@ -238,3 +254,15 @@ def keys_of(robot: Robot, one: Unknown) -> tuple[str, ...]:
         return (f"materials.{name}.{MODULI[unit.material_set]}_pa",)
     table = "drive_unit" if one.joint is None else "joints.actuator"
     return tuple(f"{table}.{key}" for key in KINDS[one.kind].keys)
+
+
+def sourced(robot: Robot, described: Robot, texts: Mapping[str, str]) -> Robot:
+    """Return a robot with sources of keys that differ from the described ones, which follow after "Before:"."""
+    document = robot.document()
+    sources = document.setdefault("sources", {})
+    unset = described.model_copy(update={"sources": {}})
+    given = {re.sub(r"\[\d+\]", "", key) for key in unset.unsourced()}
+    for key, text in texts.items():
+        before = described.source(key) if key in given else None
+        sources[key] = f"{text}. Before: {before}" if before else text
+    return parse(document, file=described.file)

@@ -85,6 +85,13 @@ def _bound(text: str, key: str) -> parsing.Bound:
     return parsing.Bound(name, low / factor, high / factor)
 
 
+Free = Annotated[str | None, opt.text("--free", "Unknowns to fit, such as lever,friction. (default: all)")]
+Bounds = Annotated[
+    list[Any] | None,
+    opt.option(("--bounds",), "Prior bounds of an unknown in mm, deg or 1; repeatable.", "NAME=LOW:HIGH", _bound),
+]
+
+
 @opt.grouped
 def fit_command(
     files: Annotated[
@@ -95,11 +102,8 @@ def fit_command(
         ),
     ],
     robot: opt.RobotOptions,
-    free: Annotated[str | None, opt.text("--free", "Unknowns to fit, such as lever,friction. (default: all)")] = None,
-    bounds: Annotated[
-        list[Any] | None,
-        opt.option(("--bounds",), "Prior bounds of an unknown in mm, deg or 1; repeatable.", "NAME=LOW:HIGH", _bound),
-    ] = None,
+    free: Free = None,
+    bounds: Bounds = None,
     loss: opt.Loss = "soft_l1",
     starts: opt.Starts = 3,
     seed: opt.Seed = 0,

@@ -70,6 +70,10 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
             {
                 "bend": ("bend:bend_command", "Bend a soft joint in air: angle over pressure, up and down."),
                 "fit": ("joint:fit_command", "Identify the unknowns of an actuator from bench pressures and bends."),
+                "family": (
+                    "joint_family:family_command",
+                    "Sample all designs of an actuator that meet a bench, and say what to measure next.",
+                ),
                 "silicone": ("joint:silicone_command", "Fit the elastic constants of a silicone to a tensile test."),
             },
             "A soft joint: its bend in air, its actuator from a test bench, its silicone from a tensile test.",

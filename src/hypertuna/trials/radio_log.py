@@ -27,15 +27,21 @@ class BenchRow(NamedTuple):
     """One row of a bench test."""
 
     joint: int  # joint group, from 0
-    side: int  # 0 for left, 1 for right
+    side: int  # 0 for left, 1 for right, 2 for both
     pressure: float  # gauge pressure of that side [Pa]; that of the other side is 0
-    angle: float  # bend [rad], positive toward the passive side
+    angle: float  # bend [rad], positive toward the passive side, NaN if not measured
     unload: bool  # whether pressure was falling
     run: str
     file: str
     line: int  # of a log: number of the row
     angle_sd: float = math.nan  # standard deviation [rad], NaN if unknown
     volume: float = math.nan  # oil pumped since rest [m^3], NaN if not measured
+    volume_sd: float = math.nan
+    shortening: float = math.nan  # of the axis [m]
+    shortening_sd: float = math.nan
+    moment: float = math.nan  # that holds the joint straight [N m]
+    moment_sd: float = math.nan
+    arm: float = math.inf  # of the force that makes this moment [m]
 
 
 def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:

@@ -1,0 +1,181 @@
+"""Designs of an actuator as points of a box: one unknown of each joint is solved for, so that its sharpest bend is met.
+
+Measured bends leave a thin, curved sheet of designs. Its points are drawn as the noise of one bend of each joint and as
+all unknowns but one, which follows from them.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from hypertuna.actuation.soft_joint import LUMEN_MIN, joint_group, joint_sections, muscle, soft_joint
+from hypertuna.arrays import Array
+from hypertuna.characterization.data import Bench, usual_sd
+from hypertuna.characterization.problem import Elements, computed, elements
+from hypertuna.characterization.room import with_room
+from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
+from hypertuna.description.robot import Robot
+from hypertuna.description.schema.actuator import NEUTRAL_BRAID
+from hypertuna.errors import InputError
+
+GRID = {"stiffness_factor": 2, "lever": 9}  # unknowns to solve for, the preferred first: points between its bounds
+PRECISE, NEAR = 1e-5, 1e-3  # of a logarithm: tolerance of a solution, and step of a difference
+NO_ROOM, NO_BEND, LOCKED = (
+    "no room in the section",
+    "another bend",
+    "braid or hose at its end",
+)  # what excludes a design
+
+
+@dataclass(frozen=True)
+class Solved:
+    """An unknown that is solved for from a bend under the rising pressure of one side."""
+
+    unknown: int  # index of the free ones
+    element: int  # index of the measured values
+    joint: int
+    both: Array  # (1, 2), pressures of the two sides [Pa]
+    sign: int  # 1 for a bend to the left
+
+
+@dataclass(frozen=True)
+class Design:
+    """A design within the bounds, or what excludes it."""
+
+    robot: Robot
+    values: Array  # (n,), of the unknowns [SI]
+    excluded: str = ""
+    weight: float = 0.0  # logarithm of the density of the solved unknowns
+    off: Array | None = None  # (elements,), computed minus measured over noise, 0 for those solved for
+    fit: float = 0.0  # log-likelihood of the elements that are not solved for
+
+
+@dataclass(frozen=True)
+class Designs:
+    """Unknowns of a robot's actuators and what was measured of them.
+
+    A point (n + s,) holds, between 0 and 1, where each unknown is between the logarithms of its bounds, of a solved one
+    which of its solutions is taken, and then the noise of the s bends that are solved for, in standard deviations.
+    """
+
+    robot: Robot
+    bench: Bench
+    free: tuple[Unknown, ...]
+    elements: Elements
+    sd: Array  # (elements,), of instruments and model [SI]
+    solved: tuple[Solved, ...]
+
+    def values(self, point: Array) -> Array:
+        """Return the unknowns (n,) [SI] of a point; those that are solved for are of no use."""
+        ends = ((one.log(one.lower), one.log(one.upper)) for one in self.free)
+        return np.array([one.value(a + x * (b - a)) for one, (a, b), x in zip(self.free, ends, point, strict=False)])
+
+    def at(self, point: Array) -> Design:
+        """Return the design of a point (n + s,)."""
+        values = self.values(point)
+        robot = with_unknowns(self.robot, self.free, values, checked=False)
+        try:
+            if all(self.free[one.unknown].kind != "lever" for one in self.solved):
+                robot = self._with_room(robot)
+            weight = 0.0
+            for k, one in enumerate(self.solved):
+                robot, values[one.unknown], own = self._solve(robot, one, point, float(point[len(self.free) + k]))
+                weight += own
+            robot = self._with_room(robot)
+            off = self._off(robot)
+        except InputError as error:  # of sections without room for the muscles too
+            return Design(robot, values, str(error) if str(error) in (NO_BEND, LOCKED) else NO_ROOM)
+        if not np.isfinite(off).all():
+            return Design(robot, values, LOCKED)
+        return Design(robot, values, "", weight, off, -0.5 * float(off @ off))
+
+    def _with_room(self, robot: Robot) -> Robot:
+        for joint in self.bench.joints:
+            robot = with_room(robot, joint)
+        return robot
+
+    def _solve(self, robot: Robot, one: Solved, point: Array, noise: float) -> tuple[Robot, float, float]:
+        """Solve for an unknown: return robot, value [SI] and the logarithm of its density."""
+        unknown = self.free[one.unknown]
+        target = self.elements.measured[one.element] + noise * self.sd[one.element]
+
+        def changed(log: float) -> Robot:
+            return with_unknowns(robot, (unknown,), np.array([unknown.value(log)]), checked=False)
+
+        def off(log: float) -> float:
+            bent = np.asarray(soft_joint(changed(log), one.joint).bend(one.both))
+            return math.log(max(one.sign * float(bent[..., 0].sum()), NEAR * target) / target)
+
+        grid = np.linspace(unknown.log(unknown.lower), unknown.log(unknown.upper), GRID[unknown.kind])
+        ends = np.array([off(log) for log in grid])
+        crossings = np.flatnonzero(
+            ends[:-1] * ends[1:] < 0
+        )  # a longer lever pulls harder, and shortens its muscle more
+        if not len(crossings):
+            raise InputError(NO_BEND)
+        m = crossings[min(int(point[one.unknown] * len(crossings)), len(crossings) - 1)]
+        log = float(brentq(off, grid[m], grid[m + 1], xtol=PRECISE))
+        slope = (off(log + NEAR) - off(log)) / NEAR
+        found = changed(log)
+        _check_ends(found, one)
+        return found, unknown.value(log), math.log(len(crossings) / max(abs(slope), NEAR))
+
+    def _off(self, robot: Robot) -> Array:
+        """Return computed minus measured over noise (elements,); 0 for those solved for."""
+        off = np.zeros(len(self.sd))
+        others = np.setdiff1d(np.arange(len(off)), [one.element for one in self.solved])
+        if len(others):
+            off[others] = ((self.elements.of(computed(robot, self.bench)) - self.elements.measured) / self.sd)[others]
+        return off
+
+
+def _check_ends(robot: Robot, one: Solved) -> None:
+    """Check that no muscle comes to an end: a stretched hose that closes, a shortened one whose braid pulls no more."""
+    actuator, hose = joint_group(robot, one.joint)[1], muscle(robot)
+    bent = np.asarray(soft_joint(robot, one.joint).bend(one.both))[0]
+    axis = 1 + bent[:, 1]
+    turn = np.abs(bent[:, 0]) / joint_sections(robot, one.joint)[:, 0] / np.sqrt(axis)
+    long, short = axis + max(actuator.levers) * turn, axis - max(actuator.levers) * turn
+    unit = robot.drive_unit
+    braid = math.cos(unit.braid_angle) if unit is not None else 1.0
+    if long.max() > hose.closing_stretch(LUMEN_MIN) or short.min() * braid < math.cos(NEUTRAL_BRAID):
+        raise InputError(LOCKED)
+
+
+def designs(
+    robot: Robot,
+    bench: Bench,
+    free: Sequence[str] | str | None = None,
+    *,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    model_error: float = 0.03,
+) -> Designs:
+    """Lay out a bench for a family.
+
+    free, bounds: as for `unknowns`. model_error: of the fast model, relative to each measured value.
+    """
+    both = [joint for joint in bench.joints if len(bench.sides(joint)) == 2]
+    frees = unknowns(robot, bench.joints, names=free, both_sides=both, bounds=bounds, optional=True)
+    measured = elements(bench)
+    columns = zip(measured.kind.tolist(), measured.measured.tolist(), measured.sd.tolist(), strict=True)
+    noise = np.array([usual_sd(kind, value) if math.isnan(sd) else sd for kind, value, sd in columns])
+    sd = np.hypot(noise, model_error * np.abs(measured.measured))
+    solved = [one for joint in bench.joints if (one := _solved(bench, frees, measured, sd, joint)) is not None]
+    return Designs(robot, bench, frees, measured, sd, tuple(solved))
+
+
+def _solved(bench: Bench, frees: Sequence[Unknown], measured: Elements, sd: Array, joint: int) -> Solved | None:
+    """Choose the unknown to solve for and the sharpest bend of a joint; None where it lacks either."""
+    own = [(kind, k) for kind in GRID for k, one in enumerate(frees) if (one.kind, one.joint) == (kind, joint)]
+    row = measured.row
+    bends = (measured.kind == "angle") & (bench.joint[row] == joint) & ~bench.unload[row] & (measured.measured > 0)
+    if not own or not bends.any():
+        return None
+    relative = np.round(sd / measured.measured, 6)
+    k = min(np.flatnonzero(bends).tolist(), key=lambda k: (relative[k], -bench.pressure[row[k]]))
+    side, both = int(bench.side[row[k]]), np.zeros((1, 2))
+    both[0, side] = bench.pressure[row[k]]
+    return Solved(own[0][1], k, joint, both, 1 - 2 * side)

@@ -1,0 +1,118 @@
+"""Sequential Monte Carlo: points that are drawn from the prior and moved until they count by what was measured.
+
+The likelihood enters by powers that rise from 0 to 1 (tempering). At each, points are drawn anew by their weights, and
+moved by differences of others (differential evolution, ter Braak 2006).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.characterization.designs import Design, Designs
+from hypertuna.errors import InputError
+
+KEPT = 0.5  # effective part of the points at each power
+SWEEPS, MOVED = 12, 3.0  # largest number of moves at each power, and accepted ones of a point that suffice
+SPREAD = 1e-3  # of a move, beside the difference
+MAX_DRAWS = 100  # of the prior for each point that is asked for
+
+
+@dataclass(frozen=True)
+class Population:
+    """Points that count alike, and what they were drawn from."""
+
+    points: Array  # (count, n + s)
+    members: tuple[Design, ...]
+    drawn: tuple[Design, ...]  # the first draws from the prior, excluded ones too
+    tried: int  # draws from the prior
+    evaluations: int  # draws and moves
+    powers: tuple[float, ...]
+
+
+def populate(
+    space: Designs, count: int, *, seed: int = 0, progress: Callable[[int, int], None] | None = None
+) -> Population:
+    """Draw points (count,) of a space of designs by what was measured."""
+    rng, uniform, normal = np.random.default_rng(seed), len(space.free), len(space.solved)
+    drawn: list[Design] = []
+    accepted: list[tuple[Array, Design]] = []
+    while len(accepted) < count:
+        if len(drawn) >= MAX_DRAWS * count:
+            raise InputError(
+                *_none(drawn), key="bench", fix="check the file and the description, or give wider --bounds"
+            )
+        point = np.append(rng.random(uniform), rng.standard_normal(normal))
+        drawn.append(space.at(point))
+        if not drawn[-1].excluded:
+            accepted.append((point, drawn[-1]))
+            if progress is not None:
+                progress(len(accepted), 2 * count)
+    points, members = np.array([point for point, _ in accepted]), [one for _, one in accepted]
+    evaluations, power, powers = len(drawn), 0.0, [0.0]
+    weight = np.array([one.weight for one in members])
+    while True:
+        fit = np.array([one.fit for one in members])
+        step = _step(weight, fit, 1 - power)
+        power, chance = power + step, np.exp(weight + step * fit - (weight + step * fit).max())
+        chosen = np.searchsorted(np.cumsum(chance) / chance.sum(), (rng.random() + np.arange(count)) / count)
+        points, members = points[chosen], [members[k] for k in np.minimum(chosen, count - 1)]
+        evaluations += _move(space, points, members, power, rng)
+        weight = np.zeros(count)
+        powers.append(power)
+        if progress is not None:
+            progress(count + int(power * count), 2 * count)
+        if power >= 1:
+            return Population(points, tuple(members), tuple(drawn[:count]), len(drawn), evaluations, tuple(powers))
+
+
+def _none(drawn: list[Design]) -> tuple[str]:
+    """Write that no design meets the bench, and what excludes most of them."""
+    reasons = [one.excluded for one in drawn if one.excluded]
+    most = max(set(reasons), key=reasons.count)
+    return (f"must be met by more than one in {MAX_DRAWS} designs within the bounds; most have {most}",)
+
+
+def _step(weight: Array, fit: Array, rest: float) -> float:
+    """Return how far the power may rise, at most by `rest`, so that enough of the points count."""
+
+    def effective(step: float) -> float:
+        chance = np.exp(weight + step * fit - (weight + step * fit).max())
+        return float(chance.sum() ** 2 / (chance**2).sum()) / len(chance)
+
+    enough = min(KEPT, 0.9 * effective(0.0))
+    if effective(rest) >= enough:
+        return rest
+    low, high = 0.0, rest
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if effective(middle) >= enough else (low, middle)
+    return low
+
+
+def _move(space: Designs, points: Array, members: list[Design], power: float, rng: np.random.Generator) -> int:
+    """Move points (count, n + s) and their designs in place by Metropolis steps; return how many were tried."""
+    (count, size), uniform = points.shape, len(space.free)
+    scale, moved, tried = 2.38 / np.sqrt(2 * size), 0, 0
+
+    def density(point: Array, one: Design) -> float:
+        return one.weight + power * one.fit - 0.5 * float(point[uniform:] @ point[uniform:])
+
+    for _ in range(SWEEPS):
+        accepted = 0
+        for half in np.array_split(rng.permutation(count), 2):  # one half moves by differences of the other
+            others = np.setdiff1d(np.arange(count), half)
+            for k in half.tolist():
+                a, b = points[rng.choice(others, 2, replace=False)]
+                new = points[k] + scale * (a - b) + SPREAD * rng.standard_normal(size)
+                new[:uniform] = np.abs((new[:uniform] + 1) % 2 - 1)  # reflected at 0 and 1
+                one = space.at(new)
+                if one.excluded or np.log(rng.random()) >= density(new, one) - density(points[k], members[k]):
+                    continue
+                points[k], members[k], accepted = new, one, accepted + 1
+        moved, tried = moved + accepted, tried + count
+        scale *= float(np.exp(accepted / count - 0.25))
+        if moved >= MOVED * count:
+            break
+    return tried

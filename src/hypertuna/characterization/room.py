@@ -1,0 +1,49 @@
+"""Room in a joint: muscles, what lies on the axis, oil pipes of the joints behind and silicone fit in its sections."""
+
+import math
+
+from hypertuna.actuation.soft_joint import drive_unit, joint_group
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.fe.geometry import WALL, joint_body
+
+PIPE = 1e-3  # m, wall of an oil pipe
+PIPES = 2  # oil lines of a joint, one a side
+
+
+def with_room(robot: Robot, joint: int) -> Robot:
+    """Return the robot with drive units that a joint has room for, as close as they must be, or raise InputError.
+
+    The rules of finite elements hold in the narrowest section (`joint_body`). Between the muscles of the two sides is
+    room for a film on the axis, and there, or above and below them, for the pipes of every joint behind.
+    """
+    unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
+    tight = unit.outer_diameter + WALL
+    if actuator.spacing is None or actuator.spacing < tight:
+        spaced = group.model_copy(update={"actuator": actuator.model_copy(update={"spacing": tight})})
+        joints = tuple(spaced if g == joint else other for g, other in enumerate(robot.joints))
+        robot = robot.model_copy(update={"joints": joints})
+    body = joint_body(robot, joint)
+    gap = min(actuator.levers) - body.radius - WALL
+    if gap < 0:
+        rule, fix = "must leave room for a film on the axis", "give a longer lever or thinner hoses"
+        raise InputError(rule, key=f"joint {group.name}, lever_m", fix=fix)
+    behind = [other.line.bore for other in robot.joints[joint + 1 :] if other.line is not None and not other.direct]
+    pipe = max(behind, default=0.0) / 2 + PIPE
+    if not behind or gap >= pipe:
+        return robot
+    top = max(channel.z for channel in body.channels)
+    apart = body.radius + WALL + pipe
+    lowest = top + math.sqrt(max(0.0, apart**2 - min(actuator.levers) ** 2))
+    highest = lowest + (PIPES * len(behind) / 2 - 1) * (2 * pipe + WALL)  # half of them below the muscles
+    if _to_rim(float(body.semi_major.min()), float(body.semi_minor.min()), highest) < pipe + WALL:
+        rule, fix = "must leave room for the oil pipes of the joints behind", "give a longer lever or thinner hoses"
+        raise InputError(rule, key=f"joint {group.name}, lever_m", fix=fix)
+    return robot
+
+
+def _to_rim(a: float, b: float, z: float) -> float:
+    """Return the distance from a point on the half axis a of an ellipse to its rim [m]; negative outside."""
+    if z < (a**2 - b**2) / a:  # the nearest points are on either side
+        return b * math.sqrt(1 - z**2 / (a**2 - b**2))
+    return a - z
