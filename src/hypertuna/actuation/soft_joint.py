@@ -75,7 +75,8 @@ def mooney(robot: Robot, material: str, material_set: str | None = None) -> Moon
     """Return the elastic constants of a silicone of ``[materials]``, by default of the set that ``[drive_unit]`` names.
 
     ``"datasheet"``: C1 from the stress at 100 % strain, which is 3.5 (C1 + C2/2), with C2 = 0. ``"fe"``: C1 = E/6 with
-    the Young's modulus of a finite-element model. ``"tensile"``: C1 and C2 as fitted to tensile tests.
+    the Young's modulus of a finite-element model. ``"tensile"``: C1 and C2 as fitted to tensile tests. ``"mean"``: the
+    geometric means of these and the data sheet's.
     """
     name = material_set or drive_unit(robot).material_set
     if name not in MATERIAL_SETS:
@@ -85,12 +86,16 @@ def mooney(robot: Robot, material: str, material_set: str | None = None) -> Moon
         fix = did_you_mean(material, robot.materials)
         raise InputError("is not a material of [materials]", file=robot.file or None, key=material, fix=fix)
     solid: Material = robot.materials[material]
+    sheet = Mooney(solid.modulus_100 / 3.5, 0.0)  # Mooney.modulus_100, solved for C1
     if name == "datasheet":
-        return Mooney(solid.modulus_100 / 3.5, 0.0)  # Mooney.modulus_100, solved for C1
+        return sheet
     fix = f"give it for the material set {name}, or choose another set"
     if name == "fe":
         return Mooney(require(solid.modulus_fe, f"materials.{material}.modulus_fe_pa", robot, fix) / 6, 0.0)
-    return Mooney(*require(solid.tensile, f"materials.{material}.tensile_pa", robot, fix))
+    tested = Mooney(*require(solid.tensile, f"materials.{material}.tensile_pa", robot, fix))
+    if name == "tensile":
+        return tested
+    return Mooney(math.sqrt(sheet.c1 * tested.c1), math.sqrt(sheet.c2 * tested.c2))
 
 
 def drive_unit(robot: Robot) -> DriveUnit:

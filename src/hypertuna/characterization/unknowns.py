@@ -54,7 +54,13 @@ FACTORS = {
 }
 # Displayed unit, and displayed units per SI unit.
 BORDER = {"N": ("N", 1.0), "m": ("mm", 1e3), "rad": ("deg", 180 / math.pi), "1": ("1", 1.0)}
-MODULI = {"datasheet": "modulus_100", "fe": "modulus_fe", "tensile": "tensile"}  # of a material, by set in use
+# Of a material, by the set in use.
+MODULI = {
+    "datasheet": ("modulus_100",),
+    "fe": ("modulus_fe",),
+    "tensile": ("tensile",),
+    "mean": ("modulus_100", "tensile"),
+}
 INSIDE = 1 - 1e-9  # of an upper limit
 FILM = 5e3  # N, stiffness in tension of a bending sensor's film on the axis, where none is described
 STEP = 1e-5  # of a logarithm, for differences
@@ -224,10 +230,12 @@ def with_unknowns(robot: Robot, frees: Sequence[Unknown], values: Array, *, chec
     materials, groups = dict(robot.materials), list(robot.joints)
     for part in ("hose", "matrix"):
         if (factor := shared.pop(f"{part}_modulus", None)) is not None:
-            name, key = getattr(unit, part), MODULI[unit.material_set]
-            value = getattr(materials[name], key)
-            scaled = tuple(factor * x for x in value) if isinstance(value, tuple) else factor * value
-            materials[name] = materials[name].model_copy(update={key: scaled})
+            name = getattr(unit, part)
+            values = {key: getattr(materials[name], key) for key in MODULI[unit.material_set]}
+            scaled = {
+                k: tuple(factor * x for x in v) if isinstance(v, tuple) else factor * v for k, v in values.items()
+            }
+            materials[name] = materials[name].model_copy(update=scaled)
     if {"outer_diameter", "diameter_ratio"} & shared.keys():
         ratio = shared.pop("diameter_ratio", None) or unit.inner_diameter / unit.outer_diameter
         shared["inner_diameter"] = ratio * shared.get("outer_diameter", unit.outer_diameter)
@@ -251,7 +259,7 @@ def keys_of(robot: Robot, one: Unknown) -> tuple[str, ...]:
     unit = drive_unit(robot)
     if one.kind.endswith("modulus"):
         name = unit.hose if one.kind == "hose_modulus" else unit.matrix
-        return (f"materials.{name}.{MODULI[unit.material_set]}_pa",)
+        return tuple(f"materials.{name}.{key}_pa" for key in MODULI[unit.material_set])
     table = "drive_unit" if one.joint is None else "joints.actuator"
     return tuple(f"{table}.{key}" for key in KINDS[one.kind].keys)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -23,7 +23,7 @@ from hypertuna.errors import did_you_mean
 from hypertuna.ranges import Range
 
 NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where a braid encloses the largest volume
-MaterialSet = Literal["datasheet", "fe", "tensile"]
+MaterialSet = Literal["datasheet", "fe", "tensile", "mean"]
 
 
 class DriveUnit(Part, table="drive_unit"):
@@ -54,7 +54,8 @@ class DriveUnit(Part, table="drive_unit"):
 
     def check_materials(self, materials: Mapping[str, Material]) -> Iterator[Check]:
         """Check that the materials exist, and have the constants of the set."""
-        constant = {"fe": "modulus_fe", "tensile": "tensile"}.get(self.material_set, "modulus_100")
+        constants = {"fe": "modulus_fe", "tensile": "tensile", "mean": "tensile"}
+        constant = constants.get(self.material_set, "modulus_100")
         for name in ("hose", "matrix"):
             material = getattr(self, name)
             known, text = material in materials, "must be a material of the table [materials]"
@@ -71,6 +72,8 @@ class DriveUnit(Part, table="drive_unit"):
 class Actuator(Part, table="joints.actuator"):
     """The soft body of a joint in segments; in each, muscles bend an elliptical section of matrix."""
 
+    renamed: ClassVar[Mapping[str, str]] = {"strip_width_m": "axis_width_m, with axis_stiffness_n and axis_buckling_n"}
+
     lever: Positive = entry("distance of the drive units from the middle", "m")
     segment_length: tuple[Positive, ...] = entry("length of each segment", "m", min_length=1)
     semi_major: tuple[Positive, ...] = entry("half height of each segment's section", "m")
@@ -85,10 +88,10 @@ class Actuator(Part, table="joints.actuator"):
         default=None,
     )
     plate: Positive = entry("thickness of the stiff plates at both ends; for finite elements", "m", default=0.003)
-    strip_width: NotNegative = entry(
-        "width of an inextensible strip in the middle, such as a bend sensor; for finite elements, 0 for none",
+    axis_width: Positive = entry(
+        "width, across the plane of bending, over which what lies on the axis spreads its force; for finite elements",
         "m",
-        default=0.0,
+        default=0.00635,
     )
     axis_stiffness: NotNegative = entry(
         "stiffness in tension, E A, of what lies on the axis and holds its length: a film, pipes; 0 for none",

@@ -94,7 +94,7 @@ MEASURING: dict[str, str] = {
     "drive_unit.braid_stiffness_n_per_m": "bench: bend over pressure (`joint fit`)",
     "drive_unit.hose": "name the material",
     "drive_unit.matrix": "name the material",
-    "drive_unit.material_set": "choose: datasheet, fe or tensile",
+    "drive_unit.material_set": "choose: datasheet, fe, tensile, or mean of the first and the last",
     "pump": "calipers on the pump, or CAD",
     "pump.neutral_deg": "protractor at rest; 90 has the crank across the piston",
     "pump.dead_volume_m3": "volume that the piston leaves at its end, from CAD",
