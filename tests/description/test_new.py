@@ -17,7 +17,7 @@ from hypertuna.description.drag import NOSES
 from hypertuna.description.inversion import inversion_speed
 from hypertuna.description.new import new_robot, shape_of
 from hypertuna.description.plausibility import implausible
-from hypertuna.description.robot import parse
+from hypertuna.description.robot import load, parse
 from hypertuna.description.shape import Shape, link_lengths
 from hypertuna.description.writer import robot_text
 from hypertuna.errors import InputError
@@ -259,9 +259,15 @@ def test_the_pilot_of_a_first_robot_steers_within_its_bends_and_on_its_own_scale
         assert 0 < bias <= swing / 2 + 0.05
         assert swing + bias <= group["bend_max_deg"] + 0.05
     speed = swim(parse(document), named_gait(parse(document), "cruise")).speed
-    # as HyperTuna, at 0.298 m/s: 25 s to answer to the fins, steering from 0.1 m/s
-    assert pilot["response_time_s"] == pytest.approx(25 * 0.298 / speed, rel=0.06)
-    assert pilot["speed_min_m_s"] == pytest.approx(0.1 / 0.298 * speed, rel=0.06)
+    # as HyperTuna at its slowest gait: 25 s to answer to the fins, steering from 0.1 m/s
+    tuna = load("hypertuna")
+    assert tuna.guidance is not None
+    assert tuna.guidance.speed is not None
+    faster = speed / tuna.guidance.speed[0]
+    assert pilot["response_time_s"] == pytest.approx(25 / faster, rel=0.06)
+    assert pilot["speed_min_m_s"] == pytest.approx(0.1 * faster, rel=0.06)
+    heavier = parse(document).body.mass / tuna.body.mass
+    assert pilot["power_w"] == pytest.approx(tuna.guidance.power * heavier, rel=0.06)
 
 
 def test_a_robot_at_sea_needs_an_actuation_and_pins() -> None:

@@ -14,11 +14,9 @@ from hypertuna.errors import InputError
 
 SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
 ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
-LENGTH, SPEED = 0.52, 0.298  # m and m/s, of HyperTuna and its slowest gait
 HEEL, LONE = 2.6, 20.0  # deg: more than full turns heel such robots; fins from which a lone one rolls them by 3
 ROLL = 0.6  # natural frequency of roll over that of the beat; 0.4 to 0.6 on HyperTuna
 DIVES = 0.65  # speed of cruise over that of inversion; 0.67 on HyperTuna at 3 Hz
-POWER = 3.0  # W/kg: HyperTuna's 10 W
 
 # keys of the pilot by what they scale with: length, speed, time over a given way, rate of body lengths
 LENGTHS = ("lookahead_m", "depth_lookahead_m")
@@ -59,9 +57,11 @@ SOURCES = {
         f"{LONE:g} deg rolls such robots",
     ),
     "guidance.response_time_s": "estimate: HyperTuna's way at this robot's speed",
-    "guidance.speed_min_m_s": "estimate: a third of the gait's speed, as HyperTuna's",
-    "guidance.blind_speed_m_s": "estimate: 0.84 of the gait's speed, as HyperTuna's",
-    "guidance.power_w": f"estimate: {POWER:g} W per kg, as HyperTuna's",
+    **dict.fromkeys(
+        ("guidance.speed_min_m_s", "guidance.blind_speed_m_s"),
+        "estimate: HyperTuna's in proportion to the speed of the gait",
+    ),
+    "guidance.power_w": "estimate: HyperTuna's in proportion to the mass",
     "firmware": "estimate: as HyperTuna's, see robots/hypertuna.toml; pins of a Teensy 4.1 in their order",
     "firmware.voltage_empty_v": "estimate: 15/16 of controller.voltage_low_v, as HyperTuna's",
 }
@@ -109,8 +109,8 @@ def add_space(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape) -
 def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape, speed: float) -> None:
     """Add pilot and microcontroller to a robot with fins and a controller.
 
-    `tuna` is HyperTuna's document, `speed` [m/s] that of the robot's gait: its pilot is HyperTuna's on the robot's own
-    scales of length, speed and time.
+    `tuna` is HyperTuna's document, `speed` [m/s] that of the robot's gait: its pilot is HyperTuna's, with its slowest
+    gait, on the robot's own scales of length, speed and time.
     """
     gait = document["gaits"]["cruise"]
     slow = gait | {
@@ -124,10 +124,11 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
     pilot |= {"fin_tilt_deg": HEEL, "fin_min_deg": LONE}
     bends = [(a, group["bend_max_deg"]) for a, group in zip(gait["amplitude_deg"], document["joints"], strict=True)]
     pilot |= {"gaits": ["slow", "cruise"], "bias_max_deg": [round(min(a / 2, bend - a), 1) for a, bend in bends]}
-    longer, faster = shape.length / LENGTH, speed / SPEED
+    longer, faster = shape.length / tuna["body"]["length_m"], speed / tuna["guidance"]["speed_m_s"][0]
+    heavier = shape.mass / tuna["body"]["mass_kg"]
     scales = {longer: LENGTHS, faster: SPEEDS, 1 / faster: TIMES, faster / longer: RATES}
     pilot |= {key: float(f"{scale * pilot[key]:.2g}") for scale, keys in scales.items() for key in keys}
-    document["guidance"] = pilot | {"power_w": float(f"{POWER * shape.mass:.2g}")}
+    document["guidance"] = pilot | {"power_w": float(f"{heavier * pilot['power_w']:.2g}")}
     document["firmware"] = tuna["firmware"] | _pins(document["joints"])
     empty, low = tuna["firmware"]["voltage_empty_v"], tuna["controller"]["voltage_low_v"]
     document["firmware"]["voltage_empty_v"] = round(document["controller"]["voltage_low_v"] * empty / low, 1)
