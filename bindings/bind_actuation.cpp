@@ -224,10 +224,11 @@ static constexpr CircuitColumn circuit_seen[] = {
     HYPERTUNA_SEEN("torque", out.torque),
     HYPERTUNA_SEEN("power", out.power.total),
     HYPERTUNA_SEEN("power_idle", out.power.idle),
-    HYPERTUNA_SEEN("power_holding", out.power.holding),
+    HYPERTUNA_SEEN("power_windings", out.power.windings),
     HYPERTUNA_SEEN("power_hydraulic", out.power.load),
-    HYPERTUNA_SEEN("power_friction", out.power.friction),
-    HYPERTUNA_SEEN("power_inertia", out.power.inertia),
+    HYPERTUNA_SEEN("power_gears", out.power.gears),
+    HYPERTUNA_SEEN("power_seals", out.power.seals),
+    HYPERTUNA_SEEN("power_rotor", out.power.rotor),
     HYPERTUNA_SEEN("power_braking", out.power.braking),
 };
 

@@ -10,6 +10,12 @@
 
 namespace hypertuna {
 
+static std::vector<std::tuple<std::string, std::string, std::string>> loss_table() {
+#define HYPERTUNA_EACH(name, from, sentence) {#name, from, sentence},
+    return {HYPERTUNA_LOSSES(HYPERTUNA_EACH)};
+#undef HYPERTUNA_EACH
+}
+
 /// Accelerations of head and coordinates at given states.
 static Output accelerations(const BodyData& data, const World& world, const Input<3>& bend, const Input<2>& twist,
                             const Input<2>& pose, const Input<2>& moment) {
@@ -171,6 +177,8 @@ void bind_simulation(nb::module_& m) {
             "command "
             "is lost [s].")
         .def_prop_ro("tick", [](const GaitCommand& self) { return self.controller.tick; }, "Control tick [s].");
+    m.def("loss_table", &loss_table,
+          "Losses of a twin in the order of the power's way to the water: name, what it is taken from, sentence.");
     m.def("simulate", &simulate_targets, nb::arg("plant"), nb::arg("command"), nb::arg("world"), nb::kw_only(),
           nb::arg("twist"), nb::arg("tick"), nb::arg("steps"),
           "Drive the servos to targets (ticks, 2 joints), each held for a tick, from a twist (6): the record of a run, "

@@ -437,6 +437,11 @@ class GaitCommand:
     def tick(self) -> float:
         """Control tick [s]."""
 
+def loss_table() -> list[tuple[str, str, str]]:
+    """
+    Losses of a twin in the order of the power's way to the water: name, what it is taken from, sentence.
+    """
+
 @overload
 def simulate(
     plant: Plant,

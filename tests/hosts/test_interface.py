@@ -19,7 +19,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
 from hypertuna.optimization.design_space import gait_bounds
-from hypertuna.simulation.run import CONDITIONS
+from hypertuna.simulation.recorded import CONDITIONS
 from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import KINDS, Gait, Gaits
 from hypertuna.swimming.model import core_model

@@ -11,7 +11,8 @@ import pytest
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.description.robot import parse
-from hypertuna.simulation.run import VARIABLES, TwinRun
+from hypertuna.simulation.recorded import VARIABLES
+from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin, twins
 
 ROBOT = ht.load("hypertuna")

@@ -4,7 +4,7 @@
 
 using namespace hypertuna;
 
-static Battery<double> battery() { return {12600.0, 16.8, 12.0, 0.2, 7.4, 0.9}; }
+static Battery<double> battery() { return {12600.0, 16.8, 12.0, 0.2, 7.4, 0.9, 0.0}; }
 
 int main() {
     const Battery<double> b = battery();
@@ -26,5 +26,8 @@ int main() {
     Battery<double> ideal = b;
     ideal.resistance = 0.0;
     CHECK_NEAR(battery_output(ideal, 0.0, 22.5).current, 25.0 / 16.8, 1e-14);
+    Battery<double> aboard = b;  // 2.5 W beside the converter, which takes a tenth of what it gives
+    aboard.electronics = 2.5;
+    CHECK(battery_output(aboard, 0.0, 20.25).current == swimming.current);
     return failures();
 }

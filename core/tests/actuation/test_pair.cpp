@@ -11,7 +11,7 @@ static constexpr double fill = 60e3;  // Pa
 /// A circuit filled to 60 kPa; without compliance and almost without air it is a source of displacement.
 static Circuit<double> circuit(double air, double compliance) {
     const Servo<double> servo{6.86, 7.5, 10.0, 0.3, 7.4, 7.0, 0.05, 0.0045};
-    Circuit<double> c{{3.1416e-4, 0.025, 0.060, pi / 2, 0.0, 9e-6},
+    Circuit<double> c{{3.1416e-4, 0.025, 0.060, pi / 2, 0.0, 9e-6, 0.0},
                       servo,
                       4.69e9,
                       0.0,

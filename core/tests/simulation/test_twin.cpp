@@ -10,7 +10,7 @@ using namespace hypertuna;
 /// A circuit of round numbers, filled to 50 kPa.
 static Circuit<double> plain_circuit() {
     Circuit<double> c{};
-    c.pump = {2.5e-4, 0.02, 0.05, pi / 2, 0, 8e-6};
+    c.pump = {2.5e-4, 0.02, 0.05, pi / 2, 0, 8e-6, 0};
     c.pump.start = travel(c.pump, 0.0).travel;
     c.servo = {7, 8, 20, 0.3, 7.4, 7, 0.3, 0.009};
     c.resistance = 4e9, c.inertance = 1e7, c.compliance = 2e-12, c.bulk_modulus = 1.4e9, c.air = 0.01;
@@ -42,7 +42,7 @@ struct Robot {
                                       circuit,
                                       rest,
                                       {0.5, 0.002}},
-                                     {1e4, 16, 14, 0.1, 7.4, 0.9},
+                                     {1e4, 16, 14, 0.1, 7.4, 0.9, 0},
                                      1.0,
                                      5e-4,
                                      20},
@@ -140,10 +140,11 @@ static void work_of_the_oil() {
     for (int c = 0; c < 4; ++c) state.targets.angle[c] = target[c];
     const double start = look(state.plant).energy, h = 1e-5;
     PlantOutput<double, 3> seen[2];
+    Losses<double> lost{};
     for (int k = 0; k < 5000; ++k) {
         const Flows before = look(state.plant);
-        const PlantState<double, 3> half = plant_step(plant, state.plant, state.targets, 0.5 * h, seen);
-        state.plant = plant_step(plant, state.plant, state.targets, h, seen);
+        const PlantState<double, 3> half = plant_step(plant, state.plant, state.targets, 0.5 * h, seen, lost);
+        state.plant = plant_step(plant, state.plant, state.targets, h, seen, lost);
         const Flows middle = look(half), after = look(state.plant);
         work += oil_work(before, middle) + oil_work(middle, after);
         work -= h / 6 * (before.out + 4 * middle.out + after.out);
@@ -187,10 +188,11 @@ static void work_of_the_servos() {
     const double start = look(state.plant).energy, h = 1e-5;
     double work = 0, most = 0;
     PlantOutput<double, 3> seen[2];
+    Losses<double> lost{};
     for (int k = 0; k < 5000; ++k) {
         const Flows before = look(state.plant);
-        const PlantState<double, 3> half = plant_step(plant, state.plant, state.targets, 0.5 * h, seen);
-        state.plant = plant_step(plant, state.plant, state.targets, h, seen);
+        const PlantState<double, 3> half = plant_step(plant, state.plant, state.targets, 0.5 * h, seen, lost);
+        state.plant = plant_step(plant, state.plant, state.targets, h, seen, lost);
         const Flows middle = look(half), after = look(state.plant);
         work -= h / 6 * (before.out + 4 * middle.out + after.out);
         most = max(most, after.energy);
@@ -216,6 +218,37 @@ static void limits_of_an_axle() {
     // Stalled, all power is heat: rated voltage times stall current, beside the electronics'.
     const ServoDrive<double> stalled = axle_drive(servo, 7.4, 3.0, 0.0, 0.0);
     CHECK_NEAR(servo_power(servo, stalled, 7.4, stalled.torque, 0.0).total, 7.4 * (7 + 0.3), 1e-9);
+}
+
+/// Sum of all losses, W.
+static double total(const Losses<double>& losses) {
+    double sum = 0;
+#define HYPERTUNA_EACH(name, from, sentence) sum += losses.name;
+    HYPERTUNA_LOSSES(HYPERTUNA_EACH)
+#undef HYPERTUNA_EACH
+    return sum;
+}
+
+/// Losses add up to what the servos draw, at every instant and as means of a tick, of joints with oil, with a servo on
+/// the axle, and of both.
+template <class Law>
+static void losses_add_up(bool first, bool second) {
+    Robot<Law> robot;
+    robot.direct[0] = first, robot.direct[1] = second;
+    for (int j = 0; j < 2; ++j) robot.armature[j] = robot.direct[j] ? robot.circuit[2 * j].servo.inertia : 0;
+    for (Circuit<double>& circuit : robot.circuit) circuit.pump.seal = 10, circuit.loss = 1e12;
+    TwinState<double, 3> state = robot.run(60);
+    for (int k = 60; k < 110; ++k) {
+        double target[6] = {};
+        Robot<Law>::targets(k, 1, target);
+        const Tick<double, 3> tick = driven_tick(robot.twin, state, target);
+        double power = 0;
+        for (int c = 0; c < 4; ++c) power += tick.seen.circuit[c].power.total;
+        CHECK_NEAR(total(tick.seen.losses), power, 1e-12 * power);
+        CHECK_NEAR(total(tick.losses), tick.servo_power, 1e-12 * tick.servo_power);
+        CHECK(tick.losses.hinge > 0 && tick.losses.gears > 0 && tick.losses.idle > 1);
+        CHECK((tick.losses.line > 0 && tick.losses.seals > 0 && tick.losses.silicone > 0) == !(first && second));
+    }
 }
 
 /// Left and right exchanged: the mirror image.
@@ -292,6 +325,7 @@ static void imu_reads_the_path() {
     TwinState<double, 3> state = robot.run(33);
     const double com = robot.fish.swimmer.link[0].com, h = 2e-5;
     PlantOutput<double, 3> seen[2], now;
+    Losses<double> lost{};
     double x[3], y[3], heading[3];
     Readings<double> read{};
     for (int k = 0; k < 3; ++k) {
@@ -302,7 +336,7 @@ static void imu_reads_the_path() {
             plant_rate(robot.twin.plant, state.plant, state.targets, &now);
             read = true_readings(robot.twin, state, now);
         }
-        state.plant = plant_step(robot.twin.plant, state.plant, state.targets, h, seen);
+        state.plant = plant_step(robot.twin.plant, state.plant, state.targets, h, seen, lost);
     }
     const double east = (x[2] - 2 * x[1] + x[0]) / (h * h), north = (y[2] - 2 * y[1] + y[0]) / (h * h);
     const auto turn = sincos(heading[1]);
@@ -333,6 +367,9 @@ static void each_law() {
     stays_at_rest<Law>();
     work_of_the_oil<Law>();
     work_of_the_servos<Law>();
+    losses_add_up<Law>(false, false);
+    losses_add_up<Law>(true, false);
+    losses_add_up<Law>(true, true);
     mirror<Law>();
     converges<Law>();
 }

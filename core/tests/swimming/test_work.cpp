@@ -8,7 +8,7 @@ using namespace hypertuna;
 /// A circuit of round numbers, filled to 50 kPa.
 static Circuit<double> round_circuit(double air) {
     Circuit<double> c{};
-    c.pump = {2.5e-4, 0.02, 0.05, pi / 2, 0, 8e-6};
+    c.pump = {2.5e-4, 0.02, 0.05, pi / 2, 0, 8e-6, 10};
     c.pump.start = travel(c.pump, 0.0).travel;
     c.servo = {7, 8, 20, 0.3, 7.4, 7, 0.3, 0.009};
     c.resistance = 4e9, c.loss = 1e12, c.inertance = 1e7, c.compliance = 2e-12, c.bulk_modulus = 1.4e9, c.air = air;
@@ -43,8 +43,9 @@ static Balance look(const Circuit<double>& c, const CircuitState<double>& at, do
     const double cavities = P * seen.pump.cavity + Q * seen.unit.cavity;
     const ServoPower<double>& w = seen.power;
     const double line = at.flow * (c.resistance * at.flow + c.loss * times_abs(at.flow));
+    CHECK_NEAR(seen.line, line, 1e-12 * line);
     return {oil + kinetic + 0.5 * c.compliance * Q * Q - cavities, w.total,
-            w.idle + w.holding + w.friction + w.braking + line + Q * rate,
+            w.idle + w.windings + w.gears + w.seals + w.braking + line + Q * rate,
             at.flow * (enthalpy(c, P) - enthalpy(c, Q) - (P - Q))};
 }
 

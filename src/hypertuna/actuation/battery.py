@@ -31,6 +31,7 @@ def battery_columns(robot: Robot) -> dict[str, float]:
         "resistance": battery.resistance * series / strings,
         "converter": math.inf if battery.converter is None else battery.converter,
         "efficiency": battery.efficiency,
+        "electronics": battery.electronics,
     }
     return {name: float(row[name]) for name in _core.battery_columns()}
 
@@ -68,8 +69,9 @@ def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) 
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     at = _core.battery_output(row, whole * (nodes + 1) / 2, np.full(POINTS, power))
     edge = _core.battery_output(row, np.array([0.0, whole]), np.full(2, power))
-    if (edge[:, 0] * edge[:, 1] * battery.efficiency < power * (1 - 1e-9)).any():
-        power_max = float((edge[:, 0] * edge[:, 1]).min() * battery.efficiency)
+    most = (edge[:, 0] * edge[:, 1] - battery.electronics) * battery.efficiency
+    if (most < power * (1 - 1e-9)).any():
+        power_max = float(most.min())
         rule = f"must be at most {power_max:.4g}, the battery's largest power with its inner resistance"
         raise InputError(rule, key="power", value=f"{power:g}", fix="give the mean power in W")
     # Time passes at 1 / current for each charge taken: Gauss-Legendre over the charge.

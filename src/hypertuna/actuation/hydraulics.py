@@ -214,6 +214,7 @@ def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: fl
         "area": area,
         "start": on,
         "chamber": chamber,
+        "seal": pump.seal_friction,
         "stall_torque": servo.torque,
         "resistance": line_resistance(line.length, line.bore, nu * oil.density),
         "loss": line_loss(line.bore, line.loss, oil.density),

@@ -33,7 +33,7 @@ SETTLED = 0.5  # s, longer than servos take to a constant angle
 DURATION_MAX = 80.0  # s of a run
 LAMINAR = 2300  # Reynolds number up to which a line's flow is laminar
 DEEP_SUCTION = 0.8  # of the cavitation pressure: air expands there and the joint's passive side no longer follows
-POWERS = ("idle", "holding", "hydraulic", "friction", "inertia", "braking")
+POWERS = ("idle", "windings", "hydraulic", "gears", "seals", "rotor", "braking")
 MARGINS = ("torque_margin", "servo_speed_margin", "stroke_margin")
 
 
@@ -251,7 +251,7 @@ def _servo(
     """Compute loads and limits of a servo in a beat, at a fraction of its rated voltage."""
     slopes = _core.displaced(row, np.ascontiguousarray(target.ravel()))[:, 1]
     return {
-        "torque": limit * float(slopes.max()) + column["friction"],
+        "torque": (limit + column["seal"] / column["area"]) * float(slopes.max()) + column["friction"],
         "torque_limit": column["stall_torque"] * voltage,
         "servo_speed": float(np.abs(np.diff(target, axis=0)).max() / interval),
         "servo_speed_limit": column["speed"] * voltage,

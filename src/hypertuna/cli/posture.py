@@ -15,7 +15,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.io.files import Csv, rows_csv
 from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.simulation.posture_test import CLOSE, EASED, PostureTest, posture_test
-from hypertuna.simulation.run import CONDITIONS
+from hypertuna.simulation.recorded import CONDITIONS
 
 CAVITATED = "the oil cavitated in a cylinder"
 ANGLE = math.radians(20)  # the paper's

@@ -15,10 +15,12 @@ from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.gait import GaitOptions, check_duration, gait_degrees, gait_text
 from hypertuna.description.robot import Robot
 from hypertuna.io.quantity import ZERO_CELSIUS, quantity, values_of
+from hypertuna.simulation.losses import PLACES
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
 
 KILO = 1e3
+SHOWN = 5e-3  # part of the power from which a loss is named
 MIN_SPEED = 0.01  # 1/s: a robot slower than this many body lengths stands, and has no cost per distance
 # Variables in a CSV file.
 COLUMNS = (
@@ -131,6 +133,7 @@ def _record(run: TwinRun) -> dict[str, Any]:
     return (
         values_of(run.summary())
         | ({} if swims_forward(run) else {"cost_of_transport_j_per_kg_m": math.nan})
+        | {"losses": values_of(run.losses.summary())}
         | {"joints": _joints(run), "circuits": _circuits(run), "limits": list(run.limits), "faults": list(run.faults)}
         | {"status": run.status, "status_text": _sentences(run), "settled": run.settled}
         | gait_degrees(run.gait)
@@ -160,6 +163,8 @@ def _lines(run: TwinRun) -> Iterator[Any]:
     if run.circuits:
         yield from _pressure_lines(run)
         yield ""
+    yield from _loss_lines(run)
+    yield ""
     good = run.settled and not run.limits and not run.faults
     bad = run.status == "diverged" or bool(run.faults)
     for k, sentence in enumerate(_sentences(run)):
@@ -168,10 +173,26 @@ def _lines(run: TwinRun) -> Iterator[Any]:
 
 def _pressure_lines(run: TwinRun) -> Iterator[Any]:
     """Lay out the pressures of the oil circuits."""
-    beats = f"last {run.beat_count} beats" if run.beat_count > 1 else "last beat"
-    yield f"cylinder pressure, peaks within ticks, {beats}", "dim"
+    yield f"cylinder pressure, peaks within ticks, {_beats(run)}", "dim"
     rows = ((row["name"], f"{row['pressure_min_kpa']:.0f}", f"{row['pressure_max_kpa']:.0f}") for row in _circuits(run))
     yield table(["\ncircuit", "min\n[kPa]", "max\n[kPa]"], rows)
+
+
+def _loss_lines(run: TwinRun) -> Iterator[Any]:
+    """Lay out where the power goes, a line a place."""
+    losses = run.losses
+    yield f"losses of the power of the cells, {losses.power:.3g} W, {_beats(run)}", "dim"
+    rows = []
+    for place in PLACES:
+        parts = [loss for loss in losses.losses if loss.place == place and abs(loss.power) >= SHOWN * losses.power]
+        of = ", ".join(f"{loss.name} {loss.power:.2g}" for loss in parts if loss.name != place)
+        rows.append((place, f"{losses.at(place):.3g}", f"{100 * losses.at(place) / losses.power:.0f}", of))
+    yield table(["\nplace", "mean\n[W]", "part\n[%]", "\nof it [W]"], rows, left=(0, 3), fold=3)
+
+
+def _beats(run: TwinRun) -> str:
+    """Name the beats that means are over."""
+    return f"last {run.beat_count} beats" if run.beat_count > 1 else "last beat"
 
 
 def _joint_table(run: TwinRun) -> Any:

@@ -200,11 +200,11 @@ def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float
     """Return the open-circuit voltages of the usable charge [V], their drop under load [V] and the endurance [s]."""
     at, usable = battery_columns(robot), require(robot.battery, "battery", robot).usable
     span = at["full"] - at["empty"]
-    middle = at["empty"] + 0.5 * span
+    middle, drawn = at["empty"] + 0.5 * span, pilot.power + at["efficiency"] * at["electronics"]
     return {
         "battery_empty": at["empty"] + (1 - usable) * span,
         "battery_span": usable * span,
-        "battery_drop": at["resistance"] * pilot.power / (at["efficiency"] * middle),
+        "battery_drop": at["resistance"] * drawn / (at["efficiency"] * middle),
         "endurance": range_of(robot, power=pilot.power, speed=table.speed[-1]).endurance,
     }
 

@@ -11,7 +11,7 @@ from hypertuna.control.sensors import sensor_absent
 from hypertuna.description.channels import CHANNELS, Channel
 from hypertuna.description.robot import Robot
 from hypertuna.simulation.plant import controller_of
-from hypertuna.simulation.run import VARIABLES
+from hypertuna.simulation.recorded import VARIABLES
 from hypertuna.simulation.sea_run import VARIABLES as SEA_VARIABLES
 
 # Names along the dimensions that do not depend on the robot.

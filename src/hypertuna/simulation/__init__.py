@@ -1,6 +1,7 @@
 """The twin: a robot simulated from servo pulses to wake, in the plane and at sea.
 
-In reading order: `sea` (water, bottom, current), `plant` (the core's objects of a robot), `run` and `sea_run` (records
-and what follows from them), `twin` (simulate a command), `dive` and `posture_test` (tests of the paper), `plots`,
-`film` (the body in motion), `cards` (what notebooks show).
+In reading order: `sea` (water, bottom, current), `plant` (the core's objects of a robot), `recorded` (what a run
+records), `losses` (where its power goes), `run` and `sea_run` (a run and what follows from it), `twin` (simulate a
+command), `dive` and `posture_test` (tests of the paper), `plots`, `film` (the body in motion), `cards` (what notebooks
+show).
 """

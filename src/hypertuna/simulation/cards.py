@@ -8,6 +8,7 @@ from hypertuna.display import Card, number
 from hypertuna.pictures import curve_svg, track_svg
 from hypertuna.simulation.dive import Dive
 from hypertuna.simulation.film import last_beats
+from hypertuna.simulation.losses import PLACES, Losses
 from hypertuna.simulation.posture_test import PostureTest
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea_run import SeaRun
@@ -52,6 +53,16 @@ def sea_card(run: SeaRun) -> Card:
         ("heading at the end", number(float(np.degrees(run.heading[-1])), "deg")),
     ]
     return Card(title, facts, picture=lambda: last_beats(run) + _track_svg(run) + _height_svg(run))
+
+
+def losses_card(losses: Losses) -> Card:
+    """Show where the power goes."""
+    facts = [("power of the cells", number(losses.power, "W"))]
+    facts += [(place, number(losses.at(place), "W")) for place in PLACES]
+    rows = [
+        (loss.text, number(loss.power, "W"), number(100 * loss.power / losses.power, "%")) for loss in losses.losses
+    ]
+    return Card(f"Losses of {losses.title}", facts, columns=("loss", "power", "part"), rows=rows)
 
 
 def _height_svg(run: SeaRun) -> str:

@@ -13,7 +13,7 @@ from hypertuna.description.schema.body import JointGroup, NamedGait
 from hypertuna.description.shape import ASPECT
 from hypertuna.description.twin import require_controller, why_no_twin
 from hypertuna.io.files import published, verdicts
-from hypertuna.simulation.run import CONDITIONS
+from hypertuna.simulation.recorded import CONDITIONS
 from hypertuna.swimming.gait import KINDS
 from hypertuna.swimming.outline import FIN, GIRTH, PEDUNCLE
 

@@ -22,7 +22,7 @@ from hypertuna.description.schema.water import LAWS
 from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.ranges import FINITE, Range, Whole
-from hypertuna.simulation.run import VARIABLES
+from hypertuna.simulation.recorded import VARIABLES
 from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait, lags
 from hypertuna.swimming.model import core_model

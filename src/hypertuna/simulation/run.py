@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hypertuna import _core
 from hypertuna.actuation.hydraulics import drive_names
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import provenance
@@ -20,6 +19,9 @@ from hypertuna.description.twin import require_controller
 from hypertuna.display import Plotted, Tabular
 from hypertuna.io.files import dataset
 from hypertuna.io.quantity import Column, Quantity, summarized
+from hypertuna.simulation.losses import Losses, losses_of
+from hypertuna.simulation.recorded import CONDITIONS, NAMES, VARIABLES, Variables
+from hypertuna.swimming.cards import gait_text
 from hypertuna.swimming.gait import Gait
 
 if TYPE_CHECKING:
@@ -29,45 +31,6 @@ LAST = 0.3  # part of the run that its last whole beats are taken from
 SETTLED = 2e-3  # largest relative change of speed or amplitude per beat of a run that counts as settled
 DRY = 0.02  # a pressure this near to the oil's cavitation pressure, relative, is at it
 FINER = 8  # instants between two ticks where a peak is looked for
-
-# Conditions of the controller's status, by bit: name to place ("joint", "circuit", "servo" or "robot") and meaning.
-CONDITIONS = {name: (place, text) for name, place, text in _core.condition_table()}
-# Dimension beside time, unit and meaning of everything that is recorded.
-Variables = dict[str, tuple[str, str, str]]
-VARIABLES: Variables = {
-    "x": ("", "m", "position of the nose"),
-    "y": ("", "m", "position of the nose"),
-    "heading": ("", "rad", "angle of the head's axis (nose to tail) from x, counter-clockwise"),
-    "speed": ("", "m/s", "velocity of the nose along the head's axis, ahead"),
-    "sway": ("", "m/s", "velocity of the nose across the head's axis"),
-    "yaw": ("", "rad/s", "rate of turn of the head, counter-clockwise"),
-    "angle": ("joint", "rad", "bend of the joint group, counter-clockwise"),
-    "rate": ("joint", "rad/s", "rate of the bend"),
-    "moment": ("joint", "N m", "moment of oil and silicone, or of the servo, on the bend"),
-    "angle_measured": ("joint", "rad", "reading of the bend sensor"),
-    "angle_set": ("joint", "rad", "bend that the command asks for"),
-    "pump_pressure": ("circuit", "Pa", "gauge pressure in the cylinder"),
-    "unit_pressure": ("circuit", "Pa", "gauge pressure in the drive units"),
-    "pump_pressure_high": ("circuit", "Pa", "largest pressure in the cylinder within the control tick"),
-    "pump_pressure_low": ("circuit", "Pa", "smallest pressure in the cylinder within the control tick"),
-    "unit_pressure_high": ("circuit", "Pa", "largest pressure in the drive units within the control tick"),
-    "unit_pressure_low": ("circuit", "Pa", "smallest pressure in the drive units within the control tick"),
-    "pressure_measured": ("circuit", "Pa", "reading of the pressure sensor"),
-    "servo_target": ("drive", "rad", "servo angle that the pulse asks for, positive pushes oil out"),
-    "servo_angle": ("drive", "rad", "servo angle from neutral"),
-    "servo_rate": ("drive", "rad/s", "servo rate"),
-    "servo_torque": ("drive", "N m", "torque of the servo's motor at its output"),
-    "flow": ("circuit", "m^3/s", "flow of oil toward the drive units"),
-    "electrical_power": ("drive", "W", "mean electrical power of the servo within the control tick"),
-    "current": ("drive", "A", "reading of the current sensor"),
-    "power": ("", "W", "mean electrical power of all servos within the control tick"),
-    "battery_voltage": ("", "V", "voltage at the battery's terminals"),
-    "pulse": ("servo", "s", "servo pulse"),
-    "status": ("", "1", "flags of the controller's status"),
-}
-
-# Of these, those that datasets call otherwise.
-NAMES = {"power": "electrical_power", "electrical_power": "servo_power"}
 
 
 @dataclass(frozen=True)
@@ -112,6 +75,28 @@ class Run(Tabular, data=lambda run: run.dataset()):
         """Control tick [s]."""
         return 1 / require_controller(self.robot).rate
 
+    @cached_property
+    def interval(self) -> float:
+        """Time from one row of the record to the next [s]."""
+        return float(self.time[1] - self.time[0]) if len(self.time) > 1 else self.tick
+
+    @cached_property
+    def beat_count(self) -> int:
+        """Whole beats at the end of the run that means are over, at least one; 0 if the run is shorter than a beat."""
+        whole = len(self.time) * self.interval * self.gait.frequency * (1 + 1e-9)
+        return int(min(whole - self.gait.frequency * self.interval, max(1.0, LAST * whole)))
+
+    @cached_property
+    def beats(self) -> slice:
+        """Rows of these beats."""
+        rows = round(self.beat_count / (self.gait.frequency * self.interval))
+        return slice(max(0, len(self.time) - max(1, rows)), len(self.time))
+
+    @property
+    def losses(self) -> Losses:
+        """Where the power goes, means over these beats."""
+        return losses_of(self.robot, f"{self.robot.name}, {gait_text(self.gait)}", self.data, self.beats)
+
     @property
     def divergence(self) -> str:
         """Sentence of a run that diverged."""
@@ -141,18 +126,6 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
 
     medium: str  # "water" or "air"
     start: str  # "rest" or "swimming"
-
-    @cached_property
-    def beat_count(self) -> int:
-        """Whole beats at the end of the run that means are over, at least one; 0 if the run is shorter than a beat."""
-        whole = len(self.time) * self.tick * self.gait.frequency * (1 + 1e-9)
-        return int(min(whole - self.gait.frequency * self.tick, max(1.0, LAST * whole)))
-
-    @cached_property
-    def beats(self) -> slice:
-        """Ticks of these beats."""
-        ticks = round(self.beat_count / (self.gait.frequency * self.tick))
-        return slice(max(0, len(self.time) - max(1, ticks)), len(self.time))
 
     @cached_property
     def speeds(self) -> Array:
@@ -246,7 +219,7 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
     @property
     def mechanical_power(self) -> float:
         """Mean power of the joint groups' moments on the tail [W]."""
-        return float((self.data["moment"] * self.data["rate"])[self.beats].sum(axis=1).mean())
+        return float((self.data["loss_water"] + self.data["loss_hinge"])[self.beats].mean())
 
     @property
     def cost_of_transport(self) -> float:

@@ -11,8 +11,9 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.display import Plotted
 from hypertuna.frames import angles_of, rotation_of
-from hypertuna.simulation.run import VARIABLES as INNER
-from hypertuna.simulation.run import Run, Variables
+from hypertuna.simulation.recorded import VARIABLES as INNER
+from hypertuna.simulation.recorded import Variables
+from hypertuna.simulation.run import Run
 from hypertuna.simulation.sea import Sea
 
 if TYPE_CHECKING:

@@ -66,6 +66,7 @@ struct CircuitOutput {
     S load;               // N m of the oil on the servo
     S torque;             // N m of the motor
     ServoPower<S> power;  // W
+    S line;               // W lost along the line
 };
 
 template <class S>
@@ -161,11 +162,13 @@ HYPERTUNA_INLINE CircuitRate<S> circuit_rate(const Circuit<S>& circuit, const Ci
     const OilPressure<S> pump = pump_pressure(circuit, state.passed, pushed);
     const OilPressure<S> unit = unit_pressure(circuit, state, unit_space);
     const S load = pump.pressure * (area * slope);
-    const ServoDrive<S> drive = servo_drive(circuit.servo, supply, load, target, state.angle, state.rate);
+    const S sealing = circuit.pump.seal * abs(slope);
+    const ServoDrive<S> drive = servo_drive(circuit.servo, supply, load, target, state.angle, state.rate, sealing);
     const S drop = circuit.resistance * state.flow + circuit.loss * times_abs(state.flow);
     const S flow = (pump.pressure - unit.pressure - drop) / circuit.inertance;
     return {{state.rate, drive.acceleration, flow, state.flow},
-            {pump, unit, load, drive.torque, servo_power(circuit.servo, drive, supply, load, state.rate)}};
+            {pump, unit, load, drive.torque, servo_power(circuit.servo, drive, supply, load, state.rate),
+             drop * state.flow}};
 }
 
 /// Bound of the circuit's rates with the joint held, 1/s, at a pressure: RK4 is stable below 2.7 / rate.
@@ -176,26 +179,27 @@ S circuit_stiffness(const Circuit<S>& circuit, const S& pressure, const S& flow)
     const S pump = oil_compliance(circuit, circuit.oil_pump, pressure);
     const S unit = oil_compliance(circuit, circuit.oil_unit, pressure) + circuit.compliance;
     const S slope = displaced_slope(circuit.pump, S(0));
+    Servo<S> servo = circuit.servo;
+    servo.friction += circuit.pump.seal * (slope / circuit.pump.area);
     const S lag = (circuit.resistance + S(2) * circuit.loss * abs(flow)) / circuit.inertance;
     const S ring = sqrt((S(1) / pump + S(1) / unit) / circuit.inertance);
     const S bounce = slope / sqrt(pump * circuit.servo.inertia);
-    return max(max(lag, ring), max(bounce, servo_rate(circuit.servo)));
+    return max(max(lag, ring), max(bounce, servo_rate(servo)));
 }
 
 /// A circuit as a row of numbers, in this order: how it comes from Python.
 inline constexpr const char* circuit_columns[] = {
-    "area",      "crank",    "rod",      "neutral",       "start",        "chamber",      "stall_torque", "speed",
-    "bandwidth", "friction", "voltage",  "stall_current", "idle_current", "inertia",      "resistance",   "loss",
-    "inertance", "oil_pump", "oil_unit", "unit_rest",     "compliance",   "bulk_modulus", "air",          "cavitation",
-};
+    "area",         "crank",        "rod",       "neutral",   "start",    "chamber",       "seal",
+    "stall_torque", "speed",        "bandwidth", "friction",  "voltage",  "stall_current", "idle_current",
+    "inertia",      "resistance",   "loss",      "inertance", "oil_pump", "oil_unit",      "unit_rest",
+    "compliance",   "bulk_modulus", "air",       "cavitation"};
 inline constexpr int circuit_column_count = sizeof(circuit_columns) / sizeof(circuit_columns[0]);
 
 template <class S, class T>
 Circuit<S> read_circuit(const T* row) {
     const auto at = [row](int k) { return S(row[k]); };
-    return {{at(0), at(1), at(2), at(3), at(4), at(5)},
-            {at(6), at(7), at(8), at(9), at(10), at(11), at(12), at(13)},
-            at(14),
+    return {{at(0), at(1), at(2), at(3), at(4), at(5), at(6)},
+            {at(7), at(8), at(9), at(10), at(11), at(12), at(13), at(14)},
             at(15),
             at(16),
             at(17),
@@ -204,7 +208,8 @@ Circuit<S> read_circuit(const T* row) {
             at(20),
             at(21),
             at(22),
-            at(23)};
+            at(23),
+            at(24)};
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -15,6 +15,7 @@ struct Pump {
     S neutral;  // rad of the crank from full retraction, servo at zero
     S start;    // m of travel from full retraction there
     S chamber;  // m^3 in the cylinder there
+    S seal;     // N that the piston's seals rub away in motion, and hold at rest
 };
 
 /// Travel of the piston from full retraction and its derivative by the crank's angle.

@@ -15,7 +15,7 @@ struct Servo {
     S stall_torque;   // N m, at `voltage`
     S speed;          // rad/s without load, at `voltage`
     S bandwidth;      // Hz: where the position loop leaves 71 % of a small motion
-    S friction;       // N m that gears and seals rub away in motion, and hold at rest
+    S friction;       // N m that the gears rub away in motion, and hold at rest
     S voltage;        // V that torque, speed and current are given at
     S stall_current;  // A
     S idle_current;   // A: electronics and the motor's own losses
@@ -28,6 +28,7 @@ struct ServoDrive {
     S acceleration;  // rad/s^2
     S torque;        // N m that motor and gears make before friction
     S rubbed;        // N m of it that friction takes; negative where friction holds instead of the motor
+    S sealed;        // N m of `rubbed` that the seals of a piston take
 };
 
 /// Electrical power of a servo by what it goes to; the shares add up to `total`.
@@ -35,10 +36,11 @@ template <class S>
 struct ServoPower {
     S total;     // W
     S idle;      // W: electronics
-    S holding;   // W: heat of the current that torque takes, at rest and in motion
+    S windings;  // W: heat of the current that torque takes, at rest and in motion
     S load;      // W: work on the load, the oil or a joint, negative where it pushes back
-    S friction;  // W: rubbed away in the gears
-    S inertia;   // W: into the rotor, negative while it slows down; a beat's mean is zero
+    S gears;     // W: rubbed away in the gears
+    S seals;     // W: rubbed away by the piston's seals
+    S rotor;     // W: into the rotor, negative while it slows down; a beat's mean is zero
     S braking;   // W: work of load and rotor that comes back and is not regained
 };
 
@@ -64,20 +66,20 @@ HYPERTUNA_INLINE S rubbing(const S& rate) {
 /// Turn toward the target against a load as fast as loop and torque-speed line allow.
 ///
 /// |torque| <= stall_torque (supply / voltage -+ rate / speed). At rest friction holds what it can, and the motor
-/// makes only what is left.
+/// makes only what is left. The seals of a piston, if any, rub with the gears: `sealing` [N m].
 template <class S>
 ServoDrive<S> servo_drive(const Servo<S>& servo, const S& supply, const S& load, const S& target, const S& angle,
-                          const S& rate) {
-    const S loop = servo_loop(servo), share = rubbing(rate), rubbed = servo.friction * share;
+                          const S& rate, const S& sealing = S(0)) {
+    const S friction = servo.friction + sealing;
+    const S loop = servo_loop(servo), share = rubbing(rate), rubbed = friction * share;
     const S drive = servo.stall_torque * (supply / servo.voltage), back = servo.stall_torque * (rate / servo.speed);
     const S desired = servo.inertia * loop * (loop * (target - angle) - S(2) * rate);
     const S spent = back + load + rubbed;
     const S turning = max(S(0) - drive - spent, min(drive - spent, desired));
     const S acceleration = turning / servo.inertia, net = turning + load;
-    const S held =
-        max(S(0), min(servo.friction, min(load, net))) + min(S(0), max(S(0) - servo.friction, max(load, net)));
+    const S held = max(S(0), min(friction, min(load, net))) + min(S(0), max(S(0) - friction, max(load, net)));
     const S taken = rubbed - (S(1) - abs(share)) * held;
-    return {acceleration, net + taken, taken};
+    return {acceleration, net + taken, taken, sealing * share};
 }
 
 /// Torque of a servo on the axle of a joint: the loop does not know the load that hangs on it, and is a spring and a
@@ -88,7 +90,7 @@ ServoDrive<S> axle_drive(const Servo<S>& servo, const S& supply, const S& target
     const S drive = servo.stall_torque * (supply / servo.voltage), back = servo.stall_torque * (rate / servo.speed);
     const S desired = servo.inertia * loop * (loop * (target - angle) - S(2) * rate);
     const S torque = max(S(0) - drive - back, min(drive - back, desired));
-    return {S(0), torque, servo.friction * rubbing(rate)};
+    return {S(0), torque, servo.friction * rubbing(rate), S(0)};
 }
 
 /// Power of a DC motor, without regeneration: idle + torque rate + heat, and never less than idle.
@@ -96,11 +98,12 @@ template <class S>
 ServoPower<S> servo_power(const Servo<S>& servo, const ServoDrive<S>& drive, const S& supply, const S& load,
                           const S& rate) {
     const S part = drive.torque / servo.stall_torque;
-    const S idle = supply * servo.idle_current, holding = part * part * (servo.voltage * servo.stall_current);
-    const S work = load * rate, friction = drive.rubbed * rate;
-    const S inertia = servo.inertia * drive.acceleration * rate;
-    const S braking = max(S(0), S(0) - (holding + work + friction + inertia));
-    return {idle + holding + work + friction + inertia + braking, idle, holding, work, friction, inertia, braking};
+    const S idle = supply * servo.idle_current, windings = part * part * (servo.voltage * servo.stall_current);
+    const S work = load * rate, friction = drive.rubbed * rate, seals = drive.sealed * rate;
+    const S rotor = servo.inertia * drive.acceleration * rate;
+    const S braking = max(S(0), S(0) - (windings + work + friction + rotor));
+    const S total = idle + windings + work + friction + rotor + braking;
+    return {total, idle, windings, work, friction - seals, seals, rotor, braking};
 }
 
 /// Bound of the rates of a servo on an axle, 1/s, with the axle's mobility, rad/s^2 per N m, its own rotor included:

@@ -76,6 +76,8 @@ void write_row(Record& record, std::size_t first, const Table& table, std::size_
     {name, Extent::extent,                    \
      [](const State& at, const Tick& tick, int i) -> double { return (void)at, (void)tick, (void)i, value; }}
 
+#define HYPERTUNA_LOSS(name, from, sentence) HYPERTUNA_COLUMN("loss_" #name, one, tick.losses.name),
+
 /// One of w, x, y, z.
 inline double number(const Quaternion<double>& q, int i) {
     return i == 0 ? q.w : component(Vector<double>{q.x, q.y, q.z}, i - 1);
@@ -134,7 +136,8 @@ struct TwinColumns {
             HYPERTUNA_COLUMN("current", circuits, of_robot(tick.readings).current[i]),
             HYPERTUNA_COLUMN("power", one, tick.servo_power),
             HYPERTUNA_COLUMN("battery_voltage", one, at.battery.voltage),
-            HYPERTUNA_COLUMN("pulse", servos, tick.output.pulse[i]),
+            HYPERTUNA_COLUMN("battery_current", one, at.battery.current),
+            HYPERTUNA_LOSSES(HYPERTUNA_LOSS) HYPERTUNA_COLUMN("pulse", servos, tick.output.pulse[i]),
             HYPERTUNA_COLUMN("status", one, tick.output.status.flags),
             HYPERTUNA_COLUMN("status_at", conditions, tick.output.status.at[i]),
         });
@@ -150,6 +153,7 @@ struct TwinColumns {
         write_row(record, head().size(), robot(), row, state, tick);
     }
 };
+#undef HYPERTUNA_LOSS
 #undef HYPERTUNA_COLUMN
 
 #define HYPERTUNA_COLUMN(name, extent, value)                                   \

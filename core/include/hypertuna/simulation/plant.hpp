@@ -8,10 +8,9 @@
 /// hinge may follow. The body is one in the plane (tail.hpp) or in space (body6.hpp).
 #pragma once
 
-#include <type_traits>
-
 #include "hypertuna/actuation/circuit.hpp"
 #include "hypertuna/actuation/joint.hpp"
+#include "hypertuna/simulation/losses.hpp"
 #include "hypertuna/simulation/tail.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
@@ -95,6 +94,7 @@ struct PlantOutput {
     CircuitOutput<S> circuit[2 * D];
     S moment[D];  // N m on each coordinate
     typename HeadOf<S, Space>::Twist twist_rate;
+    Losses<S> losses;
 };
 template <class Body>
 using PlantOutputOf = PlantOutput<typename Body::Scalar, Body::coordinates, typename Body::Space>;
@@ -116,14 +116,30 @@ HYPERTUNA_INLINE S bend_moment(const Joint<S>& joint, const JointLoad<S>& load, 
     return joint_moment(load) - joint.viscosity * rate - joint_friction(load) * sliding(rate);
 }
 
-/// No output: the quantities that only an output needs are not computed.
-struct NoOutput {};
+/// What a servo takes of its power.
+template <class S>
+HYPERTUNA_INLINE void add_servo(Losses<S>& to, const ServoPower<S>& power) {
+    to.idle += power.idle, to.windings += power.windings, to.gears += power.gears, to.seals += power.seals;
+    to.braking += power.braking, to.rotor += power.rotor;
+}
+
+/// Where the work of both sides' oil goes, from the cylinders to a bend that turns at a rate and an axis that shortens
+/// at another: what neither line nor joint takes goes into springs, of oil, air, hoses and silicone.
+template <class S>
+HYPERTUNA_INLINE void add_oil(Losses<S>& to, const Joint<S>& joint, const JointLoad<S>& load,
+                              const CircuitOutput<S>* circuit, const S& rate, const S& strain_rate) {
+    const S line = circuit[0].line + circuit[1].line, pumped = circuit[0].power.load + circuit[1].power.load;
+    to.line += line;
+    to.braid += joint_friction(load) * sliding(rate) * rate;
+    to.silicone += joint.viscosity * rate * rate + joint.axial_viscosity * strain_rate * strain_rate;
+    to.elastic += pumped - line - joint_moment(load) * rate - joint_thrust(load) * strain_rate;
+}
 
 /// A joint that oil bends: how its circuits and its strain change, and the moment on its bend.
-template <class Body, class Seen>
+template <class Body>
 HYPERTUNA_INLINE auto bend_by_oil(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                                   const ServoTargets<typename Body::Scalar, Body::coordinates>& targets, int j,
-                                  PlantStateOf<Body>& rate, Seen seen) {
+                                  PlantStateOf<Body>& rate, PlantOutputOf<Body>* seen) {
     using S = typename Body::Scalar;
     const JointOil<S> oil{plant.circuit + 2 * j, at.circuit + 2 * j, plant.unit_rest + 2 * j};
     const JointLoad<S> load = joint_load(plant.joint[j], at.bend.angle[j], at.strain[j], oil);
@@ -133,17 +149,19 @@ HYPERTUNA_INLINE auto bend_by_oil(const Plant<Body>& plant, const PlantStateOf<B
                                                     load.volume[side] - plant.unit_rest[c]);
         rate.circuit[c] = circuit.rate;
         rate.energy[c] = circuit.output.power.total;
-        if constexpr (!std::is_same_v<Seen, NoOutput>) seen->circuit[c] = circuit.output;
+        seen->circuit[c] = circuit.output;
+        add_servo(seen->losses, circuit.output.power);
     }
     rate.strain[j] = joint_thrust(load) / plant.joint[j].axial_viscosity;
+    add_oil(seen->losses, plant.joint[j], load, seen->circuit + 2 * j, at.bend.rate[j], rate.strain[j]);
     return bend_moment(plant.joint[j], load, at.bend.rate[j]);
 }
 
 /// A joint with a servo on its axle: the energy that it draws, and the moment on its bend.
-template <class Body, class Seen>
+template <class Body>
 HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                                     const ServoTargets<typename Body::Scalar, Body::coordinates>& targets, int j,
-                                    PlantStateOf<Body>& rate, Seen seen) {
+                                    PlantStateOf<Body>& rate, PlantOutputOf<Body>* seen) {
     using S = typename Body::Scalar;
     const int c = 2 * j;
     const Servo<S>& servo = plant.circuit[c].servo;
@@ -154,23 +172,22 @@ HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf
     rate.circuit[c + 1] = {S(0), S(0), S(0), S(0)};
     rate.energy[c] = power.total, rate.energy[c + 1] = S(0);
     rate.strain[j] = S(0);
-    if constexpr (!std::is_same_v<Seen, NoOutput>) {
-        seen->circuit[c] = {{S(0), S(0)}, {S(0), S(0)}, moment, drive.torque, power};
-        seen->circuit[c + 1] = {};
-    }
+    seen->circuit[c] = {{S(0), S(0)}, {S(0), S(0)}, moment, drive.torque, power, S(0)};
+    seen->circuit[c + 1] = {};
+    add_servo(seen->losses, power);
     return moment;
 }
 
-/// How the plant changes. `seen` receives the output of the instant unless it is NoOutput.
-template <class Body, class Seen>
+/// How the plant changes. `seen` receives the output of the instant.
+template <class Body>
 HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                                                  const ServoTargets<typename Body::Scalar, Body::coordinates>& targets,
-                                                 Seen seen) {
+                                                 PlantOutputOf<Body>* seen) {
     using S = typename Body::Scalar;
     constexpr int D = Body::coordinates;
-    constexpr bool looks = !std::is_same_v<Seen, NoOutput>;
     PlantStateOf<Body> rate;
     S moment[D];
+    seen->losses = {};
     for (int j = 0; j < plant.joints; ++j)
         moment[j] = plant.direct[j] ? turn_by_servo(plant, at, targets, j, rate, seen)
                                     : bend_by_oil(plant, at, targets, j, rate, seen);
@@ -180,7 +197,9 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
             rate.energy[c] = S(0);
         }
         rate.strain[d] = S(0);
-        moment[d] = -(plant.hinge.stiffness * at.bend.angle[d] + plant.hinge.damping * at.bend.rate[d]);
+        const S spring = plant.hinge.stiffness * at.bend.angle[d], damper = plant.hinge.damping * at.bend.rate[d];
+        moment[d] = -(spring + damper);
+        seen->losses.elastic += spring * at.bend.rate[d], seen->losses.hinge += damper * at.bend.rate[d];
     }
     const auto body = body_acceleration(plant.body, at.bend, at.xi, at.pose, moment);
     rate.xi = body.twist;
@@ -189,26 +208,32 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
         rate.bend.angle[d] = at.bend.rate[d];
         rate.bend.rate[d] = body.bend[d];
         if (d < plant.joints && plant.direct[d]) rate.circuit[2 * d] = {at.bend.rate[d], body.bend[d], S(0), S(0)};
-        if constexpr (looks) seen->moment[d] = moment[d];
+        seen->moment[d] = moment[d], seen->losses.water += moment[d] * at.bend.rate[d];
     }
-    if constexpr (looks) seen->twist_rate = body.twist;
+    seen->twist_rate = body.twist;
     return rate;
 }
 
-/// One step of fourth-order Runge-Kutta; `seen` receives the outputs at its start and middle.
+/// One step of fourth-order Runge-Kutta; `seen` receives the outputs at its start and middle, and the losses of the
+/// step [J] are added to `losses`.
 template <class Body>
 PlantStateOf<Body> plant_step(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                               const ServoTargets<typename Body::Scalar, Body::coordinates>& targets,
-                              const typename Body::Scalar& step, PlantOutputOf<Body> (&seen)[2]) {
+                              const typename Body::Scalar& step, PlantOutputOf<Body> (&seen)[2],
+                              Losses<typename Body::Scalar>& losses) {
     using S = typename Body::Scalar;
     using State = PlantStateOf<Body>;
-    const auto shown = [&](const State& now, PlantOutputOf<Body>* out) { return plant_rate(plant, now, targets, out); };
-    const auto hidden = [&](const State& now) { return plant_rate(plant, now, targets, NoOutput()); };
+    const auto rate = [&](const State& now, PlantOutputOf<Body>& out, const S& weight) {
+        const State change = plant_rate(plant, now, targets, &out);
+        add(losses, weight, out.losses);
+        return change;
+    };
     const S half = S(base_t<S>(0.5)) * step, sixth = S(base_t<S>(1.0 / 6)) * step, third = sixth + sixth;
-    const State k1 = shown(at, &seen[0]);
-    const State k2 = hidden(at + half * k1);
-    const State k3 = shown(at + half * k2, &seen[1]);
-    const State k4 = hidden(at + step * k3);
+    PlantOutputOf<Body> end;
+    const State k1 = rate(at, seen[0], sixth);
+    const State k2 = rate(at + half * k1, seen[1], third);
+    const State k3 = rate(at + half * k2, seen[1], third);
+    const State k4 = rate(at + step * k3, end, sixth);
     State next = at + sixth * k1 + third * k2 + third * k3 + sixth * k4;
     next.pose = tidied(next.pose);
     return next;

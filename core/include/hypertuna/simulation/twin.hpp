@@ -74,6 +74,7 @@ struct MachineTick {
     Range<S> pump[2 * D], unit[2 * D];  // Pa
     S power[2 * D];                     // W, mean electrical power of each servo
     S servo_power;                      // W, mean of all servos
+    Losses<S> losses;                   // means, which add up to `servo_power`
 };
 template <class Body>
 using MachineTickOf = MachineTick<typename Body::Scalar, Body::coordinates, typename Body::Space>;
@@ -126,10 +127,12 @@ void follow_targets(const Machine<Body>& machine, MachineStateOf<Body>& state, M
         tick.unit[c] = {unit, unit};
         tick.power[c] = state.plant.energy[c];
     }
+    tick.losses = {};
     const auto widen = [](Range<S>& range, const S& x) { range = {min(range.low, x), max(range.high, x)}; };
     PlantOutputOf<Body> seen[2];
+    Losses<S> losses{};
     for (int k = 0; k < machine.steps; ++k) {
-        state.plant = plant_step(machine.plant, state.plant, state.targets, machine.step, seen);
+        state.plant = plant_step(machine.plant, state.plant, state.targets, machine.step, seen, losses);
         for (const PlantOutputOf<Body>& now : seen)
             for (int c = 0; c < circuits; ++c) {
                 widen(tick.pump[c], now.circuit[c].pump.pressure);
@@ -137,7 +140,8 @@ void follow_targets(const Machine<Body>& machine, MachineStateOf<Body>& state, M
             }
     }
     const S period = machine.step * S(static_cast<base_t<S>>(machine.steps));
-    tick.servo_power = machine.idle;
+    add(tick.losses, S(1) / period, losses);
+    tick.servo_power = machine.idle, tick.losses.idle += machine.idle;
     for (int c = 0; c < circuits; ++c) {
         tick.power[c] = (state.plant.energy[c] - tick.power[c]) / period;
         tick.servo_power += tick.power[c];

@@ -34,6 +34,7 @@ class Pump(Part, table="pump"):
     rod: Positive = entry("length of the connecting rod", "m")
     neutral: PositiveDegrees = entry("angle of the crank from full retraction at which the circuits were filled", "deg")
     dead_volume: NotNegative = entry("volume of oil in the cylinder at full stroke", "m^3")
+    seal_friction: NotNegative = entry("friction of the piston's seals, at rest and in motion", "N", default=0.0)
 
     def _checks(self) -> Iterator[Check]:
         text, fix = f"must be more than crank_m = {self.crank:g}", "a shorter rod cannot turn the crank"
@@ -100,6 +101,7 @@ class Battery(Part, table="battery"):
         "output voltage of the servos' converter (default: servos on the battery)", "V", default=None
     )
     efficiency: PositiveFraction = entry("efficiency of the converter", key="converter_efficiency", default=1.0)
+    electronics: NotNegative = entry("power that board, sensors and radio draw at the battery", "W", default=0.0)
 
     def _checks(self) -> Iterator[Check]:
         whole = self.series is None or self.cells % self.series == 0

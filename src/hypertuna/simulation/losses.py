@@ -1,0 +1,89 @@
+"""Losses: where the electrical power of a run of the twin goes, from the battery's cells to the water."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from hypertuna.actuation.battery import battery_columns
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.display import Plotted, Tabular, columns_of
+from hypertuna.io.quantity import Quantity
+from hypertuna.simulation.recorded import LOSSES
+
+PLACES = ("battery", "servos", "oil", "joints", "water")  # in the order of the power's path
+OF_BATTERY = {
+    "resistance": "inner resistance of the cells",
+    "converter": "converter of the servos",
+    "electronics": "board, sensors and radio",
+}
+
+
+class Loss(NamedTuple):
+    """One share of the power."""
+
+    name: str
+    place: str  # of `PLACES`
+    power: float  # W, mean
+    text: str
+
+
+@dataclass(frozen=True)
+class Losses(
+    Plotted,
+    Tabular,
+    card="hypertuna.simulation.cards:losses_card",
+    figure="hypertuna.simulation.plots_losses:plot_losses",
+    data=lambda losses: columns_of(losses.rows),
+):
+    """Mean losses over a part of a run; they add up to the power that the battery's cells give."""
+
+    title: str  # robot and gait
+    losses: tuple[Loss, ...]
+
+    @property
+    def power(self) -> float:
+        """Mean power that the battery's cells give [W]."""
+        return sum(loss.power for loss in self.losses)
+
+    def at(self, place: str) -> float:
+        """Return the sum of the losses at a place [W]."""
+        return sum(loss.power for loss in self.losses if loss.place == place)
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """The losses as rows of a table."""
+        return [
+            {"place": place, "loss": name, "power_w": power, "part": power / self.power, "meaning": text}
+            for name, place, power, text in self.losses
+        ]
+
+    def summary(self) -> dict[str, Quantity]:
+        """Return the power of the cells, and the losses at each place and one by one.
+
+        Returns
+        -------
+        dict of str to Quantity
+            By the keys of the JSON record.
+        """
+        places = {f"{place}_w": Quantity(self.at(place), "W", place) for place in PLACES}
+        each = {f"{loss.name}_w": Quantity(loss.power, "W", None) for loss in self.losses if loss.place != loss.name}
+        return {"cells_w": Quantity(self.power, "W", "power of the cells")} | places | each
+
+
+def losses_of(robot: Robot, title: str, data: dict[str, Array], rows: slice) -> Losses:
+    """Return the mean losses over some rows of a record."""
+    battery = battery_columns(robot)
+    voltage, current = data["battery_voltage"][rows], data["battery_current"][rows]
+    given = float((voltage * current).mean())
+    of_battery = {
+        "resistance": battery["resistance"] * float((current**2).mean()),
+        "converter": given - battery["electronics"] - float(data["power"][rows].mean()),
+        "electronics": battery["electronics"],
+    }
+    losses = [Loss(name, "battery", of_battery[name], text) for name, text in OF_BATTERY.items()]
+    losses += [
+        Loss(name, place, float(data[f"loss_{name}"][rows].mean()), text) for name, (place, text) in LOSSES.items()
+    ]
+    return Losses(title, tuple(losses))

@@ -1,0 +1,82 @@
+"""Flow picture of the losses: power flows down from the battery to the water, and losses leave it to the right."""
+
+import textwrap
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from hypertuna.arrays import Array
+from hypertuna.display import number
+from hypertuna.figures import BODY, COLORS, FAINT, WIDTH, styled
+from hypertuna.simulation.losses import PLACES, Losses
+
+REACH, TURN, TIP = 0.3, 0.06, 0.12  # in widths of the flow: of a branch, radius of its turn, length of its head
+LINE, HEAD, LETTER = 0.16, 0.5, 0.072  # inch: a line of text, space above the flow, a letter
+WIDEST = 1.3  # inch, of the flow
+SMALL = 5e-3  # part of the power below which a loss is not named
+
+
+@styled
+def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
+    """Plot the flow of power, one place after another: `width` [inch]."""
+    scale = min(WIDEST, 0.25 * width)  # inches of the whole power
+    edge = 1 + TURN + REACH + 0.08  # of the texts
+    letters = int((width - edge * scale) / LETTER)
+    texts = {place: textwrap.wrap(_named(losses, place), letters) for place in PLACES}
+    shares = {place: min(1.0, max(0.0, losses.at(place) / losses.power)) for place in PLACES}
+    rows = {place: max(shares[place] + 2 * TURN, (len(texts[place]) + 1.6) * LINE / scale) for place in PLACES}
+    height = HEAD + scale * (sum(rows.values()) + TURN)
+    figure = Figure(figsize=(width, height))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set(xlim=(-0.05, width / scale - 0.05), ylim=((HEAD - height) / scale, HEAD / scale))
+    axes.axis("off")
+    axes.text(0.0, 0.36 / scale, losses.title, fontsize=8, color=FAINT, va="center")
+    axes.text(0.0, 0.13 / scale, f"{number(losses.power)} W from the cells", weight="bold", va="center")
+    left, start = 1.0, 0.0
+    for k, place in enumerate(PLACES):
+        lost, middle = min(left, shares[place]), start + rows[place] / 2
+        after = left - lost
+        if place == PLACES[-1]:
+            _draw(axes, _end(start, left, rows[place]), COLORS[k])
+        else:
+            turn, end = middle - TURN - lost / 2, start + rows[place]
+            flow = [(0, start), (left, start), (left, turn), (after, turn), (after, end), (0, end)]
+            _draw(axes, np.array(flow), BODY)
+            _draw(axes, _branch(turn, left, lost), COLORS[k])
+        first = -middle + len(texts[place]) * LINE / scale / 2
+        label = f"{place} {number(losses.at(place), 'W')}"
+        axes.text(edge, first, label, weight="bold", va="center")
+        for j, text in enumerate(texts[place]):
+            axes.text(edge, first - (j + 1) * LINE / scale, text, fontsize=8, va="center")
+        left, start = after, start + rows[place]
+    return figure
+
+
+def _named(losses: Losses, place: str) -> str:
+    """Name the losses at a place that are not small."""
+    here = [loss for loss in losses.losses if loss.place == place and loss.name != place]
+    return ", ".join(f"{loss.name} {loss.power:.2f}" for loss in here if abs(loss.power) >= SMALL * losses.power)
+
+
+def _draw(axes: Axes, corners: Array, color: str) -> None:
+    """Draw a part of the flow; heights count downward."""
+    axes.add_patch(Polygon(corners * [1, -1], closed=True, fc=color, ec=color, lw=0.4))
+
+
+def _branch(start: float, right: float, size: float) -> Array:
+    """Corners of a branch that turns from the right edge of the flow to the right, with an arrow's head."""
+    turn = np.linspace(0, np.pi / 2, 25)
+    arc = np.stack([-np.cos(turn), np.sin(turn)], axis=1)
+    center, end, tip = np.array([right + TURN, start]), 1 + TURN + REACH, min(0.5 * size, TIP)
+    below = start + TURN
+    head = [(end - tip, below + size), (end, below + size / 2), (end - tip, below)]
+    return np.concatenate([center + (TURN + size) * arc, np.array(head), (center + TURN * arc)[::-1]])
+
+
+def _end(start: float, size: float, length: float) -> Array:
+    """Corners of the flow's end, an arrow down."""
+    tip = min(0.5 * size, TIP)
+    end = start + length - tip
+    return np.array([(0, start), (size, start), (size, end), (size / 2, end + tip), (0, end)])
