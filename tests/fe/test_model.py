@@ -13,10 +13,12 @@ import hypertuna as ht
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.fe.bend import JOURNAL, fe_bend
+from hypertuna.fe.energies import LOOSE, Axis, aligned_axis_energy
 from hypertuna.fe.geometry import joint_body, write_geometry
 from hypertuna.fe.measure import measure, von_mises
-from hypertuna.fe.mesh import MeshSize, joint_mesh
+from hypertuna.fe.mesh import MESHES, MeshSize, joint_mesh
 from hypertuna.fe.model import FeOptions, equilibrium, fe_model
+from hypertuna.fe.newton import Problem, lead
 
 ROBOT = ht.load("hypertuna")
 SMALL = MeshSize(0.8, largest=6.0, order=3, pieces=3.0)  # seconds instead of minutes
@@ -266,3 +268,111 @@ def test_a_pressure_that_is_not_reached_is_told_and_the_rest_kept() -> None:
 def test_options_that_do_not_exist(options: FeOptions, says: str) -> None:
     with pytest.raises(InputError, match=says):
         fe_model(ROBOT, "II", options)
+
+
+NO_BRAID = {"outer_diameter_m": 0.004, "inner_diameter_m": 0.0039, "braid_stiffness_n_per_m": 1e-3}
+LONG = FeOptions(mesh=MeshSize(0.8, order=3, pieces=20.0))
+
+
+def bar(**changes: Any) -> ht.Robot:
+    """A long joint of matrix, with a hose a side that has hardly any stiffness."""
+    return small(segment_length_m=[0.12], lever_m=0.0045, axis_width_m=0.012, **({"unit": NO_BRAID} | changes))
+
+
+def matrix_of_bar() -> tuple[float, float]:
+    """Stiffness of the bar's matrix in tension [N] and in bending [N m^2]."""
+    E, hole = 2 * 1.475 * 80e3 / 3, math.pi * 0.002**2  # 2 (1 + nu) times the shear modulus, a third of modulus_fe_pa
+    area = math.pi * 0.014 * 0.013 - 2 * hole
+    second = math.pi / 4 * 0.014 * 0.013**3 - 2 * (hole * 0.0045**2 + math.pi / 4 * 0.002**4)
+    return E * area, E * second
+
+
+def strain_under(robot: ht.Robot, force: float) -> float:
+    """Strain of the axis of a bar that is pulled at its tip [N], away from its ends."""
+    import ngsolve as ngs
+
+    model = fe_model(robot, "II", LONG)
+    energy, space, pull = model.problem.energy, model.problem.state.space, ngs.Parameter(0.0)
+    area = ngs.Integrate(ngs.CF(1.0) * ngs.ds("tip"), model.mesh)
+    u = space.TrialFunction()[0]  # its x, or with the arc's angles itself
+    energy += ngs.Variation((-pull / (2 * area) * (u[0] if model.body.axis else u)).Compile() * ngs.ds("tip"))
+    assert lead(Problem(energy, model.problem.state, (pull,), model.problem.shear), (force,)).converged
+    end = max(vertex.point[0] for vertex in model.mesh.vertices) * 0.12 / 0.123
+    near, far = (model.mesh(part * end, 0.0, 1e-9) for part in (0.3, 0.7))
+    return float(model.displacement(far)[0] - model.displacement(near)[0]) / (0.4 * 0.12)
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize("held", [0.0, 10.0, 100.0])  # N, beside 44 N of the matrix
+def test_the_axis_adds_its_stiffness_to_that_of_the_matrix(held: float) -> None:
+    EA, force = matrix_of_bar()[0], 0.1
+    found = strain_under(bar(axis_stiffness_n=held), force)
+    assert found == pytest.approx(force / (EA + held), rel=0.01)
+
+
+@pytest.mark.fe
+def test_a_buckled_axis_carries_its_buckling_load() -> None:
+    EA, held, buckling = matrix_of_bar()[0], 100.0, 0.3
+    robot = bar(axis_stiffness_n=held, axis_buckling_n=buckling)
+    assert strain_under(robot, -0.2) == pytest.approx(-0.2 / (EA + held), rel=0.01)
+    assert strain_under(robot, -0.9) == pytest.approx(-(0.9 - buckling) / EA, rel=0.02)
+    assert strain_under(robot, 0.9) == pytest.approx(0.9 / (EA + held), rel=0.02)  # a pull does not buckle it
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize("held", [0.0, 40.0, 1e4])
+def test_a_held_axis_bends_by_the_shortening_over_the_lever(held: float) -> None:
+    """kappa = eps w / (w^2 + EI / (EA + held)): eps / w with a held axis, eps w / (w^2 + I / A) with a free one."""
+    EA, EI = matrix_of_bar()
+    unit = {"outer_diameter_m": 0.004, "inner_diameter_m": 0.0039}
+    model = fe_model(bar(axis_stiffness_n=held, unit=unit), "II", LONG)
+    assert equilibrium(model, pressure=(4e3, 0.0)).converged
+    found = measure(model)
+    curvature, axis, w = found.angle / 0.12, found.length / 0.12 - 1, 0.0045
+    shortening = w * curvature - axis
+    assert curvature * w / shortening == pytest.approx(w**2 / (w**2 + EI / (EA + held)), rel=0.05)
+
+
+@pytest.mark.fe
+def test_compression_along_the_arc_does_not_push_the_axis_aside() -> None:
+    """An energy of the length alone falls if the strip turns aside: it wrinkles, as finely as the mesh lets it."""
+    import ngsolve as ngs
+    from netgen.occ import Box, OCCGeometry
+
+    point = ngs.Mesh(OCCGeometry(Box((0, 0, 0), (1, 1, 1))).GenerateMesh(maxh=1.0))(0.5, 0.5, 0.5)
+
+    def energy(stretch: float, aside: float, turn: float = 0.3) -> float:
+        c, s = math.cos(turn), math.sin(turn)
+        along = ngs.CF((stretch * c - aside * s, stretch * s + aside * c, 0.0))
+        return float(aligned_axis_energy(Axis(100.0, 3.0, 0.01), along, ngs.CF(turn))(point))
+
+    assert energy(0.98, 0.0) == pytest.approx(100 * 0.02**2 / 2 / 0.01)
+    assert energy(0.90, 0.0) == pytest.approx((3 * 0.1 - 3**2 / 200) / 0.01)  # buckled
+    assert energy(1.02, 0.0) == pytest.approx(100 * 0.02**2 / 2 / 0.01)
+    assert energy(0.98, 0.1) > energy(0.98, 0.0)
+    assert energy(1.00, 0.1) == pytest.approx(
+        100 * (math.hypot(1, 0.1) - 1) ** 2 / 2 / 0.01 + LOOSE * 50 / 0.01 * 0.1**2
+    )
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize("mesh", ["coarse", "medium"])
+@pytest.mark.parametrize("joint", ["I", "II"])
+def test_the_strip_of_a_held_axis_is_in_the_mesh(joint: str, mesh: str) -> None:
+    import ngsolve as ngs
+
+    document = ROBOT.document()
+    for group in document["joints"]:
+        group["actuator"] |= {"axis_stiffness_n": 1000.0, "axis_width_m": 0.0071}
+    body = joint_body(parse(document), joint)
+    found, _kept = joint_mesh(body, MESHES[mesh])
+    assert ngs.Integrate(ngs.CF(1.0) * ngs.ds("axis"), found) == pytest.approx(0.0071 / 2 * body.length, rel=1e-6)
+    assert ngs.Integrate(ngs.y * ngs.y * ngs.ds("axis"), found) < 1e-20  # in the neutral layer
+
+
+def test_nothing_holds_the_axis_unless_it_is_described() -> None:
+    assert joint_body(with_joint(axis_width_m=0.01), "II").axis == 0
+    with pytest.raises(InputError, match=r"axis_width_m must leave matrix above and below, but is 60 mm in 4"):
+        joint_body(with_joint(axis_stiffness_n=1.0, axis_width_m=0.06), "II")
+    with pytest.raises(InputError, match=r"strip_width_m was renamed: write axis_width_m"):
+        with_joint(strip_width_m=0.006)

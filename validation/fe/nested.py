@@ -119,13 +119,13 @@ def series(joint: str, levels: list[tuple[int, int]], pressure: float) -> list[d
         path = WORK / f"nested-{joint}-{order}-{bisections}-{pressure / 1e3:g}.npz"
         if path.exists():
             stored_state = np.load(path)
-            np.asarray(model.displacement.vec)[:] = stored_state["state"]
+            np.asarray(model.problem.state.vec)[:] = stored_state["state"]
             model.problem.loads[0].Set(pressure)
             spent, steps = float(stored_state["seconds"]), int(stored_state["iterations"])
         iterations, text = solve(model, pressure, warm=k > 0 or path.exists())
         seconds, iterations = spent + time.process_time() - start, steps + iterations
         WORK.mkdir(parents=True, exist_ok=True)
-        np.savez(path, state=np.asarray(model.displacement.vec), seconds=seconds, iterations=iterations)
+        np.savez(path, state=np.asarray(model.problem.state.vec), seconds=seconds, iterations=iterations)
         measured = measure(model)
         row = {
             "order": order,
@@ -134,7 +134,7 @@ def series(joint: str, levels: list[tuple[int, int]], pressure: float) -> list[d
             "unknowns": model.unknowns,
             "bend_deg": math.degrees(measured.angle),
             "oil_left_ml": 1e6 * measured.volume[0],
-            "energy_mj": 2e3 * float(model.problem.energy.Energy(model.displacement.vec)),
+            "energy_mj": 2e3 * float(model.problem.energy.Energy(model.problem.state.vec)),
             "iterations": iterations,
             "seconds": seconds,
             "memory_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9,

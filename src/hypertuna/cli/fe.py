@@ -110,8 +110,8 @@ def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
     yield table(["x\n[mm]", "half height\n[mm]", "half width\n[mm]"], rows, left=())
     yield f"{channels}, {1e3 * abs(body.channels[0].y):.4g} mm from the middle"
     yield f"matrix {1e9 * body.volume:.4g} mm^3, plates {1e3 * body.plate:.3g} mm thick"
-    if body.strip:
-        yield f"strip {1e3 * body.strip:.3g} mm wide in the middle"
+    if body.axis:
+        yield f"a strip {1e3 * body.axis:.3g} mm wide holds the axis"
 
 
 @fe_app.command("bend")

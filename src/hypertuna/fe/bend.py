@@ -244,7 +244,7 @@ def _reach(model: FeModel, place: Path | None, k: int, loads: tuple[float, float
     measured = measure(model) if result.converged else None
     fault = result.text if measured is None else measured.fault
     seconds = time.process_time() - start
-    state = np.asarray(model.displacement.vec).tobytes()
+    state = np.asarray(model.problem.state.vec).tobytes()
     if not fault and place is not None:
         write_atomically(_state(place, k), state)
     if measured is not None and not fault and each is not None:
@@ -267,13 +267,13 @@ def _restore(model: FeModel, place: Path | None, k: int, loads: tuple[float, flo
         content = path.read_bytes()
     except OSError as error:
         raise InputError("must be readable", file=str(path), value=f"not ({error.strerror})", fix=fix) from None
-    count = len(model.displacement.vec)
+    count = len(model.problem.state.vec)
     if len(content) != 8 * count:
         rule = f"must hold {count} finite numbers of 8 bytes"
         raise InputError(rule, file=str(path), value=f"{len(content)} bytes", fix=fix)
     if zlib.crc32(content) != checksum:
         raise InputError("is damaged: it is not what the journal tells", file=str(path), fix=fix)
-    np.asarray(model.displacement.vec)[:] = np.frombuffer(content)
+    np.asarray(model.problem.state.vec)[:] = np.frombuffer(content)
     for load, pressure in zip(model.problem.loads, (*loads, 0.0), strict=True):
         load.Set(pressure)
 

@@ -1,4 +1,4 @@
-"""Energies of the finite elements as NGSolve expressions: silicone, hose and braid on a wall, enclosed volume.
+"""Energies of the finite elements as NGSolve expressions: silicone, hose and braid on a wall, axis, enclosed volume.
 
 Names as in continuum mechanics: F is the deformation gradient, J its determinant, C = F' F; on a wall, a and h are the
 images of the unit vectors along the channel and around it, so that C_aa = a.a, C_hh = h.h and C_ah = a.h.
@@ -13,6 +13,7 @@ from hypertuna.ranges import Range, check_name
 
 LAWS = ("linear", "neo_hookean", "mooney_rivlin")
 SLACK = 1e-3  # stiffness of a shortened fiber over that of a taut one: fibers do not push
+LOOSE = 1e-4  # stiffness of a strip against leaving the arc of the joint, over that in tension
 
 Expression = Any  # an ngsolve.CoefficientFunction
 
@@ -116,6 +117,43 @@ def braid_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) 
 
     both = fiber_stretches(wall, Caa, Chh, Cah)
     return sum(wall.braid_stiffness / 2 * IfPos(lam - 1, 1.0, SLACK) * (lam - 1) ** 2 for lam in both)
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What lies on the axis and holds its length, spread over a strip of the neutral layer."""
+
+    stiffness: float  # E A [N]
+    buckling: float  # compression that it carries at most [N]; infinite if it never buckles
+    width: float  # of the strip [m]; 0 for none
+
+
+def axis_energy(axis: Axis, pulled: Expression, pushed: Expression) -> Expression:
+    """Return the energy of the strip per area at rest [J/m^2], as core joint.hpp has it, of its strain.
+
+    `pulled` is the strain that counts in tension, `pushed` the one in compression.
+    """
+    from ngsolve import IfPos
+
+    held, limit = pushed, axis.buckling / axis.stiffness
+    if math.isfinite(limit):
+        held = IfPos(pushed + limit, pushed, -limit)
+    energy = IfPos(pulled, pulled * pulled / 2, 0) + IfPos(-pushed, held * (pushed - held / 2), 0)
+    return axis.stiffness / axis.width * energy
+
+
+def aligned_axis_energy(axis: Axis, along: Expression, turn: Expression) -> Expression:
+    """Return the energy of the strip per area at rest [J/m^2] from the image of the unit vector along it.
+
+    A strip that carries compression needs bending stiffness, without which it would wrinkle as finely as the mesh lets
+    it. Here its compression acts along the arc of the joint, at the angle `turn`, and does not bend it out of that.
+    """
+    from ngsolve import CF, InnerProduct, Norm, cos, sin
+
+    off = InnerProduct(along, CF((-sin(turn), cos(turn), 0)))
+    pushed = InnerProduct(along, CF((cos(turn), sin(turn), 0))) - 1
+    guide = LOOSE / 2 * axis.stiffness / axis.width * off * off
+    return axis_energy(axis, Norm(along) - 1, pushed) + guide
 
 
 def cavity(place: Expression, F: Expression, normal: Expression) -> Expression:

@@ -32,7 +32,7 @@ FACES = {
     "symmetry": "symmetry",
     "outer": "outer",
     "tip": "tip",
-    "strip": "strip",
+    "axis": "axis",
     "walls": "wall_.*",
     "left": "wall_left|cap_left",
     "right": "wall_right|cap_right",
@@ -59,7 +59,7 @@ class JointBody:
     radius: float  # outer radius of the hoses [m]
     channels: tuple[Channel, ...]  # of both halves, from bottom to top, left side first
     plate: float  # thickness of the plates at both ends [m]
-    strip: float  # width of the strip in the neutral layer [m]; 0 for none
+    axis: float  # width of the strip in the neutral layer that holds the axis [m]; 0 for none
 
     @property
     def length(self) -> float:
@@ -88,7 +88,7 @@ class JointBody:
             "channel_radius_mm": MM * self.radius,
             "channels": [{"side": c.side, "y_mm": MM * c.y, "z_mm": MM * c.z} for c in self.channels],
             "plate_mm": MM * self.plate,
-            "strip_width_mm": MM * self.strip,
+            "axis_width_mm": MM * self.axis,
             "matrix_volume_mm3": MM**3 * self.volume,
         }
 
@@ -135,9 +135,11 @@ def joint_body(robot: Robot, joint: str | int) -> JointBody:
         fix = "give a smaller spacing_m, a shorter lever or thinner hoses"
         raise InputError(rule, file=file, key=key, value=value, fix=fix)
     channels = tuple(Channel(s, (1 - 2 * s) * levers[s], float(z)) for s in (0, 1) for z in heights)
-    return JointBody(
-        group.name, stations, semi_major, semi_minor, radius, channels, actuator.plate, actuator.strip_width
-    )
+    held = actuator.axis_width if actuator.axis_stiffness else 0.0
+    if held > 2 * (narrow[0] - WALL):
+        rule, value = "must leave matrix above and below", f"{1e3 * held:.3g} mm in {2e3 * narrow[0]:.3g} mm"
+        raise InputError(rule, file=file, key=f"{key}: axis_width_m", value=value, fix="give a smaller axis_width_m")
+    return JointBody(group.name, stations, semi_major, semi_minor, radius, channels, actuator.plate, held)
 
 
 def _taper(stations: Array, middles: Array, values: Array) -> Array:
@@ -170,19 +172,18 @@ def _widest(section: tuple[float, float], lever: float, count: int, radius: floa
 
 
 def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
-    """Return the half body with z >= 0 in mm: matrix without channels, tip plate, strip; solids and faces named."""
+    """Return the half body with z >= 0 in mm: matrix without channels, tip plate; solids, faces and edges named."""
     need_fe()
-    from netgen.occ import Box, Face, Glue, MakePolygon, Vertex
+    from netgen.occ import Axes, Box, Glue, WorkPlane, X, Y
 
     length, plate = MM * body.length / squeeze, MM * body.plate / squeeze
     far = 2 * MM * max(float(body.semi_major.max()), body.length)
     upper = Box((-far, -far, 0), (far, far, far))
     matrix, tip = (solid * upper for solid in _solids(body, squeeze, body.upper))
     parts = [matrix, tip]
-    if body.strip > 0:  # a face in the neutral layer
-        z = MM * body.strip / 2
-        corners = [Vertex(corner) for corner in ((0, 0, 0), (length, 0, 0), (length, 0, z), (0, 0, z))]
-        parts.insert(1, Face(MakePolygon(corners, isClosed=True)) * matrix)
+    if body.axis > 0:  # a face in the neutral layer
+        half = MM * body.axis / 2
+        parts.insert(1, WorkPlane(Axes((0, 0, 0), n=-Y, h=X)).Rectangle(length, half).Face())
     shape = Glue(parts)
     *soft, stiff = sorted(shape.solids, key=lambda solid: solid.center.x)
     for solid in soft:
@@ -190,6 +191,8 @@ def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
     stiff.mat("plate")
     for face in shape.faces:
         face.name = _face_name(face, body, length, plate)
+        if face.name == "axis":
+            max(face.edges, key=lambda edge: edge.center.z).name = "rim"
     return shape
 
 
@@ -227,7 +230,7 @@ def _face_name(face: Any, body: JointBody, length: float, plate: float) -> str:
         y, z, r = MM * channel.y, MM * channel.z, MM * body.radius + SAME
         return bool(y - r < low.y and high.y < y + r and z - r < low.z and high.z < z + r)
 
-    for axis, place, name in (("x", 0, "fixed"), ("x", length + plate, "tip"), ("z", 0, "symmetry"), ("y", 0, "strip")):
+    for axis, place, name in (("x", 0, "fixed"), ("x", length + plate, "tip"), ("z", 0, "symmetry"), ("y", 0, "axis")):
         if lies(axis, place):
             return name
     for channel in filter(inside, body.upper):

@@ -306,7 +306,7 @@ def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None 
         else:  # from rest
             for load in model.problem.loads:
                 load.Set(0.0)
-            model.displacement.vec[:] = 0.0
+            model.problem.state.vec[:] = 0.0
         place = None
         for pair in steps:
             result = equilibrium(model, pressure=pair, couple=couple)

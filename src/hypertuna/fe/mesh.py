@@ -90,7 +90,8 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
     curved = {name: _to_channels(body) for name in ("wall_left", "wall_right")} | {
         "outer": _to_rim(body, size.squeeze(body))
     }
-    planes = {"dirichletx": "fixed|tip|tie|cap_.*", "dirichlety": "strip", "dirichletz": "symmetry"}
+    planes = {"dirichletx": "fixed|tip|tie|cap_.*", "dirichlety": "axis", "dirichletz": "symmetry"}
+    planes["dirichletz_bbnd"] = "rim"  # of the axis' strip, inside the matrix
     space = ngs.VectorH1(mesh, order=size.curvature, dirichlet="|".join(curved), **planes)
     motion = ngs.GridFunction(space)
     motion.Set(mesh.BoundaryCF(curved), definedon=mesh.Boundaries("|".join(curved)), dual=True)
@@ -160,7 +161,7 @@ def _check(mesh: Any, body: JointBody) -> None:
         "area of the channels' walls": (ngs.ds(FACES["walls"]), 2 * channels * np.pi * body.radius * body.length),
         "area of the channels' ends": (ngs.ds("cap_.*"), caps),
         "volume of the matrix": (ngs.dx("matrix"), body.volume / 2),
-        "area of the strip": (ngs.ds("strip"), body.strip / 2 * body.length),
+        "area of the axis' strip": (ngs.ds("axis"), body.axis / 2 * body.length),
     }
     for what, (where, expected) in parts.items():
         off = ngs.Integrate(one * where, mesh) - expected

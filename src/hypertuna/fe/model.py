@@ -1,7 +1,7 @@
 """Finite-element model of a soft joint: mesh, space of displacements, total energy.
 
-The energy is that of the matrix, of hose and braid on the channels' walls, of plate and strip, minus the work of the
-oil's pressure and of a couple on the tip plate:
+The energy is that of the matrix, of hose and braid on the channels' walls, of the plate and of what holds the axis,
+minus the work of the oil's pressure and of a couple on the tip plate:
 
     Pi(u) = int W(F) dX + int_wall (hose + braid) dA + ... - sum_sides P V(u) - T g(u).
 
@@ -9,21 +9,31 @@ Displacements are of the fourth order: two families of inextensible fibers const
 lower order follow only on much finer meshes, and the volume at every point, which lower orders resist (docs/fe.md).
 """
 
+import math
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.silicone import Mooney
-from hypertuna.actuation.soft_joint import drive_unit, mooney
+from hypertuna.actuation.soft_joint import drive_unit, joint_group, mooney
 from hypertuna.description.robot import Robot
-from hypertuna.fe.energies import Solid, Wall, braid_energy, cavity, hose_energy, solid_energy
+from hypertuna.fe.energies import (
+    Axis,
+    Solid,
+    Wall,
+    aligned_axis_energy,
+    braid_energy,
+    cavity,
+    hose_energy,
+    solid_energy,
+)
 from hypertuna.fe.extra import need_fe
 from hypertuna.fe.geometry import FACES, JointBody, joint_body
 from hypertuna.fe.mesh import MeshSize, joint_mesh, mesh_size
 from hypertuna.fe.newton import Equilibrium, Problem, lead
 
 PLATE = 1e3  # shear modulus of the plates over that of the matrix
-STRIP = 1e6  # N/m, of the strip: nearly inextensible
+ARC = 2  # order of the angle along the arc of a held axis
 
 
 @dataclass(frozen=True)
@@ -75,7 +85,7 @@ class FeModel:
     @property
     def displacement(self) -> Any:
         """Displacement of the state [m], an ngsolve.GridFunction."""
-        return self.problem.state
+        return self.problem.state.components[0] if self.body.axis else self.problem.state
 
     @property
     def unknowns(self) -> int:
@@ -99,7 +109,10 @@ def model_on(robot: Robot, body: JointBody, options: FeOptions, mesh: Any, defor
     matrix, wall = soft_parts(robot, options)
     space = ngs.VectorH1(mesh, order=options.size.order, dirichlet="fixed", dirichletz="symmetry")
     loads = (ngs.Parameter(0.0), ngs.Parameter(0.0), ngs.Parameter(0.0))
-    energy = _energy(space, body, matrix, wall, loads)
+    if body.axis > 0:  # with the angles of its arc
+        for _ in range(ARC):
+            space = space * ngs.NumberSpace(mesh)
+    energy = _energy(space, axis_of(robot, body), body, matrix, wall, loads)
     problem = Problem(energy, ngs.GridFunction(space), loads, matrix.shear)
     return FeModel(robot, body, options, matrix, wall, mesh, deformation, problem)
 
@@ -110,6 +123,13 @@ def soft_parts(robot: Robot, options: FeOptions) -> tuple[Solid, Wall]:
     hose, silicone = (mooney(robot, name, options.material) for name in (unit.hose, unit.matrix))
     wall = Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, unit.braid_angle, unit.braid_stiffness)
     return Solid(options.law, silicone, options.poisson), wall
+
+
+def axis_of(robot: Robot, body: JointBody) -> Axis:
+    """Return what holds the axis of a joint's body."""
+    _, actuator = joint_group(robot, body.name)
+    buckling = math.inf if actuator.axis_buckling is None else actuator.axis_buckling
+    return Axis(actuator.axis_stiffness, buckling, body.axis)
 
 
 def equilibrium(model: FeModel, *, pressure: tuple[float, float], couple: float = 0.0) -> Equilibrium:
@@ -128,11 +148,11 @@ def surface_strain(gradient: Any) -> SurfaceStrain:
     return SurfaceStrain(InnerProduct(a, a), InnerProduct(h, h), InnerProduct(a, h))
 
 
-def _energy(space: Any, body: JointBody, matrix: Solid, wall: Wall, loads: tuple[Any, Any, Any]) -> Any:
+def _energy(space: Any, axis: Axis, body: JointBody, matrix: Solid, wall: Wall, loads: tuple[Any, Any, Any]) -> Any:
     """Return the total energy of the upper half [J] as a form of the displacement."""
     import ngsolve as ngs
 
-    u = space.TrialFunction()
+    u, *turns = space.TrialFunction() if axis.width else [space.TrialFunction()]
     F, place = ngs.Id(3) + ngs.Grad(u), ngs.CF((ngs.x, ngs.y, ngs.z)) + u
     energy = ngs.BilinearForm(space, symmetric=True)
     energy += ngs.Variation(solid_energy(matrix, F).Compile() * ngs.dx("matrix"))
@@ -145,8 +165,10 @@ def _energy(space: Any, body: JointBody, matrix: Solid, wall: Wall, loads: tuple
     volume = cavity(place, ngs.Id(3) + gradient, ngs.specialcf.normal(3))
     for name, load in zip(SIDES, loads[:2], strict=True):
         energy += ngs.Variation((-load * volume).Compile() * ngs.ds(FACES[name]))
-    if body.strip > 0:
-        energy += ngs.Variation((STRIP / 2 * (ngs.sqrt(C.Caa) - 1) ** 2).Compile() * ngs.ds("strip"))
+    if axis.width > 0:  # a half of its width is in the upper half
+        turn = sum(part * (ngs.x / body.length) ** (k + 1) for k, part in enumerate(turns))
+        along = ngs.CF((1 + gradient[0, 0], gradient[1, 0], gradient[2, 0]))
+        energy += ngs.Variation(aligned_axis_energy(axis, along, turn).Compile() * ngs.ds("axis"))
     # The sine of the tip's angle is the integral of -u_x (y - y_m) / int (y - y_m)^2.
     area = ngs.Integrate(ngs.CF(1.0) * ngs.ds("tip"), space.mesh)
     off = ngs.y - ngs.Integrate(ngs.y * ngs.ds("tip"), space.mesh) / area

@@ -17,10 +17,10 @@ from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.actuation.soft_joint import joint_group
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.fe.energies import Solid, Wall, braid_energy, hose_energy, solid_energy
+from hypertuna.fe.energies import Axis, Solid, Wall, axis_energy, braid_energy, hose_energy, solid_energy
 from hypertuna.fe.extra import need_fe
-from hypertuna.fe.geometry import MM, joint_body
-from hypertuna.fe.model import FeOptions, soft_parts
+from hypertuna.fe.geometry import MM, JointBody, joint_body
+from hypertuna.fe.model import FeOptions, axis_of, soft_parts
 from hypertuna.fe.newton import Problem, lead
 
 ORDER = 3  # of displacements and curved elements
@@ -73,12 +73,13 @@ def _bent(
 
     matrix, in_m = soft_parts(robot, options)
     wall = replace(in_m, outer=MM * in_m.outer, inner=MM * in_m.inner, braid_stiffness=MM * in_m.braid_stiffness)
-    mesh = _mesh(robot, joint, half)
+    body = joint_body(robot, joint)
+    mesh = _mesh(body, half)
     plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
     space = plane[0] * plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
     load = ngs.Parameter(0.0)
     scale = MM * half[1]
-    energy = _energy(space, matrix, wall, load, side, scale)
+    energy = _energy(space, axis_of(robot, body), matrix, wall, load, side, scale)
     problem = Problem(energy, ngs.GridFunction(space), (load,), matrix.shear)
     states = np.full((len(rising), 2), math.nan)
     lead(problem, (min(FIRST, float(rising[0])),))
@@ -91,22 +92,25 @@ def _bent(
     return states
 
 
-def _mesh(robot: Robot, joint: str | int, half: tuple[float, float]) -> Any:
+def _mesh(body: JointBody, half: tuple[float, float]) -> Any:
     """Mesh the upper half of a section in mm; x of the mesh is y of the body, y is z."""
     import ngsolve as ngs
-    from netgen.occ import Axes, OCCGeometry, WorkPlane, Y, Z
+    from netgen.occ import Axes, Glue, OCCGeometry, Segment, WorkPlane, Y, Z
 
-    body = joint_body(robot, joint)
     a, b, r = MM * half[0], MM * half[1], MM * body.radius
     face = WorkPlane(Axes((0, 0, 0), n=Z, h=Y)).Ellipse(a, b).Face()
     for channel in body.upper:
         face = face - WorkPlane().MoveTo(MM * channel.y, MM * channel.z).Circle(r).Face()
     face = face * WorkPlane().MoveTo(-2 * b, 0).Rectangle(4 * b, 2 * a).Face()
+    if body.axis > 0:
+        face = Glue([face, Segment((0, 0, 0), (0, MM * body.axis / 2, 0))])
     for edge in face.edges:
         low, high = edge.bounding_box
         edge.name = "outer"
         if abs(low.y) < 1e-4 and abs(high.y) < 1e-4:
             edge.name = "symmetry"
+        if abs(low.x) < 1e-4 and abs(high.x) < 1e-4:
+            edge.name = "axis"
         for channel in body.upper:
             away = max(max(abs(p.x - MM * channel.y), abs(p.y - MM * channel.z)) for p in (low, high))
             if away < 1.001 * r:
@@ -117,17 +121,17 @@ def _mesh(robot: Robot, joint: str | int, half: tuple[float, float]) -> Any:
     return mesh
 
 
-def _energy(space: Any, matrix: Solid, wall: Wall, load: Any, side: str, scale: float) -> Any:
+def _energy(space: Any, axis: Axis, matrix: Solid, wall: Wall, load: Any, side: str, scale: float) -> Any:
     """Return the energy of half a section per length [Pa mm^2]."""
     import ngsolve as ngs
 
-    uy, uz, axis, turn = space.TrialFunction()
+    uy, uz, long, turn = space.TrialFunction()
     y = ngs.x + uy
 
     def in_plane(gy: Any, gz: Any) -> Any:
         return ngs.Id(2) + ngs.CF((gy[0], gy[1], gz[0], gz[1]), dims=(2, 2))
 
-    stretch = 1 + axis - turn / scale * y
+    stretch = 1 + long - turn / scale * y
     F2 = in_plane(ngs.grad(uy), ngs.grad(uz))
     F = ngs.CF((stretch, 0, 0, 0, F2[0, 0], F2[0, 1], 0, F2[1, 0], F2[1, 1]), dims=(3, 3))
     energy = ngs.BilinearForm(space, symmetric=True)
@@ -141,7 +145,9 @@ def _energy(space: Any, matrix: Solid, wall: Wall, load: Any, side: str, scale: 
     Caa, Chh = stretch * stretch, ngs.InnerProduct(around, around)
     walls = hose_energy(wall, Caa, Chh, ngs.CF(0.0)) + braid_energy(wall, Caa, Chh, ngs.CF(0.0))
     energy += ngs.Variation(walls.Compile() * ngs.ds("wall_.*"))
+    if axis.width > 0:
+        energy += ngs.Variation((MM * axis_energy(axis, stretch - 1, stretch - 1)).Compile() * ngs.ds("axis"))
     # Volume per length at rest: the stretch integrated over the channel, as the flux of its antiderivative along y.
-    flux = ((1 + axis) * y - turn / (2 * scale) * y * y) * (Fs[1, 1] * normal[0] - Fs[1, 0] * normal[1])
+    flux = ((1 + long) * y - turn / (2 * scale) * y * y) * (Fs[1, 1] * normal[0] - Fs[1, 0] * normal[1])
     energy += ngs.Variation((load * flux).Compile() * ngs.ds(f"wall_{side}"))
     return energy
