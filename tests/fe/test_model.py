@@ -339,12 +339,12 @@ def test_compression_along_the_arc_does_not_push_the_axis_aside() -> None:
     import ngsolve as ngs
     from netgen.occ import Box, OCCGeometry
 
-    point = ngs.Mesh(OCCGeometry(Box((0, 0, 0), (1, 1, 1))).GenerateMesh(maxh=1.0))(0.5, 0.5, 0.5)
+    mesh = ngs.Mesh(OCCGeometry(Box((0, 0, 0), (1, 1, 1))).GenerateMesh(maxh=1.0))
 
     def energy(stretch: float, aside: float, turn: float = 0.3) -> float:
         c, s = math.cos(turn), math.sin(turn)
         along = ngs.CF((stretch * c - aside * s, stretch * s + aside * c, 0.0))
-        return float(aligned_axis_energy(Axis(100.0, 3.0, 0.01), along, ngs.CF(turn))(point))
+        return float(aligned_axis_energy(Axis(100.0, 3.0, 0.01), along, ngs.CF(turn))(mesh(0.5, 0.5, 0.5)))
 
     assert energy(0.98, 0.0) == pytest.approx(100 * 0.02**2 / 2 / 0.01)
     assert energy(0.90, 0.0) == pytest.approx((3 * 0.1 - 3**2 / 200) / 0.01)  # buckled
