@@ -52,6 +52,7 @@ from hypertuna.swimming.plots import plot_swim
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
 from figures_common import FISH, MODELS, PAPER, change, rows, swum, told, trials  # noqa: E402  # beside this file
+from figures_stated import stated  # noqa: E402
 
 PAGES = (ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts))
 
@@ -77,8 +78,12 @@ def ledger_table() -> str:
     for e in ledger().entries:
         computed = "" if e.computed is None else f"{e.computed:.3g}"
         told = "" if e.published is None else f"{e.published:.4g}"
-        body.append([f"`{e.id}`", e.model, e.class_, e.verdict, e.seeds_text, told, computed, e.unit])
-    return rows(["number", "model", "class", "verdict", "seeds", "published", "computed", "unit"], body, left=4)
+        body.append([f"`{e.id}`", e.model, e.class_, e.verdict, e.seeds_text, told, computed, e.band_text, e.unit])
+    heads = ["number", "model", "class", "verdict", "seeds", "published", "computed", "90 % of the family", "unit"]
+    return rows(heads, body, left=4)
+
+
+PREDICTED = ("reproduced", "holds", "deviates", "violated", "undetermined")  # verdicts that a prediction may have
 
 
 def prediction_table() -> str:
@@ -95,17 +100,10 @@ def prediction_table() -> str:
     for model, part in parts.items():
         verdicts = [e.verdict for e in part]
         met = [e for e in part if e.verdict == "reproduced" and e.kind == "measured"]
-        counts = (len(part), *(verdicts.count(verdict) for verdict in ("reproduced", "agrees", "deviates")), len(met))
+        counts = (len(part), *(verdicts.count(verdict) for verdict in PREDICTED), len(met))
         body.append([model, *map(str, counts), _speed_error(model)])
-    heads = [
-        "predictions",
-        "reproduced",
-        "keep a bound",
-        "deviate",
-        "reproduced of measured",
-        "rms error of the eight speeds",
-    ]
-    return rows(["model", *heads], body)
+    heads = ["reproduced", "bound holds", "deviates", "bound violated", "undetermined", "reproduced of measured"]
+    return rows(["model", "predictions", *heads, "rms error of the eight speeds"], body)
 
 
 def _speed_error(model: str) -> str:
@@ -345,13 +343,14 @@ def _run(command: str) -> str:
 
 
 def filled(page: str) -> str:
-    """Return a page with its tables and console outputs made anew."""
+    """Return a page with its tables, its numbers of the ledger and its console outputs made anew."""
     page = re.sub(
         r"(<!-- table: (.+?) -->\n).*?(<!-- end -->)",
         lambda m: f"{m[1]}\n{TABLES[m[2]]()}\n\n{m[3]}",
         page,
         flags=re.DOTALL,
     )
+    page = stated(page, ledger)
     return re.sub(
         r"```console\n(\$ hypertuna.*?)\n```", lambda m: f"```console\n{_console(m[1])}\n```", page, flags=re.DOTALL
     )

@@ -4,11 +4,13 @@ import { digits } from "./quantities.ts";
 import type { Published, Robot, Verdict } from "./robot.ts";
 
 const SAME = 1e-6; // relative difference of numbers that are one: digits that the ledger stores
-const AGREES = ["reproduced", "agrees"];
+const AGREES = ["reproduced", "agrees", "holds"];
 const WORDS: Record<string, string> = {
   reproduced: "reproduced",
   agrees: "agrees",
+  holds: "holds",
   deviates: "deviates",
+  violated: "violated",
   contradicted: "contradicted",
   undetermined: "undetermined",
   "not-computed": "not computed",
@@ -81,7 +83,7 @@ function folded(robot: Robot, others: Verdict[], unit: string): HTMLElement {
 
 function word(verdict: string, count: number): string {
   const text = WORDS[verdict] ?? verdict;
-  return count > 1 && ["agrees", "deviates"].includes(verdict) ? text.slice(0, -1) : text;
+  return count > 1 && ["agrees", "holds", "deviates"].includes(verdict) ? text.slice(0, -1) : text;
 }
 
 function line(verdict: string, mark: string, word: string, rest: string): HTMLElement {

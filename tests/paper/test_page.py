@@ -173,5 +173,7 @@ def test_the_command(
     models, lines = ledger.summary["speeds"], [line.split() for line in output.splitlines()]
     rows = [entry for entry in ledger.entries if entry.model in models]
     for e in rows:  # each on one line of 80 columns
-        row = [*e.model.split(), MARKS[e.verdict], e.computed_text, *e.error.split(), *e.seeds_text.split()]
+        row = " ".join((e.model, MARKS[e.verdict], e.computed_text, e.error, e.seeds_text)).split()
         assert row in lines, " ".join(row)
+        if e.band is not None:
+            assert lines[lines.index(row) + 1] == f"90 % of the family {e.band_text}".split()

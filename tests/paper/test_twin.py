@@ -41,29 +41,32 @@ def shown(twins: Twins) -> list[Section]:
     return sections(twins)
 
 
-def test_bends_are_calibrated_and_how_straight_they_are_is_not(bends: Bends) -> None:
+def test_bends_are_calibrated_and_how_straight_they_are_was_in_view(bends: Bends) -> None:
     classes = {found.id.rpartition("-")[0] or found.id: found.class_ for found in bend_findings(bends)}
-    lines = dict.fromkeys(("bending/linear", "bending/below-250kpa"), "prediction")
+    lines = dict.fromkeys(("bending/linear", "bending/below-250kpa"), "in sight")
     assert classes == {"bending/I": "calibrated", "bending/II": "calibrated"} | lines
 
 
-def test_servos_of_twice_the_speed_have_torque_enough_at_6_hz(twins: Twins, tuna: ht.Robot) -> None:
+@pytest.mark.parametrize(("torque", "verdict"), [(0.1, "violated"), (10.0, "holds")])
+def test_servos_have_torque_enough_at_6_hz_or_not(twins: Twins, tuna: ht.Robot, torque: float, verdict: str) -> None:
     document = tuna.document()
     (pump,) = [servo for servo in document["servos"] if servo["drives"] == "piston pump"]
-    pump["speed_rad_s"] *= 2
-    slow, fast = (list(findings(replace(twins, robot=robot))) for robot in (tuna, parse(document)))
-    assert [found.id for found in slow] == ["servo/torque-6hz-I", "servo/torque-6hz-II"]
-    assert [judge(PAPER, found).verdict for found in slow] == ["deviates", "agrees"]
-    assert [judge(PAPER, found).verdict for found in fast] == ["agrees", "agrees"]
+    pump["torque_n_m"] *= torque
+    found = list(findings(replace(twins, robot=parse(document))))
+    assert [one.id for one in found] == ["servo/torque-6hz-I", "servo/torque-6hz-II"]
+    assert {judge(PAPER, one).verdict for one in found} == {verdict}
 
 
-def test_friction_takes_bend_and_the_printed_equations_have_far_too_much(bends: Bends) -> None:
-    """The geometry meets the paper by finite elements without friction; with it the bend is up to a fifth less."""
+def test_friction_takes_bend_and_the_printed_equations_have_far_too_much(bends: Bends, tuna: ht.Robot) -> None:
     judged = {(found.id, found.model): judge(PAPER, found) for found in bend_findings(bends)}
     for name in ("I", "II"):
         ours, printed = judged[f"bending/{name}", ACTUATOR], judged[f"bending/{name}", PRINTED]
-        assert ours.verdict == printed.verdict == "deviates"
-        assert -0.2 < ours.relative_error < 0 < 1.5 < printed.relative_error
+        free = np.degrees(ht.bend(tuna, name, [250e3], friction=False).angle[0])
+        assert ours.computed is not None
+        assert 0.7 * free < ours.computed < free
+        assert printed.relative_error is not None
+        assert printed.relative_error > 1
+        assert printed.verdict == "deviates"
 
 
 def test_steps_lead_from_the_printed_bend_to_the_corrected_one(bends: Bends) -> None:

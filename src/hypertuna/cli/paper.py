@@ -12,16 +12,17 @@ from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.options import AsJson
 from hypertuna.errors import InputError, shown
-from hypertuna.paper.ledger import CLASSES, MARKS, Entry
+from hypertuna.paper.ledger import CLASSES, MARKS, UNPUBLISHED, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, reproduce
 
 if TYPE_CHECKING:
     from rich.text import Text
 
 STYLES = (
-    {"reproduced": "green", "deviates": "yellow", "contradicted": "bold red"}
+    {"reproduced": "green", "contradicted": "bold red"}
+    | dict.fromkeys(("deviates", "violated"), "yellow")
     | dict.fromkeys(("undetermined", "not-computed"), "dim")
-    | {"agrees": "none"}
+    | dict.fromkeys(("agrees", "holds"), "none")
 )
 
 
@@ -94,12 +95,14 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
     for key, row in by_id.items():
         chosen = [row[model] for model in models if model in row]
         cells += [(Text(key, "bold"), f"  {entry.published_text}", "", "") for entry in chosen[:1]]
-        cells += [
-            (f"  {e.model}", Text(f"{MARKS[e.verdict]} {e.computed_text}", STYLES[e.verdict]), e.error, e.seeds_text)
-            for e in chosen
-        ]
+        for e in chosen:
+            computed = Text(f"{MARKS[e.verdict]} {e.computed_text}", STYLES[e.verdict])
+            cells.append((f"  {e.model}", computed, e.error, e.seeds_text))
+            if e.band is not None:
+                cells.append(("    90 % of the family", f"  {e.band_text}", "", ""))
     heads = ["number\n  model", "  published\n  computed", "\nerror", "seeds\nagree"]
     yield table(heads, cells, left=(0, 1))
+    yield f"{MARKS['undetermined']} above a range of the family: {UNPUBLISHED}."
     yield ""
     for e in ledger.entries:
         if e.model not in models:

@@ -10,7 +10,7 @@ from hypertuna.io.files import write_atomically
 from hypertuna.paper.chapter import compose
 from hypertuna.paper.chapters.gaits import ARITHMETIC
 from hypertuna.paper.computed import OURS, PAPER, TWIN, bandwidths
-from hypertuna.paper.ledger import CLASSES, MARKS, RULES, VERDICTS, Entry
+from hypertuna.paper.ledger import CLASSES, MARKS, RULES, UNPUBLISHED, VERDICTS, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, ledger_sections
 from hypertuna.reports.html import WIDTH, Fact, Picture, Section, page
 from hypertuna.reports.studio import studio_page
@@ -97,7 +97,8 @@ def _facts(ledger: Ledger) -> list[Fact]:
         Fact(
             f"{summary['reproduced']} of {summary['predictions']}",
             f"predicted numbers are reproduced by at least one model, {summary['reproduced_measured']} of them a "
-            f"measured number; of {predictions} predictions by all models, {counts['deviates']} deviate",
+            f"measured number; of {predictions} predictions by all models, {counts['deviates'] + counts['violated']} "
+            f"deviate, and {counts['undetermined']} are undetermined: {UNPUBLISHED}",
         ),
         Fact(
             f"{others}",

@@ -28,8 +28,13 @@ LAKE_GAITS = ("optimised-0.5", "unoptimised-0.4")  # the paper's, and that which
 
 def swims(robot: Robot, seed: int) -> dict[str, float]:
     """Swim the eight gaits, and large amplitude over frequency."""
+    return _swum(robot, swim_gaits(robot), seed)
+
+
+def swim_gaits(robot: Robot) -> dict[str, Gait]:
+    """Return the eight gaits, and large amplitude over frequency, by name."""
     tank = {tank_name(hertz): tank_gait(TANK, hertz, TANK_PHASE) for hertz in published()["tank"]["frequency_hz"]}
-    return eight(robot, seed) | _swum(robot, tank, seed)
+    return {name: named_gait(robot, name) for name in SPEEDS} | tank
 
 
 def eight(robot: Robot, seed: int) -> dict[str, float]:
@@ -38,15 +43,17 @@ def eight(robot: Robot, seed: int) -> dict[str, float]:
 
 
 def _swum(robot: Robot, gaits: Mapping[str, Gait], seed: int) -> dict[str, float]:
-    """Swim gaits: speed [m/s], power [W], lowest pressure [kPa] and swing of each joint [deg]."""
-    numbers: dict[str, float] = {}
-    for name, gait in gaits.items():
-        run = _swim(robot, gait, SWIM, seed)
-        numbers |= {f"{name} speed": run.speed, f"{name} power": run.electrical_power}
-        numbers[f"{name} pressure"] = run.pressure_min.min() / 1e3
-        for group, angle in zip(robot.joints, np.degrees(run.swing), strict=True):
-            numbers[f"{name} swing {group.name}"] = angle
-    return numbers
+    """Swim gaits: the numbers of all."""
+    runs = {name: _swim(robot, gait, SWIM, seed) for name, gait in gaits.items()}
+    return {key: number for name, run in runs.items() for key, number in swum(name, robot, run).items()}
+
+
+def swum(name: str, robot: Robot, run: TwinRun) -> dict[str, float]:
+    """Return the numbers of a gait: speed [m/s], power [W], lowest pressure [kPa] and swing of each joint [deg]."""
+    numbers = {f"{name} speed": run.speed, f"{name} power": run.electrical_power}
+    numbers[f"{name} pressure"] = float(run.pressure_min.min()) / 1e3
+    swings = zip(robot.joints, np.degrees(run.swing).tolist(), strict=True)
+    return numbers | {f"{name} swing {group.name}": angle for group, angle in swings}
 
 
 def postures(robot: Robot, seed: int) -> dict[str, float]:

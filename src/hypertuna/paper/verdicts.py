@@ -27,7 +27,8 @@ def verdicts_of(ledger: Ledger) -> dict[str, Any]:
             "computed": entry.computed,
             "verdict": entry.verdict,
             "seeds": None if entry.seeds is None else [entry.seeds.passed, entry.seeds.count],
-            "note": entry.note,
+            "band": None if entry.band is None else list(entry.band),
+            "note": f"{entry.note}; {entry.why}" if entry.why else entry.note,
         }
         for entry in ledger.entries
     ]

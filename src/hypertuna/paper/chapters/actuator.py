@@ -13,7 +13,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.computed import OURS
-from hypertuna.paper.ledger import Finding
+from hypertuna.paper.ledger import FAMILY, Finding
 from hypertuna.reports.html import WIDTH, Section, Table
 
 ACTUATOR = "actuator"
@@ -82,11 +82,11 @@ def line_findings(joint: str, model: str, pressure: Array, angle: Array) -> Iter
     line = bend[-1] * TESTED / TESTED[-1]
     values = (float(last / first), float(np.mean(bend[:-1] / line[:-1])))
     notes = (
-        f"R² = {straightness(pressure, angle):.3f}; {', '.join(f'{one:.3g}' for one in bend)} deg at {SPAN}",
+        f"R² = {straightness(pressure, angle):.3f}; {', '.join(f'{one:.3g}' for one in bend)} deg at {SPAN}; {FAMILY}",
         f"beside a line from no bend without pressure, with {', '.join(f'{one:.3g}' for one in line[:-1])} deg",
     )
     for key, value, note in zip(LINES, values, notes, strict=True):
-        yield Finding(f"{key}-{joint}", model, "prediction", value, note)
+        yield Finding(f"{key}-{joint}", model, "in sight", value, note)
 
 
 def sections(bends: Bends) -> list[Section]:

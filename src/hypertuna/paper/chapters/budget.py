@@ -1,42 +1,101 @@
-"""How sure the twin is: intervals with all that is estimated drawn together, stored by validation/twin/budget.py."""
+"""How sure the twin is: its numbers over the family, the robots that the paper allows, by validation/twin/budget.py."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
 from hypertuna.io.files import shipped
 from hypertuna.paper.chapter import Chapter, Trials, compose
-from hypertuna.paper.computed import OURS, SPEEDS
-from hypertuna.paper.ledger import published, published_value
-from hypertuna.paper.seeds import taken_hash
+from hypertuna.paper.chapters.seeds import swim_findings
+from hypertuna.paper.computed import COSTS, OURS, SPEEDS, TWIN
+from hypertuna.paper.ledger import UNPUBLISHED, Finding, published, published_value
+from hypertuna.paper.seeds import Stored, taken_hash
 from hypertuna.reports.html import Section, Table
 
 POWERS = {"power/fastest": "unoptimised-max", "power/lake": published()["lake"]["gait"]}  # gait of each
+AGAIN = "validation/twin/budget.py computes it again"
+PERCENT = (5.0, 50.0, 95.0)
+# Of the numbers of the eight gaits that the file holds by themselves: table and gait, by id.
+TABLES = {f"speed/{name}": ("speed_m_s", name) for name in SPEEDS}
+TABLES |= {key: ("power_w", gait) for key, gait in POWERS.items()}
+TABLES |= {f"power/bound-{speed}": ("power_w", f"unoptimised-{speed}") for speed in COSTS}
 
 
-def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Mapping[str, Any]:
-    """Read the intervals; "stale" says whether the robot has changed since."""
-    record: dict[str, Any] = json.loads((shipped("data/twin") / "budget.json").read_text(encoding="utf-8"))
-    return record | {"stale": record["taken_hash"] != taken_hash(trials[OURS].robot)}
+@dataclass(frozen=True)
+class Budget:
+    """Numbers over the family."""
+
+    record: Mapping[str, Any] = field(default_factory=dict)  # empty where there is no valid one
+    reason: str = ""  # why the record does not count; without a full stop
+
+    def judged(self, findings: Iterable[Finding]) -> Iterator[Finding]:
+        """Yield findings with the bands of the family, or without a number where it has none that counts."""
+        entries = self.record.get("entries", {})
+        for finding in findings:
+            table, name = TABLES.get(finding.id, ("", "")) if finding.model == TWIN else ("", "")
+            own = f"{finding.id} | {finding.model}"
+            band = self.record.get(table, {}).get(name) or entries.get(own)
+            if self.reason and (band or table):
+                yield finding._replace(computed=None, note=self.reason, values=())
+            else:
+                yield finding._replace(band=(band[0], band[-1])) if band else finding
 
 
-def sections(budget: Mapping[str, Any]) -> list[Section]:
+def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Budget:
+    """Read the numbers over the family."""
+    return read_budget(trials[OURS].robot)
+
+
+def read_budget(robot: Robot) -> Budget:
+    """Read the numbers over the family; they are stale where the robot has changed since."""
+    try:
+        record = json.loads((shipped("data/twin") / "budget.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return Budget(reason=f"no family of {robot.name} is stored; {AGAIN}")
+    if record["taken_hash"] != taken_hash(robot):
+        return Budget(record, f"stale: {robot.name} has changed since its family was swum; {AGAIN}")
+    return Budget(record)
+
+
+def bands(robot: Robot, numbers: Mapping[str, Array]) -> dict[str, list[float]]:
+    """Return percentiles of what the ledger says of the twin's swims, by id and model, but for `TABLES`.
+
+    From the numbers of `studies.swum` for `studies.swim_gaits`, a value for each member of the family (members,).
+    """
+    found = swim_findings(Stored("swims", robot, {"numbers": numbers}))
+    rows = {f"{one.id} | {one.model}": one.values for one in found if one.id not in TABLES}
+    return {key: np.percentile(row, PERCENT, method="inverted_cdf").tolist() for key, row in rows.items()}
+
+
+def sections(budget: Budget) -> list[Section]:
     """Show the intervals beside the published numbers."""
+    if not budget.record:
+        return []
     table, inside, width = interval_table(budget)
-    low, high = budget["interval_percent"]
-    return compose("budget", {"budget": table}, budget=budget, inside=inside, width=width, percent=high - low)
+    low, high = budget.record["interval_percent"]
+    speeds = sum(inside[f"speed/{name}"] for name in SPEEDS)
+    powers = sum(inside[key] for key in POWERS)
+    values = {"budget": budget.record, "stale": budget.reason, "width": width, "percent": high - low}
+    values |= {"unpublished": UNPUBLISHED}
+    return compose("budget", {"budget": table}, speeds=speeds, powers=powers, **values)
 
 
-def interval_table(budget: Mapping[str, Any]) -> tuple[Table, dict[str, bool], float]:
+def interval_table(budget: Budget) -> tuple[Table, dict[str, bool], float]:
     """Tabulate the intervals; return also which published numbers are inside, and the mean half-width."""
-    numbers = {f"speed/{name}": (budget["speed_m_s"][name], "m/s", name) for name in SPEEDS}
-    numbers |= {key: (budget["power_w"][gait], "W", f"power, {gait}") for key, gait in POWERS.items()}
     rows, inside, halves = [], {}, []
-    for key, ((low, middle, high), unit, label) in numbers.items():
+    for key in (*(f"speed/{name}" for name in SPEEDS), *POWERS):
+        table, name = TABLES[key]
+        low, middle, high = budget.record[table][name]
         value = published_value(key)
         inside[key] = low <= value <= high
         halves.append((high - low) / 2 / middle)
         cells = [f"{number:.3g}" for number in (value, middle, low, high)]
+        label, unit = (name, "m/s") if table == "speed_m_s" else (f"power, {name}", "W")
         rows.append([label, unit, *cells, f"{100 * halves[-1]:.0f} %", "yes" if inside[key] else "no"])
     heads = ["number", "unit", "published", "median", "5 %", "95 %", "half-width", "inside"]
     return Table(heads, rows), inside, sum(halves) / len(halves)

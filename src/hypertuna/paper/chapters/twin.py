@@ -19,7 +19,7 @@ from hypertuna.paper.computed import (
     bandwidths,
     run_published,
 )
-from hypertuna.paper.ledger import Finding, published, published_value
+from hypertuna.paper.ledger import UNPUBLISHED, Finding, published, published_value
 from hypertuna.reports.html import WIDTH, Section, Table
 from hypertuna.reports.results import posture_table, spelled_limits
 from hypertuna.simulation.posture_test import CLOSE
@@ -133,6 +133,7 @@ def _swim_sections(twins: Twins) -> list[Section]:
         cheapest=min(costs, key=lambda hertz: costs[hertz]),
         setpoints=" and ".join(f"{angle:g}" for angle in np.degrees(slow.gait.amplitude).round(9)),
         bores=twins.bores,
+        unpublished=UNPUBLISHED,
         seconds=SWIM,
         tank_phase=TANK_PHASE,
     )
