@@ -1,136 +1,180 @@
-"""What the twin's numbers may be, with all that is estimated drawn together: data/twin/budget.json.
+"""The twin's numbers over the family, the robots that the published facts allow: data/twin/budget.json.
 
-python validation/twin/budget.py [DRAWS] [--seed N]    200 draws: some 15 minutes
+python validation/twin/budget.py [--seed N]    some minutes on two cores
 
-Each draw is another robot that the paper describes as well: an actuator that meets both published bends
-(validation/bench/sampled.py); lines, oil, servos and controller within the ranges of simulation/estimates.py; links
-with or without the mass that Table II leaves out; the areas of Table II as named or as printed; a caudal fin from
-soft to rigid; other noise and offsets of the sensors. The controller of each knows the description alone. A draw
-counts by the likelihood of its levers. Water is Table III's: the authors identified it, and no range is published.
+Every member of data/twin/family.json swims the eight gaits and the tank tests in the water of Table III, and the eight
+in strips. Its controller knows the member. A second set varies all else that the paper leaves open, too: links with or
+without the mass that Table II leaves out; the areas of Table II as named or as printed; a fin from soft to rigid.
 """
 
 import argparse
-import json
+import hashlib
 import math
-import runpy
-from collections.abc import Iterator
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import family
 import numpy as np
+from study import lines
 
 import hypertuna as ht
+from hypertuna.arrays import Array
 from hypertuna.cli.console import progress_bar
+from hypertuna.description.changes import changed
 from hypertuna.description.robot import parse
 from hypertuna.io.files import version, write_atomically
-from hypertuna.paper.computed import SPEEDS
+from hypertuna.paper.chapters.budget import PERCENT, POWERS, bands
+from hypertuna.paper.computed import SPEEDS, SWIM
 from hypertuna.paper.ledger import published_value
 from hypertuna.paper.seeds import taken_hash
-from hypertuna.simulation.estimates import FACTORS, Factor, varied
+from hypertuna.paper.studies import swim_gaits, swum
+from hypertuna.simulation.run import TwinRun
 
-ROOT = Path(__file__).resolve().parents[2]
-FILE = ROOT / "data" / "twin" / "budget.json"
-sampled = runpy.run_path(str(ROOT / "validation" / "bench" / "sampled.py"))
-
-GEOMETRY = "stiffness of the silicone"  # drawn with the actuator
-OTHERS = (
-    Factor("torque of the servos", "servos.torque_n_m", 0.85, 1.15),
-    Factor("friction of the servos", "servos.friction_n_m", 0.5, 2.0),
-)
-DRAWN = tuple(factor for factor in FACTORS if factor.name != GEOMETRY) + OTHERS
+FOLDER = Path(__file__).resolve().parents[2] / "data" / "twin"
+FILE = FOLDER / "budget.json"
 MASS = (1.0, 3.3 / 2.687)  # of the links: Table II, or all of Table I
 FIN = (0.3, 30.0)  # N m/rad, of the caudal fin's root: softer than any that swims well, as good as rigid
-SECONDS = 12.0  # of which the last beats count
-LEVEL = (5.0, 95.0)  # percent: the interval
 PUBLISHED = np.array([published_value(f"speed/{name}") for name in SPEEDS])  # m/s
+THREADS, BLOCK = 2, 8  # members whose runs share the lanes
+
+Numbers = dict[str, Array]  # by name, a value for each member; NaN where the run diverged
 
 
-def robots(shipped: ht.Robot, count: int, seed: int) -> Iterator[tuple[float, ht.Robot, ht.Robot]]:
-    """Yield weight, robot and the robot that its controller knows."""
-    rng = np.random.default_rng(seed)
-    fit = sampled["fit_bench"](shipped, sampled["read_bench"](sampled["PAPER"], shipped), starts=1)
-    while count:
-        met = sampled["met"](fit, rng)
-        parts = rng.random(len(DRAWN) + 3)
-        if met is None:
-            continue
-        weight, values = met
-        changes = {factor: float(factor.change(part)) for factor, part in zip(DRAWN, parts, strict=False)}
-        robot = varied(sampled["with_unknowns"](shipped, fit.free, values, checked=False), changes)
-        document = robot.document()
-        scale = MASS[0] + (MASS[1] - MASS[0]) * parts[-3]
-        document["links"]["mass_kg"] = [scale * mass for mass in document["links"]["mass_kg"]]
-        document["model"]["areas"] = "consistent" if parts[-2] < 0.5 else "as-printed"
-        stiffness = math.exp(math.log(FIN[0]) + math.log(FIN[1] / FIN[0]) * parts[-1])
-        document["hinge"] = {"link": len(robot.links.name) - 1, "stiffness_n_m_per_rad": stiffness}
-        limits = {factor: change for factor, change in changes.items() if factor.key.startswith("controller.")}
-        count -= 1
-        yield weight, parse(document, file=shipped.file), varied(shipped, limits)
+def members() -> list[ht.Robot]:
+    """Return the family."""
+    return family.members_of(changed(ht.load("hypertuna"), family.BASE))
 
 
-def outputs(run: Any) -> list[float]:
-    """Return speed [m/s] and electrical power [W] of a run; NaN where it diverged."""
-    return [math.nan, math.nan] if run.status == "diverged" else [run.speed, run.electrical_power]
+def opened(robot: ht.Robot, rng: np.random.Generator) -> ht.Robot:
+    """Return a robot with another mass of its links, reading of the areas and fin."""
+    parts, document = rng.random(3), robot.document()
+    scale = MASS[0] + (MASS[1] - MASS[0]) * parts[0]
+    document["links"]["mass_kg"] = [scale * mass for mass in document["links"]["mass_kg"]]
+    document["model"]["areas"] = "consistent" if parts[1] < 0.5 else "as-printed"
+    stiffness = FIN[0] * (FIN[1] / FIN[0]) ** parts[2]
+    document["hinge"] = {"link": len(robot.links.name) - 1, "stiffness_n_m_per_rad": stiffness}
+    return parse(document, file=robot.file)
 
 
-def weighted(values: np.ndarray, weight: np.ndarray, percent: float) -> float:
-    """Return a weighted percentile."""
-    order = np.argsort(values)
-    share = np.cumsum(weight[order]) - weight[order] / 2
-    return float(np.interp(percent / 100 * weight.sum(), share, values[order]))
+def measured(run: TwinRun) -> dict[str, float]:
+    """Return the numbers of a run, NaN where it diverged."""
+    numbers = {key.strip(): number for key, number in swum("", run.robot, run).items()}
+    highest = run.pressure_max.reshape(-1, 2).max(axis=1) / 1e3
+    numbers |= {f"cylinder {name}": kpa for name, kpa in zip(run.joints, highest.tolist(), strict=True)}
+    return numbers if run.status == "completed" else dict.fromkeys(numbers, math.nan)
 
 
-def summary(runs: np.ndarray, weight: np.ndarray, shipped: np.ndarray) -> dict[str, Any]:
-    """Return intervals, and where the shipped robot stands: runs (draws, gaits, 2), shipped (gaits, 2)."""
-    kept = np.isfinite(runs).all(axis=(1, 2))
-    runs, weight = runs[kept], weight[kept]
-    rms = [100 * np.sqrt(np.mean((each[..., 0] / PUBLISHED - 1) ** 2, axis=-1)) for each in (runs, shipped)]
-    fastest = SPEEDS.index("unoptimised-max")
+def swim(robots: Sequence[ht.Robot], names: Sequence[str], label: str) -> Numbers:
+    """Swim gaits by name with every robot, whose place is the seed of its sensors' noise."""
+    found: list[dict[str, float]] = []
+    with progress_bar(label, slow=True) as progress:
+        for first in range(0, len(robots), BLOCK):
+            block = list(enumerate(robots))[first : first + BLOCK]
+            runs = [
+                {"robot": robot, "gait": gaits[name], "seed": k, "duration": SWIM, "start": "swimming"}
+                for k, robot in block
+                for gaits in (swim_gaits(robot),)
+                for name in names
+            ]
+            seen = iter(ht.twins(runs, measure=measured, threads=THREADS))
+            for _ in block:
+                found.append({f"{name} {key}": value for name in names for key, value in next(seen).items()})
+            progress(len(found), len(robots))
+    return {key: np.array([one[key] for one in found]) for key in found[0]}
 
-    def interval(values: np.ndarray) -> list[float]:
-        return [float(f"{weighted(values, weight, percent):.4g}") for percent in (LEVEL[0], 50.0, LEVEL[1])]
 
-    def standing(values: np.ndarray, own: float) -> float:
-        return round(100 * float(weight[values < own].sum() / weight.sum()), 1)
+def interval(values: Array) -> list[float]:
+    """Return the ends of the 90 % interval, and the median between them."""
+    low, middle, high = np.percentile(values, PERCENT, method="inverted_cdf")
+    return [float(f"{value:.4g}") for value in (low, middle, high)]
 
+
+def eight(numbers: Numbers, key: str) -> Array:
+    """Return a number of the eight gaits (members, 8)."""
+    return np.stack([numbers[f"{name} {key}"] for name in SPEEDS], axis=1)
+
+
+def errors(numbers: Numbers) -> Array:
+    """Return the rms error of the eight speeds of each member [%]."""
+    return np.asarray(100 * np.sqrt(np.mean((eight(numbers, "speed") / PUBLISHED - 1) ** 2, axis=1)))
+
+
+def kept(numbers: Numbers) -> Numbers:
+    """Leave out members of whom a run diverged."""
+    whole = np.all([np.isfinite(values) for values in numbers.values()], axis=0)
+    return {key: values[whole] for key, values in numbers.items()}
+
+
+def intervals(numbers: Numbers) -> dict[str, Any]:
+    """Return intervals of speeds, powers, bends and pressures of the eight gaits, and of the error of all."""
+    keys = {"speed_m_s": "speed", "power_w": "power", "lowest_kpa": "pressure"}
+    for joint in ("I", "II"):
+        keys |= {f"bend_deg_{joint}": f"swing {joint}", f"cylinder_kpa_{joint}": f"cylinder {joint}"}
+    found = {name: {gait: interval(numbers[f"{gait} {key}"]) for gait in SPEEDS} for name, key in keys.items()}
+    published = {"speed_m_s": dict(zip(SPEEDS, PUBLISHED, strict=True))}
+    published["power_w"] = {gait: published_value(key) for key, gait in POWERS.items()}
+    ends = [(found[name][gait], value) for name, values in published.items() for gait, value in values.items()]
+    inside = sum(bool(low <= value <= high) for (low, _, high), value in ends)
+    width = float(np.mean([(high - low) / 2 / middle for (low, middle, high), _ in ends]))
+    return found | {"rms_percent": interval(errors(numbers)), "inside": inside, "half_width": round(width, 3)}
+
+
+def standing(numbers: Numbers, own: Numbers) -> dict[str, Any]:
+    """Return the default robot's numbers, and which part of the family is below them [%]."""
+    rms, power = float(errors(own)[0]), "unoptimised-max power"
+    below = [np.mean(errors(numbers) < rms), np.mean(numbers[power] < own[power][0])]
     return {
-        "speed_m_s": {name: interval(runs[:, k, 0]) for k, name in enumerate(SPEEDS)},
-        "power_w": {name: interval(runs[:, k, 1]) for k, name in enumerate(SPEEDS)},
-        "rms_percent": interval(rms[0]),
-        "shipped": {
-            "speed_m_s": dict(zip(SPEEDS, shipped[:, 0].round(4).tolist(), strict=True)),
-            "power_w": dict(zip(SPEEDS, shipped[:, 1].round(2).tolist(), strict=True)),
-            "rms_percent": round(float(rms[1]), 2),
-            "percentile_rms": standing(rms[0], float(rms[1])),
-            "percentile_power": standing(runs[:, fastest, 1], float(shipped[fastest, 1])),
-        },
-        "diverged": int((~kept).sum()),
-        "counting_as": round(float(weight.sum() ** 2 / (weight**2).sum()), 1),
+        "speed_m_s": dict(zip(SPEEDS, eight(own, "speed")[0].round(4).tolist(), strict=True)),
+        "power_w": dict(zip(SPEEDS, eight(own, "power")[0].round(2).tolist(), strict=True)),
+        "rms_percent": round(rms, 2),
+        "percentile_rms": round(100 * float(below[0]), 1),
+        "percentile_power": round(100 * float(below[1]), 1),
     }
 
 
+def summary(robot: ht.Robot, lumped: Numbers, strips: Numbers) -> dict[str, Any]:
+    """Return all intervals of the family, and where the default robot stands, which comes last."""
+    found = {}
+    for law, numbers in (("lumped", lumped), ("strips", strips)):
+        whole, own = ({key: values[part] for key, values in numbers.items()} for part in (slice(-1), slice(-1, None)))
+        total, whole = len(errors(whole)), kept(whole)
+        lost = total - len(errors(whole))
+        found[law] = (whole, intervals(whole) | {"shipped": standing(whole, own), "diverged": lost})
+    other = found["strips"][0]
+    entries = {key: [float(f"{value:.6g}") for value in band] for key, band in bands(robot, found["lumped"][0]).items()}
+    entries |= {f"speed/{name} | strips, twin": interval(other[f"{name} speed"]) for name in SPEEDS}
+    entries |= {f"{key} | strips, twin": interval(other[f"{gait} power"]) for key, gait in POWERS.items()}
+    return found["lumped"][1] | {"strips": found["strips"][1], "entries": entries}
+
+
+def family_hash() -> str:
+    """Return what changes with the family."""
+    return hashlib.sha256(family.FILE.read_bytes()).hexdigest()
+
+
+def every(numbers: Numbers) -> dict[str, list[list[float | None]]]:
+    """Return speeds and powers of each member, which posterior.py reads; null where a run diverged."""
+    rows = {name: eight(numbers, key)[:-1].round(4) for name, key in (("speed_m_s", "speed"), ("power_w", "power"))}
+    return {name: np.where(np.isnan(row), None, row).tolist() for name, row in rows.items()}
+
+
 def main() -> None:
-    """Draw, swim the eight gaits, store the intervals."""
+    """Swim, store the intervals."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("draws", type=int, nargs="?", default=200)
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
-    robot = ht.load("hypertuna")
-    gaits = [ht.named_gait(robot, name) for name in SPEEDS]
-    base = {"duration": SECONDS, "start": "swimming"}
-    own = ht.twins([base | {"robot": robot, "gait": gait} for gait in gaits], measure=outputs, threads=2)
-    weights, runs = [], []
-    with progress_bar("draws", slow=True) as progress:
-        for k, (weight, drawn, known) in enumerate(robots(robot, asked.draws, asked.seed)):
-            options = base | {"robot": drawn, "controller_robot": known, "seed": k}
-            runs.append(ht.twins([options | {"gait": gait} for gait in gaits], measure=outputs, threads=2))
-            weights.append(weight)
-            progress(k + 1, asked.draws)
-    made = {"hypertuna_version": version(), "robot_hash": robot.hash, "taken_hash": taken_hash(robot)}
-    made |= {"command": "python validation/twin/budget.py", **vars(asked), "interval_percent": LEVEL}
-    record = made | summary(np.array(runs), np.array(weights), np.array(own))
-    write_atomically(FILE, (json.dumps(record, indent=1) + "\n").encode())
-    print(json.dumps(record, indent=1))
+    robot, robots, rng = ht.load("hypertuna"), members(), np.random.default_rng(asked.seed)
+    open_too = [opened(one, rng) for one in robots]
+    lumped = swim([*robots, robot], list(swim_gaits(robot)), "the family in lumped water")
+    strips = swim([one.using(water="strip") for one in (*robots, robot)], SPEEDS, "the family in strips")
+    wide = swim(open_too, SPEEDS, "with all that is open, in lumped water")
+    record = {"hypertuna_version": version(), "taken_hash": taken_hash(robot), "family_hash": family_hash()}
+    record |= {"command": "python validation/twin/budget.py", **vars(asked), "draws": len(robots)}
+    record |= {"interval_percent": [PERCENT[0], PERCENT[-1]], **summary(robot, lumped, strips)}
+    record["with all that is open"] = intervals(kept(wide))
+    record["members"] = {law: every(found) for law, found in (("lumped", lumped), ("strips", strips))}
+    write_atomically(FILE, lines(record))
 
 
 if __name__ == "__main__":

@@ -1,14 +1,15 @@
-"""What the twin reaches: the tables of docs/twin.md, printed, or with --page written into that page (some minutes).
+"""What the twin reaches: tables of docs/twin.md, computed in both water laws and stored in study.json.
 
-python validation/twin/study.py [--page] [amplitudes speeds bore]
+python validation/twin/study.py    # half a minute on two cores
 """
 
 from __future__ import annotations
 
+import json
 import math
 import re
-import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,105 +19,101 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import circuits, servo_angle
 from hypertuna.actuation.soft_joint import joint_models
-from hypertuna.description.robot import parse
+from hypertuna.cli.console import progress_bar
+from hypertuna.description.changes import changed
+from hypertuna.description.provenance import provenance
+from hypertuna.description.schema.water import WaterLaw
+from hypertuna.io.files import write_atomically
+from hypertuna.paper.computed import SPEEDS, SWIM
+from hypertuna.paper.ledger import published_value
+from hypertuna.paper.seeds import taken_hash
 from hypertuna.simulation.plant import parts_of
 from hypertuna.simulation.run import TwinRun
 
-ROBOT = ht.load("hypertuna")
-GAITS = [f"{kind}-{speed}" for kind in ("unoptimised", "optimised") for speed in ("0.3", "0.4", "0.5", "max")]
-PUBLISHED = np.array([0.30, 0.40, 0.50, 0.56, 0.30, 0.40, 0.50, 0.582])
+STORED = Path(__file__).with_name("study.json")
+ROBOTS = Path(__file__).resolve().parents[2] / "robots"
+WATERS: tuple[WaterLaw, ...] = ("lumped", "strip")
+FREQUENCIES = range(1, 7)  # Hz
+AMPLITUDE = (16, 25)  # deg
+LIMITS = (200, 250, 300, 400, 500, 600)  # kPa
+BORES = (3, 4, 5, 6)  # mm
 THREADS = 2
 
 
-def changed(**values: Any) -> ht.Robot:
-    """The robot with values of every line, or of other tables, replaced: line__bore_m=0.005, oil__air=0.02."""
-    document = ROBOT.document()
-    for name, value in values.items():
-        table, key = name.split("__")
-        if table == "line":
-            for joint in document["joints"]:
-                joint["line"][key] = value
-        elif table == "servo":
-            next(s for s in document["servos"] if s["drives"] == "piston pump")[key] = value
-        else:
-            document[table][key] = value
-    return parse(document, file=ROBOT.file)
+@dataclass(frozen=True)
+class Row:
+    """The default robot with one thing changed, in closed loop unless that is what changes."""
+
+    label: str
+    values: Mapping[str, Any] = field(default_factory=dict)  # of keys of its file
+    options: Mapping[str, Any] = field(default_factory=dict)  # of the twin
 
 
-def cell(run: TwinRun) -> str:
-    """Amplitudes, pressures and limits of a run."""
-    names = [name.removesuffix("_limit") for name in run.limits if run.acting[name] > 0.05]
-    a, p = np.degrees(run.swing), run.pressure_max / 1e3
-    low = run.pressure_min.min() / 1e3
-    return (
-        f"{a[0]:.1f} / {a[1]:.1f} | {p[:2].max():.0f} / {p[2:].max():.0f} | {low:.0f} | {run.speed:.3f} | "
-        f"{run.electrical_power:.1f} | {', '.join(names)}"
-    )
+def limit(kpa: float) -> dict[str, float]:
+    """Values of another working limit: what acts within a tick, what releases and what a sensor reads go with it."""
+    work = 1e3 * kpa
+    limits = {"pressure_work_pa": work, "pressure_soft_pa": 1.25 * work, "pressure_hard_pa": 1.5 * work}
+    return {f"controller.{key}": value for key, value in limits.items()} | {"sensors.pressure.high": max(1e6, 2 * work)}
 
 
-def amplitudes() -> Iterator[str]:
-    """Amplitudes reached at 1 to 6 Hz for 16 and 25 deg."""
-    for closed in (True, False):
-        yield f"{'Closed' if closed else 'Open'} loop:\n"
-        yield "| Hz | I / II, deg | by a lag of 4.7 Hz | cylinder I / II, kPa | lowest, kPa | m/s | W | limits |"
-        yield "|---:|---:|---:|---:|---:|---:|---:|---|"
-        runs = [options(frequency=f, amplitude=(16, 25), closed_loop=closed) for f in range(1, 7)]
-        for run in ht.twins(runs, measure=lambda run: run, threads=THREADS):
-            part = 1 / math.sqrt(1 + (run.gait.frequency / 4.7) ** 2)
-            first, rest = cell(run).split(" | ", 1)
-            yield f"| {run.gait.frequency:g} | {first} | {16 * part:.1f} / {25 * part:.1f} | {rest} |"
-        yield ""
+ROWS = (
+    Row("default robot"),
+    Row("open loop", options={"closed_loop": False}),
+    *(Row(f"working limit {kpa} kPa", limit(kpa)) for kpa in LIMITS),
+    Row("no limit", limit(2000)),
+    *(Row(f"lines of {mm} mm", {"joints.line.bore_m": mm / 1e3}) for mm in (3, 4, 6)),
+    *(Row(f"oil at {celsius} C", options={"temperature": celsius + 273.15}) for celsius in (10, 30)),
+    *(Row(f"servos of {rate} rad/s", {"servos.piston pump.speed_rad_s": float(rate)}) for rate in (5, 10)),
+    *(Row(f"filled to {kpa} kPa", {"joints.line.fill_pressure_pa": 1e3 * kpa}) for kpa in (30, 60, 90)),
+    *(Row(f"{100 * air:g} % air", {"oil.air": air}) for air in (0.0, 0.03)),
+)
 
 
-def options(frequency: float, amplitude: Iterable[float], **more: Any) -> dict[str, Any]:
-    """Arguments of a run of 20 s."""
-    gait = ht.Gait.from_degrees(frequency=frequency, amplitude=tuple(amplitude), phase=(0, 0))
-    return {"robot": ROBOT, "gait": gait, "duration": 20.0, "start": "swimming", **more}
+def robots(water: WaterLaw) -> Iterator[tuple[str, ht.Robot, Mapping[str, Any]]]:
+    """Yield label, robot and options of every row, then those of the family's other robot files.
+
+    The controller knows all but the oil, which nobody measures.
+    """
+    default = ht.load("hypertuna").using(water=water)
+    for row in ROWS:
+        unknown = any(key.startswith("oil.") for key in row.values)
+        options = {"controller_robot": default} if unknown else {}
+        yield row.label, changed(default, row.values), options | row.options
+    for path in sorted(ROBOTS.glob("hypertuna-*.toml")):
+        yield path.stem, ht.load(path).using(water=water), {}
 
 
-def eight(robot: ht.Robot = ROBOT, **more: Any) -> list[TwinRun]:
-    """The published gaits."""
-    named = [ht.named_gait(robot, name) for name in GAITS]
-    runs = [{"robot": robot, "gait": gait, "duration": 20.0, "start": "swimming", **more} for gait in named]
-    return ht.twins(runs, measure=lambda run: run, threads=THREADS)
+def swum(robot: ht.Robot, gait: ht.Gait, **options: Any) -> dict[str, Any]:
+    """Arguments of a run, as long as those of the paper's page."""
+    return {"robot": robot, "gait": gait, "duration": SWIM, "start": "swimming", **options}
 
 
-def row(label: str, found: list[TwinRun]) -> str:
-    """Their speeds, and how far those are from the published ones."""
-    speeds = np.array([run.speed for run in found])
-    rms = 100 * math.sqrt(float(np.mean((speeds / PUBLISHED - 1) ** 2)))
-    return f"| {label} | {' | '.join(f'{speed:.3f}' for speed in speeds)} | {rms:.1f} % |"
+def eight(robot: ht.Robot, **options: Any) -> list[dict[str, Any]]:
+    """Swim the published gaits."""
+    runs = [swum(robot, ht.named_gait(robot, name), **options) for name in SPEEDS]
+    return ht.twins(runs, measure=numbers, threads=THREADS)
 
 
-def speeds() -> Iterator[str]:
-    """The eight speeds, and what moves them."""
-    yield "| gait | published | twin, m/s | I / II, deg | cylinder I / II, kPa | lowest, kPa | W | limits |"
-    yield "|---|---:|---:|---:|---:|---:|---:|---|"
-    shipped = eight()
-    for name, published, run in zip(GAITS, PUBLISHED, shipped, strict=True):
-        angles, pressures, low, speed, power, limits = cell(run).split(" | ")
-        yield f"| {name} | {published:g} | {speed} | {angles} | {pressures} | {low} | {power} | {limits} |"
-    yield ""
-    yield f"| | {' | '.join(f'{speed:g}' for speed in PUBLISHED)} | rms |"
-    yield "|---|" + "---:|" * 9
-    yield row("as shipped", shipped)
-    yield row("open loop", eight(closed_loop=False))
-    unlimited = changed(controller__pressure_soft_pa=2e6, controller__pressure_hard_pa=3e6)
-    yield row("no pressure limit", eight(controller_robot=unlimited, closed_loop=False))
-    for bore in (3, 4, 6):
-        yield row(f"lines of {bore} mm", eight(changed(line__bore_m=bore / 1e3)))
-    for celsius in (10, 30):
-        yield row(f"oil at {celsius} C", eight(temperature=celsius + 273.15))
-    for soft in (200, 300):
-        limits_at = {"controller__pressure_soft_pa": soft * 1e3, "controller__pressure_hard_pa": 1.2e3 * soft}
-        yield row(f"soft limit {soft} kPa", eight(changed(**limits_at)))
-    for rate in (5, 10):
-        yield row(f"servos of {rate} rad/s", eight(changed(servo__speed_rad_s=float(rate))))
-    for fill in (30, 90):
-        yield row(f"filled to {fill} kPa", eight(changed(line__fill_pressure_pa=fill * 1e3)))
-    for air in (0.0, 0.03):
-        yield row(f"{100 * air:g} % air", eight(changed(oil__air=air)))
-    yield ""
+def numbers(run: TwinRun) -> dict[str, Any]:
+    """Bends, pressures, speed, power and frequent limits of the last beats."""
+    assert run.status == "completed", f"{run.robot.name}, {run.gait}: {run.status}"
+    high = run.pressure_max.reshape(-1, 2).max(axis=1) / 1e3
+    return {
+        "frequency_hz": run.gait.frequency,
+        "harmonic_deg": np.degrees(run.first_harmonic).round(2).tolist(),
+        "swing_deg": np.degrees(run.swing).round(2).tolist(),
+        "pressure_kpa": high.round(1).tolist(),
+        "lowest_kpa": round(float(run.pressure_min.min()) / 1e3, 1),
+        "speed_m_s": round(run.speed, 4),
+        "power_w": round(run.electrical_power, 2),
+        "limits": [name.removesuffix("_limit") for name in run.limits if run.acting[name] > 0.05],
+    }
+
+
+def amplitudes(robot: ht.Robot, closed: bool) -> list[dict[str, Any]]:
+    """Swim with large amplitude at 1 to 6 Hz."""
+    gaits = [ht.Gait.from_degrees(frequency=f, amplitude=AMPLITUDE, phase=(0, 0)) for f in FREQUENCIES]
+    return ht.twins([swum(robot, gait, closed_loop=closed) for gait in gaits], measure=numbers, threads=THREADS)
 
 
 def driven(robot: ht.Robot, frequency: float, amplitude: Any, medium: str) -> tuple[Any, Any]:
@@ -138,45 +135,54 @@ def driven(robot: ht.Robot, frequency: float, amplitude: Any, medium: str) -> tu
     return angle, out["pump_pressure_high"][last].max(axis=0).reshape(2, 2).max(axis=1) / 1e3
 
 
-def bore() -> Iterator[str]:
+def bores() -> Iterator[dict[str, Any]]:
     """Fig. 8 on the bench: pressure that 20 deg of joint II take at the cylinder, joint I at rest and at 16 deg."""
-    yield "| bore | 1 Hz | 3 Hz | 6 Hz | 6 Hz, joint I asked for 16 deg too |"
-    yield "|---:|---:|---:|---:|---:|"
-    for mm in (3, 4, 5, 6):
-        robot, cells = changed(line__bore_m=mm / 1e3), []
+    for mm in BORES:
+        robot, cells = changed(ht.load("hypertuna"), {"joints.line.bore_m": mm / 1e3}), []
         for frequency, other in ((1, 0.0), (3, 0.0), (6, 0.0), (6, 16.0)):
             amplitude = np.array([other, 20.0])
             for _ in range(10):
                 angle, pressure = driven(robot, frequency, amplitude, "air")
                 amplitude[1] = min(amplitude[1] * np.clip(20 / angle[1], 0.5, 1.5), 40.0)
-            cells.append(f"{pressure[1]:.0f} kPa" + ("" if angle[1] > 19.9 else f", {angle[1]:.1f} deg only"))
-        yield f"| {mm} mm | {' | '.join(cells)} |"
-    yield ""
+            cells.append([round(float(pressure[1]), 1), round(float(angle[1]), 2)])
+        yield {"bore_mm": mm, "pressure_kpa_and_bend_deg": cells}
 
 
-def write_page(name: str, lines: list[str]) -> None:
-    """Put a table between its marks in the page."""
-    page = Path(__file__).resolve().parents[2] / "docs" / "twin.md"
-    table = "\n".join(lines).strip()
-    text = re.sub(
-        rf"(<!-- {name} -->\n).*?(<!-- end -->)",
-        lambda found: f"{found[1]}\n{table}\n\n{found[2]}",
-        page.read_text(encoding="utf-8"),
-        flags=re.DOTALL,
+def compute() -> dict[str, Any]:
+    """Make all runs, by water law."""
+    found: dict[str, dict[str, Any]] = {water: {"rows": {}} for water in WATERS}
+    todo = [(water, *one) for water in WATERS for one in robots(water)]
+    with progress_bar("rows", slow=True) as progress:
+        for k, (water, label, robot, options) in enumerate(todo):
+            runs = eight(robot, **options)
+            row = {key: [run[key] for run in runs] for key in ("speed_m_s", "power_w")}
+            found[water]["rows"][label] = row | {"rms_percent": round(100 * rms(row["speed_m_s"]), 2)}
+            if label == ROWS[0].label:
+                found[water]["gaits"] = dict(zip(SPEEDS, runs, strict=True))
+                found[water] |= {loop: amplitudes(robot, loop == "closed") for loop in ("closed", "open")}
+            progress(k + 1, len(todo))
+    return found | {"bores": list(bores())}
+
+
+def rms(speeds: Sequence[float], names: Sequence[str] = SPEEDS) -> float:
+    """Return the rms error of speeds [1]."""
+    return math.sqrt(
+        np.mean([(u / published_value(f"speed/{name}") - 1) ** 2 for u, name in zip(speeds, names, strict=True)])
     )
-    page.write_text(text, encoding="utf-8")
 
 
-def main(parts: dict[str, Callable[[], Iterator[str]]]) -> None:
-    """Print the parts that the command names, or all; with --page, put them into docs/twin.md too."""
-    for part in [part for part in sys.argv[1:] if part in parts] or list(parts):
-        lines = []
-        for line in parts[part]():
-            print(line, flush=True)
-            lines.append(line)
-        if "--page" in sys.argv:
-            write_page(part, lines)
+def store(path: Path, content: Mapping[str, Any], script: str) -> None:
+    """Write results with what made them."""
+    robot = ht.load("hypertuna")
+    facts = {key: provenance(robot)[key] for key in ("hypertuna_version", "isa")} | {"taken_hash": taken_hash(robot)}
+    write_atomically(path, lines(facts | {"command": f"python validation/twin/{script}"} | content))
+
+
+def lines(record: Mapping[str, Any]) -> bytes:
+    """Write a record as JSON, a list of numbers on a line."""
+    text = json.dumps(record, indent=1)
+    return (re.sub(r"\[[^][{}]*\]", lambda found: re.sub(r"\s+", " ", found[0]), text) + "\n").encode()
 
 
 if __name__ == "__main__":
-    main({"amplitudes": amplitudes, "speeds": speeds, "bore": bore})
+    store(STORED, compute(), "study.py")

@@ -1,44 +1,73 @@
-"""The uncertainty budget: its percentiles, draws that diverge, and what is drawn."""
+"""The uncertainty budget: its intervals, runs that diverge, what is open beside the family, and what is stored."""
+
+import json
 
 import budget
+import family
 import numpy as np
-import pytest
 
 import hypertuna as ht
-from hypertuna.actuation.bending import bend
+from hypertuna.paper.computed import SPEEDS
+from hypertuna.paper.seeds import taken_hash
+
+ROBOT = ht.load("hypertuna")
+KEYS = ("speed", "power", "pressure", "swing I", "swing II", "cylinder I", "cylinder II")
 
 
-def test_percentiles_of_equal_weights_are_plain_ones() -> None:
+def numbers(values: list[float]) -> budget.Numbers:
+    """Return members whose every number is one value."""
+    return {f"{name} {key}": np.array(values) for name in SPEEDS for key in KEYS}
+
+
+def test_an_interval_is_that_of_equal_weights() -> None:
     values = np.random.default_rng(0).normal(size=2001)
-    for percent in (5, 50, 95):
-        expected = np.percentile(values, percent)
-        assert budget.weighted(values, np.ones(2001), percent) == pytest.approx(expected, abs=0.01)
+    np.testing.assert_allclose(budget.interval(values), np.percentile(values, (5, 50, 95)), atol=0.01)
 
 
-def test_a_weight_of_two_counts_as_two_draws() -> None:
-    values, weight = np.array([1.0, 2.0, 5.0]), np.array([1.0, 2.0, 1.0])
-    twice = np.array([1.0, 2.0, 2.0, 5.0])
-    assert budget.weighted(values, weight, 50) == budget.weighted(twice, np.ones(4), 50) == 2
+def test_members_whose_run_diverged_are_left_out() -> None:
+    """Speeds of 1 to 5 m/s; the member without a number in one gait changes no interval."""
+    whole, lost = numbers([1.0, 2.0, 3.0, 4.0, 5.0]), numbers([1.0, 2.0, 3.0, 4.0, 5.0, 9.0])
+    lost["optimised-max power"][-1] = np.nan
+    assert budget.intervals(budget.kept(lost)) == budget.intervals(whole)
+    assert budget.intervals(whole)["speed_m_s"]["optimised-max"][1] == 3
 
 
-def test_draws_that_diverge_are_counted_and_left_out() -> None:
-    """Speeds of 1 to 5 m/s; the draw without a number changes no interval."""
-    runs = np.arange(1.0, 6.0)[:, None, None] * np.ones((5, 8, 2))
-    lost = np.concatenate([runs, np.full((1, 8, 2), np.nan)])
-    shipped = np.full((8, 2), 2.5)
-    one, other = (budget.summary(part, np.ones(len(part)), shipped) for part in (runs, lost))
-    assert (one.pop("diverged"), other.pop("diverged")) == (0, 1)
-    assert one == other
-    assert one["speed_m_s"]["optimised-max"][1] == 3
-    assert one["shipped"]["percentile_power"] == 40  # of five draws, two are below 2.5 W
+def test_the_default_robot_has_its_place_in_the_family() -> None:
+    found = budget.standing(numbers([1.0, 2.0, 3.0, 4.0, 5.0]), numbers([2.5]))
+    assert found["percentile_power"] == 40  # two of five are below 2.5 W
 
 
-def test_a_drawn_robot_meets_both_published_bends_and_its_controller_knows_the_description() -> None:
-    robot = ht.load("hypertuna")
-    weight, drawn, known = next(budget.robots(robot, 1, seed=3))
-    angles = [np.degrees(bend(drawn, joint, [250e3]).angle[0]) for joint in ("I", "II")]
-    np.testing.assert_allclose(angles, (18.2, 31.2), atol=0.02)
-    assert weight > 0
-    assert drawn.joints[0].line != robot.joints[0].line == known.joints[0].line
-    assert drawn.hinge is not None
-    assert known.joints[0].actuator == robot.joints[0].actuator
+def test_published_numbers_inside_their_intervals_are_counted() -> None:
+    """Eight speeds of 0.3 to 0.582 m/s; both powers are far above."""
+    assert budget.intervals(numbers([0.1, 0.2, 0.35, 0.45]))["inside"] == 4  # 0.3 and 0.4 m/s, twice each
+    assert budget.intervals(numbers([0.1, 0.2, 0.7]))["inside"] == 8
+
+
+def test_what_is_open_beside_the_family_changes_body_and_fin_alone() -> None:
+    other = budget.opened(ROBOT, np.random.default_rng(3))
+    assert 1 < sum(other.links.mass) / sum(ROBOT.links.mass) < 3.3 / 2.687
+    assert other.hinge is not None
+    assert (other.joints, other.controller, other.servos) == (ROBOT.joints, ROBOT.controller, ROBOT.servos)
+
+
+def test_a_diverging_run_has_no_numbers() -> None:
+    run = ht.twin(ROBOT, "unoptimised-max", duration=1.0, start="swimming", step=0.01)
+    assert run.status == "diverged"
+    assert np.isnan(list(budget.measured(run).values())).all()
+
+
+def test_stored_intervals_are_of_the_present_robot_and_family() -> None:
+    record = json.loads(budget.FILE.read_text())
+    assert record["taken_hash"] == taken_hash(ROBOT), f"run: {record['command']}"
+    assert record["family_hash"] == budget.family_hash(), f"run: {record['command']}"
+    assert len(record["members"]["lumped"]["speed_m_s"]) == record["draws"] == family.MEMBERS
+
+
+def test_stored_speeds_of_a_member_are_those_of_the_present_program() -> None:
+    stored = json.loads(budget.FILE.read_text())["members"]
+    robots = budget.members()[:2]
+    for law, choice in (("lumped", robots), ("strips", [one.using(water="strip") for one in robots])):
+        runs = budget.swim(choice, SPEEDS, law)
+        for key, word, close in (("speed_m_s", "speed", 0.02), ("power_w", "power", 0.05)):
+            expected = np.array(stored[law][key][:2], float)
+            np.testing.assert_allclose(budget.eight(runs, word), expected, rtol=close)

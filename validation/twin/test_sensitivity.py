@@ -10,6 +10,7 @@ import sensitivity as sobol
 from sensitivity import FACTORS, influence
 
 import hypertuna as ht
+from hypertuna.simulation.estimates import varied
 
 ROBOT = ht.load("hypertuna")
 GAIT = ht.Gait.from_degrees(frequency=3, amplitude=(6, 9), phase=(0, 30))
@@ -29,3 +30,17 @@ def test_runs_that_diverge_have_no_outputs(monkeypatch: pytest.MonkeyPatch) -> N
     assert found.diverged == 3
     for values in (found.first, found.total, found.error, found.mean, found.deviation):
         assert np.isnan(values).all()
+
+
+def test_the_working_limit_takes_the_others_along() -> None:
+    """From 200 to 600 kPa, whatever the description says; the limits keep their ratios."""
+    (limit,) = [factor for factor in FACTORS if factor.name == "working limit"]
+    before = ROBOT.controller
+    assert before is not None
+    for part, work in ((0.0, 200e3), (0.5, 346.41e3), (1.0, 600e3)):
+        after = varied(ROBOT, {limit: float(limit.change(part))}).controller
+        assert after is not None
+        assert after.pressure_work == pytest.approx(work, rel=1e-4)
+        for name in ("pressure_soft", "pressure_hard"):
+            ratios = [getattr(one, name) / one.pressure_work for one in (before, after)]
+            assert ratios[0] == pytest.approx(ratios[1])

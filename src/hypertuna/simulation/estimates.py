@@ -18,12 +18,13 @@ class Factor:
 
     name: str  # in words
     key: str  # place in the robot's file, e.g. ``joints.line.bore_m``: in a list of tables, of every one that has it
-    low: float  # multiples of the description's value, alike on a logarithmic scale, or what is added to it
+    low: float  # multiples of the description's value, or values, on a logarithmic scale; or what is added to it
     high: float
-    how: Literal["times", "plus"] = "times"
+    how: Literal["times", "plus", "to"] = "times"
+    along: tuple[str, ...] = ()  # keys of the same table that keep their ratio to this one
 
     def change(self, part: ArrayLike) -> Any:
-        """Return the multiple, or the addend, at a part of the range."""
+        """Return the multiple, the value or the addend at a part of the range."""
         part = np.asarray(part)
         if self.how == "plus":
             return self.low + (self.high - self.low) * part
@@ -40,7 +41,9 @@ FACTORS = (
     Factor("speed of the servos", "servos.speed_rad_s", 0.9, 1.1),
     Factor("bandwidth of the servos", "servos.bandwidth_hz", 0.5, 2.0),
     Factor("inertia of the servos", "servos.inertia_kg_m2", 0.7, 3.0),
-    Factor("pressure limit", "controller.pressure_soft_pa", 0.8, 1.15),
+    Factor(
+        "working limit", "controller.pressure_work_pa", 200e3, 600e3, "to", ("pressure_soft_pa", "pressure_hard_pa")
+    ),
     Factor("stiffness of the silicone", "joints.actuator.stiffness_factor", 0.7, 1.4),
 )
 
@@ -58,7 +61,8 @@ def varied(robot: Robot, changes: Mapping[Factor, float]) -> Robot:
             raise InputError("must be a value of the robot", file=robot.file, key=factor.key, fix=fix)
         for table in found:
             value = table[last] if last in table else _DEFAULTS[last]
-            table[last] = value * change if factor.how == "times" else value + change
+            new = {"times": value * change, "plus": value + change, "to": change}[factor.how]
+            table |= {key: table[key] * new / value for key in factor.along} | {last: new}
     return parse(document, file=robot.file)
 
 
