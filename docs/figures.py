@@ -97,7 +97,7 @@ def prediction_table() -> str:
     models = dict.fromkeys([*ledger().summary["speeds"], *(e.model for e in found)])
     parts = {model: [e for e in found if e.model == model] for model in models} | {"each number once": once}
     body = []
-    for model, part in parts.items():
+    for model, part in ((model, part) for model, part in parts.items() if part):
         verdicts = [e.verdict for e in part]
         met = [e for e in part if e.verdict == "reproduced" and e.kind == "measured"]
         counts = (len(part), *(verdicts.count(verdict) for verdict in PREDICTED), len(met))

@@ -9,8 +9,10 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.arrays import Array
-from hypertuna.paper.chapters import budget
+from hypertuna.paper.chapters import budget, posterior
 from hypertuna.paper.chapters.budget import TABLES, Budget, bands, read_budget, sections
+from hypertuna.paper.chapters.posterior import findings as fitted_findings
+from hypertuna.paper.chapters.posterior import read_posterior
 from hypertuna.paper.chapters.seeds import swim_findings
 from hypertuna.paper.computed import SPEEDS, STRIPS, TWIN
 from hypertuna.paper.ledger import FAST, UNPUBLISHED, Finding, fast, judge, published, published_value
@@ -164,3 +166,28 @@ def test_the_page_says_how_many_published_numbers_are_inside(store: Path, tuna: 
     text = str(section.parts)
     assert "4 of the eight published speeds are inside, and 1 of the two powers" in text
     assert UNPUBLISHED in text
+
+
+def test_members_that_published_speeds_chose_are_no_predictions(
+    tuna: ht.Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(posterior, "shipped", lambda _: tmp_path)
+    missing = [judge(PAPER, one) for one in fitted_findings(read_posterior(tuna))]
+    assert {entry.verdict for entry in missing} == {"not-computed"}
+    assert len(missing) == 2 * (len(SPEEDS) + 2)
+    speeds = [published_value(f"speed/{name}") for name in SPEEDS]
+    exact = {"speed_m_s": speeds, "power_w": list(range(8)), "axis_n": {"I": 45.2, "II": 3.0}}
+    slow = exact | {"speed_m_s": [0.8 * speed for speed in speeds]}
+    robots = {"default robot": slow, "best with a free axis": slow, "best with any axis": exact}
+    record = {"taken_hash": taken_hash(tuna), "robots": robots}
+    (tmp_path / "posterior.json").write_text(json.dumps(record))
+    entries = {(one.id, one.model): judge(PAPER, one) for one in fitted_findings(read_posterior(tuna))}
+    for name in SPEEDS:
+        free, any_ = (entries[f"speed/{name}", f"{TWIN}, {axis} axis"] for axis in ("free", "any"))
+        assert (free.verdict, any_.verdict) == ("deviates", "agrees")
+        judged = name in ("optimised-0.3", "optimised-0.4", "optimised-0.5")  # the last is almost a fitted gait
+        assert free.class_ == any_.class_ == ("in sight" if judged else "fitted")
+        assert "its axes carry up to 45 and 3 N" in any_.note
+    assert entries["power/fastest", f"{TWIN}, any axis"].computed == SPEEDS.index("unoptimised-max")
+    (tmp_path / "posterior.json").write_text(json.dumps(record | {"taken_hash": "of another robot"}))
+    assert {judge(PAPER, one).verdict for one in fitted_findings(read_posterior(tuna))} == {"not-computed"}

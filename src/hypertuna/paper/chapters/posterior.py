@@ -1,0 +1,70 @@
+"""The members of the family that swim four published speeds best, stored by validation/twin/posterior.py."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hypertuna.description.robot import Robot
+from hypertuna.io.files import shipped
+from hypertuna.paper.chapter import Chapter, Trials
+from hypertuna.paper.chapters.budget import POWERS
+from hypertuna.paper.chapters.gaits import speed_classes
+from hypertuna.paper.computed import OURS, SPEEDS, TWIN
+from hypertuna.paper.ledger import Class, Finding
+from hypertuna.paper.seeds import taken_hash
+from hypertuna.reports.html import Section
+from hypertuna.swimming.gait import named_gait
+
+AGAIN = "validation/twin/posterior.py computes it again"
+AXES = ("free axis", "any axis")  # what may lie on the axis of a joint: nothing that carries, or anything
+IN = "the member that swims the four unoptimised gaits best, found by a search"
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """What published speeds make of the family."""
+
+    robot: Robot
+    record: Mapping[str, Any] = field(default_factory=dict)  # empty where there is no valid one
+    reason: str = ""  # why there is none; without a full stop
+
+
+def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Posterior:
+    """Read what is stored."""
+    return read_posterior(trials[OURS].robot)
+
+
+def read_posterior(robot: Robot) -> Posterior:
+    """Read what is stored; it is stale where the robot has changed since."""
+    try:
+        record = json.loads((shipped("data/twin") / "posterior.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return Posterior(robot, reason=f"no member of {robot.name}'s family is fitted; {AGAIN}")
+    if record["taken_hash"] != taken_hash(robot):
+        return Posterior(robot, reason=f"stale: {robot.name} has changed since a member was fitted; {AGAIN}")
+    return Posterior(robot, record)
+
+
+def findings(posterior: Posterior) -> Iterator[Finding]:
+    """Yield speeds and powers of the fitted members: no predictions, as trial runs of such members were known before."""
+    fitted = speed_classes({name: named_gait(posterior.robot, name) for name in SPEEDS})
+    classes: dict[str, Class] = {name: "fitted" if fitted[name] == "fitted" else "in sight" for name in SPEEDS}
+    for axis in AXES:
+        model, found, note = f"{TWIN}, {axis}", None, posterior.reason
+        if posterior.record:
+            (found,) = (one for name, one in posterior.record["robots"].items() if name.endswith(axis))
+            held = " and ".join(f"{newtons:.0f}" for newtons in found["axis_n"].values())
+            note = f"{IN}; its axes carry up to {held} N"
+        for k, name in enumerate(SPEEDS):
+            yield Finding(f"speed/{name}", model, classes[name], found and found["speed_m_s"][k], note)
+        for key, gait in POWERS.items():
+            yield Finding(key, model, "in sight", found and found["power_w"][SPEEDS.index(gait)], note)
+
+
+def sections(posterior: Posterior) -> list[Section]:
+    """Show nothing: the fitted members have a page of their own in the docs."""
+    return []
+
+
+CHAPTER = Chapter("posterior", sections, findings, compute)
