@@ -1,5 +1,6 @@
 """The family in the ledger: what its range does to a verdict, and what it is of."""
 
+import hashlib
 import json
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.arrays import Array
-from hypertuna.paper.chapters import budget, posterior
+from hypertuna.paper.chapters import budget
 from hypertuna.paper.chapters.budget import TABLES, Budget, bands, read_budget, sections
 from hypertuna.paper.chapters.posterior import findings as fitted_findings
 from hypertuna.paper.chapters.posterior import read_posterior
@@ -146,16 +147,27 @@ def test_a_range_of_another_robot_counts_for_nothing(store: Path, tuna: ht.Robot
     ]
     store.write_text(json.dumps(json.loads(store.read_text()) | {"taken_hash": "of another robot"}))
     read = read_budget(tuna)
-    assert read.reason.startswith(f"stale: {tuna.name} has changed since its family was swum")
+    assert read.reason.startswith(f"stale: {tuna.name} or its family has changed since the budget was stored")
     verdicts = [judge(PAPER, one) for one in read.judged(found)]
     assert [one.verdict for one in verdicts] == ["not-computed", "not-computed", "reproduced"]
     assert verdicts[0].note == read.reason
     assert "do not count: stale" in str(sections(read)[0].parts)
     store.unlink()
     read = read_budget(tuna)
-    assert "no family of hypertuna is stored" in read.reason
+    assert "no budget of hypertuna's family is stored" in read.reason
     assert [judge(PAPER, one).verdict for one in read.judged(found)] == ["not-computed", "violated", "reproduced"]
     assert sections(read) == []
+
+
+def test_a_range_of_another_family_counts_for_nothing(store: Path, tuna: ht.Robot) -> None:
+    family = store.with_name("family.json")
+    family.write_text('{"members": []}')
+    assert read_budget(tuna).reason.startswith("stale: hypertuna or its family has changed")
+    own = {"family_hash": hashlib.sha256(family.read_bytes()).hexdigest()}
+    store.write_text(json.dumps(json.loads(store.read_text()) | own))
+    assert read_budget(tuna).reason == ""
+    family.write_text('{"members": [{}]}')
+    assert read_budget(tuna).reason.startswith("stale")
 
 
 def test_the_page_says_how_many_published_numbers_are_inside(store: Path, tuna: ht.Robot) -> None:
@@ -171,7 +183,7 @@ def test_the_page_says_how_many_published_numbers_are_inside(store: Path, tuna: 
 def test_members_that_published_speeds_chose_are_no_predictions(
     tuna: ht.Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(posterior, "shipped", lambda _: tmp_path)
+    monkeypatch.setattr(budget, "shipped", lambda _: tmp_path)
     missing = [judge(PAPER, one) for one in fitted_findings(read_posterior(tuna))]
     assert {entry.verdict for entry in missing} == {"not-computed"}
     assert len(missing) == 2 * (len(SPEEDS) + 2)

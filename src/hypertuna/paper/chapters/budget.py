@@ -1,5 +1,6 @@
 """How sure the twin is: its numbers over the family, the robots that the paper allows, by validation/twin/budget.py."""
 
+import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -18,7 +19,6 @@ from hypertuna.paper.seeds import Stored, taken_hash
 from hypertuna.reports.html import Section, Table
 
 POWERS = {"power/fastest": "unoptimised-max", "power/lake": published()["lake"]["gait"]}  # gait of each
-AGAIN = "validation/twin/budget.py computes it again"
 PERCENT = (5.0, 50.0, 95.0)
 # Of the numbers of the eight gaits that the file holds by themselves: table and gait, by id.
 TABLES = {f"speed/{name}": ("speed_m_s", name) for name in SPEEDS}
@@ -52,14 +52,22 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Budget:
 
 
 def read_budget(robot: Robot) -> Budget:
-    """Read the numbers over the family; they are stale where the robot has changed since."""
+    """Read the numbers over the family."""
+    return Budget(*read_stored("budget", robot))
+
+
+def read_stored(name: str, robot: Robot) -> tuple[Mapping[str, Any], str]:
+    """Read a file of data/twin; return also why it does not count: the robot or its family has changed since."""
+    folder, again = shipped("data/twin"), f"validation/twin/{name}.py computes it again"
     try:
-        record = json.loads((shipped("data/twin") / "budget.json").read_text(encoding="utf-8"))
+        record = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return Budget(reason=f"no family of {robot.name} is stored; {AGAIN}")
-    if record["taken_hash"] != taken_hash(robot):
-        return Budget(record, f"stale: {robot.name} has changed since its family was swum; {AGAIN}")
-    return Budget(record)
+        return {}, f"no {name} of {robot.name}'s family is stored; {again}"
+    family = folder / "family.json"
+    family_hash = hashlib.sha256(family.read_bytes()).hexdigest() if family.is_file() else None
+    if (record["taken_hash"], record.get("family_hash")) != (taken_hash(robot), family_hash):
+        return record, f"stale: {robot.name} or its family has changed since the {name} was stored; {again}"
+    return record, ""
 
 
 def bands(robot: Robot, numbers: Mapping[str, Array]) -> dict[str, list[float]]:

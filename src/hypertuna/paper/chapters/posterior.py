@@ -1,22 +1,18 @@
 """The members of the family that swim four published speeds best, stored by validation/twin/posterior.py."""
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from hypertuna.description.robot import Robot
-from hypertuna.io.files import shipped
 from hypertuna.paper.chapter import Chapter, Trials
-from hypertuna.paper.chapters.budget import POWERS
+from hypertuna.paper.chapters.budget import POWERS, read_stored
 from hypertuna.paper.chapters.gaits import speed_classes
 from hypertuna.paper.computed import OURS, SPEEDS, TWIN
 from hypertuna.paper.ledger import Class, Finding
-from hypertuna.paper.seeds import taken_hash
 from hypertuna.reports.html import Section
 from hypertuna.swimming.gait import named_gait
 
-AGAIN = "validation/twin/posterior.py computes it again"
 AXES = ("free axis", "any axis")  # what may lie on the axis of a joint: nothing that carries, or anything
 IN = "the member that swims the four unoptimised gaits best, found by a search"
 
@@ -36,18 +32,13 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Posterior:
 
 
 def read_posterior(robot: Robot) -> Posterior:
-    """Read what is stored; it is stale where the robot has changed since."""
-    try:
-        record = json.loads((shipped("data/twin") / "posterior.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return Posterior(robot, reason=f"no member of {robot.name}'s family is fitted; {AGAIN}")
-    if record["taken_hash"] != taken_hash(robot):
-        return Posterior(robot, reason=f"stale: {robot.name} has changed since a member was fitted; {AGAIN}")
-    return Posterior(robot, record)
+    """Read what is stored."""
+    record, reason = read_stored("posterior", robot)
+    return Posterior(robot, {} if reason else record, reason)
 
 
 def findings(posterior: Posterior) -> Iterator[Finding]:
-    """Yield speeds and powers of the fitted members: no predictions, as trial runs of such members were known before."""
+    """Yield speeds and powers of the fitted members: no predictions, as trial runs of such members were known."""
     fitted = speed_classes({name: named_gait(posterior.robot, name) for name in SPEEDS})
     classes: dict[str, Class] = {name: "fitted" if fitted[name] == "fitted" else "in sight" for name in SPEEDS}
     for axis in AXES:
