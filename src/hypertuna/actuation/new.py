@@ -171,7 +171,7 @@ def _hydraulics(document: dict[str, Any], shape: Shape) -> None:
 SOURCES = {
     "joints.actuator": "estimate: elliptical sections of the fish's shape, three fifths of the links of the group, "
     "in three segments, HyperTuna's proportions, which bend as far as its joints; longer segments bend farther",
-    "joints.actuator.lever_m": "estimate: 0.45 times the narrowest half width, as HyperTuna's",
+    "joints.actuator.lever_m": "estimate: 0.55 times the narrowest half width, as HyperTuna's",
     "joints.drive_units": "estimate: HyperTuna's number of pairs per height of the section over diameter of the hose",
     "joints.bend_max_deg": "estimate: bend by these muscles at the pressure limit, without load; at most 90 deg",
     "joints.amplitude_max_deg": "estimate: 0.85 times the largest bend",
@@ -198,7 +198,7 @@ def _soft_body(shape: Shape, lengths: Sequence[float], links: Sequence[int]) -> 
     heights = [float(shape.sections(at, at + 1e-3 * shape.length)[1].mean()) for at in places]
     minor = [float(f"{shape.width / shape.height * height / 2:.3g}") for height in heights]
     major = [float(f"{height / 2:.3g}") for height in heights]
-    lever = float(f"{0.45 * min(minor):.3g}")
+    lever = float(f"{0.55 * min(minor):.3g}")
     return {"lever_m": lever, "segment_length_m": [part] * 3, "semi_major_m": major, "semi_minor_m": minor}
 
 

@@ -208,7 +208,8 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
 def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequency: float, amplitude: float) -> Size:
     """Size one joint."""
     group, supply = robot.joints[j], supply_voltage(robot)
-    limit = require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
+    works_at = robot.controller.works_at if robot.controller is not None else None
+    limit = works_at or require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
     column = hydraulics.row(2 * j)
     hose = require(group.line, "joints.line", robot)
     line = _line(hydraulics, model, j, limit)
