@@ -33,7 +33,8 @@ SENTENCES = (
     "times those from 100 to 150 kPa; by finite elements, {bending/linear-I | finite elements} and "
     "{bending/linear-II | finite elements} times",
     "some cylinder falls to {pressure/lowest | twin} kPa",
-    "the default robot takes {control/settling-1hz | twin} s at 1 Hz and {control/settling-6hz | twin} s at 6 Hz",
+    "the default robot's median is {control/settling-1hz | twin} s at 1 Hz and {control/settling-6hz | twin} s at 6 Hz",
+    "In the twin it falls only up to {cost-of-transport/cheapest-hz | twin} Hz",
     "The electrical cost of the twin falls in {cost-of-transport/over-amplitude | twin} % of the comparisons",
     "The largest pressure needs {servo/torque-6hz-I | pump sizing} times the torque",
     "In the twin the pitch of both ways together spans {diving/pitch-span | twin} deg",
@@ -43,6 +44,12 @@ SENTENCES = (
     "{turning/best-phase | twin} deg",
     "The twin takes {power/fastest | twin} and {power/lake | twin} W in these gaits. The speed of its fastest gait is "
     "{speed/unoptimised-max | twin} m/s",
+    "ideal joints miss a speed by up to {speed/model-error-max | ideal joints} % and a cost by up to "
+    "{cost-of-transport/model-error | ideal joints} %",
+    "The phase deviates: {optimum/max/phase | ideal joints} deg with ideal joints, "
+    "{optimum/max/phase | joint bandwidth} deg with joint bandwidth",
+    "the radius at 200 deg is {turning/radius-bl | joint bandwidth, feasible stroke} BL",
+    "Among the gaits that swim head first, {turning/best-phase | joint bandwidth} deg is the tightest",
     "Up to {cost-of-transport/cheapest-hz | twin} Hz it falls, because the idle power",
 )
 NUMBER = r"[-+]?\d[\d.]*"

@@ -30,6 +30,17 @@ def test_every_sentence_stands_on_a_page() -> None:
         assert re.search(made["pattern_of"](sentence), text), sentence
 
 
+def test_no_number_of_the_twin_on_the_page_of_the_paper_is_written_by_hand() -> None:
+    """Its sentences on the twin have no number with a unit but those that docs/figures.py writes."""
+    text = re.sub(r"<!-- table: .*?<!-- end -->", "", (DOCS / "paper.md").read_text(), flags=re.DOTALL)
+    for sentence in made["SENTENCES"]:
+        text = re.sub(made["pattern_of"](sentence), "", text)
+    parts = [" ".join(part.split()) for part in re.split(r"(?<=[.?!:;])\s+|\n\n|\n- |\|", text)]
+    ours = [part for part in parts if re.search(r"\b(twin|default robot)\b", part)]
+    assert len(ours) > 20
+    assert [part for part in ours if re.search(r"\d\s*(m/s|W\b|J/|kPa|deg\b|%|Wh|BL|s\b)", part)] == []
+
+
 def test_a_number_that_is_not_the_ledger_s_is_replaced() -> None:
     found = [
         Finding("power/fastest", TWIN, "in sight", 11.46, band=(5.0, 25.06)),
