@@ -1,6 +1,7 @@
 """Joints, hydraulics and servos that HyperTuna may have had: data/twin/family.json.
 
 python validation/twin/family.py [CANDIDATES] [--seed N]    3000 candidates: a quarter of an hour on two cores
+python validation/twin/family.py --strong                   write examples/hypertuna-strong.toml
 python validation/twin/family.py --of ROBOT                 how a robot meets the facts, over 32 seeds of its sensors
 
 Actuators are drawn from their ranges where both published bends allow them (`hypertuna joint family`), all else from
@@ -28,6 +29,8 @@ from hypertuna.characterization.designs import designs
 from hypertuna.characterization.population import populate
 from hypertuna.cli.console import progress_bar
 from hypertuna.description.changes import NAMES, changed
+from hypertuna.description.robot import parse
+from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
 from hypertuna.paper.ledger import published, published_value
@@ -289,6 +292,22 @@ def finite(values: Mapping[str, float]) -> dict[str, float]:
     return {name: float(f"{value:.5g}") for name, value in values.items() if math.isfinite(value)}
 
 
+def strong() -> ht.Robot:
+    """Return the stored member whose joints are as strong as those of 95 % of all, in the mean of both."""
+    stored = json.loads(FILE.read_text(encoding="utf-8"))["members"]
+    moments = np.log([[one["values"][f"blocked moment of joint {name}"] for name in ("I", "II")] for one in stored])
+    strength = ((moments - moments.mean(axis=0)) / moments.std(axis=0)).mean(axis=1)
+    k = int(np.argmin(abs(strength - np.quantile(strength, 0.95))))
+    document = changed(ht.load("hypertuna"), stored[k]["changes"]).document()
+    text = f"estimate: member {k} of data/twin/family.json, whose joints are as strong as those of 95 % of all"
+    document["sources"] = {key: text if " set to " in one else one for key, one in document["sources"].items()}
+    document |= {
+        "name": "hypertuna-strong",
+        "description": "HyperTuna with the strong joints that published facts allow",
+    }
+    return parse(document, file=ht.load("hypertuna").file)
+
+
 def members_of(robot: ht.Robot) -> list[ht.Robot]:
     """Return the stored members as robots."""
     return [changed(robot, one["changes"]) for one in json.loads(FILE.read_text(encoding="utf-8"))["members"]]
@@ -327,7 +346,11 @@ def main() -> None:
     parser.add_argument("candidates", type=int, nargs="?", default=3000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--of", metavar="ROBOT")
+    parser.add_argument("--strong", action="store_true")
     asked = parser.parse_args()
+    if asked.strong:
+        print("written:", write_robot(strong(), FILE.parents[2] / "examples" / "hypertuna-strong.toml"))
+        return
     if asked.of:
         print(*standing(ht.load(asked.of)), sep="\n")
         return
