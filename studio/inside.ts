@@ -3,6 +3,7 @@ import type { Column } from "./core.ts";
 import { element } from "./dom.ts";
 import { drivesOf, hasOil, onAxle } from "./drives.ts";
 import { JointTable } from "./jointtable.ts";
+import { Losses } from "./losses.ts";
 import { Machine, type Moment } from "./machine.ts";
 import { digits, type Quantities } from "./quantities.ts";
 import type { Broken, Calculator } from "./questions.ts";
@@ -14,12 +15,14 @@ const MOST = 200; // ticks in one question
 const KINDS = ["stuck", "open", "spikes", "NaN"]; // faults of a sensor, in the core's order
 const SLOW = 0.8; // part of the chosen tempo below which the page says so
 const HELD = 0.5; // s for which a condition is still shown
+const CALM = 8; // drawings from one look at the losses to the next
 const TEMPOS = [0.1, 1, 5, 20, 50];
 
 interface Parts {
   machine: Machine;
   table: JointTable;
   plots: TwinPlots;
+  losses: Losses;
   facts: HTMLElement;
   guard: HTMLElement;
 }
@@ -205,11 +208,12 @@ export class InsideView {
   }
 
   /** Say how it swims, and what the controller does about faults and limits. */
-  private tell({ facts, guard }: { facts: HTMLElement; guard: HTMLElement }, rate: number): void {
+  private tell({ facts, guard, losses }: Parts, rate: number): void {
     const beat = Math.max(1, Math.round(rate / (this.row[0] ?? 1)));
     const rows = this.history.slice(-beat);
     const mean = (name: string): number =>
       rows.reduce((sum, row) => sum + this.of(row, name).reduce((a, b) => a + b, 0), 0) / Math.max(1, rows.length);
+    if (this.drawn % CALM === 1 || !this.running) losses.show(mean, mean("battery_voltage") * mean("battery_current"));
     const slow = this.pace < SLOW * this.speed ? `, at ${digits(this.pace, 2)} x: no faster here` : "";
     const values = [
       [`${digits(this.ticks / rate, 3)} s`, `time from rest${slow}`],
@@ -258,7 +262,7 @@ export class InsideView {
     const facts = element("dl", "facts");
     const guard = element("p", "guard");
     guard.setAttribute("role", "status");
-    const [table, plots] = [new JointTable(robot), new TwinPlots(robot)];
+    const [table, plots, losses] = [new JointTable(robot), new TwinPlots(robot), new Losses(robot)];
     const oil = drivesOf(robot).some(hasOil);
     const colors = oil ? " Orange: oil under pressure; blue: suction." : "";
     const sides = oil ? "; of pressures, the right side" : "";
@@ -271,11 +275,12 @@ export class InsideView {
       bends,
       caption,
       facts,
+      losses.element,
       this.sensors(robot),
       guard,
       plots.element,
     );
-    this.parts = { machine: new Machine(canvas, robot), table, plots, facts, guard };
+    this.parts = { machine: new Machine(canvas, robot), table, plots, losses, facts, guard };
   }
 
   private controls(): HTMLElement {

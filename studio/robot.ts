@@ -89,6 +89,7 @@ export interface Robot {
     rate: number; // control ticks a second
     channels: Record<string, readonly [number, number]>; // first and last of each sensor's
     conditions: { name: string; place: string; text: string }[]; // of the controller's status, by bit
+    losses: { name: string; place: string; text: string }[]; // that add up to the servos' power
   } | null;
   no_twin?: string; // why there is none, the end of a sentence
   missions: Mission[]; // that its pilot can fly

@@ -130,6 +130,17 @@ for (const [name, oil, axles] of [
         joints.every((row) => row.slice(1).filter((cell) => /\d/.test(cell)).length >= 3),
         rows.join("\n"),
       );
+      // the losses add up to what the battery gives, and name what the robot has
+      const losses = page.locator("#inside .losses");
+      const given = Number.parseFloat(/[\d.]+(?= W)/.exec(await losses.locator("p").innerText())[0]);
+      const lost = (await losses.locator("b:visible").allInnerTexts()).map((text) => Number(text.replace("−", "-")));
+      const sum = lost.reduce((all, one) => all + one, 0);
+      assert.ok(given > 0 && Math.abs(sum - given) < 0.02 * given, `${lost} W of ${given} W`);
+      const places = await losses.locator(".loss:visible > span:first-child").allInnerTexts();
+      assert.deepEqual(
+        [places.includes("oil"), places.includes("servos"), places.includes("water")],
+        [oil, true, true],
+      );
       // the caption of the fish above stays in its picture
       const [frame, caption] = await Promise.all(
         ["#picture", "#caption"].map((part) => page.locator(part).boundingBox()),

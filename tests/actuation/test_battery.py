@@ -23,7 +23,13 @@ def with_battery(robot: ht.Robot, **values: object) -> ht.Robot:
     return parse(document, file="changed.toml")
 
 
-LOSSLESS = {"resistance_ohm": 0.0, "usable": 1.0, "converter_v": None, "converter_efficiency": None}
+LOSSLESS = {
+    "resistance_ohm": 0.0,
+    "usable": 1.0,
+    "converter_v": None,
+    "converter_efficiency": None,
+    "electronics_w": 0.0,
+}
 
 
 def test_four_cells_carry_four_and_a_half_kilometers(tuna: ht.Robot) -> None:

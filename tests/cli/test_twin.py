@@ -13,6 +13,7 @@ import xarray as xr
 
 import hypertuna as ht
 from hypertuna.cli import twin as cli_twin
+from hypertuna.simulation.losses import PLACES
 from hypertuna.simulation.posture_test import PostureTest, posture_test
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
@@ -63,6 +64,22 @@ def test_the_table_says_the_same(run: Run, short: TwinRun) -> None:
     for c, name in enumerate(short.circuits):
         (line,) = [line for line in output.splitlines() if line.startswith(name)]
         assert f"{short.pressure_max[c] / 1e3:.0f}" in line
+
+
+def test_losses_are_told_drawn_and_stored(run: Run, short: TwinRun, tmp_path: Path) -> None:
+    losses, picture, data = short.losses, tmp_path / "losses.svg", tmp_path / "run.nc"
+    code, output, _ = run(*SHORT, "--losses", str(picture), "-o", str(data))
+    assert code == 0
+    for place in PLACES:
+        (line,) = [line for line in output.splitlines() if line.split()[:1] == [place]]
+        assert f"{losses.at(place):.3g}" in line
+    assert "windings" in picture.read_text()
+    attributes = xr.open_dataset(data).attrs
+    told = json.loads(run(*SHORT, "--json")[1])
+    assert told["battery_power_w"] == attributes["battery_power_w"] == losses.power
+    assert sum(loss["power_w"] for loss in told["losses"]) == pytest.approx(losses.power)
+    for loss in losses.losses:
+        assert attributes[f"{loss.name}_power_w"] == loss.power
 
 
 def test_files_hold_the_run(run: Run, short: TwinRun, tmp_path: Path) -> None:

@@ -43,7 +43,8 @@ def driven(robot: Robot, target: Any, ticks: int = 200) -> dict[str, Any]:
 
 KINDS = {
     "oil": FISH,
-    "oil, with seals": with_keys(pump={"seal_friction_n": 15.0}),
+    "oil, no seals": with_keys(pump={"seal_friction_n": 0.0}),
+    "oil, seals": with_keys(pump={"seal_friction_n": 15.0}),
     "servos on all axles": with_servos(0, 1),
     "a servo on one axle": with_servos(1),
     "strips": FISH.using(water="strip"),
@@ -64,7 +65,7 @@ def test_losses_add_up_to_the_power(kind: str) -> None:
     assert lost == pytest.approx(run.electrical_power, rel=5e-3)
     assert sum(map(losses.at, PLACES)) == pytest.approx(losses.power, rel=1e-12)
     lossy = {"line", "braid", "silicone"} if run.circuits else set()
-    lossy |= {"seals"} if "seals" in kind else set()
+    lossy |= {"seals"} if robot.pump is not None and robot.pump.seal_friction else set()
     lossy |= {"hinge"} if kind == "hinge" else set()
     assert {name for name in ("line", "braid", "silicone", "seals", "hinge") if each[name] > 0} == lossy
     if not set(run.drives) & set(run.joints):  # instants of ticks alias with a servo's steps on the axle
@@ -137,7 +138,7 @@ def test_table_and_picture() -> None:
     assert set(table["place"]) == set(PLACES)
     assert table["power_w"].sum() == pytest.approx(losses.power)
     summary = losses.summary()
-    assert summary["cells_w"].value == losses.power
+    assert summary["power_w"].value == losses.power
     assert summary["windings_w"].unit == "W"
     assert "power of the cells" in repr(losses)
     for width in (7.2, 3.6):

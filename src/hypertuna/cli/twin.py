@@ -11,16 +11,16 @@ from hypertuna.actuation.hydraulics import with_bore
 from hypertuna.cli import options as opt
 from hypertuna.cli.command import listed
 from hypertuna.cli.console import attended, summary_table, table
-from hypertuna.cli.emit import emit, made_by
+from hypertuna.cli.emit import draw, emit, made_by
 from hypertuna.cli.gait import GaitOptions, check_duration, gait_degrees, gait_text
 from hypertuna.description.robot import Robot
+from hypertuna.display import number
 from hypertuna.io.quantity import ZERO_CELSIUS, quantity, values_of
 from hypertuna.simulation.losses import PLACES
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
 
 KILO = 1e3
-SHOWN = 5e-3  # part of the power from which a loss is named
 MIN_SPEED = 0.01  # 1/s: a robot slower than this many body lengths stands, and has no cost per distance
 # Variables in a CSV file.
 COLUMNS = (
@@ -53,6 +53,10 @@ def twin_command(
     start: Annotated[
         str, opt.word("--start", ("rest", "swimming"), "Start at rest, or swimming at the gait's settled speed.")
     ] = "rest",
+    losses: Annotated[
+        str | None,
+        opt.file("--losses", help="Write a picture of where the power goes to this file.", suffixes=opt.FIGURES),
+    ] = None,
     files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Simulate the whole robot: controller, servos, pumps, oil, muscles, tail, water, sensors.
@@ -65,6 +69,9 @@ def twin_command(
     options: dict[str, Any] = {"closed_loop": not open_loop, "temperature": kelvin(temperature), "start": start}
     options |= {"duration": duration, "medium": medium, "faults": tuple(fault or ()), "seed": seed}
     run = attended("simulating", lambda: twin(fish, beat, **options))
+    pictured = None if run.status == "diverged" else losses
+    if pictured is not None:
+        draw("hypertuna.simulation.plots_losses:plot_losses", pictured, run.losses)
     emit(
         run,
         record=_record,
@@ -73,6 +80,7 @@ def twin_command(
         facts=_record,
         figure="hypertuna.simulation.plots:plot_twin",
         **vars(files),
+        written=(pictured,),
         failed=run.status == "diverged",
     )
 
@@ -133,7 +141,7 @@ def _record(run: TwinRun) -> dict[str, Any]:
     return (
         values_of(run.summary())
         | ({} if swims_forward(run) else {"cost_of_transport_j_per_kg_m": math.nan})
-        | {"losses": values_of(run.losses.summary())}
+        | {"battery_power_w": run.battery_power, "losses": run.losses.rows}
         | {"joints": _joints(run), "circuits": _circuits(run), "limits": list(run.limits), "faults": list(run.faults)}
         | {"status": run.status, "status_text": _sentences(run), "settled": run.settled}
         | gait_degrees(run.gait)
@@ -181,12 +189,12 @@ def _pressure_lines(run: TwinRun) -> Iterator[Any]:
 def _loss_lines(run: TwinRun) -> Iterator[Any]:
     """Lay out where the power goes, a line a place."""
     losses = run.losses
-    yield f"losses of the power of the cells, {losses.power:.3g} W, {_beats(run)}", "dim"
-    rows = []
-    for place in PLACES:
-        parts = [loss for loss in losses.losses if loss.place == place and abs(loss.power) >= SHOWN * losses.power]
-        of = ", ".join(f"{loss.name} {loss.power:.2g}" for loss in parts if loss.name != place)
-        rows.append((place, f"{losses.at(place):.3g}", f"{100 * losses.at(place) / losses.power:.0f}", of))
+    yield f"where the {number(losses.power, 'W')} of the cells go, {_beats(run)}", "dim"
+    rows = [
+        (place, f"{losses.at(place):.3g}", f"{100 * losses.at(place) / losses.power:.0f}", losses.named(place))
+        for place in PLACES
+        if losses.at(place)
+    ]
     yield table(["\nplace", "mean\n[W]", "part\n[%]", "\nof it [W]"], rows, left=(0, 3), fold=3)
 
 

@@ -13,7 +13,7 @@ from hypertuna.description.schema.body import JointGroup, NamedGait
 from hypertuna.description.shape import ASPECT
 from hypertuna.description.twin import require_controller, why_no_twin
 from hypertuna.io.files import published, verdicts
-from hypertuna.simulation.recorded import CONDITIONS
+from hypertuna.simulation.recorded import CONDITIONS, LOSSES
 from hypertuna.swimming.gait import KINDS
 from hypertuna.swimming.outline import FIN, GIRTH, PEDUNCLE
 
@@ -133,8 +133,16 @@ def _twin(robot: Robot) -> dict[str, Any] | None:
     """Return what is shown of the twin: ticks a second, sensors by channels, conditions by bit; None without one."""
     if why_no_twin(robot):
         return None
-    conditions = [{"name": name, "place": place, "text": text} for name, (place, text) in CONDITIONS.items()]
-    return {"rate": require_controller(robot).rate, "channels": channels(robot, pilot=False), "conditions": conditions}
+    conditions, losses = (
+        [{"name": name, "place": place, "text": text} for name, (place, text) in table.items()]
+        for table in (CONDITIONS, LOSSES)
+    )
+    return {
+        "rate": require_controller(robot).rate,
+        "channels": channels(robot, pilot=False),
+        "conditions": conditions,
+        "losses": losses,
+    }
 
 
 def _gait(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from hypertuna.display import Plotted, Tabular, columns_of
 from hypertuna.io.quantity import Quantity
 from hypertuna.simulation.recorded import LOSSES
 
+SMALL = 5e-3  # part of the power below which a loss is not named
 PLACES = ("battery", "servos", "oil", "joints", "water")  # in the order of the power's path
 OF_BATTERY = {
     "resistance": "inner resistance of the cells",
@@ -51,11 +52,16 @@ class Losses(
         """Return the sum of the losses at a place [W]."""
         return sum(loss.power for loss in self.losses if loss.place == place)
 
+    def named(self, place: str) -> str:
+        """Name the losses at a place that are not small, in W: ``windings 4.53, gears 1.87``."""
+        here = [loss for loss in self.losses if loss.place == place and abs(loss.power) >= SMALL * self.power]
+        return ", ".join(f"{loss.name} {loss.power:.2f}" for loss in here if loss.name != place)
+
     @property
     def rows(self) -> list[dict[str, Any]]:
         """The losses as rows of a table."""
         return [
-            {"place": place, "loss": name, "power_w": power, "part": power / self.power, "meaning": text}
+            {"name": name, "place": place, "power_w": power, "part": power / self.power, "meaning": text}
             for name, place, power, text in self.losses
         ]
 
@@ -69,7 +75,7 @@ class Losses(
         """
         places = {f"{place}_w": Quantity(self.at(place), "W", place) for place in PLACES}
         each = {f"{loss.name}_w": Quantity(loss.power, "W", None) for loss in self.losses if loss.place != loss.name}
-        return {"cells_w": Quantity(self.power, "W", "power of the cells")} | places | each
+        return {"power_w": Quantity(self.power, "W", "power of the cells")} | places | each
 
 
 def losses_of(robot: Robot, title: str, data: dict[str, Array], rows: slice) -> Losses:

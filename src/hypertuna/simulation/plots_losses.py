@@ -15,7 +15,6 @@ from hypertuna.simulation.losses import PLACES, Losses
 REACH, TURN, TIP = 0.3, 0.06, 0.12  # in widths of the flow: of a branch, radius of its turn, length of its head
 LINE, HEAD, LETTER = 0.16, 0.5, 0.072  # inch: a line of text, space above the flow, a letter
 WIDEST = 1.3  # inch, of the flow
-SMALL = 5e-3  # part of the power below which a loss is not named
 
 
 @styled
@@ -24,7 +23,7 @@ def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
     scale = min(WIDEST, 0.25 * width)  # inches of the whole power
     edge = 1 + TURN + REACH + 0.08  # of the texts
     letters = int((width - edge * scale) / LETTER)
-    texts = {place: textwrap.wrap(_named(losses, place), letters) for place in PLACES}
+    texts = {place: textwrap.wrap(losses.named(place), letters) for place in PLACES}
     shares = {place: min(1.0, max(0.0, losses.at(place) / losses.power)) for place in PLACES}
     rows = {place: max(shares[place] + 2 * TURN, (len(texts[place]) + 1.6) * LINE / scale) for place in PLACES}
     height = HEAD + scale * (sum(rows.values()) + TURN)
@@ -52,12 +51,6 @@ def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
             axes.text(edge, first - (j + 1) * LINE / scale, text, fontsize=8, va="center")
         left, start = after, start + rows[place]
     return figure
-
-
-def _named(losses: Losses, place: str) -> str:
-    """Name the losses at a place that are not small."""
-    here = [loss for loss in losses.losses if loss.place == place and loss.name != place]
-    return ", ".join(f"{loss.name} {loss.power:.2f}" for loss in here if abs(loss.power) >= SMALL * losses.power)
 
 
 def _draw(axes: Axes, corners: Array, color: str) -> None:

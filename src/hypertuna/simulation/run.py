@@ -98,6 +98,11 @@ class Run(Tabular, data=lambda run: run.dataset()):
         return losses_of(self.robot, f"{self.robot.name}, {gait_text(self.gait)}", self.data, self.beats)
 
     @property
+    def battery_power(self) -> float:
+        """Mean power that the battery's cells give [W]."""
+        return self.losses.power
+
+    @property
     def divergence(self) -> str:
         """Sentence of a run that diverged."""
         seconds = self.time.size * self.tick

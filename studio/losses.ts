@@ -1,0 +1,61 @@
+// Where the electrical power of the twin goes, from the battery to the water, means of a beat: a bar for each place.
+import { element } from "./dom.ts";
+import { digits } from "./quantities.ts";
+import type { Robot } from "./robot.ts";
+
+const PLACES = ["battery", "servos", "oil", "joints", "water"]; // in the order of the power's path
+const COLORS = ["pink", "orange", "green", "sky", "blue"];
+const SMALL = 5e-3; // part of the power below which a loss is not named
+
+interface Row {
+  element: HTMLElement;
+  lost: HTMLElement; // a bar from what passed before to what is left
+  power: HTMLElement;
+  named: HTMLElement;
+}
+
+export class Losses {
+  readonly element = element("div", "losses");
+  private readonly title = element("p", "caption");
+  private readonly rows: Row[];
+  private readonly losses: { name: string; place: string; text: string }[];
+
+  constructor(robot: Robot) {
+    this.losses = robot.twin?.losses ?? [];
+    this.rows = PLACES.map((place, k) => {
+      const [row, track] = [element("div", "loss"), element("span", "track")];
+      const [lost, power, named] = [element("i"), element("b"), element("small")];
+      lost.style.background = `var(--${COLORS[k]})`;
+      track.append(lost);
+      row.append(element("span", "", place), track, power, named);
+      return { element: row, lost, power, named };
+    });
+    this.element.append(this.title, ...this.rows.map(({ element }) => element));
+  }
+
+  /** Show means of a beat; `mean` is that of a column of the record, `drawn` what the battery gives [W]. */
+  show(mean: (name: string) => number, drawn: number): void {
+    const powers = this.losses.map(({ name, place }) => ({ name, place, power: mean(`loss_${name}`) }));
+    const servos = powers.reduce((sum, { power }) => sum + power, 0);
+    powers.unshift({ name: "converter and electronics", place: "battery", power: drawn - servos });
+    this.title.textContent = `Where the ${digits(drawn, 3)} W from the battery go, means of a beat [W]`;
+    let before = 0;
+    this.rows.forEach((row, k) => {
+      const here = powers.filter(({ place }) => place === PLACES[k]);
+      const sum = here.reduce((all, { power }) => all + power, 0);
+      const named = here.filter(({ name, power }) => name !== PLACES[k] && Math.abs(power) >= SMALL * drawn);
+      row.element.hidden = Math.abs(sum) < 1e-9;
+      row.lost.style.left = `${percent(before, drawn)}%`;
+      row.lost.style.width = `${percent(sum, drawn)}%`;
+      put(row.power, digits(sum, 3));
+      put(row.named, named.map(({ name, power }) => `${name} ${digits(power, 2)}`).join(", "));
+      before += Math.max(0, sum);
+    });
+  }
+}
+
+const percent = (part: number, whole: number): number => 100 * Math.min(1, Math.max(0, whole > 0 ? part / whole : 0));
+
+function put(place: HTMLElement, text: string): void {
+  if (place.textContent !== text) place.textContent = text;
+}
