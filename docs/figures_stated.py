@@ -36,7 +36,7 @@ SENTENCES = (
     "the default robot's median is {control/settling-1hz | twin} s at 1 Hz and {control/settling-6hz | twin} s at 6 Hz",
     "In the twin it falls only up to {cost-of-transport/cheapest-hz | twin} Hz",
     "The electrical cost of the twin falls in {cost-of-transport/over-amplitude | twin} % of the comparisons",
-    "The largest pressure needs {servo/torque-6hz-I | pump sizing} times the torque",
+    "The working pressure needs {servo/torque-6hz-I | pump sizing} times the torque",
     "In the twin the pitch of both ways together spans {diving/pitch-span | twin} deg",
     "In still water the twin swims {lake/speed | twin, at sea} m/s instead of 0.444 m/s, and takes "
     "{power/lake | twin, at sea} W instead of 18.2 W",

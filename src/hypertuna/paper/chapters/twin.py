@@ -19,13 +19,12 @@ from hypertuna.paper.computed import (
     bandwidths,
     run_published,
 )
-from hypertuna.paper.ledger import UNPUBLISHED, Finding, published, published_value
+from hypertuna.paper.ledger import FAMILY, UNPUBLISHED, Finding, published, published_value
 from hypertuna.reports.html import WIDTH, Section, Table
 from hypertuna.reports.results import posture_table, spelled_limits
 from hypertuna.simulation.posture_test import CLOSE
 
 SIZING = "pump sizing"
-PUMP = "the pump's dimensions are estimates, for a third of the stall torque at 250 kPa"
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Twins:
@@ -40,8 +39,8 @@ def findings(twins: Twins) -> Iterator[Finding]:
     for size in size_pump(twins.robot, frequency=[hertz], amplitude=amplitude):
         left = size.torque_limit * (1 - size.servo_speed / size.servo_speed_limit)
         note = (
-            f"{size.torque:.3g} N m at the pressure limit; the servo's line leaves {left:.3g} of "
-            f"{size.torque_limit:.3g} N m at {size.servo_speed:.3g} rad/s, the largest speed of the beat; {PUMP}"
+            f"{size.torque:.3g} N m at the working pressure; the servo's line leaves {left:.3g} of "
+            f"{size.torque_limit:.3g} N m at {size.servo_speed:.3g} rad/s, the largest speed of the beat; {FAMILY}"
         )
         yield Finding(f"servo/torque-{hertz:g}hz-{size.joint}", SIZING, "in sight", size.torque / left, note)
 
