@@ -88,10 +88,11 @@ def material_table() -> str:
 FAMILY: tuple[dict[str, Any], ...] = (
     {},
     {"friction": 0.0},
-    {"braid_angle_deg": 33.0},
     {"braid_angle_deg": 30.0},
+    {"braid_angle_deg": 28.0},
+    {"outer_diameter_m": 3.5e-3, "inner_diameter_m": 2.5e-3, "braid_angle_deg": 28.0},
+    {"outer_diameter_m": 5e-3, "inner_diameter_m": 3.6e-3, "braid_angle_deg": 33.0},
     {"outer_diameter_m": 6e-3, "inner_diameter_m": 4.4e-3, "braid_angle_deg": 33.0},
-    {"outer_diameter_m": 8e-3, "inner_diameter_m": 5.6e-3, "braid_angle_deg": 33.0},
 )
 
 
@@ -134,32 +135,37 @@ def family_table() -> str:
     return rows([*head, "at 100 kPa [deg]", "at 250 kPa [deg]", "shorter by [mm]"], body)
 
 
-SENSITIVE: tuple[tuple[str, tuple[str | int, ...]], ...] = (
-    ("lever", ("joints", -1, "actuator", "lever_m")),
-    ("braid angle", ("drive_unit", "braid_angle_deg")),
-    ("outer diameter", ("drive_unit", "outer_diameter_m")),
-    ("inner diameter", ("drive_unit", "inner_diameter_m")),
-    ("friction", ("drive_unit", "friction")),
-    ("modulus of the hose", ("materials", "DR10", "modulus_fe_pa")),
-    ("modulus of the matrix", ("materials", "EC50", "modulus_fe_pa")),
-)
+SENSITIVE: dict[str, tuple[tuple[str | int, ...], ...]] = {  # places of the file, -1 for the joint
+    "lever": (("joints", -1, "actuator", "lever_m"),),
+    "braid angle": (("drive_unit", "braid_angle_deg"),),
+    "outer diameter": (("drive_unit", "outer_diameter_m"),),
+    "inner diameter": (("drive_unit", "inner_diameter_m"),),
+    "friction": (("drive_unit", "friction"),),
+    "buckling load of the axis": (("joints", -1, "actuator", "axis_buckling_n"),),
+    "modulus of the hose": (("materials", "DR10", "modulus_100_pa"), ("materials", "DR10", "tensile_pa", 0)),
+    "modulus of the matrix": (("materials", "EC50", "modulus_100_pa"), ("materials", "EC50", "tensile_pa", 0)),
+}
+
+
+def multiplied(places: tuple[tuple[str | int, ...], ...], joint: int, factor: float) -> Robot:
+    """Return HyperTuna with numbers of its file multiplied."""
+    document = FISH.document()
+    for keys in places:
+        table: Any = document
+        for key in keys[:-1]:
+            table = table[joint if key == -1 else key]
+        table[keys[-1]] *= factor
+    return parse(document)
 
 
 def sensitivity_table() -> str:
     """Tabulate by how many percent the bend changes where a value changes by one."""
     body = []
-    for text, keys in SENSITIVE:
+    for text, places in SENSITIVE.items():
         cells = []
         for joint in range(len(JOINTS)):
-            angles = []
-            for factor in (0.99, 1.01):
-                document = FISH.document()
-                place: Any = document
-                for key in keys[:-1]:
-                    place = place[joint if key == -1 else key]
-                place[keys[-1]] *= factor
-                angles.append(degrees(parse(document), joint))
-            cells.append(f"{50 * (angles[1] - angles[0]) / degrees(FISH, joint):+.2f}")
+            low, high = (degrees(multiplied(places, joint, factor), joint) for factor in (0.99, 1.01))
+            cells.append(f"{50 * (high - low) / degrees(FISH, joint):+.2f}")
         body.append([text, *cells])
     return rows(["1 % more", *(f"{joint} [%]" for joint in JOINTS)], body)
 
