@@ -13,7 +13,6 @@ from functools import partial
 from hypertuna.paper.reproduce import Ledger
 
 SENTENCES = (
-    "The default robot of the twin has an rms error of {rms | twin} %",
     "90 % of the robots that the paper allows swim {low speed/unoptimised-max | twin} to "
     "{high speed/unoptimised-max | twin} m/s; 0.56 m/s is published",
     "the optimized gait changes the speed by {speed/change-max | joint bandwidth} % with joint bandwidth, and by "
@@ -51,6 +50,7 @@ SENTENCES = (
     "the radius at 200 deg is {turning/radius-bl | joint bandwidth, feasible stroke} BL",
     "Among the gaits that swim head first, {turning/best-phase | joint bandwidth} deg is the tightest",
     "Up to {cost-of-transport/cheapest-hz | twin} Hz it falls, because the idle power",
+    "The default robot of the twin has an rms error of {rms | twin} %",
 )
 NUMBER = r"[-+]?\d[\d.]*"
 
@@ -77,11 +77,12 @@ def _with_numbers(sentence: str, ledger: Callable[[], Ledger], found: re.Match[s
 def _told(ledger: Ledger, name: str) -> str:
     """Write a number of the ledger as its table has it."""
     key, model = name.split(" | ")
-    if key == "rms":
-        return f"{100 * ledger.summary['speeds'][model]['rms_relative_error']:.1f}"
     end, _, key = key.rpartition(" ")
-    (entry,) = [entry for entry in ledger.entries if (entry.id, entry.model) == (key, model)]
-    numbers = {"": entry.computed_text} | dict(zip(("low", "high"), entry.band_text.split(" to "), strict=False))
-    if not numbers.get(end):
-        raise ValueError(f"{name} is on a page and has no number: {entry.note}")
+    if key == "rms":
+        numbers = {"": f"{100 * ledger.summary['speeds'][model]['rms_relative_error']:.1f}"}
+    else:
+        (entry,) = [entry for entry in ledger.entries if (entry.id, entry.model) == (key, model)]
+        numbers = {"": entry.computed_text} | dict(zip(("low", "high"), entry.band_text.split(" to "), strict=False))
+        if not numbers.get(end):
+            raise ValueError(f"{name} is on a page and has no number: {entry.note}")
     return numbers[end]
