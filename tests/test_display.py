@@ -23,6 +23,7 @@ import hypertuna as ht
 from hypertuna.actuation.sizing import size_pump
 from hypertuna.arrays import Array
 from hypertuna.characterization.data import read_bench
+from hypertuna.characterization.family import family
 from hypertuna.characterization.fit import fit_bench
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
@@ -80,6 +81,7 @@ def made() -> dict[str, Any]:
         "posterior": posterior(fit, 20),
         "scoreboard": ht.score_swimmers(["tunabot"]),
         "bench": fit_bench(fish, read_bench(TANK.parent / "bench" / "bench.csv", fish), "friction", starts=1),
+        "family": family(fish, read_bench(TANK.parent / "bench" / "paper.csv", fish), members=50),
     }
 
 
@@ -124,6 +126,7 @@ KINDS = [
     "pump",
     "scoreboard",
     "bench",
+    "family",
 ]
 
 

@@ -2,11 +2,9 @@
 
 import runpy
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
-
-import hypertuna as ht
-from hypertuna.actuation.bending import bend
 
 HERE = Path(__file__).parent
 
@@ -19,12 +17,15 @@ def test_a_drawn_actuator_is_fitted() -> None:
     assert np.mean((fit.low <= truth) & (truth <= fit.high)) > 0.7
 
 
-def test_a_drawn_actuator_meets_both_published_angles() -> None:
-    """The levers are solved for: joint I bends by 18.2 deg and joint II by 31.2 deg at 250 kPa."""
-    sampled = runpy.run_path(str(HERE / "sampled.py"))
-    robot, rng = ht.load("hypertuna"), np.random.default_rng(0)
-    fit = sampled["fit_bench"](robot, sampled["read_bench"](sampled["PAPER"], robot), starts=1)
-    _, values = next(filter(None, (sampled["met"](fit, rng) for _ in range(50))))
-    other = sampled["with_unknowns"](robot, fit.free, values, checked=False)
-    angles = [np.degrees(bend(other, joint, [250e3]).angle[0]) for joint in ("I", "II")]
-    np.testing.assert_allclose(angles, (18.2, 31.2), atol=0.01)
+def test_a_drawn_actuator_lies_in_its_families() -> None:
+    """One repeat of the study of families: the force keeps the designs that have it."""
+    study = runpy.run_path(str(HERE / "family.py"))
+    with TemporaryDirectory() as folder:
+        fish, *found = next(filter(None, (study["repeat"](seed, 50, Path(folder)) for seed in range(20))))
+    truth = study["blocked_moment"](fish, 0, study["TOP"])
+    alone, both = (
+        np.array([study["blocked_moment"](one.robot, 0, study["TOP"]) for one in of.members]) for of in found
+    )
+    assert alone.min() < truth < alone.max()
+    assert np.abs(np.log(both / truth)).max() < 6 * study["FORCE"]
+    assert np.std(np.log(both)) < 0.5 * np.std(np.log(alone))

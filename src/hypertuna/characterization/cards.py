@@ -8,7 +8,7 @@ from hypertuna.characterization.data import KINDS
 from hypertuna.characterization.family import Family
 from hypertuna.characterization.fit import BenchFit
 from hypertuna.display import Card, number
-from hypertuna.pictures import computed_svg
+from hypertuna.pictures import bars_svg, computed_svg
 
 
 def bench_card(fit: BenchFit) -> Card:
@@ -42,4 +42,8 @@ def family_card(family: Family) -> Card:
     facts = [("members", f"{len(family.members)}"), ("measured values", f"{len(family.space.sd)}")]
     text = f"The most informative measurement is: {family.next[0].text}." if family.next else ""
     title = f"Family of {family.space.robot.name}: designs that meet the bench"
-    return Card(title, facts, text, ("open", "median", "90 % interval"), rows)
+    bars = [
+        (one.text, one.interval[0] / one.interval[1], one.interval[2] / one.interval[1]) for one in family.quantities
+    ]
+    picture = partial(bars_svg, bars, "90 % interval over the median")
+    return Card(title, facts, text, ("open", "median", "90 % interval"), rows, picture)

@@ -126,7 +126,7 @@ def _read(path: str | Path, robot: Robot) -> list[BenchRow]:
     if not set(table.head) & {FORCE, *(one.column for one in KINDS.values())}:
         rule = "must have a column of what was measured"
         raise InputError(rule, file=table.file, fix=f"add {', '.join(one.column for one in KINDS.values())} or {FORCE}")
-    return table.parse(lambda line, cells: _row(cells, robot, table.file, line))
+    return table.parse(lambda line, cells: _row(cells, robot, table.file, line), names={c: c for c in COLUMNS})
 
 
 def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> BenchRow:

@@ -5,11 +5,10 @@ all unknowns but one, which follows from them.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from hypertuna.actuation.soft_joint import LUMEN_MIN, joint_group, joint_sections, muscle, soft_joint
 from hypertuna.arrays import Array
@@ -22,7 +21,8 @@ from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.errors import InputError
 
 GRID = {"stiffness_factor": 2, "lever": 9}  # unknowns to solve for, the preferred first: points between its bounds
-PRECISE, NEAR = 1e-5, 1e-3  # of a logarithm: tolerance of a solution, and step of a difference
+PRECISE, NEAR = 1e-4, 1e-3  # relative: tolerance of a bend that is solved for, and step of a difference
+MAX_STEPS = 50
 NO_ROOM, NO_BEND, LOCKED = (
     "no room in the section",
     "another bend",
@@ -102,26 +102,26 @@ class Designs:
         unknown = self.free[one.unknown]
         target = self.elements.measured[one.element] + noise * self.sd[one.element]
 
-        def changed(log: float) -> Robot:
-            return with_unknowns(robot, (unknown,), np.array([unknown.value(log)]), checked=False)
+        def changed(value: float) -> Robot:
+            return with_unknowns(robot, (unknown,), np.array([value]), checked=False)
 
-        def off(log: float) -> float:
-            bent = np.asarray(soft_joint(changed(log), one.joint).bend(one.both))
-            return math.log(max(one.sign * float(bent[..., 0].sum()), NEAR * target) / target)
+        def off(value: float) -> float:  # nearly linear in a stiffness
+            bent = np.asarray(soft_joint(changed(value), one.joint).bend(one.both))
+            return target / max(one.sign * float(bent[..., 0].sum()), NEAR * target) - 1
 
-        grid = np.linspace(unknown.log(unknown.lower), unknown.log(unknown.upper), GRID[unknown.kind])
-        ends = np.array([off(log) for log in grid])
+        grid = np.geomspace(unknown.lower, unknown.upper, GRID[unknown.kind])
+        ends = np.array([off(value) for value in grid.tolist()])
         crossings = np.flatnonzero(
             ends[:-1] * ends[1:] < 0
         )  # a longer lever pulls harder, and shortens its muscle more
         if not len(crossings):
             raise InputError(NO_BEND)
         m = crossings[min(int(point[one.unknown] * len(crossings)), len(crossings) - 1)]
-        log = float(brentq(off, grid[m], grid[m + 1], xtol=PRECISE))
-        slope = (off(log + NEAR) - off(log)) / NEAR
-        found = changed(log)
+        value = _crossing(off, (float(grid[m]), float(grid[m + 1])), (float(ends[m]), float(ends[m + 1])))
+        slope = (off(value * (1 + NEAR)) - off(value)) / NEAR
+        found = changed(value)
         _check_ends(found, one)
-        return found, unknown.value(log), math.log(len(crossings) / max(abs(slope), NEAR))
+        return found, value, math.log(len(crossings) / max(abs(slope), NEAR))
 
     def _off(self, robot: Robot) -> Array:
         """Return computed minus measured over noise (elements,); 0 for those solved for."""
@@ -130,6 +130,22 @@ class Designs:
         if len(others):
             off[others] = ((self.elements.of(computed(robot, self.bench)) - self.elements.measured) / self.sd)[others]
         return off
+
+
+def _crossing(of: Callable[[float], float], ends: tuple[float, float], values: tuple[float, float]) -> float:
+    """Return where a function that is nearly a line crosses 0 between two ends, by the Illinois method."""
+    (a, b), (at_a, at_b) = ends, values
+    for _ in range(MAX_STEPS):
+        x = (a * at_b - b * at_a) / (at_b - at_a)
+        at_x = of(x)
+        if abs(at_x) < PRECISE:
+            break
+        if at_x * at_b < 0:
+            a, at_a = b, at_b
+        else:
+            at_a /= 2
+        b, at_b = x, at_x
+    return x
 
 
 def _check_ends(robot: Robot, one: Solved) -> None:
@@ -174,7 +190,7 @@ def _solved(bench: Bench, frees: Sequence[Unknown], measured: Elements, sd: Arra
     bends = (measured.kind == "angle") & (bench.joint[row] == joint) & ~bench.unload[row] & (measured.measured > 0)
     if not own or not bends.any():
         return None
-    relative = np.round(sd / measured.measured, 6)
+    relative = np.round(sd / measured.measured, 2)
     k = min(np.flatnonzero(bends).tolist(), key=lambda k: (relative[k], -bench.pressure[row[k]]))
     side, both = int(bench.side[row[k]]), np.zeros((1, 2))
     both[0, side] = bench.pressure[row[k]]

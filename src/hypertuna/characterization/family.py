@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,9 +23,11 @@ from hypertuna.ranges import Range, Whole
 MEMBERS = 300
 MODEL_ERROR = 0.03  # of the fast model beside finite elements, relative (docs/fe.md)
 COUNT, ERROR = Whole(min=50, max=5000), Range(min=0, max=0.5)
+PARTS = 100  # of a stage, for the progress
 INTERVAL = (0.05, 0.5, 0.95)
 NODES, DEGREE = 5, 3  # errors of an instrument for each member, and polynomial of a quantity in its readings
 SPLIT = 0.25  # part of the range of expected values: a wider gap splits them into two
+MISREAD = 3.0  # residual, in standard deviations, in the middle of the family
 TINY = 1e-12
 NARROWED = 0.9  # of its interval: ranges narrowed less are not listed
 
@@ -114,6 +117,17 @@ class Family(
         return rows
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of the bench, and of measured values that no design comes near to."""
+        far = [
+            f"{one['file']}, line {one['line']}: the {one['kind']} is {one['measured']:.3g} {one['unit']}, but "
+            f"{one['median']:.3g} in the middle of the family: it was misread, or its standard deviation is larger."
+            for one in self.facts
+            if abs(one["median"] - one["measured"]) > MISREAD * one["sd"]
+        ]
+        return (*self.space.bench.warnings, *far)
+
+    @property
     def record(self) -> dict[str, Any]:
         """Record of the family, for JSON."""
         population = self.population
@@ -133,6 +147,7 @@ class Family(
             "chosen": self.middle,
             "values": {one.name: self.values[:, k] * BORDER[one.unit][1] for k, one in enumerate(self.space.free)},
             "quantities": {one.text: one.values for one in self.quantities},
+            "warnings": self.warnings,
             "seed": self.seed,
             "model_error": self.model_error,
             "draws": population.tried,
@@ -163,13 +178,21 @@ def family(
     COUNT.check(members, "members", "leave it out")
     ERROR.check(model_error, "model error", "give it as a fraction, such as 0.03")
     space = designs(robot, bench, free, bounds=bounds, model_error=model_error)
-    population = populate(space, members, seed=seed, progress=progress)
+
+    def report(stage: int, done: int, total: int) -> None:  # drawn, and then judged
+        if progress is not None:
+            progress(PARTS * stage + PARTS * done // total, 2 * PARTS)
+
+    population = populate(space, members, seed=seed, progress=partial(report, 0))
     fish = [one.robot for one in population.members]
     found = np.array([space.elements.of(computed(one, bench)) for one in fish])
     quantities = tuple(Quantity(one.text, one.unit, _of(one, fish)) for one in open_quantities(robot, bench))
     middle = _middle(quantities, (found - space.elements.measured) / space.sd)
-    more = [_next(one, _of(one, fish), quantities) for one in candidates(robot, bench, space.free)]
-    ranked = tuple(sorted((one for one in more if one is not None), key=lambda one: -one.bits))
+    more, ahead = [], candidates(robot, bench, space.free)
+    for k, one in enumerate(ahead, 1):
+        more += [judged] if (judged := _next(one, _of(one, fish), quantities)) is not None else []
+        report(1, k, len(ahead))
+    ranked = tuple(sorted(more, key=lambda one: -one.bits))
     return Family(space, population, found, quantities, ranked, middle, seed, model_error, time.monotonic() - begun)
 
 

@@ -4,6 +4,7 @@ The likelihood enters by powers that rise from 0 to 1 (tempering). At each, poin
 moved by differences of others (differential evolution, ter Braak 2006).
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -40,15 +41,13 @@ def populate(
     accepted: list[tuple[Array, Design]] = []
     while len(accepted) < count:
         if len(drawn) >= MAX_DRAWS * count:
-            raise InputError(
-                *_none(drawn), key="bench", fix="check the file and the description, or give wider --bounds"
-            )
+            raise _too_few(drawn, len(accepted))
         point = np.append(rng.random(uniform), rng.standard_normal(normal))
         drawn.append(space.at(point))
         if not drawn[-1].excluded:
             accepted.append((point, drawn[-1]))
-            if progress is not None:
-                progress(len(accepted), 2 * count)
+        if progress is not None:
+            progress(max(len(accepted), len(drawn) // MAX_DRAWS), 2 * count)
     points, members = np.array([point for point, _ in accepted]), [one for _, one in accepted]
     evaluations, power, powers = len(drawn), 0.0, [0.0]
     weight = np.array([one.weight for one in members])
@@ -67,11 +66,12 @@ def populate(
             return Population(points, tuple(members), tuple(drawn[:count]), len(drawn), evaluations, tuple(powers))
 
 
-def _none(drawn: list[Design]) -> tuple[str]:
-    """Write that no design meets the bench, and what excludes most of them."""
-    reasons = [one.excluded for one in drawn if one.excluded]
-    most = max(set(reasons), key=reasons.count)
-    return (f"must be met by more than one in {MAX_DRAWS} designs within the bounds; most have {most}",)
+def _too_few(drawn: list[Design], met: int) -> InputError:
+    """Write that hardly any design meets the bench, and what excludes the others."""
+    reasons = Counter(one.excluded for one in drawn if one.excluded).most_common()
+    texts = ", ".join(f"{count} have {reason}" for reason, count in reasons)
+    rule, fix = f"must be met by one in {MAX_DRAWS} designs within the bounds", "check the file, or give wider --bounds"
+    return InputError(rule, key="bench", value=f"met by {met} of {len(drawn)}: {texts}", fix=fix)
 
 
 def _step(weight: Array, fit: Array, rest: float) -> float:

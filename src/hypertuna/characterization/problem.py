@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import root_scalar
+from scipy.optimize import brentq
 
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.hydraulics import SIDES
@@ -22,6 +22,7 @@ from hypertuna.ranges import Whole, check_name
 STEP = 1e-4  # of a logarithm, for central differences
 ROUGH_STEP = 1e-6  # the same, for one-sided differences
 FAILED = 1e3  # residual, in standard deviations, of a bend without a solution
+STRAIN_STEP = 0.03
 STARTS = Whole(min=1, max=1024)
 
 
@@ -173,13 +174,19 @@ def blocked_moment(robot: Robot, joint: int, pressure: float, side: int = 0, *, 
 
 
 def _strain(model: JointModel, both: Array) -> float:
-    """Return the strain of a straight joint at which its axial force vanishes, by the secant method."""
+    """Return the strain of a straight joint at which its axial force vanishes; the force falls with the strain."""
 
     def thrust(strain: float) -> float:
         load = model.at(0.0, strain, both)
         return float(load["axial"][0] + load["gain"][0] @ both[0])
 
-    return float(root_scalar(thrust, x0=0.0, x1=-0.02, rtol=1e-9).root)
+    far, step = 0.0, math.copysign(STRAIN_STEP, thrust(0.0))
+    while thrust(far) * step > 0 and abs(far) < 1:
+        far += step
+    if not thrust(far) * step <= 0:
+        rule, fix = "must have a length under this pressure", "give a lower pressure"
+        raise InputError(rule, key=f"joint {model.name}", fix=fix)
+    return float(brentq(thrust, far - step, far, xtol=1e-9)) if far else 0.0
 
 
 def bench_problem(

@@ -12,7 +12,9 @@ from hypertuna.cli.console import counted, progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.joint import Bounds, Free
 from hypertuna.description.writer import write_robot
+from hypertuna.ranges import Range
 
+ERRORS = Range(min=0, max=50, unit="percent")
 MEASUREMENTS, NARROWED = 8, 3  # rows of the list of measurements, and quantities named in each
 
 
@@ -27,7 +29,10 @@ def family_command(
     bounds: Bounds = None,
     members: Annotated[int, opt.whole_number("--members", "Number of designs in the sample.")] = MEMBERS,
     model_error: Annotated[
-        float, opt.number("--model-error", "percent", "Error of the fast model, relative to each measured value.")
+        float,
+        opt.number(
+            "--model-error", "percent", "Error of the fast model, relative to each measured value.", limits=ERRORS
+        ),
     ] = 100 * MODEL_ERROR,
     seed: opt.Seed = 0,
     plot: opt.Plot = None,
@@ -97,6 +102,8 @@ def _lines(found: Family, checks: list[str], output: str | None) -> Iterator[Any
         yield _told(measurement)
     yield f"To check the chosen design by finite elements{'' if output else ', write it by -o FILE.toml, then'}:"
     yield from checks
+    for warning in found.warnings:
+        yield warning, "yellow"
     population = found.population
     yield (
         f"{counted(population.tried, 'design')} drawn within the bounds, {counted(population.evaluations, 'design')} "
