@@ -14,7 +14,8 @@ from hypertuna.simulation.run import TwinRun
 ROBOT = ht.load("hypertuna")
 THREADS = 2
 SECONDS = 10.0  # duration of a run [s]; the fault starts between 1 and 6 s
-HARD = 300e3 * 1.05  # maximum pressure [Pa]: the hard limit and 5 %
+CONTROL = ROBOT.controller
+HARD = 1.05 * (CONTROL.pressure_hard if CONTROL and CONTROL.pressure_hard else np.inf)  # Pa: the hard limit and 5 %
 CONDITIONS = {"bend": "bend_fault", "pressure": "pressure_fault", "current": "current_fault", "imu": "imu_fault"} | {
     "battery": "battery_fault"
 }

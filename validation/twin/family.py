@@ -25,7 +25,7 @@ from hypertuna import _core
 from hypertuna.actuation.hydraulics import circuits
 from hypertuna.actuation.soft_joint import JointModel, joint_models, mooney, soft_joint
 from hypertuna.characterization.data import read_bench
-from hypertuna.characterization.designs import designs
+from hypertuna.characterization.designs import Designs, designs
 from hypertuna.characterization.population import populate
 from hypertuna.cli.console import progress_bar
 from hypertuna.description.changes import NAMES, changed
@@ -103,11 +103,15 @@ class Candidate:
         return next((fact for fact, value in self.facts.items() if value == -math.inf), "")
 
 
-def actuators(robot: ht.Robot, count: int, seed: int) -> tuple[list[Candidate], list[dict[str, Any]]]:
-    """Return actuators that meet both bends and have room, and what excludes draws of their ranges."""
+def space_of(robot: ht.Robot, ranges: Mapping[str, tuple[float, float]] = ACTUATOR) -> Designs:
+    """Return the space of actuators that meet both bends."""
     own = {name: mooney(robot, getattr(robot.drive_unit, name.removesuffix("_modulus"))).modulus for name in SILICONE}
-    bounds = ACTUATOR | {name: (low / own[name], high / own[name]) for name, (low, high) in SILICONE.items()}
-    space = designs(robot, read_bench(BENCH, robot), FREE, bounds=bounds)
+    bounds = {**ranges} | {name: (low / own[name], high / own[name]) for name, (low, high) in SILICONE.items()}
+    return designs(robot, read_bench(BENCH, robot), FREE, bounds=bounds)
+
+
+def actuators(space: Designs, count: int, seed: int) -> tuple[list[Candidate], list[dict[str, Any]]]:
+    """Return actuators that meet both bends and have room, and what excludes draws of their ranges."""
     with progress_bar("actuators", slow=True) as progress:
         found = populate(space, count, seed=seed, progress=progress)
     names = [one.name for one in space.free]
@@ -119,10 +123,10 @@ def actuators(robot: ht.Robot, count: int, seed: int) -> tuple[list[Candidate], 
     return [Candidate(one.robot, dict(zip(names, one.values.tolist(), strict=True))) for one in found.members], drawn
 
 
-def complete(candidate: Candidate, rng: np.random.Generator) -> Candidate | None:
-    """Draw all else of a candidate; None where it is filled beyond its limit."""
+def complete(candidate: Candidate, parts: Iterator[float]) -> Candidate | None:
+    """Add all else to a candidate, at parts of its ranges in their order; None where it is filled beyond its limit."""
     values = {
-        name: low * (high / low) ** rng.random() if low > 0 else high * rng.random()
+        name: low * (high / low) ** next(parts) if low > 0 else high * next(parts)
         for name, (low, high) in OTHERS.items()
     }
     changes = {name: value for name, value in values.items() if not name.startswith("times ")}
@@ -355,8 +359,9 @@ def main() -> None:
         print(*standing(ht.load(asked.of)), sep="\n")
         return
     robot, rng = ht.load("hypertuna"), np.random.default_rng(asked.seed)
-    bent, excluded = actuators(robot, asked.candidates, asked.seed)
-    candidates = [one for part in bent if (one := complete(part, rng)) is not None]
+    bent, excluded = actuators(space_of(robot), asked.candidates, asked.seed)
+    parts = iter(rng.random, None)
+    candidates = [one for part in bent if (one := complete(part, parts)) is not None]
     with progress_bar("candidates", slow=True) as progress:
         for k in range(0, len(candidates), BLOCK):
             judge(candidates[k : k + BLOCK])
