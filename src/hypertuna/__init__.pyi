@@ -31,6 +31,7 @@ from .scoreboard.scores import Scoreboard as Scoreboard
 from .simulation.dive import Dive as Dive
 from .simulation.dive import Leg as Leg
 from .simulation.dive import dive as dive
+from .simulation.losses import Losses as Losses
 from .simulation.run import TwinRun as TwinRun
 from .simulation.sea import Sea as Sea
 from .simulation.sea_run import SeaRun as SeaRun

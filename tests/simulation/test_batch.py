@@ -27,20 +27,20 @@ def give(batch: _core.Batch, count: int, gait: ht.Gait) -> None:
 
 def test_a_batch_has_the_bits_of_runs_and_a_restart_those_of_a_start() -> None:
     seeds = range(11)  # more than one group of lanes, the last one not full
-    runs = [ht.twin(ROBOT, GAIT, duration=0.5, seed=seed) for seed in seeds]
+    runs = [ht.twin(ROBOT, GAIT, duration=0.7, seed=seed) for seed in seeds]
     batch = _core.Batch([start(seed) for seed in seeds], steps=STEPS)
     give(batch, len(seeds), GAIT)
     batch.advance(20, threads=2)
     batch.restart(4, start(9))
     give(batch, len(seeds), GAIT)
-    batch.advance(20)
+    batch.advance(40)
     now = batch.columns()
     for name in ("x", "heading", "angle", "rate", "servo_angle", "flow"):
         for k, run in enumerate(runs):
-            expected = runs[9].data[name][20] if k == 4 else run.data[name][40]
+            expected = runs[9].data[name][40] if k == 4 else run.data[name][60]
             np.testing.assert_array_equal(now[name][k], expected, err_msg=f"{name} of twin {k}")
         assert (now[name][3] != now[name][5]).any()  # seeds differ
-    drawn = (runs[0].data["power"][:40] * 0.01).sum()
+    drawn = (runs[0].data["power"][:60] * 0.01).sum()
     assert now["energy"][0] == pytest.approx(drawn, rel=1e-9)
 
 

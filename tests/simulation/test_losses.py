@@ -93,7 +93,7 @@ def test_a_robot_at_rest_draws_the_idle_current_and_what_holds_its_pressure() ->
     pump = FISH.pump
     assert pump is not None
     servo = next(servo for servo in FISH.servos if servo.drives == "piston pump")
-    idle = 4 * servo.idle_current * servo.voltage
+    idle = sum(one.count * (one.idle_current or 0) * (one.voltage or 0) for one in FISH.servos)
     fill = [group.line.fill_pressure for group in FISH.joints if group.line is not None]
     for seal in (0.0, 5.0, 1000.0):
         record = driven(with_keys(pump={"seal_friction_n": seal}), 0.0)
@@ -141,6 +141,8 @@ def test_table_and_picture() -> None:
     assert summary["power_w"].value == losses.power
     assert summary["windings_w"].unit == "W"
     assert "power of the cells" in repr(losses)
+    with pytest.raises(ht.InputError, match="place must be"):
+        losses.at("oils")
     for width in (7.2, 3.6):
         figure = losses.plot(width=width)
         texts = [text for text in figure.axes[0].texts if text.get_text()]

@@ -10,6 +10,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.display import Plotted, Tabular, columns_of
 from hypertuna.io.quantity import Quantity
+from hypertuna.ranges import check_choice
 from hypertuna.simulation.recorded import LOSSES
 
 SMALL = 5e-3  # part of the power below which a loss is not named
@@ -49,13 +50,39 @@ class Losses(
         return sum(loss.power for loss in self.losses)
 
     def at(self, place: str) -> float:
-        """Return the sum of the losses at a place [W]."""
-        return sum(loss.power for loss in self.losses if loss.place == place)
+        """Return the sum of the losses at a place.
+
+        Parameters
+        ----------
+        place : str
+            One of "battery", "servos", "oil", "joints", "water".
+
+        Returns
+        -------
+        float
+            [W].
+        """
+        return sum(loss.power for loss in self._at(place))
 
     def named(self, place: str) -> str:
-        """Name the losses at a place that are not small, in W: ``windings 4.53, gears 1.87``."""
-        here = [loss for loss in self.losses if loss.place == place and abs(loss.power) >= SMALL * self.power]
-        return ", ".join(f"{loss.name} {loss.power:.2f}" for loss in here if loss.name != place)
+        """Name the losses at a place that are not small, in W: ``windings 4.53, gears 1.87``.
+
+        Parameters
+        ----------
+        place : str
+            As of `at`.
+
+        Returns
+        -------
+        str
+        """
+        here = [loss for loss in self._at(place) if loss.name != place and abs(loss.power) >= SMALL * self.power]
+        return ", ".join(f"{loss.name} {loss.power:.2f}" for loss in here)
+
+    def _at(self, place: str) -> list[Loss]:
+        """Return the losses at a place."""
+        check_choice(place, PLACES, "place")
+        return [loss for loss in self.losses if loss.place == place]
 
     @property
     def rows(self) -> list[dict[str, Any]]:
