@@ -15,6 +15,7 @@ from hypertuna.paper.chapters.budget import TABLES, Budget, bands, read_budget, 
 from hypertuna.paper.chapters.posterior import findings as fitted_findings
 from hypertuna.paper.chapters.posterior import read_posterior
 from hypertuna.paper.chapters.seeds import swim_findings
+from hypertuna.paper.chapters.strips import twin_findings
 from hypertuna.paper.computed import SPEEDS, STRIPS, TWIN
 from hypertuna.paper.ledger import FAST, UNPUBLISHED, Finding, fast, judge, published, published_value
 from hypertuna.paper.seeds import Stored, taken_hash
@@ -137,6 +138,14 @@ def test_other_models_have_no_range_unless_it_was_computed(store: Path, tuna: ht
     store.write_text(json.dumps(record))
     (one,) = read_budget(tuna).judged([Finding(key, model, "prediction", 0.3)])
     assert (one.band, judge(PAPER, one).verdict) == ((0.2, 0.6), "undetermined")
+
+
+def test_the_twin_in_strips_has_ranges_of_the_eight_gaits_alike(tuna: ht.Robot, numbers: dict[str, Array]) -> None:
+    found = bands(tuna, numbers, twin_findings)
+    assert set(found) == {
+        f"{one.id} | {STRIPS}, {TWIN}" for one in twin_findings(Stored("", tuna, {"numbers": numbers}))
+    }
+    assert found[f"power/fastest | {STRIPS}, {TWIN}"] == numbers["unoptimised-max power"][[0, 2, 5]].tolist()
 
 
 def test_a_range_of_another_robot_counts_for_nothing(store: Path, tuna: ht.Robot) -> None:

@@ -70,13 +70,16 @@ def read_stored(name: str, robot: Robot) -> tuple[Mapping[str, Any], str]:
     return record, ""
 
 
-def bands(robot: Robot, numbers: Mapping[str, Array]) -> dict[str, list[float]]:
+def bands(
+    robot: Robot, numbers: Mapping[str, Array], findings: Callable[[Stored], Iterable[Finding]] = swim_findings
+) -> dict[str, list[float]]:
     """Return percentiles of what the ledger says of the twin's swims, by id and model, but for `TABLES`.
 
-    From the numbers of `studies.swum` for `studies.swim_gaits`, a value for each member of the family (members,).
+    From the numbers of `studies.swum` for `studies.swim_gaits`, a value for each member of the family (members,). Of
+    the twin in strips, from those for the eight gaits, with `strips.twin_findings`.
     """
-    found = swim_findings(Stored("swims", robot, {"numbers": numbers}))
-    rows = {f"{one.id} | {one.model}": one.values for one in found if one.id not in TABLES}
+    found = findings(Stored("", robot, {"numbers": numbers}))
+    rows = {f"{one.id} | {one.model}": one.values for one in found if (one.model, one.id in TABLES) != (TWIN, True)}
     return {key: np.percentile(row, PERCENT, method="inverted_cdf").tolist() for key, row in rows.items()}
 
 

@@ -22,6 +22,7 @@ from hypertuna.paper.computed import COSTS, OURS, SPEEDS, STRIPS, TWIN, Trial, t
 from hypertuna.paper.ledger import Finding, published, published_value
 from hypertuna.paper.seeds import Stored, read_seeds
 from hypertuna.reports.html import Section, Table
+from hypertuna.swimming.gait import named_gait
 
 FREE = ("water.blunt_area[0]", "joints.bandwidth")  # form drag of the head, and the lag that goes with this law
 IN_TWIN = f"{STRIPS}, {TWIN}"
@@ -63,13 +64,13 @@ def findings(strips: Strips) -> Iterator[Finding]:
         yield finding._replace(class_="in sight", note=note) if weighed else finding
     yield from turning_findings(STRIPS, strips.trial)
     yield start_finding(STRIPS, strips.trial)
-    yield from _in_twin(strips)
+    yield from twin_findings(strips.swims)
 
 
-def _in_twin(strips: Strips) -> Iterator[Finding]:
-    """Yield what the twin says with this water, over seeds."""
-    n, stored, gaits = strips.swims.numbers, strips.swims, strips.trial.gaits
-    classes = speed_classes({name: gaits[name].gait for name in SPEEDS})
+def twin_findings(stored: Stored) -> Iterator[Finding]:
+    """Yield what the twin says with this water, over seeds or over the family."""
+    n = stored.numbers
+    classes = speed_classes({name: named_gait(stored.robot, name) for name in SPEEDS})
     for name in SPEEDS:
         yield stored.finding(f"speed/{name}", IN_TWIN, classes[name], n[f"{name} speed"], DRAG)
     yield from power_findings(IN_TWIN, stored)
