@@ -134,7 +134,8 @@ def complete(candidate: Candidate, parts: Iterator[float]) -> Candidate | None:
         key = f"joints.{group.name}.line.compliance_m3_pa"
         changes[key] = values["times joints.line.compliance_m3_pa"] * group.line.compliance
     work = values["controller.pressure_work_pa"]
-    changes |= {"controller.pressure_soft_pa": 1.25 * work, "controller.pressure_hard_pa": 1.5 * work}
+    limits = {"soft": 1.25, "hard": 1.5, "step": 1.0}
+    changes |= {f"controller.pressure_{name}_pa": times * work for name, times in limits.items()}
     changes["sensors.pressure.high"] = next(
         high for high in SENSOR_HIGH if 1.5 * work <= high or high == max(SENSOR_HIGH)
     )
