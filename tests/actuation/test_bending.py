@@ -27,8 +27,10 @@ from hypertuna.actuation.soft_joint import (
     muscle,
     soft_joint,
 )
+from hypertuna.description.changes import changed
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
+from hypertuna.paper.chapters.finite_elements import joint_hash
 from hypertuna.simulation.plant import parts_of
 from oracles.muscle import BRAID, HOSE, OUTER, pull_by_stresses
 
@@ -37,18 +39,34 @@ ELEMENTS = Path(__file__).parents[2] / "data" / "fe"
 
 
 def test_the_estimate_bends_about_as_far_as_published(tuna: ht.Robot) -> None:
-    """Section III.A: 18.2 and 31.2 deg at 250 kPa, nearly on a line from 100 kPa on.
-
-    The geometry was chosen for finite elements without friction: this model bends a little less far, and less with it.
-    """
+    """Section III.A: 18.2 and 31.2 deg at 250 kPa, nearly on a line from 100 kPa on; friction takes a few percent."""
     for joint, published in (("I", 18.2), ("II", 31.2)):
         loop = bend(tuna, joint, PRESSURE, unload=True)
-        assert math.degrees(loop.angle[-1]) == pytest.approx(published, rel=0.2)
+        assert math.degrees(loop.angle[-1]) == pytest.approx(published, rel=0.02)
         smooth = math.degrees(bend(tuna, joint, PRESSURE, friction=False).angle[-1])
-        assert math.degrees(loop.angle[-1]) < 0.96 * published < smooth < published
+        assert 1.02 < smooth / math.degrees(loop.angle[-1]) < 1.1
         assert loop.r_squared() > 0.95
         assert loop.angle[0] == 0
         assert (np.diff(loop.angle) > 0).all()
+
+
+def free_axis(robot: ht.Robot, **unit: object) -> ht.Robot:
+    """The robot with nothing on the axes of its joints, and other values of its drive unit."""
+    document = robot.document() | {"sources": {}}
+    for group in document["joints"]:
+        for key in ("axis_stiffness_n", "axis_buckling_n"):
+            del group["actuator"][key]
+    document["drive_unit"] |= unit
+    return parse(document)
+
+
+def as_computed(robot: ht.Robot, joint: str, record: dict[str, Any]) -> ht.Robot:
+    """The robot whose joint finite elements computed: this one, or HyperTuna as they were first chosen by."""
+    if record["joint_hash"] == joint_hash(robot, joint):
+        return robot
+    levers = {"joints.I.actuator.lever_m": 0.0100, "joints.II.actuator.lever_m": 0.0066}
+    hose = {"outer_diameter_m": 5e-3, "inner_diameter_m": 3.6e-3, "braid_angle_deg": 35.0, "material_set": "fe"}
+    return free_axis(changed(robot, levers), **hose)
 
 
 def test_bend_and_oil_agree_with_finite_elements(tuna: ht.Robot) -> None:
@@ -58,7 +76,7 @@ def test_bend_and_oil_agree_with_finite_elements(tuna: ht.Robot) -> None:
         pressure, bends, oil = (
             np.array([step[key] for step in run["steps"][1:]]) for key in ("pressure_kpa", "bend_deg", "oil_taken_ml")
         )
-        found = bend(tuna, joint, 1e3 * pressure, friction=False)
+        found = bend(as_computed(tuna, joint, run), joint, 1e3 * pressure, friction=False)
         np.testing.assert_allclose(np.degrees(found.angle), bends, rtol=0.1)
         np.testing.assert_allclose(1e6 * found.volume, oil, rtol=0.1)
 
@@ -85,7 +103,7 @@ def test_friction_makes_the_loop(tuna: ht.Robot, joint: str) -> None:
 
 
 def test_a_bend_is_where_moments_and_forces_by_stresses_balance(tuna: ht.Robot) -> None:
-    """Joint II with one hose for hose and matrix: per length, with the stretches l -+ w q of axis and muscles.
+    """Joint II, one material, nothing on its axis: per length, with the stretches l -+ w q of axis and muscles.
 
     Axial force A W' + dW''/dl I q^2 / 2 + N (F_active + F_passive) = 0 where q is held, moment of q likewise. The
     passive muscle is shorter than at rest, its braid slack: its hose is a bar.
@@ -95,7 +113,8 @@ def test_a_bend_is_where_moments_and_forces_by_stresses_balance(tuna: ht.Robot) 
     document |= {"materials": {"EC50": material, "DR10": material}, "sources": {}}
     document["drive_unit"] |= {"material_set": "tensile", "braid_angle_deg": math.degrees(BRAID)}
     document["drive_unit"] |= {"outer_diameter_m": 8e-3, "inner_diameter_m": 5.6e-3}
-    robot = parse(document)
+    document["joints"][1]["actuator"]["lever_m"] = 6.6e-3  # so near the axis the passive muscles get shorter, too
+    robot = free_axis(parse(document))
     lever, count, (c1, c2) = joint_group(robot, "II")[1].lever, 3, HOSE
     angles, shortenings = [], []
     for length, area, second, around in joint_sections(robot, "II"):
@@ -127,6 +146,7 @@ def test_a_bend_is_where_moments_and_forces_by_stresses_balance(tuna: ht.Robot) 
     lengths=st.lists(st.floats(0.003, 0.3), min_size=1, max_size=4),
     logs=st.tuples(st.floats(4, 5.5), st.floats(4, 5.5), st.floats(3, 5.7)),
     friction=st.sampled_from([0.0, 0.1, 0.3]),
+    axis=st.sampled_from([(0.0, 1.0), (2e3, 0.003), (2e4, 0.02)]),
     side=st.sampled_from([0, 1]),
 )
 def test_any_joint_bends_toward_its_side_and_drags_behind(
@@ -136,6 +156,7 @@ def test_any_joint_bends_toward_its_side_and_drags_behind(
     lengths: list[float],
     logs: tuple[float, float, float],
     friction: float,
+    axis: tuple[float, float],
     side: int,
 ) -> None:
     """Angles and strains are finite, and on the way back the joint is bent at least as far."""
@@ -145,7 +166,8 @@ def test_any_joint_bends_toward_its_side_and_drags_behind(
     half = (lever + 0.6) * OUTER
     shape = [1.3 * np.pi * half**2, 1.3 * np.pi / 4 * half**4, 0.3 * OUTER]
     sections = np.array([[length, *shape] for length in lengths])
-    joint = _core.SoftJoint(any_unit, units=3, lever=(lever * OUTER, 0.9 * lever * OUTER), sections=sections)
+    levers = lever * OUTER, 0.9 * lever * OUTER
+    joint = _core.SoftJoint(any_unit, units=3, lever=levers, sections=sections, axis=axis)
     path = np.zeros((22, 2))
     path[:, side] = top * np.concatenate([np.linspace(0, 1, 11), np.linspace(1, 0, 11)])
     bent = np.asarray(joint.bend(path))
@@ -193,7 +215,9 @@ def test_corrections_lead_from_the_printed_equations_to_ours(tuna: ht.Robot) -> 
         assert steps[-1].angle == bend(tuna, joint, [250e3]).angle[0]
         assert steps[-2].angle == bend(tuna, joint, [250e3], friction=False).angle[0]
         assert 1.25 < steps[0].angle / steps[3].angle < 1.42  # misprints alone
-        assert steps[3].angle > steps[4].angle > steps[5].angle > steps[6].angle > steps[7].angle
+        # Passive walls, matrix around the hoses and friction resist; to shorten helps where walls go slack by it.
+        assert steps[3].angle > steps[4].angle
+        assert steps[5].angle > steps[6].angle > steps[7].angle
         printed = bend(tuna, joint, PRESSURE, law="as_printed", unload=True)
         assert printed.loop_area == 0
         assert not printed.friction
@@ -201,14 +225,18 @@ def test_corrections_lead_from_the_printed_equations_to_ours(tuna: ht.Robot) -> 
 
 @pytest.mark.parametrize("joint", [0, 1])
 def test_one_section_bends_as_the_sections_do(tuna: ht.Robot, joint: int) -> None:
-    """Under the highest pressure of one side as they do; elsewhere within 6 %: less pressure shares bend otherwise."""
-    model, sections = joint_models(tuna)[joint], soft_joint(tuna, joint, friction=False)
-    for left, right, rel in ((2.5e5, 0.0, 1e-8), (0.0, 2.5e5, 1e-8), (5e4, 0.0, 0.06), (2.5e5, 1e5, 0.06)):
-        bent = np.asarray(sections.bend(np.array([[left, right]])))[0]
-        found = model.balance([left, right])
-        assert found["angle"][0] == pytest.approx(bent[:, 0].sum(), rel=rel)
-        axis = bent[:, 1] @ joint_sections(tuna, joint)[:, 0] / model["length"]
-        assert found["strain"][0] + model["rest"] == pytest.approx(axis, rel=rel)
+    """Under the highest pressure of one side as they do without what holds the axis; elsewhere within 6 %.
+
+    Less pressure shares bend otherwise, and what lies on the axis takes another share of each section's force.
+    """
+    for fish, exact in ((free_axis(tuna), 1e-8), (tuna, 0.06)):
+        model, sections = joint_models(fish)[joint], soft_joint(fish, joint, friction=False)
+        for left, right, rel in ((2.5e5, 0.0, exact), (0.0, 2.5e5, exact), (5e4, 0.0, 0.06), (2.5e5, 1e5, 0.06)):
+            bent = np.asarray(sections.bend(np.array([[left, right]])))[0]
+            found = model.balance([left, right])
+            assert found["angle"][0] == pytest.approx(bent[:, 0].sum(), rel=rel)
+            axis = bent[:, 1] @ joint_sections(fish, joint)[:, 0] / model["length"]
+            assert found["strain"][0] + model["rest"] == pytest.approx(axis, rel=rel)
 
 
 @given(angle=st.floats(-0.5, 0.5), strain=st.floats(-0.15, 0.1), joint=st.integers(0, 1))
@@ -232,8 +260,10 @@ def test_a_model_does_virtual_work(angle: float, strain: float, joint: int) -> N
 
 @pytest.mark.parametrize("joint", [0, 1])
 def test_a_model_holds_what_it_balances(tuna: ht.Robot, joint: int) -> None:
-    model = joint_models(tuna)[joint]
-    bend = np.radians([-9.0, 0.0, 5.0, 9.0, (17.0, 28.0)[joint]])
+    # Filled to so little that the braid of the passive side is just taut before the largest bend.
+    filled = changed(tuna, {f"joints.{group.name}.line.fill_pressure_pa": 60e3 for group in tuna.joints})
+    model = joint_models(filled)[joint]
+    bend = np.radians([-9.0, 0.0, 5.0, 9.0, (18.2, 31.2)[joint]])
     held = model.hold(bend)
     np.testing.assert_allclose(held["pressure"][:4].mean(axis=1), model.fill, rtol=1e-12)
     assert held["pressure"][4, 0] > 2 * model.fill  # the right side's braid is just taut
@@ -252,6 +282,7 @@ def test_a_model_holds_what_it_balances(tuna: ht.Robot, joint: int) -> None:
 
 def test_a_joint_too_short_for_its_hoses_is_told(tuna: ht.Robot) -> None:
     document = tuna.document()
+    document["drive_unit"]["outer_diameter_m"] = 5e-3
     document["joints"][0]["actuator"]["segment_length_m"] = [2e-3] * 4
     sentence = (
         r"joints\[0\].actuator.segment_length_m must have room .* two diameters of a hose, 0.01 m, but is 0.008 m"
@@ -347,7 +378,11 @@ BAD_FILES: dict[str, tuple[tuple[str, ...], str]] = {
     "no muscles": (("joints", "1", "drive_units"), r"joints\[1\].drive_units is missing"),
     "no modulus": (
         ("materials", "EC50", "modulus_fe_pa"),
-        "materials.EC50.modulus_fe_pa is missing for drive_unit.material_set = 'fe': give it, or choose another set",
+        "materials.EC50.modulus_fe_pa is missing: give it for the material set fe, or choose another set",
+    ),
+    "no tensile test": (
+        ("materials", "EC50", "tensile_pa"),
+        "materials.EC50.tensile_pa is missing for drive_unit.material_set = 'mean': give it, or choose another set",
     ),
 }
 
