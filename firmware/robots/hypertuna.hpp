@@ -100,7 +100,7 @@ inline constexpr float values[] = {
     660000.0f,  // controller pressure_hard[0]
     -100000.0f,  // controller pressure_low[0]
     1e+06f,  // controller pressure_high[0]
-    200000.0f,  // controller pressure_step[0]
+    440000.0f,  // controller pressure_step[0]
     -5.0f,  // controller current_low[0]
     5.0f,  // controller current_high[0]
     34.9f,  // controller rate_high[0]
@@ -148,18 +148,24 @@ inline constexpr float values[] = {
     0.1663f,  // pilot antenna_x[0]
     0.086f,  // pilot antenna_z[0]
     0.1f,  // pilot period[0]
-    0.298f,  // pilot speed[0]
+    0.303f,  // pilot speed[0]
     2.0f,  // pilot frequency[0]
     0.27925268f,  // pilot swing[0]
     0.0f,  // pilot lag[0]
     0.43633232f,  // pilot swing[1]
     0.0f,  // pilot lag[1]
-    0.347f,  // pilot speed[1]
+    0.45f,  // pilot speed[1]
     3.0f,  // pilot frequency[1]
     0.27925268f,  // pilot swing[2]
     0.0f,  // pilot lag[2]
     0.43633232f,  // pilot swing[3]
     0.0f,  // pilot lag[3]
+    0.475f,  // pilot speed[2]
+    5.21f,  // pilot frequency[2]
+    0.2713987f,  // pilot swing[4]
+    0.0f,  // pilot lag[4]
+    0.3635521f,  // pilot swing[5]
+    0.8974483f,  // pilot lag[5]
     0.13962634f,  // pilot bias_max[0]
     0.3811799f,  // pilot bend_max[0]
     0.20943952f,  // pilot bias_max[1]
@@ -203,8 +209,8 @@ inline constexpr float values[] = {
     0.25f,  // pilot slow[0]
     12.24f,  // pilot battery_empty[0]
     4.56f,  // pilot battery_span[0]
-    0.12260803f,  // pilot battery_drop[0]
-    13664.436f,  // pilot endurance[0]
+    0.30625f,  // pilot battery_drop[0]
+    5398.565f,  // pilot endurance[0]
     30.0f,  // pilot overhead[0]
     32768.0f,  // calibration bend_zero[0]
     32768.0f,  // calibration bend_zero[1]
@@ -286,81 +292,81 @@ inline constexpr ParameterInfo parameters[] = {
     {"pulse_min", 0.0008f, 0.0011999999f, 0.0008f, false, 107},
     {"pulse_max", 0.00165f, 0.0022f, 0.0022f, false, 108},
     {"slew", 0.015000001f, 0.15f, 0.15f, false, 109},
-    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 158},
-    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 161},
-    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 160},
-    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 159},
-    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 157},
-    {"lookahead", 2.0f, 8.0f, 4.0f, false, 163},
-    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 164},
-    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 169},
-    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 167},
-    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 168},
-    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 171},
-    {"speed_min", 0.05f, 0.2f, 0.1f, false, 162},
-    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 173},
-    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 174},
-    {"error_max", 6.0f, 24.0f, 12.0f, false, 175},
-    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 182},
-    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 199},
-    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 200},
-    {"bend_scale_0", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 201},
-    {"bend_scale_1", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 202},
-    {"pressure_zero_0", -65536.0f, 65536.0f, 11319.8545f, false, 203},
-    {"pressure_zero_1", -65536.0f, 65536.0f, 11319.8545f, false, 204},
-    {"pressure_zero_2", -65536.0f, 65536.0f, 11319.8545f, false, 205},
-    {"pressure_zero_3", -65536.0f, 65536.0f, 11319.8545f, false, 206},
-    {"pressure_scale_0", 5.2452087f, 83.92334f, 20.980835f, false, 207},
-    {"pressure_scale_1", 5.2452087f, 83.92334f, 20.980835f, false, 208},
-    {"pressure_scale_2", 5.2452087f, 83.92334f, 20.980835f, false, 209},
-    {"pressure_scale_3", 5.2452087f, 83.92334f, 20.980835f, false, 210},
-    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 211},
-    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 212},
-    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 213},
-    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 214},
-    {"current_scale_0", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 215},
-    {"current_scale_1", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 216},
-    {"current_scale_2", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 217},
-    {"current_scale_3", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 218},
-    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 231},
-    {"voltage_scale", 9.536743e-05f, 0.0015258789f, 0.00038146973f, false, 232},
-    {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 219},
-    {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 220},
-    {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 221},
-    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 222},
-    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 223},
-    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 224},
-    {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 225},
-    {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 226},
-    {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 227},
-    {"accel_scale_0", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 228},
-    {"accel_scale_1", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 229},
-    {"accel_scale_2", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 230},
-    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 233},
-    {"depth_scale", 0.00091743114f, 0.0011213047f, 0.001019368f, false, 234},
-    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 235},
-    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 236},
-    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 237},
-    {"field_scale_0", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 238},
-    {"field_scale_1", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 239},
-    {"field_scale_2", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 240},
-    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 241},
-    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 242},
-    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 243},
-    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 244},
-    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 245},
-    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 246},
-    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 247},
-    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 248},
-    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 249},
-    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 250},
-    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 252},
-    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 255},
-    {"depth_max", 0.5f, 10.0f, 10.0f, false, 256},
-    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 257},
-    {"link_share", 0.05f, 1.0f, 0.75f, false, 258},
-    {"system_id", 1.0f, 250.0f, 1.0f, true, 259},
-    {"sign", 0.0f, 1.0f, 0.0f, true, 260},
+    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 164},
+    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 167},
+    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 166},
+    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 165},
+    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 163},
+    {"lookahead", 2.0f, 8.0f, 4.0f, false, 169},
+    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 170},
+    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 175},
+    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 173},
+    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 174},
+    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 177},
+    {"speed_min", 0.05f, 0.2f, 0.1f, false, 168},
+    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 179},
+    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 180},
+    {"error_max", 6.0f, 24.0f, 12.0f, false, 181},
+    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 188},
+    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 205},
+    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 206},
+    {"bend_scale_0", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 207},
+    {"bend_scale_1", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 208},
+    {"pressure_zero_0", -65536.0f, 65536.0f, 11319.8545f, false, 209},
+    {"pressure_zero_1", -65536.0f, 65536.0f, 11319.8545f, false, 210},
+    {"pressure_zero_2", -65536.0f, 65536.0f, 11319.8545f, false, 211},
+    {"pressure_zero_3", -65536.0f, 65536.0f, 11319.8545f, false, 212},
+    {"pressure_scale_0", 5.2452087f, 83.92334f, 20.980835f, false, 213},
+    {"pressure_scale_1", 5.2452087f, 83.92334f, 20.980835f, false, 214},
+    {"pressure_scale_2", 5.2452087f, 83.92334f, 20.980835f, false, 215},
+    {"pressure_scale_3", 5.2452087f, 83.92334f, 20.980835f, false, 216},
+    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 217},
+    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 218},
+    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 219},
+    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 220},
+    {"current_scale_0", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 221},
+    {"current_scale_1", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 222},
+    {"current_scale_2", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 223},
+    {"current_scale_3", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 224},
+    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 237},
+    {"voltage_scale", 9.536743e-05f, 0.0015258789f, 0.00038146973f, false, 238},
+    {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 225},
+    {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 226},
+    {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 227},
+    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 228},
+    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 229},
+    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 230},
+    {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 231},
+    {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 232},
+    {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 233},
+    {"accel_scale_0", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 234},
+    {"accel_scale_1", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 235},
+    {"accel_scale_2", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 236},
+    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 239},
+    {"depth_scale", 0.00091743114f, 0.0011213047f, 0.001019368f, false, 240},
+    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 241},
+    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 242},
+    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 243},
+    {"field_scale_0", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 244},
+    {"field_scale_1", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 245},
+    {"field_scale_2", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 246},
+    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 247},
+    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 248},
+    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 249},
+    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 250},
+    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 251},
+    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 252},
+    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 253},
+    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 254},
+    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 255},
+    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 256},
+    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 258},
+    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 261},
+    {"depth_max", 0.5f, 10.0f, 10.0f, false, 262},
+    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 263},
+    {"link_share", 0.05f, 1.0f, 0.75f, false, 264},
+    {"system_id", 1.0f, 250.0f, 1.0f, true, 265},
+    {"sign", 0.0f, 1.0f, 0.0f, true, 266},
 };
 
 inline constexpr std::uint8_t file_0[] = {
@@ -475,7 +481,7 @@ inline constexpr FileInfo files[] = {
 };
 
 inline constexpr Description description = {
-    "hypertuna", 2, 2, values, 261, parameters, 90, 0xba802987, files, 2};
+    "hypertuna", 2, 3, values, 267, parameters, 90, 0x8593168b, files, 2};
 
 inline constexpr struct {
     int servo[6];
