@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from figures_common import rows
 
-from hypertuna.actuation.soft_joint import joint_models
+from hypertuna.actuation.axis import film, held_compression, pipe
+from hypertuna.actuation.soft_joint import drive_unit, joint_models, mooney
+from hypertuna.description.robot import load
 from hypertuna.fe.states import fast_states
 from hypertuna.paper.chapters.finite_elements import difference_table, read_elements
 
@@ -165,7 +168,41 @@ def _family() -> dict[str, Any]:
     return found
 
 
+MEMBERS = (  # what may lie on an axis, in the matrix of the shipped robot
+    ("polyimide film, 6.35 × 0.125 mm", 2.5, partial(film, 6.35e-3, 0.125e-3)),
+    ("polyester film, 6.35 × 0.43 mm", 4.9, partial(film, 6.35e-3, 0.43e-3)),
+    ("polyethylene pipe, 4 × 2.5 mm", 0.2, partial(pipe, 4e-3, 2.5e-3)),
+    ("polyamide pipe, 4 × 2.5 mm", 1.4, partial(pipe, 4e-3, 2.5e-3)),
+    ("polyamide pipe, 6 × 4 mm", 1.4, partial(pipe, 6e-3, 4e-3)),
+    ("silicone hose, 6 × 4 mm", 0.003, partial(pipe, 6e-3, 4e-3)),
+)
+
+
+def member_table() -> str:
+    """Tabulate stiffness and buckling load of what may lie on an axis."""
+    robot, body = load("hypertuna"), []
+    silicone = mooney(robot, drive_unit(robot).matrix).modulus
+    for name, modulus, member in MEMBERS:
+        one = member(1e9 * modulus, silicone)
+        sizes = (f"{modulus:g}", f"{one.stiffness:,.0f}", f"{one.bending:.2g}")
+        body.append([name, *sizes, f"{one.buckling:.1f}", f"{1e3 * one.wavelength:.0f}"])
+    head = ["member", "E [GPa]", "E A [N]", "E I [N m²]", "buckles at [N]", "in waves of [mm]"]
+    return rows(head, body, left=1)
+
+
+def compression_table() -> str:
+    """Tabulate the compression of an axis that keeps its length."""
+    robot, body = load("hypertuna"), []
+    for group in robot.joints:
+        highest = group.pressure_max or 0.0
+        found = held_compression(robot, group.name, [[highest, 0.0], [highest, highest]])
+        body.append([group.name, f"{highest / 1e3:.0f}", *(f"{force:.0f}" for force in found)])
+    return rows(["joint", "pressure [kPa]", "on one side [N]", "on both sides [N]"], body, left=1)
+
+
 TABLES: dict[str, Callable[[], str]] = {
+    "axis members": member_table,
+    "axis compression": compression_table,
     "fe bends": bend_table,
     "fe states": state_table,
     "fe apart": apart_table,
