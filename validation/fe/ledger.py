@@ -29,9 +29,9 @@ ROOT = Path(__file__).resolve().parents[2]
 STORE = ROOT / "data" / "fe"
 WORK = ROOT / "build" / "fe"
 CLOSE = 1e-3  # of the largest bend: what another machine or version may differ by
-MAPS = {  # options of `hypertuna fe map`, for the maps of each joint
-    "I": ["--pressure 120 --moment -0.24,0.24"],
-    "II": ["--pressure 60,80,100,120,180 --moment 0", "--pressure 120,250 --moment -0.076,0.076"],
+MAPS = {  # options of `hypertuna fe map`, for the maps of each joint: both sides as the twin has them, up to its limit
+    "I": ["--pressure 130,250,440 --moment 0", "--pressure 250 --moment -0.4"],
+    "II": ["--pressure 130,180,220,320,440 --moment 0", "--pressure 250,440 --moment -0.1,0.1"],
 }
 
 

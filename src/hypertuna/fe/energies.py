@@ -12,7 +12,7 @@ from hypertuna.actuation.silicone import Mooney
 from hypertuna.ranges import Range, check_name
 
 LAWS = ("linear", "neo_hookean", "mooney_rivlin")
-SLACK = 1e-3  # stiffness of a shortened fiber over that of a taut one: fibers do not push
+SLACK = 1e-6  # stiffness of a shortened fiber over that of a taut one: at 1e-3 fibers push ten times as hard as a hose
 LOOSE = 1e-4  # stiffness of a strip against leaving the arc of the joint, over that in tension
 
 Expression = Any  # an ngsolve.CoefficientFunction
