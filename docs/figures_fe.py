@@ -98,16 +98,15 @@ def convergence_table() -> str:
 def nested_table() -> str:
     """Tabulate the bend over nested spaces, as validation/fe/nested.py stored it, with order, limit and index."""
     body = []
-    for one in ELEMENTS.solved.values():
-        for series in one.nested:
-            found, levels = series["convergence_bend_deg"], series["levels"]
-            told = ["", "", ""]
-            if found is not None:
-                told = [f"{found['order']:.1f}", f"{found['limit']:.2f}", f"{found['index_percent']:.2g}"]
-            for k, level in enumerate(levels):
-                sizes = (f"{level['order']}", f"{level['elements']:,}", f"{level['unknowns']:,}")
-                seen = (f"{level['bend_deg']:.2f}", f"{level['energy_mj']:.2f}", f"{level['seconds']:.0f}")
-                body.append([one.joint, *sizes, *seen, *(told if k == len(levels) - 1 else ["", "", ""])])
+    for name, series in json.loads((ROOT / "data" / "fe" / "nested.json").read_text()).items():
+        found, levels = series["convergence_bend_deg"], series["levels"]
+        told = ["", "", ""]
+        if found is not None:
+            told = [f"{found['order']:.1f}", f"{found['limit']:.2f}", f"{found['index_percent']:.2g}"]
+        for k, level in enumerate(levels):
+            sizes = (f"{level['order']}", f"{level['elements']:,}", f"{level['unknowns']:,}")
+            seen = (f"{level['bend_deg']:.2f}", f"{level['energy_mj']:.2f}", f"{level['seconds']:.0f}")
+            body.append([name.split()[0], *sizes, *seen, *(told if k == len(levels) - 1 else ["", "", ""])])
     head = ["joint", "order", "tetrahedra", "unknowns", "bend [deg]", "energy [mJ]", "time [s]"]
     return rows([*head, "observed order", "limit [deg]", "index [%]"], body, left=1)
 
@@ -129,42 +128,6 @@ def volume_table() -> str:
 def _convergence() -> list[dict[str, Any]]:
     """Read what validation/fe/convergence.py stored."""
     found: list[dict[str, Any]] = json.loads((ROOT / "validation" / "fe" / "convergence.json").read_text())
-    return found
-
-
-def family_table() -> str:
-    """Tabulate other drive units, by sections without ends."""
-    body = []
-    for row in _family()["family"]:
-        unit = (f"{row['outer_mm']:g} × {row['inner_mm']:g}", f"{row['braid_deg']:g}")
-        levers = f"{row['lever_i_mm']:.1f}, {row['lever_ii_mm']:.1f}"
-        bends = [f"{row[f'bend_{joint}_deg']:.1f}, {row[f'r_squared_{joint}']:.3f}" for joint in ("i", "ii")]
-        body.append([*unit, levers, *bends, f"{row['blocked_force_n']:.1f}"])
-    head = ["hose [mm]", "braid [deg]", "levers [mm]", "I: [deg], R²", "II: [deg], R²", "blocked force [N]"]
-    return rows(head, body)
-
-
-def sensitivity_table() -> str:
-    """Tabulate what one percent more of a quantity does, by sections without ends."""
-    body = [
-        [row["quantity"], f"{row['bend_i_percent']:+.2f}", f"{row['bend_ii_percent']:+.2f}"]
-        for row in _family()["sensitivity"]
-    ]
-    return rows(["1 % more", "I [%]", "II [%]"], body)
-
-
-def poisson_table() -> str:
-    """Tabulate what Poisson's ratio of the matrix does, by sections without ends."""
-    body = []
-    for row in _family()["poisson"]:
-        bends = [f"{row[f'bend_{joint}_deg']:.1f}, {row[f'r_squared_{joint}']:.3f}" for joint in ("i", "ii")]
-        body.append([f"{row['poisson']:g}", *bends])
-    return rows(["Poisson's ratio", "I: [deg], R²", "II: [deg], R²"], body)
-
-
-def _family() -> dict[str, Any]:
-    """Read what validation/fe/family.py stored."""
-    found: dict[str, Any] = json.loads((ROOT / "validation" / "fe" / "family.json").read_text())
     return found
 
 
@@ -211,8 +174,5 @@ TABLES: dict[str, Callable[[], str]] = {
     "fe convergence": convergence_table,
     "fe nested": nested_table,
     "fe volume": volume_table,
-    "fe family": family_table,
-    "fe sensitivity": sensitivity_table,
-    "fe poisson": poisson_table,
 }
 PICTURES: dict[str, Any] = {}

@@ -76,6 +76,9 @@ def other(fish: ht.Robot) -> ht.Robot:
         for key in ("segment_length_m", "semi_major_m", "semi_minor_m"):
             body[key] = body[key][inner]
         body["lever_m"] = lever
+        body["axis_stiffness_n"] = 0.0
+        body.pop("axis_buckling_n", None)
+    document["sources"].pop("joints.actuator.axis_buckling_n", None)
     return parse(document)
 
 

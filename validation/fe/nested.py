@@ -87,6 +87,9 @@ def take_over(model: FeModel, last: FeModel) -> None:
     for one in (model, last):
         one.mesh.UnsetDeformation()
     model.displacement.Set(last.displacement)
+    if model.body.axis:
+        for one, other in zip(model.problem.state.components[1:], last.problem.state.components[1:], strict=True):
+            one.vec.data = other.vec
     for one in (model, last):
         one.mesh.SetDeformation(one.deformation)
     for load, value in zip(model.problem.loads, last.problem.loads, strict=True):
