@@ -240,7 +240,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         shutil.copy(ROOT / f"examples/{robot}.toml", tmp_path)
     for trials in ("tank", "eel"):
         shutil.copytree(ROOT / "examples" / trials, tmp_path / trials)
-    shutil.copy(ROOT / "examples/bench/bench.csv", tmp_path)
+    for bench in ("bench", "paper"):
+        shutil.copy(ROOT / f"examples/bench/{bench}.csv", tmp_path)
     shutil.copy(ROOT / "examples/learning/goto.npz", tmp_path)
     shutil.copy(ROOT / "missions/box.toml", tmp_path / "mine.toml")
     (tmp_path / "firmware/robots").mkdir(parents=True)

@@ -96,7 +96,8 @@ def main(count: int, members: int) -> None:
             told = next(one for one in families[0].next if one.text.startswith("blocked force of joint I"))
             expected = next((r for text, r in told.narrows.items() if text.startswith("moment per bend")), 1.0)
             narrowed.append((expected, spread[1] / spread[0]))
-            print(seed, f"{np.mean([np.mean(v) for v in inside.values()]):.3f}", np.round(narrowed[-1], 2), flush=True)
+            held = {text: f"{np.mean(v):.2f}" for text, v in inside.items() if text.startswith("blocked")}
+            print(seed, len(narrowed), held, np.round(narrowed[-1], 2), flush=True)
     for text, held in inside.items():
         print(f"{text}: {100 * np.mean(held):.0f} % of {len(held)}")
     expected, real = np.exp(np.mean(np.log(narrowed), axis=0))

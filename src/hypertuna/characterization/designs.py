@@ -100,20 +100,24 @@ class Designs:
     def _solve(self, robot: Robot, one: Solved, point: Array, noise: float) -> tuple[Robot, float, float]:
         """Solve for an unknown: return robot, value [SI] and the logarithm of its density."""
         unknown = self.free[one.unknown]
-        target = self.elements.measured[one.element] + noise * self.sd[one.element]
+        target = float(self.elements.measured[one.element] + noise * self.sd[one.element])
 
         def changed(value: float) -> Robot:
             return with_unknowns(robot, (unknown,), np.array([value]), checked=False)
 
+        plain = joint_sections(changed(1.0), one.joint) if unknown.kind == "stiffness_factor" else None
+
         def off(value: float) -> float:  # nearly linear in a stiffness
-            bent = np.asarray(soft_joint(changed(value), one.joint).bend(one.both))
-            return target / max(one.sign * float(bent[..., 0].sum()), NEAR * target) - 1
+            if plain is not None:
+                model = soft_joint(robot, one.joint, sections=plain * (1, 1, value, 1))
+            else:
+                model = soft_joint(changed(value), one.joint)
+            return target / max(one.sign * float(np.asarray(model.bend(one.both))[..., 0].sum()), NEAR * target) - 1
 
         grid = np.geomspace(unknown.lower, unknown.upper, GRID[unknown.kind])
         ends = np.array([off(value) for value in grid.tolist()])
-        crossings = np.flatnonzero(
-            ends[:-1] * ends[1:] < 0
-        )  # a longer lever pulls harder, and shortens its muscle more
+        # a longer lever pulls harder, and shortens its muscle more: two may give the same bend
+        crossings = np.flatnonzero(ends[:-1] * ends[1:] < 0)
         if not len(crossings):
             raise InputError(NO_BEND)
         m = crossings[min(int(point[one.unknown] * len(crossings)), len(crossings) - 1)]

@@ -163,21 +163,22 @@ def _open(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
     top = float(bench.pressure[bench.joint == joint].max())
     at = (bench.joint == joint) & (bench.pressure == top)
     both = bench.side == len(SIDES)
-    place = f"of joint {described.joints[joint].name} at {top / 1e3:g} kPa"
+    name = f"of joint {described.joints[joint].name}"
 
     def lacks(kind: str, rows: NDArray[np.bool_] = ~both) -> bool:
         return not np.isfinite(getattr(bench, kind)[at & rows]).any()
 
     def of(text: str, value: Callable[[Robot, int, float], float], unit: str, factor: float = 1.0) -> Candidate:
-        return Candidate(f"{text} {place}", lambda robot: value(robot, joint, top), 0.0, unit, factor)
+        return Candidate(text, lambda robot: value(robot, joint, top), 0.0, unit, factor)
 
+    at_top = f"{name} at {top / 1e3:g} kPa"
     return [
-        *[of("blocked moment", blocked_moment, "N m")] * lacks("moment"),
-        *[of("bend", _angle, "deg", 180 / math.pi)] * lacks("angle"),
-        *[of("shortening", _shorter, "mm", 1e3)] * lacks("shortening"),
-        *[of("shortening by both sides", _both_shorter, "mm", 1e3)] * lacks("shortening", both),
-        *[of("oil volume", _volume, "ml", 1e6)] * lacks("volume"),
-        of("moment per bend without pressure", _stiffness, "N m/rad"),
+        *[of(f"blocked moment {at_top}", blocked_moment, "N m")] * lacks("moment"),
+        *[of(f"bend {at_top}", _angle, "deg", 180 / math.pi)] * lacks("angle"),
+        *[of(f"shortening {at_top}", _shorter, "mm", 1e3)] * lacks("shortening"),
+        *[of(f"shortening by both sides {at_top}", _both_shorter, "mm", 1e3)] * lacks("shortening", both),
+        *[of(f"oil volume {at_top}", _volume, "ml", 1e6)] * lacks("volume"),
+        of(f"moment per bend {name} without pressure", _stiffness, "N m/rad"),
     ]
 
 

@@ -187,7 +187,7 @@ def family(
     fish = [one.robot for one in population.members]
     found = np.array([space.elements.of(computed(one, bench)) for one in fish])
     quantities = tuple(Quantity(one.text, one.unit, _of(one, fish)) for one in open_quantities(robot, bench))
-    middle = _middle(quantities, (found - space.elements.measured) / space.sd)
+    middle = _middle(space, population.members, quantities, (found - space.elements.measured) / space.sd)
     more, ahead = [], candidates(robot, bench, space.free)
     for k, one in enumerate(ahead, 1):
         more += [judged] if (judged := _next(one, _of(one, fish), quantities)) is not None else []
@@ -211,9 +211,10 @@ def chosen_robot(family: Family) -> Robot:
     return sourced(chosen.robot, space.robot, {key: f"{what}: {', '.join(parts)}" for key, parts in texts.items()})
 
 
-def _middle(quantities: Sequence[Quantity], off: Array) -> int:
-    """Return the member whose open quantities and residuals (members, elements) are nearest to the middle."""
-    logs = np.log(np.maximum([one.values for one in quantities], TINY)).T
+def _middle(space: Designs, members: Sequence[Design], quantities: Sequence[Quantity], off: Array) -> int:
+    """Return the member whose unknowns, open quantities and residuals (members, elements) are nearest to the middle."""
+    unknowns = np.array([[u.log(v) for u, v in zip(space.free, one.values.tolist(), strict=True)] for one in members])
+    logs = np.hstack([unknowns, np.log(np.maximum([one.values for one in quantities], TINY)).T])
     away = (logs - np.median(logs, axis=0)) / np.maximum(logs.std(axis=0), TINY)
     return int(np.argmin((away**2).sum(axis=1) + (off**2).sum(axis=1)))
 

@@ -5,7 +5,7 @@ moved by differences of others (differential evolution, ter Braak 2006).
 """
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,11 +57,12 @@ def populate(
         power, chance = power + step, np.exp(weight + step * fit - (weight + step * fit).max())
         chosen = np.searchsorted(np.cumsum(chance) / chance.sum(), (rng.random() + np.arange(count)) / count)
         points, members = points[chosen], [members[k] for k in np.minimum(chosen, count - 1)]
-        evaluations += _move(space, points, members, power, rng)
+        for part, tried in _moves(space, points, members, power, rng):
+            evaluations += tried
+            if progress is not None:
+                progress(count + int(count * (power - (1 - part) * step)), 2 * count)
         weight = np.zeros(count)
         powers.append(power)
-        if progress is not None:
-            progress(count + int(power * count), 2 * count)
         if power >= 1:
             return Population(points, tuple(members), tuple(drawn[:count]), len(drawn), evaluations, tuple(powers))
 
@@ -91,15 +92,20 @@ def _step(weight: Array, fit: Array, rest: float) -> float:
     return low
 
 
-def _move(space: Designs, points: Array, members: list[Design], power: float, rng: np.random.Generator) -> int:
-    """Move points (count, n + s) and their designs in place by Metropolis steps; return how many were tried."""
+def _moves(
+    space: Designs, points: Array, members: list[Design], power: float, rng: np.random.Generator
+) -> Iterator[tuple[float, int]]:
+    """Move points (count, n + s) and their designs in place by Metropolis steps.
+
+    Yields after each move of all points which part of the moves is done at least, and how many designs it tried.
+    """
     (count, size), uniform = points.shape, len(space.free)
-    scale, moved, tried = 2.38 / np.sqrt(2 * size), 0, 0
+    scale, moved = 2.38 / np.sqrt(2 * size), 0
 
     def density(point: Array, one: Design) -> float:
         return one.weight + power * one.fit - 0.5 * float(point[uniform:] @ point[uniform:])
 
-    for _ in range(SWEEPS):
+    for sweep in range(1, SWEEPS + 1):
         accepted = 0
         for half in np.array_split(rng.permutation(count), 2):  # one half moves by differences of the other
             others = np.setdiff1d(np.arange(count), half)
@@ -111,8 +117,8 @@ def _move(space: Designs, points: Array, members: list[Design], power: float, rn
                 if one.excluded or np.log(rng.random()) >= density(new, one) - density(points[k], members[k]):
                     continue
                 points[k], members[k], accepted = new, one, accepted + 1
-        moved, tried = moved + accepted, tried + count
+        moved += accepted
+        yield max(sweep / SWEEPS, min(1.0, moved / (MOVED * count))), count
         scale *= float(np.exp(accepted / count - 0.25))
         if moved >= MOVED * count:
-            break
-    return tried
+            return

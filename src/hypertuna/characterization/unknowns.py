@@ -231,9 +231,10 @@ def with_unknowns(robot: Robot, frees: Sequence[Unknown], values: Array, *, chec
     for part in ("hose", "matrix"):
         if (factor := shared.pop(f"{part}_modulus", None)) is not None:
             name = getattr(unit, part)
-            values = {key: getattr(materials[name], key) for key in MODULI[unit.material_set]}
+            constants = {key: getattr(materials[name], key) for key in MODULI[unit.material_set]}
             scaled = {
-                k: tuple(factor * x for x in v) if isinstance(v, tuple) else factor * v for k, v in values.items()
+                key: tuple(factor * x for x in value) if isinstance(value, tuple) else factor * value
+                for key, value in constants.items()
             }
             materials[name] = materials[name].model_copy(update=scaled)
     if {"outer_diameter", "diameter_ratio"} & shared.keys():
