@@ -21,11 +21,10 @@ from study import lines
 import hypertuna as ht
 from hypertuna.arrays import Array
 from hypertuna.cli.console import progress_bar
-from hypertuna.description.changes import changed
 from hypertuna.description.robot import parse
 from hypertuna.io.files import version, write_atomically
 from hypertuna.paper.chapters.budget import PERCENT, POWERS, bands
-from hypertuna.paper.computed import SPEEDS, SWIM
+from hypertuna.paper.computed import SPEEDS
 from hypertuna.paper.ledger import published_value
 from hypertuna.paper.seeds import taken_hash
 from hypertuna.paper.studies import swim_gaits, swum
@@ -36,6 +35,7 @@ FILE = FOLDER / "budget.json"
 MASS = (1.0, 3.3 / 2.687)  # of the links: Table II, or all of Table I
 FIN = (0.3, 30.0)  # N m/rad, of the caudal fin's root: softer than any that swims well, as good as rigid
 PUBLISHED = np.array([published_value(f"speed/{name}") for name in SPEEDS])  # m/s
+SECONDS = 12.0  # of a run, of which the last beats count
 THREADS, BLOCK = 2, 8  # members whose runs share the lanes
 
 Numbers = dict[str, Array]  # by name, a value for each member; NaN where the run diverged
@@ -43,7 +43,7 @@ Numbers = dict[str, Array]  # by name, a value for each member; NaN where the ru
 
 def members() -> list[ht.Robot]:
     """Return the family."""
-    return family.members_of(changed(ht.load("hypertuna"), family.BASE))
+    return family.members_of(ht.load("hypertuna"))
 
 
 def opened(robot: ht.Robot, rng: np.random.Generator) -> ht.Robot:
@@ -72,7 +72,7 @@ def swim(robots: Sequence[ht.Robot], names: Sequence[str], label: str) -> Number
         for first in range(0, len(robots), BLOCK):
             block = list(enumerate(robots))[first : first + BLOCK]
             runs = [
-                {"robot": robot, "gait": gaits[name], "seed": k, "duration": SWIM, "start": "swimming"}
+                {"robot": robot, "gait": gaits[name], "seed": k, "duration": SECONDS, "start": "swimming"}
                 for k, robot in block
                 for gaits in (swim_gaits(robot),)
                 for name in names
@@ -165,12 +165,13 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     robot, robots, rng = ht.load("hypertuna"), members(), np.random.default_rng(asked.seed)
+    record = {"hypertuna_version": version(), "taken_hash": taken_hash(robot), "family_hash": family_hash()}
+    made = {"hypertuna_version": version(), "taken_hash": taken_hash(robot), "family_hash": family_hash()}
     open_too = [opened(one, rng) for one in robots]
     lumped = swim([*robots, robot], list(swim_gaits(robot)), "the family in lumped water")
     strips = swim([one.using(water="strip") for one in (*robots, robot)], SPEEDS, "the family in strips")
     wide = swim(open_too, SPEEDS, "with all that is open, in lumped water")
-    record = {"hypertuna_version": version(), "taken_hash": taken_hash(robot), "family_hash": family_hash()}
-    record |= {"command": "python validation/twin/budget.py", **vars(asked), "draws": len(robots)}
+    record = made | {"command": "python validation/twin/budget.py", **vars(asked), "draws": len(robots)}
     record |= {"interval_percent": [PERCENT[0], PERCENT[-1]], **summary(robot, lumped, strips)}
     record["with all that is open"] = intervals(kept(wide))
     record["members"] = {law: every(found) for law, found in (("lumped", lumped), ("strips", strips))}

@@ -189,6 +189,8 @@ def judge(candidates: Sequence[Candidate]) -> None:
         bench(one)
     left = [one for one in candidates if not one.excluded]
     for frequency in reversed(POSTURE["frequency_hz"]):  # the one that excludes most comes first
+        if not left:
+            return
         for one, (seen,) in zip(left, ran(left, [posture_gait(left, frequency)], medium="air"), strict=True):
             one.values[f"settling at {frequency:g} Hz"] = seen["settled"]
             if seen["settled"] > WITHIN:

@@ -31,7 +31,7 @@ from hypertuna.simulation.plant import parts_of
 from hypertuna.simulation.run import TwinRun
 
 STORED = Path(__file__).with_name("study.json")
-ROBOTS = Path(__file__).resolve().parents[2] / "robots"
+OTHERS = Path(__file__).resolve().parents[2] / "examples"  # of the family
 WATERS: tuple[WaterLaw, ...] = ("lumped", "strip")
 FREQUENCIES = range(1, 7)  # Hz
 AMPLITUDE = (16, 25)  # deg
@@ -79,7 +79,7 @@ def robots(water: WaterLaw) -> Iterator[tuple[str, ht.Robot, Mapping[str, Any]]]
         unknown = any(key.startswith("oil.") for key in row.values)
         options = {"controller_robot": default} if unknown else {}
         yield row.label, changed(default, row.values), options | row.options
-    for path in sorted(ROBOTS.glob("hypertuna-*.toml")):
+    for path in sorted(OTHERS.glob("hypertuna-*.toml")):
         yield path.stem, ht.load(path).using(water=water), {}
 
 
