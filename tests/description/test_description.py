@@ -279,14 +279,14 @@ def test_bad_input_gives_one_sentence(old: str, new: str, sentence: str, tmp_pat
     ("old", "new", "sentence"),
     [
         (
-            "lever_m = 0.0100",
+            "lever_m = 0.0130",
             "lever_m = 10.0",
             "joints[0].actuator.lever_m must be less than the smallest semi_minor_m",
         ),
-        ("\nbore_m = 0.004", "\nbore_m = 4.0", "joints[0].line.bore_m must be less than length_m = 0.08"),
-        ("\nbore_m = 0.004", "\nbore_m = 0.06", "joints[0].line.bore_m must be less than 0.04488, the width of the"),
-        ("\nbore_m = 0.020", "\nbore_m = 20.0", "pump.bore_m must be less than body.length_m = 0.52"),
-        ("outer_diameter_m = 0.005", "outer_diameter_m = 5.0", "drive_unit.outer_diameter_m must be less than 0.04488"),
+        ("\nbore_m = 0.0045", "\nbore_m = 4.0", "joints[0].line.bore_m must be less than length_m = 0.08"),
+        ("\nbore_m = 0.0045", "\nbore_m = 0.06", "joints[0].line.bore_m must be less than 0.04488, the width of the"),
+        ("\nbore_m = 0.018", "\nbore_m = 20.0", "pump.bore_m must be less than body.length_m = 0.52"),
+        ("outer_diameter_m = 0.004", "outer_diameter_m = 5.0", "drive_unit.outer_diameter_m must be less than 0.04488"),
         ("[0.05775, ", "[57.75, ", "joints[0].actuator.semi_major_m[0] must be less than body.length_m = 0.52"),
     ],
 )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.description.changes import changed
 from hypertuna.errors import InputError
 from hypertuna.simulation import posture_test as posture
 from hypertuna.simulation.posture_test import Held, fitted_peaks, hold, peak_bends, posture_test, reach
@@ -83,29 +84,34 @@ def test_peaks_are_fitted_in_noise(frequency: float) -> None:
         assert (peak_bends(time, noisy, frequency)[1] - exact).mean() > 0.8 * noise
 
 
-@pytest.mark.parametrize("frequency", [4.0, 5.0])
+@pytest.mark.parametrize("frequency", [4.0, 5.0, 6.0])
 def test_joint_ii_settles_whatever_the_noise(tuna: ht.Robot, frequency: float) -> None:
-    # A controller that took peaks from single readings met 4 s at 5 Hz with none of these seeds by the sensor, and with
-    # two by the true bend; over 32 seeds this one meets it with all by the sensor.
+    # A controller that took peaks from single readings met 4 s at 5 Hz with none of these seeds by the sensor; over 32
+    # seeds this one meets it with all by the sensor, and with 30 and 31 by the true bend at 5 and 6 Hz.
     runs = [
         hold(tuna, frequency, [0.0, math.radians(20)], duration=8.0, medium="air", seed=seed)[0]
         for seed in (2, 3, 4, 6)
     ]
-    for times in ([one.settling for one in runs], [one.settling_measured for one in runs]):
-        assert sum(time is not None and time <= 4 for time in times) >= 3
+    assert all(one.settling_measured is not None and one.settling_measured <= 4 for one in runs)
+    if frequency > 4:
+        assert sum(one.settling is not None and one.settling <= 4 for one in runs) >= 3
 
 
-def test_joint_ii_jumps_past_20_deg_at_6_hz(tuna: ht.Robot) -> None:
-    """Why no posture of 20 deg settles at 6 Hz: its slack braids make a jump, with steady beats on either side only."""
+@pytest.mark.parametrize(("fill", "asked"), [(None, (16.0, 18.0, 20.0, 22.0)), (30e3, (16.0, 18.0))])
+def test_slack_braids_make_joint_ii_jump_at_6_hz(tuna: ht.Robot, fill: float | None, asked: tuple[float, ...]) -> None:
+    """Why no posture of 20 deg settles where a joint is filled to little: steady beats on either side of it only."""
+    fills = {} if fill is None else {f"joints.{group.name}.line.fill_pressure_pa": fill for group in tuna.joints}
     bends, pressures = [], []
-    for asked in (14.0, 15.0):
-        beat = ht.Gait.from_degrees(frequency=6.0, amplitude=(0.0, asked), phase=(0.0, 0.0))
-        run = ht.twin(tuna, beat, duration=8.0, medium="air", closed_loop=False)
+    for amplitude in asked:
+        beat = ht.Gait.from_degrees(frequency=6.0, amplitude=(0.0, amplitude), phase=(0.0, 0.0))
+        run = ht.twin(changed(tuna, fills), beat, duration=4.0, medium="air", closed_loop=False)
         bends.append(np.degrees(np.ptp(run.data["angle"][-100:, 1]) / 2))
         pressures.append(run.data["pump_pressure_high"][-100:, 2:].max())
-    assert bends[0] < 18.5
-    assert bends[1] > 20.0
-    assert pressures[1] > 1.5 * pressures[0]
+    if fill is None:
+        assert np.diff(bends) == pytest.approx(np.diff(asked), rel=0.25)  # smoothly
+    else:
+        assert bends[0] < 18.5 < 20 < bends[1]
+        assert pressures[1] > 1.3 * pressures[0]
 
 
 def held(errors: list[float]) -> Held:
