@@ -73,7 +73,11 @@ MISTAKES = {
     "hypertuna (I, II), but is 1: name one column of angles per joint group, from head to tail.",
     "joint bend --robot own.toml --joint J1": "own.toml: drive_unit is missing: add the table [drive_unit].",
     "joint fit tank.csv": "tank.csv: line 2, frequency_hz is not a known column: use one of joint, side, "
-    "pressure_kpa, angle_deg, branch, angle_sd_deg, volume_ml, run.",
+    "pressure_kpa, branch, run, angle_deg, angle_sd_deg, volume_ml, volume_sd_ml, shortening_mm, shortening_sd_mm, "
+    "moment_n_m and 4 more.",
+    "joint family tank.csv": "tank.csv: line 2, frequency_hz is not a known column: use one of joint, side, "
+    "pressure_kpa, branch, run, angle_deg, angle_sd_deg, volume_ml, volume_sd_ml, shortening_mm, shortening_sd_mm, "
+    "moment_n_m and 4 more.",
     "joint silicone tank.csv": "tank.csv must have a row of names with Engineering Strain and Engineering Stress "
     "(MPa): add it above the numbers; True Strain and True Stress are accepted, too.",
     "pump --robot own.toml": "own.toml: pump is missing: add the table [pump].",
