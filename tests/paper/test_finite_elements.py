@@ -101,12 +101,12 @@ def test_what_is_stored_belongs_to_the_shipped_robot() -> None:
 
 
 def test_the_fast_model_is_near_what_is_stored() -> None:
-    """Bend, oil and moment are within 10 %; the volume is not: without pressure the braid of elements goes slack."""
+    """Bends within 5 %, oil, moments and volumes within 10 %: slack hoses keep their oil in both models."""
     solved = read_elements().solved.values()
     assert max(np.abs(one.difference).max() for one in solved) < 0.05
     assert max(np.abs(one.oil_difference).max() for one in solved) < 0.1
     assert max(one.over_points["moment"] for one in solved) < 0.1
-    assert 0.1 < max(one.over_points["volume"] for one in solved) < 0.3
+    assert max(one.over_points["volume"] for one in solved) < 0.1
 
 
 def test_pictures_of_both_joints_are_stored_and_small() -> None:
