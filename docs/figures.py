@@ -300,6 +300,8 @@ for part in (
     "firmware",
     "learning",
     "scoreboard",
+    "twin",
+    "joint",
 ):
     made = runpy.run_path(str(ROOT / "docs" / f"figures_{part}.py"))
     TABLES |= made["TABLES"]
