@@ -67,9 +67,12 @@ def test_the_pump_refuses_what_is_too_stiff_at_once(changes: list[tuple[str, Any
     assert time.monotonic() - start < 10
 
 
+NARROW = ("joints.0.line.bore_m", 0.004), ("joints.1.line.bore_m", 0.004), ("oil.air", 0.01)
+
+
 def test_the_pump_refuses_what_takes_too_many_steps() -> None:
     robot, start = (
-        parse(changed(("oil.viscosity_100_m2_s", 6.8e-7), ("joints.0.line.compliance_m3_pa", 2e-14))),
+        parse(changed(("oil.viscosity_100_m2_s", 6.8e-7), ("joints.0.line.compliance_m3_pa", 2e-14), *NARROW)),
         time.monotonic(),
     )
     with pytest.raises(InputError, match=r"settle within 80 s|joints\[0\].line must not be so narrow and so stiff"):
