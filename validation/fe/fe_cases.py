@@ -39,6 +39,7 @@ __all__ = [
 ANGLES = (25.0, 35.0, 45.0, 60.0)  # deg, of the braid at rest
 PRESSURE = 250e3  # Pa
 INEXTENSIBLE = 1e8  # N/m, of the braid: theory takes it as infinite
+SLACK = 1e-3  # of shortened fibers, over taut ones: all that keeps a braid alone in shape before pressure tightens it
 CARRIED = 1e-3  # m, thickness of the solid that carries a wall
 SLEEVE = 1e-3  # m
 POISSON = (0.475, 0.499)  # the paper's, and nearly incompressible
@@ -192,7 +193,7 @@ def _wall(robot: Robot, angle: float) -> Wall:
     """Hose and braid of a robot at an angle [rad], inextensible."""
     unit = drive_unit(robot)
     hose = mooney(robot, unit.hose)
-    return Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, angle, INEXTENSIBLE)
+    return Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, angle, INEXTENSIBLE, SLACK)
 
 
 def _unit(wall: Wall, sleeve: Solid, thickness: float) -> _core.DriveUnit:

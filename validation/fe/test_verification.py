@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import validate as fe_validate
 from fe_blocks import closed_form, cube_stress
-from fe_cases import ANGLES, Case, beam_cases, cube_cases, hose_cases, muscle_cases, sleeve_cases
+from fe_cases import ANGLES, SLACK, Case, beam_cases, cube_cases, hose_cases, muscle_cases, sleeve_cases
 from fe_tube import ideal_pull, ideal_stretch, load, pull, sleeve_pull, tube
 from volume import volume_kept
 
@@ -23,7 +23,7 @@ from hypertuna.fe.newton import Equilibrium, lead
 
 ROBOT = ht.load("hypertuna")
 SILICONE = Mooney(10e3, 3e3)
-BRAID = Wall(4e-3, 2.8e-3, Mooney(0.0, 0.0), math.radians(35), 1e8)
+BRAID = Wall(4e-3, 2.8e-3, Mooney(0.0, 0.0), math.radians(35), 1e8, SLACK)
 
 
 def test_braid_alone_pulls_nothing_at_the_neutral_angle() -> None:

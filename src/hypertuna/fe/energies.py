@@ -78,6 +78,7 @@ class Wall:
     hose: Mooney  # elastic constants [Pa] of the incompressible hose
     braid_angle: float  # of the fibers from the axis [rad]
     braid_stiffness: float  # of each family of fibers, modulus times net thickness [N/m]
+    slack: float = SLACK  # stiffness of a shortened fiber over that of a taut one
 
 
 def hose_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> Expression:
@@ -116,7 +117,7 @@ def braid_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) 
     from ngsolve import IfPos
 
     both = fiber_stretches(wall, Caa, Chh, Cah)
-    return sum(wall.braid_stiffness / 2 * IfPos(lam - 1, 1.0, SLACK) * (lam - 1) ** 2 for lam in both)
+    return sum(wall.braid_stiffness / 2 * IfPos(lam - 1, 1.0, wall.slack) * (lam - 1) ** 2 for lam in both)
 
 
 @dataclass(frozen=True)
