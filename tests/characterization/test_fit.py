@@ -168,7 +168,9 @@ def test_pull_goes_by_the_factor_that_stands_for_the_braid_angle(tuna: ht.Robot)
     """The ideal muscle: P (pi d^2 / 4) (3 cos^2 - 1) / sin^2, blocked at rest; walls carry nothing there."""
     (one,) = unknowns(tuna, (0,), names="braid_angle")
     force = np.asarray(muscle(tuna).at(np.ones(1), pressure=200e3)["pull"])[0]
-    assert force == pytest.approx(200e3 * math.pi / 4 * 0.005**2 * math.exp(one.log(one.described)), rel=1e-12)
+    assert force == pytest.approx(
+        200e3 * math.pi / 4 * tuna.drive_unit.outer_diameter**2 * math.exp(one.log(one.described)), rel=1e-12
+    )
     for free in unknowns(tuna, (0,)):
         for value in (free.lower, free.described, free.upper):
             assert free.value(free.log(value)) == pytest.approx(value, rel=1e-12)
@@ -184,7 +186,7 @@ def test_pull_goes_by_the_factor_that_stands_for_the_braid_angle(tuna: ht.Robot)
         ({"free": "lever[II]"}, "free lever[II] must be an unknown of this bench and robot: did you mean lever[I]?"),
         ({"free": "lever,lever[I]"}, "free lever[I] must be listed only once"),
         ({"free": ""}, "free must name at least one unknown"),
-        ({"bounds": {"lever": (0.02, 0.03)}}, "bounds lever must include the described value, 10 mm"),
+        ({"bounds": {"lever": (0.021, 0.03)}}, "bounds lever must include the described value, 1"),
         ({"bounds": {"lever": (0.03, 0.01)}}, "bounds lever must be the lower bound, then the upper one, but is 30 to"),
         ({"bounds": {"lever": (0.0, 0.03)}}, "bounds lever must be a lower bound above 0, then a higher upper bound"),
         ({"bounds": {"diameter_ratio": (0.5, 1.0)}}, "bounds diameter_ratio must end below 1"),
@@ -335,7 +337,8 @@ def test_the_information_gain_is_that_of_the_measurement_once_made(tuna: ht.Robo
     fit = fit_bench(tuna, bench, names, starts=1, loss="linear")
     told = next(one for one in information_gain(fit) if one.text.startswith("outer diameter"))
     narrow = fit.quantile * told.sd / told.value
-    known = {"outer_diameter": tuple(0.005 * math.exp(side * math.sqrt(3) * narrow / fit.quantile) for side in (-1, 1))}
+    outer = tuna.drive_unit.outer_diameter
+    known = {"outer_diameter": tuple(outer * math.exp(side * math.sqrt(3) * narrow / fit.quantile) for side in (-1, 1))}
     again = fit_bench(tuna, bench, names, starts=1, loss="linear", bounds=known)  # a bound of that standard deviation
     for k, one in enumerate(fit.free):
         half = math.log(again.high[k] / again.low[k]) / 2

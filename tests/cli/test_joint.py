@@ -83,7 +83,7 @@ def test_it_draws_and_writes_a_robot(run: Run, tmp_path: Path) -> None:
         (("--free", "leaver"), "free leaver must be an unknown of this bench and robot"),
         (("--bounds", "lever"), "--bounds must be NAME=LOW:HIGH, but is lever"),
         (("--bounds", "lever=a:b"), "--bounds lever must be a number, but is 'a': give it in mm"),
-        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must include the described value, 10 mm, but is 1 to 2 mm"),
+        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must include the described value, 13 mm, but is 1 to 2 mm"),
         (("--loss", "l2"), "--loss must be soft_l1, linear, huber or cauchy"),
         (("--starts", "some"), "--starts must be a whole number"),
         (("-o", "robot.csv"), "--output must end in .toml"),
