@@ -54,11 +54,11 @@ def test_the_terminal_says_what_is_known_and_what_stays_free(run: Run) -> None:
 def test_bounds_are_what_is_known_before(run: Run) -> None:
     wide, narrow = (
         json.loads(run(*PAPER, *FEW, "--json", *more)[1])["unknowns"][-1]
-        for more in ((), ("--bounds", "outer_diameter=4.9:5.1"))
+        for more in ((), ("--bounds", "outer_diameter=3.9:4.1"))
     )
-    assert narrow["low"] >= 4.9
-    assert narrow["high"] <= 5.1
-    assert wide["high"] > 6
+    assert narrow["low"] >= 3.9
+    assert narrow["high"] <= 4.1
+    assert wide["high"] > 5
     assert narrow["determined"] is False  # by its bounds, not by the bench
 
 
