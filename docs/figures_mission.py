@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hypertuna.description.robot import load
-from hypertuna.mission.file import read_mission, reference
+from hypertuna.mission.file import missions, read_mission, reference
 from hypertuna.mission.flight import Flight, fly
 from hypertuna.mission.log_fields import BORDER, DERIVED
 from hypertuna.mission.plots import plot_mission
@@ -93,19 +93,40 @@ def straight_table() -> str:
     assert stored.record is not None, stored.reason
     values = published()["values"]
     body = [["published", f"{values['lake/speed']['value']:g}", f"{values['power/lake']['value']:g}"]]
-    for name, what in zip(LAKE_GAITS, ("the paper's gait", "the pilot's gait"), strict=True):
+    for name, what in zip(LAKE_GAITS, ("the paper's gait", "the pilot's next slower gait"), strict=True):
         speed, power = (float(np.median(stored.numbers[f"{name} {key}"])) for key in ("speed", "power"))
         body.append([f"`{name}`, {what}", f"{speed:.3f}", f"{power:.1f}"])
     lines = ["| median of 32 seeds | speed over ground [m/s] | power of the servos [W] |", "| --- | ---: | ---: |"]
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in body)])
 
 
+def flown(mission: str) -> list[dict[str, str]]:
+    """Return the stored flights of a mission with scattered currents and gaps."""
+    text = (ROOT / "validation" / "missions" / f"{mission}-seeds.csv").read_text()
+    return list(csv.DictReader(text.splitlines()))
+
+
+def done(flights: list[dict[str, str]]) -> int:
+    """Count the flights that are done."""
+    return sum(flight["status"] == "done" for flight in flights)
+
+
+def shipped_table() -> str:
+    """Tabulate how many stored flights of each shipped mission are done, and how long they take."""
+    lines = ["| mission | seeds | done | time [min] | energy of the battery [Wh] |"]
+    lines.append("| --- | ---: | ---: | ---: | ---: |")
+    for name in missions():
+        flights = flown(name)
+        minutes, energy = (np.array([float(f[key]) for f in flights]) for key in ("duration_s", "energy_wh"))
+        spans = (f"{v.min():.3g} to {v.max():.3g}" for v in (minutes / 60, energy))
+        lines.append(f"| `{name}` | {len(flights)} | {done(flights)} | {' | '.join(spans)} |")
+    return "\n".join(lines)
+
+
 def seeds_table() -> str:
     """Tabulate the stored swims of the lake with scattered currents and gaps: least, mean, largest of each number."""
-    text = (ROOT / "validation" / "missions" / "lake-seeds.csv").read_text()
-    flights = list(csv.DictReader(text.splitlines()))
-    done = sum(flight["status"] == "done" for flight in flights)
-    lines = [f"| {len(flights)} seeds, {done} done | min | mean | max |", "| --- | ---: | ---: | ---: |"]
+    flights = flown("lake")
+    lines = [f"| {len(flights)} seeds, {done(flights)} done | min | mean | max |", "| --- | ---: | ---: | ---: |"]
     for name, (meaning, scale) in OVER_SEEDS.items():
         values = np.array([float(flight[name]) for flight in flights]) / scale
         lines.append(f"| {meaning} | {values.min():.3g} | {values.mean():.3g} | {values.max():.3g} |")
@@ -130,5 +151,6 @@ TABLES: dict[str, Callable[[], str]] = {
     "lake": lake_table,
     "lake straight": straight_table,
     "lake seeds": seeds_table,
+    "shipped missions": shipped_table,
 }
 PICTURES: dict[str, Callable[[], Figure]] = {"docs/mission.svg": lambda: plot_mission(box().record)}

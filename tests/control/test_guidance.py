@@ -93,8 +93,8 @@ def test_the_battery_that_the_pilot_counts_on(robot: ht.Robot) -> None:
     ("change", "said"),
     [
         ({"gaits": ["unoptimised-0.3", "nobody"], "speed_m_s": [0.2, 0.3]}, "must be a known gait"),
-        ({"speed_m_s": [0.3]}, "must be 2 long"),
-        ({"speed_m_s": [0.4, 0.3]}, "must rise"),
+        ({"speed_m_s": [0.3]}, "one per gait, but is 1 long"),
+        ({"gaits": ["unoptimised-0.3", "unoptimised-0.4"], "speed_m_s": [0.4, 0.3]}, "must rise"),
         ({"bias_max_deg": [8.0]}, "must be 2 long"),
         ({"error_near_m": 13.0}, "at most error_max_m"),
         ({"lookahead_m": 0.0}, "greater than 0"),

@@ -90,6 +90,7 @@ def test_it_knows_where_it_is(minutes: MissionRecord) -> None:
 def test_it_holds_depth_and_course(minutes: MissionRecord) -> None:
     """The first leg from 25 m on, 15 s or more at 1 m: within 10 cm, as near to the leg as it believes to be."""
     far = (minutes.data["position_estimated"][:, 1] > 25) & (minutes.data["leg"] == 0) & (minutes.depth > 0.8)
+    far &= np.array(modes(minutes)) == "transit"  # not on its way up for a fix
     assert far.sum() > 150
     assert minutes.depth[far] == pytest.approx(1.0, abs=0.1)
     assert abs(minutes.data["position_estimated"][far, 0]).max() < 0.6
@@ -106,7 +107,7 @@ def test_a_lost_sensor_is_told_and_survived(robot: ht.Robot, fault: str) -> None
     assert 21 < run.first_reasons[told] < 26
     assert flight.status != "diverged"
     assert np.isfinite(run.data["position_estimated"]).all()
-    assert modes(run)[-1] in ("home", "done", "surface", "hold")
+    assert modes(run)[-1] in ("home", "ended", "surface", "hold")  # a fast robot is home in time
     assert run.depth.max() < 1.5
 
 

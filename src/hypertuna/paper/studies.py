@@ -23,7 +23,7 @@ HERTZ = (2.0, 6.0)  # of the tank tests over phases
 PHASES = tuple(phase for phase in published()["tank"]["phase_deg"] if phase <= 80)  # deg, as far as Eq. 41
 LAKE = 60.0  # s: of a straight run in still water
 SHALLOW = 0.4  # m: depth of the mission `lake`
-LAKE_GAITS = ("optimised-0.5", "unoptimised-0.4")  # the paper's, and that which the pilot takes for its speed
+LAKE_GAITS = ("optimised-0.5", "unoptimised-0.4")  # the paper's, and the pilot's next slower one
 
 
 def swims(robot: Robot, seed: int) -> dict[str, float]:

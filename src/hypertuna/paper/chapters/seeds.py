@@ -127,13 +127,13 @@ def _settling(model: str, stored: Stored) -> Iterator[Finding]:
 
 
 def _lake(model: str, stored: Stored) -> Iterator[Finding]:
-    """Yield speed and power of a straight run under the paper's gait, and what the pilot's gait would give."""
-    n, (paper, pilot) = stored.numbers, LAKE_GAITS
+    """Yield speed and power of a straight run under the paper's gait, and what the pilot's next slower one gives."""
+    n, (paper, slower) = stored.numbers, LAKE_GAITS
     for key, what, unit in (("lake/speed", "speed", "m/s"), ("power/lake", "power", "W")):
         class_: Class = "prediction" if what == "speed" else "in sight"
         note = (
-            f"{paper}, straight in still water for {LAKE:g} s; {pilot}, which the pilot of the mission takes, gives "
-            f"{np.median(n[f'{pilot} {what}']):.3g} {unit}"
+            f"{paper}, straight in still water for {LAKE:g} s; {slower} gives "
+            f"{np.median(n[f'{slower} {what}']):.3g} {unit}"
         )
         yield stored.finding(key, model, class_, n[f"{paper} {what}"], note)
 
