@@ -16,7 +16,7 @@ SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4
 ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
 HEEL, LONE = 2.6, 20.0  # deg: more than full turns heel such robots; fins from which a lone one rolls them by 3
 ROLL = 0.6  # natural frequency of roll over that of the beat; 0.4 to 0.6 on HyperTuna
-DIVES = 0.65  # speed of cruise over that of inversion; 0.67 on HyperTuna at 3 Hz
+DIVES = 0.65  # speed of cruise over that of inversion; 0.58 on HyperTuna at 2 Hz
 
 # keys of the pilot by what they scale with: length, speed, time over a given way, rate of body lengths
 LENGTHS = ("lookahead_m", "depth_lookahead_m")
