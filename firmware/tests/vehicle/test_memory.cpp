@@ -6,25 +6,25 @@ static void parameters_are_stored() {
     CHECK(v.defaults);
     const int soft = index_of("pressure_soft"), hard = index_of("pressure_hard"), system = index_of("system_id");
     CHECK(soft >= 0 && hard >= 0 && system >= 0);
-    CHECK(set_parameter(v, ground, soft, 260e3f) == Refusal::out_of_range);  // a limit is never loosened
+    CHECK(set_parameter(v, ground, soft, 560e3f) == Refusal::out_of_range);  // a limit is never loosened
     CHECK(set_parameter(v, ground, soft, std::bit_cast<float>(0x7fc00000u)) == Refusal::out_of_range);
     CHECK(set_parameter(v, ground, system, 2.5f) == Refusal::out_of_range);
     CHECK(set_parameter(v, ground, -1, 1) == Refusal::unknown &&
           set_parameter(v, ground, parameter_count(v), 1) == Refusal::unknown);
-    CHECK(set_parameter(v, ground, hard, 200e3f) == Refusal::inconsistent && value(v, hard) == 300e3f);
-    CHECK(v.model.pilot.controller.pressure_hard == 300e3f);
-    CHECK(set_parameter(v, ground, soft, 200e3f) == Refusal::none && v.model.pilot.controller.pressure_soft == 200e3f);
+    CHECK(set_parameter(v, ground, hard, 500e3f) == Refusal::inconsistent && value(v, hard) == 660e3f);
+    CHECK(v.model.pilot.controller.pressure_hard == 660e3f);
+    CHECK(set_parameter(v, ground, soft, 500e3f) == Refusal::none && v.model.pilot.controller.pressure_soft == 500e3f);
     CHECK(give(v, Order::arm, ground) == Refusal::busy);  // until it is stored
     float_on(v, board, 200);
-    CHECK(give(v, Order::arm, ground) == Refusal::none && set_parameter(v, ground, soft, 210e3f) == Refusal::armed);
+    CHECK(give(v, Order::arm, ground) == Refusal::none && set_parameter(v, ground, soft, 510e3f) == Refusal::armed);
     boot(v, robot::description, board);
-    CHECK(!v.defaults && value(v, soft) == 200e3f && v.model.pilot.controller.pressure_soft == 200e3f);
+    CHECK(!v.defaults && value(v, soft) == 500e3f && v.model.pilot.controller.pressure_soft == 500e3f);
     const std::uint8_t secret[key_size] = {1, 2, 3};
     CHECK(key(v) == nullptr && set_key(v, ground, secret) == Refusal::none);
     float_on(v, board, 200);
     boot(v, robot::description, board);
     CHECK(key(v) != nullptr && std::memcmp(key(v), secret, key_size) == 0);
-    CHECK(value(v, soft) == 200e3f);
+    CHECK(value(v, soft) == 500e3f);
 }
 
 /// A parameter that is set changes its own field alone, and all others are what they were.
@@ -44,23 +44,23 @@ static void one_field_is_configured() {
 /// What is stored counts only if every value is within its range now: a description may have become stricter.
 static void stored_parameters_out_of_range() {
     const float nan = std::bit_cast<float>(0x7fc00000u);
-    for (float stored : {nan, 1e9f, 249e3f}) {
+    for (float stored : {nan, 1e9f, 549e3f}) {
         begin();
         const int soft = index_of("pressure_soft");
         std::memcpy(v.stored + 4 * soft, &stored, 4);
         begin_write(v.store), float_on(v, board, 200);
         boot(v, robot::description, board);
-        const bool good = stored == 249e3f;
-        CHECK(value(v, soft) == (good ? stored : 250e3f) && v.defaults != good);
+        const bool good = stored == 549e3f;
+        CHECK(value(v, soft) == (good ? stored : 550e3f) && v.defaults != good);
         CHECK(v.model.pilot.controller.pressure_soft == value(v, soft));
     }
     begin();  // each in its range, but not together
-    const float soft = 250e3f, hard = 200e3f;
+    const float soft = 550e3f, hard = 500e3f;
     std::memcpy(v.stored + 4 * index_of("pressure_soft"), &soft, 4);
     std::memcpy(v.stored + 4 * index_of("pressure_hard"), &hard, 4);
     begin_write(v.store), float_on(v, board, 200);
     boot(v, robot::description, board);
-    CHECK(v.defaults && v.model.pilot.controller.pressure_hard == 300e3f);
+    CHECK(v.defaults && v.model.pilot.controller.pressure_hard == 660e3f);
 }
 
 /// A mission from before the restart may be of another water, and a tank has no fixes that tell: it is no way home
@@ -262,15 +262,15 @@ static void a_stored_mission_has_its_origin() {
 static void the_memory_wears() {
     begin();
     const int soft = index_of("pressure_soft");
-    CHECK(set_parameter(v, ground, soft, 200e3f) == Refusal::none && !settled(v.store));
+    CHECK(set_parameter(v, ground, soft, 500e3f) == Refusal::none && !settled(v.store));
     float_on(v, board, 200);
-    CHECK(set_parameter(v, ground, soft, 200e3f) == Refusal::none && settled(v.store));
+    CHECK(set_parameter(v, ground, soft, 500e3f) == Refusal::none && settled(v.store));
     board.flash.worn = address(v.store, v.store.sector, v.store.slot + 1);  // the next record's first byte
-    CHECK(set_parameter(v, ground, soft, 201e3f) == Refusal::none);
+    CHECK(set_parameter(v, ground, soft, 501e3f) == Refusal::none);
     float_on(v, board, 200);
     CHECK(snapshot(v).faults.has(Fault::memory));
     board.flash.worn = -1;
-    CHECK(set_parameter(v, ground, soft, 201e3f) == Refusal::none && !settled(v.store));  // once more
+    CHECK(set_parameter(v, ground, soft, 501e3f) == Refusal::none && !settled(v.store));  // once more
     float_on(v, board, 200);
     CHECK(!snapshot(v).faults.has(Fault::memory));
 }
