@@ -93,8 +93,15 @@ def test_geometry_is_told_without_the_extra(run: Run, tuna: ht.Robot, monkeypatc
     assert told["station_mm"] == pytest.approx([0, 20, 40, 60])
     assert told["semi_major_mm"][1:3] == pytest.approx([(31.81 + 26.75) / 2, (26.75 + 23.0) / 2])  # between middles
     places = [(channel["side"], round(channel["y_mm"], 9)) for channel in told["channels"]]
-    assert places == 3 * [(0, 6.6)] + 3 * [(1, -6.6)]
-    assert "3 pairs of channels of 5 mm" in run("fe", "geometry", "--robot", "hypertuna", "--joint", "II")[1]
+    actuator, unit = tuna.joints[1].actuator, tuna.drive_unit
+    assert actuator is not None
+    assert unit is not None
+    lever = round(1e3 * actuator.lever, 9)
+    assert places == 3 * [(0, lever)] + 3 * [(1, -lever)]
+    assert (
+        f"3 pairs of channels of {1e3 * unit.outer_diameter:g} mm"
+        in run("fe", "geometry", "--robot", "hypertuna", "--joint", "II")[1]
+    )
 
 
 @pytest.mark.fe

@@ -135,7 +135,7 @@ def test_check_tells_unlikely_values_and_all_mistakes(tmp_path: Path) -> None:
 def test_keys_are_listed_by_parts_of_their_names() -> None:
     told = run("keys", "line.bore").stdout.splitlines()
     assert told[0] == "joints.line.bore_m [m]: inner diameter of the line"
-    assert told[1] == "  number > 0; default: required; typical: 0.004"
+    assert told[1] == "  number > 0; default: required; typical: 0.0045"
     assert len(told) == 3
     assert next(key["key"] for key in json.loads(run("keys", "pump.", "--json").stdout)["keys"]) == "pump.bore_m"
     assert str(run("keys", "bors").exception).startswith("PART is in no key, but is 'bors': ")
