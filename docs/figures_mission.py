@@ -117,8 +117,8 @@ def shipped_table() -> str:
     lines.append("| --- | ---: | ---: | ---: | ---: |")
     for name in missions():
         flights = flown(name)
-        minutes, energy = (np.array([float(f[key]) for f in flights]) for key in ("duration_s", "energy_wh"))
-        spans = (f"{v.min():.3g} to {v.max():.3g}" for v in (minutes / 60, energy))
+        time, energy = (np.array([float(flight[key]) for flight in flights]) for key in ("duration_s", "energy_wh"))
+        spans = (f"{v.min():.3g} to {v.max():.3g}" for v in (time / 60, energy))
         lines.append(f"| `{name}` | {len(flights)} | {done(flights)} | {' | '.join(spans)} |")
     return "\n".join(lines)
 
