@@ -202,7 +202,7 @@ COUNTS = {
     "samples",
     "rows",
 }
-COUNTS |= {"tracked runs", "frames", "repeats", "steps", "walkers", "joint group"}
+COUNTS |= {"members", "measured values", "tracked runs", "frames", "repeats", "steps", "walkers", "joint group"}
 RATIOS = {"Strouhal number", "linearity R²", "rate up over rate down", "charge left, part of the whole"}
 BARE = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?")
 
