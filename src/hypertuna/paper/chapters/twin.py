@@ -42,7 +42,8 @@ def findings(twins: Twins) -> Iterator[Finding]:
             f"{size.torque:.3g} N m at the working pressure; the servo's line leaves {left:.3g} of "
             f"{size.torque_limit:.3g} N m at {size.servo_speed:.3g} rad/s, the largest speed of the beat; {FAMILY}"
         )
-        yield Finding(f"servo/torque-{hertz:g}hz-{size.joint}", SIZING, "in sight", size.torque / left, note)
+        part = size.torque / left if left > 0 else math.inf
+        yield Finding(f"servo/torque-{hertz:g}hz-{size.joint}", SIZING, "in sight", part, note)
 
 
 def sections(twins: Twins) -> list[Section]:
