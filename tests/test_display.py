@@ -63,6 +63,7 @@ def made() -> dict[str, Any]:
         "front": ht.pareto(fish, population=4, generations=1, polish=False),
         "fit": fit,
         "twin": ht.twin(fish, gait, duration=1.0),
+        "losses": ht.twin(fish, gait, duration=1.0).losses,
         "dry twin": ht.twin(TANK.parent / "servofish.toml", "cruise", duration=1.0),  # servos alone, no oil
         "dive": ht.dive(fish, gait, duration=4.0),
         "mission": mission,
@@ -110,6 +111,7 @@ KINDS = [
     "fit",
     "posterior",
     "twin",
+    "losses",
     "dry twin",
     "sea",
     "dive",

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna.display import Card, number
-from hypertuna.pictures import curve_svg, track_svg
+from hypertuna.pictures import bars_svg, curve_svg, track_svg
 from hypertuna.simulation.dive import Dive
 from hypertuna.simulation.film import last_beats
 from hypertuna.simulation.losses import PLACES, Losses
@@ -62,7 +62,9 @@ def losses_card(losses: Losses) -> Card:
     rows = [
         (loss.text, number(loss.power, "W"), number(100 * loss.power / losses.power, "%")) for loss in losses.losses
     ]
-    return Card(f"Losses of {losses.title}", facts, columns=("loss", "power", "part"), rows=rows)
+    bars = [(loss.name, 0.0, 100 * loss.power / losses.power) for loss in losses.losses]
+    title, columns = f"Losses of {losses.title}", ("loss", "power", "part")
+    return Card(title, facts, columns=columns, rows=rows, picture=lambda: bars_svg(bars, "part of the power [%]"))
 
 
 def _height_svg(run: SeaRun) -> str:
