@@ -53,8 +53,9 @@ def test_own_robot(run: Any) -> None:
     assert speeds[0] - speeds[1] == pytest.approx(2 * half * names["derivative"]["gait.amplitude[0]"], rel=1e-3)
 
 
-def test_the_example_robot_is_complete() -> None:
-    assert ht.load(EXAMPLES / "minnow.toml").unsourced() == ()
+@pytest.mark.parametrize("file", ["minnow.toml", "hypertuna-strong.toml"])
+def test_the_example_robot_is_complete(file: str) -> None:
+    assert ht.load(EXAMPLES / file).unsourced() == ()
 
 
 @pytest.mark.parametrize(("file", "actuation"), [("myfish.toml", "none"), ("servofish.toml", "servo")])

@@ -151,8 +151,10 @@ def test_whole_flight_is_that_of_python(host: Host, monkeypatch: pytest.MonkeyPa
         last = twin.advance(100_000)
         assert (ended(last, robot)[0], python.status) == ("done", "done")
         assert twin.made == len(python.record.time)
-        assert last["position"] == pytest.approx(python.record.position[-1], abs=1e-6)
-        assert last["charge"] == pytest.approx(python.record.data["charge"][-1], rel=1e-6)
+        # Where waypoints and fixes decide, a last bit of another machine grows.
+        near = 1e-6 if isinstance(host, Native) else 1e-3
+        assert last["position"] == pytest.approx(python.record.position[-1], abs=near)
+        assert last["charge"] == pytest.approx(python.record.data["charge"][-1], rel=near)
 
 
 def test_flight_without_time_left_is_given_up(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:

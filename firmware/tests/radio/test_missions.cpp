@@ -253,10 +253,10 @@ static void test_a_refusal_names_item_quantity_and_bound() {
         {pole, "item 1: latitude 90 deg, max 89.99"},
         {speed(-1), "item 1: speed -1 m/s, min 0.01"},
         {speed(no_number), "item 1: speed 0 m/s, min 0.01"},
-        {speed(9.9f), "item 2: speed 9.9 m/s, max 0.69"},
+        {speed(9.9f), "item 2: speed 9.9 m/s, max 0.95"},
         {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 0, 9500), "limit of depth 9500 m, max 10"},
         {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 0, 0.4f), "limit of depth 0.4 m, min 0.5"},
-        {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 9.9f), "home speed 9.9 m/s, max 0.69"},
+        {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 9.9f), "home speed 9.9 m/s, max 0.95"},
         {item(HYPERTUNA_CMD_BOUNDS, 0, 0, 0, 0, 2), "reserve 2, max 1"},
     };
     for (const auto& each : cases) {

@@ -178,7 +178,7 @@ def bend(
     >>> import hypertuna as ht
     >>> curve = ht.bend(ht.load("hypertuna"), "I", [100e3, 250e3])
     >>> np.degrees(curve.angle).round(1).tolist()
-    [10.1, 15.9]
+    [9.9, 18.3]
     """
     robot = robot_of(robot)
     rising = check_pressure(pressure)

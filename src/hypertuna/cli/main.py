@@ -72,7 +72,7 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
                 "fit": ("joint:fit_command", "Identify the unknowns of an actuator from bench pressures and bends."),
                 "family": (
                     "joint_family:family_command",
-                    "Sample all designs of an actuator that meet a bench, and say what to measure next.",
+                    "Sample all designs of an actuator that meet measured bends, forces, shortenings and volumes.",
                 ),
                 "silicone": ("joint:silicone_command", "Fit the elastic constants of a silicone to a tensile test."),
             },
