@@ -71,7 +71,8 @@ def test_the_terminal_has_the_names_of_python(run, arguments) -> None:
     _, output, _ = run(*arguments)
     kinds = [*COMMANDS[arguments].values()]
     names = {word for kind in kinds for word in (*dir(kind), *getattr(kind, "__dataclass_fields__", {}))}
-    known = {label(name) for name in names if not name.startswith("_")} | {"oil", "line", "limited by", "battery", "water"}
+    known = {label(name) for name in names if not name.startswith("_")}
+    known |= {"oil", "line", "limited by", "battery", "water"}
     labels = re.findall(r"^ *([A-Za-z][a-z A-Z]+?)(?:, [a-z ]+?)? {2,}[-\d–]", output, re.MULTILINE)
     assert labels
     assert [one for one in labels if one not in known and one.strip() not in ("I", "II")] == []

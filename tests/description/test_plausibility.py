@@ -65,8 +65,9 @@ def test_slips_are_told(place: tuple[str, ...], value: Any, sentence: str) -> No
          "is it in MPa? Then write 250000."),
         (("materials", "EC50", "modulus_fe_pa"), 0.08, "materials.EC50.modulus_fe_pa has 0.08 Pa"),
         (("oil", "viscosity_40_m2_s"), 46.0, "usual are 3e-07 to 0.01: is it in mm^2/s? Then write 4.6e-05."),
-        (("guidance", "speed_m_s"), [24.3, 29.8, 34.7], "guidance.speed_m_s is up to 66.7 lengths per second; fish swim at "
-         "0.5 to 10: is it in cm/s? Then write 0.347."),
+        (("guidance", "speed_m_s"), [24.3, 29.8, 34.7],
+         "guidance.speed_m_s is up to 66.7 lengths per second; fish swim at 0.5 to 10: is it in cm/s? "
+         "Then write 0.347."),
         (("drive_unit", "braid_angle_deg"), 0.61, "has 0.61 deg; usual are 5 to 54.7: is it in radians? "
          "Then write 34.95"),
         (("oil", "density_kg_m3"), 0.87, "is it in g/cm^3? Then write 870."),

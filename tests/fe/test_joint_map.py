@@ -181,7 +181,18 @@ def test_the_command_maps_a_joint(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(MESHES, "small", SMALL)
     fish, keep = tmp_path / "small.toml", tmp_path / "keep"
     write_robot(small(), fish)
-    options = ["--fill", "60", "--pressure", "60,120,250", "--moment", "-0.05:0.05:3", "--mesh", "small", "--checkpoint", str(keep)]
+    options = [
+        "--fill",
+        "60",
+        "--pressure",
+        "60,120,250",
+        "--moment",
+        "-0.05:0.05:3",
+        "--mesh",
+        "small",
+        "--checkpoint",
+        str(keep),
+    ]
     command = ["fe", "map", "--robot", str(fish), "--joint", "II", *options]
     code, output, _ = run(*command, "--json")
     told = json.loads(output)

@@ -292,7 +292,8 @@ def misprints(robot: Robot, joint: str | int, pressure: float, material: str | N
     pressures = np.array([[check_pressure(pressure)[0], 0.0]])
 
     def angle(law: dict[str, bool], parts: dict[str, bool]) -> float:
-        model = soft_joint(robot, joint, material, **parts).with_law(**law)
+        joint_model = soft_joint(robot, joint, material, friction=parts["friction"], plain=parts["plain"])
+        model = joint_model.with_law(**law)
         return float(np.asarray(model.bend(pressures))[..., 0].sum())
 
     return tuple(Step(text, angle(law, parts)) for text, law, parts in STEPS)

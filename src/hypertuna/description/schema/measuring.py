@@ -107,7 +107,7 @@ MEASURING: dict[str, str] = {
     "controller.voltage_low_v": "voltage of the pack at a fifth of its charge",
     "controller.pressure_work_pa": "pressure of the largest bend",
     "controller.pressure_soft_pa": "1.25 times the working pressure",
-    "controller.pressure_hard_pa": "1.2 times the soft limit, below the burst pressure and within the range of the sensor",
+    "controller.pressure_hard_pa": "1.2 times the soft limit, below the burst pressure and in the range of the sensor",
     "controller.pulse_center_us": "data sheet of the servo: pulse of the middle",
     "controller.pulse_us_per_rad": "data sheet of the servo: range of pulses over range of angles",
     "controller.pulse_min_us": "data sheet of the servo",
