@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import hypertuna as ht
-from hypertuna.mission.file import read_mission
+from hypertuna.mission.file import missions, read_mission
 from hypertuna.mission.flight import fly, outcome
 
 FOLDER = Path(__file__).parents[2] / "validation" / "missions"
@@ -23,7 +23,7 @@ def facts(mission: str) -> dict[str, str]:
     return dict(json.loads((FOLDER / f"{mission}-seeds.csv.json").read_text()))
 
 
-@pytest.mark.parametrize("mission", ["box", "transect"])
+@pytest.mark.parametrize("mission", missions())
 def test_nine_of_ten_flights_of_a_shipped_mission_are_done(mission: str) -> None:
     flights = flown(mission)
     assert [int(flight["seed"]) for flight in flights] == [*range(1, 33)]
