@@ -22,7 +22,7 @@ from program import Run
 
 PRESSURE = np.array([25e3, 50e3])
 # As coarse as the check of the mesh' areas lets it be.
-QUICK = FeOptions(mesh=MeshSize(1.1, largest=5.0, order=3, pieces=4.8))
+QUICK = FeOptions(mesh=MeshSize(0.9, largest=5.0, order=3, pieces=6.0))
 COMMAND = ["fe", "compare", "--robot", "hypertuna", "--joint", "II"]
 
 
@@ -111,7 +111,7 @@ def test_differences_are_those_of_the_columns(found: FeBend, fish: ht.Robot) -> 
     assert compared.reasons == ()
     assert (compared.fe.oil > 0).all()
     assert (np.diff(compared.shortening) > 0).all()  # under more pressure the body is shorter
-    assert 0.01 < compared.shortening[-1] < 0.2
+    assert 0.005 < compared.shortening[-1] < 0.2
     assert compared.shortening[-1] == pytest.approx(1 - found.measured[-1].length / 0.060)  # [m] of the description
 
 

@@ -173,7 +173,7 @@ def test_pressure_and_couple_have_one_potential() -> None:
     assert not any(point["fault"] for point in found.values())
     turns = [(math.sin(found[i, 1]["angle"]) - math.sin(found[i, 0]["angle"])) / dp for i in (0, 1)]
     swells = [(found[1, k]["volume"][0] - found[0, k]["volume"][0]) / dt for k in (0, 1)]
-    assert np.mean(turns) == pytest.approx(np.mean(swells), rel=2e-3)
+    assert np.mean(turns) == pytest.approx(np.mean(swells), rel=4e-3)
 
 
 @pytest.mark.fe

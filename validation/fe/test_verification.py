@@ -70,7 +70,7 @@ def test_fibers_that_stretch_pull_less() -> None:
     ideal = ideal_pull(250e3, BRAID.outer, BRAID.braid_angle)
     lost = []
     for stiffness in (1e6, 4e6):
-        held = tube(Wall(4e-3, 2.8e-3, SILICONE, BRAID.braid_angle, stiffness), thickness=1e-3, held=True)
+        held = tube(Wall(4e-3, 2.8e-3, SILICONE, BRAID.braid_angle, stiffness, SLACK), thickness=1e-3, held=True)
         assert load(held, 250e3).converged
         lost.append(1 - pull(held) / ideal)
     assert 0.002 < lost[0] < 0.01
@@ -188,7 +188,7 @@ def test_the_volume_is_kept_away_from_the_ends(poisson: float, not_kept: float, 
 def test_a_hose_of_solid_elements_is_the_wall_of_the_joints_model() -> None:
     cases = list(hose_cases(ROBOT))
     assert len(cases) == 4
-    assert max(abs(case.difference) for case in cases) < 2e-3
+    assert max(abs(case.difference) for case in cases) < 3e-3
     assert not any(case.text for case in cases)
 
 
