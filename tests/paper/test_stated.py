@@ -86,7 +86,7 @@ def told(rows: list[list[str]]) -> list[tuple[str, str]]:
                 (what, cell)
                 for head, cell in zip(heads, row, strict=True)
                 for pattern, what in COLUMNS.items()
-                if re.fullmatch(pattern, head)
+                if re.fullmatch(pattern, head) and "(" not in cell  # with the interval of a family
             ]
             numbers += [(f"{row[0]} {what}", cell) for what, cell in named]
         elif row[0] in UNCHANGED and heads[1:11] == [*EIGHT, "fastest [W]", "lake [W]"]:

@@ -7,7 +7,7 @@ import pytest
 import hypertuna as ht
 from hypertuna.io.files import verdicts
 from hypertuna.simulation import image_text
-from hypertuna.simulation.image_text import robot_facts
+from hypertuna.simulation.image_text import VERDICT, robot_facts
 
 
 def published_of(robot: ht.Robot, gait: str) -> dict[str, Any]:
@@ -22,9 +22,11 @@ def test_every_published_number_has_the_ledgers_verdicts() -> None:
     for gait in fish.gaits:
         for fact in published_of(fish, gait).values():
             wanted = [entry for entry in entries if entry["id"] == fact["id"]]
-            assert [one | {"id": fact["id"]} for one in fact["verdicts"]] == wanted
+            assert fact["verdicts"] == [
+                {part: entry[part] for part in VERDICT} for entry in wanted
+            ]  # the note has the band
             seen += len(wanted)
-    assert seen == 8 * 5 + 2 + 1 + 3 + 7  # speeds; power and cost of the fastest, power of the lake, radius
+    assert seen == 8 * 7 + 4 + 1 + 5 + 7  # speeds; power and cost of the fastest, power of the lake, radius
     ledger = robot_facts(fish, [fish])["ledger"]
     assert {entry["verdict"] for entry in entries} <= ledger["marks"].keys()
     assert {entry["class"] for entry in entries} == ledger["classes"].keys()
