@@ -27,7 +27,7 @@ from program import Run
 ROBOT = ht.load("hypertuna")
 MODEL = {model.name: model for model in joint_models(ROBOT)}
 PRESSURE = np.linspace(0, 250e3, 6)
-ENDS = math.pi * 0.0018**2 * 0.010  # m^3, lumen of one hose in the ends, a diameter of 5 mm each
+ENDS = math.pi * 0.00125**2 * 0.008  # m^3, lumen of one hose in the ends, a diameter of 4 mm each
 UNITS = {"I": 5, "II": 3}
 LENGTH = {"I": 0.080, "II": 0.060}
 

@@ -219,6 +219,12 @@ def _levels(problem: BenchProblem, z: Array, levels: dict[str, float]) -> dict[s
     return new
 
 
+def _rms(problem: BenchProblem, errors: Array) -> dict[str, float]:
+    """Return the root mean square of the errors of each kind of measurement [SI]."""
+    kinds = problem.elements.kind
+    return {kind: float(np.sqrt(np.mean(errors[kinds == kind] ** 2))) for kind in dict.fromkeys(kinds.tolist())}
+
+
 def _result(
     problem: BenchProblem, result: dict[str, Any], levels: dict[str, float], tick: Callable[[], None]
 ) -> BenchFit:
@@ -268,10 +274,7 @@ def _result(
         ),
         found=found,
         noise=levels,
-        rms={
-            name: float(np.sqrt(np.mean(errors[problem.elements.kind == name] ** 2)))
-            for name in dict.fromkeys(problem.elements.kind.tolist())
-        },
+        rms=_rms(problem, errors),
         residual_scale=scale,
         freedom=freedom,
         quantile=quantile,
