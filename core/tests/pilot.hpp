@@ -22,7 +22,8 @@ Controller<T> test_controller() {
         s.speed = T(7.5), s.stall = T(1.2e6), s.fill = T(6e4), s.compliance = T(3e-7);
         s.line = T(3e5), s.hammer = T(7e4);
     }
-    m.pressure_work = T(2e5), m.pressure_soft = T(2.5e5), m.pressure_hard = T(3e5), m.pressure_low = T(-1e5), m.pressure_high = T(5e5);
+    m.pressure_work = T(2e5), m.pressure_soft = T(2.5e5), m.pressure_hard = T(3e5), m.pressure_low = T(-1e5),
+    m.pressure_high = T(5e5);
     m.pressure_step = T(2e5);
     m.current_low = T(-5), m.current_high = T(5), m.rate_high = T(35), m.acceleration_high = T(157);
     m.voltage_rated = T(7.2), m.voltage_low = T(12.8), m.voltage_min = T(0), m.voltage_max = T(20);
