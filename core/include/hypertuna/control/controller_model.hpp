@@ -49,14 +49,14 @@ struct Controller {
     PumpMap<T> map[max_circuits];
     SupervisorModel<T> circuit[max_circuits];
     T pressure_work, pressure_soft, pressure_hard, pressure_low, pressure_high, pressure_step;  // Pa
-    T current_low, current_high;                                                 // A
-    T rate_high, acceleration_high;                                              // rad/s, m/s^2
-    T voltage_rated, voltage_low, voltage_min, voltage_max;                      // V
-    T frequency_max;                                                             // Hz
-    T fin_max;                                                                   // rad
-    int timeout;                                                                 // ticks
-    T pulse_center, pulse_per_rad, pulse_min, pulse_max;                         // s, s/rad
-    T slew;                                                                      // rad per tick
+    T current_low, current_high;                                                                // A
+    T rate_high, acceleration_high;                                                             // rad/s, m/s^2
+    T voltage_rated, voltage_low, voltage_min, voltage_max;                                     // V
+    T frequency_max;                                                                            // Hz
+    T fin_max;                                                                                  // rad
+    int timeout;                                                                                // ticks
+    T pulse_center, pulse_per_rad, pulse_min, pulse_max;                                        // s, s/rad
+    T slew;                                                                                     // rad per tick
 };
 
 template <class T>
