@@ -66,7 +66,7 @@ HYPERTUNA_INLINE S rubbing(const S& rate) {
 /// Turn toward the target against a load as fast as loop and torque-speed line allow.
 ///
 /// |torque| <= stall_torque (supply / voltage -+ rate / speed). At rest friction holds what it can, and the motor
-/// makes only what is left. The seals of a piston, if any, rub with the gears: `sealing` [N m].
+/// makes only the rest. Seals of a piston rub with the gears, by the torque `sealing` [N m].
 template <class S>
 ServoDrive<S> servo_drive(const Servo<S>& servo, const S& supply, const S& load, const S& target, const S& angle,
                           const S& rate, const S& sealing = S(0)) {
