@@ -17,6 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from hypertuna.characterization.problem import held_at
 from hypertuna.figures import COLORS, EDGE, INK, SHAPES, TIGHT, WIDTH, styled
 from hypertuna.paper.computed import SPEEDS
 
@@ -42,6 +43,12 @@ def members() -> list[dict[str, float]]:
 def number(value: float) -> str:
     """Write a number to three digits, without an exponent."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def force(moment: float) -> float:
+    """Return the force [N] that holds joint I at the arm of the measurement, from its blocked moment [N m]."""
+    arm: float = stored("posterior")["arm_m"]
+    return held_at(moment, FISH.joints[0].actuator.length, arm) / arm
 
 
 def span(ends: Sequence[float]) -> str:
@@ -231,16 +238,15 @@ def robot_table() -> str:
 
 def bench_table() -> str:
     """Tabulate what two cheap measurements would show."""
-    found, arm = stored("posterior"), stored("posterior")["arm_m"]
+    found, shrinks = stored("posterior"), "shortening of joint I"
+    shown = {
+        f"force at {found['arm_m']:g} m [N]": (f"{MOMENT} [N m]", force, lambda one: force(one[MOMENT])),
+        f"{shrinks} [mm]": (f"{shrinks} [mm]", lambda x: x, lambda one: 1e3 * one[shrinks]),
+    }
     body = []
-    for what, key, factor in (
-        (f"force at {arm:g} m [N]", MOMENT, 1 / arm),
-        ("shortening of joint I [mm]", "shortening of joint I", 1e3),
-    ):
-        unit = {MOMENT: f"{MOMENT} [N m]"}.get(key, f"{key} [mm]")
-        scale = factor if key == MOMENT else 1.0
-        pair = [span([scale * x for x in part]) for part in found["lumped"]["before_and_after"][unit]]
-        body.append([what, *pair, *(number(factor * one["statics"][key]) for one in found["robots"].values())])
+    for what, (key, of_stored, of_robot) in shown.items():
+        pair = [span([of_stored(x) for x in part]) for part in found["lumped"]["before_and_after"][key]]
+        body.append([what, *pair, *(number(of_robot(one["statics"])) for one in found["robots"].values())])
     return rows(["both at 250 kPa", "family", "after four speeds", *found["robots"]], body)
 
 
@@ -250,7 +256,7 @@ def axis_table() -> str:
     for low, high in pairwise(AXES):
         group = [one for one in known if low <= one["axis_buckling[I]"] < high]
         shown = [percentiles((one["shortening of joint I"] for one in group), 1e3)]
-        shown.append(percentiles((one[MOMENT] for one in group), 1 / stored("posterior")["arm_m"]))
+        shown.append(percentiles(force(one[MOMENT]) for one in group))
         body.append([f"{low:g} to {high:g} N", str(len(group)), *shown])
     return rows(["axis of joint I buckles at", "members", "shortening [mm]", "force [N]"], body)
 
@@ -292,14 +298,14 @@ def draw_family(axes: Axes) -> None:
 def draw_scale(axes: Axes) -> None:
     """Plot what a luggage scale would show: the family, and after four speeds."""
     found, arm = stored("posterior"), stored("posterior")["arm_m"]
-    force = np.array([one[MOMENT] for one in members()]) / arm
-    bins = np.geomspace(0.95 * force.min(), 1.05 * force.max(), 14)
-    axes.hist(force, bins=bins, color=EDGE, label="family")
-    weight = len(force) * np.array(found["lumped"]["weights"])
+    shown = np.array([force(one[MOMENT]) for one in members()])
+    bins = np.geomspace(0.95 * shown.min(), 1.05 * shown.max(), 14)
+    axes.hist(shown, bins=bins, color=EDGE, label="family")
+    weight = len(shown) * np.array(found["lumped"]["weights"])
     style = {"histtype": "step", "color": COLORS[0], "lw": 1.6, "label": "after four speeds"}
-    axes.hist(force, bins=bins, weights=weight, **style)
+    axes.hist(shown, bins=bins, weights=weight, **style)
     for one, shape in zip(found["robots"].values(), "*PX", strict=True):
-        axes.plot(one["statics"][MOMENT] / arm, 1.5, shape, color=INK, ms=10 if shape == "*" else 7, mec="white")
+        axes.plot(force(one["statics"][MOMENT]), 1.5, shape, color=INK, ms=10 if shape == "*" else 7, mec="white")
     ticks(axes, "x", (5, 10, 20))
     axes.set(xlabel=f"force at {arm:g} m [N]", ylabel="members")
     axes.set_title("On a luggage scale")

@@ -18,15 +18,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import circuits
-from hypertuna.actuation.soft_joint import JointModel, joint_models, mooney, soft_joint
+from hypertuna.actuation.soft_joint import mooney, soft_joint
 from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.designs import Designs, designs
 from hypertuna.characterization.population import populate
+from hypertuna.characterization.problem import blocked_moment, shortening
 from hypertuna.cli.console import progress_bar
 from hypertuna.description.changes import NAMES, changed
 from hypertuna.description.robot import parse
@@ -247,24 +247,10 @@ def torque_at_limit(robot: ht.Robot) -> float:
 def statics(robot: ht.Robot) -> dict[str, float]:
     """Return what a bench would measure of the joints at 250 kPa [N m, m]."""
     found = {}
-    for model in joint_models(robot):
-        both = np.array([[PRESSURES[-1], PRESSURES[-1]]])
-        found[f"blocked moment of joint {model.name}"] = blocked(model)
-        strain = float(model.balance(both)["strain"][0]) + model["rest"]
-        found[f"shortening of joint {model.name}"] = -strain * model["length"]
+    for joint, group in enumerate(robot.joints):
+        found[f"blocked moment of joint {group.name}"] = blocked_moment(robot, joint, float(PRESSURES[-1]))
+        found[f"shortening of joint {group.name}"] = float(shortening(robot, joint, PRESSURES)[-1])
     return found
-
-
-def blocked(model: JointModel) -> float:
-    """Return the moment of a joint that is held straight and free to shorten, one side under pressure [N m]."""
-    pressure = np.array([[PRESSURES[-1], 0.0]])
-
-    def thrust(strain: float) -> float:
-        at = model.at(0.0, strain, pressure)
-        return float(at["axial"][0] + pressure[0] @ at["gain"][0])
-
-    at = model.at(0.0, brentq(thrust, -0.4, 0.2), pressure)
-    return float(at["elastic"][0] + pressure[0] @ at["slope"][0])
 
 
 def resampled(weight: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:

@@ -198,7 +198,7 @@ def _model(robot: Robot, g: int, material: str | None) -> JointModel:
     unit, hose = drive_unit(robot), muscle(robot, material)
     highest = require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
     fill = group.line.fill_pressure if group.line is not None else 0.0
-    section = soft_joint(robot, g, material, friction=False, axis=False).one_section(left=highest, right=0.0)
+    section = soft_joint(robot, g, material, friction=False).one_section(left=highest, right=0.0)
     one = [rounded_number(value) for value in section]
     wall, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
     values = {

@@ -160,8 +160,7 @@ def shortening(robot: Robot, joint: int, pressure: Array) -> Array:
 def blocked_moment(robot: Robot, joint: int, pressure: float, side: int = 0, *, arm: float = math.inf) -> float:
     """Compute the moment [N m] that holds a joint straight under the rising pressure [Pa] of one side.
 
-    Friction takes its part. arm: distance [m] of the force that holds it from its middle: the joint, as long as L, is a
-    beam that does not move at the force, so that the moment is smaller by 1 + (L / arm)^2 / 12.
+    Friction takes its part. arm: distance [m] of the force that holds it from its middle, as in `held_at`.
     """
     model = joint_models(robot)[joint]
     both = np.zeros((1, 2))
@@ -170,7 +169,15 @@ def blocked_moment(robot: Robot, joint: int, pressure: float, side: int = 0, *, 
     load = model.at(0.0, strain, both)
     moment = float(load["elastic"][0] + load["slope"][0] @ both[0]) * (1 - 2 * side)
     rubs = float(load["friction"][0] @ np.maximum(0.0, both[0] - load["carried"][0]))
-    return (moment - rubs) / (1 + (joint_group(robot, joint)[1].length / arm) ** 2 / 12)
+    return held_at(moment - rubs, joint_group(robot, joint)[1].length, arm)
+
+
+def held_at(moment: float, length: float, arm: float) -> float:
+    """Return the moment of a force that holds a joint at a distance [m] from its middle, from that of a couple [N m].
+
+    The joint, as long as L, is a beam that does not move at the force: the moment is smaller by 1 + (L / arm)^2 / 12.
+    """
+    return moment / (1 + (length / arm) ** 2 / 12)
 
 
 def _strain(model: JointModel, both: Array) -> float:
