@@ -114,7 +114,7 @@ def test_the_json_schema_has_the_keys_of_the_file() -> None:
 def test_a_robot_is_frozen() -> None:
     robot: Robot = load("rexeel")
     with pytest.raises(ValueError, match="frozen"):
-        robot.body.length = 1.0  # type: ignore[misc]
+        robot.body.length = 1.0
 
 
 def test_what_is_built_from_a_robot_is_kept_with_that_object_alone() -> None:
