@@ -29,7 +29,7 @@ from hypertuna.paper.chapters.budget import PERCENT, POWERS, bands
 from hypertuna.paper.computed import SPEEDS
 from hypertuna.paper.ledger import published_value
 from hypertuna.paper.seeds import taken_hash
-from hypertuna.paper.studies import STUDIES, swim_gaits, swum
+from hypertuna.paper.studies import STUDIES, Diverged, swim_gaits, swum
 from hypertuna.simulation.run import TwinRun
 
 FOLDER = Path(__file__).resolve().parents[2] / "data" / "twin"
@@ -41,7 +41,7 @@ SECONDS = 12.0  # of a run, of which the last beats count
 THREADS, BLOCK = 2, 8  # members whose runs share the lanes
 
 STUDIED = ("postures", "dives", "lakes", "phases", "turns")
-EVERY = 4  # members, one of which runs these studies: they take as long as all swims
+PART = 4  # members, of which one runs these studies: they take as long as all swims
 
 Numbers = dict[str, Array]  # by name, a value for each member; NaN where the run diverged
 
@@ -90,12 +90,19 @@ def swim(robots: Sequence[ht.Robot], names: Sequence[str], label: str) -> Number
 
 
 def studied(robots: Sequence[ht.Robot], study: str) -> Numbers:
-    """Run a study of the ledger with every robot, whose place is the seed of its sensors' noise."""
+    """Run a study of the ledger with every robot, whose place is the seed, and leave out who diverges."""
+
+    def run(robot: ht.Robot, seed: int) -> dict[str, float] | None:
+        try:
+            return STUDIES[study].run(robot, seed)
+        except Diverged:
+            return None
+
     found: list[dict[str, float]] = []
     with ThreadPoolExecutor(THREADS) as pool, progress_bar(study, slow=True) as progress:
-        for one in pool.map(STUDIES[study].run, robots, range(len(robots))):
-            found.append(one)
-            progress(len(found), len(robots))
+        for done, one in enumerate(pool.map(run, robots, range(len(robots))), 1):
+            found += [one] if one is not None else []
+            progress(done, len(robots))
     return {key: np.array([one[key] for one in found]) for key in found[0]}
 
 
@@ -156,12 +163,8 @@ def summary(robot: ht.Robot, lumped: Numbers, strips: Numbers, studies: Mapping[
         total, whole = len(errors(whole)), kept(whole)
         lost = total - len(errors(whole))
         found[law] = (whole, intervals(whole) | {"shipped": standing(whole, own), "diverged": lost})
-    other = found["strips"][0]
-    whole = {study: kept(numbers) for study, numbers in studies.items()}
-    shares = bands(robot, {"swims": found["lumped"][0], **whole})
+    shares = bands(robot, {"swims": found["lumped"][0], "strips": found["strips"][0], **studies})
     entries = {key: [float(f"{value:.6g}") for value in band] for key, band in shares.items()}
-    entries |= {f"speed/{name} | strips, twin": interval(other[f"{name} speed"]) for name in SPEEDS}
-    entries |= {f"{key} | strips, twin": interval(other[f"{gait} power"]) for key, gait in POWERS.items()}
     return found["lumped"][1] | {"strips": found["strips"][1], "entries": entries}
 
 
@@ -186,11 +189,11 @@ def main() -> None:
     open_too = [opened(one, rng) for one in robots]
     lumped = swim([*robots, robot], list(swim_gaits(robot)), "the family in lumped water")
     strips = swim([one.using(water="strip") for one in (*robots, robot)], SPEEDS, "the family in strips")
-    studies = {study: studied(robots[::EVERY], study) for study in STUDIED}
+    studies = {study: studied(robots[::PART], study) for study in STUDIED}
     wide = swim(open_too, SPEEDS, "with all that is open, in lumped water")
     record = made | {"command": "python validation/twin/budget.py", **vars(asked), "draws": len(robots)}
     record |= {"interval_percent": [PERCENT[0], PERCENT[-1]], **summary(robot, lumped, strips, studies)}
-    record["studied"] = {study: len(next(iter(kept(numbers).values()))) for study, numbers in studies.items()}
+    record["studied"] = {study: len(next(iter(numbers.values()))) for study, numbers in studies.items()}
     record["with all that is open"] = intervals(kept(wide))
     record["members"] = {law: every(found) for law, found in (("lumped", lumped), ("strips", strips))}
     write_atomically(FILE, lines(record))

@@ -1,12 +1,16 @@
 """The uncertainty budget: its intervals, runs that diverge, what is open beside the family, and what is stored."""
 
 import json
+import sys
+from functools import partial
 
 import budget
 import family
 import numpy as np
+import pytest
 
 import hypertuna as ht
+from hypertuna.paper import studies
 from hypertuna.paper.computed import SPEEDS
 from hypertuna.paper.seeds import taken_hash
 
@@ -71,3 +75,22 @@ def test_stored_speeds_of_a_member_are_those_of_the_present_program() -> None:
         for key, word, close in (("speed_m_s", "speed", 0.02), ("power_w", "power", 0.05)):
             expected = np.array(stored[law][key][:2], float)
             np.testing.assert_allclose(budget.eight(runs, word), expected, rtol=close)
+
+
+@pytest.mark.parametrize("study", ["turns", "lakes", "dives", "phases"])
+def test_a_member_that_diverges_has_no_numbers(study: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (studies, sys.modules["hypertuna.simulation.dive"]):
+        for name in {"twin", "twin_at_sea"} & vars(module).keys():
+            monkeypatch.setattr(module, name, partial(getattr(module, name), step=0.01))
+    with pytest.raises(studies.Diverged):
+        studies.STUDIES[study].run(ROBOT, 0)
+
+
+def test_who_diverges_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(robot: ht.Robot, seed: int) -> dict[str, float]:
+        if seed == 1:
+            raise studies.Diverged
+        return {"radius": float(seed)}
+
+    monkeypatch.setitem(studies.STUDIES, "turns", studies.Study(run))
+    assert budget.studied([ROBOT] * 3, "turns")["radius"].tolist() == [0, 2]

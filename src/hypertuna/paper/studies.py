@@ -12,7 +12,7 @@ from hypertuna.paper.computed import LEVELS, SPEEDS, SWIM, TANK, TANK_PHASE
 from hypertuna.paper.ledger import published
 from hypertuna.simulation.dive import dive
 from hypertuna.simulation.posture_test import hold
-from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.run import Run, TwinRun
 from hypertuna.simulation.twin import twin, twin_at_sea
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.turn import fit_circle
@@ -24,6 +24,10 @@ PHASES = tuple(phase for phase in published()["tank"]["phase_deg"] if phase <= 8
 LAKE = 60.0  # s: of a straight run in still water
 SHALLOW = 0.4  # m: depth of the mission `lake`
 LAKE_GAITS = ("optimised-0.5", "unoptimised-0.4")  # the paper's, and the pilot's next slower one
+
+
+class Diverged(Exception):
+    """A run of a study diverged: no robot has such a state."""
 
 
 def swims(robot: Robot, seed: int) -> dict[str, float]:
@@ -63,6 +67,7 @@ def postures(robot: Robot, seed: int) -> dict[str, float]:
     angle = [math.radians(facts["angle_deg"]) if group.name == facts["joint"] else 0.0 for group in robot.joints]
     for hertz in facts["frequency_hz"]:
         (held,) = hold(robot, hertz, angle, duration=facts["duration_s"], medium="air", seed=seed)
+        _check(held.run)
         end = float(held.time[-1])
         numbers[f"{hertz:g} Hz sensor"] = end if held.settling_measured is None else held.settling_measured
         numbers[f"{hertz:g} Hz bend"] = end if held.settling is None else held.settling
@@ -100,6 +105,7 @@ def lakes(robot: Robot, seed: int) -> dict[str, float]:
     numbers: dict[str, float] = {}
     for name in LAKE_GAITS:
         run = twin_at_sea(robot, named_gait(robot, name), duration=LAKE, depth=SHALLOW, seed=seed)
+        _check(run)
         beats = round(LAKE / 2 * run.gait.frequency) / run.gait.frequency
         first = int(np.searchsorted(run.time, run.time[-1] - beats))
         way = run.position[-1, :2] - run.position[first, :2]
@@ -112,6 +118,7 @@ def dives(robot: Robot, seed: int) -> dict[str, float]:
     """Dive and float as in Fig. 15: rates [cm/s] and pitches [deg]."""
     facts = published()["diving"]
     result = dive(robot, named_gait(robot, facts["gait"]), angle=math.radians(facts["fins_deg"]), seed=seed)
+    _check(result.run)
     numbers: dict[str, float] = {}
     for name, leg in zip(("down", "up"), result.legs, strict=True):
         numbers |= {f"{name} rate": 100 * leg.depth_rate, f"{name} pitch": math.degrees(leg.pitch)}
@@ -160,4 +167,12 @@ def phase_name(level: str, hertz: float, phase: float) -> str:
 
 def _swim(robot: Robot, gait: Gait, seconds: float, seed: int) -> TwinRun:
     """Swim from the speed of the lagging joints on."""
-    return twin(robot, gait, duration=seconds, start="swimming", seed=seed)
+    run = twin(robot, gait, duration=seconds, start="swimming", seed=seed)
+    _check(run)
+    return run
+
+
+def _check(run: Run) -> None:
+    """Check that a run did not diverge."""
+    if run.status == "diverged":
+        raise Diverged("a run diverged")

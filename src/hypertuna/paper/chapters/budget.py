@@ -4,6 +4,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.io.files import shipped
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.chapters.seeds import findings
+from hypertuna.paper.chapters.strips import twin_findings
 from hypertuna.paper.computed import COSTS, OURS, SPEEDS, TWIN
 from hypertuna.paper.ledger import UNPUBLISHED, Finding, published, published_value
 from hypertuna.paper.seeds import Stored, taken_hash
@@ -75,7 +77,8 @@ def bands(robot: Robot, studies: Mapping[str, Mapping[str, Array]]) -> dict[str,
 
     Each study has the numbers of `studies.STUDIES`, a value for each member of the family (members,).
     """
-    found = findings({name: Stored(name, robot, {"numbers": numbers}) for name, numbers in studies.items()})
+    stored = {name: Stored(name, robot, {"numbers": numbers}) for name, numbers in studies.items()}
+    found = chain(findings(stored), twin_findings(stored["strips"]) if "strips" in stored else ())
     rows = {f"{one.id} | {one.model}": one.values for one in found if (one.model, one.id in TABLES) != (TWIN, True)}
     return {key: np.percentile(row, PERCENT, method="inverted_cdf").tolist() for key, row in rows.items()}
 
