@@ -1,4 +1,4 @@
-"""The command `hypertuna joint fit`: what it prints, draws and writes, and what it says of bad input."""
+"""The command `hypertuna joint fit`: what it prints, draws and writes; what it and `joint family` say of bad input."""
 
 from __future__ import annotations
 
@@ -76,21 +76,32 @@ def test_it_draws_and_writes_a_robot(run: Run, tmp_path: Path) -> None:
     assert json.loads(again[1])["robot_hash"] == fitted.hash
 
 
-@pytest.mark.parametrize(
-    ("more", "sentence"),
-    [
+BAD = {  # options that a command refuses
+    ("fit", "family"): [
         (("--free", "leaver"), "free leaver must be an unknown of this bench and robot"),
         (("--bounds", "lever"), "--bounds must be NAME=LOW:HIGH, but is lever"),
         (("--bounds", "lever=a:b"), "--bounds lever must be a number, but is 'a': give it in mm"),
-        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must include the described value, 13 mm, but is 1 to 2 mm"),
-        (("--loss", "l2"), "--loss must be soft_l1, linear, huber or cauchy"),
-        (("--starts", "some"), "--starts must be a whole number"),
         (("-o", "robot.csv"), "--output must end in .toml"),
         (("--plot", "fit.txt"), "--plot must end in .svg, .png or .pdf"),
     ],
+    ("fit",): [
+        (("--bounds", "lever[I]=1:2"), "bounds lever[I] must include the described value, 13 mm, but is 1 to 2 mm"),
+        (("--loss", "l2"), "--loss must be soft_l1, linear, huber or cauchy"),
+        (("--starts", "some"), "--starts must be a whole number"),
+    ],
+    ("family",): [
+        (("--members", "3"), "members must be from 50 to 5000, but is 3"),
+        (("--model-error", "80"), "--model-error must be from 0 to 50 percent"),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("command", "more", "sentence"),
+    [(command, *case) for commands, cases in BAD.items() for command in commands for case in cases],
 )
-def test_bad_options_are_told(run: Run, more: tuple[str, ...], sentence: str) -> None:
-    code, output, errors = run(*PAPER, *more)
+def test_bad_options_are_told(run: Run, command: str, more: tuple[str, ...], sentence: str) -> None:
+    code, output, errors = run("joint", command, *PAPER[2:5], *more)
     assert (code, output) == (2, "")
     assert errors.startswith("error: ")
     assert sentence in errors

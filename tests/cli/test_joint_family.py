@@ -80,24 +80,6 @@ def test_it_draws_and_writes_a_robot_that_bends_as_measured(run: Run, tmp_path: 
         assert math.degrees(bend(chosen, joint, [250e3]).angle[0]) == pytest.approx(angle, rel=0.12)
 
 
-@pytest.mark.parametrize(
-    ("more", "sentence"),
-    [
-        (("--free", "leaver"), "free leaver must be an unknown of this bench and robot"),
-        (("--bounds", "lever"), "--bounds must be NAME=LOW:HIGH, but is lever"),
-        (("--members", "3"), "members must be from 50 to 5000, but is 3"),
-        (("--model-error", "80"), "--model-error must be from 0 to 50 percent"),
-        (("-o", "robot.csv"), "--output must end in .toml"),
-        (("--plot", "family.txt"), "--plot must end in .svg, .png or .pdf"),
-    ],
-)
-def test_bad_options_are_told(run: Run, more: tuple[str, ...], sentence: str) -> None:
-    code, output, errors = run(*PAPER, *more)
-    assert (code, output) == (2, "")
-    assert errors.startswith("error: ")
-    assert sentence in errors
-
-
 def test_a_bad_bench_writes_nothing(run: Run, tmp_path: Path) -> None:
     bad, robot = tmp_path / "bad.csv", tmp_path / "one.toml"
     bad.write_text("joint,side,pressure_kpa,force_n\nI,left,100,5\n")
