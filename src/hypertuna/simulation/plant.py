@@ -263,7 +263,7 @@ def plan_command(
     configured = robot if controller_robot is None else controller_robot
     check_command(configured, gait)
     open_loop = {} if closed_loop else {"learning": [0.0]}  # the pumps' inverse maps alone
-    controller = _core.Controller(controller_of(configured) | open_loop)
+    controller = _core.LiveController(controller_of(configured) | open_loop)
     angles = {"amplitude": gait.amplitude, "phase": lags(gait), "bias": gait.bias}
     command: dict[str, Any] = {"since": 0.0, "armed": 1.0, "frequency": gait.frequency}
     command |= {name: np.atleast_2d(values) for name, values in angles.items()}
