@@ -31,7 +31,7 @@ from hypertuna.display import Card, Displayed, Plotted, Tabular, card_html, card
 from hypertuna.identification.posterior import posterior
 from hypertuna.mission.flight import outcome
 from hypertuna.pictures import computed_svg, track_svg
-from hypertuna.simulation.posture_test import posture_test
+from hypertuna.simulation.posture import posture_test
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
 FEW: dict[str, Any] = {"iterations": 2, "particles": 2}

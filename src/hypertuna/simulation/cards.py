@@ -9,7 +9,7 @@ from hypertuna.pictures import bars_svg, curve_svg, track_svg
 from hypertuna.simulation.dive import Dive
 from hypertuna.simulation.film import last_beats
 from hypertuna.simulation.losses import PLACES, Losses
-from hypertuna.simulation.posture_test import PostureTest
+from hypertuna.simulation.posture import PostureTest
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.swimming.cards import gait_text

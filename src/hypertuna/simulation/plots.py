@@ -14,7 +14,7 @@ from hypertuna.description.robot import require
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.simulation.dive import Dive
-from hypertuna.simulation.posture_test import CLOSE, Held, PostureTest
+from hypertuna.simulation.posture import CLOSE, Held, PostureTest
 from hypertuna.simulation.run import TwinRun
 
 if TYPE_CHECKING:
