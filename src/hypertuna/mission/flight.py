@@ -16,7 +16,7 @@ from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.io.checkpoint import Journal
-from hypertuna.io.quantity import Column, Quantity, summarized
+from hypertuna.io.quantity import Format, Quantity, summarized
 from hypertuna.mission.checks import check_current
 from hypertuna.mission.file import MissionFile, randomized, read_mission
 from hypertuna.mission.log import LogWriter
@@ -54,18 +54,18 @@ class Flight(
 
 
 OUTCOME = {
-    "waypoints_reached": Column(),
-    "waypoints_passed": Column(),
-    "waypoints_skipped": Column(),
-    "duration": Column("s"),
-    "distance": Column("m", "over ground"),
-    "energy": Column("Wh", "from the battery"),
-    "charge_left": Column("", "part of the whole"),
-    "depth_max": Column("m"),
-    "fence_margin_min": Column("m"),
-    "estimation_error_max": Column("m", "of the position"),
-    "goal_distance": Column("m", "at the end"),
-    "goal_uncertainty": Column("m", "standard deviation at the end"),
+    "waypoints_reached": Format(),
+    "waypoints_passed": Format(),
+    "waypoints_skipped": Format(),
+    "duration": Format("s"),
+    "distance": Format("m", "over ground"),
+    "energy": Format("Wh", "from the battery"),
+    "charge_left": Format("", "part of the whole"),
+    "depth_max": Format("m"),
+    "fence_margin_min": Format("m"),
+    "estimation_error_max": Format("m", "of the position"),
+    "goal_distance": Format("m", "at the end"),
+    "goal_uncertainty": Format("m", "standard deviation at the end"),
 }
 
 

@@ -204,7 +204,7 @@ def steps_of(tick: float, parts: Parts, robot: Robot, step: float | None = None)
 
 
 @dataclass(frozen=True)
-class Plan:
+class PlannedRun:
     """A command that is ready to run."""
 
     fields: dict[str, Any]  # of its `Run`, but for time, data and status
@@ -244,7 +244,7 @@ def plan_command(
     pose: Array | None = None,
     fins: Callable[[int, float], Array] | None = None,
     every: int = 1,
-) -> Plan:
+) -> PlannedRun:
     """Prepare a command; `speed` [m/s] None is that of the settled beat.
 
     `fins` returns the fins' angles (ticks, 2) [rad] of a number of ticks of a length [s].
@@ -293,7 +293,7 @@ def plan_command(
         "faults_given": texts,
         "step": tick / steps,
     }
-    return Plan(fields, core)
+    return PlannedRun(fields, core)
 
 
 def _named(record: dict[str, Array], rows: int, robot: Robot) -> dict[str, Array]:
