@@ -164,6 +164,7 @@ def test_headings_are_learned_from_field_and_gravity(robot: ht.Robot) -> None:
         r = frames.rotation_of(attitude)
         field = r.T @ [0, math.cos(1), -math.sin(1)]
         mission = Mission(waypoints=(Waypoint(0, 30, 2, 0.3, 2),))
-        pilot = _core.Pilot(_core.LiveController(controller_columns(robot)), pilot_columns(robot), mission_columns(mission))
+        controller = _core.LiveController(controller_columns(robot))
+        pilot = _core.Pilot(controller, pilot_columns(robot), mission_columns(mission))
         row = pilot.fly(CALM | {"acceleration": (9.81 * r[2]).tolist(), "field": field.tolist()})
         assert abs(np.dot(row["quaternion"], attitude)) == pytest.approx(1, abs=1e-9)
