@@ -22,12 +22,14 @@ KG_CM = 0.0980665  # N m
 FIRST, SECOND = "unoptimised-0.3", "unoptimised-0.4"  # the slowest gaits of the file
 FRESH, SEA = 998.2, 1025.0  # kg/m^3
 OURS, PAPER = "ours", "paper, Table I"
+PRESSURE = next(sensor for sensor in FISH.sensors if sensor.quantity == "pressure")
 
 # What a maker does about each fault and refusal: one of those that the firmware has, each once.
 FAULT_REMEDIES = {
     "over_pressure": "Disarm. Look for a blocked line or joint, and calibrate the pressure sensor.",
     "bend_sensor": "Check wire and divider of the sensor; then calibrate it.",
-    "pressure_sensor": "Check wire and 5 V supply. A pressure below -100 kPa or above 500 kPa raises this fault, too.",
+    "pressure_sensor": f"Check wire and 5 V supply. A pressure below {PRESSURE.low / 1e3:g} kPa or above "
+    f"{PRESSURE.high / 1e3:g} kPa raises this fault, too.",
     "current_sensor": "Check wire and 5 V supply. The robot swims without it.",
     "imu": "Check wires, 115,200 bit/s, and that the IMU sends acceleration, rate and field.",
     "battery_sensor": "Check the divider and `voltage_pin`.",
@@ -291,7 +293,7 @@ def oil_table() -> str:
         assert line is not None
         filled = f"{line.fill_pressure / 1e3:.0f}"
         body.append(
-            [group.name, "2", f"{group.drive_units}", f"{100 * line.length:.0f}", f"{1e3 * line.bore:.0f}", filled]
+            [group.name, "2", f"{group.drive_units}", f"{100 * line.length:.0f}", f"{1e3 * line.bore:g}", filled]
         )
     heads = ["joint", "circuits", "drive units in each", "line [cm]", "bore [mm]", "pressure at rest [kPa]"]
     return rows(heads, body)

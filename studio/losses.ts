@@ -9,7 +9,7 @@ const SMALL = 5e-3; // part of the power below which a loss is not named
 
 interface Row {
   element: HTMLElement;
-  lost: HTMLElement; // a bar from what passed before to what is left
+  lost: HTMLElement; // a bar from the power lost before this place to the power lost with it
   power: HTMLElement;
   named: HTMLElement;
 }

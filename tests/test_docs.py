@@ -140,7 +140,9 @@ def test_numbers_of_the_pump_in_the_text_are_the_program_s() -> None:
     text = " ".join((ROOT / "docs/hydraulics.md").read_text().split())
     robot = ht.load("hypertuna")
     frequency, amplitude = largest_beat(robot)
-    own = robot.joints[0].line.bore  # type: ignore[union-attr]
+    line = robot.joints[0].line
+    assert line is not None
+    own = line.bore
     bores, temperatures = (3e-3, own, 6e-3), (293.15, 303.15)
     sizes = size_pump(robot, frequency=[frequency], amplitude=amplitude, bore=bores, temperature=temperatures)
     one = {(size.joint, size.bore, round(size.temperature - 273.15)): size for size in sizes}

@@ -242,6 +242,7 @@ struct Lockstep {
 template <class Wire>
 void run(App& app, MissionBuffer& buffer, Lockstep<Wire>& board, const Description& robot) {
     std::memset(board.memory, 0xff, sizeof(board.memory));
+    plan.mission.waypoint = plan.waypoint, plan.mission.corner = plan.corner;  // also of one that never begins
     boot(app, robot, board);
     while (board.wait()) {
         if (board.request.flags & ToBoard::reset) {

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -231,10 +233,10 @@ def test_a_blocked_moment_narrows_the_family_as_expected(found: Family, tuna: ht
     text = f"{HEAD}{bent(member, 'I')}I,left,250,,,,{force:.3f},80,,\n"
     after = family(tuna, read_bench(written(tmp_path, text), tuna), members=MEMBERS, model_error=0.0)
 
-    def spread(one: Family, value: object) -> float:
-        return float(np.std(np.log([value(fish.robot) for fish in one.members])))  # type: ignore[operator]
+    def spread(one: Family, value: Callable[[ht.Robot], float]) -> float:
+        return float(np.std(np.log([value(fish.robot) for fish in one.members])))
 
-    measures = {
+    measures: dict[str, Callable[[ht.Robot], float]] = {
         "blocked moment of joint I at 250 kPa": lambda fish: blocked_moment(fish, 0, TOP),
         "moment per bend of joint I without pressure": lambda fish: joint_models(fish)[0].stiffness,
     }
@@ -294,9 +296,9 @@ def test_a_misread_row_is_warned_of(tuna: ht.Robot, truth: ht.Robot, tmp_path: P
         ({"bounds": {"lever": (0.03, 0.01)}}, "bounds lever must be the lower bound"),
     ],
 )
-def test_bad_options_of_a_family(found: Family, options: dict[str, object], sentence: str) -> None:
+def test_bad_options_of_a_family(found: Family, options: dict[str, Any], sentence: str) -> None:
     with pytest.raises(ht.InputError, match=re.escape(sentence)):
-        family(found.space.robot, found.space.bench, **options)  # type: ignore[arg-type]
+        family(found.space.robot, found.space.bench, **options)
 
 
 def test_a_bend_that_no_design_reaches_is_said(tuna: ht.Robot, tmp_path: Path) -> None:

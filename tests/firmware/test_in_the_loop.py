@@ -60,9 +60,9 @@ def qemu(pc: Path) -> Path:
     return _built("qemu")
 
 
-def _built(board: str) -> Path:
+def _built(board: str, robot: str = "hypertuna") -> Path:
     try:
-        return find_firmware("hypertuna", board)
+        return find_firmware(robot, board)
     except InputError as error:
         pytest.skip(str(error))
 
@@ -83,6 +83,18 @@ def test_hundred_thousand_ticks_have_the_same_bits(fish: ht.Robot, qemu: Path, p
     assert {*run.answers["state"].tolist(), *more.answers["state"].tolist()} == set(range(len(_core.state_table())))
     assert {"armed", "disarmed", "out_of_range", "unknown", "faulty"} <= set(run.refused)
     assert 0.05 < (run.answers["state"] != 0).mean() < 0.9
+
+
+@pytest.mark.parametrize("seed", [0, 6, 7])
+def test_a_mission_that_never_began_is_refused(fish: ht.Robot, pc: Path, seed: int) -> None:
+    """These random orders end a mission without its begin, and the board read waypoints where there were none."""
+    messages = random_messages(firmware_table(fish), 3000, seed)
+    kinds = [ORDERS[kind] for kind in messages["order"]]
+    first = kinds.index("end", kinds.index("waypoint"))
+    assert "begin" not in kinds[:first]
+    with started("pc", pc) as board:
+        answers = board.run(messages)
+    assert answers["refusal"][first] != 0
 
 
 def test_a_difference_is_found(fish: ht.Robot, pc: Path) -> None:
@@ -154,10 +166,15 @@ def test_bounds_and_runs_of_the_docs() -> None:
         assert found["sizes"]["text"] <= MAX_TEXT
 
 
-def test_sizes_and_symbols(qemu: Path) -> None:
-    text = int(subprocess.run(["arm-none-eabi-size", qemu], capture_output=True, text=True).stdout.split()[6])
+@pytest.mark.parametrize("robot", STORED)
+def test_sizes_are_those_of_the_docs(robot: str) -> None:
+    program = _built("qemu", robot)
+    text = int(subprocess.run(["arm-none-eabi-size", program], capture_output=True, text=True).stdout.split()[6])
     assert text <= MAX_TEXT
-    assert text == pytest.approx(STORED["hypertuna"]["sizes"]["text"], rel=STALE), f"run {MEASURE}"
+    assert text == pytest.approx(STORED[robot]["sizes"]["text"], rel=STALE), f"run {MEASURE}"
+
+
+def test_symbols(qemu: Path) -> None:
     symbols = subprocess.run(["arm-none-eabi-nm", "-C", qemu], capture_output=True, text=True).stdout
     for word in ("malloc", "operator new", "free", "_sbrk", "unwind", "__cxa_throw", "personality"):
         assert word not in symbols, word

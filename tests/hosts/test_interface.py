@@ -5,6 +5,7 @@ Each test runs twice: in the shared library of this machine, and in Node.js in t
 
 import json
 import math
+import re
 import struct
 import zlib
 from collections.abc import Iterator
@@ -19,10 +20,12 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
 from hypertuna.optimization.design_space import gait_bounds
+from hypertuna.simulation.image import VERSION
 from hypertuna.simulation.recorded import CONDITIONS
 from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import KINDS, Gait, Gaits
 from hypertuna.swimming.model import core_model
+from image_file import columns_of
 
 SAME = 1e-10  # relative: both are the same arithmetic but for its order
 ITERATED = {
@@ -32,6 +35,7 @@ ITERATED = {
     "arrived",
     "approach_beats",
 }  # rounding, or its way there
+COLUMNS = (2, "9999dae3")  # version of the image, and the digest of all names of its columns
 ROUNDING = {"turn_rate": 1e-10, "turn_radius": 1e-9, "spectral_radius": 1e-10}  # where the number itself is zero
 
 
@@ -222,11 +226,21 @@ def test_images_with_good_checksums_and_damaged_columns_are_refused_or_read(host
 
 def test_other_versions_are_named(host: Host) -> None:
     image = robot_image(ht.load("rexeel"))
-    sentence = Robot.read(image[:8] + struct.pack("<I", 2) + image[12:], host)
-    assert sentence == "image: has version 2, but must have version 1; write it with this version of hypertuna"
+    for other in (VERSION - 1, VERSION + 1):
+        sentence = Robot.read(image[:8] + struct.pack("<I", other) + image[12:], host)
+        assert sentence == (
+            f"image: has version {other}, but must have version {VERSION}; write it with this version of hypertuna"
+        )
     assert (
         Robot.read(b"PK\3\4" + image[4:], host) == "image: is not a robot image; write one with `hypertuna robot image`"
     )
+
+
+def test_a_change_of_the_columns_changes_the_version() -> None:
+    """Else a library of former columns would leave out the new ones, and compute another robot."""
+    names = {re.sub(r"\.\d+\.", ".#.", name) for name in columns_of(robot_image(ht.load("hypertuna")))}  # has all
+    digest = zlib.crc32("\n".join(sorted(names)).encode())
+    assert (VERSION, f"{digest:08x}") == COLUMNS, "raise VERSION, and image_version in hosts/image.hpp"
 
 
 # --- the text

@@ -15,7 +15,6 @@ from hypertuna.paper.chapters.budget import TABLES, Budget, bands, read_budget, 
 from hypertuna.paper.chapters.posterior import findings as fitted_findings
 from hypertuna.paper.chapters.posterior import read_posterior
 from hypertuna.paper.chapters.seeds import swim_findings
-from hypertuna.paper.chapters.strips import twin_findings
 from hypertuna.paper.computed import SPEEDS, STRIPS, TWIN
 from hypertuna.paper.ledger import FAST, UNPUBLISHED, Finding, fast, judge, published, published_value
 from hypertuna.paper.seeds import Stored, taken_hash
@@ -44,7 +43,7 @@ def record(tuna: ht.Robot, numbers: dict[str, Array]) -> dict[str, Any]:
         return {name: np.percentile(numbers[f"{name} {what}"], (5, 50, 95)).tolist() for name in SPEEDS}
 
     made = {"taken_hash": taken_hash(tuna), "interval_percent": [5.0, 95.0], "draws": MEMBERS}
-    made |= {"speed_m_s": of("speed"), "power_w": of("power"), "entries": bands(tuna, numbers)}
+    made |= {"speed_m_s": of("speed"), "power_w": of("power"), "entries": bands(tuna, {"swims": numbers})}
     shipped = {"rms_percent": 40.0, "percentile_rms": 50.0, "percentile_power": 50.0}
     return made | {"rms_percent": [20.0, 40.0, 60.0], "shipped": shipped}
 
@@ -140,12 +139,17 @@ def test_other_models_have_no_range_unless_it_was_computed(store: Path, tuna: ht
     assert (one.band, judge(PAPER, one).verdict) == ((0.2, 0.6), "undetermined")
 
 
-def test_the_twin_in_strips_has_ranges_of_the_eight_gaits_alike(tuna: ht.Robot, numbers: dict[str, Array]) -> None:
-    found = bands(tuna, numbers, twin_findings)
-    assert set(found) == {
-        f"{one.id} | {STRIPS}, {TWIN}" for one in twin_findings(Stored("", tuna, {"numbers": numbers}))
-    }
-    assert found[f"power/fastest | {STRIPS}, {TWIN}"] == numbers["unoptimised-max power"][[0, 2, 5]].tolist()
+def test_turns_and_dives_have_ranges_of_the_members_that_ran_them(tuna: ht.Robot) -> None:
+    phases = PAPER["turning"]["phase_deg"]
+    others = {"radius": 0.8, "speed": 0.1}  # BL, m/s
+    turned = {f"{phase:g} deg {what}": np.full(4, value) for phase in phases for what, value in others.items()}
+    best = published_value("turning/best-phase")
+    turned[f"{best:g} deg radius"] = np.array([0.2, 0.3, 0.4, 0.9])  # tighter than at other phases but for the last
+    dived = {f"{leg} {what}": np.full(4, 5.0) for leg in ("down", "up") for what in ("rate", "pitch", "pitch range")}
+    found = bands(tuna, {"turns": turned, "dives": dived})
+    assert found[f"turning/radius-bl | {TWIN}"] == [0.2, 0.3, 0.9]
+    assert found[f"turning/best-phase | {TWIN}"][0] == min(phases)
+    assert found[f"diving/depth-rate | {TWIN}"] == [5.0, 5.0, 5.0]
 
 
 def test_a_range_of_another_robot_counts_for_nothing(store: Path, tuna: ht.Robot) -> None:

@@ -11,6 +11,7 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import cloudpickle
 import numpy as np
@@ -28,7 +29,7 @@ LAGS = [(0.0, lag) for lag in np.linspace(0, 80, 64)]
 GRID = ht.Gaits.grid_degrees(
     frequency=np.linspace(1, 6, 64), amplitude=[(a, 20) for a in np.linspace(8, 16, 32)], phase=LAGS
 )
-HOW = {"threads": 1, "steps": 128, "method": "newton", "beats": 50, "check_rest": False}
+HOW: dict[str, Any] = {"threads": 1, "steps": 128, "method": "newton", "beats": 50, "check_rest": False}
 
 
 def seconds(processes: int, folder: Path) -> tuple[float, float]:
@@ -58,7 +59,7 @@ def tasks_per_second(count: int) -> float:
 def main() -> None:
     record: dict[str, object] = {"gaits": len(GRID), "shard": SIZE, "cores": len(os.sched_getaffinity(0))}
     record["isa"] = ht.sweep("hypertuna", ht.Gaits.grid(frequency=[1], amplitude=[(0.1, 0.1)], phase=[(0, 0)])).isa
-    swimming = batch("hypertuna", GRID, **HOW).swimming  # type: ignore[arg-type]
+    swimming = batch("hypertuna", GRID, **HOW).swimming
     task = _Making(Shards(Path("a.shards"), {}, len(GRID), SIZE, NO_LAYOUT, ""), partial(_swim, swimming, GRID))
     record["task_bytes"] = len(cloudpickle.dumps(task))
     with tempfile.TemporaryDirectory() as place:

@@ -3,14 +3,16 @@
 python validation/twin/budget.py [--seed N]    some minutes on two cores
 
 Every member of data/twin/family.json swims the eight gaits and the tank tests in the water of Table III, and the eight
-in strips. Its controller knows the member. A second set varies all else that the paper leaves open, too: links with or
+in strips. One of four turns, dives, settles in air, swims on a lake and with other phases. The controller knows the
+member. A second set varies all else that the paper leaves open, too: links with or
 without the mass that Table II leaves out; the areas of Table II as named or as printed; a fin from soft to rigid.
 """
 
 import argparse
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +29,7 @@ from hypertuna.paper.chapters.budget import PERCENT, POWERS, bands
 from hypertuna.paper.computed import SPEEDS
 from hypertuna.paper.ledger import published_value
 from hypertuna.paper.seeds import taken_hash
-from hypertuna.paper.studies import swim_gaits, swum
+from hypertuna.paper.studies import STUDIES, swim_gaits, swum
 from hypertuna.simulation.run import TwinRun
 
 FOLDER = Path(__file__).resolve().parents[2] / "data" / "twin"
@@ -37,6 +39,9 @@ FIN = (0.3, 30.0)  # N m/rad, of the caudal fin's root: softer than any that swi
 PUBLISHED = np.array([published_value(f"speed/{name}") for name in SPEEDS])  # m/s
 SECONDS = 12.0  # of a run, of which the last beats count
 THREADS, BLOCK = 2, 8  # members whose runs share the lanes
+
+STUDIED = ("postures", "dives", "lakes", "phases", "turns")
+EVERY = 4  # members, one of which runs these studies: they take as long as all swims
 
 Numbers = dict[str, Array]  # by name, a value for each member; NaN where the run diverged
 
@@ -80,6 +85,16 @@ def swim(robots: Sequence[ht.Robot], names: Sequence[str], label: str) -> Number
             seen = iter(ht.twins(runs, measure=measured, threads=THREADS))
             for _ in block:
                 found.append({f"{name} {key}": value for name in names for key, value in next(seen).items()})
+            progress(len(found), len(robots))
+    return {key: np.array([one[key] for one in found]) for key in found[0]}
+
+
+def studied(robots: Sequence[ht.Robot], study: str) -> Numbers:
+    """Run a study of the ledger with every robot, whose place is the seed of its sensors' noise."""
+    found: list[dict[str, float]] = []
+    with ThreadPoolExecutor(THREADS) as pool, progress_bar(study, slow=True) as progress:
+        for one in pool.map(STUDIES[study].run, robots, range(len(robots))):
+            found.append(one)
             progress(len(found), len(robots))
     return {key: np.array([one[key] for one in found]) for key in found[0]}
 
@@ -133,7 +148,7 @@ def standing(numbers: Numbers, own: Numbers) -> dict[str, Any]:
     }
 
 
-def summary(robot: ht.Robot, lumped: Numbers, strips: Numbers) -> dict[str, Any]:
+def summary(robot: ht.Robot, lumped: Numbers, strips: Numbers, studies: Mapping[str, Numbers]) -> dict[str, Any]:
     """Return all intervals of the family, and where the default robot stands, which comes last."""
     found = {}
     for law, numbers in (("lumped", lumped), ("strips", strips)):
@@ -142,7 +157,9 @@ def summary(robot: ht.Robot, lumped: Numbers, strips: Numbers) -> dict[str, Any]
         lost = total - len(errors(whole))
         found[law] = (whole, intervals(whole) | {"shipped": standing(whole, own), "diverged": lost})
     other = found["strips"][0]
-    entries = {key: [float(f"{value:.6g}") for value in band] for key, band in bands(robot, found["lumped"][0]).items()}
+    whole = {study: kept(numbers) for study, numbers in studies.items()}
+    shares = bands(robot, {"swims": found["lumped"][0], **whole})
+    entries = {key: [float(f"{value:.6g}") for value in band] for key, band in shares.items()}
     entries |= {f"speed/{name} | strips, twin": interval(other[f"{name} speed"]) for name in SPEEDS}
     entries |= {f"{key} | strips, twin": interval(other[f"{gait} power"]) for key, gait in POWERS.items()}
     return found["lumped"][1] | {"strips": found["strips"][1], "entries": entries}
@@ -165,14 +182,15 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     robot, robots, rng = ht.load("hypertuna"), members(), np.random.default_rng(asked.seed)
-    record = {"hypertuna_version": version(), "taken_hash": taken_hash(robot), "family_hash": family_hash()}
     made = {"hypertuna_version": version(), "taken_hash": taken_hash(robot), "family_hash": family_hash()}
     open_too = [opened(one, rng) for one in robots]
     lumped = swim([*robots, robot], list(swim_gaits(robot)), "the family in lumped water")
     strips = swim([one.using(water="strip") for one in (*robots, robot)], SPEEDS, "the family in strips")
+    studies = {study: studied(robots[::EVERY], study) for study in STUDIED}
     wide = swim(open_too, SPEEDS, "with all that is open, in lumped water")
     record = made | {"command": "python validation/twin/budget.py", **vars(asked), "draws": len(robots)}
-    record |= {"interval_percent": [PERCENT[0], PERCENT[-1]], **summary(robot, lumped, strips)}
+    record |= {"interval_percent": [PERCENT[0], PERCENT[-1]], **summary(robot, lumped, strips, studies)}
+    record["studied"] = {study: len(next(iter(kept(numbers).values()))) for study, numbers in studies.items()}
     record["with all that is open"] = intervals(kept(wide))
     record["members"] = {law: every(found) for law, found in (("lumped", lumped), ("strips", strips))}
     write_atomically(FILE, lines(record))

@@ -33,7 +33,7 @@ def test_runs_that_diverge_have_no_outputs(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_the_working_limit_takes_the_others_along() -> None:
-    """From 200 to 600 kPa, whatever the description says; the limits keep their ratios."""
+    """From 200 to 600 kPa for any described limit; the limits keep their ratios."""
     (limit,) = [factor for factor in FACTORS if factor.name == "working limit"]
     before = ROBOT.controller
     assert before is not None

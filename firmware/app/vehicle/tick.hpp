@@ -5,6 +5,7 @@
 #pragma once
 
 #include <new>
+#include <string_view>
 
 #include "app/vehicle/controller.hpp"
 #include "app/vehicle/failsafe.hpp"
@@ -59,7 +60,7 @@ inline Kept unpack(std::uint32_t word) {
     const Description& robot = *vehicle.robot;
     for (int k = 0; k < robot.parameters; ++k) {
         const ParameterInfo& info = robot.parameter[k];
-        vehicle.value[k] = key(vehicle) != nullptr && std::strcmp(info.name, "sign") == 0 ? 1.0f : info.standard;
+        vehicle.value[k] = key(vehicle) != nullptr && std::string_view(info.name) == "sign" ? 1.0f : info.standard;
     }
     std::memcpy(vehicle.stored, vehicle.value, std::size_t(4 * robot.parameters));
     configure(vehicle.model, robot, vehicle.value);

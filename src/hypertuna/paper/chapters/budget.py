@@ -12,7 +12,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import shipped
 from hypertuna.paper.chapter import Chapter, Trials, compose
-from hypertuna.paper.chapters.seeds import swim_findings
+from hypertuna.paper.chapters.seeds import findings
 from hypertuna.paper.computed import COSTS, OURS, SPEEDS, TWIN
 from hypertuna.paper.ledger import UNPUBLISHED, Finding, published, published_value
 from hypertuna.paper.seeds import Stored, taken_hash
@@ -70,15 +70,12 @@ def read_stored(name: str, robot: Robot) -> tuple[Mapping[str, Any], str]:
     return record, ""
 
 
-def bands(
-    robot: Robot, numbers: Mapping[str, Array], findings: Callable[[Stored], Iterable[Finding]] = swim_findings
-) -> dict[str, list[float]]:
-    """Return percentiles of what the ledger says of the twin's swims, by id and model, but for `TABLES`.
+def bands(robot: Robot, studies: Mapping[str, Mapping[str, Array]]) -> dict[str, list[float]]:
+    """Return percentiles of what the ledger says of the twin by some studies, by id and model, but for `TABLES`.
 
-    From the numbers of `studies.swum` for `studies.swim_gaits`, a value for each member of the family (members,). Of
-    the twin in strips, from those for the eight gaits, with `strips.twin_findings`.
+    Each study has the numbers of `studies.STUDIES`, a value for each member of the family (members,).
     """
-    found = findings(Stored("", robot, {"numbers": numbers}))
+    found = findings({name: Stored(name, robot, {"numbers": numbers}) for name, numbers in studies.items()})
     rows = {f"{one.id} | {one.model}": one.values for one in found if (one.model, one.id in TABLES) != (TWIN, True)}
     return {key: np.percentile(row, PERCENT, method="inverted_cdf").tolist() for key, row in rows.items()}
 

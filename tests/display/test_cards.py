@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -20,71 +19,9 @@ import pandas as pd
 import pytest
 
 import hypertuna as ht
-from hypertuna.actuation.sizing import size_pump
-from hypertuna.arrays import Array
-from hypertuna.characterization.data import read_bench
-from hypertuna.characterization.family import family
-from hypertuna.characterization.fit import fit_bench
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
 from hypertuna.display import Card, Displayed, Plotted, Tabular, card_html, card_text, number
-from hypertuna.identification.posterior import posterior
-from hypertuna.mission.flight import outcome
-from hypertuna.pictures import computed_svg, track_svg
-from hypertuna.simulation.posture import posture_test
-
-TANK = Path(__file__).parents[1] / "examples" / "tank"
-FEW: dict[str, Any] = {"iterations": 2, "particles": 2}
-
-
-@pytest.fixture(scope="module")
-def made() -> dict[str, Any]:
-    """Results of every kind."""
-    fish = ht.load("hypertuna")
-    gait = ht.named_gait(fish, "optimised-0.3")
-    grid = ht.Gaits.grid(frequency=[2.0], amplitude=[(0.2, 0.3)], phase=[(0.0, 0.7)], bias=[(0, 0), (0.2, 0.2)])
-    trials = ht.read_trials(TANK / "tank.toml", fish)
-    recording = trials.recordings[0]
-    mission = ht.read_mission("box")
-    flight = ht.fly(mission, fish, duration=5.0)
-    fit = ht.identify(fish, TANK / "tank.csv", starts=1)
-    return {
-        "robot": fish,
-        "gaits": grid,
-        "swim": ht.swim(fish, gait),
-        "rest": ht.swim(fish, gait, from_rest=4.0),
-        "gradient": ht.gradient(fish, gait),
-        "turning": ht.turn(fish, grid),
-        "bend": ht.bend(fish, "I", np.linspace(0, 250e3, 5), unload=True),
-        "optimum": ht.optimize(fish, maximize="speed", method="gradient", **FEW),
-        "no-optimum": ht.optimize(
-            fish, maximize="speed", method="gradient", limits=ht.gait_limits(fish, speed=9.0), **FEW
-        ),
-        "front": ht.pareto(fish, population=4, generations=1, polish=False),
-        "fit": fit,
-        "twin": ht.twin(fish, gait, duration=1.0),
-        "losses": ht.twin(fish, gait, duration=1.0).losses,
-        "dry twin": ht.twin(TANK.parent / "servofish.toml", "cruise", duration=1.0),  # servos alone, no oil
-        "dive": ht.dive(fish, gait, duration=4.0),
-        "mission": mission,
-        "flight": flight,
-        "trials": trials,
-        "recording": recording,
-        "joints": recording.joints,
-        "smooth": ht.smooth(recording.joints),
-        "track": recording.tracks[0],
-        "gait": gait,
-        "steady": trials.steady[0],
-        "sea": ht.twin_at_sea(fish, gait, duration=4.0),
-        "record": flight.record,
-        "pump": size_pump(fish, frequency=[1, 2], amplitude=(0.2, 0.3)),
-        "posture": posture_test(fish, frequencies=[1.0], angle=(0.1, 0.1), duration=3.0, limits=False),
-        "posterior": posterior(fit, 20),
-        "scoreboard": ht.score_swimmers(["tunabot"]),
-        "bench": fit_bench(fish, read_bench(TANK.parent / "bench" / "bench.csv", fish), "friction", starts=1),
-        "family": family(fish, read_bench(TANK.parent / "bench" / "paper.csv", fish), members=50),
-    }
-
 
 # Classes whose values are no results, or have no table or figure of their own, each with its reason.
 PLAIN = {
@@ -170,28 +107,6 @@ def test_every_type_of_result_has_a_picture(made: dict[str, Any]) -> None:
     assert [name for name, shown in drawn.items() if not shown] == []
 
 
-def test_bars_and_dots_stand_where_their_values_are(made: dict[str, Any]) -> None:
-    table = made["gradient"].to_pandas().speed_percent[:10]
-    widths = np.array(re.findall(r'<rect [^>]*width="([\d.]+)"', made["gradient"]._repr_html_()), dtype=float)
-    np.testing.assert_allclose(widths / widths[0], table.abs() / table[0], atol=0.001)
-    page = computed_svg([(1.0, 1.5), (2.0, 2.0), (np.nan, 1.0), (4.0, 3.0)], "speed", "a run")
-    dots = np.array(re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', page), dtype=float)
-    begin, end = np.array(re.findall(r"([\d.]+),([\d.]+)", page), dtype=float)  # of the dashed line, from 1 to 4
-    slope = (end - begin) / 3
-    np.testing.assert_allclose((dots - begin) / slope + 1, [(1, 1.5), (2, 2), (4, 3)], atol=0.002)
-
-
-def test_pictures_of_few_and_of_many_values(made: dict[str, Any]) -> None:
-    tracked = replace(made["trials"], steady=())
-    assert "Run a from above." in tracked._repr_html_()
-    assert replace(tracked, recordings=())._repr_html_().count("<svg") == 0
-    assert replace(made["trials"], steady=made["trials"].steady[:1])._repr_html_().count("<circle") == 1
-    many = ht.Gaits.grid(
-        frequency=np.linspace(1, 3, 1000).tolist(), amplitude=[(0.1, 0.001 * k) for k in range(200)], phase=[(0, 0)]
-    )
-    assert 200 < many._repr_html_().count("<circle") <= 24**2
-
-
 # Numbers without a unit, by their label: counts and ratios.
 COUNTS = {
     "links",
@@ -235,69 +150,6 @@ def test_the_bend_of_a_joint_by_finite_elements_is_shown(made: dict[str, Any]) -
     )
     assert "bend 5.73 deg at 50.0 kPa" in repr(bend)
     assert bend._repr_html_().count("<circle") == 2
-
-
-def bodies(page: str) -> Array:
-    """Return the outlines of a moving body, (frames, points, 2), y up."""
-    values = re.search(r'<animate attributeName="d"[^>]* values="([^"]*)"', page)
-    assert values
-    steps = [np.array(re.findall(r"-?\d+", path), dtype=float).reshape(-1, 2) for path in values[1].split(";")]
-    return np.cumsum(steps, axis=1) * (1, -1)
-
-
-@pytest.mark.parametrize("kind", ["twin", "dry twin", "sea", "dive"])
-def test_the_body_of_a_run_bends_as_recorded_in_real_time(made: dict[str, Any], kind: str) -> None:
-    run, page = getattr(made[kind], "run", made[kind]), made[kind]._repr_html_()
-    span = re.search(r"The last ([\d.]+) beats from above, ([\d.]+) to ([\d.]+) s, in real time", page)
-    assert span
-    shown = min(3 / run.gait.frequency, run.time[-1])
-    assert float(span[1]) == pytest.approx(shown * run.gait.frequency, rel=0.05)
-    assert f'dur="{shown:.6g}s"' in page
-    shapes = bodies(page)
-    center = (shapes + shapes[:, ::-1])[:, : shapes.shape[1] // 2] / 2
-    head, tail = (center[:, b] - center[:, a] for a, b in ((0, 15), (-12, -1)))
-    between = [np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b) for a, b in zip(head, tail, strict=True)]
-    instants = np.linspace(run.time[-1] - shown, run.time[-1], len(shapes))
-    bend = np.interp(instants, run.time, run.data["angle"].sum(axis=1))
-    assert np.ptp(bend) > np.radians(10)
-    np.testing.assert_allclose(between, bend, atol=np.radians(1.5))
-
-
-def test_the_water_passes_at_the_speed_of_the_run(made: dict[str, Any]) -> None:
-    run = made["sea"]
-    page = run._repr_html_()
-    passed = re.search(r'type="translate" from="0 0" to="([-\d.]+) [-\d.]+" dur="([\d.]+)s"', page)
-    assert passed
-    last = run.time > run.time[-1] - 3 / run.gait.frequency
-    assert float(passed[1]) / 1e3 / float(passed[2]) * run.robot.body.length == pytest.approx(
-        run.speed[last].mean(), rel=0.03
-    )
-
-
-def test_a_turn_goes_round_nose_first(made: dict[str, Any]) -> None:
-    turning = made["turning"]
-    beat, page = ht.swim(turning.robot, turning.tightest.gait), turning._repr_html_()
-    side = -np.copysign(360, beat.turn_rate)  # on a screen y is down
-    assert f'type="rotate" from="0" to="{side:g}" dur="{2 * np.pi / abs(beat.turn_rate):.6g}s"' in page
-    shapes = bodies(page) / 1e3 * beat.robot.body.length
-    nose, tail = shapes[:, 0], shapes[:, shapes.shape[1] // 2]
-    assert np.hypot(*nose.T).mean() == pytest.approx(beat.turn_radius, rel=0.02)
-    onward = beat.turn_rate * nose[:, ::-1] * (-1, 1)
-    assert (np.sum(onward * (nose - tail), axis=1) * beat.speed > 0).all()
-
-
-def test_a_body_moves_along_the_track_of_a_flight(made: dict[str, Any]) -> None:
-    page = made["flight"]._repr_html_()
-    assert f'dur="{outcome(made["flight"]).duration:.6g}s" rotate="auto"' in page
-    assert "The whole track from above, in real time." in page
-    assert "sped up 40 times" in track_svg([0, 1, 2], [0, 1, 0], 400.0, "")
-
-
-def test_a_coarse_record_is_not_drawn_as_a_body(made: dict[str, Any]) -> None:
-    swim = made["swim"]
-    page = ht.twin_at_sea(swim.robot, swim.gait, duration=1.0, every=10)._repr_html_()
-    assert "The body is not drawn: the record has fewer than 8 rows a beat." in page
-    assert "<animate " not in page
 
 
 def test_a_sweep_is_shown_by_xarray_with_units(made: dict[str, Any]) -> None:
@@ -351,15 +203,6 @@ def test_a_result_is_a_card_without_script(made: dict[str, Any], kind: str) -> N
         linear = [c / 12.92 if c <= 0.03928 else ((c + 0.055) / 1.055) ** 2.4 for c in (red, green, blue)]
         light = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
         assert min(1.05 / (light + 0.05), (light + 0.05) / 0.05) > 3
-
-
-def test_a_swim_swims_with_six_numbers(made: dict[str, Any]) -> None:
-    page, swim = made["swim"]._repr_html_(), made["swim"]
-    assert "<animate " in page
-    assert "animateTransform" in page
-    assert "One beat from above, slowed down 2.7 times." in page  # 2.13 Hz; a beat takes 1.28 s
-    assert page.count("<b>") == 6
-    assert f"{swim.speed:.3f} m/s" in page
 
 
 def test_a_swim_of_a_robot_with_estimates_shows_their_band() -> None:
@@ -440,11 +283,6 @@ def shown_without_matplotlib() -> str:
 
 def test_a_card_needs_no_matplotlib() -> None:
     subprocess.run([sys.executable, "-c", shown_without_matplotlib()], check=True)
-
-
-def test_a_diverged_swim_is_shown_without_its_picture(made: dict[str, Any]) -> None:
-    show: Callable[[], str] = replace(made["swim"], status="diverged")._repr_html_
-    assert "<svg" not in show()
 
 
 def test_a_progress_bar_is_a_line_on_a_terminal(
