@@ -102,7 +102,7 @@ void bind_control(nb::module_& m) {
     m.def("condition_table", &condition_table,
           "Conditions of the controller's status in the order of its bits: name, what a bit of its place stands for "
           "(robot, joint, circuit, servo), sentence.");
-    nb::class_<LiveController>(m, "Controller", "The controller on board with its state, in double precision.")
+    nb::class_<LiveController>(m, "LiveController", "The controller on board with its state, in double precision.")
         .def(
             "__init__",
             [](LiveController* self, const Mapping& columns) {

@@ -8,8 +8,8 @@
 #include <system_error>
 #include <thread>
 
+#include "hypertuna/host/beat_status.hpp"
 #include "hypertuna/host/directions.hpp"
-#include "hypertuna/host/verdict.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
@@ -212,8 +212,8 @@ void bind_settle(nb::module_& m) {
     m.attr("NEUTRAL") = neutral;
     m.attr("STRAIGHT") = straight;
     m.def(
-        "verdicts", [] { return std::vector<std::string>(std::begin(verdict_names), std::end(verdict_names)); },
-        "Names of the verdicts on a search for a settled beat.");
+        "beat_statuses", [] { return std::vector<std::string>(std::begin(beat_statuses), std::end(beat_statuses)); },
+        "Names of the statuses of a search for a settled beat.");
 }
 
 }  // namespace hypertuna

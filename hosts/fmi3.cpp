@@ -88,7 +88,7 @@ FMI3 int fmi3DeserializeFMUState(void*, const unsigned char* bytes, std::size_t 
 
 FMI3 int fmi3DoStep(void* instance, double at, double size, bool, bool* event, bool* terminate, bool* early,
                     double* last) {
-    const Status status = good(of(instance).step(at, size));
+    const FmiStatus status = good(of(instance).step(at, size));
     *event = *early = false;
     *terminate = of(instance).phase == Phase::failed;
     *last = of(instance).time();

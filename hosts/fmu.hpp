@@ -307,16 +307,16 @@ class Fmu {
 
 // --- functions of the standard that both versions have
 
-enum Status { ok, warning, discard, error };
+enum FmiStatus { ok, warning, discard, error };
 using Reference = std::uint32_t;
 using State = std::vector<unsigned char>;
 
 inline Fmu& of(void* instance) { return *static_cast<Fmu*>(instance); }
-inline Status good(bool done) { return done ? ok : error; }
-inline Status missing(void* instance) { return good(of(instance).refuse("call: is not one that this FMU has")); }
+inline FmiStatus good(bool done) { return done ? ok : error; }
+inline FmiStatus missing(void* instance) { return good(of(instance).refuse("call: is not one that this FMU has")); }
 
 template <class T>
-Status get(void* instance, const Reference* references, std::size_t count, char type, T* values) {
+FmiStatus get(void* instance, const Reference* references, std::size_t count, char type, T* values) {
     for (std::size_t k = 0; k < count; ++k) {
         double value = 0;
         if (!of(instance).get(references[k], type, value)) return error;
@@ -325,39 +325,39 @@ Status get(void* instance, const Reference* references, std::size_t count, char 
     return ok;
 }
 template <class T>
-Status set(void* instance, const Reference* references, std::size_t count, char type, const T* values) {
+FmiStatus set(void* instance, const Reference* references, std::size_t count, char type, const T* values) {
     for (std::size_t k = 0; k < count; ++k)
         if (!of(instance).set(references[k], type, double(values[k]))) return error;
     return ok;
 }
 
-inline Status get_state(void* instance, void** state) {
+inline FmiStatus get_state(void* instance, void** state) {
     State* const to = *state ? static_cast<State*>(*state) : new State;
     to->resize(of(instance).state_size());
     of(instance).save(to->data());
     *state = to;
     return ok;
 }
-inline Status set_state(void* instance, void* state) {
+inline FmiStatus set_state(void* instance, void* state) {
     const State& from = *static_cast<State*>(state);
     return good(of(instance).restore(from.data(), from.size()));
 }
-inline Status free_state(void** state) {
+inline FmiStatus free_state(void** state) {
     delete static_cast<State*>(*state);
     *state = nullptr;
     return ok;
 }
-inline Status serialized_size(void* state, std::size_t* size) {
+inline FmiStatus serialized_size(void* state, std::size_t* size) {
     *size = static_cast<State*>(state)->size();
     return ok;
 }
-inline Status serialize(void* instance, void* state, unsigned char* bytes, std::size_t size) {
+inline FmiStatus serialize(void* instance, void* state, unsigned char* bytes, std::size_t size) {
     const State& from = *static_cast<State*>(state);
     if (size < from.size()) return good(of(instance).refuse("state: has more bytes than there is room for"));
     std::memcpy(bytes, from.data(), from.size());
     return ok;
 }
-inline Status deserialize(const unsigned char* bytes, std::size_t size, void** state) {
+inline FmiStatus deserialize(const unsigned char* bytes, std::size_t size, void** state) {
     *state = new State(bytes, bytes + size);
     return ok;
 }

@@ -6,9 +6,9 @@
 #include <complex>
 #include <string_view>
 
+#include "hypertuna/host/beat_status.hpp"
 #include "hypertuna/host/directions.hpp"
 #include "hypertuna/host/tank.hpp"
-#include "hypertuna/host/verdict.hpp"
 
 namespace hypertuna {
 
@@ -106,12 +106,12 @@ struct HostModel {
     double mass;  // kg
 };
 
-inline Verdict verdict(const SettledBeat& beat) {
+inline BeatStatus status_of(const SettledBeat& beat) {
     const bool finite = std::isfinite(beat.turn + beat.power + beat.loss + beat.residual) &&
                         (std::isfinite(beat.speed + beat.excursion) || spins(beat.turn));
-    if (!finite) return Verdict::diverged;
-    if (!(beat.distance < kernel_portable.settled_distance)) return Verdict::unsettled;
-    return neutral < beat.spectral_radius ? Verdict::unstable : Verdict::settled;
+    if (!finite) return BeatStatus::diverged;
+    if (!(beat.distance < kernel_portable.settled_distance)) return BeatStatus::unsettled;
+    return neutral < beat.spectral_radius ? BeatStatus::unstable : BeatStatus::settled;
 }
 
 /// A quantity of a settled gait at a frequency.
@@ -126,7 +126,7 @@ struct HostQuantity {
          return (void)host, (void)frequency, (void)speed, (void)weight, value;              \
      }}
 inline constexpr HostQuantity quantities[] = {
-    HYPERTUNA_QUANTITY("status", double(int(verdict(beat)))),
+    HYPERTUNA_QUANTITY("status", double(int(status_of(beat)))),
     HYPERTUNA_QUANTITY("speed", speed),
     HYPERTUNA_QUANTITY("speed_bl", speed / host.model.length),
     HYPERTUNA_QUANTITY("mechanical_power", beat.power),
@@ -244,8 +244,8 @@ inline void gait_gradient(const HostModel& host, const double* gait, double* out
         for (int j = 0; j < 3; ++j) remains[i][j] = (i == j) - end[i * width + j];
         std::copy(end + i * width + 3, end + (i + 1) * width, start.begin() + i * numbers);
     }
-    const Verdict found = verdict(beat);
-    const bool periodic = found == Verdict::settled || found == Verdict::unstable;
+    const BeatStatus found = status_of(beat);
+    const bool periodic = found == BeatStatus::settled || found == BeatStatus::unstable;
     const double speed = beat.speed;
     if (!periodic || !std::isfinite(speed) || !solve3(remains, start.data(), numbers)) {
         std::fill(out, out + derivative_count * numbers, std::nan(""));

@@ -129,8 +129,8 @@ void swim_on(Cruiser& at, const Water& water, const Steering<T>& steering, const
     at.swing = double(state.amplitude[0].value) / 0.27;
     at.bias = double(state.bias[0].value / steering.bias_max[0]) + water.lean * at.swing;
     at.phase += 2 * pi * f * dt;
-    const double thrust = water.factor * 0.15 * f * (at.swing < 1 ? at.swing : 1);
-    at.surge = (thrust * thrust - at.speed * std::fabs(at.speed)) / 0.8;
+    const double beat_speed = water.factor * 0.15 * f * (at.swing < 1 ? at.swing : 1);
+    at.surge = (beat_speed * beat_speed - at.speed * std::fabs(at.speed)) / 0.8;
     at.speed += dt * at.surge;
     at.turn += dt / 0.5 * (-1.2 * at.speed * at.bias - at.turn);
     at.yaw += dt * at.turn;

@@ -54,18 +54,18 @@ struct FromBoard {
 static_assert(sizeof(FromBoard) == 4 * (1 + max_servos + 9 + 3 + 2 + 1 + 5));
 
 /// A mission received in parts.
-struct Plan {
+struct MissionBuffer {
     Waypoint<float> waypoint[max_waypoints];
     Corner<float> corner[max_corners];
     Mission<float> mission;
 };
 
-inline Refusal add(Plan& plan, OrderKind kind, const float* number) {
-    Mission<float>& m = plan.mission;
+inline Refusal add(MissionBuffer& buffer, OrderKind kind, const float* number) {
+    Mission<float>& m = buffer.mission;
     if (kind == OrderKind::begin) {
-        m = {plan.waypoint,
+        m = {buffer.waypoint,
              0,
-             plan.corner,
+             buffer.corner,
              0,
              {number[9], number[10]},
              number[11],
@@ -84,11 +84,11 @@ inline Refusal add(Plan& plan, OrderKind kind, const float* number) {
     }
     if (kind == OrderKind::waypoint) {
         if (m.waypoints == max_waypoints) return Refusal::too_many;
-        plan.waypoint[m.waypoints++] = {number[0], number[1], number[2], number[3], number[4], number[5]};
+        buffer.waypoint[m.waypoints++] = {number[0], number[1], number[2], number[3], number[4], number[5]};
         return Refusal::none;
     }
     if (m.corners == max_corners) return Refusal::too_many;
-    plan.corner[m.corners++] = {number[0], number[1]};
+    buffer.corner[m.corners++] = {number[0], number[1]};
     return Refusal::none;
 }
 
@@ -104,7 +104,7 @@ inline Command<float> command_of(int joints, const float* number) {
 }
 
 /// Execute the command of a request.
-[[gnu::cold]] inline Refusal execute(Vehicle& vehicle, Plan& plan, const ToBoard& request) {
+[[gnu::cold]] inline Refusal execute(Vehicle& vehicle, MissionBuffer& buffer, const ToBoard& request) {
     const float* number = request.number;
     const int joints = vehicle.model.pilot.controller.joints;
     switch (const OrderKind kind = OrderKind(request.order)) {
@@ -121,11 +121,11 @@ inline Command<float> command_of(int joints, const float* number) {
         case OrderKind::origin:
             return set_origin(vehicle, ground, request.fix[0], request.fix[1]);
         case OrderKind::end:
-            return set_mission(vehicle, ground, plan.mission);
+            return set_mission(vehicle, ground, buffer.mission);
         case OrderKind::parameter:
             return set_parameter(vehicle, ground, request.which, number[0]);
         default:
-            return kind <= OrderKind::end ? add(plan, kind, number) : Refusal::unknown;
+            return kind <= OrderKind::end ? add(buffer, kind, number) : Refusal::unknown;
     }
 }
 
@@ -240,7 +240,7 @@ struct Lockstep {
 
 /// Run until the twin ends.
 template <class Wire>
-void run(App& app, Plan& plan, Lockstep<Wire>& board, const Description& robot) {
+void run(App& app, MissionBuffer& buffer, Lockstep<Wire>& board, const Description& robot) {
     std::memset(board.memory, 0xff, sizeof(board.memory));
     plan.mission.waypoint = plan.waypoint, plan.mission.corner = plan.corner;  // also of one that never begins
     boot(app, robot, board);
@@ -253,7 +253,7 @@ void run(App& app, Plan& plan, Lockstep<Wire>& board, const Description& robot) 
         }
         communicate(app, board);
         if (board.request.flags & ToBoard::ground) on_ground_contact(app.vehicle, ground);
-        const Refusal refusal = execute(app.vehicle, plan, board.request);
+        const Refusal refusal = execute(app.vehicle, buffer, board.request);
         tick(app.vehicle, board);
         board.reply(app.vehicle, refusal);
         if (board.request.flags & ToBoard::last) break;

@@ -110,8 +110,8 @@ NEUTRAL: float = 1.000001
 
 STRAIGHT: float = 1000000.0
 
-def verdicts() -> list[str]:
-    """Names of the verdicts on a search for a settled beat."""
+def beat_statuses() -> list[str]:
+    """Names of the statuses of a search for a settled beat."""
 
 def joint_motion(
     model: Model,
@@ -319,7 +319,7 @@ def condition_table() -> list[tuple[str, str, str]]:
     Conditions of the controller's status in the order of its bits: name, what a bit of its place stands for (robot, joint, circuit, servo), sentence.
     """
 
-class Controller:
+class LiveController:
     """The controller on board with its state, in double precision."""
 
     def __init__(self, columns: dict[str, Any]) -> None:
@@ -369,7 +369,7 @@ def pilot_fields(joints: int, gaits: int) -> list[tuple[str, str, int]]:
 class Pilot:
     """The pilot on board with its mission and state, in double precision."""
 
-    def __init__(self, controller: Controller, columns: dict[str, Any], mission: dict[str, Any]) -> None:
+    def __init__(self, controller: LiveController, columns: dict[str, Any], mission: dict[str, Any]) -> None:
         """
         At the start of a mission, from the columns of hypertuna.control.guidance.
         """
@@ -428,7 +428,7 @@ class Plant(Body):
 class GaitCommand:
     """A command to a controller. Immutable."""
 
-    def __init__(self, controller: Controller, columns: dict[str, Any], *, lost_at: float) -> None:
+    def __init__(self, controller: LiveController, columns: dict[str, Any], *, lost_at: float) -> None:
         """
         From `frequency`, `amplitude`, `phase` and `bias` (joints), and `fin` (ticks, 2) at sea, until the command is lost [s].
         """
@@ -521,7 +521,7 @@ def twin_lanes() -> int:
 class Batch:
     """Twins in the plane that go on together under commands that may change."""
 
-    def __init__(self, twins: Sequence[tuple[object, Controller, Sensors, float]], *, steps: int) -> None:
+    def __init__(self, twins: Sequence[tuple[object, LiveController, Sensors, float]], *, steps: int) -> None:
         """
         From (plant, controller, sensors, speed [m/s]) each, of robots of the same structure, at rest.
         """
@@ -529,7 +529,7 @@ class Batch:
     def __deepcopy__(self, memo: object) -> Batch:
         """A batch that goes on from the same state."""
 
-    def restart(self, twin: int, start: tuple[object, Controller, Sensors, float]) -> None:
+    def restart(self, twin: int, start: tuple[object, LiveController, Sensors, float]) -> None:
         """Begin one anew, perhaps of another robot."""
 
     def command(

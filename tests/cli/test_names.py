@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from hypertuna.actuation.battery import Range
+from hypertuna.actuation.battery import CruisingRange
 from hypertuna.actuation.sizing import Size
 from hypertuna.io.quantity import columns, key_of, label, suffix, summarized
 from hypertuna.mission.flight import OUTCOME, Outcome
@@ -26,7 +26,7 @@ COMMANDS: dict[tuple[str, ...], dict[str, Any]] = {
     ("turn", "--frequency", "2", "--amplitude", "16,24", "--phase", "0,40", "--bias", "12,12"): {"tightest": Tightest},
     ("twin", *GAIT, "--duration", "2"): {"": TwinRun},
     ("pump", "--frequency", "2", "--amplitude", "8,12"): {"sizes": Size},
-    ("range", "--power", "20", "--speed", "0.5"): {"": Range},
+    ("range", "--power", "20", "--speed", "0.5"): {"": CruisingRange},
     ("dive", *GAIT, "--duration", "4"): {"legs": Leg},
 }
 # Keys that are no quantity of the result: what was asked for, what made it, and tables of other things.
@@ -102,6 +102,6 @@ def test_names_units_and_labels() -> None:
         "max pressure",
         "speed",
     ]
-    battery = Range(20.0, 0.5, 12.0, 0.1, 3600.0, 7200.0, (16.0, 14.0), 6.0, 2000.0, 3600.0, 3000.0, 7200.0)
+    battery = CruisingRange(20.0, 0.5, 12.0, 0.1, 3600.0, 7200.0, (16.0, 14.0), 6.0, 2000.0, 3600.0, 3000.0, 7200.0)
     told = columns(battery)
     assert (told["electrical_power_w"], told["range_km"], told["energy_at_servos_wh"]) == (20.0, 2.0, 2.0)

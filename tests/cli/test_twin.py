@@ -14,7 +14,7 @@ import xarray as xr
 import hypertuna as ht
 from hypertuna.cli import twin as cli_twin
 from hypertuna.simulation.losses import PLACES
-from hypertuna.simulation.posture_test import PostureTest, posture_test
+from hypertuna.simulation.posture import PostureTest, posture_test
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import Gait

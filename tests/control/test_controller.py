@@ -86,7 +86,7 @@ def test_circuits_without_pressure_have_no_map(fill: float) -> None:
 
 
 def test_pulses_start_in_the_middle_and_follow_the_command(columns: dict[str, list[float]]) -> None:
-    pilot = _core.Controller(columns)
+    pilot = _core.LiveController(columns)
     calm = {"bend": [0.0, 0.0], "pressure": columns["fill"], "current": [0.3] * 4, "rate": [0.0] * 3}
     calm |= {"acceleration": [0.0, 0.0, 9.8], "voltage": [15.0]}
     command = {"frequency": [2.0], "amplitude": [0.2, 0.3], "phase": [0.0, 0.5], "fin": [0.3, -0.3]}

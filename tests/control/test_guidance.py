@@ -136,7 +136,7 @@ def test_pulses_of_a_pilot_that_dives_and_turns(robot: ht.Robot) -> None:
     """It faces east (the field, north, is to port) and is told to go north, below: tail to port, fins down in front."""
     mission = Mission(waypoints=(Waypoint(0, 30, 2, 0.3, 2),))
     columns = controller_columns(robot)
-    pilot = _core.Pilot(_core.Controller(columns), pilot_columns(robot), mission_columns(mission))
+    pilot = _core.Pilot(_core.LiveController(columns), pilot_columns(robot), mission_columns(mission))
     draw = np.random.default_rng(1)
     for tick in range(5500):
         noisy = {name: (values + 1e-4 * draw.standard_normal(len(values))).tolist() for name, values in CALM.items()}
@@ -164,6 +164,7 @@ def test_headings_are_learned_from_field_and_gravity(robot: ht.Robot) -> None:
         r = frames.rotation_of(attitude)
         field = r.T @ [0, math.cos(1), -math.sin(1)]
         mission = Mission(waypoints=(Waypoint(0, 30, 2, 0.3, 2),))
-        pilot = _core.Pilot(_core.Controller(controller_columns(robot)), pilot_columns(robot), mission_columns(mission))
+        controller = _core.LiveController(controller_columns(robot))
+        pilot = _core.Pilot(controller, pilot_columns(robot), mission_columns(mission))
         row = pilot.fly(CALM | {"acceleration": (9.81 * r[2]).tolist(), "field": field.tolist()})
         assert abs(np.dot(row["quaternion"], attitude)) == pytest.approx(1, abs=1e-9)

@@ -24,7 +24,7 @@ from hypertuna.mission.file import read_mission
 from hypertuna.mission.image import robot_image
 from hypertuna.mission.run import mission_start
 from hypertuna.simulation.dive import dive
-from hypertuna.simulation.posture_test import posture_test
+from hypertuna.simulation.posture import posture_test
 from hypertuna.swimming.gait import named_gait
 
 Uses = dict[str, Callable[[ht.Robot], object]]

@@ -10,7 +10,7 @@ import pytest
 from hypertuna.actuation.sizing import size_pump
 from hypertuna.description.robot import load, parse
 from hypertuna.errors import InputError
-from hypertuna.simulation.posture_test import fitted_peaks, peak_bends
+from hypertuna.simulation.posture import fitted_peaks, peak_bends
 
 TUNA = load("hypertuna").document()
 

@@ -12,7 +12,7 @@ from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.family import family
 from hypertuna.characterization.fit import fit_bench
 from hypertuna.identification.posterior import posterior
-from hypertuna.simulation.posture_test import posture_test
+from hypertuna.simulation.posture import posture_test
 
 TANK = Path(__file__).parents[2] / "examples" / "tank"
 FEW: dict[str, Any] = {"iterations": 2, "particles": 2}

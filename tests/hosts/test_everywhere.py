@@ -91,7 +91,7 @@ def test_in_the_environment(path: Array) -> None:
     env.reset(seed=1)
     swimmers, parts = env.swimmers, parts_of(ROBOT, "water", None)
     swimmers._batch.restart(
-        1, (parts.plant, _core.Controller(controller_of(ROBOT)), _core.Sensors(parts.sensors, SEED), 0.0)
+        1, (parts.plant, _core.LiveController(controller_of(ROBOT)), _core.Sensors(parts.sensors, SEED), 0.0)
     )
     for k in range(1, TICKS // 10 + 1):
         env.step(np.tile(ACTION, (2, 1)))

@@ -17,10 +17,9 @@ from hypertuna.errors import InputError
 from hypertuna.frames import angles_of
 from hypertuna.mission.checks import check_current
 from hypertuna.mission.file import parse_mission
-from hypertuna.mission.flight import Flight, fly
+from hypertuna.mission.flight import Flight, fly, waypoint_results
 from hypertuna.mission.record import MissionRecord, names_of
 from hypertuna.mission.run import ENDINGS, ending, fly_part, joined_parts, mission_start
-from hypertuna.mission.waypoints import waypoint_results
 
 NORTH = -math.pi / 2  # of the axis from nose to tail: the robot faces north
 OUT = Mission(waypoints=(Waypoint(0, 60, 1, 0.3, 2), Waypoint(30, 60, 1, 0.3, 2)), heading=NORTH, stay=True)

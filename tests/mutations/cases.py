@@ -41,7 +41,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Reaction:
     """What the commands made of a damaged file."""
 
     problems: tuple[str, ...]  # what is wrong, each with the command
@@ -357,7 +357,7 @@ def whole(case: Case) -> tuple[tempfile.TemporaryDirectory[str], list[Any]]:
     return kept, results
 
 
-def judged(case: Case, seed: int) -> Verdict:
+def judged(case: Case, seed: int) -> Reaction:
     """Damage the file of a case by a seed, run commands that read it, and judge their answers."""
     kept, results = whole(case)
     chance = random.Random(f"{case.name} {seed}")
@@ -373,4 +373,4 @@ def judged(case: Case, seed: int) -> Verdict:
     if results and not problems and answers[0][1].code != 2 and answers[0][1].result not in results:
         problems.append(f"hypertuna {first}: another result than from the whole file")
     accepted = any(one.code != 2 for _, one in answers)
-    return Verdict(tuple(problems), accepted, max(one.seconds for _, one in answers))
+    return Reaction(tuple(problems), accepted, max(one.seconds for _, one in answers))

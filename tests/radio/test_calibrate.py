@@ -144,8 +144,8 @@ def test_a_compass_turned_on_a_table_changes_nothing(
     """The time is over before all directions are covered."""
     before = bench.parameters()
     turning(False)
-    monkeypatch.setattr("hypertuna.cli.calibrate.TURNING_MAX", 6.0)
-    monkeypatch.setattr("hypertuna.cli.calibrate._answer", lambda robot, question: "")
+    monkeypatch.setattr("hypertuna.radio.calibration_procedure.TURNING_MAX", 6.0)
+    monkeypatch.setattr("hypertuna.cli.calibrate.Terminal.ask", lambda self, robot, question: "")
     code, _, errors = run("radio", "calibrate", "--connect", f"udp:{bench.port}", "--sensor", "compass")
     assert (code, "error: compass must" in errors) == (2, True), errors
     assert bench.parameters() == before

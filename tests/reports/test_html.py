@@ -17,7 +17,7 @@ from hypertuna.figures import INK, styled
 from hypertuna.identification.identify import identify
 from hypertuna.paper.figures import plot_dots, plot_map
 from hypertuna.reports.html import Fact, Picture, Section, Table, inline, page, write_page
-from hypertuna.simulation.posture_test import posture_test
+from hypertuna.simulation.posture import posture_test
 
 VOID = {"meta", "br", "hr", "img", "link", "input"}
 

@@ -17,7 +17,7 @@ STEPS = steps_of(0.01, PARTS, ROBOT)
 
 def start(seed: int, robot: ht.Robot = ROBOT, speed: float = 0.0) -> tuple:
     parts = parts_of(robot, "water", None)
-    return parts.plant, _core.Controller(controller_of(robot)), _core.Sensors(parts.sensors, seed), speed
+    return parts.plant, _core.LiveController(controller_of(robot)), _core.Sensors(parts.sensors, seed), speed
 
 
 def give(batch: _core.Batch, count: int, gait: ht.Gait) -> None:

@@ -17,7 +17,7 @@ from hypertuna.firmware.header import header
 from hypertuna.firmware.parameters import firmware_table
 from hypertuna.learning.spans import span_of
 from hypertuna.mission.image import robot_image
-from hypertuna.simulation.posture_test import posture_test
+from hypertuna.simulation.posture import posture_test
 
 MOST = _core.MAX_JOINTS
 

@@ -144,7 +144,7 @@ def run_of(seed: int, run: Sample) -> tuple[dict[str, np.ndarray], bool]:
     columns = {name: np.array([getattr(order, name) for order in run.orders], dtype=float) for name in Order._fields}
     record = _core.simulate(
         parts.plant,
-        _core.GaitCommand(_core.Controller(controller_of(ROBOT)), columns, lost_at=math.inf),
+        _core.GaitCommand(_core.LiveController(controller_of(ROBOT)), columns, lost_at=math.inf),
         _core.World({"clamped": float(run.air)}),
         sensors=_core.Sensors(parts.sensors, seed),
         faults=list(read_faults(run.faults, ROBOT, SECONDS)),

@@ -21,7 +21,7 @@ from hypertuna.control.sensors import sensor_of
 from hypertuna.description.provenance import provenance
 from hypertuna.io.files import write_atomically
 from hypertuna.paper.ledger import published
-from hypertuna.simulation.posture_test import CLOSE, fitted_peaks, hold, peak_bends
+from hypertuna.simulation.posture import CLOSE, fitted_peaks, hold, peak_bends
 
 STORED = Path(__file__).with_name("settling.json")
 ROBOT = "hypertuna"

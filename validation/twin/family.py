@@ -35,7 +35,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
 from hypertuna.paper.ledger import published, published_value
 from hypertuna.simulation.plant import controller_of
-from hypertuna.simulation.posture_test import CLOSE, fitted_peaks
+from hypertuna.simulation.posture import CLOSE, fitted_peaks
 from hypertuna.simulation.run import TwinRun
 
 FILE = Path(__file__).resolve().parents[2] / "data" / "twin" / "family.json"

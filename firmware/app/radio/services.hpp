@@ -2,7 +2,7 @@
 /// calibration, restart.
 #pragma once
 
-#include "app/radio/radio_state.hpp"
+#include "app/radio/parameter_protocol.hpp"
 
 namespace hypertuna::firmware {
 

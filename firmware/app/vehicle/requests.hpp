@@ -93,9 +93,9 @@ inline float beyond_band(float axis) {
     return axis < 0.0f ? -beyond : beyond;
 }
 
-/// Follow the sticks until they are silent for manual_timeout, once they were centered: thrust from 0 to 1 of the top
-/// speed (there is no reverse thrust), turn to port and climb from -1 to 1, by the gait table and clamped to the
-/// limits. Without thrust the tail straightens instead of stopping in mid-beat.
+/// Follow the sticks until they are silent for manual_timeout, once they were centered: ahead from 0 to 1 of the top
+/// speed (no robot swims backward), turn to port and climb from -1 to 1, by the gait table and clamped to the limits.
+/// At ahead = 0 the tail straightens instead of stopping in mid-beat.
 inline Refusal sticks(Vehicle& vehicle, Station from, float ahead, float turn, float climb) {
     const Refusal refusal = check(vehicle, Order::sticks, from);
     if (refusal != Refusal::none) return refusal;

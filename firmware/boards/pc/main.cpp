@@ -49,7 +49,7 @@ struct Pipes {
 };
 
 static App app;
-static Plan plan;
+static MissionBuffer buffer;
 static Pipes pipes;
 static FlashMemory memory;
 static Lockstep<Pipes> board{pipes, memory, {}, {}};
@@ -64,5 +64,5 @@ int main(int count, char** words) {
                      words[k], value);
         return 2;
     }
-    run(app, plan, board, robot::description);
+    run(app, buffer, board, robot::description);
 }

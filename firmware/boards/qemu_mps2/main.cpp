@@ -87,13 +87,13 @@ struct Fifos {
 };
 
 static App app;
-static Plan plan;
+static MissionBuffer buffer;
 static Fifos fifos;
 static FlashMemory memory;
 static Lockstep<Fifos> board{fifos, memory, {}, {}};
 
 int main() {
     if (!fifos.begin()) return 72;
-    run(app, plan, board, robot::description);
+    run(app, buffer, board, robot::description);
     return 0;
 }

@@ -9,10 +9,9 @@ import numpy as np
 from hypertuna import _core
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import Column
+from hypertuna.io.quantity import Format
 from hypertuna.metrics import cost_of_transport
-from hypertuna.ranges import POSITIVE
-from hypertuna.ranges import Range as Limits
+from hypertuna.ranges import POSITIVE, Range
 
 HOUR = 3600.0  # s
 POINTS = 32  # of Gauss-Legendre over the charge: voltage and current are smooth
@@ -37,32 +36,32 @@ def battery_columns(robot: Robot) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Range:
+class CruisingRange:
     """Range and endurance of a robot on one charge."""
 
-    electrical_power: Annotated[float, Column("W")]  # W of the servos
-    speed: Annotated[float, Column("m/s")]  # m/s through the water
+    electrical_power: Annotated[float, Format("W")]  # W of the servos
+    speed: Annotated[float, Format("m/s")]  # m/s through the water
     # J/(kg m): P / (m |U|), Eq. 38 with the mass of the whole robot
-    cost_of_transport: Annotated[float, Column("J/(kg m)")]
-    reserve: Annotated[float, Column()]  # fraction of the usable charge that is kept
+    cost_of_transport: Annotated[float, Format("J/(kg m)")]
+    reserve: Annotated[float, Format()]  # fraction of the usable charge that is kept
     energy: float  # J: capacity of all cells at their nominal voltage
-    energy_at_servos: Annotated[float, Column("Wh")]  # J, of the usable charge less the reserve
+    energy_at_servos: Annotated[float, Format("Wh")]  # J, of the usable charge less the reserve
     voltage: tuple[float, float]  # V of the battery under load, at the start and at the end
-    servo_voltage_min: Annotated[float, Column("V")]  # V: lowest voltage at the servos
-    range: Annotated[float, Column("km")]  # m
-    endurance: Annotated[float, Column("h")]  # s
-    nominal_range: Annotated[float, Column("km")]  # m: all `energy` at the servos, no losses
-    nominal_endurance: Annotated[float, Column("h")]  # s
+    servo_voltage_min: Annotated[float, Format("V")]  # V: lowest voltage at the servos
+    range: Annotated[float, Format("km")]  # m
+    endurance: Annotated[float, Format("h")]  # s
+    nominal_range: Annotated[float, Format("km")]  # m: all `energy` at the servos, no losses
+    nominal_endurance: Annotated[float, Format("h")]  # s
 
 
-def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) -> Range:
+def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) -> CruisingRange:
     """Return range and endurance at a mean electrical power of the servos [W] and a speed [m/s].
 
     From the battery's charge, voltage, inner resistance and converter; `reserve` is the fraction of the charge to keep.
     """
     POSITIVE.check(power, "power", "give it in W")
     POSITIVE.check(abs(speed), "speed", "give it in m/s")
-    Limits(min=0, below=1).check(reserve, "reserve", "give the fraction of the charge to keep, such as 0.1")
+    Range(min=0, below=1).check(reserve, "reserve", "give the fraction of the charge to keep, such as 0.1")
     battery = require(robot.battery, "battery", robot)
     columns = battery_columns(robot)
     row, whole = np.array([*columns.values()]), battery.usable * (1 - reserve) * columns["charge"]
@@ -77,7 +76,7 @@ def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) 
     # Time passes at 1 / current for each charge taken: Gauss-Legendre over the charge.
     endurance = float((weights * whole / 2 / at[:, 1]).sum())
     energy = battery.cells * battery.capacity * battery.voltage
-    return Range(
+    return CruisingRange(
         electrical_power=power,
         speed=speed,
         cost_of_transport=float(cost_of_transport(power, robot.body.mass, speed)),

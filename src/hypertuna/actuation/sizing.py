@@ -17,7 +17,7 @@ from hypertuna.description.changes import changed
 from hypertuna.description.robot import Robot, joint_key, require
 from hypertuna.display import Plotted, Tabular, columns_of
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import Column, columns
+from hypertuna.io.quantity import Format, columns
 from hypertuna.ranges import POSITIVE, Range
 
 SAMPLE = 1e-3  # s between rows of a run
@@ -41,37 +41,37 @@ MARGINS = ("torque_margin", "servo_speed_margin", "stroke_margin")
 class Size:
     """One joint at one frequency, line bore and oil temperature."""
 
-    joint: Annotated[str, Column()]  # name of the joint group
-    temperature: Annotated[float, Column("degC")]  # K, of the oil
-    frequency: Annotated[float, Column("Hz")]  # Hz, of the beat
-    bore: Annotated[float, Column("mm")]  # m, of the line
-    viscosity: Annotated[float, Column("mm^2/s")]  # m^2/s, kinematic viscosity of the oil
-    command: Annotated[float, Column("deg")]  # rad, amplitude commanded to the servos
-    torque: Annotated[float, Column("N m")]  # N m, of a servo at the joint's pressure limit, with friction
-    torque_limit: Annotated[float, Column("N m")]  # N m, at stall
-    servo_speed: Annotated[float, Column("rad/s")]  # rad/s, largest rate of a servo that follows the beat exactly
-    servo_speed_limit: Annotated[float, Column("rad/s")]  # rad/s, without load
-    stroke: Annotated[float, Column("deg")]  # rad, largest servo angle to either side for the command
-    stroke_limit: Annotated[float, Column("deg")]  # rad, dead center on that side
-    line_resistance: Annotated[float, Column("Pa s/m^3")]  # Pa s/m^3, of the line
-    line_inertance: Annotated[float, Column("Pa s^2/m^3")]  # Pa s^2/m^3, of the line
-    capacity_rest: Annotated[float, Column("m^3/Pa")]  # m^3/Pa, volume of one side per pressure, at rest
-    capacity: Annotated[float, Column("m^3/Pa")]  # m^3/Pa, the same up to the pressure limit
-    corner_rest: Annotated[float, Column("Hz")]  # Hz, of the line with `capacity_rest`, 1 / (2 pi R C)
-    corner: Annotated[float, Column("Hz")]  # Hz, with `capacity`
-    resonance: Annotated[float, Column("Hz")]  # Hz, of the inertance with `capacity`, 1 / (2 pi sqrt(I C))
-    damping_ratio: Annotated[float, Column()]  # of that resonance
+    joint: Annotated[str, Format()]  # name of the joint group
+    temperature: Annotated[float, Format("degC")]  # K, of the oil
+    frequency: Annotated[float, Format("Hz")]  # Hz, of the beat
+    bore: Annotated[float, Format("mm")]  # m, of the line
+    viscosity: Annotated[float, Format("mm^2/s")]  # m^2/s, kinematic viscosity of the oil
+    command: Annotated[float, Format("deg")]  # rad, amplitude commanded to the servos
+    torque: Annotated[float, Format("N m")]  # N m, of a servo at the joint's pressure limit, with friction
+    torque_limit: Annotated[float, Format("N m")]  # N m, at stall
+    servo_speed: Annotated[float, Format("rad/s")]  # rad/s, largest rate of a servo that follows the beat exactly
+    servo_speed_limit: Annotated[float, Format("rad/s")]  # rad/s, without load
+    stroke: Annotated[float, Format("deg")]  # rad, largest servo angle to either side for the command
+    stroke_limit: Annotated[float, Format("deg")]  # rad, dead center on that side
+    line_resistance: Annotated[float, Format("Pa s/m^3")]  # Pa s/m^3, of the line
+    line_inertance: Annotated[float, Format("Pa s^2/m^3")]  # Pa s^2/m^3, of the line
+    capacity_rest: Annotated[float, Format("m^3/Pa")]  # m^3/Pa, volume of one side per pressure, at rest
+    capacity: Annotated[float, Format("m^3/Pa")]  # m^3/Pa, the same up to the pressure limit
+    corner_rest: Annotated[float, Format("Hz")]  # Hz, of the line with `capacity_rest`, 1 / (2 pi R C)
+    corner: Annotated[float, Format("Hz")]  # Hz, with `capacity`
+    resonance: Annotated[float, Format("Hz")]  # Hz, of the inertance with `capacity`, 1 / (2 pi sqrt(I C))
+    damping_ratio: Annotated[float, Format()]  # of that resonance
     # Hz, of the inertance with oil and air of the cylinder at the fill pressure: excited by servo steps
-    ring: Annotated[float, Column("Hz")]
-    ring_damping_ratio: Annotated[float, Column()]  # of that resonance
+    ring: Annotated[float, Format("Hz")]
+    ring_damping_ratio: Annotated[float, Format()]  # of that resonance
     # Pa, largest pressure drop along the line if the joint follows the command, by laminar flow
-    pressure_drop: Annotated[float, Column("kPa")]
-    reynolds: Annotated[float, Column()]  # largest Reynolds number of that flow
-    bend: Annotated[float, Column("deg")]  # rad, first harmonic of the bend, in air, massless
-    lag: Annotated[float, Column("deg")]  # rad, behind the command
-    command_fraction: Annotated[float, Column()]  # for the servos, less than 1 at the pressure limit
-    pressure_max: Annotated[float, Column("kPa")]  # Pa, of the cylinders
-    pressure_min: Annotated[float, Column("kPa")]  # Pa
+    pressure_drop: Annotated[float, Format("kPa")]
+    reynolds: Annotated[float, Format()]  # largest Reynolds number of that flow
+    bend: Annotated[float, Format("deg")]  # rad, first harmonic of the bend, in air, massless
+    lag: Annotated[float, Format("deg")]  # rad, behind the command
+    command_fraction: Annotated[float, Format()]  # for the servos, less than 1 at the pressure limit
+    pressure_max: Annotated[float, Format("kPa")]  # Pa, of the cylinders
+    pressure_min: Annotated[float, Format("kPa")]  # Pa
     limits: tuple[str, ...]  # what limits the bend: "pressure", "suction", "servo", "compliance", "line"
     electrical_power: dict[str, float]  # W, mean electrical power of both servos: ``total`` and its shares `POWERS`
     values: Mapping[str, float] = field(default_factory=dict)  # of the keys of the robot's file that `size_over` varies

@@ -14,7 +14,7 @@ from hypertuna.cli.twin import kelvin, robot_with
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import Csv, rows_csv
 from hypertuna.io.quantity import ZERO_CELSIUS
-from hypertuna.simulation.posture_test import CLOSE, EASED, PostureTest, posture_test
+from hypertuna.simulation.posture import CLOSE, EASED, PostureTest, posture_test
 from hypertuna.simulation.recorded import CONDITIONS
 
 CAVITATED = "the oil cavitated in a cylinder"

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
-from hypertuna.actuation.battery import Range, range_of
+from hypertuna.actuation.battery import CruisingRange, range_of
 from hypertuna.cli import options as opt
 from hypertuna.cli.command import listed
 from hypertuna.cli.emit import emit
@@ -30,7 +30,7 @@ class Cruise:
 
     robot: Robot
     power: float  # W, electrical
-    range: Range | None  # none if the robot does not swim forward
+    range: CruisingRange | None  # none if the robot does not swim forward
     run: dict[str, Any]  # JSON of the twin's run; empty if power and speed are given
 
 
@@ -119,7 +119,7 @@ def _record(cruise: Cruise) -> dict[str, Any]:
     return record
 
 
-def _battery(robot: Robot, result: Range) -> dict[str, Any]:
+def _battery(robot: Robot, result: CruisingRange) -> dict[str, Any]:
     """Return the battery's part of the record."""
     battery = robot.battery
     assert battery is not None  # or there were no range

@@ -17,8 +17,8 @@ class Quantity(NamedTuple):
     label: str | None  # on the terminal; empty: the quantity above in another unit; None: not on the terminal
 
 
-class Column(NamedTuple):
-    """How a result's attribute is written: ``corner: Annotated[float, Column("Hz")]`` is ``corner_hz`` in JSON."""
+class Format(NamedTuple):
+    """How a result's attribute is written: ``corner: Annotated[float, Format("Hz")]`` is ``corner_hz`` in JSON."""
 
     unit: str = ""
     note: str | None = ""  # behind its name on the terminal; None: not on the terminal
@@ -57,7 +57,7 @@ def label(name: str, note: str = "") -> str:
     return f"{NUMBERS.get(text, text)}{', ' * bool(note)}{note}"
 
 
-def summarized(result: Any, shown: Mapping[str, Column]) -> dict[str, Quantity]:
+def summarized(result: Any, shown: Mapping[str, Format]) -> dict[str, Quantity]:
     """Return the attributes of a result as quantities: names in JSON and labels are those in Python, with units."""
     return {
         key_of(name, unit): quantity(name, getattr(result, name), unit, note) for name, (unit, note) in shown.items()
@@ -84,7 +84,7 @@ def scaled(value: Any, unit: str) -> Any:
 
 
 def columns(result: Any) -> dict[str, Any]:
-    """Return the fields of a result that have a `Column`, by its name and in its unit."""
+    """Return the fields of a result that have a `Format`, by its name and in its unit."""
     values = {}
     for name, (unit, _) in _columns(type(result)).items():  # type: ignore[arg-type]  # mypy: a type has no hash
         values[key_of(name, unit)] = scaled(getattr(result, name), unit)
@@ -97,10 +97,10 @@ def column_units(kind: type) -> dict[str, str]:
 
 
 @functools.cache
-def _columns(kind: type) -> dict[str, Column]:
+def _columns(kind: type) -> dict[str, Format]:
     """Return the columns of a type of results, by the names of their fields."""
     hints = get_type_hints(kind, include_extras=True).items()
-    return {key: part for key, hint in hints for part in getattr(hint, "__metadata__", ()) if isinstance(part, Column)}
+    return {key: part for key, hint in hints for part in getattr(hint, "__metadata__", ()) if isinstance(part, Format)}
 
 
 def values_of(summary: Mapping[str, Quantity]) -> dict[str, Any]:

@@ -50,7 +50,7 @@ class Swimmers:
                 rule, fix = f"must have the links, joints and water law of {self.robot.name}", "change numbers alone"
                 raise InputError(rule, key="robots", value=robot.name, fix=fix)
         inner = max(steps_of(tick, parts, self.robot) for parts in self._parts)
-        self._controller = _core.Controller(controller_of(self.robot))
+        self._controller = _core.LiveController(controller_of(self.robot))
         rng = np.random.default_rng(0)
         self._batch = _core.Batch([self._start(rng) for _ in range(self.count)], steps=inner)
         self.action = np.tile(self.rest, (self.count, 1))
@@ -136,7 +136,7 @@ class Swimmers:
         vars(other).update(copy.deepcopy(self.moment, memo))
         return other
 
-    def _start(self, rng: np.random.Generator) -> tuple[_core.Plant, _core.Controller, _core.Sensors, float]:
+    def _start(self, rng: np.random.Generator) -> tuple[_core.Plant, _core.LiveController, _core.Sensors, float]:
         parts = self._parts[rng.integers(len(self._parts))]
         return parts.plant, self._controller, _core.Sensors(parts.sensors, int(rng.integers(2**63))), 0.0
 

@@ -2,7 +2,7 @@
 
 In reading order: `schema` and `file` (the TOML file), `geodesy` (latitude and longitude), `magnetic` (declination),
 `checks` (what a robot cannot do), `run` (part by part on the twin at sea), `flight` (one seed with journal and log,
-or many), `record` (the time series), `waypoints` (which were reached), `log_fields`, `log` and `read_log` (MCAP),
+or many, and which waypoints were reached), `record` (the time series), `log_fields`, `log` and `read_log` (MCAP),
 `gpx` (tracks for maps), `plots`, `cards` (what notebooks show), `upload` (to a robot by radio). Where files come from:
-`new` (a mission for a robot); `plans`, `plan_items`, `plan_places` and `import_plan` (plans of other programs).
+`new` (a mission for a robot); `plans`, `plan_items` and `import_plan` (plans of other programs).
 """

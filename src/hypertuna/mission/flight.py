@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.io.checkpoint import Journal
-from hypertuna.io.quantity import Column, Quantity, summarized
+from hypertuna.io.quantity import Format, Quantity, summarized
 from hypertuna.mission.checks import check_current
 from hypertuna.mission.file import MissionFile, randomized, read_mission
 from hypertuna.mission.log import LogWriter
@@ -31,7 +31,6 @@ from hypertuna.mission.run import (
     joined_parts,
     mission_start,
 )
-from hypertuna.mission.waypoints import waypoint_results
 
 Report = Callable[[int, int], None]
 
@@ -54,18 +53,18 @@ class Flight(
 
 
 OUTCOME = {
-    "waypoints_reached": Column(),
-    "waypoints_passed": Column(),
-    "waypoints_skipped": Column(),
-    "duration": Column("s"),
-    "distance": Column("m", "over ground"),
-    "energy": Column("Wh", "from the battery"),
-    "charge_left": Column("", "part of the whole"),
-    "depth_max": Column("m"),
-    "fence_margin_min": Column("m"),
-    "estimation_error_max": Column("m", "of the position"),
-    "goal_distance": Column("m", "at the end"),
-    "goal_uncertainty": Column("m", "standard deviation at the end"),
+    "waypoints_reached": Format(),
+    "waypoints_passed": Format(),
+    "waypoints_skipped": Format(),
+    "duration": Format("s"),
+    "distance": Format("m", "over ground"),
+    "energy": Format("Wh", "from the battery"),
+    "charge_left": Format("", "part of the whole"),
+    "depth_max": Format("m"),
+    "fence_margin_min": Format("m"),
+    "estimation_error_max": Format("m", "of the position"),
+    "goal_distance": Format("m", "at the end"),
+    "goal_uncertainty": Format("m", "standard deviation at the end"),
 }
 
 
@@ -242,3 +241,40 @@ def _facts(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str]) ->
     given = {"mission_file": file.file, "mission_hash": file.hash, "seed": str(seed), "faults": " ".join(faults)}
     made_by = {key: value for key, value in provenance(robot).items() if key != "joints"}  # the twin moves its own
     return {key: str(value) for key, value in (made_by | given).items()}
+
+
+def waypoint_results(record: MissionRecord) -> list[dict[str, Any]]:
+    """Return a row per waypoint: number from 1, outcome, time, believed and true distance, uncertainty, depth.
+
+    Values are those at the time at which the robot went on; None for a waypoint that is still ahead.
+    """
+    outcomes = list(_outcomes(record))
+    ahead = len(record.mission.waypoints) - len(outcomes)
+    nothing = dict.fromkeys(("time_s", "believed_m", "true_m", "uncertainty_m", "depth_m"))
+    rows = [_result(record, k, *one) for k, one in enumerate(outcomes)] + [{"outcome": "ahead"} | nothing] * ahead
+    return [{"waypoint": number} | row for number, row in enumerate(rows, 1)]
+
+
+def _outcomes(record: MissionRecord) -> Iterator[tuple[str, int]]:
+    """Yield outcome and row of every waypoint that the robot left behind, in order."""
+    legs, reached, passed = (record.data[name].astype(int) for name in ("leg", "reached", "passed"))
+    for k in np.flatnonzero(np.diff(legs)) + 1:
+        counts = {"reached": reached[k] - reached[k - 1], "passed": passed[k] - passed[k - 1]}
+        counts["skipped"] = legs[k] - legs[k - 1] - sum(counts.values())
+        for name, count in counts.items():
+            yield from [(name, int(k))] * max(count, 0)
+
+
+def _result(record: MissionRecord, k: int, outcome: str, row: int) -> dict[str, Any]:
+    """Return the row of one waypoint."""
+    place = record.mission.waypoints[k][:2]
+    believed = record.data["position_estimated"][row] - place
+    true = record.position[row, :2] - place if record.true else None
+    return {
+        "outcome": outcome,
+        "time_s": float(record.time[row]),
+        "believed_m": float(np.hypot(*believed)),
+        "true_m": None if true is None else float(np.hypot(*true)),
+        "uncertainty_m": float(record.data["position_error"][row]),
+        "depth_m": float(record.depth[row]),
+    }

@@ -116,7 +116,7 @@ def mission_start(
     fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
     sensors = tuple(fault for fault in given if fault not in fins)
     capacity = battery_columns(robot)["charge"]
-    controller = _core.Controller(controller_of(robot))
+    controller = _core.LiveController(controller_of(robot))
     held = {"resets": np.array(resets, dtype=np.float64), "released": released}
     core: dict[str, Any] = {
         "plant": parts.plant,

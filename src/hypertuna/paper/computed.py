@@ -11,7 +11,7 @@ import numpy as np
 from hypertuna.actuation.hydraulics import with_bore
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require
-from hypertuna.simulation.posture_test import PostureTest, posture_test
+from hypertuna.simulation.posture import PostureTest, posture_test
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twins
 from hypertuna.swimming.gait import Gait, Gaits, named_gait

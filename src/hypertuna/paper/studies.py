@@ -11,7 +11,7 @@ from hypertuna.description.schema.water import WaterLaw
 from hypertuna.paper.computed import LEVELS, SPEEDS, SWIM, TANK, TANK_PHASE
 from hypertuna.paper.ledger import published
 from hypertuna.simulation.dive import dive
-from hypertuna.simulation.posture_test import hold
+from hypertuna.simulation.posture import hold
 from hypertuna.simulation.run import Run, TwinRun
 from hypertuna.simulation.twin import twin, twin_at_sea
 from hypertuna.swimming.gait import Gait, named_gait

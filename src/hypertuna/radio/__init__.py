@@ -1,5 +1,6 @@
 """MAVLink from the ground.
 
 dialect (pymavlink's classes), client (connection and commands), parameters, calibration (straight lines), imu (its
-calibration), samples (of sensors, for calibrations), check (before a swim), log (MCAP), drive (by hand).
+calibration), samples (of sensors, for calibrations), check (before a swim), log (MCAP), calibration_procedure (with the
+operator), drive (by hand).
 """

@@ -14,7 +14,7 @@ from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.pareto import Front
 from hypertuna.reports.html import WIDTH, Picture, Section, Shown, Table, compose, write_page
 from hypertuna.reports.studio import studio_command
-from hypertuna.simulation.posture_test import Held, PostureTest
+from hypertuna.simulation.posture import Held, PostureTest
 from hypertuna.simulation.run import TwinRun
 from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait

@@ -13,7 +13,7 @@ from hypertuna.description.inversion import inversion_speed
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import Column
+from hypertuna.io.quantity import Format
 from hypertuna.ranges import FINITE, POSITIVE
 from hypertuna.simulation.sea import Sea
 from hypertuna.simulation.sea_run import SeaRun
@@ -30,12 +30,12 @@ RESTING = 0.05  # of the speed: a robot that goes up or down by less does neithe
 class Leg:
     """One half of a dive, measured over its last half."""
 
-    fins: Annotated[float, Column("deg")]  # target angle of both fins, leading edge up [rad]
-    depth_rate: Annotated[float, Column("m/s")]  # at which the depth grows [m/s]
-    pitch: Annotated[float, Column("deg")]  # mean, nose up [rad]
-    pitch_range: Annotated[float, Column("deg")]  # of the mean over beats [rad]
-    roll_max: Annotated[float, Column("deg")]  # largest magnitude over the beats [rad]
-    speed: Annotated[float, Column("m/s")]  # mean through the water, ahead [m/s]
+    fins: Annotated[float, Format("deg")]  # target angle of both fins, leading edge up [rad]
+    depth_rate: Annotated[float, Format("m/s")]  # at which the depth grows [m/s]
+    pitch: Annotated[float, Format("deg")]  # mean, nose up [rad]
+    pitch_range: Annotated[float, Format("deg")]  # of the mean over beats [rad]
+    roll_max: Annotated[float, Format("deg")]  # largest magnitude over the beats [rad]
+    speed: Annotated[float, Format("m/s")]  # mean through the water, ahead [m/s]
     depth: tuple[float, float]  # of the nose at the start and the end of the whole leg [m]
 
     @property

@@ -204,7 +204,7 @@ def steps_of(tick: float, parts: Parts, robot: Robot, step: float | None = None)
 
 
 @dataclass(frozen=True)
-class Plan:
+class PlannedRun:
     """A command that is ready to run."""
 
     fields: dict[str, Any]  # of its `Run`, but for time, data and status
@@ -244,7 +244,7 @@ def plan_command(
     pose: Array | None = None,
     fins: Callable[[int, float], Array] | None = None,
     every: int = 1,
-) -> Plan:
+) -> PlannedRun:
     """Prepare a command; `speed` [m/s] None is that of the settled beat.
 
     `fins` returns the fins' angles (ticks, 2) [rad] of a number of ticks of a length [s].
@@ -263,7 +263,7 @@ def plan_command(
     configured = robot if controller_robot is None else controller_robot
     check_command(configured, gait)
     open_loop = {} if closed_loop else {"learning": [0.0]}  # the pumps' inverse maps alone
-    controller = _core.Controller(controller_of(configured) | open_loop)
+    controller = _core.LiveController(controller_of(configured) | open_loop)
     angles = {"amplitude": gait.amplitude, "phase": lags(gait), "bias": gait.bias}
     command: dict[str, Any] = {"since": 0.0, "armed": 1.0, "frequency": gait.frequency}
     command |= {name: np.atleast_2d(values) for name, values in angles.items()}
@@ -293,7 +293,7 @@ def plan_command(
         "faults_given": texts,
         "step": tick / steps,
     }
-    return Plan(fields, core)
+    return PlannedRun(fields, core)
 
 
 def _named(record: dict[str, Array], rows: int, robot: Robot) -> dict[str, Array]:

@@ -14,8 +14,9 @@ from hypertuna.description.robot import require
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.simulation.dive import Dive
-from hypertuna.simulation.posture_test import CLOSE, Held, PostureTest
+from hypertuna.simulation.posture import CLOSE, Held, PostureTest
 from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.sea_run import SeaRun
 
 if TYPE_CHECKING:
     from matplotlib.gridspec import GridSpec
@@ -292,4 +293,27 @@ def plot_dive(dive: Dive, *, width: float = WIDTH) -> Figure:
         axes.axvline(dive.switch, color=INK, lw=0.6, alpha=0.5)
     (lines, labels), (more, names) = pitch.get_legend_handles_labels(), fins.get_legend_handles_labels()
     figure.legend(lines + more, labels + names, loc="outside upper left", ncols=4 if width > 6 else 2, **TIGHT)
+    return figure
+
+
+@styled
+def plot_sea(run: SeaRun, *, width: float = WIDTH) -> Figure:
+    """Plot a run at sea: `width` [inch]."""
+    figure = Figure(figsize=(width, 0.9 * width), layout="constrained")
+    plan, depth, pitch, speed = figure.subplots(4, 1, height_ratios=[2.2, 1, 1, 1])
+    east, north = run.position[:, 0], run.position[:, 1]
+    plan.plot(east, north, color=COLORS[1], label="nose")
+    plan.plot(east[0], north[0], "o", color=INK, ms=5, mfc="white", label="start")
+    plan.set(aspect="equal", xlabel="east [m]", ylabel="north [m]", title=f"{run.robot.name} at sea, from above")
+    plan.set_adjustable("datalim")
+    curves = {"depth [m]": (depth, run.depth), "speed\nahead [m/s]": (speed, run.speed)}
+    curves["pitch, nose\nup [deg]"] = (pitch, np.degrees(run.pitch))
+    for label, (axes, values) in curves.items():
+        axes.plot(run.time, values, color=COLORS[0], lw=0.9)
+        axes.set(ylabel=label, xlim=(0, run.duration))
+    depth.invert_yaxis()
+    for axes in (depth, pitch):
+        axes.tick_params(labelbottom=False)
+    speed.set_xlabel("time [s]")
+    figure.legend(loc="outside lower left", ncols=2, **TIGHT)
     return figure

@@ -18,7 +18,7 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.description.twin import require_controller
 from hypertuna.display import Plotted, Tabular
 from hypertuna.io.files import dataset
-from hypertuna.io.quantity import Column, Quantity, summarized
+from hypertuna.io.quantity import Format, Quantity, summarized
 from hypertuna.simulation.losses import Losses, losses_of
 from hypertuna.simulation.recorded import CONDITIONS, NAMES, VARIABLES, Variables
 from hypertuna.swimming.cards import gait_text
@@ -176,11 +176,11 @@ class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure=
         """
         note = "" if self.medium == "water" else None
         shown = {
-            "speed": Column("m/s", note),
-            "speed_bl": Column("BL/s", note),
-            "electrical_power": Column("W"),
-            "mechanical_power": Column("W", None),
-            "cost_of_transport": Column("J/(kg m)", note),
+            "speed": Format("m/s", note),
+            "speed_bl": Format("BL/s", note),
+            "electrical_power": Format("W"),
+            "mechanical_power": Format("W", None),
+            "cost_of_transport": Format("J/(kg m)", note),
         }
         summary = summarized(self, shown)
         if not self.settled:

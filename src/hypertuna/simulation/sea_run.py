@@ -90,7 +90,7 @@ class SeaRun(
     Motion,
     Plotted,
     card="hypertuna.simulation.cards:sea_card",
-    figure="hypertuna.simulation.plots_sea:plot_sea",
+    figure="hypertuna.simulation.plots:plot_sea",
 ):
     """A run of the twin at sea."""
 

@@ -24,7 +24,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.frames import attitude_of
 from hypertuna.parallel.executors import Executors, map_shards, thread_count
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE, check_choice
-from hypertuna.simulation.plant import EXACT, Plan, plan_command
+from hypertuna.simulation.plant import EXACT, PlannedRun, plan_command
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import SeaRun
@@ -105,7 +105,7 @@ def twin(
     return TwinRun(**plan.run())
 
 
-def _planned(robot: Robot | str | Path, gait: Gait | str, *, medium: str, start: str, **options: Any) -> Plan:
+def _planned(robot: Robot | str | Path, gait: Gait | str, *, medium: str, start: str, **options: Any) -> PlannedRun:
     """Prepare a run from the arguments of `twin`."""
     robot = robot_of(robot)
     gait = gait_of(robot, gait)
@@ -113,7 +113,7 @@ def _planned(robot: Robot | str | Path, gait: Gait | str, *, medium: str, start:
     check_choice(start, ("rest", "swimming"), "start")
     world, still = _core.World({"clamped": medium == "air"}), start == "rest" or medium == "air"
     plan = plan_command(robot, gait, world, medium=medium, speed=0.0 if still else None, **options)
-    return Plan(plan.fields | {"medium": medium, "start": start}, plan.core)
+    return PlannedRun(plan.fields | {"medium": medium, "start": start}, plan.core)
 
 
 @checked
@@ -241,7 +241,7 @@ def twins(
         chunks = (runs[k : k + CHUNK] for k in range(0, len(runs), CHUNK))
         made = map_shards(partial(twins, measure=measure, threads=threads), chunks, executor)
         return [result for chunk in made for result in chunk]
-    kinds: dict[Any, list[tuple[int, Plan]]] = {}
+    kinds: dict[Any, list[tuple[int, PlannedRun]]] = {}
     for index, options in enumerate(runs):
         plan = _planned(**checked_arguments(twin, **options))
         core = plan.core
@@ -251,7 +251,7 @@ def twins(
     batches = [kind[k : k + lanes] for kind in kinds.values() for k in range(0, len(kind), lanes)]
     results: dict[int, T] = {}
 
-    def run(batch: list[tuple[int, Plan]]) -> None:
+    def run(batch: list[tuple[int, PlannedRun]]) -> None:
         for (index, plan), record in zip(batch, _simulated([plan.core for _, plan in batch]), strict=True):
             results[index] = measure(TwinRun(**plan.ran(record)))
 

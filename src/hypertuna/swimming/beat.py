@@ -20,7 +20,7 @@ AFTER = 200  # beats from rest after which the search for what it leads to begin
 NEUTRAL = _core.NEUTRAL  # a body that stands still keeps a disturbance as it is: its multipliers are 1 but for rounding
 STRAIGHT = _core.STRAIGHT  # body lengths: a larger turning radius is no turn
 
-STATUSES = tuple(_core.verdicts())
+STATUSES = tuple(_core.beat_statuses())
 
 
 class Meaning(NamedTuple):

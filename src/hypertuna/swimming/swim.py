@@ -18,7 +18,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import Column, Quantity, label, summarized
+from hypertuna.io.quantity import Format, Quantity, label, summarized
 from hypertuna.ranges import Whole
 from hypertuna.swimming.beat import (
     APPROACH,
@@ -47,19 +47,19 @@ STRAIGHT = 1e3  # body lengths: a larger turning radius is not shown
 
 # What the terminal and JSON show of a swim.
 SUMMARY = {
-    "speed": Column("m/s"),
-    "speed_bl": Column("BL/s"),
-    "mechanical_power": Column("W"),
-    "cost_of_transport": Column("J/(kg m)"),
-    "strouhal": Column(),
-    "stride_length": Column("BL per beat"),
-    "efficiency": Column(),
-    "tail_excursion": Column("m", "peak to peak"),
-    "turn_rate": Column("rad/s", "counter-clockwise"),
-    "turn_radius": Column("m"),
-    "mechanical_power_positive": Column("W", None),
-    "cost_of_transport_positive": Column("J/(kg m)", None),
-    "power_to_water": Column("W", None),
+    "speed": Format("m/s"),
+    "speed_bl": Format("BL/s"),
+    "mechanical_power": Format("W"),
+    "cost_of_transport": Format("J/(kg m)"),
+    "strouhal": Format(),
+    "stride_length": Format("BL per beat"),
+    "efficiency": Format(),
+    "tail_excursion": Format("m", "peak to peak"),
+    "turn_rate": Format("rad/s", "counter-clockwise"),
+    "turn_radius": Format("m"),
+    "mechanical_power_positive": Format("W", None),
+    "cost_of_transport_positive": Format("J/(kg m)", None),
+    "power_to_water": Format("W", None),
 }
 
 
@@ -131,7 +131,7 @@ class Swim(
         dict of Quantity
         """
         straight = self.turn_radius >= STRAIGHT * self.robot.body.length
-        hidden = {name: Column(unit, None) for name, (unit, _) in SUMMARY.items() if straight and name[:5] == "turn_"}
+        hidden = {name: Format(unit, None) for name, (unit, _) in SUMMARY.items() if straight and name[:5] == "turn_"}
         return summarized(self, SUMMARY | hidden)
 
     def continued(self, beats: int) -> xr.Dataset:

@@ -80,10 +80,10 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     Governor<T>& governor = state.governor[j];
     const JointModel<T>& joint = model.joint[j];
     const bool moving = moves(model, state.circuit[2 * j]);
-    const Verdict<T> verdict = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
-                                     state.bend[j], reading, state.bend[j].last, moving);
+    const ReadingQuality<T> quality = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
+                                            state.bend[j], reading, state.bend[j].last, moving);
     const BeatShape<T> sent = allowed(model, state, j);
-    if (verdict.usable) {
+    if (quality.usable) {
         add_reading(posture, state.oscillator[j], reading);
         governor.swung = max(governor.swung, abs(reading));
     } else {

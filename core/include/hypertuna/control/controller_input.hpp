@@ -118,11 +118,12 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
                    Status& status) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
-    const Verdict<T> verdict = judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast},
-                                     state.pressure[c], reading, state.pressure[c].last, moving);
+    const ReadingQuality<T> quality =
+        judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast}, state.pressure[c], reading,
+              state.pressure[c].last, moving);
     Governor<T>& governor = state.governor[c / 2];
     const bool trusted = state.pressure[c].bucket == 0;
-    if (verdict.usable) {
+    if (quality.usable) {
         use_pressure(model, state, c, reading, trusted);
     } else {
         status.set(Condition::pressure_fault, c);
@@ -131,7 +132,7 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     // A spike does not stop a joint; a pressure that lasts does, even where the sensor seems faulty.
     circuit.hard = model.pressure_hard < reading && reading <= model.pressure_high ? circuit.hard + 1 : 0;
     if ((trusted ? hard_trusted : hard_any) <= circuit.hard) circuit.stopped = true;
-    governor.doubt = governor.doubt || !verdict.usable || repeats(state.pressure[c]);
+    governor.doubt = governor.doubt || !quality.usable || repeats(state.pressure[c]);
     if (state.pressure[c].faulty) {
         status.set(Condition::blind, c);
         circuit.before = circuit.pressure = supervisor.fill;

@@ -113,14 +113,14 @@ inline constexpr int bucket_max = 100;    // a second of good readings at 100 Hz
 inline constexpr int repeats_fast = 6, repeats_slow = 25;  // equal readings: of what moves with each beat, of the rest
 
 template <class T>
-struct Verdict {
+struct ReadingQuality {
     bool usable;    // finite, within range and step, not stuck
     bool repeated;  // the very same number as before
 };
 
 /// Judge one reading. `expected` is what it may be one step away from: the last reading, or a prediction.
 template <class T>
-Verdict<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T expected, bool moving) {
+ReadingQuality<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T expected, bool moving) {
     const bool inside = limits.low <= reading && reading <= limits.high;  // false for what is no number
     bool near = false, repeated = false;
     if (inside) {

@@ -1,6 +1,7 @@
 /// Record of a run: one row every few ticks, the state at a tick's start and what passed in the tick.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 

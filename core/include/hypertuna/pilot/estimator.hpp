@@ -271,14 +271,14 @@ template <class T>
 bool watch_depth(const Estimator<T>& model, EstimatorState<T>& state, T reading, T climb, T speed) {
     const T dt = model.attitude.tick;
     const bool moving = T(0.05) < abs(climb) && model.depth_repeat <= abs(state.climbed);
-    const Verdict<T> verdict = judge({model.depth_low, model.depth_high, model.depth_step, repeats_slow},
-                                     state.depth_health, reading, state.depth_health.last, moving);
-    state.climbed = verdict.repeated ? state.climbed + climb * dt : T(0);
-    if (!verdict.repeated)
+    const ReadingQuality<T> quality = judge({model.depth_low, model.depth_high, model.depth_step, repeats_slow},
+                                            state.depth_health, reading, state.depth_health.last, moving);
+    state.climbed = quality.repeated ? state.climbed + climb * dt : T(0);
+    if (!quality.repeated)
         state.still = 0;
     else if (T(0.1) < speed && model.depth_repeat == T(0) && state.still < still_max)
         ++state.still;
-    const bool usable = verdict.usable && state.still < still_max;
+    const bool usable = quality.usable && state.still < still_max;
     zero_at_boot(model, state, reading, usable);
     if (usable && !state.dipped) state.depth = reading - state.zero, state.dipped = true;
     state.depth += state.sink * dt;
@@ -315,11 +315,11 @@ Quaternion<T> true_attitude(const Quaternion<T>& q, T declination) {
             half.cos * q.z + half.sin * q.w};
 }
 
-/// One tick. `thrust` is the speed that the present beat keeps up, `imu` whether the controller believes the IMU,
+/// One tick. `beat_speed` is the speed that the present beat keeps up, `imu` whether the controller believes the IMU,
 /// `declination` that of the magnetic field [rad, east positive].
 template <class T>
-Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const PilotReadings<T>& readings, T thrust,
-                     bool imu, T declination) {
+Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const PilotReadings<T>& readings,
+                     T beat_speed, bool imu, T declination) {
     const AttitudeModel<T>& frame = model.attitude;
     const T dt = frame.tick;
     Estimate<T> out{};
@@ -341,7 +341,7 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     out.facing = {-pose.east.x, -pose.north.x, -pose.up.x};
 
     // Thrust against quadratic drag: U' = (U_beat^2 - U^2) / glide.
-    state.speed += dt * (thrust * abs(thrust) - state.speed * abs(state.speed)) / model.glide;
+    state.speed += dt * (beat_speed * abs(beat_speed) - state.speed * abs(state.speed)) / model.glide;
     WayState<T>& way = state.way;
     way.moved[0] += dt * state.speed * out.facing.x;
     way.moved[1] += dt * state.speed * out.facing.y;

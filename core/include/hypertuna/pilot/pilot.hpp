@@ -48,7 +48,7 @@ PilotState<T> init(const Pilot<T>& pilot, const Mission<T>& mission) {
 
 /// Speed that the present beat keeps up: the table's for the frequency that the oscillators have now.
 template <class T>
-T thrust_of(const Pilot<T>& pilot, const ControllerState<T>& state) {
+T beat_speed_of(const Pilot<T>& pilot, const ControllerState<T>& state) {
     const GaitTable<T>& table = pilot.guidance.steering.table;
     const T frequency = state.frequency.value;
     int k = 0;
@@ -72,9 +72,9 @@ bool imu_stands(const ControllerState<T>& state) {
 /// What a tick's readings say of where the robot is, where the magnetic field has a declination.
 template <class T>
 Estimate<T> perceive(const Pilot<T>& pilot, PilotState<T>& state, const PilotReadings<T>& readings, T declination) {
-    const T thrust = thrust_of(pilot, state.controller);
+    const T beat_speed = beat_speed_of(pilot, state.controller);
     const bool imu = imu_stands(state.controller);
-    const Estimate<T> at = estimate(pilot.estimator, state.estimator, readings, thrust, imu, declination);
+    const Estimate<T> at = estimate(pilot.estimator, state.estimator, readings, beat_speed, imu, declination);
     state.fix = state.fix || at.fix;
     state.command.fresh = false;
     return at;

@@ -63,7 +63,7 @@ HYPERTUNA_INLINE const Readings<S>& of_robot(const PilotReadings<S>& readings) {
 
 /// Smallest and largest value of a quantity within a tick.
 template <class S>
-struct Range {
+struct Extremes {
     S low, high;
 };
 
@@ -71,10 +71,10 @@ struct Range {
 template <class S, int D, class Space = InPlane>
 struct MachineTick {
     PlantOutput<S, D, Space> seen;
-    Range<S> pump[2 * D], unit[2 * D];  // Pa
-    S power[2 * D];                     // W, mean electrical power of each servo
-    S servo_power;                      // W, mean of all servos
-    Losses<S> losses;                   // means, which add up to `servo_power`
+    Extremes<S> pump[2 * D], unit[2 * D];  // Pa
+    S power[2 * D];                        // W, mean electrical power of each servo
+    S servo_power;                         // W, mean of all servos
+    Losses<S> losses;                      // means, which add up to `servo_power`
 };
 template <class Body>
 using MachineTickOf = MachineTick<typename Body::Scalar, Body::coordinates, typename Body::Space>;
@@ -128,7 +128,7 @@ void follow_targets(const Machine<Body>& machine, MachineStateOf<Body>& state, M
         tick.power[c] = state.plant.energy[c];
     }
     tick.losses = {};
-    const auto widen = [](Range<S>& range, const S& x) { range = {min(range.low, x), max(range.high, x)}; };
+    const auto widen = [](Extremes<S>& range, const S& x) { range = {min(range.low, x), max(range.high, x)}; };
     PlantOutputOf<Body> seen[2];
     Losses<S> losses{};
     for (int k = 0; k < machine.steps; ++k) {

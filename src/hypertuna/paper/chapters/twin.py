@@ -22,7 +22,7 @@ from hypertuna.paper.computed import (
 from hypertuna.paper.ledger import FAMILY, UNPUBLISHED, Finding, published, published_value
 from hypertuna.reports.html import WIDTH, Section, Table
 from hypertuna.reports.results import posture_table, spelled_limits
-from hypertuna.simulation.posture_test import CLOSE
+from hypertuna.simulation.posture import CLOSE
 
 SIZING = "pump sizing"
 

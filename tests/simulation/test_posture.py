@@ -12,8 +12,8 @@ import pytest
 import hypertuna as ht
 from hypertuna.description.changes import changed
 from hypertuna.errors import InputError
-from hypertuna.simulation import posture_test as posture
-from hypertuna.simulation.posture_test import Held, fitted_peaks, hold, peak_bends, posture_test, reach
+from hypertuna.simulation import posture
+from hypertuna.simulation.posture import Held, fitted_peaks, hold, peak_bends, posture_test, reach
 from hypertuna.swimming.gait import Gait
 
 RATE = 100.0

@@ -14,8 +14,8 @@ inline constexpr double neutral = 1 + 1e-6;  // largest multiplier of a body at 
                                              // for rounding
 inline constexpr double straight = 1e6;      // body lengths: a larger turning radius is no turn
 
-enum class Verdict { settled, unsettled, unstable, diverged };
-inline constexpr const char* verdict_names[] = {"settled", "unsettled", "unstable", "diverged"};
+enum class BeatStatus { settled, unsettled, unstable, diverged };
+inline constexpr const char* beat_statuses[] = {"settled", "unsettled", "unstable", "diverged"};
 
 /// Whether a beat turns the body by more than half a circle [rad]: it has no path then, and no speed along it.
 inline bool spins(double turn) { return pi < std::abs(turn); }

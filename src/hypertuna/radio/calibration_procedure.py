@@ -1,0 +1,235 @@
+"""Procedure of a calibration: what the operator of a connected robot is asked, what is sampled meanwhile and stored."""
+
+import math
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError
+from hypertuna.radio.calibration import KINDS, Calibration, Pair, calibrate, parse_sensor, zero_and_scale
+from hypertuna.radio.check import request
+from hypertuna.radio.client import Client
+from hypertuna.radio.imu import (
+    FACES,
+    POSITIONS,
+    SAMPLES_MIN,
+    Position,
+    calibrate_accelerometer,
+    calibrate_compass,
+    calibrate_gyroscope,
+    covered,
+    fit_sphere,
+)
+from hypertuna.radio.log import read_radio_log
+from hypertuna.radio.parameters import read_parameter, set_parameter
+from hypertuna.radio.samples import SAMPLING, Samples, average, sample_imu, streaming
+
+REST = 5.0  # s of samples of a gyroscope
+TURNING_MAX = 300.0  # s that the compass may be turned for
+ENOUGH = 150  # samples of a compass that covers all directions
+PREFLIGHT_CALIBRATION = 241  # MAV_CMD
+Known = dict[str, float]  # parameters on board before a calibration
+Calibrated = tuple[tuple[Calibration, ...], Known]
+
+
+class Operator(Protocol):
+    """The person at the robot. While a question is open, the robot is listened to: no old reading is left over."""
+
+    def ask(self, robot: Client, question: str) -> str:
+        """Ask, and return the answer."""
+
+    def ask_number(self, robot: Client, question: str, key: str, unit: str) -> float:
+        """Ask for a number in a unit; `key` is for the error."""
+
+    def tell(self, text: str, *, end: str = "\n") -> None:
+        """Show a text."""
+
+
+def calibrate_live(robot: Client, operator: Operator, sensor: str, references: Sequence[float]) -> Calibrated:
+    """Calibrate a sensor or servo of a connected robot."""
+    if sensor == "servo":
+        return _servos_live(robot, operator)
+    kind, _ = parse_sensor(sensor)
+    live = {"accelerometer": _accelerometer_live, "gyroscope": _gyroscope_live, "compass": _compass_live}
+    if kind in live:
+        return live[kind](robot, operator)
+    return (_servo_live if kind == "servo" else _sensor_live)(robot, operator, sensor, references)
+
+
+def store(robot: Client, calibrations: tuple[Calibration, ...], known: Known) -> None:
+    """Send all parameters of calibrations, or restore those that the robot had before."""
+    kept: list[str] = []
+    try:
+        for name, value in ((name, value) for one in calibrations for name, value in one.parameters.items()):
+            set_parameter(robot, name, value)
+            kept.append(name)
+    except InputError as error:
+        try:
+            for name in kept:
+                set_parameter(robot, name, known[name])
+        except InputError:
+            fix = f"{error.fix}; the robot may have new values of {', '.join(kept)}: calibrate again"
+            raise InputError(error.rule, key=error.key, value=error.value, fix=fix) from None
+        raise
+
+
+def known_parameters(robot: Client, names: Sequence[str]) -> Known:
+    """Read parameters of the robot."""
+    return {name: read_parameter(robot, name) for name in names}
+
+
+def _sensor_live(robot: Client, operator: Operator, sensor: str, references: Sequence[float]) -> Calibrated:
+    """Ask for one reference after another, and average the readings at each; a lone voltage gives the scale alone."""
+    kind, index = parse_sensor(sensor)
+    if kind == "depth" and not references:
+        return (_zero_depth(robot, operator),), {}
+    unit, factor = KINDS[kind]
+    names = zero_and_scale(sensor)
+    known = known_parameters(robot, names)
+    zero, scale = known.values()
+    pairs: list[Pair] = []
+    for value in references:
+        operator.ask(robot, f"bring {sensor} to {value:g} {unit}, hold it, and press Enter")
+        read = average(robot, kind, index)
+        counts = read if kind == "depth" else read / scale + zero
+        operator.tell(f"  it shows {scale * (counts - zero) * factor:.4g} {unit}")
+        pairs.append((sensor, counts, value / factor))
+    if len(pairs) > 1:
+        return calibrate(pairs), known
+    _, counts, value = pairs[0]
+    if counts <= zero:
+        raise InputError(
+            "must read more counts than its zero", key=sensor, value=f"{counts:.0f} counts", fix="check its divider"
+        )
+    return (Calibration(sensor, {names[1]: value / (counts - zero)}, 0.0, 1),), known
+
+
+def _zero_depth(robot: Client, operator: Operator) -> Calibration:
+    """Take the present depth as that of the surface."""
+    operator.ask(robot, "keep the depth sensor in air or at the surface, and press Enter")
+    robot.command(PREFLIGHT_CALIBRATION, 0, 0, 1, name="zero of the depth")
+    depth = request(robot, "LOCAL_POSITION_NED").z
+    return Calibration("depth", {}, 0.0, 1, (f"it shows {depth:.2f} m now, until the next boot or arming",))
+
+
+# --- IMU
+
+
+def _axes(name: str) -> list[str]:
+    """Return the parameters of three axes: field_zero_0 to field_scale_2."""
+    return [f"{name}_{part}_{k}" for part in ("zero", "scale") for k in range(3)]
+
+
+def _parts(known: Known) -> tuple[Array, Array]:
+    """Return zeros and scales of parameters of three axes."""
+    values = list(known.values())
+    return np.array(values[:3]), np.array(values[3:])
+
+
+def _accelerometer_live(robot: Client, operator: Operator) -> Calibrated:
+    known = known_parameters(robot, _axes("accel"))
+    means: dict[Position, Array] = {}
+    with streaming(robot, "RAW_IMU"):
+        for k, position in enumerate(POSITIONS, 1):
+            operator.ask(robot, f"{k} of {len(POSITIONS)}: hold the robot {position.text}, and press Enter")
+            means[position] = sample_imu(robot, SAMPLING)["acceleration"].mean(axis=0)
+    return (calibrate_accelerometer(means),), known
+
+
+def _gyroscope_live(robot: Client, operator: Operator) -> Calibrated:
+    known = known_parameters(robot, _axes("rate"))
+    operator.ask(robot, "put the robot on a table, let it rest, and press Enter")
+    with streaming(robot, "RAW_IMU"):
+        counts = sample_imu(robot, REST)["rate"]
+    return (calibrate_gyroscope(counts, _parts(known)[1]),), known
+
+
+def _compass_live(robot: Client, operator: Operator) -> Calibrated:
+    """Sample while the robot is turned, until all directions are covered."""
+    known = known_parameters(robot, _axes("field"))
+    zero, scale = _parts(known_parameters(robot, _axes("accel")))
+    operator.ask(
+        robot, "keep away from iron, press Enter, and turn the robot slowly in all directions until you read `enough`"
+    )
+    parts: list[Samples] = []
+    end = time.monotonic() + TURNING_MAX
+    faces = 0
+    with streaming(robot, "RAW_IMU"):
+        while time.monotonic() < end:
+            parts.append(sample_imu(robot, 1.0))
+            field = np.concatenate([part["field"] for part in parts])
+            sphere = fit_sphere(field, 1.0) if len(field) >= SAMPLES_MIN else None
+            faces = 0 if sphere is None else covered(sphere.readings(field))
+            operator.tell(f"\r  {len(field)} samples, {faces} of {len(FACES)} directions ", end="")
+            if faces == len(FACES) and len(field) >= ENOUGH:
+                break
+    operator.tell("enough" if faces == len(FACES) else "")
+    acceleration = scale * (np.concatenate([part["acceleration"] for part in parts]) - zero)
+    return (calibrate_compass(field, acceleration),), known
+
+
+def calibrate_log(path: str | Path) -> Calibration:
+    """Calibrate the compass from a log of RAW_IMU."""
+    fields = read_radio_log(path).fields.get("RAW_IMU")
+    if fields is None:
+        fix = "record it with `hypertuna radio log --rate RAW_IMU=10`"
+        raise InputError("must be in the log", file=str(path), key="RAW_IMU", value="missing", fix=fix)
+    return calibrate_compass(np.column_stack([fields[f"{axis}mag"] for axis in "xyz"]))
+
+
+def calibrate_readings(robot: Client, field: Array, acceleration: Array) -> Calibrated:
+    """Calibrate the compass from readings (samples, 3) of field and acceleration by the calibration on board."""
+    known = known_parameters(robot, _axes("field"))
+    zero, scale = _parts(known)
+    whole = np.isfinite(field).all(axis=1) & np.isfinite(acceleration).all(axis=1)
+    counts = field[whole].astype(float) / scale + zero
+    return (calibrate_compass(counts, acceleration[whole].astype(float)),), known
+
+
+# --- servos
+
+
+def _servo_live(robot: Client, operator: Operator, sensor: str, references: Sequence[float]) -> Calibrated:
+    """Hold the servo at neutral, ask for its angle unless it is given, and subtract it from the trim."""
+    if references:
+        return _trimmed(robot, {sensor: references[0]})
+    return _servos(robot, operator, [sensor])
+
+
+def _servos_live(robot: Client, operator: Operator) -> Calibrated:
+    """Hold all servos at neutral, and ask for the angle of one after another."""
+    names = []
+    for number in range(10):
+        try:
+            read_parameter(robot, f"servo_trim_{number}")
+        except InputError:
+            break
+        names.append(f"servo_{number}")
+    return _servos(robot, operator, names)
+
+
+def _servos(robot: Client, operator: Operator, sensors: Sequence[str]) -> Calibrated:
+    """Arm, ask for the angles of servos at neutral, and disarm."""
+    operator.ask(robot, "keep clear: Enter arms the robot, and its tail rests at neutral")
+    robot.arm()
+    try:
+        angles = {
+            sensor: operator.ask_number(robot, f"angle of {sensor} from its neutral mark, in deg", "angle", "deg")
+            for sensor in sensors
+        }
+    finally:
+        robot.arm(False)
+    return _trimmed(robot, angles)
+
+
+def _trimmed(robot: Client, angles: dict[str, float]) -> Calibrated:
+    """Subtract angles [deg] from the servos' trims."""
+    names = {sensor: f"servo_trim_{parse_sensor(sensor)[1]}" for sensor in angles}
+    known = known_parameters(robot, list(names.values()))
+    factor = read_parameter(robot, "pulse_per_rad")
+    trims = {names[sensor]: known[names[sensor]] - math.radians(angle) * factor for sensor, angle in angles.items()}
+    return tuple(Calibration(sensor, {names[sensor]: trims[names[sensor]]}, 0.0, 1) for sensor in angles), known
