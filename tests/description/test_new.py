@@ -18,7 +18,7 @@ from hypertuna.description.inversion import inversion_speed
 from hypertuna.description.new import new_robot, shape_of
 from hypertuna.description.plausibility import implausible
 from hypertuna.description.robot import load, parse
-from hypertuna.description.shape import Shape, link_lengths
+from hypertuna.description.shape import Shape, link_columns, link_lengths
 from hypertuna.description.writer import robot_text
 from hypertuna.errors import InputError
 from hypertuna.firmware.header import header
@@ -46,6 +46,13 @@ def test_a_first_robot_is_sourced_and_swims(links: int, length: float, mass: flo
     assert result.settled
     # Robots of published size swim at 0.2 to 1 lengths per second (HyperTuna: 0.57 at 2 Hz); large ones at less.
     assert 0.1 < result.speed / length * math.sqrt(length / 0.3) < 1.2
+
+
+def test_a_fin_has_the_added_mass_of_a_plate() -> None:
+    """That of aspect ratio 2 has 0.757 rho pi/4 chord^2 span (DNV-RP-C205), where its sections have chord span^2."""
+    shape = Shape.of(0.3, 0.85, fin_span=0.06, fin_chord=0.03)
+    _, strip = link_columns(shape, (0.27, 0.03), friction=0.01, beating=0.0)
+    assert strip["added_mass_normal"][1] == pytest.approx(0.757 * 0.03 / 0.06, rel=1e-3)
 
 
 def test_the_shape_floats_and_has_published_proportions() -> None:

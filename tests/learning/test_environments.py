@@ -161,6 +161,10 @@ def test_speed_and_effort_are_those_of_the_twin() -> None:
     assert np.mean(efforts) == pytest.approx(power, rel=0.02)
 
 
+def test_effort_is_a_part_of_the_power_of_all_four_pumps_at_stall() -> None:
+    assert SwimmerEnv("Swim").swimmers.power == pytest.approx(4 * 7.4 * 7.0)  # count, voltage and current of its pumps
+
+
 def test_robots_are_drawn_at_each_start() -> None:
     robots = random_robots(ROBOT, 3, seed=1)
     env = SwimmerVectorEnv(8, "Swim", robots=robots)

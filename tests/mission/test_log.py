@@ -10,6 +10,7 @@ import sys
 import time
 import tracemalloc
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -382,6 +383,14 @@ def test_a_record_knows_its_way(record: MissionRecord) -> None:
     assert record.distance == pytest.approx(80, abs=1.0)
     assert record.depth[-1] == pytest.approx(2)
     assert record.energy[-1] == pytest.approx(300 * (8 + 2 * 2 / np.pi), rel=1e-2)
+
+
+def test_energy_of_the_servos_is_exact_for_power_that_changes_steadily(record: MissionRecord) -> None:
+    """Power 3 + 2 t W at uneven times: 3 t + t^2 J, by the trapezoidal rule alone."""
+    time = np.array([0.0, 0.5, 2.0, 2.25, 7.0])
+    pose = {name: record.data[name][:5] for name in ("position", "attitude")}
+    metered = replace(record, time=time, data=pose | {"power": 3 + 2 * time})
+    assert metered.energy == pytest.approx(3 * time + time**2, rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -253,6 +254,18 @@ def test_a_short_run_says_that_it_is_too_short_to_tell() -> None:
     first, *conditions = twin(changed("controller", voltage_low_v=20.0), little, duration=0.4).sentences
     assert first == "The run is too short to tell whether it is settled."
     assert conditions == ["The battery voltage is low: 100 % of the ticks."]
+
+
+def test_oil_that_cavitates_is_told_as_a_limit() -> None:
+    """The plant holds a cavitating cylinder at the cavitation pressure itself, here in a quarter of the last ticks."""
+    run, vacuum = small_run(), -95e3  # Pa, of HyperTuna's oil
+    assert "cavitation" not in run.limits
+    low = run.data["pump_pressure_low"].copy()
+    low[-(run.beats.stop - run.beats.start) // 4 :, 1] = vacuum
+    dry = replace(run, data=run.data | {"pump_pressure_low": low})
+    assert dry.acting["cavitation"] == pytest.approx(0.25, abs=0.01)
+    assert dry.limits == (*run.limits, "cavitation")
+    assert dry.sentences[-1] == "The oil cavitated in a cylinder: 25 % of the last beats' ticks."
 
 
 def test_dataset_has_units_and_the_flags_their_names() -> None:

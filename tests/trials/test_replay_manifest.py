@@ -66,6 +66,10 @@ def test_best_time_offset_is_that_of_the_clocks(tuna, series, later, drift):
     assert found.attrs["best_time_offset_s"] == pytest.approx(later, abs=1e-4 if drift == (0, 0, 0) else 0.01)
     assert found.attrs["best_time_offset_s"] == 0.01 + best_time_offset(tuna, result, tracks)
     assert (found.best_offset_rmse <= found.rmse + 1e-9)[2]  # yaw, which tells the clock best
+    part = found.where(found.repeatability > 0)  # runs without drift have no ratio
+    assert part.best_offset_ratio.to_numpy() == pytest.approx(
+        (part.best_offset_rmse / part.repeatability).to_numpy(), rel=1e-12, nan_ok=True
+    )
     again = Recording("swim", series, None, tracks, time_offset=found.attrs["best_time_offset_s"])
     given = compare_recording(tuna, again, replay_recording(tuna, again))
     assert given.rmse.to_numpy() == pytest.approx(found.best_offset_rmse.to_numpy(), abs=1e-9)

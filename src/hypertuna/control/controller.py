@@ -30,6 +30,11 @@ NO_LIMIT = 1e9  # Pa of a servo without oil that stalls it, and rad/s of its joi
 MAP_TERMS = 6  # of a pump map, core controller_model.hpp
 HAMMER_AT = 100e3  # Pa: pressure in a cylinder that hammer is reckoned at
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
+# Choices of the posture control, which docs/control.md explains (core posture.hpp)
+MISSING = 0.25  # part of a beat's readings that may be missing
+LIMITED = 0.1  # part of a beat in which a limit may act before the corrections must not grow
+MOVING = 0.05  # smallest swing of a working bend sensor over the sent amplitude
+AMPLITUDE_MIN = math.radians(3.0)  # smallest sent amplitude at which the bend sensor is judged
 
 
 @dataclass(frozen=True)
@@ -172,10 +177,10 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
         "couple": without_last_bit(math.exp(-control.coupling * tick)),
         "smoothing_rate": rate * tick,
         "smoothing_decay": without_last_bit(math.exp(-rate * tick)),
-        "missing": 0.25,
-        "limited": 0.1,
-        "moving": 0.05,
-        "amplitude_min": math.radians(3.0),
+        "missing": MISSING,
+        "limited": LIMITED,
+        "moving": MOVING,
+        "amplitude_min": AMPLITUDE_MIN,
         "pressure_low": pressure[0],
         "pressure_high": pressure[1],
         "current_low": current[0],

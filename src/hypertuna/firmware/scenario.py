@@ -28,7 +28,7 @@ from hypertuna.firmware.lockstep import (
 from hypertuna.firmware.parameters import FirmwareTable
 from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.ranges import WHOLE
-from hypertuna.swimming.gait import Gait, named_gait
+from hypertuna.swimming.gait import Gait, lags, named_gait
 
 START = 100  # ticks before the first command: the attitude settles
 COLD = 6100  # ticks that the ground waits for the first fix of a cold receiver
@@ -92,8 +92,7 @@ def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
     assert mission is not None
     if scenario.gait is not None:
         gait = scenario.gait
-        lag = [p - gait.phase[0] for p in gait.phase]
-        numbers = (gait.frequency, *gait.amplitude, *lag, *gait.bias)
+        numbers = (gait.frequency, *gait.amplitude, *lags(gait), *gait.bias)
         yield START, give("arm")
         dives = scenario.silent is not None
         yield START + 1, order("gait", *numbers, *([FINS, FINS] if dives else [0.0, 0.0]))

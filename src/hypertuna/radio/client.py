@@ -11,7 +11,7 @@ from typing import Any, NoReturn, Self
 from hypertuna import _core
 from hypertuna.errors import InputError, shown
 from hypertuna.radio.dialect import dialect, mavutil
-from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.gait import Gait, lags
 
 SYSTEM, COMPONENT = 255, 190  # MAV_COMP_ID_MISSIONPLANNER, as of ground stations
 PATIENCE = 2.0  # s for an answer, five times what a LoRa radio of 4.8 kbit/s needs
@@ -234,7 +234,7 @@ class Client:
             whole = [round(math.degrees(float(value)) * 100) for value in values]
             return whole + [0] * (4 - len(whole))
 
-        rows = (row(gait.amplitude), row(gait.phase), row(gait.bias), row(fins)[:2])
+        rows = (row(gait.amplitude), row(lags(gait)), row(gait.bias), row(fins)[:2])
         message = make_message("gait_set", round(gait.frequency * 1000), *rows, self.system, 1)
         self._acknowledged(message, dialect().HYPERTUNA_CMD_GAIT, "gait")
 
