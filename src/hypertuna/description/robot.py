@@ -77,10 +77,12 @@ class Robot(
 ):
     """A robot, described by one TOML file and read by `load`: SI units and radians, frozen; `using` returns another."""
 
-    format: Literal[1] = entry("version of this format, 1")
-    name: Name = entry("name of the robot")
+    format: Literal[1] = entry("version of this format, 1", how="write 1")
+    name: Name = entry("name of the robot", how="choose one: letters, digits, spaces and - _")
     description: Text = entry(
-        "sentence that describes the robot (default: its name)", default_factory=lambda robot: robot["name"]
+        "sentence that describes the robot (default: its name)",
+        default_factory=lambda robot: robot["name"],
+        how="write a sentence",
     )
     links: Links = entry("table of the links, nose to tail")
     body: Body = entry(
@@ -108,8 +110,13 @@ class Robot(
     uncertainty: dict[str, Factor] | None = entry(
         "factor within which the true value of an estimate lies in 90 % of cases, by key or the start of a key",
         default=None,
+        how="write 2 if the true value lies from a half to twice the estimate",
     )
-    sources: dict[str, Text] = entry("source of each value, by key or the start of a key", default_factory=dict)
+    sources: dict[str, Text] = entry(
+        "source of each value, by key or the start of a key",
+        default_factory=dict,
+        how='write where each value is from; begin estimates with "estimate"',
+    )
 
     _file: str = PrivateAttr(default="")
 
@@ -166,8 +173,7 @@ class Robot(
         InputError
             If the choice does not exist, or the robot lacks its coefficients.
         """
-        choice = {"water": water, "joints": joints, "areas": areas}
-        choice = {key: value for key, value in choice.items() if value is not None}
+        choice = {k: v for k, v in {"water": water, "joints": joints, "areas": areas}.items() if v is not None}
         if not choice:
             return self
         document = self.document()
@@ -234,8 +240,9 @@ class Robot(
         yield from self._joint_checks()
         law = self.model.water
         fix = f"add the table [water.{law}] or choose another law in [model]"
-        known = getattr(self.water, law) is not None
-        yield Check(known, "model.water", "must be a law with coefficients", fix, repr(law))
+        yield Check(
+            getattr(self.water, law) is not None, "model.water", "must be a law with coefficients", fix, repr(law)
+        )
         fix = "give it in Hz, or choose joints = 'ideal' in [model]"
         for g, group in enumerate(self.joints):
             known = self.model.joints != "bandwidth" or group.bandwidth is not None
