@@ -229,8 +229,7 @@ class Robot(
 
     def _checks(self) -> Iterator[Check]:
         """Check tables against each other."""
-        links, groups = self.links, len(self.joints)
-        length, mass = sum(links.length), sum(links.mass)
+        links, groups, length, mass = self.links, len(self.joints), sum(self.links.length), sum(self.links.mass)
         text, fix = f"must add up to body.length_m = {self.body.length:g}", "correct the links or the body length"
         whole = math.isclose(length, self.body.length, rel_tol=TOLERANCE)
         yield Check(whole, "links.length_m", text, fix, f"{length:g} in all")
@@ -240,9 +239,8 @@ class Robot(
         yield from self._joint_checks()
         law = self.model.water
         fix = f"add the table [water.{law}] or choose another law in [model]"
-        yield Check(
-            getattr(self.water, law) is not None, "model.water", "must be a law with coefficients", fix, repr(law)
-        )
+        known = getattr(self.water, law) is not None
+        yield Check(known, "model.water", "must be a law with coefficients", fix, repr(law))
         fix = "give it in Hz, or choose joints = 'ideal' in [model]"
         for g, group in enumerate(self.joints):
             known = self.model.joints != "bandwidth" or group.bandwidth is not None

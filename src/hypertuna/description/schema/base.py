@@ -145,7 +145,7 @@ class Part(BaseModel):
             cls.__annotations__[name] = kind
             setattr(cls, name, key)
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Key)}
-        cls.declared = cls.declared | {name: key._replace(how=key.how or how) for name, key in own.items()}
+        cls.declared = {**cls.declared, **{name: key._replace(how=key.how or how) for name, key in own.items()}}
         for name, key in own.items():
             setattr(cls, name, key.field(name))
 
