@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 
 from eel_file import EEL, edited
+from hypertuna.description import plausibility, robot
+from hypertuna.description import reference as page
 from hypertuna.description.reference import json_schema, keys, reference
 from hypertuna.description.robot import Robot, cached, load, parse
-from hypertuna.description.schema.measuring import MEASURING, measuring
+from hypertuna.description.schema.base import Part, entry
 from hypertuna.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -70,13 +72,36 @@ def test_a_source_covers_what_is_below_it() -> None:
 def test_every_key_says_how_to_find_its_value() -> None:
     found = keys()
     assert [key.key for key in found if not key.how] == []
-    names = [key.key.replace(".NAME", "") for key in found]
-    assert [start for start in MEASURING if not any(f"{name}.".startswith(f"{start}.") for name in names)] == []
-    assert measuring("joints.line.bore_m") == "data sheet of the hose, or a drill bit as gauge"
-    assert measuring("oil.density_kg_m3") == MEASURING["oil"]
+    by_name = {key.key: key.how for key in found}
+    assert by_name["joints.line.bore_m"] == "data sheet of the hose, or a drill bit as gauge"
+    assert by_name["oil.density_kg_m3"] == "data sheet of the oil"  # as the table says
+    assert by_name["joints.servo.torque_n_m"] == "data sheet of the servo"
     for table in ("model", "water", "spatial"):  # "handbook for the shape" stood nine times in one of them
         hints = [key.how for key in found if key.key.startswith(f"{table}.") and not key.key.startswith("water.lumped")]
         assert len(hints) - len(set(hints)) <= 1, table  # one tow gives two of them
+
+
+def test_a_key_is_declared_in_one_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Tow(Part, table="tow", how="tow the robot"):
+        """The tow."""
+
+        rope: float = entry("length of the rope", "m", usual=(1.0, 10.0), default=5.0)
+        hook: float = entry("height of the hook", "m", how="ruler", default=0.0)
+
+    class Towed(Robot):
+        """A robot with a tow."""
+
+        tow: Tow = entry("table of the tow", default_factory=Tow)
+
+    for module in (page, plausibility, robot):
+        monkeypatch.setattr(module, "Robot", Towed)
+    rows = {key.key: key for key in keys()}
+    assert rows["tow.rope_m"] == ("tow.rope_m", "m", "number", "5.0", "1 to 10", "tow the robot", "length of the rope")
+    assert rows["tow.hook_m"].how == "ruler"
+    assert "| `rope_m` | m | number | 5.0 | 1 to 10 | tow the robot | length of the rope |" in reference()
+    assert "rope_m" in json_schema()["$defs"]["Tow"]["properties"]
+    unlikely = Towed.model_validate(tomllib.loads(EEL) | {"tow": {"rope_m": 2000.0}})
+    assert "tow.rope_m has 2000 m; usual are 1 to 10: is it in mm? Then write 2." in plausibility.implausible(unlikely)
 
 
 def test_every_key_has_default_and_typical_value() -> None:

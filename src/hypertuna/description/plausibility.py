@@ -1,128 +1,13 @@
 """Values that are allowed but unlikely, each in a sentence: slips of units and of powers of ten."""
 
 import math
-import re
 from collections.abc import Iterator
 from typing import Any
 
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.body import AROUND
+from hypertuna.description.validation import declared, plain
 
-# Usual values by key without indices, in the units of the file; wide enough for robots in a lab, a lake or at sea.
-USUAL: dict[str, tuple[float, float]] = {
-    "body.length_m": (0.02, 20.0),
-    "body.width_m": (0.002, 10.0),
-    "body.height_m": (0.002, 10.0),
-    "links.length_m": (5e-4, 10.0),
-    "water.density_kg_m3": (900.0, 1300.0),
-    "water.lumped.added_mass": (0.0, 5.0),
-    "water.strip.added_mass_normal": (0.001, 5.0),
-    "water.elongated.added_mass_normal": (0.0, 5.0),
-    "water.strip.drag_normal": (0.05, 10.0),
-    "water.elongated.drag_normal": (0.05, 10.0),
-    "water.strip.drag_tangential": (5e-4, 1.0),
-    "water.elongated.drag_tangential": (0.0, 1.0),
-    "gaits.frequency_hz": (0.02, 20.0),
-    "gaits.amplitude_deg": (1.6, 180.0),
-    "gait_bounds.frequency_hz": (0.01, 30.0),
-    "joints.amplitude_max_deg": (1.6, 180.0),
-    "joints.bend_max_deg": (1.6, 180.0),
-    "joints.bandwidth_hz": (0.1, 200.0),
-    "joints.pressure_max_pa": (2e3, 5e6),
-    "joints.line.length_m": (0.005, 20.0),
-    "joints.line.bore_m": (0.0005, 0.03),
-    "joints.line.compliance_m3_pa": (0.0, 1e-9),
-    "joints.actuator.segment_length_m": (0.001, 1.0),
-    "joints.actuator.semi_major_m": (0.002, 1.0),
-    "joints.actuator.semi_minor_m": (0.002, 1.0),
-    "joints.servo.torque_n_m": (0.01, 200.0),
-    "joints.servo.speed_rad_s": (0.3, 60.0),
-    "joints.servo.voltage_v": (2.0, 60.0),
-    "joints.servo.stall_current_a": (0.05, 200.0),
-    "joints.servo.idle_current_a": (0.001, 2.0),
-    "joints.servo.friction_n_m": (1e-4, 20.0),
-    "joints.servo.inertia_kg_m2": (1e-8, 1.0),
-    "joints.servo.bandwidth_hz": (1.0, 100.0),
-    "joints.actuator.stiffness_factor": (0.2, 20.0),
-    "hinge.stiffness_n_m_per_rad": (1e-4, 1e3),
-    "hinge.damping_n_m_s_per_rad": (1e-6, 10.0),
-    "links.inertia_kg_m2": (1e-9, 100.0),
-    "drive_unit.outer_diameter_m": (0.0006, 0.1),
-    "drive_unit.inner_diameter_m": (0.0003, 0.1),
-    "drive_unit.braid_angle_deg": (5.0, 54.7),
-    "materials.modulus_100_pa": (2e3, 1e8),
-    "materials.modulus_fe_pa": (2e3, 1e8),
-    "materials.tensile_strength_pa": (1e4, 1e9),
-    "materials.relaxation_s": (0.0, 1.0),
-    "pump.bore_m": (0.002, 0.2),
-    "pump.crank_m": (0.001, 0.5),
-    "pump.rod_m": (0.002, 1.0),
-    "pump.dead_volume_m3": (0.0, 1e-3),
-    "pump.seal_friction_n": (0.0, 500.0),
-    "oil.viscosity_40_m2_s": (3e-7, 1e-2),
-    "oil.viscosity_100_m2_s": (3e-7, 1e-2),
-    "oil.density_kg_m3": (500.0, 2500.0),
-    "oil.bulk_modulus_pa": (4e8, 1e10),
-    "oil.cavitation_pa": (-101325.0, -1e4),
-    "servos.torque_n_m": (0.005, 200.0),
-    "servos.speed_rad_s": (0.3, 60.0),
-    "servos.voltage_v": (2.0, 60.0),
-    "servos.stall_current_a": (0.005, 200.0),
-    "servos.inertia_kg_m2": (1e-7, 1.0),
-    "battery.capacity_ah": (0.02, 500.0),
-    "battery.voltage_v": (1.0, 60.0),
-    "controller.rate_hz": (5.0, 5000.0),
-    "controller.pressure_work_pa": (2e3, 1e7),
-    "controller.pressure_soft_pa": (2e3, 1e7),
-    "controller.pressure_hard_pa": (2e3, 1e7),
-    "fins.span_m": (0.002, 2.0),
-    "fins.stall_deg": (5.0, 60.0),
-    "joints.line.fill_pressure_pa": (1e3, 1e6),
-    "joints.actuator.lever_m": (5e-4, 0.2),
-    "joints.actuator.spacing_m": (5e-4, 0.2),
-    "water.strip.added_inertia": (0.05, 5.0),
-    "water.strip.drag_beating": (0.0, 20.0),
-    "water.strip.added_mass_tangential": (5e-4, 0.6),
-    "water.strip.edge_lift": (0.1, 2.0),
-    "servos.idle_current_a": (0.001, 2.0),
-    "servos.friction_n_m": (1e-4, 20.0),
-    "servos.bandwidth_hz": (0.5, 200.0),
-    "battery.charged_v": (1.0, 60.0),
-    "battery.resistance_ohm": (1e-3, 1.0),
-    "battery.converter_v": (1.0, 60.0),
-    "battery.electronics_w": (0.0, 200.0),
-    "controller.frequency_max_hz": (0.2, 50.0),
-    "controller.fin_max_deg": (1.6, 90.0),
-    "controller.voltage_low_v": (1.0, 60.0),
-    "controller.timeout_s": (0.02, 60.0),
-    "controller.smoothing_s": (0.005, 30.0),
-    "controller.slew_rad_s": (0.5, 200.0),
-    "controller.pulse_center_us": (300.0, 3000.0),
-    "controller.pulse_min_us": (300.0, 3000.0),
-    "controller.pulse_max_us": (300.0, 3000.0),
-    "controller.pulse_us_per_rad": (100.0, 3000.0),
-    "guidance.turn_max_deg_s": (1.6, 400.0),
-    "guidance.climb_max_deg": (1.6, 90.0),
-    "guidance.pitch_max_deg": (1.6, 90.0),
-    "guidance.single_fin_max_deg": (1.6, 90.0),
-    "guidance.lookahead_m": (0.1, 100.0),
-    "guidance.power_w": (0.02, 1e4),
-    "guidance.surface_depth_m": (0.005, 5.0),
-    "firmware.tilt_max_deg": (5.0, 180.0),
-    "firmware.voltage_empty_v": (1.0, 60.0),
-    "firmware.rise_depth_m": (0.05, 100.0),
-    "firmware.depth_max_m": (0.5, 1000.0),
-    "spatial.com_height_m": (-1.0, 1.0),
-    "spatial.height_m": (0.001, 5.0),
-    "spatial.width_m": (5e-4, 5.0),
-    "spatial.drag_vertical": (0.02, 5.0),
-    "fins.x_m": (0.002, 10.0),
-    "fins.y_m": (0.002, 5.0),
-    "fins.chord_m": (0.002, 2.0),
-    "fins.drag_zero": (0.001, 0.5),
-    "fins.bandwidth_hz": (0.3, 50.0),
-    "fins.speed_rad_s": (0.3, 60.0),
-}
 SLIPS: dict[str, dict[str, float]] = {  # by unit: what may have been meant, and its factor to the unit
     "m": {"mm": 1e-3, "cm": 1e-2},
     "m^2": {"cm^2": 1e-4, "mm^2": 1e-6},
@@ -176,8 +61,9 @@ def _unit_of_lengths(robot: Robot) -> str | None:
 
 def _unusual(robot: Robot) -> Iterator[str]:
     """Compare single values with usual ones."""
+    keys = declared(Robot)
     for entry in robot.entries():
-        usual = USUAL.get(_plain(robot, entry.key))
+        usual = keys[plain(entry.key)].usual
         if usual is None or entry.default:
             continue
         numbers = [*_numbers(entry.value)]
@@ -288,12 +174,6 @@ def _idle_factors(robot: Robot) -> Iterator[str]:
                 f"uncertainty has a factor for {key}, whose source is no estimate, so it has no effect: remove the "
                 'factor, or begin the source with "estimate".'
             )
-
-
-def _plain(robot: Robot, key: str) -> str:
-    """Return a key without indices and without the names of gaits and materials."""
-    plain = re.sub(r"\[\d+\]", "", key)
-    return re.sub(r'^(gaits|materials)\.("[^"]*"|[^.]+)\.', r"\1.", plain)
 
 
 def _numbers(value: Any) -> Iterator[float]:

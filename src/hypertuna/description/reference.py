@@ -5,10 +5,9 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from hypertuna.description.plausibility import USUAL
 from hypertuna.description.robot import Robot, load
 from hypertuna.description.schema.base import BEYOND
-from hypertuna.description.schema.measuring import measuring
+from hypertuna.description.validation import declared, plain
 
 _NOUNS = {
     "number": ("number", "numbers"),
@@ -41,11 +40,11 @@ def keys() -> list[Key]:
             value = _value_in_words(rule)
             if not value.endswith(("table", "tables", "tables by name")):
                 key = f"{path}.{name}".lstrip(".")
-                plain = key.replace(".NAME", "")
+                bare = key.replace(".NAME", "")
                 default = "" if name in table.get("required", []) else _default(rule)
                 meaning = re.sub(r" \(default: .*\)$", "", rule["description"])
-                how = measuring(plain) or ""
-                found.append(Key(key, rule.get("unit", ""), value, default, typical.get(plain, ""), how, meaning))
+                how = declared(Robot)[bare].how
+                found.append(Key(key, rule.get("unit", ""), value, default, typical.get(bare, ""), how, meaning))
     return found
 
 
@@ -59,13 +58,11 @@ def _default(rule: Mapping[str, Any]) -> str:
 
 def _typical() -> dict[str, str]:
     """Return typical values by key without indices and names of gaits and materials."""
-    typical = {key: f"{low:g} to {high:g}" for key, (low, high) in USUAL.items()}
+    typical = {key: "{:g} to {:g}".format(*one.usual) for key, one in declared(Robot).items() if one.usual}
     own: dict[str, str] = {}
     for entry in load("hypertuna").entries():
-        key = re.sub(r"\[\d+\]", "", entry.key)
-        key = re.sub(r'^(gaits|materials)\.("[^"]*"|[^.]+)\.', r"\1.", key)
         if not entry.default:
-            own.setdefault(key, _shown(entry.value))
+            own.setdefault(plain(entry.key), _shown(entry.value))
     return typical | own
 
 

@@ -77,10 +77,12 @@ class Robot(
 ):
     """A robot, described by one TOML file and read by `load`: SI units and radians, frozen; `using` returns another."""
 
-    format: Literal[1] = entry("version of this format, 1")
-    name: Name = entry("name of the robot")
+    format: Literal[1] = entry("version of this format, 1", how="write 1")
+    name: Name = entry("name of the robot", how="choose one: letters, digits, spaces and - _")
     description: Text = entry(
-        "sentence that describes the robot (default: its name)", default_factory=lambda robot: robot["name"]
+        "sentence that describes the robot (default: its name)",
+        default_factory=lambda robot: robot["name"],
+        how="write a sentence",
     )
     links: Links = entry("table of the links, nose to tail")
     body: Body = entry(
@@ -108,8 +110,13 @@ class Robot(
     uncertainty: dict[str, Factor] | None = entry(
         "factor within which the true value of an estimate lies in 90 % of cases, by key or the start of a key",
         default=None,
+        how="write 2 if the true value lies from a half to twice the estimate",
     )
-    sources: dict[str, Text] = entry("source of each value, by key or the start of a key", default_factory=dict)
+    sources: dict[str, Text] = entry(
+        "source of each value, by key or the start of a key",
+        default_factory=dict,
+        how='write where each value is from; begin estimates with "estimate"',
+    )
 
     _file: str = PrivateAttr(default="")
 
@@ -166,8 +173,7 @@ class Robot(
         InputError
             If the choice does not exist, or the robot lacks its coefficients.
         """
-        choice = {"water": water, "joints": joints, "areas": areas}
-        choice = {key: value for key, value in choice.items() if value is not None}
+        choice = {k: v for k, v in {"water": water, "joints": joints, "areas": areas}.items() if v is not None}
         if not choice:
             return self
         document = self.document()
@@ -223,8 +229,7 @@ class Robot(
 
     def _checks(self) -> Iterator[Check]:
         """Check tables against each other."""
-        links, groups = self.links, len(self.joints)
-        length, mass = sum(links.length), sum(links.mass)
+        links, groups, length, mass = self.links, len(self.joints), sum(self.links.length), sum(self.links.mass)
         text, fix = f"must add up to body.length_m = {self.body.length:g}", "correct the links or the body length"
         whole = math.isclose(length, self.body.length, rel_tol=TOLERANCE)
         yield Check(whole, "links.length_m", text, fix, f"{length:g} in all")

@@ -3,10 +3,13 @@
 import re
 import types
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+
+from hypertuna.description.schema.base import Key, Part
 
 Place = tuple[int | str, ...]  # place of a value in a document: keys and indices, outermost first
 _NOUNS = {
@@ -32,6 +35,23 @@ def nested_model(annotation: Any) -> type[BaseModel] | None:
         return annotation
     models = (nested_model(part) for part in get_args(annotation))
     return next((model for model in models if model is not None), None)
+
+
+@cache
+def declared(table: type[Part]) -> Mapping[str, Key]:
+    """Return the keys of a table and of those below it as declared, by key without indices and names."""
+    found: dict[str, Key] = {}
+    for name, field in table.model_fields.items():
+        found[str(field.alias)] = table.declared[name]
+        below = nested_model(field.annotation)
+        if below is not None and issubclass(below, Part):
+            found |= {f"{field.alias}.{key}": one for key, one in declared(below).items()}
+    return found
+
+
+def plain(key: str) -> str:
+    """Return a key without indices and without the names of gaits and materials."""
+    return re.sub(r'^(gaits|materials)\.("[^"]*"|[^.]+)\.', r"\1.", re.sub(r"\[\d+\]", "", key))
 
 
 def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseModel] | None, FieldInfo | None]:

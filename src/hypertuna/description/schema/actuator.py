@@ -26,14 +26,21 @@ NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where a b
 MaterialSet = Literal["datasheet", "fe", "tensile", "mean"]
 
 
-class DriveUnit(Part, table="drive_unit"):
+class DriveUnit(Part, table="drive_unit", how="calipers on a muscle, or its data sheet"):
     """A McKibben muscle: a silicone hose in a braided net; one design for all joints."""
 
-    outer_diameter: Positive = entry("outer diameter of the hose at rest", "m")
-    inner_diameter: Positive = entry("inner diameter of the hose at rest", "m")
-    braid_angle: PositiveDegrees = entry("angle of the braid from the axis, snug at rest", "deg")
+    outer_diameter: Positive = entry("outer diameter of the hose at rest", "m", usual=(0.0006, 0.1))
+    inner_diameter: Positive = entry("inner diameter of the hose at rest", "m", usual=(0.0003, 0.1))
+    braid_angle: PositiveDegrees = entry(
+        "angle of the braid from the axis, snug at rest",
+        "deg",
+        how="photograph: angle of the threads to the axis at rest",
+        usual=(5.0, 54.7),
+    )
     friction: NotNegative = entry(
-        "friction coefficient between braid and hose, on the section inside the braid", default=0.0
+        "friction coefficient between braid and hose, on the section inside the braid",
+        default=0.0,
+        how="bench: bend up and down in pressure (`joint fit`)",
     )
     braid_stiffness: Positive = entry(
         "modulus times net thickness of each of the braid's two families of fibers; for finite elements, inextensible "
@@ -41,10 +48,15 @@ class DriveUnit(Part, table="drive_unit"):
         "N/m",
         key="braid_stiffness_n_per_m",
         default=1e6,
+        how="bench: bend over pressure (`joint fit`)",
     )
-    hose: Text = entry("material of the hose, a key of the table materials")
-    matrix: Text = entry("material of the matrix, a key of the table materials")
-    material_set: MaterialSet = entry("set of elastic constants to use", default="datasheet")
+    hose: Text = entry("material of the hose, a key of the table materials", how="name the material")
+    matrix: Text = entry("material of the matrix, a key of the table materials", how="name the material")
+    material_set: MaterialSet = entry(
+        "set of elastic constants to use",
+        default="datasheet",
+        how="choose: datasheet, fe, tensile, or mean of the first and the last",
+    )
 
     def _checks(self) -> Iterator[Check]:
         yield self.ordered("inner_diameter", "outer_diameter", fix="exchange the two, or measure again")
@@ -69,23 +81,32 @@ class DriveUnit(Part, table="drive_unit"):
             yield Check(given, key, f"is missing for drive_unit.material_set = {self.material_set!r}", fix)
 
 
-class Actuator(Part, table="joints.actuator"):
+class Actuator(Part, table="joints.actuator", how="calipers on the mold, or CAD"):
     """The soft body of a joint in segments; in each, muscles bend an elliptical section of matrix."""
 
     renamed: ClassVar[Mapping[str, str]] = {"strip_width_m": "axis_width_m, with axis_stiffness_n and axis_buckling_n"}
 
-    lever: Positive = entry("distance of the drive units from the middle", "m")
-    segment_length: tuple[Positive, ...] = entry("length of each segment", "m", min_length=1)
-    semi_major: tuple[Positive, ...] = entry("half height of each segment's section", "m")
-    semi_minor: tuple[Positive, ...] = entry("half width of each segment's section", "m")
+    lever: Positive = entry(
+        "distance of the drive units from the middle",
+        "m",
+        how="calipers on the mold: middle of the muscles to the middle of the body",
+        usual=(5e-4, 0.2),
+    )
+    segment_length: tuple[Positive, ...] = entry("length of each segment", "m", min_length=1, usual=(0.001, 1.0))
+    semi_major: tuple[Positive, ...] = entry("half height of each segment's section", "m", usual=(0.002, 1.0))
+    semi_minor: tuple[Positive, ...] = entry("half width of each segment's section", "m", usual=(0.002, 1.0))
     stiffness_factor: Positive = entry(
-        "factor on the bending stiffness E I of the matrix, for the strip, pipes and channels inside", default=1.0
+        "factor on the bending stiffness E I of the matrix, for the strip, pipes and channels inside",
+        default=1.0,
+        how="bench: bend over pressure (`joint fit`)",
+        usual=(0.2, 20.0),
     )
     spacing: Positive | None = entry(
         "distance of neighboring drive units of a side, across the plane of bending; for finite elements (default: "
         "evenly over the height of the narrowest section)",
         "m",
         default=None,
+        usual=(5e-4, 0.2),
     )
     plate: Positive = entry("thickness of the stiff plates at both ends; for finite elements", "m", default=0.003)
     axis_width: Positive = entry(
@@ -104,7 +125,9 @@ class Actuator(Part, table="joints.actuator"):
         default=None,
     )
     asymmetry: Annotated[float, number(Range(above=-1, below=1))] = entry(
-        "difference of the levers, left minus right, over their mean", default=0.0
+        "difference of the levers, left minus right, over their mean",
+        default=0.0,
+        how="bench: bend to the left and to the right (`joint fit`)",
     )
 
     @property
@@ -134,27 +157,55 @@ class Actuator(Part, table="joints.actuator"):
         yield Check(held, "axis_buckling", text, "give axis_stiffness_n too, or leave it out")
 
 
-class Material(Part):
+class Material(Part, how="data sheet of the silicone"):
     """A silicone."""
 
-    tensile_strength: Positive = entry("tensile strength", "Pa")
-    modulus_100: Positive = entry("stress at 100 % strain", "Pa")
+    tensile_strength: Positive = entry("tensile strength", "Pa", usual=(1e4, 1e9))
+    modulus_100: Positive = entry("stress at 100 % strain", "Pa", usual=(2e3, 1e8))
     shore: Text = entry("Shore hardness with its scale")
-    modulus_fe: Positive | None = entry("Young's modulus of the material set fe", "Pa", default=None)
+    modulus_fe: Positive | None = entry(
+        "Young's modulus of the material set fe",
+        "Pa",
+        default=None,
+        how="tensile test: slope at small strain",
+        usual=(2e3, 1e8),
+    )
     tensile: tuple[NotNegative, NotNegative] | None = entry(
-        "Mooney-Rivlin C1 and C2 of the material set tensile, fitted to tensile tests", "Pa", default=None
+        "Mooney-Rivlin C1 and C2 of the material set tensile, fitted to tensile tests",
+        "Pa",
+        default=None,
+        how="tensile test (`joint silicone`)",
     )
     relaxation: NotNegative = entry(
-        "relaxation time: viscous stress over the rate of the elastic stress", "s", default=0.0
+        "relaxation time: viscous stress over the rate of the elastic stress",
+        "s",
+        default=0.0,
+        how="loss factor over 2 pi f, from a data sheet; or 5 ms",
+        usual=(0.0, 1.0),
     )
 
 
 class Hinge(Part):
     """A passive hinge at the front of a link, in series with the joint there; a soft caudal fin, for example."""
 
-    link: Annotated[int, Field(strict=True, ge=1)] = entry("link that the hinge carries")
-    stiffness: Positive = entry("stiffness of its spring", "N m/rad", key="stiffness_n_m_per_rad")
-    damping: NotNegative = entry("viscous damping", "N m s/rad", key="damping_n_m_s_per_rad", default=0.0)
+    link: Annotated[int, Field(strict=True, ge=1)] = entry(
+        "link that the hinge carries", how="count the links from the head, which is 0"
+    )
+    stiffness: Positive = entry(
+        "stiffness of its spring",
+        "N m/rad",
+        key="stiffness_n_m_per_rad",
+        how="hang weights at a known lever: torque over angle",
+        usual=(1e-4, 1e3),
+    )
+    damping: NotNegative = entry(
+        "viscous damping",
+        "N m s/rad",
+        key="damping_n_m_s_per_rad",
+        default=0.0,
+        how="let the fin swing in air: decay of the swings",
+        usual=(1e-6, 10.0),
+    )
 
     def in_tail(self, links: int) -> Check:
         """Check that the robot has the link."""

@@ -91,6 +91,8 @@ class Key(NamedTuple):
     description: str
     unit: str
     name: str | None
+    how: str  # to find its value; empty: as its table says
+    usual: tuple[float, float] | None  # range in the unit of the file, for robots in a lab, a lake or at sea
     options: dict[str, Any]
 
     def field(self, attribute: str) -> Any:
@@ -101,9 +103,17 @@ class Key(NamedTuple):
         return Field(alias=key, description=self.description, json_schema_extra=extra, **self.options)
 
 
-def entry(description: str, unit: str = "", *, key: str | None = None, **options: Any) -> Any:
-    """Declare a key of the file, named by its attribute and unit unless `key` is given: what it means, its unit."""
-    return Key(description, unit, key, options)
+def entry(
+    description: str,
+    unit: str = "",
+    *,
+    key: str | None = None,
+    how: str = "",
+    usual: tuple[float, float] | None = None,
+    **options: Any,
+) -> Any:
+    """Declare a key of the file, named by its attribute and unit unless `key` is given, with what users need of it."""
+    return Key(description, unit, key, how, usual, options)
 
 
 class Check(NamedTuple):
@@ -123,9 +133,10 @@ class Part(BaseModel):
 
     table: ClassVar[str] = ""  # key of the table in errors
     renamed: ClassVar[Mapping[str, str]] = {}  # former keys of the table, refused with the present one
+    declared: ClassVar[Mapping[str, Key]] = {}  # by attribute
 
     def __init_subclass__(
-        cls, table: str = "", keys: Mapping[str, tuple[Any, Key]] | None = None, **options: Any
+        cls, table: str = "", how: str = "", keys: Mapping[str, tuple[Any, Key]] | None = None, **options: Any
     ) -> None:
         """Turn keys, and those of `keys` with their types, into fields of pydantic, which collects them next."""
         super().__init_subclass__(**options)
@@ -133,9 +144,10 @@ class Part(BaseModel):
         for name, (kind, key) in (keys or {}).items():
             cls.__annotations__[name] = kind
             setattr(cls, name, key)
-        for name, value in list(vars(cls).items()):
-            if isinstance(value, Key):
-                setattr(cls, name, value.field(name))
+        own = {name: value for name, value in vars(cls).items() if isinstance(value, Key)}
+        cls.declared = {**cls.declared, **{name: key._replace(how=key.how or how) for name, key in own.items()}}
+        for name, key in own.items():
+            setattr(cls, name, key.field(name))
 
     def _checks(self) -> Iterable[Check]:
         """List the checks of the table; of each key, the first that fails is an error."""

@@ -35,15 +35,24 @@ class Body(Part):
     """The robot as a whole."""
 
     length: Positive = entry(
-        "length from nose to tail tip (default: the sum of the links)", "m", default_factory=lambda: 0.0
+        "length from nose to tail tip (default: the sum of the links)",
+        "m",
+        default_factory=lambda: 0.0,
+        how="ruler: nose to tail tip",
+        usual=(0.02, 20.0),
     )
     mass: Positive = entry(
         "mass of the whole robot, which cost of transport is divided by (default: the sum of the links)",
         "kg",
         default_factory=lambda: 0.0,
+        how="hang the fish on a scale, in air, filled as it swims",
     )
-    width: Positive | None = entry("largest width, fins included", "m", default=None)
-    height: Positive | None = entry("largest height, fins included", "m", default=None)
+    width: Positive | None = entry(
+        "largest width, fins included", "m", default=None, how="calipers, fins spread", usual=(0.002, 10.0)
+    )
+    height: Positive | None = entry(
+        "largest height, fins included", "m", default=None, how="calipers", usual=(0.002, 10.0)
+    )
 
     def of(self, links: Links) -> Body:
         """Return the body with what is not given as the sum of the links."""
@@ -57,30 +66,43 @@ class Body(Part):
 class Links(Part, table="links"):
     """The rigid links, nose to tail, one column per quantity; link 0 is the head."""
 
-    length: tuple[Positive, ...] = entry("length of each link", "m", min_length=1)
+    length: tuple[Positive, ...] = entry(
+        "length of each link",
+        "m",
+        min_length=1,
+        how="ruler: from joint axle to joint axle, nose and tail tip at the ends",
+        usual=(5e-4, 10.0),
+    )
     name: tuple[Name, ...] = entry(
         "name of each link (default: L0, L1, ...)",
         default_factory=lambda links: tuple(f"L{i}" for i in range(len(links["length"]))),
+        how="choose one",
     )
     com: tuple[NotNegative, ...] = entry(
         "distance of each center of mass from the link's front end (default: the middle of the link)",
         "m",
         default_factory=lambda links: tuple(length / 2 for length in links["length"]),
+        how="balance each link on an edge; ruler from its front axle",
     )
-    mass: tuple[Positive, ...] = entry("mass of each link", "kg")
+    mass: tuple[Positive, ...] = entry("mass of each link", "kg", how="scale: each link with all that it carries")
     inertia: tuple[Positive, ...] = entry(
         "moment of inertia of each link about its center of mass (default: a slender rod's m l^2/12)",
         "kg m^2",
         default_factory=lambda links: tuple(
             mass * length * length / 12 for mass, length in zip(links["mass"], links["length"], strict=False)
         ),
+        how="pendulum test: hang the link at its front, time ten swings; or CAD",
+        usual=(1e-9, 100.0),
     )
-    lateral_area: tuple[Positive, ...] = entry("area of each link seen from the side", "m^2")
+    lateral_area: tuple[Positive, ...] = entry(
+        "area of each link seen from the side", "m^2", how="side view on squared paper, count the squares; or CAD"
+    )
     wetted_area: tuple[Positive, ...] = entry(
         f"reference area of each link's friction (default: {AROUND:g} times the lateral area, an ellipse 0.6 times as "
         "wide as high)",
         "m^2",
         default_factory=lambda links: tuple(AROUND * area for area in links["lateral_area"]),
+        how="tape around the sections, times their length; or CAD",
     )
 
     def _checks(self) -> Iterator[Check]:
@@ -101,35 +123,61 @@ class Links(Part, table="links"):
 class Spatial(Part, table="spatial"):
     """The links in space, one value per link; heights are above the axis through the joints."""
 
-    com_height: tuple[Real, ...] = entry("height of each center of mass", "m")
-    volume: tuple[Positive, ...] = entry("volume of each link, for its buoyancy", "m^3")
+    com_height: tuple[Real, ...] = entry(
+        "height of each center of mass",
+        "m",
+        how="hold each link tilted in water by a weight, and measure its lever; or CAD",
+        usual=(-1.0, 1.0),
+    )
+    volume: tuple[Positive, ...] = entry(
+        "volume of each link, for its buoyancy",
+        "m^3",
+        how="scale: mass in air less mass shown in water, over the density of water",
+    )
     buoyancy_center: tuple[NotNegative, ...] = entry(
-        "distance of each center of buoyancy from the link's front end", "m"
+        "distance of each center of buoyancy from the link's front end",
+        "m",
+        how="CAD: center of the volume; or as com_m",
     )
     buoyancy_height: tuple[Real, ...] = entry(
-        "height of each center of buoyancy, where the planar water forces act too", "m"
+        "height of each center of buoyancy, where the planar water forces act too",
+        "m",
+        how="CAD: center of the volume above the axes of the joints; or 0",
     )
-    height: tuple[Positive, ...] = entry("height of each section, mean over the link", "m")
-    width: tuple[Positive, ...] = entry("width of each section, mean over the link", "m")
-    drag_vertical: tuple[NotNegative, ...] = entry("drag coefficient up and down, on length x width")
+    height: tuple[Positive, ...] = entry(
+        "height of each section, mean over the link", "m", how="calipers: mean over the link", usual=(0.001, 5.0)
+    )
+    width: tuple[Positive, ...] = entry(
+        "width of each section, mean over the link", "m", how="calipers: mean over the link", usual=(5e-4, 5.0)
+    )
+    drag_vertical: tuple[NotNegative, ...] = entry(
+        "drag coefficient up and down, on length x width",
+        how="0.015 (1 + h/b) + 1.1 b/h by Hoerner, h the height and b the width",
+        usual=(0.02, 5.0),
+    )
     added_mass_vertical: tuple[NotNegative, ...] = entry(
-        "added mass per length up and down, in units of rho pi/4 width^2"
+        "added mass per length up and down, in units of rho pi/4 width^2", how="0.9 for ellipses of finite length"
     )
     drag_roll: tuple[NotNegative, ...] = entry(
-        "drag coefficient of a section's height in rotation about the link's axis"
+        "drag coefficient of a section's height in rotation about the link's axis",
+        how="1.2 for a plate, 0.3 for round sections",
     )
     shedding_vertical: Fraction = entry(
-        "fraction of Lighthill's vertical reactive force, of the widest section, that acts at the tail end", default=0.0
+        "fraction of Lighthill's vertical reactive force, of the widest section, that acts at the tail end",
+        default=0.0,
+        how="0.28, a hull's without a horizontal fin, as HyperTuna's",
     )
     inertia_roll: tuple[Positive, ...] | None = entry(
         "moment of inertia about the axis of each link through its center of mass (default: an ellipsoid's)",
         "kg m^2",
         default=None,
+        how="pendulum test about the long axis; or CAD",
     )
     inertia_pitch: tuple[Positive, ...] | None = entry(
         "moment of inertia about the axis across each link through its center of mass (default: an ellipsoid's)",
         "kg m^2",
         default=None,
+        how="pendulum test about the axis across; or CAD",
     )
 
     def centers(self, length: tuple[float, ...]) -> Iterator[Check]:
@@ -138,18 +186,29 @@ class Spatial(Part, table="spatial"):
         return inside(self.buoyancy_center, length, "spatial.buoyancy_center_m", fix)
 
 
-class Fins(Part, table="fins"):
+class Fins(Part, table="fins", how="ruler"):
     """The pair of pectoral fins: flat plates on both sides of the head, pitched by servos."""
 
-    x: NotNegative = entry("distance of the centers of area from the nose, along the head", "m")
-    y: Positive = entry("distance of the centers of area from the middle plane", "m")
+    x: NotNegative = entry("distance of the centers of area from the nose, along the head", "m", usual=(0.002, 10.0))
+    y: Positive = entry("distance of the centers of area from the middle plane", "m", usual=(0.002, 5.0))
     z: Real = entry("height of the centers of area above the axis through the joints", "m")
-    span: Positive = entry("span of one fin", "m")
-    chord: Positive = entry("chord of one fin", "m")
-    stall: PositiveDegrees = entry("angle of attack at which half of the flow is stalled", "deg")
-    drag_zero: NotNegative = entry("drag coefficient along the plate")
-    bandwidth: Positive = entry("bandwidth of the servos' first-order lag", "Hz")
-    speed: Positive = entry("largest rate of the servos", "rad/s")
+    span: Positive = entry("span of one fin", "m", usual=(0.002, 2.0))
+    chord: Positive = entry("chord of one fin", "m", usual=(0.002, 2.0))
+    stall: PositiveDegrees = entry(
+        "angle of attack at which half of the flow is stalled",
+        "deg",
+        how="handbook: plates of aspect ratio 2 to 3 stall at 15 to 20 deg",
+        usual=(5.0, 60.0),
+    )
+    drag_zero: NotNegative = entry(
+        "drag coefficient along the plate", how="handbook: friction of both sides of a plate", usual=(0.001, 0.5)
+    )
+    bandwidth: Positive = entry(
+        "bandwidth of the servos' first-order lag", "Hz", how="data sheet of the fins' servos", usual=(0.3, 50.0)
+    )
+    speed: Positive = entry(
+        "largest rate of the servos", "rad/s", how="data sheet of the fins' servos", usual=(0.3, 60.0)
+    )
 
     def _checks(self) -> Iterator[Check]:
         fix = "measure it from the middle plane to the middle of a fin, in m"
@@ -164,22 +223,44 @@ class Fins(Part, table="fins"):
 class JointGroup(Part):
     """A joint group: one drive whose angle is shared by the joints at the front ends of its links."""
 
-    name: Name = entry("name of the joint group")
-    links: tuple[Index, ...] = entry("links whose front joints this group bends", min_length=1)
+    name: Name = entry("name of the joint group", how="choose one")
+    links: tuple[Index, ...] = entry(
+        "links whose front joints this group bends", min_length=1, how="count the links from the head, which is 0"
+    )
     share: tuple[Real, ...] = entry(
         "each joint's share of the group's angle (default: equal)",
         default_factory=lambda group: (1 / len(group["links"]),) * len(group["links"]),
+        how="photograph the bent joint; angle of each axle over the whole",
     )
     bandwidth: Positive | None = entry(
-        "bandwidth of the first-order lag: 71 % of the amplitude at this frequency", "Hz", default=None
+        "bandwidth of the first-order lag: 71 % of the amplitude at this frequency",
+        "Hz",
+        default=None,
+        how="in water, the frequency at which 71 % of the amplitude is left (`identify` fits it)",
+        usual=(0.1, 200.0),
     )
     phase_offset: Degrees = entry(
-        "phase lag of the joints beyond the model of the joints; added to a gait's phase", "deg", default=0.0
+        "phase lag of the joints beyond the model of the joints; added to a gait's phase",
+        "deg",
+        default=0.0,
+        how="tracked angles behind the command, less the model's (`identify` fits it)",
     )
-    amplitude_max: PositiveDegrees | None = entry("largest commanded amplitude", "deg", default=None)
-    bend_max: PositiveDegrees | None = entry("largest bend in air", "deg", default=None)
-    pressure_max: Positive | None = entry("pressure of the largest bend", "Pa", default=None)
-    drive_units: Count | None = entry("number of pairs of artificial muscles", default=None)
+    amplitude_max: PositiveDegrees | None = entry(
+        "largest commanded amplitude",
+        "deg",
+        default=None,
+        how="largest amplitude to command: 0.85 times the largest bend",
+        usual=(1.6, 180.0),
+    )
+    bend_max: PositiveDegrees | None = entry(
+        "largest bend in air", "deg", default=None, how="protractor: largest bend in air", usual=(1.6, 180.0)
+    )
+    pressure_max: Positive | None = entry(
+        "pressure of the largest bend", "Pa", default=None, how="pressure gauge at the largest bend", usual=(2e3, 5e6)
+    )
+    drive_units: Count | None = entry(
+        "number of pairs of artificial muscles", default=None, how="count the pairs of muscles"
+    )
     actuator: Actuator | None = entry("table of the soft body", default=None)
     line: Line | None = entry("table of the oil line of each of its two circuits", default=None)
     servo: JointServo | None = entry("table of the servo on its axle, in place of muscles", default=None)
@@ -197,11 +278,11 @@ class JointGroup(Part):
             yield Check(alone, f"{key}.{name}", f"must not stand beside {key}.servo", fix)
 
 
-class NamedGait(Part):
+class NamedGait(Part, how="choose what your robot swims"):
     """A gait with a name; one value per joint group."""
 
-    frequency: Positive = entry("beat frequency", "Hz")
-    amplitude: tuple[Amplitude, ...] = entry("amplitude of each joint group", "deg")
+    frequency: Positive = entry("beat frequency", "Hz", usual=(0.02, 20.0))
+    amplitude: tuple[Amplitude, ...] = entry("amplitude of each joint group", "deg", usual=(1.6, 180.0))
     phase: tuple[Degrees, ...] = entry("lag of each joint group behind the clock of the first", "deg")
     bias: tuple[Degrees, ...] = entry(
         "mean angle of each joint group (default: 0)",
@@ -210,10 +291,10 @@ class NamedGait(Part):
     )
 
 
-class GaitBounds(Part, table="gait_bounds"):
+class GaitBounds(Part, table="gait_bounds", how="choose within what joints and servos do"):
     """Bounds of the gaits that optimizers search, lowest and highest value; equal bounds fix the value."""
 
-    frequency: tuple[Positive, Positive] = entry("lowest and highest beat frequency", "Hz")
+    frequency: tuple[Positive, Positive] = entry("lowest and highest beat frequency", "Hz", usual=(0.01, 30.0))
     amplitude: tuple[tuple[Amplitude, Amplitude], ...] = entry(
         "lowest and highest amplitude of each joint group", "deg"
     )
@@ -234,7 +315,7 @@ class GaitBounds(Part, table="gait_bounds"):
             yield Check(low <= high, place, "must have the lower value first", "exchange the two")
 
 
-class Fitted(Part, table="fit"):
+class Fitted(Part, table="fit", how="written by `hypertuna identify`"):
     """Result of an identification: values and their covariance, in SI units."""
 
     text: Text = entry("sentence that states what was fitted to what")

@@ -28,19 +28,26 @@ WORKING = 0.8  # of the soft limit: the working pressure by default
 Smoothing = Annotated[float, number(Range(min=1e-3))]  # s: the controller divides by it
 
 
-class Controller(Part, table="controller"):
+class Controller(Part, table="controller", how="as `hypertuna robot new` writes it; tune on the twin"):
     """The controller on board: oscillators, posture control per beat, pressure supervisor, servo pulses."""
 
     renamed: ClassVar[Mapping[str, str]] = {"integral": "learning"}
 
-    rate: Positive = entry("control rate", "Hz")
+    rate: Positive = entry("control rate", "Hz", usual=(5.0, 5000.0))
     convergence: Positive = entry("rate at which an oscillator converges to its limit cycle", "1/s")
     coupling: Positive = entry("rate at which oscillators converge to their phase difference", "1/s")
-    smoothing: Smoothing = entry("time constant with which amplitude, bias and frequency follow a command", "s")
+    smoothing: Smoothing = entry(
+        "time constant with which amplitude, bias and frequency follow a command", "s", usual=(0.005, 30.0)
+    )
     learning: PositiveFraction = entry("weight of a new beat in the corrections of amplitude and bias")
-    frequency_max: Positive = entry("highest beat frequency of a command", "Hz")
-    fin_max: PositiveDegrees = entry("largest angle of the pectoral fins to either side", "deg")
-    voltage_low: Positive = entry("battery voltage below which the status warns", "V")
+    frequency_max: Positive = entry("highest beat frequency of a command", "Hz", usual=(0.2, 50.0))
+    fin_max: PositiveDegrees = entry("largest angle of the pectoral fins to either side", "deg", usual=(1.6, 90.0))
+    voltage_low: Positive = entry(
+        "battery voltage below which the status warns",
+        "V",
+        how="voltage of the pack at a fifth of its charge",
+        usual=(1.0, 60.0),
+    )
     pressure_step: Positive | None = entry(
         "largest change within a tick beside the pump's; a larger one is a faulty sensor", "Pa", default=None
     )
@@ -48,17 +55,40 @@ class Controller(Part, table="controller"):
         "largest pressure of a steady beat, to which the amplitude is governed (default: 0.8 of the soft limit)",
         "Pa",
         default=None,
+        how="pressure of the largest bend",
+        usual=(2e3, 1e7),
     )
     pressure_soft: Positive | None = entry(
-        "pressure to which the supervisor limits commands within a tick: water hammer included", "Pa", default=None
+        "pressure to which the supervisor limits commands within a tick: water hammer included",
+        "Pa",
+        default=None,
+        how="1.25 times the working pressure",
+        usual=(2e3, 1e7),
     )
-    pressure_hard: Positive | None = entry("pressure at which a circuit is released for good", "Pa", default=None)
-    timeout: Positive = entry("time without a command after which the tail rests", "s")
-    pulse_center: Microseconds = entry("servo pulse of the neutral angle", "us")
-    pulse_per_rad: Microseconds = entry("change of the servo pulse per angle", "us/rad", key="pulse_us_per_rad")
-    pulse_min: Microseconds = entry("shortest servo pulse", "us")
-    pulse_max: Microseconds = entry("longest servo pulse", "us")
-    slew: Positive = entry("largest rate of the commanded servo angle", "rad/s")
+    pressure_hard: Positive | None = entry(
+        "pressure at which a circuit is released for good",
+        "Pa",
+        default=None,
+        how="1.2 times the soft limit, below the burst pressure and in the range of the sensor",
+        usual=(2e3, 1e7),
+    )
+    timeout: Positive = entry("time without a command after which the tail rests", "s", usual=(0.02, 60.0))
+    pulse_center: Microseconds = entry(
+        "servo pulse of the neutral angle",
+        "us",
+        how="data sheet of the servo: pulse of the middle",
+        usual=(300.0, 3000.0),
+    )
+    pulse_per_rad: Microseconds = entry(
+        "change of the servo pulse per angle",
+        "us/rad",
+        key="pulse_us_per_rad",
+        how="data sheet of the servo: range of pulses over range of angles",
+        usual=(100.0, 3000.0),
+    )
+    pulse_min: Microseconds = entry("shortest servo pulse", "us", how="data sheet of the servo", usual=(300.0, 3000.0))
+    pulse_max: Microseconds = entry("longest servo pulse", "us", how="data sheet of the servo", usual=(300.0, 3000.0))
+    slew: Positive = entry("largest rate of the commanded servo angle", "rad/s", usual=(0.5, 200.0))
 
     @property
     def works_at(self) -> float | None:
@@ -90,7 +120,7 @@ else:
 NOISY = 0.7  # steps of its resolution: noise from which equal readings show that a sensor is stuck
 
 
-class Sensor(Part, table="sensors"):
+class Sensor(Part, table="sensors", how="data sheet of the sensor"):
     """Sensors of one kind and their errors."""
 
     measures: Text = entry("quantity that is measured, in words")
@@ -102,10 +132,20 @@ class Sensor(Part, table="sensors"):
     )
     low: Real | None = entry("lower end of its range, in SI units of the quantity", default=None)
     high: Real | None = entry("upper end of its range, in SI units", default=None)
-    noise: NotNegative = entry("standard deviation of its noise, in SI units", default=0.0)
+    noise: NotNegative = entry(
+        "standard deviation of its noise, in SI units", default=0.0, how="log a minute at rest: standard deviation"
+    )
     resolution: NotNegative = entry("step of its quantization, in SI units", default=0.0)
-    drift: NotNegative = entry("standard deviation of its random walk after 1 s, in SI units", default=0.0)
-    bias: NotNegative = entry("standard deviation of its constant offset, in SI units", default=0.0)
+    drift: NotNegative = entry(
+        "standard deviation of its random walk after 1 s, in SI units",
+        default=0.0,
+        how="log an hour at rest: change over time",
+    )
+    bias: NotNegative = entry(
+        "standard deviation of its constant offset, in SI units",
+        default=0.0,
+        how="log at rest after several starts: standard deviation of the means",
+    )
     nonlinearity: NotNegative = entry("largest deviation from a line, as a fraction of its range", default=0.0)
     period: Positive | None = entry("time between two fixes, for quantity = 'position' only", "s", default=None)
 
@@ -132,7 +172,7 @@ class Sensor(Part, table="sensors"):
         yield Check(high > max(low, 0.0), "high", "must be positive and greater than low", fix)
 
 
-class Guidance(Part, table="guidance"):
+class Guidance(Part, table="guidance", how="as HyperTuna's; tune on the twin at sea (`hypertuna mission`)"):
     """The pilot on board: where the robot is, where it goes, and when it comes home."""
 
     renamed: ClassVar[Mapping[str, str]] = {
@@ -147,10 +187,15 @@ class Guidance(Part, table="guidance"):
     }
 
     gaits: tuple[Text, ...] = entry(
-        "named gaits of the gait table, slowest first; linear interpolation in between", min_length=1
+        "named gaits of the gait table, slowest first; linear interpolation in between",
+        min_length=1,
+        how="name gaits of the file, slow to fast",
     )
     speed: tuple[Positive, ...] | None = entry(
-        "speed of each of these gaits through the water (default: computed, joints by bandwidth)", "m/s", default=None
+        "speed of each of these gaits through the water (default: computed, joints by bandwidth)",
+        "m/s",
+        default=None,
+        how="time each of these gaits over a known distance, or `hypertuna twin`",
     )
     decisions: Positive = entry("rate of decisions; it divides the control rate", "Hz")
 
@@ -167,13 +212,13 @@ class Guidance(Part, table="guidance"):
 
     bias_max: tuple[PositiveDegrees, ...] = entry("largest tail bias that steers, of each joint group", "deg")
     heading_rate: Positive = entry("bandwidth of the heading loop", "1/s")
-    turn_max: PositiveDegrees = entry("largest turning rate that the pilot commands", "deg/s")
+    turn_max: PositiveDegrees = entry("largest turning rate that the pilot commands", "deg/s", usual=(1.6, 400.0))
     rate_gain: NotNegative = entry("gain on the error of the turning rate")
     heading_integral: NotNegative = entry("integral gain of the heading loop", "1/s")
-    lookahead: Positive = entry("lookahead distance along the leg", "m")
+    lookahead: Positive = entry("lookahead distance along the leg", "m", usual=(0.1, 100.0))
     depth_lookahead: Positive = entry("lookahead distance in depth", "m")
-    climb_max: PositiveDegrees = entry("steepest path angle that the pilot commands", "deg")
-    pitch_max: PositiveDegrees = entry("pitch at which the commanded path angle is zero", "deg")
+    climb_max: PositiveDegrees = entry("steepest path angle that the pilot commands", "deg", usual=(1.6, 90.0))
+    pitch_max: PositiveDegrees = entry("pitch at which the commanded path angle is zero", "deg", usual=(1.6, 90.0))
     depth_integral: NotNegative = entry("integral gain of the depth loop", "1/s")
     climb_lead: Positive = entry("fin angle per commanded path angle")
     climb_gain: NotNegative = entry("fin angle per error of the path angle")
@@ -181,7 +226,7 @@ class Guidance(Part, table="guidance"):
     pitch_damping: NotNegative = entry("fin angle per pitch rate, against it", "s")
     speed_min: Positive = entry("minimum speed that the steering gains assume", "m/s")
 
-    surface_depth: Positive = entry("depth above which the robot counts as at the surface", "m")
+    surface_depth: Positive = entry("depth above which the robot counts as at the surface", "m", usual=(0.005, 5.0))
     fence_margin: Positive = entry(
         "distance to the fence at which the robot turns, added to twice the position's standard deviation", "m"
     )
@@ -196,13 +241,20 @@ class Guidance(Part, table="guidance"):
     fin_tilt: PositiveDegrees = entry("roll that reveals a fin that does not follow", "deg")
     fin_min: PositiveDegrees = entry("fin angle above which the roll is monitored", "deg")
     fin_after: Positive = entry("time of the roll after which the fin is lost", "s")
-    single_fin_max: PositiveDegrees = entry("largest angle of the fin that still works", "deg")
+    single_fin_max: PositiveDegrees = entry("largest angle of the fin that still works", "deg", usual=(1.6, 90.0))
     response_time: Positive = entry("time within which the depth must respond to fins at their limit", "s")
     response_depth: Positive = entry("change of depth that counts as a response", "m")
     blind_fin: PositiveDegrees = entry("fin angle during ascent without depth sensor or IMU", "deg")
     blind_speed: Positive = entry("speed during ascent without an IMU", "m/s")
-    power: Positive = entry("electrical power at the fastest gait, for the energy to reach home", "W")
-    overhead: NotNegative = entry("time added to every estimated return home", "s")
+    power: Positive = entry(
+        "electrical power at the fastest gait, for the energy to reach home",
+        "W",
+        how="wattmeter at the fastest of the gaits, or `hypertuna twin`",
+        usual=(0.02, 1e4),
+    )
+    overhead: NotNegative = entry(
+        "time added to every estimated return home", "s", how="fly the mission on the twin (`hypertuna mission`)"
+    )
 
     def _checks(self) -> Iterator[Check]:
         count, speed, most = len(self.gaits), self.speed or (), _core.MAX_GAITS

@@ -37,26 +37,29 @@ def _analog_pins() -> dict[str, tuple[Any, Any]]:
     keys: dict[str, tuple[Any, Any]] = {}
     for name in ANALOG:
         if CHANNELS[name].size == 1:
-            keys[_pins_key(name)] = (Index, entry(f"analog pin of the {name} sensor"))
+            keys[_pins_key(name)] = (Index, entry(f"analog pin of the {name} sensor", how="read the wiring"))
         else:
             text = f"analog pins of the {name} sensors{order[CHANNELS[name].per]}"
-            keys[_pins_key(name)] = (tuple[Index, ...], entry(text))
+            keys[_pins_key(name)] = (tuple[Index, ...], entry(text, how="read the wiring"))
     return keys
 
 
-class Firmware(Part, table="firmware", keys=_analog_pins()):
+class Firmware(Part, table="firmware", keys=_analog_pins(), how="as HyperTuna's; limits for your water"):
     """The firmware: pins, and limits of the supervisor on board; without influence on simulations."""
 
     servo_pins: tuple[Index, ...] = entry(
         "pins of the servos: of each joint group's left and right pump, or of the servo on its axle, then port and "
-        "starboard fin"
+        "starboard fin",
+        how="read the wiring",
     )
-    leak_pin: Index = entry("pin of the leak sensor, low when wet")
-    recovery_pin: Index = entry("pin that deletes the signing key when it is connected to ground during a boot")
-    imu_serial: Count = entry("number of the serial port of the IMU")
-    position_serial: Count = entry("number of the serial port of the satellite receiver")
-    radio_serial: Count = entry("number of the serial port of the radio")
-    radio_baud: Count = entry("rate of the radio's serial port", "bit/s")
+    leak_pin: Index = entry("pin of the leak sensor, low when wet", how="read the wiring")
+    recovery_pin: Index = entry(
+        "pin that deletes the signing key when it is connected to ground during a boot", how="read the wiring"
+    )
+    imu_serial: Count = entry("number of the serial port of the IMU", how="read the wiring")
+    position_serial: Count = entry("number of the serial port of the satellite receiver", how="read the wiring")
+    radio_serial: Count = entry("number of the serial port of the radio", how="read the wiring")
+    radio_baud: Count = entry("rate of the radio's serial port", "bit/s", how="data sheet of the radio")
     analog_low: Fraction = entry("fraction of the converter's range that is the lower end of an analog sensor's range")
     analog_high: PositiveFraction = entry(
         "fraction of the converter's range that is the upper end of an analog sensor's range"
@@ -65,15 +68,26 @@ class Firmware(Part, table="firmware", keys=_analog_pins()):
     manual_timeout: Positive = entry("time without a joystick after which the tail rests", "s")
     link_timeout: Positive = entry("time without the ground station after which a gait ends", "s")
     home_timeout: Positive = entry("time without the ground station after which the robot goes home", "s")
-    voltage_empty: Positive = entry("battery voltage at which the robot surfaces and disarms", "V")
+    voltage_empty: Positive = entry(
+        "battery voltage at which the robot surfaces and disarms",
+        "V",
+        how="data sheet of the cell: end of discharge, times the cells in series",
+        usual=(1.0, 60.0),
+    )
     voltage_after: Positive = entry("time of low voltage before the supervisor acts", "s")
-    tilt_max: PositiveDegrees = entry("roll or pitch beyond which the tail rests", "deg")
+    tilt_max: PositiveDegrees = entry("roll or pitch beyond which the tail rests", "deg", usual=(5.0, 180.0))
     tilt_after: Positive = entry("time of a larger roll or pitch before the supervisor acts", "s")
     leak_after: Positive = entry("time of a leak before the supervisor acts", "s")
-    rise_depth: Positive = entry("depth from which a robot without a mission surfaces on return home", "m")
-    depth_max: Positive = entry("deepest that the hull is taken, in missions and outside them", "m")
+    rise_depth: Positive = entry(
+        "depth from which a robot without a mission surfaces on return home", "m", usual=(0.05, 100.0)
+    )
+    depth_max: Positive = entry(
+        "deepest that the hull is taken, in missions and outside them", "m", usual=(0.5, 1000.0)
+    )
     watchdog: Positive = entry("time without a tick after which the watchdog restarts the firmware", "s")
-    link_rate: Positive = entry("rate of the radio over the air", "bit/s")
+    link_rate: Positive = entry(
+        "rate of the radio over the air", "bit/s", how="data sheet of the radio: rate through the air"
+    )
     link_share: PositiveFraction = entry("fraction of the radio's rate for telemetry")
     system_id: Count = entry("number of the robot in MAVLink, 1 to 250")
 

@@ -26,33 +26,51 @@ SOFTEST = 1e8  # Pa, bulk modulus: less than any liquid has
 THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is undefined there and below
 
 
-class Pump(Part, table="pump"):
+class Pump(Part, table="pump", how="calipers on the pump, or CAD"):
     """One cylinder of the piston pump: a servo turns a crank that drives a piston."""
 
-    bore: Positive = entry("diameter of the piston", "m")
-    crank: Positive = entry("length of the crank", "m")
-    rod: Positive = entry("length of the connecting rod", "m")
-    neutral: PositiveDegrees = entry("angle of the crank from full retraction at which the circuits were filled", "deg")
-    dead_volume: NotNegative = entry("volume of oil in the cylinder at full stroke", "m^3")
-    seal_friction: NotNegative = entry("friction of the piston's seals, at rest and in motion", "N", default=0.0)
+    bore: Positive = entry("diameter of the piston", "m", usual=(0.002, 0.2))
+    crank: Positive = entry("length of the crank", "m", usual=(0.001, 0.5))
+    rod: Positive = entry("length of the connecting rod", "m", usual=(0.002, 1.0))
+    neutral: PositiveDegrees = entry(
+        "angle of the crank from full retraction at which the circuits were filled",
+        "deg",
+        how="protractor at rest; 90 has the crank across the piston",
+    )
+    dead_volume: NotNegative = entry(
+        "volume of oil in the cylinder at full stroke",
+        "m^3",
+        how="volume that the piston leaves at its end, from CAD",
+        usual=(0.0, 1e-3),
+    )
+    seal_friction: NotNegative = entry(
+        "friction of the piston's seals, at rest and in motion",
+        "N",
+        default=0.0,
+        how="luggage scale: pull the piston slowly through the open, oiled cylinder",
+        usual=(0.0, 500.0),
+    )
 
     def _checks(self) -> Iterator[Check]:
         text, fix = f"must be more than crank_m = {self.crank:g}", "a shorter rod cannot turn the crank"
         yield Check(self.rod > self.crank, "rod", text, fix)
 
 
-class Oil(Part, table="oil"):
+class Oil(Part, table="oil", how="data sheet of the oil"):
     """The hydraulic oil."""
 
     name: Text = entry("name of the oil")
-    viscosity_40: Positive = entry("kinematic viscosity at 40 C", "m^2/s")
-    viscosity_100: Positive = entry("kinematic viscosity at 100 C", "m^2/s")
-    density: Positive = entry("density", "kg/m^3")
-    bulk_modulus: Positive = entry("bulk modulus without air", "Pa")
-    air: Fraction = entry("entrained air, as a fraction of the oil's volume at atmospheric pressure")
-    temperature: Celsius = entry("temperature of the oil", "degC")
+    viscosity_40: Positive = entry("kinematic viscosity at 40 C", "m^2/s", usual=(3e-7, 1e-2))
+    viscosity_100: Positive = entry("kinematic viscosity at 100 C", "m^2/s", usual=(3e-7, 1e-2))
+    density: Positive = entry("density", "kg/m^3", usual=(500.0, 2500.0))
+    bulk_modulus: Positive = entry("bulk modulus without air", "Pa", usual=(4e8, 1e10))
+    air: Fraction = entry(
+        "entrained air, as a fraction of the oil's volume at atmospheric pressure",
+        how="1 % filled by hand, 0.1 % under vacuum; bench: volume over pressure of a closed circuit",
+    )
+    temperature: Celsius = entry("temperature of the oil", "degC", how="thermometer: that of the water")
     pour_point: Celsius = entry("temperature below which the oil does not flow", "degC")
-    cavitation: Negative = entry("gauge pressure below which the oil cavitates", "Pa")
+    cavitation: Negative = entry("gauge pressure below which the oil cavitates", "Pa", usual=(-101325.0, -1e4))
 
     def _checks(self) -> Iterator[Check]:
         yield self.ordered("viscosity_100", "viscosity_40", fix="exchange the two: oil thins as it warms")
@@ -70,38 +88,83 @@ class Oil(Part, table="oil"):
 class Line(Part, table="joints.line"):
     """The oil line from a cylinder to the drive units of one side of a joint, and the compliance of its circuit."""
 
-    length: Positive = entry("length of the line", "m")
-    bore: Positive = entry("inner diameter of the line", "m")
-    compliance: NotNegative = entry(
-        "compliance of hoses, braids and fittings: volume per pressure", "m^3/Pa", default=0.0
+    length: Positive = entry("length of the line", "m", how="tape along the hose", usual=(0.005, 20.0))
+    bore: Positive = entry(
+        "inner diameter of the line", "m", how="data sheet of the hose, or a drill bit as gauge", usual=(0.0005, 0.03)
     )
-    loss: NotNegative = entry("loss coefficient of entry and exit, in units of the dynamic pressure", default=0.0)
-    fill_pressure: Real = entry("gauge pressure with the tail straight and the pump at neutral", "Pa", default=0.0)
+    compliance: NotNegative = entry(
+        "compliance of hoses, braids and fittings: volume per pressure",
+        "m^3/Pa",
+        default=0.0,
+        how="close the joint's end, push oil in with a syringe: volume over pressure",
+        usual=(0.0, 1e-9),
+    )
+    loss: NotNegative = entry(
+        "loss coefficient of entry and exit, in units of the dynamic pressure",
+        default=0.0,
+        how="1.5 for sharp entry and exit",
+    )
+    fill_pressure: Real = entry(
+        "gauge pressure with the tail straight and the pump at neutral",
+        "Pa",
+        default=0.0,
+        how="pressure gauge with the tail straight and the pump at neutral",
+        usual=(1e3, 1e6),
+    )
 
     def _checks(self) -> Iterator[Check]:
         text = f"must be less than length_m = {self.length:g}: a line is longer than it is wide"
         yield Check(self.bore < self.length, "bore", text, "give both in m")
 
 
-class Battery(Part, table="battery"):
+class Battery(Part, table="battery", how="data sheet of the cell"):
     """The battery."""
 
-    cells: Count = entry("number of cells")
-    capacity: AmpereHours = entry("capacity of one cell", "A h", key="capacity_ah")
-    voltage: Positive = entry("nominal voltage of one cell", "V")
+    cells: Count = entry("number of cells", how="count them")
+    capacity: AmpereHours = entry("capacity of one cell", "A h", key="capacity_ah", usual=(0.02, 500.0))
+    voltage: Positive = entry("nominal voltage of one cell", "V", usual=(1.0, 60.0))
     charged: Positive | None = entry(
         "open-circuit voltage of a full cell; it falls linearly to as far below the nominal one (default: constant)",
         "V",
         default=None,
+        how="voltmeter on a full cell",
+        usual=(1.0, 60.0),
     )
-    series: Count | None = entry("number of cells in series; strings of them are in parallel", default=None)
-    resistance: NotNegative = entry("inner resistance of one cell", "ohm", default=0.0)
-    usable: Fraction = entry("usable fraction of the rated capacity", default=1.0)
+    series: Count | None = entry(
+        "number of cells in series; strings of them are in parallel",
+        default=None,
+        how="count them: nominal voltage of the pack over that of a cell",
+    )
+    resistance: NotNegative = entry(
+        "inner resistance of one cell",
+        "ohm",
+        default=0.0,
+        how="voltmeter: drop of a cell's voltage over the current that causes it",
+        usual=(1e-3, 1.0),
+    )
+    usable: Fraction = entry(
+        "usable fraction of the rated capacity", default=1.0, how="discharge once: charge drawn over the rated one"
+    )
     converter: Positive | None = entry(
-        "output voltage of the servos' converter (default: servos on the battery)", "V", default=None
+        "output voltage of the servos' converter (default: servos on the battery)",
+        "V",
+        default=None,
+        how="voltmeter behind the converter",
+        usual=(1.0, 60.0),
     )
-    efficiency: PositiveFraction = entry("efficiency of the converter", key="converter_efficiency", default=1.0)
-    electronics: NotNegative = entry("power that board, sensors and radio draw at the battery", "W", default=0.0)
+    efficiency: PositiveFraction = entry(
+        "efficiency of the converter",
+        key="converter_efficiency",
+        default=1.0,
+        how="data sheet of the converter; or power out over power in",
+    )
+    electronics: NotNegative = entry(
+        "power that board, sensors and radio draw at the battery",
+        "W",
+        default=0.0,
+        how="ammeter at the battery with the servos unplugged, times its voltage",
+        usual=(0.0, 200.0),
+    )
 
     def _checks(self) -> Iterator[Check]:
         whole = self.series is None or self.cells % self.series == 0
@@ -111,39 +174,69 @@ class Battery(Part, table="battery"):
         yield Check(full, "charged", text, "give the voltage of one full cell")
 
 
-class JointServo(Part, table="joints.servo"):
+class JointServo(Part, table="joints.servo", how="data sheet of the servo"):
     """A servo on the axle of a joint group: it turns the joint directly, without oil and without a bend sensor."""
 
-    torque: Positive = entry("stall torque", "N m")
-    speed: Positive = entry("speed without load", "rad/s")
-    voltage: Positive = entry("voltage of torque and speed", "V")
+    torque: Positive = entry("stall torque", "N m", usual=(0.01, 200.0))
+    speed: Positive = entry("speed without load", "rad/s", usual=(0.3, 60.0))
+    voltage: Positive = entry("voltage of torque and speed", "V", usual=(2.0, 60.0))
     stall_current: Positive = entry(
         "current at stall (default: torque x speed / voltage, a motor without losses)",
         "A",
         default_factory=lambda servo: servo["torque"] * servo["speed"] / servo["voltage"],
+        usual=(0.05, 200.0),
     )
-    idle_current: NotNegative = entry("current without load, at rest", "A", default=0.0)
-    friction: NotNegative = entry("friction torque of its gears, at the output", "N m", default=0.0)
+    idle_current: NotNegative = entry(
+        "current without load, at rest", "A", default=0.0, how="ammeter with the servo at rest", usual=(0.001, 2.0)
+    )
+    friction: NotNegative = entry(
+        "friction torque of its gears, at the output",
+        "N m",
+        default=0.0,
+        how="ammeter: current without load over the stall current, times the stall torque",
+        usual=(1e-4, 20.0),
+    )
     inertia: Positive = entry(
         "moment of inertia of rotor and gears, at the output (default: speed reached in 5 ms, a coreless motor)",
         "kg m^2",
         default_factory=lambda servo: 0.005 * servo["torque"] / servo["speed"],
+        usual=(1e-8, 1.0),
     )
-    bandwidth: Positive = entry("bandwidth of its position loop, without load and below its limits", "Hz", default=10.0)
+    bandwidth: Positive = entry(
+        "bandwidth of its position loop, without load and below its limits",
+        "Hz",
+        default=10.0,
+        how="without load, the frequency at which 71 % of the amplitude is left",
+        usual=(1.0, 100.0),
+    )
 
 
-class Servo(Part):
+class Servo(Part, how="data sheet of the servo"):
     """Servos of one kind."""
 
-    drives: Text = entry("part that these servos drive")
-    count: Count = entry("number of these servos")
-    torque: Positive = entry("stall torque of one servo", "N m")
-    speed: Positive | None = entry("speed without load", "rad/s", default=None)
-    voltage: Positive | None = entry("voltage of torque and speed", "V", default=None)
-    stall_current: Positive | None = entry("current at stall", "A", default=None)
-    idle_current: NotNegative | None = entry("current without load, at rest", "A", default=None)
-    friction: NotNegative = entry("friction torque of its gears, at the output", "N m", default=0.0)
-    inertia: Positive | None = entry("moment of inertia of rotor and gears, at the output", "kg m^2", default=None)
+    drives: Text = entry("part that these servos drive", how="name what it drives: piston pump, pectoral fins")
+    count: Count = entry("number of these servos", how="count them")
+    torque: Positive = entry("stall torque of one servo", "N m", usual=(0.005, 200.0))
+    speed: Positive | None = entry("speed without load", "rad/s", default=None, usual=(0.3, 60.0))
+    voltage: Positive | None = entry("voltage of torque and speed", "V", default=None, usual=(2.0, 60.0))
+    stall_current: Positive | None = entry("current at stall", "A", default=None, usual=(0.005, 200.0))
+    idle_current: NotNegative | None = entry(
+        "current without load, at rest", "A", default=None, how="ammeter with the servo at rest", usual=(0.001, 2.0)
+    )
+    friction: NotNegative = entry(
+        "friction torque of its gears, at the output",
+        "N m",
+        default=0.0,
+        how="ammeter: current without load over the stall current, times the stall torque",
+        usual=(1e-4, 20.0),
+    )
+    inertia: Positive | None = entry(
+        "moment of inertia of rotor and gears, at the output", "kg m^2", default=None, usual=(1e-7, 1.0)
+    )
     bandwidth: Positive | None = entry(
-        "bandwidth of its position loop, without load and below its limits", "Hz", default=None
+        "bandwidth of its position loop, without load and below its limits",
+        "Hz",
+        default=None,
+        how="without load, the frequency at which 71 % of the amplitude is left",
+        usual=(0.5, 200.0),
     )

@@ -15,20 +15,25 @@ Areas = Literal["consistent", "as-printed"]
 class Choice(Part):
     """Model to use unless the caller chooses another."""
 
-    water: WaterLaw = entry("law of the water forces (default: strip)", default="strip")
+    water: WaterLaw = entry(
+        "law of the water forces (default: strip)", default="strip", how="choose: strip for new robots"
+    )
     joints: Literal["ideal", "bandwidth"] = entry(
-        "model of the joints, without or with the lag of their bandwidth", default="ideal"
+        "model of the joints, without or with the lag of their bandwidth",
+        default="ideal",
+        how="choose: bandwidth if the joints lag",
     )
     areas: Areas = entry(
         "areas of the lumped law: friction on the wetted and drag on the lateral area, or the reverse as printed",
         default="consistent",
+        how="choose: consistent, but as-printed to reproduce the paper",
     )
 
 
-class Lumped(Part):
+class Lumped(Part, how="fit to steady runs (`identify`)"):
     """Lumped law: force at each center of mass, one value per link."""
 
-    added_mass: tuple[NotNegative, ...] = entry("added mass c_m, as a fraction of the link's mass")
+    added_mass: tuple[NotNegative, ...] = entry("added mass c_m, as a fraction of the link's mass", usual=(0.0, 5.0))
     friction: tuple[NotNegative, ...] = entry("friction coefficient c_f along the link")
     drag: tuple[NotNegative, ...] = entry("drag coefficient c_d across the link")
 
@@ -76,51 +81,92 @@ def _plate(law: Mapping[str, Any]) -> float:
 class Strip(Part):
     """Strip law: force per length, integrated along each link, one value per link; h = lateral area / length."""
 
-    drag_normal: tuple[NotNegative, ...] = entry("drag coefficient C_n across the link, on h")
-    drag_tangential: tuple[NotNegative, ...] = entry("friction coefficient C_t along the link, on wetted area / length")
+    drag_normal: tuple[NotNegative, ...] = entry(
+        "drag coefficient C_n across the link, on h",
+        how="handbook: 1.2 plate or fin, 1.5 ellipse on edge, 1.2 cylinder",
+        usual=(0.05, 10.0),
+    )
+    drag_tangential: tuple[NotNegative, ...] = entry(
+        "friction coefficient C_t along the link, on wetted area / length",
+        how="tow the straight fish at three speeds (`identify` fits it to steady runs)",
+        usual=(5e-4, 1.0),
+    )
     added_mass_normal: tuple[NotNegative, ...] = entry(
         "added mass per length across the link, in units of rho pi/4 h^2 (default: 1, potential flow)",
         default_factory=_ones,
+        how="1 for elliptical sections, less for a fin, by its aspect ratio (DNV-RP-C205)",
+        usual=(0.001, 5.0),
     )
     added_mass_tangential: tuple[NotNegative, ...] = entry(
-        "added mass per length along the link, in units of rho pi/4 h^2 (default: 0)", default_factory=_zeros
+        "added mass per length along the link, in units of rho pi/4 h^2 (default: 0)",
+        default_factory=_zeros,
+        how="on the head, Lamb's k1 of an ellipsoid as long and as thick",
+        usual=(5e-4, 0.6),
     )
     added_inertia: tuple[NotNegative, ...] = entry(
         "added moment of inertia, in units of strip theory's mu l^3/12, mu the normal added mass (default: 1)",
         default_factory=_ones,
+        how="1 by strip theory (`identify` fits it)",
+        usual=(0.05, 5.0),
     )
     linear_normal: tuple[NotNegative, ...] = entry(
-        "linear drag per length across the link (default: 0)", "Pa s", default_factory=_zeros
+        "linear drag per length across the link (default: 0)", "Pa s", default_factory=_zeros, how="0 in water"
     )
     linear_tangential: tuple[NotNegative, ...] = entry(
-        "linear drag per length along the link (default: 0)", "Pa s", default_factory=_zeros
+        "linear drag per length along the link (default: 0)",
+        "Pa s",
+        default_factory=_zeros,
+        how="0 in water, along the link, too",
     )
-    cross_flow: Flag = entry("form of the normal drag: v_n |v| if true, v_n |v_n| if false", default=False)
+    cross_flow: Flag = entry(
+        "form of the normal drag: v_n |v| if true, v_n |v_n| if false",
+        default=False,
+        how="compare the fits of both forms (`identify`)",
+    )
     tail_shedding: Fraction = entry(
-        "fraction of Lighthill's reactive force that acts at the trailing edge (default: 1)", default=1.0
+        "fraction of Lighthill's reactive force that acts at the trailing edge (default: 1)",
+        default=1.0,
+        how="1 for a tail fin with a sharp edge (`identify` fits it)",
     )
     drag_beating: tuple[NotNegative, ...] = entry(
         "what the coefficient across the link gains in a flow that beating makes, on h (default: 0)",
         default_factory=_zeros,
+        how="2.6 for a fin, 0 for round links (`identify` fits it)",
+        usual=(0.0, 20.0),
     )
     blunt_area: tuple[NotNegative, ...] = entry(
-        "drag area C_D A of blunt shapes in the flow along the link (default: 0)", "m^2", default_factory=_zeros
+        "drag area C_D A of blunt shapes in the flow along the link (default: 0)",
+        "m^2",
+        default_factory=_zeros,
+        how="tow the straight fish at three speeds (`identify` fits it to steady runs)",
     )
     edge_height: NotNegative = entry(
-        "height of the trailing edge, the span of the tail fin (default: 0, that of the last link)", "m", default=0.0
+        "height of the trailing edge, the span of the tail fin (default: 0, that of the last link)",
+        "m",
+        default=0.0,
+        how="ruler: span of the tail fin at its trailing edge",
     )
-    edge_lift: Fraction = entry("lift slope of the tail fin, in units of a slender wing's pi AR/2", default=1.0)
+    edge_lift: Fraction = entry(
+        "lift slope of the tail fin, in units of a slender wing's pi AR/2",
+        default=1.0,
+        how="4 / (2 + sqrt(4 + A^2)) by Helmbold, A the aspect ratio of the fin",
+        usual=(0.1, 2.0),
+    )
     edge_aspect: NotNegative = entry(
         "aspect ratio of the tail fin, span over mean chord; 0 for a last link that is a fin of one height "
         "(default: that of edge_lift by Helmbold's equation, with an edge_height)",
         default_factory=_aspect,
+        how="ruler: span of the tail fin over its mean chord, which is its area over the span",
     )
     edge_added_mass: NotNegative = entry(
         "added mass of the tail fin across, in units of rho pi/4 chord^2 span (default: a plate's of edge_aspect)",
         default_factory=_plate,
+        how="DNV-RP-C205, plates: 0.58, 0.76, 0.87, 0.95 at aspect ratio 1, 2, 4, 10",
     )
     edge_suction: Fraction = entry(
-        "fraction of the suction at the fin's leading edge that acts (default: 0, a sharp edge)", default=0.0
+        "fraction of the suction at the fin's leading edge that acts (default: 0, a sharp edge)",
+        default=0.0,
+        how="0 for a thin fin; a rounded leading edge keeps up to a half in a beat",
     )
 
     def _checks(self) -> Iterable[Check]:
@@ -139,22 +185,37 @@ class Strip(Part):
 class Elongated(Part):
     """Lighthill's elongated-body theory with resistive drag, one value per link; h = lateral area / length."""
 
-    drag_normal: tuple[NotNegative, ...] = entry("drag coefficient C_n across the link, on h")
-    drag_tangential: tuple[NotNegative, ...] = entry("friction coefficient C_t along the link, on wetted area / length")
+    drag_normal: tuple[NotNegative, ...] = entry(
+        "drag coefficient C_n across the link, on h", how="as of the strip law", usual=(0.05, 10.0)
+    )
+    drag_tangential: tuple[NotNegative, ...] = entry(
+        "friction coefficient C_t along the link, on wetted area / length",
+        how="as of the strip law, from a tow",
+        usual=(0.0, 1.0),
+    )
     added_mass_normal: tuple[NotNegative, ...] = entry(
         "added mass per length across the link, in units of rho pi/4 h^2 (default: 1, potential flow)",
         default_factory=_ones,
+        how="1 for slender bodies",
+        usual=(0.0, 5.0),
     )
     added_mass_edge: NotNegative = entry(
         "added mass per length at the trailing edge, in units of rho pi/4 h^2 of the last link: (edge's depth / h)^2",
         default=1.0,
+        how="ruler: height of the trailing edge over that of the last link, squared",
     )
 
 
 class Water(Part):
     """The water and the coefficients of its laws."""
 
-    density: Positive = entry("density of the water (default: 1000, fresh water)", "kg/m^3", default=1000.0)
+    density: Positive = entry(
+        "density of the water (default: 1000, fresh water)",
+        "kg/m^3",
+        default=1000.0,
+        how="1000 fresh, 1025 sea; or a hydrometer",
+        usual=(900.0, 1300.0),
+    )
     lumped: Lumped | None = entry("coefficients of the lumped law", default=None)
     strip: Strip | None = entry("coefficients of the strip law", default=None)
     elongated: Elongated | None = entry("coefficients of the elongated-body law", default=None)
