@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,23 +18,7 @@ from hypertuna.errors import InputError
 if TYPE_CHECKING:
     import pandas as pd
 
-
-class Trial(Protocol):
-    """A trial: a run, or several of one motion."""
-
-    @property
-    def name(self) -> str:
-        """Unique among trials of its kind."""
-
-    @property
-    def file(self) -> str:
-        """Where it was read."""
-
-    def to_pandas(self) -> pd.DataFrame:
-        """Return it as a table."""
-
-
-T = TypeVar("T", bound=Trial)
+T = TypeVar("T", bound=Any)  # of trials: each has a `name`, unique among those of its kind, a `file`, and `to_pandas`
 
 FAILED = 10.0  # error of a run without a settled beat: times what was measured, or body lengths, or rad
 
@@ -137,7 +121,7 @@ class Rows(ABC):
 
         Weights by element: a row of all elements would take memory by the square of the runs.
         """
-        return []
+        return [{} for _ in range(1 if self.one_motion else self.runs)]
 
 
 class Kind(ABC, Generic[T]):

@@ -12,10 +12,10 @@ import numpy as np
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.beat import directional_derivatives, settle
-from hypertuna.swimming.gait import Gait, Gaits
+from hypertuna.swimming.gait import KINDS, Gait, Gaits
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
 from hypertuna.trials.plausibility import implausible_runs
-from hypertuna.trials.steady import ANGLES, COLUMNS, MEASURED, SteadyRun
+from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun
 
 USABLE = (0, 2)  # settled, and periodic but unstable: both have derivatives
 UNSTABLE = 2
@@ -153,7 +153,7 @@ def _summary(file: str, runs: Sequence[SteadyRun], robot: Robot) -> dict[str, An
     """Return the content of a file of steady runs: minimum and maximum of each column."""
     columns: dict[str, list[float | None]] = {"frequency_hz": [run.gait.frequency for run in runs]}
     for g, group in enumerate(robot.joints):
-        for kind in ANGLES:
+        for kind in KINDS:
             columns[f"{kind}_{group.name}_deg"] = [np.degrees(getattr(run.gait, kind)[g]) for run in runs]
     for key in (name for measured in MEASURED for name in (measured, f"{measured}_sd")):
         columns[COLUMNS[key]] = [getattr(run, key) for run in runs]

@@ -41,11 +41,21 @@ def plot_smooth(smoothed: SmoothSeries, *, width: float = WIDTH) -> Figure:
     return figure
 
 
-@styled
 def plot_track(track: Track, *, width: float = WIDTH) -> Figure:
     """Plot the path of a tracked run from above: `width` [inch]."""
+    return _plot_tracks([track], width=width)
+
+
+def plot_paths(recordings: Sequence[Recording], *, width: float = WIDTH) -> Figure:
+    """Plot the paths of tracked runs from above: `width` [inch]."""
+    return _plot_tracks([track for one in recordings for track in one.tracks], width=width)
+
+
+@styled
+def _plot_tracks(tracks: Sequence[Track], *, width: float) -> Figure:
+    """Plot paths from above."""
     figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
-    _draw_tracks(figure.subplots(), [track])
+    _draw_tracks(figure.subplots(), tracks)
     figure.legend(loc="outside lower left", ncols=4, **TIGHT)
     return figure
 
@@ -83,15 +93,6 @@ def plot_steady_runs(runs: Sequence[SteadyRun], *, width: float = WIDTH) -> Figu
         axes.errorbar(frequency, values, deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
         label = f"{one.label} [{one.unit}]"
         axes.set(xlabel="frequency [Hz]", ylabel=label, ylim=(0, None), title=f"{len(own)} steady runs")
-    return figure
-
-
-@styled
-def plot_paths(recordings: Sequence[Recording], *, width: float = WIDTH) -> Figure:
-    """Plot the paths of tracked runs from above: `width` [inch]."""
-    figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
-    _draw_tracks(figure.subplots(), [track for one in recordings for track in one.tracks])
-    figure.legend(loc="outside lower left", ncols=4, **TIGHT)
     return figure
 
 
