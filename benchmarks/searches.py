@@ -66,7 +66,7 @@ def synthetic() -> tuple[Trials, Array]:
         SteadyRun(f"{k}", hypertuna.Gait(float(f), tuple(map(float, a)), tuple(map(float, p))), speed=float(u))
         for k, (f, a, p, u) in enumerate(columns)
     ]
-    return Trials(steady=tuple(runs), recordings=()), speeds
+    return Trials(tuple(runs)), speeds
 
 
 def identification(turns: int) -> Item:

@@ -82,4 +82,4 @@ def swims(robot: ht.Robot, *, runs: int = 3, noise: float = 0.0, late: float = 0
         at = np.column_stack([np.interp(frames, clock, pose[:, axis]) for axis in range(3)])
         drift = noise * rng.standard_normal(3) * (frames - frames[0])[:, np.newaxis]  # errors go on from frame to frame
         tracks.append(Track(str(k), frames, at + drift))
-    return Trials((), (Recording("swim", joints, 0.0, tuple(tracks), file="synthetic.toml"),))
+    return Trials((Recording("swim", joints, 0.0, tuple(tracks), file="synthetic.toml"),))

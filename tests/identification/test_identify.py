@@ -19,7 +19,8 @@ from hypertuna.identification.coefficients import Free, free, from_scale, to_sca
 from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import compare, identify
 from hypertuna.identification.posterior import posterior, with_posterior
-from hypertuna.identification.prediction import FAILED, predict, weighted
+from hypertuna.identification.prediction import predict, weighted
+from hypertuna.trials.kind import FAILED
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.trials import Trials, digest, split
 from models import MODELS, changed
@@ -278,8 +279,8 @@ def test_digest_sees_what_the_runs_hold_and_not_where_they_lie(tuna: ht.Robot) -
     from dataclasses import replace
 
     trials = steady(tuna, FEW[:2]) + swims(tuna)
-    moved = Trials(tuple(replace(run, file="elsewhere.csv") for run in trials.steady), trials.recordings)
-    other = Trials((replace(trials.steady[0], speed=0.1), *trials.steady[1:]), trials.recordings)
+    moved = Trials(tuple(replace(trial, file="elsewhere.csv") for trial in trials.members))
+    other = Trials((replace(trials.steady[0], speed=0.1), *trials.members[1:]))
     assert digest(moved) == digest(trials) != digest(other)
 
 

@@ -117,7 +117,7 @@ def test_runs_in_motion_are_told_from_runs_at_rest():
 def test_derivatives_of_a_prediction_include_those_of_how_it_begins():
     """Of runs without noise: what the derivatives leave out is a product with the residuals."""
     eel = ht.load("rexeel")
-    trials = Trials((), (cruise(eel), cruise(eel, name="given", velocity=Velocity(0.15, 0.0, -0.3))))
+    trials = Trials((cruise(eel), cruise(eel, name="given", velocity=Velocity(0.15, 0.0, -0.3))))
     frees = free(eel, ["water.drag_normal", "water.drag_tangential", "water.added_mass_normal[0-4]", "links.mass[2]"])
     data, x = experiment(eel, trials, frees), np.array([f.start for f in frees])
     by = predict(data, x).jacobian
@@ -138,7 +138,7 @@ def test_error_of_a_fit_is_smallest_where_its_gradient_is_zero():
     noise, x = np.array([6e-4, 8e-4, 2e-2]), np.array([0.7, 4.0, 1.4])
     frees = free(eel, ["water.drag_normal=common", "water.drag_tangential=common", "water.added_mass_normal=common"])
     swims = with_values(eel, frees, x)
-    trials = Trials((), tuple(cruise(swims, name=f"{f}", frequency=f, noise=noise) for f in (0.5, 0.8)))
+    trials = Trials(tuple(cruise(swims, name=f"{f}", frequency=f, noise=noise) for f in (0.5, 0.8)))
     data = experiment(eel, trials, frees)
     levels = dict(zip(("x", "y", "yaw"), noise, strict=True))
 
@@ -155,7 +155,7 @@ def test_coefficients_come_back_from_runs_in_motion():
     runs = tuple(cruise(eel, name=f"{f}", frequency=f, noise=1e-4, seed=round(10 * f)) for f in (0.5, 0.8, 1.1))
     names = ["water.drag_normal", "water.drag_tangential"]
     start = {"water.drag_normal": 3.0, "water.drag_tangential": 0.02}
-    fit = identify(eel, Trials((), runs), names, validate=0, starts=1, start=start)
+    fit = identify(eel, Trials(runs), names, validate=0, starts=1, start=start)
     assert fit.values == pytest.approx([eel.water.strip.drag_normal[0], eel.water.strip.drag_tangential[0]], rel=0.02)
 
 
@@ -178,7 +178,7 @@ def test_added_mass_comes_back_from_frames_with_noise(moving):
             joints, tracks = begin_together(joints, tracks, 0.0, 1 / frequency)
         runs.append(Recording(f"{k}", joints, 0.0, tuple(tracks), moving=moving, align=True))
     names, start = ["water.added_mass_normal=common", "water.drag_normal"], {"water.added_mass_normal": 0.5}
-    fit = identify(eel, Trials((), tuple(runs)), names, validate=0, starts=1, start=start)
+    fit = identify(eel, Trials(tuple(runs)), names, validate=0, starts=1, start=start)
     assert fit.values == pytest.approx([1.0, eel.water.strip.drag_normal[0]], rel=0.1)
 
 
@@ -198,7 +198,7 @@ def manifest(tmp_path, **more):
     tank = {"tank": more.pop("tank")} if "tank" in more else {}
     use = {"use": more.pop("use")} if "use" in more else {}
     document = {"format": 1, "recordings": [{"name": "a", "joints": joints | use, "poses": poses, **more}], **tank}
-    return parse_manifest(document, eel, folder=tmp_path, file="m.toml")[1][0]
+    return parse_manifest(document, eel, folder=tmp_path, file="m.toml")[0]
 
 
 def test_manifest_says_how_a_run_begins(tmp_path):

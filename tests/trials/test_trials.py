@@ -36,7 +36,7 @@ def document():
 
 
 def parsed(whole, robot, folder=TANK):
-    return Trials(*parse_manifest(whole, robot, folder=folder, file="tank.toml"))
+    return Trials(parse_manifest(whole, robot, folder=folder, file="tank.toml"))
 
 
 def test_manifest_of_the_example(tuna):

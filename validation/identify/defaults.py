@@ -59,7 +59,7 @@ def swims(folder: Path, use: str) -> Trials:
     document = import_folder(folder)
     for recording in document["recordings"]:
         recording["joints"]["use"] = use
-    return Trials(*parse_manifest(document, eel(1.0), folder=Path(), file=str(folder)))
+    return Trials(parse_manifest(document, eel(1.0), folder=Path(), file=str(folder)))
 
 
 def of(trials: Trials, amplitude: str) -> Trials:

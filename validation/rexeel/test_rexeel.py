@@ -69,7 +69,7 @@ def whole(amplitude, use="targets"):
     document.pop("tank")
     for recording in document["recordings"]:
         recording["joints"]["use"] = use
-    trials = Trials(*parse_manifest(document, ht.load("rexeel"), folder=Path(), file="rexeel"))
+    trials = Trials(parse_manifest(document, ht.load("rexeel"), folder=Path(), file="rexeel"))
     return next(recording for recording in trials.recordings if recording.name == amplitude)
 
 

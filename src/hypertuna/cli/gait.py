@@ -13,7 +13,7 @@ from hypertuna.cli.command import listed
 from hypertuna.cli.streams import note
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.swimming.gait import KINDS, Gait, Gaits, grid_axes, named_gait
+from hypertuna.swimming.gait import KINDS, NEEDED, Gait, Gaits, grid_axes, named_gait
 
 RADIANS = 1.6  # deg: all amplitudes below it are likely to be in radians
 NEAR = 1e-9  # of a bound, for what is converted from radians
@@ -139,7 +139,7 @@ def column_rows(columns: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:
 
 def gait_text(gait: Gait) -> str:
     """Write a gait in the words of the options."""
-    kinds = KINDS if any(gait.bias) else KINDS[:2]
+    kinds = KINDS if any(gait.bias) else NEEDED
     angles = (f"{key} {', '.join(f'{a:.4g}' for a in np.degrees(getattr(gait, key)))} deg" for key in kinds)
     return f"{gait.frequency:g} Hz, {', '.join(angles)}"
 
@@ -152,4 +152,4 @@ def gait_degrees(gait: Gait, kinds: Sequence[str] = KINDS) -> dict[str, Any]:
 
 def gait_record(gait: Gait) -> dict[str, Any]:
     """Return a gait as robot files have it: a bias only if there is one."""
-    return gait_degrees(gait, KINDS if any(gait.bias) else KINDS[:2])
+    return gait_degrees(gait, KINDS if any(gait.bias) else NEEDED)

@@ -19,7 +19,7 @@ from hypertuna.optimization.objective import OBJECTIVES
 from hypertuna.optimization.pareto import SLOW, Front, pareto
 from hypertuna.optimization.problem import STATISTICS
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES
-from hypertuna.swimming.gait import KINDS
+from hypertuna.swimming.gait import KINDS, NEEDED
 
 ROWS = 24  # points of the front that the terminal shows
 
@@ -87,7 +87,7 @@ def pareto_command(
 
 def _gait_names(front: Front) -> dict[str, str]:
     """Name the columns of the gaits in CSV; biases only if there are any."""
-    kinds = KINDS if any(any(gait.bias) for gait in front.gaits) else KINDS[:2]
+    kinds = KINDS if any(any(gait.bias) for gait in front.gaits) else NEEDED
     names = ["frequency", *(f"{kind}_{group.name}" for kind in kinds for group in front.robot.joints)]
     return {name: name for name in names}
 

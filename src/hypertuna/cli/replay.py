@@ -19,8 +19,9 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.comparison import compare_recording, replay_recording, with_fitted_clock
+from hypertuna.trials.kinds import kind_of
 from hypertuna.trials.manifest import Recording
-from hypertuna.trials.reach import motion_of, outside, swim_of_series
+from hypertuna.trials.reach import outside, swim_of_series
 from hypertuna.trials.replay import AXES, BORDER, Pose, check_replay, head_center, replay, rmse
 from hypertuna.trials.smoothing import SmoothSeries, smooth
 from hypertuna.trials.tracks import JointSeries, Track, read_joints, read_tracks
@@ -224,7 +225,7 @@ class _Case:
 
     def outside(self, robot: Robot) -> list[str]:
         """Return where the recording lies outside the runs that the coefficients were fitted to."""
-        return outside(robot, **motion_of(self.used)) if robot.fit is not None else []
+        return outside(robot, **kind_of(self.used).motion(self.used)) if robot.fit is not None else []
 
     def lines(self, robot: Robot) -> Iterator[Any]:
         """Lay out the replay."""
@@ -256,7 +257,8 @@ def _replay_recordings(
         for given in trials.recordings:
             cases.append(_Case.make(robot, given, with_fitted_clock(robot, given), step))
             progress(len(cases), len(trials.recordings))
-    left = [f"Not replayed: {counted(len(trials.steady), 'steady run')}."] if trials.steady else []
+    others = {kind.label: len(members) for kind, members in trials.kinds.items() if kind.trial is not Recording}
+    left = [f"Not replayed: {counted(count, label)}." for label, count in others.items()]
     emit(
         cases,
         record=lambda cases: (

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
@@ -17,15 +16,11 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
 from hypertuna.ranges import FRACTION, POSITIVE
-from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.importers import import_folder, manifest_text
-from hypertuna.trials.manifest import Recording
+from hypertuna.trials.kinds import KINDS
 from hypertuna.trials.marker_import import MarkerRun, read_marker_run, write_marker_runs
-from hypertuna.trials.plausibility import implausible_runs
-from hypertuna.trials.replay import AXES, BORDER
-from hypertuna.trials.steady import COLUMNS, SteadyRun
 from hypertuna.trials.tracks import LENGTHS
-from hypertuna.trials.trials import Trials, read_trials
+from hypertuna.trials.trials import Trials, implausible, read_trials
 
 trials_app = opt.group("Tank trials: check them, import published ones.")
 
@@ -183,78 +178,16 @@ def _marker_lines(runs: Sequence[MarkerRun], records: Sequence[dict[str, Any]]) 
 
 def _summary(trials: Trials, robot: Robot) -> dict[str, Any]:
     """Return the content of trials, names with units."""
-    errors, warnings = implausible_runs(trials.steady, robot)
-    files = dict.fromkeys(run.file for run in trials.steady)
-    return {
-        "runs": len(trials.runs),
-        "steady": [_steady(file, [run for run in trials.steady if run.file == file], robot) for file in files],
-        "recordings": [_recording(recording) for recording in trials.recordings],
-        "warnings": [*map(str, errors), *warnings],
-    }
-
-
-def _steady(file: str, runs: Sequence[SteadyRun], robot: Robot) -> dict[str, Any]:
-    """Return the content of a file of steady runs: minimum and maximum of each column."""
-    columns: dict[str, list[float | None]] = {"frequency_hz": [run.gait.frequency for run in runs]}
-    for g, group in enumerate(robot.joints):
-        for kind in ("amplitude", "phase", "bias"):
-            columns[f"{kind}_{group.name}_deg"] = [np.degrees(getattr(run.gait, kind)[g]) for run in runs]
-    for key in ("speed", "speed_sd", "cost_of_transport", "cost_of_transport_sd"):
-        columns[COLUMNS[key]] = [getattr(run, key) for run in runs]
-    given = {name: [value for value in column if value is not None] for name, column in columns.items()}
-    spans = {name: [min(values), max(values)] if values else None for name, values in given.items()}
-    return {"file": file, "runs": len(runs), "swims": sum(run.repeats for run in runs)} | spans
-
-
-def _recording(recording: Recording) -> dict[str, Any]:
-    """Return the content of a recording."""
-    time, offset, tracks = recording.joints.time, recording.time_offset, recording.tracks
-    borders = [(axis, *BORDER[unit]) for axis, unit in AXES.items()]
-    own = zip(borders, repeatability(tracks), strict=True)
-    spread = {f"{axis}_{unit}": size * factor for (axis, unit, factor), size in own}
-    return {
-        "name": recording.name,
-        "file": recording.file,
-        "joint_file": recording.joints.file,
-        "joint_samples": len(time),
-        "joints_s": [time[0] + offset, time[-1] + offset],
-        "time_offset_s": offset,
-        "runs": [track.run for track in tracks],
-        "frames": [len(track.time) for track in tracks],
-        "poses_s": [min(track.time[0] for track in tracks), max(track.time[-1] for track in tracks)],
-        "repeatability": spread,
-        "begin": "rest" if not recording.moving else "moving",
-        "velocity": "given" if recording.velocity else "estimated" if recording.moving else "0",
-        "lag_s": recording.lag,
-        "ended_by_a_wall": recording.ended,
-    }
+    errors, warnings = implausible(trials, robot)
+    content = {kind.key: kind.summaries(trials.kinds.get(kind, ()), robot) for kind in KINDS}
+    return {"runs": len(trials.runs)} | content | {"warnings": [*map(str, errors), *warnings]}
 
 
 def _lines(summary: dict[str, Any], robot: str) -> Iterator[Any]:
     """Lay out the content of trials."""
-    for steady in summary["steady"]:
-        yield f"{steady['file']}: {counted(steady['runs'], 'steady run')} of {counted(steady['swims'], 'swim')}"
-        for name, span in steady.items():
-            if isinstance(span, list):
-                low, high = (f"{round(value, 12):.4g}" for value in span)
-                yield f"  {name}: {low}" + f" to {high}" * (high != low)
-            elif span is None:
-                yield f"  {name}: not given"
-    for recording in summary["recordings"]:
-        runs, frames, spread = len(recording["runs"]), sum(recording["frames"]), recording["repeatability"]
-        yield f"{recording['name']}: recording of {counted(runs, 'run')}, {counted(frames, 'frame')}"
-        for what, count in (("joints", f"{recording['joint_samples']} samples"), ("poses", "tracked")):
-            begin, end = recording[f"{what}_s"]
-            yield f"  {what}: {count} from {begin:.4g} to {end:.4g} s"
-        axes = ", ".join(f"{axis.split('_')[0]} {spread[axis]:.2f} {axis.split('_')[1]}" for axis in spread)
-        yield f"  repeatability: {axes if runs > 1 else 'not known, one run'}"
-        moving = f"in motion, velocity {recording['velocity']}"
-        yield f"  begin: {'at rest' if recording['begin'] == 'rest' else moving}"
-        if recording["lag_s"]:
-            lags = ", ".join(f"{1000 * lag:.0f}" for lag in recording["lag_s"])
-            yield f"  joints lag behind their targets by {lags} ms"
-        if recording["ended_by_a_wall"]:
-            yield f"  ended near a wall: {', '.join(recording['ended_by_a_wall'])}"
+    for kind in KINDS:
+        for one in summary[kind.key]:
+            yield from kind.lines(one)
     for sentence in summary["warnings"]:
         yield f"unlikely: {sentence}", "yellow"
     yield f"{counted(summary['runs'], 'run')} in all, checked against the model of {robot}"

@@ -6,11 +6,8 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.identification.coefficients import bounds_of, prior_rows
-from hypertuna.identification.experiment import Experiment, Replayed
+from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.prediction import Prediction, predict, weighted
-from hypertuna.trials.manifest import Recording
-from hypertuna.trials.replay import joint_grid
-from hypertuna.trials.smoothing import SmoothSeries, smooth
 
 DRAWS = 24  # of all joint angles
 SEED = 0  # of the draws: the same fit has the same intervals
@@ -23,8 +20,7 @@ def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels
     change to meet the same tracks follows from the linearized fit, with the bounds as a weak prior.
     """
     n = len(data.free)
-    curves = [smooth(recording.joints, noise=recording.noise) for recording in data.trials.recordings]
-    if not data.recordings or not any(curve.noise.any() for curve in curves):
+    if not any(rows.uncertain for rows in data.groups):
         return np.zeros((n, n))
     lower, upper = bounds_of(data.free)
     root = (upper - lower) / np.sqrt(12)
@@ -34,21 +30,10 @@ def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels
     rng = np.random.default_rng(SEED)
     changes = []
     for _ in range(DRAWS):
-        drawn = [
-            _drawn(data, *parts, rng) for parts in zip(data.recordings, data.trials.recordings, curves, strict=True)
-        ]
-        moved = predict(replace(data, recordings=tuple(drawn)), values, gradient_steps=None, levels=levels)
+        drawn = tuple(rows.drawn(data.robot, rng) for rows in data.groups)
+        moved = predict(replace(data, groups=drawn), values, gradient_steps=None, levels=levels)
         change = weighted(data, moved, levels)[0] - residual
         if not moved.failed.any():
             changes.append(root * (solve @ change))
     rows = np.array(changes).reshape(-1, n)
     return np.asarray(rows.T @ rows / max(len(rows), 1))
-
-
-def _drawn(
-    data: Experiment, replayed: Replayed, recording: Recording, curve: SmoothSeries, rng: np.random.Generator
-) -> Replayed:
-    """Return a recording with the noise of its joint angles drawn anew."""
-    angle = curve(recording.joints.time)[:, :, 0]
-    series = replace(recording.joints, angle=angle + curve.noise * rng.standard_normal(angle.shape))
-    return replace(replayed, joints=joint_grid(data.robot, smooth(series, noise=recording.noise))[0])

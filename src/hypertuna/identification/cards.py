@@ -6,10 +6,11 @@ from hypertuna.display import Card, number
 from hypertuna.identification.coefficients import ABSOLUTE_UNITS
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.posterior import Posterior
-from hypertuna.identification.residuals import LABELS, STEADY
+from hypertuna.identification.residuals import LABELS
 from hypertuna.identification.tables import coefficient_table
 from hypertuna.io.quantity import key_of
 from hypertuna.pictures import BARS, bars_svg, captioned, computed_svg
+from hypertuna.trials.kinds import KINDS
 
 
 def fit_card(fit: Fit) -> Card:
@@ -27,13 +28,13 @@ def fit_card(fit: Fit) -> Card:
 
 
 def _runs_svg(fit: Fit) -> str:
-    """Draw the computed over the measured speed of steady runs, else the errors of tracked runs."""
+    """Draw the computed over the measured numbers of runs, else the errors of tracked runs."""
     runs = [run for part in fit.parts.values() for run in part.runs]
-    for name, unit in STEADY.items():
-        measured, computed = (key_of(f"{name}_{of}", unit) for of in ("measured", "computed"))
+    for kind, one in ((owner, one) for owner in KINDS for one in owner.quantities):
+        measured, computed = (key_of(f"{one.name}_{of}", one.unit) for of in ("measured", "computed"))
         pairs = [(run[measured], run[computed]) for run in runs if measured in run]
         if pairs:
-            return computed_svg(pairs, f"{name.replace('_', ' ')} [{unit}]", "a steady run")
+            return computed_svg(pairs, f"{one.label} [{one.unit}]", f"a {kind.label}")
     key = next(iter(fit.quantities), "")
     errors = {run["run"]: run[f"{key}_rms"] for run in runs if f"{key}_rms" in run}
     if not errors:

@@ -31,9 +31,9 @@ from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import version
 from hypertuna.ranges import NOT_NEGATIVE, Range, Whole, check_name
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
-from hypertuna.trials.plausibility import implausible_runs
+from hypertuna.trials.kinds import KINDS
 from hypertuna.trials.reach import reach_of
-from hypertuna.trials.trials import Trials, digest, read_trials, split
+from hypertuna.trials.trials import Trials, digest, implausible, read_trials, split
 
 Paths = str | Path | Sequence[str | Path]
 
@@ -186,7 +186,7 @@ def identify(
     check_name(loss, LOSSES, "loss", "loss")
     STARTS.check(starts, "starts", "leave it out")
     check_steps(steps)
-    wrong, far = implausible_runs(trials.steady, robot)
+    wrong, far = implausible(trials, robot)
     if wrong:
         raise InputErrors(wrong) if len(wrong) > 1 else wrong[0]
     if prior is None and free is None:
@@ -337,7 +337,7 @@ def _result(
     if held_out.runs:
         unseen = experiment(robot, held_out, frees, steps=data.steps, threads=data.threads)
         validation = errors(unseen, predict(unseen, values, gradient_steps=None, levels=levels))
-    named = [run.file for t in trials for run in t.steady] + [part.file for t in trials for part in t.recordings]
+    named = [trial.file for kind in KINDS for part in trials for trial in part.kinds.get(kind, ())]
     files = ", ".join(dict.fromkeys(Path(file).name or "memory" for file in named))
     text = f"identified by hypertuna {version()} from {len(data.trials.runs)} runs of {files}"
     covariance = intervals.bounded_covariance

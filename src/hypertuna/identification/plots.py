@@ -10,7 +10,7 @@ from hypertuna.identification.coefficients import bounds_of, to_scale
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.names import two_lines
 from hypertuna.identification.posterior import Posterior
-from hypertuna.identification.residuals import LABELS, STEADY
+from hypertuna.identification.residuals import LABELS, NUMBERS
 from hypertuna.io import quantity
 
 DARK = 0.85  # correlation above which the text of a cell is white
@@ -100,9 +100,9 @@ def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
     runs = [run for part in fit.parts.values() for run in part.runs]
     names = {
         kind: [quantity.key_of(f"{kind}_{of}", unit) for of in ("measured", "computed")]
-        for kind, unit in STEADY.items()
+        for kind, unit in NUMBERS.items()
     }
-    kinds = [kind for kind in STEADY if any(names[kind][0] in run for run in runs)]
+    kinds = [kind for kind in NUMBERS if any(names[kind][0] in run for run in runs)]
     figure = Figure(figsize=(width, width / len(kinds) + 0.4), layout="constrained")
     for axes, kind in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
         ends: list[float] = []
@@ -115,7 +115,7 @@ def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
                 ends += [float(pairs.min()), float(pairs.max())]
         line = [min(ends), max(ends)]
         axes.plot(line, line, color=FAINT, lw=1, zorder=0)
-        axes.set(title=quantity.label(kind), xlabel=f"measured ({STEADY[kind]})", ylabel="computed", aspect="equal")
+        axes.set(title=quantity.label(kind), xlabel=f"measured ({NUMBERS[kind]})", ylabel="computed", aspect="equal")
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
 

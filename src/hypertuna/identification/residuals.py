@@ -8,23 +8,15 @@ from typing import Any
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.identification.experiment import KINDS, Experiment
+from hypertuna.identification.experiment import NAMES, Experiment
 from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.prediction import Prediction, weighted
 from hypertuna.io.quantity import key_of
+from hypertuna.trials.kinds import QUANTITIES
 
 MAX_ITERATIONS, SAME_LEVEL = 200, 1e-6  # of the fixed-point iteration for the likeliest noise level
-ERRORS = {  # name of the error by kind of measurement, with the unit
-    kind: f"{kind}_{unit}" for kind, unit in zip(KINDS, ("relative", "relative", "m", "m", "deg"), strict=True)
-}
-STEADY = {"speed": "m/s", "cost_of_transport": "J/(kg m)"}  # measured of steady runs
-LABELS = {  # label, displayed unit, and displayed units per unit of the error
-    "speed_relative": ("speed", "%", 100.0),
-    "cost_of_transport_relative": ("cost of transport", "%", 100.0),
-    "x_m": ("x", "cm", 100.0),
-    "y_m": ("y", "cm", 100.0),
-    "yaw_deg": ("yaw", "deg", 1.0),
-}
+LABELS = {one.key: (one.label, one.shown, one.factor) for one in QUANTITIES.values()}  # label, unit, units per error
+NUMBERS = {name: one.unit for name, one in QUANTITIES.items() if one.relative}  # a number for each run, with its unit
 
 
 @dataclass(frozen=True)
@@ -48,10 +40,10 @@ def lack_of_fit(data: Experiment, z: Array) -> float:
     R runs that scatter about their mean by sd have mean squares z of (R - 1)/R + e^2/sd^2 about a model that is e off.
     Mean of R e^2/sd^2 over recordings and axes: 1 for a sound model, 0 without known noise of recordings.
     """
-    first, distances = len(data.trials.steady), []
-    for recording in data.recordings:
-        runs = recording.runs
-        for kind in range(2, len(KINDS)):
+    first, distances = 0, []
+    for rows in data.groups:
+        runs = rows.runs
+        for kind in range(len(NAMES)) if rows.one_motion else ():
             own = data.known & (data.kind == kind) & (data.run >= first) & (data.run < first + runs)
             if own.any():
                 distances.append(runs * float(z[own].mean()) - (runs - 1))
@@ -120,7 +112,7 @@ def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float])
     z = squares(data, prediction, levels)
     variance = data.noise(levels) ** 2
     # an unknown level takes the value of maximum likelihood: where the mean of z rho'(z) is 1
-    for k in range(len(KINDS)):
+    for k in range(len(NAMES)):
         own = ~data.known & (data.kind == k)
         for _ in range(MAX_ITERATIONS if own.any() else 0):
             ratio = float(np.mean(z[own] * loss_terms(data.loss, z[own])[1]))
@@ -140,23 +132,21 @@ def errors(data: Experiment, prediction: Prediction) -> Errors:
     kinds = data.kind[data.sample]
     per_run: list[dict[str, Any]] = [{"run": name} for name in data.trials.runs]
     rms, largest = {}, {}
-    for k, (name, label) in enumerate(ERRORS.items()):
-        steady = name in STEADY
-        own = np.flatnonzero((kinds == k) & ((data.measured != 0) | (not steady)))
+    for k, (name, one) in enumerate(QUANTITIES.items()):
+        own = np.flatnonzero((kinds == k) & ((data.measured != 0) | (not one.relative)))
         if not len(own):
             continue
         measured, computed, run = data.measured[own], prediction.computed[own], data.run[data.sample[own]]
-        error = (computed - measured) / measured if steady else computed - measured
-        error = np.degrees(error) if name == "yaw" else error
-        rms[label], largest[label] = float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
+        error = (computed - measured) / measured if one.relative else (computed - measured) * one.per_si
+        rms[one.key], largest[one.key] = float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
         for r in np.unique(run):
             first = int(np.argmax(run == r))
-            if steady:
+            if one.relative:
                 pair = {"measured": measured, "computed": computed}
-                values = {key_of(f"{name}_{of}", STEADY[name]): float(numbers[first]) for of, numbers in pair.items()}
-                per_run[r] |= values | {label: float(error[first])}
+                values = {key_of(f"{name}_{of}", one.unit): float(numbers[first]) for of, numbers in pair.items()}
+                per_run[r] |= values | {one.key: float(error[first])}
             else:
-                per_run[r] |= {f"{label}_rms": float(np.sqrt(np.mean(error[run == r] ** 2)))}
+                per_run[r] |= {f"{one.key}_rms": float(np.sqrt(np.mean(error[run == r] ** 2)))}
     for r in np.flatnonzero(prediction.failed | prediction.unstable):
         per_run[r]["status"] = "not settled" if prediction.failed[r] else "unstable"
     return Errors(rms, largest, tuple(per_run))

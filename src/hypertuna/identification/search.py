@@ -10,12 +10,13 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.identification import estimator
 from hypertuna.identification.coefficients import Free, bounds_of, from_scale, prior_rows, to_scale
-from hypertuna.identification.experiment import FIRST_LEVEL, KINDS, Experiment
+from hypertuna.identification.experiment import NAMES, Experiment
 from hypertuna.identification.loss import residual_scale
 from hypertuna.identification.names import default_bounds
 from hypertuna.identification.prediction import predict, weighted
 from hypertuna.identification.residuals import squares
 from hypertuna.io.checkpoint import Journal
+from hypertuna.trials.kinds import QUANTITIES
 from hypertuna.trials.trials import Trials
 
 TOLERANCE = 1e-10  # relative change of the coefficients that ends a search
@@ -39,8 +40,8 @@ CONVERGED = (1, 2, 3, 4)
 
 def subset(trials: Trials, count: int) -> Trials:
     """Return evenly spaced steady runs, four for each of `count` free coefficients, and all recordings."""
-    every = max(1, len(trials.steady) // (SUBSET * count))
-    return Trials(trials.steady[::every], trials.recordings)
+    parts = (kind.part(members, SUBSET * count) for kind, members in trials.kinds.items())
+    return Trials(tuple(trial for part in parts for trial in part))
 
 
 def start_points(frees: Sequence[Free], count: int, seed: int) -> list[Array]:
@@ -69,7 +70,7 @@ def fit(
     of the starts and a sentence, `stop`; and the noise levels [1, m and rad] by kind.
     """
     total = len(starts) + 1
-    first = {name: FIRST_LEVEL[name] for name in data.unknown_kinds}
+    first = {name: QUANTITIES[name].level for name in data.unknown_kinds}
     known = bool(first) and any(f.prior for f in data.free)
     loose = replace(data, free=tuple(replace(f, prior=None) for f in data.free)) if known else data
 
@@ -141,7 +142,7 @@ def _levels(data: Experiment, x: Array, levels: dict[str, float]) -> dict[str, f
         return levels  # every run is met exactly: the residuals are zero
     new, caps = {}, data.level_caps
     for name, level in levels.items():
-        own = z[~data.known & (data.kind == KINDS.index(name))] * level**2
+        own = z[~data.known & (data.kind == NAMES.index(name))] * level**2
         options: dict[str, Any] = {"share": share, "start": level, "lower": MIN_LEVEL, "tolerance": SAME_SCALE}
         new[name] = min(residual_scale(own, data.loss, **options), caps[name])
     return new

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, column_of
 from hypertuna.identification.estimator import MIN_SINGULAR, Direction
-from hypertuna.identification.experiment import KINDS, LARGE_ERROR, Experiment
+from hypertuna.identification.experiment import LARGE_ERROR, NAMES, Experiment
 from hypertuna.identification.names import NUISANCES
 from hypertuna.identification.prediction import Prediction
+from hypertuna.trials.kinds import QUANTITIES
 from hypertuna.trials.trials import Trials
 
 Flags = NDArray[np.bool_]
@@ -23,7 +24,6 @@ SAME = 1e-6  # of the largest: tied values that differ by less are equal
 LARGE_SCALE = 1.5  # residuals over the stated noise, above which a warning is due
 HELD = 0.7  # of a prior's standard deviation: the runs tell less than the prior
 NAMED = 5  # runs named in a warning
-MEASURED = {"speed": "speed", "cost_of_transport": "cost of transport", "x": "tracks", "y": "tracks", "yaw": "tracks"}
 
 
 def helpful_measurements(
@@ -31,10 +31,9 @@ def helpful_measurements(
 ) -> list[str]:
     """Name for each unidentifiable direction a measurement of the same gaits that would constrain it, or nothing."""
     texts = [""] * len(directions)
-    for kind, name in enumerate(KINDS[:2]):
-        if name not in prediction.measurable or (data.kind == kind).sum() == len(data.trials.steady):
+    for name, (value, by) in prediction.measurable.items():
+        if (data.kind == NAMES.index(name)).sum() == len(value):
             continue
-        value, by = prediction.measurable[name]
         sound = np.isfinite(value) & (value != 0)
         more = by[sound] * unit / (RELATIVE_NOISE * np.abs(value[sound]))[:, np.newaxis]
         _, singular, vectors = np.linalg.svd(np.concatenate([jacobian, more]), full_matrices=False)
@@ -43,7 +42,7 @@ def helpful_measurements(
             sd = math.sqrt(float(np.sum((vectors @ d.vector / positive) ** 2)))
             if not d.constrained and not texts[k] and 2 * quantile * sd < 1:
                 percent = f"{100 * RELATIVE_NOISE:g} %"
-                texts[k] = f"the {MEASURED[name]} of the same runs, known to {percent}, would constrain them"
+                texts[k] = f"the {QUANTITIES[name].source} of the same runs, known to {percent}, would constrain them"
     return texts
 
 
@@ -54,14 +53,14 @@ def direction_sentence(
     frees = data.free
     size = np.abs(direction.vector)
     order = [int(i) for i in np.argsort(-size, kind="stable")]
-    source = " and ".join(dict.fromkeys(MEASURED[KINDS[k]] for k in np.unique(data.kind)))
+    source = " and ".join(dict.fromkeys(QUANTITIES[NAMES[k]].source for k in np.unique(data.kind)))
     if direction.constrained:
         named = [i for i in order if size[i] > WEIGHTY * size[order[0]]]
         if len(frees) == 1 or (len(named) == 1 and constrained[named[0]]):
             what = frees[named[0]].name
         else:  # a combination is constrained, none of its coefficients
             what = f"a combination of {_join([frees[i].name for i in (named if len(named) > 1 else order[:2])])}"
-        verb = "constrains" if source in ("speed", "cost of transport") else "constrain"
+        verb = "constrain" if " and " in source or source.endswith("s") else "constrains"
         precision, first = quantile * direction.sd, frees[named[0]]
         if what == first.name and first.column in ABSOLUTE_UNITS and first.scale == "natural":
             name, factor = first.border
@@ -71,8 +70,9 @@ def direction_sentence(
     moved = 2 * quantile * size * direction.sd > 1
     named = [i for i in order if moved[i] and size[i] > SLIGHT * size[order[0]]]
     named = named or [i for i in order if size[i] > WEIGHTY * size[order[0]]]
-    others = "other gaits or motions may" if data.trials.steady else "other motions may"
-    others = others if data.trials.recordings else "other gaits, or recordings of transients, may"
+    kinds = data.trials.kinds
+    transients = "" if any(kind.transient for kind in kinds) else ", or recordings of transients,"
+    others = f"other {' or '.join(kind.others for kind in kinds)}{transients} may"
     rest = f"; {helpful or others}"
     if len(named) == 1:
         return f"{frees[named[0]].name} is not constrained by {source} alone{rest.replace('them', 'it')}."
@@ -128,9 +128,13 @@ def large_errors(data: Experiment, prediction: Prediction) -> list[str]:
     """Return the training errors that are large, with their quantity; of tracks over the distance from the start."""
     kinds, found = data.kind[data.sample], []
     error, size = prediction.computed - data.measured, np.abs(data.measured)
-    for name, members in (("speed", [0]), ("cost of transport", [1]), ("path", [2, 3])):
-        own = np.isin(kinds, members) & ((size > 0) | (name == "path"))
-        scale = np.sqrt(np.mean(size[own] ** 2)) if name == "path" and own.any() else size[own]
+    judged: dict[tuple[str, bool], list[int]] = {}
+    for k, one in enumerate(QUANTITIES.values()):
+        if one.relative or one.path:
+            judged.setdefault((one.path or one.label, one.relative), []).append(k)
+    for (name, relative), members in judged.items():
+        own = np.isin(kinds, members) & ((size > 0) | (not relative))
+        scale = size[own] if relative or not own.any() else np.sqrt(np.mean(size[own] ** 2))
         rms = float(np.sqrt(np.mean((error[own] / scale) ** 2))) if own.any() else 0.0
         if rms > LARGE_ERROR:
             found.append(f"{100 * rms:.0f} % in {name}")
@@ -158,19 +162,8 @@ def held_by_priors(frees: Sequence[Free], sd: Array) -> list[str]:
 
 def repeated_motions(training: Trials, validation: Trials) -> list[str]:
     """Write warnings on validation runs that repeat motions of the training runs."""
-    known, gaits = {one.name for one in training.recordings}, {run.gait for run in training.steady}
-    recordings = [one.name for one in validation.recordings if one.name in known]
-    warnings = []
-    if recordings:
-        warnings.append(
-            f"The validation runs of {', '.join(recordings)} repeat joint motions of the training runs: they separate "
-            "noise from model error, but do not show how well other motions are predicted. Fit one recording and "
-            "replay another to see that."
-        )
-    if count := sum(run.gait in gaits for run in validation.steady):
-        steady = f"{count} of {len(validation.steady)} steady validation runs"
-        warnings.append(f"{steady} repeat gaits of the training runs.")
-    return warnings
+    both = ((kind, known, validation.kinds.get(kind, ())) for kind, known in training.kinds.items())
+    return [text for kind, known, others in both for text in kind.repeated(known, others)]
 
 
 def _with_unit(value: float, coefficient: Free) -> str:

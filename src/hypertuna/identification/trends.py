@@ -9,10 +9,10 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.identification.coefficients import prior_rows, to_scale
-from hypertuna.identification.experiment import KINDS, Experiment
+from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.fixed import fixed_coefficients
 from hypertuna.identification.prediction import Prediction, predict
-from hypertuna.trials.reach import motions_of
+from hypertuna.trials.kinds import kind_of
 
 # Fixed before any data were seen: the usual level, divided by the number of tests (Bonferroni).
 LEVEL = 0.05  # probability of a warning where residuals go with nothing
@@ -56,7 +56,11 @@ class Trend:
 
 def trends(data: Experiment, values: Array, prediction: Prediction, seed: int) -> tuple[Trend, ...]:
     """Return each of frequency, amplitude and speed with which errors of the speed rise or fall."""
-    rows, motions = _speed_errors(data), motions_of(data.trials)
+    rows, begin = list[dict[int, float]](), 0
+    for group in data.groups:
+        rows += [{begin + k: weight for k, weight in row.items()} for row in group.speed_errors()]
+        begin += len(group.measured)
+    motions = [kind_of(trial).motion(trial) for trial in data.trials.members]
     kept = [k for k, row in enumerate(rows) if row and "speed" in motions[k]]
     if len(kept) < MIN_VALUES:
         return ()
@@ -100,28 +104,6 @@ def rank_correlation(x: Array, y: Array, seed: int) -> tuple[float, float]:
     rng = np.random.default_rng(seed)
     count = sum(abs(float(rng.permutation(b) @ a)) >= (abs(rho) - 1e-12) * size for _ in range(SHUFFLES))
     return rho, (1 + count) / (1 + SHUFFLES)
-
-
-def _speed_errors(data: Experiment) -> list[dict[int, float]]:
-    """Return for each steady run and recording what makes a relative error of speed of elements' errors, if anything.
-
-    Weights by element: a row of all elements would take memory by the square of the runs.
-    """
-    kinds, runs = data.kind[data.sample], data.run[data.sample]
-    first = len(data.trials.steady)
-    rows: list[dict[int, float]] = [{} for _ in range(first)]
-    for own in np.flatnonzero((kinds == 0) & (data.measured != 0)).tolist():
-        rows[runs[own]] = {own: 1 / data.measured[own]}
-    for recording in data.recordings:
-        row: dict[int, float] = {}
-        for run in range(first, first + recording.runs):
-            # along the net displacement: the error of the last frame over its distance from the start
-            last = [np.flatnonzero((kinds == KINDS.index(axis)) & (runs == run))[-1] for axis in ("x", "y")]
-            distance = max(float(np.sum(data.measured[last] ** 2)), 1e-300)
-            row |= {k: data.measured[k] / distance / recording.runs for k in last}
-        rows.append(row)
-        first += recording.runs
-    return rows
 
 
 def _sparse(rows: Sequence[dict[int, float]], columns: int) -> Any:

@@ -12,10 +12,11 @@ from hypertuna.description.provenance import provenance
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.plots import plot_correlation, plot_errors, plot_intervals, plot_measured
 from hypertuna.identification.posterior import Posterior
-from hypertuna.identification.residuals import ERRORS, LABELS
+from hypertuna.identification.residuals import LABELS, NUMBERS
 from hypertuna.identification.tables import coefficient_table, criteria_texts, error_table, law_table
 from hypertuna.reports.html import WIDTH, Fact, Section, Shown, Table, compose, write_page
 from hypertuna.trials.comparison import replay_recording, with_fitted_clock
+from hypertuna.trials.kinds import QUANTITIES
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.plots import plot_recordings
 
@@ -60,13 +61,12 @@ def fit_sections(
         "runs": _run_table(fit),
         "provenance": _provenance_table(fit, command),
     }
-    steady = any(trials.steady for trials in fit.trials)
-    if steady:
+    measured = any(QUANTITIES[name].key in fit.quantities for name in NUMBERS)
+    if measured:
         shown["measured"] = plot_measured(fit, width=WIDTH)
     if tracked := _plot_tracked(fit):
         shown["tracked"] = tracked
-    labels = {name: LABELS[ERRORS[name]] if name != "yaw" else ("yaw", "deg", 180 / np.pi) for name in fit.noise}
-    levels = ((labels[name], level) for name, level in fit.noise.items())
+    levels = ((QUANTITIES[name], level) for name, level in fit.noise.items())
     aicc, bic = criteria_texts(fit)
     return compose(
         "hypertuna.reports",
@@ -76,9 +76,9 @@ def fit_sections(
         laws=laws,
         best=best,
         missing=sum(not d.constrained for d in fit.uncertainty.directions),
-        steady=steady,
+        measured=measured,
         tracked=tracked is not None,
-        noise=", ".join(f"{factor * level:.2g} {unit} ({label})" for (label, unit, factor), level in levels),
+        noise=", ".join(f"{one.factor * one.per_si * level:.2g} {one.shown} ({one.label})" for one, level in levels),
         sampled=sampled,
         aicc=aicc,
         bic=bic,

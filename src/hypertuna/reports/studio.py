@@ -23,7 +23,7 @@ from hypertuna.io.files import read_bytes, shipped, write_atomically
 from hypertuna.mission.read_log import Log, read_log
 from hypertuna.ranges import Whole
 from hypertuna.swimming.cards import gait_text
-from hypertuna.swimming.gait import KINDS, Gait, gait_of
+from hypertuna.swimming.gait import KINDS, NEEDED, Gait, gait_of
 
 PAGE = "studio.html"
 FIRST = "hypertuna"  # of the robots in the page
@@ -126,7 +126,7 @@ def studio_command(robot: Robot, gait: Gait) -> str:
         return ""
     own, model = load(name).model, robot.model
     words = ["hypertuna studio", shlex.quote(name), f"--frequency {gait.frequency:.10g}"]
-    for kind in KINDS if any(gait.bias) else KINDS[:2]:
+    for kind in KINDS if any(gait.bias) else NEEDED:
         words.append(f"--{kind} {','.join(f'{angle:.10g}' for angle in np.degrees(getattr(gait, kind)).round(9))}")
     words += [f"--{key} {getattr(model, key)}" for key in MODEL if getattr(model, key) != getattr(own, key)]
     return " ".join(words)

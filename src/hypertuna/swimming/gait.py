@@ -15,6 +15,7 @@ from hypertuna.display import Displayed, Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.swimming.gait_checks import AXES as AXES
 from hypertuna.swimming.gait_checks import KINDS as KINDS
+from hypertuna.swimming.gait_checks import NEEDED as NEEDED
 from hypertuna.swimming.gait_checks import checked_values, largest
 from hypertuna.swimming.gait_checks import grid_axes as grid_axes
 

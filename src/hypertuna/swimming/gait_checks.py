@@ -11,7 +11,8 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
-KINDS = ("amplitude", "phase", "bias")
+NEEDED = ("amplitude", "phase")  # of every gait
+KINDS = (*NEEDED, "bias")
 AXES = ("frequency", *KINDS)  # of a grid
 
 
@@ -28,7 +29,7 @@ def grid_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array]:
     if (sound := _sound_axes(given, unit)) is not None:
         return sound
     axes = {name: _axis(name, axis, unit) for name, axis in given.items()}
-    first = {kind: axes[kind][0] for kind in KINDS[:2]} | {"bias": ()}
+    first = {kind: axes[kind][0] for kind in NEEDED} | {"bias": ()}
     axes["bias"] = axes["bias"] or [checked_values(axes["frequency"][0], first, unit)["bias"]]
     values: dict[str, dict[int, Any]] = {name: {} for name in axes}
     for k in range(max(map(len, axes.values()))):

@@ -5,74 +5,55 @@ from typing import Any
 import numpy as np
 
 from hypertuna.display import Card, number
-from hypertuna.pictures import captioned, curve_svg
+from hypertuna.pictures import curve_svg
 from hypertuna.swimming.cards import beat_svg, gait_text
 from hypertuna.swimming.gait import gait_table
+from hypertuna.trials.kind_steady import Steady
+from hypertuna.trials.kinds import KINDS, kind_of
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.smoothing import SmoothSeries
-from hypertuna.trials.steady import SteadyRun
+from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun
 from hypertuna.trials.tracks import JointSeries, Track
 from hypertuna.trials.trials import Trials
-
-MEASURES = {"speed": "m/s", "cost_of_transport": "J/(kg m)"}  # of steady runs
 
 
 def trials_card(trials: Trials) -> Card:
     """Show the runs."""
-    facts = [("steady runs", f"{len(trials.steady)}"), ("tracked recordings", f"{len(trials.recordings)}")]
-    rows = [
-        (run.name, gait_text(run.gait), number(run.speed if run.speed is not None else np.nan, "m/s"))
-        for run in trials.steady
-    ]
-    rows += [(one.name, f"{len(one.tracks)} tracked runs", "") for one in trials.recordings]
+    facts = [(f"{kind.label}s", f"{len(trials.kinds.get(kind, ()))}") for kind in KINDS]
+    rows = [kind_of(trial).cells(trial) for trial in trials.members]
     title = f"Trials: {len(trials.runs)} runs"
     return Card(title, facts, "", ("run", "gait", "speed"), rows, lambda: _trials_svg(trials))
 
 
 def _trials_svg(trials: Trials) -> str:
-    """Draw what steady runs measured over their frequency, else the path of the first tracked run."""
-    for key, unit in MEASURES.items():
-        runs = [run for run in trials.steady if getattr(run, key) is not None]
-        if runs:
-            label = f"measured {key.replace('_', ' ')} [{unit}] over frequency [Hz]"
-            values = [getattr(run, key) for run in runs]
-            dots = curve_svg([run.gait.frequency for run in runs], values, label, dots=True)
-            return captioned(dots, "Each dot is a steady run.")
-    tracks = [track for one in trials.recordings for track in one.tracks]
-    return captioned(_track_svg(tracks[0]), f"Run {tracks[0].run} from above.") if tracks else ""
+    """Draw the first kind of the trials."""
+    return next((kind.picture(members) for kind, members in trials.kinds.items()), "")
 
 
 def trial_columns(trials: Trials) -> dict[str, Any]:
     """Return every run as a row: steady runs with gait and measurements, tracked ones with their duration [s]."""
     import pandas as pd
 
-    steady = pd.concat([run.to_pandas() for run in trials.steady]) if trials.steady else pd.DataFrame({"run": []})
-    tracked = {
-        f"{one.name}/{track.run}": float(np.ptp(track.time)) for one in trials.recordings for track in one.tracks
-    }
-    durations = pd.DataFrame({"run": list(tracked), "duration_s": list(tracked.values())})
-    parts = [part for part in (steady, durations) if len(part)]
+    parts = [kind.table(members) for kind, members in trials.kinds.items()]
     return dict(pd.concat(parts, ignore_index=True).items())
 
 
 def steady_columns(run: SteadyRun) -> dict[str, Any]:
     """Return a steady run as columns."""
-    names = {"speed": "m_s", "cost_of_transport": "j_per_kg_m"}
     columns: dict[str, Any] = {"run": [run.name]} | gait_table([run.gait])
-    for key, unit in names.items():
-        for part in (key, f"{key}_sd"):
-            value = getattr(run, part)
-            columns[f"{part}_{unit}"] = [np.nan if value is None else value]
+    for key in (name for measured in MEASURED for name in (measured, f"{measured}_sd")):
+        value = getattr(run, key)
+        columns[COLUMNS[key]] = [np.nan if value is None else value]
     return columns | {"repeats": [run.repeats]}
 
 
 def steady_card(run: SteadyRun) -> Card:
     """Show what a steady run measured."""
     facts = [
-        (key.replace("_", " "), number(value, unit) + ("" if sd is None else f" ± {number(sd)}"))
-        for key, unit in MEASURES.items()
-        if (value := getattr(run, key)) is not None
-        for sd in [getattr(run, f"{key}_sd")]
+        (one.label, number(value, one.unit) + ("" if sd is None else f" ± {number(sd)}"))
+        for one in Steady.quantities
+        if (value := getattr(run, one.name)) is not None
+        for sd in [getattr(run, f"{one.name}_sd")]
     ]
     title = f"Steady run {run.name}: {gait_text(run.gait)}"
     return Card(title, [*facts, ("repeats", f"{run.repeats}")], picture=lambda: beat_svg(run.gait))

@@ -199,14 +199,14 @@ class Recording(
         return tuple(f"{self.name}/{track.run}" for track in self.tracks)
 
 
-def read_manifest(path: str | Path, robot: Robot) -> tuple[tuple[SteadyRun, ...], tuple[Recording, ...]]:
+def read_manifest(path: str | Path, robot: Robot) -> tuple[SteadyRun | Recording, ...]:
     """Read a TOML manifest and the files that it names."""
     return parse_manifest(read_toml(path), robot, folder=Path(path).parent, file=str(path))
 
 
 def parse_manifest(
     document: Mapping[str, Any], robot: Robot, *, folder: Path, file: str
-) -> tuple[tuple[SteadyRun, ...], tuple[Recording, ...]]:
+) -> tuple[SteadyRun | Recording, ...]:
     """Check the document of a manifest, and read the files that it names."""
     try:
         manifest = Manifest.model_validate(document)
@@ -215,11 +215,10 @@ def parse_manifest(
         raise translate(error, document, Manifest, file) from None
     except InputError as error:
         raise InputError(error.rule, file=file, key=error.key, value=error.value, fix=error.fix) from None
-    steady = tuple(run for name in manifest.steady for run in read_steady(folder / name, robot))
+    steady = (run for name in manifest.steady for run in read_steady(folder / name, robot))
     tables = enumerate(manifest.recordings)
-    return steady, tuple(
-        _recording(table, f"recordings[{i}]", robot, folder, file, manifest.tank) for i, table in tables
-    )
+    recordings = (_recording(table, f"recordings[{i}]", robot, folder, file, manifest.tank) for i, table in tables)
+    return (*steady, *recordings)
 
 
 def reference() -> str:

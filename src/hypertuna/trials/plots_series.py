@@ -1,5 +1,6 @@
 """Figures of measured joint angles, tracked paths and steady runs."""
 
+import pkgutil
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,8 +9,10 @@ from matplotlib.figure import Figure
 
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, sequence, styled
+from hypertuna.trials.kind_steady import Steady
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.smoothing import SmoothSeries
+from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tracks import JointSeries, Track
 from hypertuna.trials.trials import Trials
 
@@ -38,11 +41,21 @@ def plot_smooth(smoothed: SmoothSeries, *, width: float = WIDTH) -> Figure:
     return figure
 
 
-@styled
 def plot_track(track: Track, *, width: float = WIDTH) -> Figure:
     """Plot the path of a tracked run from above: `width` [inch]."""
+    return _plot_tracks([track], width=width)
+
+
+def plot_paths(recordings: Sequence[Recording], *, width: float = WIDTH) -> Figure:
+    """Plot the paths of tracked runs from above: `width` [inch]."""
+    return _plot_tracks([track for one in recordings for track in one.tracks], width=width)
+
+
+@styled
+def _plot_tracks(tracks: Sequence[Track], *, width: float) -> Figure:
+    """Plot paths from above."""
     figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
-    _draw_tracks(figure.subplots(), [track])
+    _draw_tracks(figure.subplots(), tracks)
     figure.legend(loc="outside lower left", ncols=4, **TIGHT)
     return figure
 
@@ -60,24 +73,26 @@ def plot_recording(recording: Recording, *, width: float = WIDTH) -> Figure:
     return figure
 
 
-@styled
 def plot_trials(trials: Trials, *, width: float = WIDTH) -> Figure:
     """Plot what steady runs measured over the frequency, or the paths of tracked ones: `width` [inch]."""
-    if not trials.steady:
-        figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
-        axes = figure.subplots()
-        _draw_tracks(axes, [track for one in trials.recordings for track in one.tracks])
-        figure.legend(loc="outside lower left", ncols=4, **TIGHT)
+    for kind, members in trials.kinds.items():
+        figure: Figure = pkgutil.resolve_name(kind.figure)(members, width=width)
         return figure
-    units = {"speed": "speed [m/s]", "cost_of_transport": "cost of transport [J/(kg m)]"}
-    shown = [key for key in units if any(getattr(run, key) is not None for run in trials.steady)]
+    raise InputError("must hold a run", key="plot", fix="read a file with measured runs")
+
+
+@styled
+def plot_steady_runs(runs: Sequence[SteadyRun], *, width: float = WIDTH) -> Figure:
+    """Plot what steady runs measured over the frequency: `width` [inch]."""
+    shown = [one for one in Steady.quantities if any(getattr(run, one.name) is not None for run in runs)]
     figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
-    for axes, key in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
-        runs = [run for run in trials.steady if getattr(run, key) is not None]
-        deviations = [getattr(run, f"{key}_sd") or 0.0 for run in runs]
-        frequency, values = [run.gait.frequency for run in runs], [getattr(run, key) for run in runs]
+    for axes, one in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
+        own = [run for run in runs if getattr(run, one.name) is not None]
+        deviations = [getattr(run, f"{one.name}_sd") or 0.0 for run in own]
+        frequency, values = [run.gait.frequency for run in own], [getattr(run, one.name) for run in own]
         axes.errorbar(frequency, values, deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
-        axes.set(xlabel="frequency [Hz]", ylabel=units[key], ylim=(0, None), title=f"{len(runs)} steady runs")
+        label = f"{one.label} [{one.unit}]"
+        axes.set(xlabel="frequency [Hz]", ylabel=label, ylim=(0, None), title=f"{len(own)} steady runs")
     return figure
 
 

@@ -5,11 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.trials.manifest import Recording
-from hypertuna.trials.replay import seen_from_start
-from hypertuna.trials.smoothing import SmoothSeries, smooth
+from hypertuna.trials.kinds import kind_of
+from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.start import beat_of
 from hypertuna.trials.trials import Trials
 
@@ -21,31 +19,9 @@ QUANTITIES = {  # label, unit and units per SI unit
 }
 
 
-def motion_of(recording: Recording) -> dict[str, float]:
-    """Return frequency [Hz], largest amplitude [rad] and speed [m/s] of a recording."""
-    speeds = [mean_speed(track.time, track.pose) for track in recording.tracks]
-    curve = smooth(recording.joints, noise=recording.noise)
-    return swim_of_series(curve) | {"speed": float(np.mean(speeds))}
-
-
-def mean_speed(time: Array, pose: Array) -> float:
-    """Return the distance from the first to the last frame over the time between them [m/s]."""
-    return float(np.linalg.norm(seen_from_start(pose, 0.0)[-1, :2]) / (time[-1] - time[0]))
-
-
-def motions_of(trials: Trials) -> list[dict[str, float]]:
-    """Return frequency [Hz], largest amplitude [rad] and speed [m/s], if measured, of every run and recording."""
-    steady = [
-        {"frequency": run.gait.frequency, "amplitude": max(run.gait.amplitude)}
-        | ({} if run.speed is None else {"speed": run.speed})
-        for run in trials.steady
-    ]
-    return [*steady, *(motion_of(recording) for recording in trials.recordings)]
-
-
 def reach_of(trials: Trials) -> dict[str, Any]:
     """Return the range of the runs as the keys of a table [fit]."""
-    rows, reach = motions_of(trials), {}
+    rows, reach = [kind_of(trial).motion(trial) for trial in trials.members], {}
     for name, (_, unit, factor) in QUANTITIES.items():
         values = [row[name] * factor for row in rows if name in row]
         key = f"{name}_{unit.replace('/', '_').lower()}"

@@ -9,7 +9,7 @@ from hypertuna.display import Displayed, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import Table, read_table
 from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
-from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.gait import KINDS, NEEDED, Gait
 
 # Columns of a file by attribute of `SteadyRun`; columns of angles are named by joint group.
 COLUMNS = {
@@ -21,7 +21,6 @@ COLUMNS = {
     "cost_of_transport_sd": "cost_of_transport_sd_j_per_kg_m",
     "repeats": "repeats",
 }
-ANGLES = ("amplitude", "phase", "bias")
 MEASURED = ("speed", "cost_of_transport")
 SPEED = Range(min=-100, max=100, unit="m/s")
 SIZE = Range(min=1e-9, max=1e9)  # of costs of transport and standard deviations, in SI
@@ -84,8 +83,8 @@ def _keys(table: Table, robot: Robot) -> list[str]:
     names = [group.name for group in robot.joints]
     rule = f"in KIND_GROUP_deg, GROUP is a joint group of {robot.name} by name or number ({', '.join(names)})"
     groups = {str(g + 1): g for g in range(len(names))} | {name: g for g, name in enumerate(names)}
-    angles = {f"{kind}_{name}_deg": f"{kind}[{g}]" for kind in ANGLES for name, g in groups.items()}
-    required = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in ANGLES[:2] for g, name in enumerate(names)}
+    angles = {f"{kind}_{name}_deg": f"{kind}[{g}]" for kind in KINDS for name, g in groups.items()}
+    required = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in NEEDED for g, name in enumerate(names)}
     del required["phase[0]"]  # 0 by definition
     said: set[str] = set()
     if {"time_s", "time", "t"} & {*table.head}:
@@ -108,7 +107,7 @@ def _keys(table: Table, robot: Robot) -> list[str]:
 
 def _hint(column: str, rule: str, angles: Mapping[str, str], said: set[str]) -> str:
     """Return what to do about an unknown column of angles, the rule once; nothing for others."""
-    if not column.startswith(ANGLES):
+    if not column.startswith(KINDS):
         return ""
     # one phase without a joint group: not that of the first, which is 0 by definition
     own = {key: name for name, key in angles.items()}  # names of groups come after their numbers
@@ -121,7 +120,7 @@ def _hint(column: str, rule: str, angles: Mapping[str, str], said: set[str]) -> 
 def _run(cells: dict[str, str], robot: Robot, file: str, line: int) -> SteadyRun:
     """Return the run of the cells of a row."""
     groups = range(len(robot.joints))
-    angles = {kind: [_number(cells.get(f"{kind}[{g}]", "0"), f"{kind}[{g}]") for g in groups] for kind in ANGLES}
+    angles = {kind: [_number(cells.get(f"{kind}[{g}]", "0"), f"{kind}[{g}]") for g in groups] for kind in KINDS}
     gait = Gait.from_degrees(frequency=_number(cells["frequency"], "frequency"), **angles)
     measured = {key: _number(cells[key], key) for key in COLUMNS if key.startswith(MEASURED) and cells.get(key)}
     repeats = cells.get("repeats") or "1"

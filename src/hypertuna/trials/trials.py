@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,8 @@ from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.trials.importers import import_folder
+from hypertuna.trials.kind import Kind
+from hypertuna.trials.kinds import KINDS, kind_of
 from hypertuna.trials.manifest import Recording, parse_manifest, read_manifest
 from hypertuna.trials.radio_log import steady_runs
 from hypertuna.trials.steady import SteadyRun, read_steady
@@ -31,20 +33,34 @@ class Trials(
 ):
     """Measured runs of a robot; names of runs, and of recordings, are unique."""
 
-    steady: tuple[SteadyRun, ...] = ()
-    recordings: tuple[Recording, ...] = ()
+    members: tuple[SteadyRun | Recording, ...] = ()  # in the order of `hypertuna.trials.kinds.KINDS`
 
     def __post_init__(self) -> None:
-        steady = [(run.name, run.file) for run in self.steady]
-        tracked = [(name, recording.file) for recording in self.recordings for name in recording.runs]
-        _check_unique([(recording.name, recording.file) for recording in self.recordings], "recording")
-        _check_unique(steady + tracked, "run")
+        for kind, members in self.kinds.items():
+            _check_unique([(trial.name, trial.file) for trial in members], kind.label.split()[-1])
+        object.__setattr__(self, "members", tuple(trial for members in self.kinds.values() for trial in members))
+        _check_unique([(name, trial.file) for trial in self.members for name in kind_of(trial).runs(trial)], "run")
+
+    @property
+    def steady(self) -> tuple[SteadyRun, ...]:
+        """The steady runs."""
+        return tuple(trial for trial in self.members if isinstance(trial, SteadyRun))
+
+    @property
+    def recordings(self) -> tuple[Recording, ...]:
+        """The tracked recordings."""
+        return tuple(trial for trial in self.members if isinstance(trial, Recording))
 
     @property
     def runs(self) -> tuple[str, ...]:
         """Names of all runs: those of steady runs, then RECORDING/RUN of tracked ones."""
-        tracked = (name for recording in self.recordings for name in recording.runs)
-        return (*(run.name for run in self.steady), *tracked)
+        return tuple(name for trial in self.members for name in kind_of(trial).runs(trial))
+
+    @property
+    def kinds(self) -> dict[Kind[Any], tuple[Any, ...]]:
+        """Members of each kind that has any."""
+        members = {kind: tuple(one for one in self.members if isinstance(one, kind.trial)) for kind in KINDS}
+        return {kind: own for kind, own in members.items() if own}
 
     def only(self, names: Iterable[str]) -> Trials:
         """Return some of the runs, in the order of these trials; recordings without any of them are left out.
@@ -62,15 +78,11 @@ class Trials(
         for name in sorted(chosen.difference(self.runs)):
             fix = did_you_mean(name, self.runs)
             raise InputError("must be a run of the trials", key="run", value=shown(name), fix=fix)
-        recordings = []
-        for recording in self.recordings:
-            pairs = zip(recording.runs, recording.tracks, strict=True)
-            if tracks := tuple(track for name, track in pairs if name in chosen):
-                recordings.append(replace(recording, tracks=tracks))
-        return Trials(tuple(run for run in self.steady if run.name in chosen), tuple(recordings))
+        kept = (kind_of(trial).only(trial, chosen) for trial in self.members)
+        return Trials(tuple(trial for trial in kept if trial is not None))
 
     def __add__(self, other: Trials) -> Trials:
-        return Trials(self.steady + other.steady, self.recordings + other.recordings)
+        return Trials(self.members + other.members)
 
 
 @checked
@@ -98,12 +110,12 @@ def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot | str | P
 def _read(path: Path, robot: Robot) -> Trials:
     """Read one file or folder."""
     if os.path.isdir(path):
-        return Trials(*parse_manifest(import_folder(path), robot, folder=Path(), file=str(path)))
+        return Trials(parse_manifest(import_folder(path), robot, folder=Path(), file=str(path)))
     suffix = path.suffix.lower()
     if suffix == ".csv":
         return Trials(read_steady(path, robot))
     if suffix == ".toml":
-        return Trials(*read_manifest(path, robot))
+        return Trials(read_manifest(path, robot))
     if suffix == ".mcap":
         return Trials(steady_runs(path, robot))
     rule = "must be a CSV file of steady runs, a TOML manifest, a .mcap log or a folder"
@@ -121,6 +133,12 @@ def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
             fix = "give each file once, and each run its own name"
             raise InputError("must be unique", file=file or None, key=f"{what} {name}", value=value, fix=fix)
         first[name] = file
+
+
+def implausible(trials: Trials, robot: Robot) -> tuple[list[InputError], list[str]]:
+    """Return errors on files that must be in wrong units, and warnings on files that are unlikely."""
+    found = [kind.implausible(members, robot) for kind, members in trials.kinds.items()]
+    return [error for errors, _ in found for error in errors], [text for _, texts in found for text in texts]
 
 
 def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
@@ -150,5 +168,6 @@ def digest(trials: Trials) -> str:
         else:
             sha.update(repr(value).encode() + b";")
 
-    update(trials)
+    for kind in KINDS:
+        update(trials.kinds.get(kind, ()))
     return sha.hexdigest()

@@ -1,0 +1,186 @@
+"""Base of the kinds of trials: what a kind adds to a fit, to tables and to figures."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+T = TypeVar("T", bound=Any)  # of trials: each has a `name`, unique among those of its kind, a `file`, and `to_pandas`
+
+FAILED = 10.0  # error of a run without a settled beat: times what was measured, or body lengths, or rad
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What trials of a kind measure."""
+
+    name: str
+    unit: str  # SI
+    error: str  # unit of its errors: m, deg, or "relative" of single numbers, over what was measured
+    shown: str  # displayed unit of the errors
+    factor: float  # displayed units per unit of the error
+    level: float  # first noise level where neither a file nor repeated runs state it: relative, or SI
+    source: str  # what sentences call the measurement
+    path: str = ""  # of components: name of the vector, whose length is the size that their errors are judged by
+    per_si: float = 1.0  # units of the error per SI unit
+
+    @property
+    def key(self) -> str:
+        """Name of the error, with the unit."""
+        return f"{self.name}_{self.error}"
+
+    @property
+    def label(self) -> str:
+        """The name in words."""
+        return self.name.replace("_", " ")
+
+    @property
+    def relative(self) -> bool:
+        """Whether a run is one number, with a relative error."""
+        return self.error == "relative"
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One independent measurement: a number, or all frames of a run along one axis."""
+
+    quantity: str
+    run: int  # in its rows
+    sd: float  # standard deviation [SI]; where unknown, the factor on the noise level
+    known: bool  # whether `sd` is known
+    count: int  # elements
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where trials are predicted: the model with values of the free coefficients, and its derivatives by them."""
+
+    robot: Robot
+    model: Any  # of the core
+    columns: Mapping[str, Sequence[float]]  # of the robot that differ from the description
+    along: Array | None  # (parameters, n) by the scaled free coefficients; None for zero Jacobians
+    count: int  # n
+    nuisances: Mapping[str, tuple[int, float, float]]  # by name: position, value [SI], derivative by the scaled one
+    levels: Mapping[str, float]  # noise by quantity
+    steps: int  # Runge-Kutta steps per beat, and of its derivatives
+    gradient_steps: int
+    threads: int
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Computed runs."""
+
+    computed: Array  # (elements,), in the units of what was measured
+    jacobian: Array  # (elements, n), by the free coefficients, each in its scale
+    failed: NDArray[np.bool_]  # (runs,), without a settled beat
+    unstable: NDArray[np.bool_]  # (runs,), periodic but unstable
+    measurable: Mapping[str, tuple[Array, Array]]  # quantities of all runs, measured or not, and their Jacobians
+
+
+@dataclass(frozen=True)
+class Rows(ABC):
+    """Rows of the residual that are predicted together."""
+
+    measured: Array  # (elements,) [SI]
+    sample: NDArray[np.intp]  # (elements,), index into samples
+    samples: Sequence[Sample]
+    runs: int
+
+    one_motion: ClassVar[bool] = False  # whether all runs repeat one motion
+    uncertain: ClassVar[Any] = False  # whether what the model is given has errors, see `drawn`
+
+    @cached_property
+    def sd(self) -> Array:
+        """Standard deviation (samples,), see `Sample`."""
+        return np.array([sample.sd for sample in self.samples])
+
+    @abstractmethod
+    def predict(self, at: Point) -> Prediction:
+        """Compute the rows; a run without a settled beat is far off, without Jacobian, so that a search turns back."""
+
+    def drawn(self, robot: Robot, rng: np.random.Generator) -> Self:
+        """Return the rows with the errors of what the model is given drawn anew."""
+        return self
+
+    def speed_errors(self) -> list[dict[int, float]]:
+        """Return for each trial what makes a relative error of speed of elements' errors, if anything.
+
+        Weights by element: a row of all elements would take memory by the square of the runs.
+        """
+        return [{} for _ in range(1 if self.one_motion else self.runs)]
+
+
+class Kind(ABC, Generic[T]):
+    """A kind of trial: its members have a `name` and a `file`."""
+
+    trial: type[T]
+    key: ClassVar[str]  # in manifests, and in what `trials check` prints
+    label: ClassVar[str]  # of one
+    others: ClassVar[str]  # what else could be measured of this kind, in sentences
+    transient: ClassVar[bool] = False  # whether it shows transients
+    quantities: ClassVar[tuple[Quantity, ...]]
+    figure: ClassVar[str]  # "module:function", of members and width
+
+    def runs(self, trial: T) -> tuple[str, ...]:
+        """Return the names of its runs: it is one by default."""
+        return (trial.name,)
+
+    def only(self, trial: T, names: Collection[str]) -> T | None:
+        """Return the trial with some of its runs, None without any."""
+        return trial if trial.name in names else None
+
+    @abstractmethod
+    def motion(self, trial: T) -> dict[str, float]:
+        """Return frequency [Hz], largest amplitude [rad] and speed [m/s], if there are any and they are measured."""
+
+    @abstractmethod
+    def rows(self, robot: Robot, trials: Sequence[T], lowest: Mapping[str, float]) -> list[Rows]:
+        """Lay out trials for a fit; lowest: lower bounds of free nuisances by name [SI]."""
+
+    def part(self, trials: Sequence[T], count: int) -> Sequence[T]:
+        """Return evenly spaced trials for a rough search, about `count`; all where few are usual."""
+        return trials
+
+    def implausible(self, trials: Sequence[T], robot: Robot) -> tuple[list[InputError], list[str]]:
+        """Return errors on files that must be in wrong units, and warnings on files that are unlikely."""
+        return [], []
+
+    def repeated(self, training: Sequence[T], validation: Sequence[T]) -> list[str]:
+        """Write warnings on validation runs that repeat motions of the training runs."""
+        return []
+
+    @abstractmethod
+    def cells(self, trial: T) -> tuple[str, str, str]:
+        """Return name, motion and speed in words."""
+
+    @abstractmethod
+    def picture(self, trials: Sequence[T]) -> str:
+        """Draw one trial or more as an <svg> element, with its caption."""
+
+    def table(self, trials: Sequence[T]) -> pd.DataFrame:
+        """Return every run as a row."""
+        import pandas as pd
+
+        return pd.concat([trial.to_pandas() for trial in trials])
+
+    @abstractmethod
+    def summaries(self, trials: Sequence[T], robot: Robot) -> list[dict[str, Any]]:
+        """Return the content of the trials, names with units."""
+
+    @abstractmethod
+    def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
+        """Lay out a summary."""

@@ -1,0 +1,162 @@
+"""Steady runs as a kind of trial: the gait settles, and its speed and cost of transport are compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.swimming.beat import directional_derivatives, settle
+from hypertuna.swimming.gait import KINDS, Gait, Gaits
+from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
+from hypertuna.trials.plausibility import implausible_runs
+from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun
+
+USABLE = (0, 2)  # settled, and periodic but unstable: both have derivatives
+UNSTABLE = 2
+NO_BEAT = 3
+
+
+@dataclass(frozen=True)
+class SteadyRows(Rows):
+    """Steady runs ready to be settled."""
+
+    gaits: tuple[Gait, ...]
+
+    def predict(self, at: Point) -> Prediction:
+        """Compute speed and cost of transport of every run."""
+        gaits = Gaits.of(self.gaits)
+        beats = settle(at.robot, gaits, model=at.model, steps=at.steps, threads=at.threads)
+        by = dict.fromkeys(MEASURED, np.zeros((len(gaits), at.count)))
+        if at.along is not None:
+            with np.errstate(all="ignore"):  # gaits without a settled beat have no derivatives
+                options: dict[str, Any] = {"model": at.model, "steps": at.gradient_steps, "threads": at.threads}
+                by = directional_derivatives(at.robot, gaits, beats, at.along, **options)
+        usable = np.isin(beats["status"], USABLE) & np.isfinite(beats["cost_of_transport"]) & (beats["speed"] != 0)
+        sound = usable[:, np.newaxis]
+        table = {name: (beats[name], np.where(sound & np.isfinite(by[name]), by[name], 0.0)) for name in MEASURED}
+        if nuisance := at.nuisances.get("cost_factor"):
+            # the measured cost of transport is the mechanical one times this factor
+            (cost, jacobian), (k, factor, by_scaled) = table["cost_of_transport"], nuisance
+            jacobian = factor * jacobian
+            jacobian[:, k] = np.where(usable, cost * by_scaled, 0.0)
+            table["cost_of_transport"] = factor * cost, jacobian
+        run = np.array([sample.run for sample in self.samples])
+        kind = np.array([MEASURED.index(sample.quantity) for sample in self.samples])
+        computed, jacobian = (np.stack([table[name][part] for name in MEASURED])[kind, run] for part in (0, 1))
+        wrong = ~usable[run]
+        computed[wrong] = FAILED * np.maximum(np.abs(self.measured), self.sd)[wrong]
+        jacobian[wrong] = 0.0
+        return Prediction(computed, jacobian, ~usable, usable & (beats["status"] == UNSTABLE), table)
+
+    def speed_errors(self) -> list[dict[int, float]]:
+        """Return for each run what makes the relative error of its speed."""
+        found: list[dict[int, float]] = [{} for _ in self.gaits]
+        for k, (sample, value) in enumerate(zip(self.samples, self.measured.tolist(), strict=True)):
+            if sample.quantity == "speed" and value:
+                found[sample.run] = {k: 1 / value}
+        return found
+
+
+class Steady(Kind[SteadyRun]):
+    """Steady runs."""
+
+    trial = SteadyRun
+    key, label, others = "steady", "steady run", "gaits"
+    quantities = (
+        Quantity("speed", "m/s", "relative", "%", 100.0, 0.05, "speed"),
+        Quantity("cost_of_transport", "J/(kg m)", "relative", "%", 100.0, 0.05, "cost of transport"),
+    )
+    figure = "hypertuna.trials.plots_series:plot_steady_runs"
+
+    def motion(self, trial: SteadyRun) -> dict[str, float]:
+        """Return frequency and amplitude of its gait, and its speed."""
+        own = {"frequency": trial.gait.frequency, "amplitude": max(trial.gait.amplitude)}
+        return own if trial.speed is None else own | {"speed": trial.speed}
+
+    def rows(self, robot: Robot, trials: Sequence[SteadyRun], lowest: Mapping[str, float]) -> list[Rows]:
+        """Lay out all runs together."""
+        values, samples = [], []
+        for r, run in enumerate(trials):
+            for name in MEASURED:
+                value, sd = getattr(run, name), getattr(run, f"{name}_sd")
+                if value == 0 and sd is None:
+                    key, fix = f"line {run.line}, speed_m_s", "give speed_sd_m_s"
+                    rule = "must have a standard deviation where it is 0: a relative error is not defined"
+                    raise InputError(rule, file=run.file, key=key, fix=fix)
+                if value is not None:
+                    size = (abs(value) if sd is None else sd) / math.sqrt(run.repeats)
+                    samples.append(Sample(name, r, size, sd is not None, 1))
+                    values.append(value)
+        gaits = tuple(run.gait for run in trials)
+        return [SteadyRows(np.array(values, dtype=float), np.arange(len(values)), samples, len(trials), gaits)]
+
+    def part(self, trials: Sequence[SteadyRun], count: int) -> Sequence[SteadyRun]:
+        """Return evenly spaced runs."""
+        return trials[:: max(1, len(trials) // count)]
+
+    def implausible(self, trials: Sequence[SteadyRun], robot: Robot) -> tuple[list[InputError], list[str]]:
+        """Judge each file of runs by its speeds and amplitudes."""
+        return implausible_runs(trials, robot)
+
+    def repeated(self, training: Sequence[SteadyRun], validation: Sequence[SteadyRun]) -> list[str]:
+        """Write a warning on gaits that repeat."""
+        gaits = {run.gait for run in training}
+        count = sum(run.gait in gaits for run in validation)
+        runs = f"{count} of {len(validation)} steady validation runs"
+        return [f"{runs} repeat gaits of the training runs."] if count else []
+
+    def cells(self, trial: SteadyRun) -> tuple[str, str, str]:
+        """Return name, gait and speed."""
+        from hypertuna.display import number
+        from hypertuna.swimming.cards import gait_text
+
+        return trial.name, gait_text(trial.gait), number(trial.speed if trial.speed is not None else np.nan, "m/s")
+
+    def picture(self, trials: Sequence[SteadyRun]) -> str:
+        """Draw what was measured over the frequency."""
+        from hypertuna.pictures import captioned, curve_svg
+
+        one = next(q for q in self.quantities if any(getattr(run, q.name) is not None for run in trials))
+        runs = [run for run in trials if getattr(run, one.name) is not None]
+        label = f"measured {one.label} [{one.unit}] over frequency [Hz]"
+        values = [getattr(run, one.name) for run in runs]
+        dots = curve_svg([run.gait.frequency for run in runs], values, label, dots=True)
+        return captioned(dots, "Each dot is a steady run.")
+
+    def summaries(self, trials: Sequence[SteadyRun], robot: Robot) -> list[dict[str, Any]]:
+        """Return for each file the minimum and maximum of each column."""
+        files = dict.fromkeys(run.file for run in trials)
+        return [_summary(file, [run for run in trials if run.file == file], robot) for file in files]
+
+    def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
+        """Lay out the content of a file."""
+        counts = (f"{summary[key]} {noun}{'s' * (summary[key] != 1)}" for key, noun in COUNTED.items())
+        yield f"{summary['file']}: {' of '.join(counts)}"
+        for name, span in summary.items():
+            if isinstance(span, list):
+                low, high = (f"{round(value, 12):.4g}" for value in span)
+                yield f"  {name}: {low}" + f" to {high}" * (high != low)
+            elif span is None:
+                yield f"  {name}: not given"
+
+
+COUNTED = {"runs": "steady run", "swims": "swim"}
+
+
+def _summary(file: str, runs: Sequence[SteadyRun], robot: Robot) -> dict[str, Any]:
+    """Return the content of a file of steady runs: minimum and maximum of each column."""
+    columns: dict[str, list[float | None]] = {"frequency_hz": [run.gait.frequency for run in runs]}
+    for g, group in enumerate(robot.joints):
+        for kind in KINDS:
+            columns[f"{kind}_{group.name}_deg"] = [np.degrees(getattr(run.gait, kind)[g]) for run in runs]
+    for key in (name for measured in MEASURED for name in (measured, f"{measured}_sd")):
+        columns[COLUMNS[key]] = [getattr(run, key) for run in runs]
+    given = {name: [value for value in column if value is not None] for name, column in columns.items()}
+    spans = {name: [min(values), max(values)] if values else None for name, values in given.items()}
+    return {"file": file, "runs": len(runs), "swims": sum(run.repeats for run in runs)} | spans

@@ -1,0 +1,271 @@
+"""Recordings as a kind of trial: measured joint angles are replayed, and the head's poses are compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.swimming.model import parameter_names
+from hypertuna.trials.comparison import repeatability
+from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
+from hypertuna.trials.manifest import Recording
+from hypertuna.trials.replay import AXES, BORDER, joint_grid, replay_jacobian, seen_from_start
+from hypertuna.trials.smoothing import SmoothSeries, smooth
+from hypertuna.trials.start import Unknown, beat_of, begin_of, between, head_of, meet
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MIN_RUNS = 4  # of a recording, for its noise to be computed from their scatter; that of fewer is estimated with the fit
+
+
+@dataclass(frozen=True)
+class TrackedRows(Rows):
+    """A recording ready to be replayed: its joint motion, and the frames of its runs."""
+
+    recording: Recording
+    curve: SmoothSeries  # of its joint angles
+    joints: Array  # (2 * steps + 1, links, 3)
+    step: float  # s
+    time: Array  # (steps + 1,) s, on the clock of the tracks
+    frames: Array  # (frames,) s, of all runs
+    turn: Array  # (frames,) rad, from the axes of the replay to those of the run
+    twist: Array | None  # (3,) at the start, of a run that begins in motion: given, or a guess
+    error: Array  # (runs, 3), of the first poses: a guess
+    unknown: Unknown | None  # of how the runs begin
+
+    one_motion: ClassVar[bool] = True
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether the joint angles have noise."""
+        return bool(self.curve.noise.any())
+
+    def drawn(self, robot: Robot, rng: np.random.Generator) -> Self:
+        """Return the rows with the noise of the joint angles drawn anew."""
+        series, noise = self.recording.joints, self.recording.noise
+        angle = self.curve(series.time)[:, :, 0]
+        series = replace(series, angle=angle + self.curve.noise * rng.standard_normal(angle.shape))
+        return replace(self, joints=joint_grid(robot, smooth(series, noise=noise))[0])
+
+    def predict(self, at: Point) -> Prediction:
+        """Compute poses at the frames of all runs, axis by axis."""
+        frames, n = len(self.frames), at.count
+        along = np.zeros((len(parameter_names(at.robot)), 0)) if at.along is None else at.along
+        half = at.columns.get("links.length", at.robot.links.length)[0] / 2
+        by_half = along[parameter_names(at.robot).index("links.length[0]")] / 2
+        # at the frames, between two steps of the replay; before its start the robot rests
+        offset = at.nuisances.get(f"time_offset[{self.recording.name}]")
+        shift = 0.0 if offset is None else offset[1] - self.recording.time_offset
+        clock = (self.frames - shift - self.time[0]) / self.step
+
+        def swum(twist: Array | None) -> tuple[Array, Array, Array]:
+            pose, _, by = replay_jacobian(at.robot, self.joints, self.step, along, model=at.model, twist=twist)
+            first = 0 if twist is None else 3
+            by_own = by_half if twist is None else np.append(np.zeros(3), by_half)
+            center, by = head_of(half, pose, by, by_own)
+            there, by = between(center, by, clock)
+            if offset is not None and at.along is not None:
+                left = np.clip(np.floor(clock).astype(int), 0, len(center) - 2)
+                rate = (center[left + 1] - center[left]) / self.step * offset[2]
+                by[:, :, first + offset[0]] = np.where((clock < 0)[:, np.newaxis], 0.0, -rate)
+            return there, by[..., :first], by[..., first:]
+
+        if self.unknown is None:
+            there, _, by = swum(self.twist)
+        else:
+            there, by = meet(self.unknown, swum, self.twist, self.error, self._noise(at.levels))[2:]
+        by = by if at.along is not None else np.zeros((frames, 3, n))
+        runs = np.zeros(self.runs, dtype=bool)
+        if not (np.isfinite(there).all() and np.isfinite(by).all()):
+            far = FAILED * np.array([at.robot.body.length, at.robot.body.length, 1.0])
+            return Prediction(np.repeat(far, frames), np.zeros((3 * frames, n)), ~runs, runs, {})
+        turn = self.turn
+        rotation = np.stack([np.cos(turn), -np.sin(turn), np.sin(turn), np.cos(turn)], -1).reshape(-1, 2, 2)
+        there[:, :2] = np.einsum("fij,fj->fi", rotation, there[:, :2])
+        by[:, :2] = np.einsum("fij,fjn->fin", rotation, by[:, :2])
+        return Prediction(there.T.ravel(), np.moveaxis(by, 1, 0).reshape(3 * frames, n), runs, runs, {})
+
+    def speed_errors(self) -> list[dict[int, float]]:
+        """Return what makes the relative error of the speed along the net displacement of all runs."""
+        row: dict[int, float] = {}
+        for run in range(self.runs):
+            # the error of the last frame over its distance from the start
+            own = (k for k, sample in enumerate(self.samples) if sample.run == run and sample.quantity in ("x", "y"))
+            last = [int(np.flatnonzero(self.sample == k)[-1]) for k in own]
+            distance = max(float(np.sum(self.measured[last] ** 2)), 1e-300)
+            row |= {k: self.measured[k] / distance / self.runs for k in last}
+        return [row]
+
+    def _noise(self, levels: Mapping[str, float]) -> Array:
+        """Return the standard deviation (3,) of frames [m, m, rad], its root mean square over runs."""
+        level = {quantity.name: levels.get(quantity.name, quantity.level) for quantity in Tracked.quantities}
+        sd = np.array([(1.0 if sample.known else level[sample.quantity]) * sample.sd for sample in self.samples])
+        names = np.array([sample.quantity for sample in self.samples])
+        return np.array([np.sqrt(np.mean(sd[names == axis] ** 2)) for axis in AXES])
+
+
+class Tracked(Kind[Recording]):
+    """Tracked recordings."""
+
+    trial = Recording
+    key, label, others, transient = "recordings", "tracked recording", "motions", True
+    quantities = (
+        Quantity("x", "m", "m", "cm", 100.0, 0.01, "tracks", "path"),
+        Quantity("y", "m", "m", "cm", 100.0, 0.01, "tracks", "path"),
+        Quantity("yaw", "rad", "deg", "deg", 1.0, 0.03, "tracks", per_si=180 / math.pi),
+    )
+    figure = "hypertuna.trials.plots_series:plot_paths"
+
+    def runs(self, trial: Recording) -> tuple[str, ...]:
+        """Return RECORDING/RUN of each."""
+        return trial.runs
+
+    def only(self, trial: Recording, names: Collection[str]) -> Recording | None:
+        """Return the recording with some of its runs."""
+        tracks = tuple(track for name, track in zip(trial.runs, trial.tracks, strict=True) if name in names)
+        return replace(trial, tracks=tracks) if tracks else None
+
+    def motion(self, trial: Recording) -> dict[str, float]:
+        """Return frequency and amplitude of the joint angles, and the mean speed from the first to the last frame."""
+        frequency, amplitude = beat_of(smooth(trial.joints, noise=trial.noise))
+        ends = ((track.time, seen_from_start(track.pose, 0.0)[-1, :2]) for track in trial.tracks)
+        speeds = [float(np.linalg.norm(end) / (time[-1] - time[0])) for time, end in ends]
+        return {"frequency": frequency, "amplitude": float(amplitude.max()), "speed": float(np.mean(speeds))}
+
+    def rows(self, robot: Robot, trials: Sequence[Recording], lowest: Mapping[str, float]) -> list[Rows]:
+        """Lay out each recording: all frames of all runs along x, then y, then yaw."""
+        return [_rows(robot, recording, lowest.get(f"time_offset[{recording.name}]")) for recording in trials]
+
+    def repeated(self, training: Sequence[Recording], validation: Sequence[Recording]) -> list[str]:
+        """Write a warning on joint motions that repeat."""
+        known = {one.name for one in training}
+        names = ", ".join(one.name for one in validation if one.name in known)
+        text = (
+            f"The validation runs of {names} repeat joint motions of the training runs: they separate "
+            "noise from model error, but do not show how well other motions are predicted. Fit one recording and "
+            "replay another to see that."
+        )
+        return [text] if names else []
+
+    def cells(self, trial: Recording) -> tuple[str, str, str]:
+        """Return name and number of runs."""
+        return trial.name, f"{len(trial.tracks)} tracked runs", ""
+
+    def picture(self, trials: Sequence[Recording]) -> str:
+        """Draw the path of the first run."""
+        from hypertuna.pictures import captioned, curve_svg
+
+        track = trials[0].tracks[0]
+        x, y = track.pose[:, :2].T
+        return captioned(curve_svg(x, y, "y [m] over x [m]", equal=True), f"Run {track.run} from above.")
+
+    def table(self, trials: Sequence[Recording]) -> pd.DataFrame:
+        """Return the duration of each run [s]."""
+        import pandas as pd
+
+        runs = {name: track for one in trials for name, track in zip(one.runs, one.tracks, strict=True)}
+        return pd.DataFrame({"run": list(runs), "duration_s": [float(np.ptp(track.time)) for track in runs.values()]})
+
+    def summaries(self, trials: Sequence[Recording], robot: Robot) -> list[dict[str, Any]]:
+        """Return the content of each recording."""
+        return [_summary(recording) for recording in trials]
+
+    def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
+        """Lay out the content of a recording."""
+        runs, frames, spread = len(summary["runs"]), sum(summary["frames"]), summary["repeatability"]
+        yield f"{summary['name']}: recording of {runs} run{'s' * (runs != 1)}, {frames} frame{'s' * (frames != 1)}"
+        for what, count in (("joints", f"{summary['joint_samples']} samples"), ("poses", "tracked")):
+            begin, end = summary[f"{what}_s"]
+            yield f"  {what}: {count} from {begin:.4g} to {end:.4g} s"
+        axes = ", ".join(f"{axis.split('_')[0]} {spread[axis]:.2f} {axis.split('_')[1]}" for axis in spread)
+        yield f"  repeatability: {axes if runs > 1 else 'not known, one run'}"
+        moving = f"in motion, velocity {summary['velocity']}"
+        yield f"  begin: {'at rest' if summary['begin'] == 'rest' else moving}"
+        if summary["lag_s"]:
+            lags = ", ".join(f"{1000 * lag:.0f}" for lag in summary["lag_s"])
+            yield f"  joints lag behind their targets by {lags} ms"
+        if summary["ended_by_a_wall"]:
+            yield f"  ended near a wall: {', '.join(summary['ended_by_a_wall'])}"
+
+
+def _rows(robot: Robot, recording: Recording, lowest: float | None) -> TrackedRows:
+    """Return what to replay, with the poses seen from the first of each run.
+
+    lowest: lower bound of a free time offset [s]; only frames are used that the replay spans for all its values.
+    """
+    curve = smooth(recording.joints, noise=recording.noise)
+    joints, step = joint_grid(robot, curve)
+    time = recording.joints.time[0] + recording.time_offset + step * np.arange(len(joints) // 2 + 1)
+    begin, end = time[0], time[-1]
+    if lowest is not None and recording.moving:
+        fix = "give its time_offset_s, or write begin = 'rest'"
+        key = f"time_offset[{recording.name}]"
+        raise InputError("cannot be free where the runs begin in motion", key=key, fix=fix)
+    if lowest is not None:  # before the first frame of the replay the robot rests
+        begin, end = -math.inf, end + min(0.0, lowest - recording.time_offset)
+    times, turns, poses, replay_axes = [], [], [], []
+    for name, track in zip(recording.runs, recording.tracks, strict=True):
+        inside = (track.time >= begin) & (track.time <= end)
+        if not inside.any():
+            rule = f"must overlap the recording, {time[0]:g} to {time[-1]:g} s"
+            value = f"{track.time[0]:g} to {track.time[-1]:g} s"
+            fix = "put both on the same clock, or narrower bounds of time_offset"
+            raise InputError(rule, file=recording.file, key=f"run {name}", value=value, fix=fix)
+        heading = track.pose[0, 2]
+        times.append(track.time[inside])
+        turns.append(np.full(inside.sum(), heading - math.pi))
+        poses.append(seen_from_start(track.pose, heading)[inside])
+        replay_axes.append(seen_from_start(track.pose, math.pi)[inside])
+    samples = _samples(recording, [len(clock) for clock in times])
+    begin_at, inexact = recording.begin(robot)
+    period = 1 / beat_of(curve)[0]
+    twist, error = begin_of(robot, joints, step, recording.tracks, begin_at, inexact, until=period)
+    measured = np.concatenate(poses).T.ravel()
+    sample = np.repeat(np.arange(len(samples)), [one.count for one in samples])
+    own = (recording, curve, joints, step, time, np.concatenate(times), np.concatenate(turns), twist, error)
+    return TrackedRows(measured, sample, samples, len(times), *own, Unknown.of(replay_axes, begin_at, inexact))
+
+
+def _samples(recording: Recording, sizes: Sequence[int]) -> list[Sample]:
+    """Return a sample for each axis and run, of its number of frames."""
+    runs, scatter = len(recording.tracks), np.full(3, np.nan)
+    if runs >= MIN_RUNS:
+        scatter = repeatability(recording.tracks) * math.sqrt(runs / (runs - 1))
+    found = []
+    for axis, spread in zip(AXES, scatter.tolist(), strict=True):
+        known = math.isfinite(spread) and spread > 0
+        sd = spread if known else 1 / math.sqrt(recording.repeats)
+        found += [Sample(axis, run, sd, known, size) for run, size in enumerate(sizes)]
+    return found
+
+
+def _summary(recording: Recording) -> dict[str, Any]:
+    """Return the content of a recording."""
+    time, offset, tracks = recording.joints.time, recording.time_offset, recording.tracks
+    borders = [(axis, *BORDER[unit]) for axis, unit in AXES.items()]
+    own = zip(borders, repeatability(tracks), strict=True)
+    spread = {f"{axis}_{unit}": size * factor for (axis, unit, factor), size in own}
+    return {
+        "name": recording.name,
+        "file": recording.file,
+        "joint_file": recording.joints.file,
+        "joint_samples": len(time),
+        "joints_s": [time[0] + offset, time[-1] + offset],
+        "time_offset_s": offset,
+        "runs": [track.run for track in tracks],
+        "frames": [len(track.time) for track in tracks],
+        "poses_s": [min(track.time[0] for track in tracks), max(track.time[-1] for track in tracks)],
+        "repeatability": spread,
+        "begin": "rest" if not recording.moving else "moving",
+        "velocity": "given" if recording.velocity else "estimated" if recording.moving else "0",
+        "lag_s": recording.lag,
+        "ended_by_a_wall": recording.ended,
+    }

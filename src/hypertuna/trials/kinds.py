@@ -1,0 +1,15 @@
+"""The kinds of trials: every list of trials, of what they measure and of how they are shown follows from this one."""
+
+from typing import Any
+
+from hypertuna.trials.kind import Kind, Quantity
+from hypertuna.trials.kind_steady import Steady
+from hypertuna.trials.kind_tracked import Tracked
+
+KINDS: tuple[Kind[Any], ...] = (Steady(), Tracked())
+QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for kind in KINDS for quantity in kind.quantities}
+
+
+def kind_of(trial: Any) -> Kind[Any]:
+    """Return the kind of a trial."""
+    return next(kind for kind in KINDS if isinstance(trial, kind.trial))
