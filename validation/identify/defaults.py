@@ -79,7 +79,7 @@ def early(trials: Trials) -> Trials:
         )
         for recording in trials.recordings
     ]
-    return replace(trials, recordings=tuple(cut))
+    return ht.Trials((*trials.steady, *cut))
 
 
 def fitted(robot: ht.Robot, trials: Trials, names: tuple[str, ...], priors: bool) -> tuple[ht.Robot, list[float]]:
