@@ -74,7 +74,7 @@ $(VENV)/.installed-sb3: $(VENV)/.installed-test
 
 # --- what to run
 
-.PHONY: dev demo test test-cpp test-studio hosts mujoco-plugin test-sanitized test-python test-processors test-fe test-firmware bench bench-json firmware firmware-teensy system-deps lint format stub
+.PHONY: dev demo test mutants test-cpp test-studio hosts mujoco-plugin test-sanitized test-python test-processors test-fe test-firmware bench bench-json firmware firmware-teensy system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -189,6 +189,11 @@ test-processors: $(VENV)/.installed-test ## goldens of the documentation as on o
 
 test-fe: $(VENV)/.installed-test $(VENV)/.installed-fe ## tests with finite elements; installs the extra fe
 	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal -m fe tests/fe tests/cli tests/paper validation/fe
+
+ROOM ?= ranges
+SEED ?= 1
+mutants: $(VENV)/.installed-test ## do the tests of ROOM notice ten changes of its code, drawn by SEED?
+	@$(BIN)/python validation/mutants/judge.py $(ROOM) --seed $(SEED)
 
 bench: $(VENV)/.installed-bench build/bench ## speed against the peers, as tables
 	@$(BIN)/python benchmarks/run.py

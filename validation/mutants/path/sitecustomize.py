@@ -1,0 +1,45 @@
+"""Import one module mutated: Python runs this file first where this folder is on PYTHONPATH; no file is changed."""
+
+import ast
+import importlib.abc
+import importlib.util
+import json
+import os
+import sys
+from collections.abc import Sequence
+from importlib.machinery import ModuleSpec, SourceFileLoader
+from pathlib import Path
+from types import CodeType, ModuleType
+
+MUTANT = json.loads(os.environ.get("HYPERTUNA_MUTANT", "null"))
+
+
+class Mutated(SourceFileLoader):
+    """Compile the mutated source, and no bytecode of former ones."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        """Compile."""
+        sys.path.insert(0, str(Path(__file__).parents[1]))
+        from mutants import mutated
+
+        sys.path.pop(0)
+        tree = ast.parse(Path(self.path).read_text(encoding="utf-8"))
+        place = tuple((field, index) for field, index in MUTANT["place"])
+        return compile(mutated(tree, place), self.path, "exec")
+
+
+class Finder(importlib.abc.MetaPathFinder):
+    """Find the mutated module before all others do."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Find it by name."""
+        if MUTANT is None or fullname != MUTANT["name"]:
+            return None
+        return importlib.util.spec_from_file_location(
+            fullname, MUTANT["file"], loader=Mutated(fullname, MUTANT["file"])
+        )
+
+
+sys.meta_path.insert(0, Finder())
