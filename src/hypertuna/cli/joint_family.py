@@ -56,8 +56,8 @@ def family_command(
 ) -> None:
     """Sample all designs of an actuator that meet measured bends, forces, shortenings and volumes.
 
-    Lists what the measurements leave open, and what to measure next. --check needs the extra fe and takes about 20 s
-    for each pressure; the exit code is 1 if finite elements did not reach one.
+    Lists what the measurements leave open, and what to measure next. --check needs the extra fe and takes about a
+    minute for each pressure; the exit code is 1 if finite elements did not reach one.
     """
     if mesh is not None and not check:
         raise InputError("is used only with --check", key="--mesh", fix="add --check")
