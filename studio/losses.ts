@@ -1,17 +1,20 @@
 // Where the electrical power of the twin goes, from the battery to the water, means of a beat: a bar for each place.
 import { element } from "./dom.ts";
+import { drivesOf, hasOil } from "./drives.ts";
 import { digits } from "./quantities.ts";
 import type { Robot } from "./robot.ts";
 
 const PLACES = ["battery", "servos", "oil", "joints", "water"]; // in the order of the power's path
+const REST = "converter and electronics"; // what the battery gives and the servos do not take
+const SOFT = ["oil", "joints"]; // of robots with soft joints alone
 const COLORS = ["pink", "orange", "green", "sky", "blue"];
-const SMALL = 5e-3; // part of the power below which a loss is not named
+const SMALL = 5e-3; // part of the power below which a number is 0
 
 interface Row {
   element: HTMLElement;
   lost: HTMLElement; // a bar from the power lost before this place to the power lost with it
   power: HTMLElement;
-  named: HTMLElement;
+  named: Map<string, HTMLElement>; // numbers by loss, but for one with the place's name
 }
 
 export class Losses {
@@ -22,39 +25,57 @@ export class Losses {
 
   constructor(robot: Robot) {
     this.losses = robot.twin?.losses ?? [];
+    const oil = drivesOf(robot).some(hasOil);
     this.rows = PLACES.map((place, k) => {
       const [row, track] = [element("div", "loss"), element("span", "track")];
-      const [lost, power, named] = [element("i"), element("b"), element("small")];
+      const [lost, power, parts] = [element("i"), element("b"), element("small")];
       lost.style.background = `var(--${COLORS[k]})`;
       track.append(lost);
-      row.append(element("span", "", place), track, power, named);
+      row.append(element("span", "", place), track, power, parts);
+      const named = new Map(this.names(place).map((name) => [name, element("span")]));
+      for (const [name, number] of named) {
+        const part = element("span", "part", `${name} `); // as wide with each number: lines break where they did
+        part.append(number);
+        parts.append(part);
+      }
+      row.hidden = SOFT.includes(place) && !oil;
       return { element: row, lost, power, named };
     });
     this.element.append(this.title, ...this.rows.map(({ element }) => element));
+  }
+
+  private names(place: string): string[] {
+    const own = this.losses.filter((one) => one.place === place && one.name !== place).map(({ name }) => name);
+    return place === "battery" ? [REST, ...own] : own;
   }
 
   /** Show means of a beat; `mean` is that of a column of the record, `drawn` what the battery gives [W]. */
   show(mean: (name: string) => number, drawn: number): void {
     const powers = this.losses.map(({ name, place }) => ({ name, place, power: mean(`loss_${name}`) }));
     const servos = powers.reduce((sum, { power }) => sum + power, 0);
-    powers.unshift({ name: "converter and electronics", place: "battery", power: drawn - servos });
+    powers.unshift({ name: REST, place: "battery", power: drawn - servos });
     this.title.textContent = `Where the ${digits(drawn, 3)} W from the battery go, means of a beat [W]`;
     let before = 0;
     this.rows.forEach((row, k) => {
       const here = powers.filter(({ place }) => place === PLACES[k]);
       const sum = here.reduce((all, { power }) => all + power, 0);
-      const named = here.filter(({ name, power }) => name !== PLACES[k] && Math.abs(power) >= SMALL * drawn);
-      row.element.hidden = Math.abs(sum) < 1e-9;
+      row.element.hidden &&= Math.abs(sum) < 1e-9; // a hinge, without oil
       row.lost.style.left = `${percent(before, drawn)}%`;
       row.lost.style.width = `${percent(sum, drawn)}%`;
-      put(row.power, digits(sum, 3));
-      put(row.named, named.map(({ name, power }) => `${name} ${digits(power, 2)}`).join(", "));
+      put(row.power, shown(sum, 3, drawn));
+      for (const { name, power } of here) {
+        const number = row.named.get(name);
+        if (number) put(number, shown(power, 2, drawn));
+      }
       before += Math.max(0, sum);
     });
   }
 }
 
 const percent = (part: number, whole: number): number => 100 * Math.min(1, Math.max(0, whole > 0 ? part / whole : 0));
+
+const shown = (power: number, count: number, drawn: number): string =>
+  Math.abs(power) < SMALL * drawn ? "0" : digits(power, count);
 
 function put(place: HTMLElement, text: string): void {
   if (place.textContent !== text) place.textContent = text;

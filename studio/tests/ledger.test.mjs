@@ -51,9 +51,12 @@ test("each gait has the ledger's stored verdict, with a mark and a word", async 
     seen++;
   }
   assert.equal(seen, 8);
-  const { box } = await judged(page, "unoptimised-max");
+  const open = ({ id, model, verdict }) => verdict === "undetermined" && model === "twin" && /^speed.*\d$/.test(id);
+  const { id, computed, seeds } = STORED.entries.find(open);
+  const { box } = await judged(page, id.replace("speed/", ""));
   await box.locator("summary").click();
-  assert.match(await box.textContent(), /undetermined in the model “twin”: 0\.438 m\/s, 0 of 32 seeds agree/);
+  const said = `undetermined in the model “twin”: ${computed.toPrecision(3)} m/s, ${seeds.join(" of ")} seeds agree`;
+  assert.ok((await box.textContent()).includes(said), said);
   assert.match(await page.locator("#paper").textContent(), /hypertuna paper -o demo/);
   assert.equal(await page.locator("#paper a").count(), 0); // nothing to link to
   assert.deepEqual(faults, []);

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.arrays import Array
-from hypertuna.characterization.data import KINDS, Bench
+from hypertuna.characterization.data import BOTH, BRANCHES, KINDS, Bench
 from hypertuna.characterization.designs import Design, Designs, designs
 from hypertuna.characterization.experiment_design import Candidate, candidates, open_quantities
 from hypertuna.characterization.population import Population, populate
@@ -109,7 +110,9 @@ class Family(
             factor = KINDS[kind].factor
             low, median, high = np.quantile(factor * self.found[:, e], INTERVAL).tolist()
             place = {"file": bench.files[row], "line": bench.lines[row]}
-            where = {"joint": self.space.robot.joints[bench.joint[row]].name, "pressure_kpa": bench.pressure[row] / 1e3}
+            side, branch = (*SIDES, BOTH)[int(bench.side[row])], BRANCHES[int(bench.unload[row])]
+            where = {"joint": self.space.robot.joints[bench.joint[row]].name, "side": side, "branch": branch}
+            where |= {"pressure_kpa": bench.pressure[row] / 1e3}
             told = {"kind": kind, "unit": KINDS[kind].unit, "measured": factor * measured.measured[e]}
             told |= {"sd": factor * self.space.sd[e], "low": low, "median": median, "high": high}
             off = (self.found[self.middle, e] - measured.measured[e]) / self.space.sd[e]

@@ -1,21 +1,31 @@
 """The command `hypertuna joint family`: all designs of an actuator that meet what was measured."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 import typer
 
-from hypertuna.characterization.data import read_bench
+from hypertuna.characterization.checked import MESH, Checked, check_chosen
+from hypertuna.characterization.data import BRANCHES, read_bench
 from hypertuna.characterization.family import MEMBERS, MODEL_ERROR, Family, Next, chosen_robot, family
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import counted, progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.joint import Bounds, Free
 from hypertuna.description.writer import write_robot
+from hypertuna.errors import InputError
+from hypertuna.fe.extra import need_fe
+from hypertuna.fe.mesh import MESHES, mesh_size
+from hypertuna.fe.model import FeOptions
 from hypertuna.ranges import Range
 
 ERRORS = Range(min=0, max=50, unit="percent")
 MEASUREMENTS, NARROWED = 8, 3  # rows of the list of measurements, and quantities named in each
+CHECK_LEGEND = (
+    "Measured values contain the friction of the braids, and so does the fast model. Finite elements have no friction: "
+    "the last column is the difference of the fast model without friction from them."
+)
 
 
 @opt.grouped
@@ -35,22 +45,37 @@ def family_command(
         ),
     ] = 100 * MODEL_ERROR,
     seed: opt.Seed = 0,
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Solve the chosen design by finite elements too, at the bench's pressures."),
+    ] = False,
+    mesh: Annotated[str | None, opt.text("--mesh", f"{', '.join(MESHES)}. (default: {MESH})")] = None,
     plot: opt.Plot = None,
     output: opt.RobotOutput = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Sample all designs of an actuator that meet measured bends, forces, shortenings and volumes.
 
-    Lists what the measurements leave open, and what to measure next.
+    Lists what the measurements leave open, and what to measure next. --check needs the extra fe and takes about a
+    minute for each pressure; the exit code is 1 if finite elements did not reach one.
     """
-    fish = robot.load(output)
+    if mesh is not None and not check:
+        raise InputError("is used only with --check", key="--mesh", fix="add --check")
+    fish, elements = robot.load(output), FeOptions(mesh=mesh or MESH)
     bench = read_bench(files, fish)
+    if check:  # before minutes of work
+        mesh_size(elements.mesh)
+        need_fe()
     prior = {name: (low, high) for name, low, high in bounds or []}
     options: dict[str, Any] = {"bounds": prior, "members": members, "model_error": model_error / 100, "seed": seed}
     with progress_bar("drawing designs") as progress:
         found = family(fish, bench, free, progress=progress, **options)
     if output is not None:
         write_robot(chosen_robot(found), output, note="one of many that fit, see [sources]")
+    checked = None
+    if check:
+        with progress_bar("finite elements", slow=True) as progress:
+            checked = check_chosen(found, elements, progress=progress)
     checks = [
         f"hypertuna fe bend --robot {output or 'FILE.toml'} --joint {fish.joints[joint].name} --pressure 0:{top:g}:6"
         for joint in bench.joints
@@ -58,16 +83,21 @@ def family_command(
     ]
     emit(
         found,
-        record=lambda found: found.record | {"files": files, "checks": checks, "output": output},
-        lines=lambda found: _lines(found, checks, output),
+        record=lambda found: (
+            found.record
+            | {"files": files, "checks": checks, "output": output}
+            | ({} if checked is None else {"check": checked.record})
+        ),
+        lines=lambda found: _lines(found, checks, output, checked),
         plot=plot,
         written=(output,),
         figure="hypertuna.characterization.family_plots:plot_family",
         as_json=as_json,
+        failed=checked is not None and any(checked.faults),
     )
 
 
-def _lines(found: Family, checks: list[str], output: str | None) -> Iterator[Any]:
+def _lines(found: Family, checks: list[str], output: str | None, checked: Checked | None) -> Iterator[Any]:
     """Lay out a family."""
     bench, robot = found.space.bench, found.space.robot
     joints = f"joint{'s' * (len(bench.joints) > 1)} {' and '.join(robot.joints[j].name for j in bench.joints)}"
@@ -77,7 +107,7 @@ def _lines(found: Family, checks: list[str], output: str | None) -> Iterator[Any
     )
     rows = [
         [
-            *(f"{one['joint']}, {one['pressure_kpa']:g} kPa: {one['kind']}", one["unit"]),
+            *(_fact(one), one["unit"]),
             *(f"{one[key]:.3g}" for key in ("measured", "sd")),
             *(f"{one['low']:.3g} .. {one['high']:.3g}", f"{one['chosen']:.3g}", f"{one['residual']:+.1f}"),
         ]
@@ -100,8 +130,12 @@ def _lines(found: Family, checks: list[str], output: str | None) -> Iterator[Any
     yield "What to measure next, the most informative first:", "bold"
     for measurement in found.next[:MEASUREMENTS]:
         yield _told(measurement)
-    yield f"To check the chosen design by finite elements{'' if output else ', write it by -o FILE.toml, then'}:"
-    yield from checks
+    if checked is not None:
+        yield from _check_lines(checked)
+    else:
+        then = "run" if output else "write it by -o FILE.toml, then"
+        yield f"To check the chosen design by finite elements, add --check, or {then}:"
+        yield from checks
     for warning in found.warnings:
         yield warning, "yellow"
     population = found.population
@@ -110,6 +144,30 @@ def _lines(found: Family, checks: list[str], output: str | None) -> Iterator[Any
         f"computed in all, seed {found.seed}, {found.seconds:.1f} s.",
         "green",
     )
+
+
+def _fact(one: Mapping[str, Any]) -> str:
+    """Name a measured value."""
+    falling = ", falling" if one["branch"] == BRANCHES[1] else ""
+    return f"{one['joint']}, {one['side']}, {one['pressure_kpa']:g} kPa{falling}: {one['kind']}"
+
+
+def _check_lines(checked: Checked) -> Iterator[Any]:
+    """Lay out the chosen design by finite elements, beside the fast model."""
+    yield f"Chosen design by finite elements, mesh {checked.options.mesh}:", "bold"
+    rows = [
+        [
+            *(_fact(one), one["unit"], f"{one['measured']:.3g}", f"{one['chosen']:.3g}"),
+            *(f"{one['without_friction']:.3g}", f"{one['elements']:.3g}" if math.isfinite(one["elements"]) else ""),
+            f"{one['difference_percent']:+z.1f}" if math.isfinite(one["difference_percent"]) else "",
+        ]
+        for one in checked.facts
+    ]
+    heads = ["measured", "unit", "value", "fast model", "without\nfriction", "elements", "differs\n[%]"]
+    yield table(heads, rows, left=(0, 1))
+    yield CHECK_LEGEND, "dim"
+    for fault in dict.fromkeys(filter(None, checked.faults)):
+        yield fault, "bold red"
 
 
 def _told(one: Next) -> str:

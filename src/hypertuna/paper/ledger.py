@@ -176,7 +176,7 @@ class Entry:
     @property
     def why(self) -> str:
         """Why the family leaves the verdict open; empty where it does not."""
-        if self.band is None or self.verdict != "undetermined":
+        if self.band is None or self.verdict != "undetermined" or self.class_ == "not judged":
             return ""
         return UNPUBLISHED if fast(self.id) else "not all robots that the paper allows agree"
 

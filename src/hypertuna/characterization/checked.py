@@ -1,0 +1,172 @@
+"""Check of the chosen design of a family by finite elements, at the pressures of its bench."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hypertuna.actuation.hydraulics import SIDES
+from hypertuna.actuation.soft_joint import drive_unit, joint_group, joint_models
+from hypertuna.arrays import Array
+from hypertuna.characterization.data import BOTH, KINDS
+from hypertuna.characterization.family import Family
+from hypertuna.characterization.problem import blocked_moment, computed, held_at
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.fe.bend import ngsolve_version
+from hypertuna.fe.joint_map import Joint, Pair, joint_by_elements
+from hypertuna.fe.model import FeOptions
+
+MESH = "coarse"  # by default
+COUPLES = 2  # to hold a joint straight
+FACTS = ("file", "line", "joint", "side", "branch", "pressure_kpa", "kind", "unit", "measured", "chosen")  # of a family
+
+Point = tuple[dict[str, float], str]  # values by kind [SI], and why there are none
+
+
+@dataclass(frozen=True)
+class Checked:
+    """The chosen design of a family at every measured value, by finite elements and by the fast model.
+
+    Finite elements have no friction: the fast model without friction is compared with them.
+    """
+
+    family: Family
+    options: FeOptions
+    model: Array  # (elements,) of the fast model without friction [SI]
+    by_elements: Array  # (elements,) [SI]; NaN where they were not solved
+    faults: tuple[str, ...]  # (elements,) why they were not, as a sentence; empty where they were
+    seconds: float
+
+    @property
+    def difference(self) -> Array:
+        """Relative difference (elements,), fast model without friction minus finite elements; NaN at rest."""
+        rest = np.array([fact["pressure_kpa"] == 0 for fact in self.family.facts])
+        reference = np.where(rest | (self.by_elements == 0), np.nan, self.by_elements)
+        return np.asarray((self.model - self.by_elements) / reference)
+
+    @property
+    def facts(self) -> list[dict[str, Any]]:
+        """Measured values with those of both models, in displayed units."""
+        columns = (self.model, self.by_elements, 100 * self.difference)
+        rows = []
+        for fact, *values, fault in zip(self.family.facts, *columns, self.faults, strict=True):
+            model, elements, difference = map(float, values)
+            factor = KINDS[fact["kind"]].factor
+            told = {"without_friction": factor * model, "elements": factor * elements, "difference_percent": difference}
+            rows.append({key: fact[key] for key in FACTS} | told | {"fault": fault})
+        return rows
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Record of the check, for JSON."""
+        options = {"ngsolve_version": ngsolve_version()} | self.options.facts(self.family.space.robot)
+        return options | {"facts": self.facts, "seconds": self.seconds}
+
+
+def check_chosen(
+    family: Family,
+    options: FeOptions | None = None,
+    *,
+    progress: Callable[[int, int], None] | None = None,
+    solve: Callable[[Robot, int, FeOptions], Joint] = joint_by_elements,
+) -> Checked:
+    """Solve the chosen design of a family by finite elements at the pressures of its bench; `solve` replaces them."""
+    begun, bench, chosen = time.monotonic(), family.space.bench, family.members[family.middle].robot
+    unit = drive_unit(chosen).model_copy(update={"friction": 0.0})
+    robot, options = chosen.model_copy(update={"drive_unit": unit}), options or FeOptions(mesh=MESH)
+    groups: dict[tuple[int, int, bool], list[int]] = {}  # rows by joint, side and whether the joint is held
+    keys = zip(bench.joint.tolist(), bench.side.tolist(), np.isfinite(bench.moment).tolist(), strict=True)
+    for row, key in enumerate(keys):
+        groups.setdefault(key, []).append(row)
+    rising = {key: np.unique(np.append([] if key[2] else 0.0, bench.pressure[own])) for key, own in groups.items()}
+    done, total = 0, sum(len(pressures) * (COUPLES if key[2] else 1) for key, pressures in rising.items())
+
+    def tick() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, total)
+
+    joints = {joint: _Solver(robot, joint, solve(robot, joint, options), tick) for joint in bench.joints}
+    found, faults = {kind: np.full(len(bench.joint), np.nan) for kind in KINDS}, [""] * len(bench.joint)
+    for (joint, side, held), own in sorted(groups.items()):
+        points = (joints[joint].held if held else joints[joint].free)(side, rising[joint, side, held].tolist())
+        for row in own:
+            values, faults[row] = points[float(bench.pressure[row])]
+            for kind, value in values.items():
+                found[kind][row] = value
+    places = zip(found["moment"].tolist(), bench.joint.tolist(), bench.arm.tolist(), strict=True)
+    found["moment"] = np.array([held_at(m, joint_group(robot, joint)[1].length, arm) for m, joint, arm in places])
+    measured = family.space.elements
+    model, elements = (measured.of(values) for values in (computed(robot, bench), found))
+    told = tuple(faults[row] for row in measured.row.tolist())
+    return Checked(family, options, model, elements, told, time.monotonic() - begun)
+
+
+@dataclass(frozen=True)
+class _Solver:
+    """A joint that is solved at pressures (n,) [Pa] of a side: values by kind [SI] and fault, by pressure."""
+
+    robot: Robot
+    joint: int
+    by_elements: Joint
+    tick: Callable[[], None]  # after each solution
+
+    def free(self, side: int, rising: list[float]) -> dict[float, Point]:
+        """Bend or shorten the joint, from rest: 0 is the first pressure. Beyond a fault all pressures have it."""
+        path, states, fault = [_pair(side, pressure) for pressure in rising], [], ""
+        points: dict[float, Point] = {}
+        for k, pressure in enumerate(rising):
+            if not fault:
+                states.append(self._solve(0.0, path[: k + 1]))
+                fault = self._fault(side, pressure, states[-1]["fault"])
+            points[pressure] = ({} if fault else _since(states[0], states[-1], side), fault)
+        return points
+
+    def held(self, side: int, rising: list[float]) -> dict[float, Point]:
+        """Hold the joint straight: by the fast model's couple, by one that takes back its bend, by their secant."""
+        points: dict[float, Point] = {}
+        stiffness, sign = joint_models(self.robot)[self.joint].stiffness, 1 - 2 * side
+        for pressure in rising:
+            couple = -sign * blocked_moment(self.robot, self.joint, pressure, side)
+            first = last = self._solve(couple, [_pair(side, pressure)])
+            if not first["fault"]:
+                other = couple - stiffness * first["angle"]
+                last = self._solve(other, [_pair(side, pressure)])
+            if fault := self._fault(side, pressure, last["fault"], ", held straight"):
+                points[pressure] = {}, fault
+                continue
+            turn = last["angle"] - first["angle"]
+            straight = other - last["angle"] * (other - couple) / turn if turn else couple
+            points[pressure] = {"moment": -sign * straight}, ""
+        return points
+
+    def _solve(self, couple: float, path: list[Pair]) -> Mapping[str, Any]:
+        try:
+            return self.by_elements(couple, path)
+        except InputError as error:  # such as no mesh
+            return {"fault": str(error)}
+        finally:
+            self.tick()
+
+    def _fault(self, side: int, pressure: float, fault: str, how: str = "") -> str:
+        """Return a sentence on a pressure that was not reached; empty if it was."""
+        where = f"Joint {self.robot.joints[self.joint].name}, {(*SIDES, BOTH)[side]}{how}"
+        text = f"{where}: {pressure / 1e3:g} kPa was not reached by finite elements ({fault.rstrip('.')})."
+        return text if fault else ""
+
+
+def _pair(side: int, pressure: float) -> Pair:
+    """Return the pressures of the left and right side."""
+    return pressure if side != 1 else 0.0, pressure if side else 0.0
+
+
+def _since(rest: Mapping[str, Any], state: Mapping[str, Any], side: int) -> dict[str, float]:
+    """Return what a bench measures since rest [SI], by kind."""
+    values = {"shortening": rest["length"] - state["length"]}
+    if side == len(SIDES):
+        return values
+    return values | {"angle": (1 - 2 * side) * state["angle"], "volume": state["volume"][side] - rest["volume"][side]}
