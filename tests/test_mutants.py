@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from mutants import drawn, mutants, mutated
 from judge import passes, tests
+from mutants import drawn, mutants, mutated
 
 ROOT = Path(__file__).parents[1]
 SOURCE = '''"""A module."""
