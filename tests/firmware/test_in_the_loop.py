@@ -382,7 +382,8 @@ def test_a_closed_terminal_ends_it_as_ctrl_c_does(pc: Path, tmp_path: Path, numb
     default = functools.partial(signal.signal, number, signal.SIG_DFL)
     process = subprocess.Popen(command, env=os.environ | place, stderr=subprocess.PIPE, text=True, preexec_fn=default)
     end = time.monotonic() + 60
-    while not list(tmp_path.iterdir()) and time.monotonic() < end:
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")  # the firmware, which starts in its folder
+    while not (list(tmp_path.iterdir()) and children.read_text()) and time.monotonic() < end:
         time.sleep(0.05)
     assert list(tmp_path.iterdir())
     process.send_signal(number)
