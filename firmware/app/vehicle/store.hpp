@@ -108,7 +108,7 @@ void make_certain(B& board, const Store& store, int at) {
     set_flag(board, store, at, Flag::written), set_flag(board, store, at, Flag::certain);
 }
 
-/// Whether the record at an address is valid; what is left of any other one becomes void.
+/// Whether the record at an address is valid; an invalid record is erased.
 template <Board B>
 bool is_valid(B& board, const Store& store, const Head& head, int at) {
     if (head == blank_head) return false;

@@ -143,10 +143,9 @@ def soft_joint(
     *,
     friction: bool = True,
     plain: bool = False,
-    axis: bool = True,
     sections: Array | None = None,
 ) -> _core.SoftJoint:
-    """Return a joint by name or index for the core, with or without friction of its braids and what lies on its axis.
+    """Return a joint by name or index for the core, with or without friction of its braids.
 
     A plain one is that of the paper's equations: full sections, and muscles that work up to their ends. sections: in
     place of those of `joint_sections`.
@@ -155,8 +154,7 @@ def soft_joint(
     count = cast(int, group.drive_units)
     sections = joint_sections(robot, joint, plain=plain) if sections is None else sections
     unit = muscle(robot, material, friction=friction)
-    along = actuator.axis if axis else (0.0, 1.0)
-    return _core.SoftJoint(unit, units=count, lever=actuator.levers, sections=sections, axis=along)
+    return _core.SoftJoint(unit, units=count, lever=actuator.levers, sections=sections, axis=actuator.axis)
 
 
 def joint_sections(robot: Robot, joint: str | int, *, plain: bool = False) -> Array:

@@ -140,7 +140,7 @@ def depth_tolerance(pilot: Guidance) -> float:
 
 
 def error_of_fixes(robot: Robot) -> float:
-    """Return the position error [m] that some fixes attain: their common offset, and what is left of their noise."""
+    """Return the position error [m] of the mean of several fixes: their common offset and their averaged noise."""
     position = sensor_of(robot, "position")
     return FIXED * math.hypot(position.bias, position.noise / 3)
 

@@ -79,7 +79,7 @@ def _number(message: Any, kind: str, index: int) -> float:
 
 
 def messages(robot: Client, name: str, seconds: float) -> Iterator[Any]:
-    """Yield messages of a name for so many seconds, one at least."""
+    """Yield the messages of a name that arrive within `seconds`, at least one."""
     begin = last = time.monotonic()
     found = False
     while (now := time.monotonic()) < begin + seconds or not found:
@@ -98,7 +98,7 @@ def imu_counts(message: Any) -> dict[str, tuple[int, int, int]] | None:
 
 
 def sample_imu(robot: Client, seconds: float) -> Samples:
-    """Return the counts (n, 3) of each part of the IMU over so many seconds; RAW_IMU must be streaming."""
+    """Return the counts (n, 3) of each part of the IMU during `seconds`; RAW_IMU must be streaming."""
     found = [imu_counts(message) for message in messages(robot, "RAW_IMU", seconds)]
     whole = [counts for counts in found if counts is not None]
     if not whole:

@@ -95,7 +95,7 @@ class Unknown:
         least = self.sd.min(axis=0)
         if given is not None:
             return np.asarray(np.maximum(given, least))
-        # what is left beyond white noise is the model's error, the same in all frames of a run
+        # the residual beyond white noise is the model's error, the same in all frames of a run
         excess = max(float(np.mean(np.mean(rest**2, axis=0) / least**2)) - 1, 0.0)
         return np.asarray(least * np.sqrt(1 + len(rest) / len(self.sd) * excess))
 
