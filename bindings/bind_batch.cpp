@@ -170,7 +170,7 @@ static void restart(LiveBatch& self, std::size_t twin, const StartRow& row) {
 
 static void command(LiveBatch& self, const Input<1>& frequency, const Input<2>& amplitude, const Input<2>& phase,
                     const Input<2>& bias) {
-    const std::size_t count = self.plants.size(), joints = std::size_t(self.structure[5]);
+    const std::size_t count = self.plants.size(), joints = nb::cast<const PlantData&>(self.plants[0]).joints;
     check_extent("frequency", frequency.shape(0), count);
     for (const auto& [name, rows] :
          {std::pair("amplitude", &amplitude), std::pair("phase", &phase), std::pair("bias", &bias)}) {

@@ -93,6 +93,7 @@ static Row sense_row(LiveSensors& senses, const Row& truth, const std::vector<Fa
 
 void bind_control(nb::module_& m) {
     m.attr("MAX_JOINTS") = max_joints;
+    m.attr("MAX_SERVOS") = max_servos;
     m.def("fault_kinds", &fault_kinds, "Kinds of sensor faults, none first.");
     m.def(
         "channel_table", &channel_rows,

@@ -94,7 +94,7 @@ struct Water {
 
     static Sea<double> still_water(const BodyData& data) {
         Sea<double> sea{};
-        sea.density = data.model.robot[2 * data.model.groups + 4 * data.model.links];  // core parameters.hpp
+        sea.density = data.model.robot[density_place(data.model.groups, data.model.links)];
         sea.bottom = std::numeric_limits<double>::infinity();
         return sea;
     }

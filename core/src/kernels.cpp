@@ -78,32 +78,31 @@ const char* settle_column(int k) { return k < column_count ? columns[k].name : n
 
 /// The settled beat of the gaits in the tank: by waiting, or by Newton's method.
 template <class Law>
-Settled<Real> settle_tank(Tank<Real, Law>& tank, const Model& model, const SettleOptions& options, const Real& length,
-                          const Real& period) {
-    const Momentum<Real> rest{Real(0.0), Real(0.0), Real(0.0)};  // joints that set in cannot give momentum
-    if (options.wait >= 0)
-        return wait(tank.fish, tank.joints.data(), tank.table, length, period, rest, options.wait, tank.scratch);
+Settled<Real> settle_tank(const PeriodicSwimmer<Real, Law>& body, Tank<Real, Law>& tank, const SettleOptions& options) {
+    const auto rest = filled<Momentum<Real>>(Real(0.0));  // joints that set in cannot give momentum
+    if (options.wait >= 0) return wait(body, rest, options.wait);
     Momentum<Real> guess = rest;
-    for (int k = 0; k < options.from_rest; ++k) guess = swim_beat(tank.fish, tank.table, 1, period, guess);
+    for (int k = 0; k < options.from_rest; ++k) guess = body.swim(guess);
     if (options.from_rest < 0)
-        guess = brisk_start(tank.table, model.groups, tank.swings.data(), tank.frequency, length);
-    return settle(tank.fish, tank.joints.data(), tank.table, length, period, guess, options.max_beats, tank.scratch);
+        guess = brisk_start(tank.table, int(tank.groups.size()), tank.swings.data(), tank.frequency, body.length);
+    return settle(body, guess, options.max_beats);
 }
 
 template <class Law>
 void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOptions& options, int begin, int end,
                   double* rows) {
     Tank<Real, Law> tank(model, options.steps);
-    const Real length(model.length), nan(std::numeric_limits<double>::quiet_NaN());
+    const Real nan(std::numeric_limits<double>::quiet_NaN());
     for (int first = begin; first < end; first += lanes) {
         load_gaits(model, gaits, first, end, tank.parameters);
         tank.fill();
-        const Real period = Real(1.0) / tank.frequency;
-        const Settled<Real> s = settle_tank(tank, model, options, length, period);
+        const PeriodicSwimmer<Real, Law> body{tank.fish,          tank.joints.data(),         tank.table,
+                                              Real(model.length), Real(1.0) / tank.frequency, tank.scratch};
+        const Settled<Real> s = settle_tank(body, tank, options);
         // Toward what is not settled no start is followed: its distance is NaN.
         const Momentum<Real> target =
-            select(s.distance < Real(settle_tolerances.settled), s.start, Momentum<Real>{nan, nan, nan});
-        const Approach<Real> way = approach(tank.fish, tank.table, length, period, target, options.approach);
+            select(s.distance < Real(settle_tolerances.settled), s.start, filled<Momentum<Real>>(nan));
+        const Approach<Real> way = approach(body, target, options.approach);
         const Real speed = mean_speed(s.beat, tank.frequency);
         const Row row{s,
                       way,

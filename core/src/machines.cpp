@@ -114,17 +114,15 @@ class Machines final : public AnyMachines {
     MachineTick<Real, D> tick_{};
 };
 
-template <int D = 1>
-static AnyMachines* make_with(Rows robots, double tick, int steps) {
-    if constexpr (D < 5)
-        if (robots[0]->coordinates != D) return make_with<D + 1>(robots, tick, steps);
+static void* make(Rows robots, double tick, int steps) {
     AnyMachines* made = nullptr;
-    with_law<Real>(robots[0]->model->law,
-                   [&](auto law) { made = new Machines<typename decltype(law)::type, D>(robots, tick, steps); });
+    with_coordinates(robots[0]->coordinates, [&](auto coordinates) {
+        with_law<Real>(robots[0]->model->law, [&](auto law) {
+            made = new Machines<typename decltype(law)::type, coordinates.value>(robots, tick, steps);
+        });
+    });
     return made;
 }
-
-static void* make(Rows robots, double tick, int steps) { return make_with(robots, tick, steps); }
 static void free(void* machines) { delete static_cast<AnyMachines*>(machines); }
 static void look(void* machines, const double* const* states, double* const* ticks) {
     static_cast<AnyMachines*>(machines)->look(states, ticks);

@@ -76,6 +76,7 @@ struct Fish {
         return table[0];
     }
 
+    PeriodicSwimmer<S, Law> body() const { return {swimmer, joints, table, length, period, scratch}; }
     Momentum<S> rest() const { return {S(0), S(0), S(0)}; }
     Momentum<S> brisk() const { return brisk_start(table, groups, swings, frequency, length); }
 

@@ -11,11 +11,8 @@ static void settles_without_heap() {
     static Fish<S, Law, 128> fish(S(2), S(base_t<S>(0.2)));
     const int before = allocations;
     fish.fill();
-    const Settled<S> s =
-        settle(fish.swimmer, fish.joints, fish.table, fish.length, fish.period, fish.brisk(), 60, fish.scratch);
-    const Settled<S> w =
-        wait(fish.swimmer, fish.joints, fish.table, fish.length, fish.period, fish.rest(), 10, fish.scratch);
-    const Approach<S> way = approach(fish.swimmer, fish.table, fish.length, fish.period, s.start, 500);
+    const Settled<S> s = settle(fish.body(), fish.brisk(), 60), w = wait(fish.body(), fish.rest(), 10);
+    const Approach<S> way = approach(fish.body(), s.start, 500);
     CHECK(allocations == before);
     CHECK(all(way.distance < S(base_t<S>(approach_tolerances.arrived))));
     CHECK(all(s.distance < S(base_t<S>(settle_tolerances.settled))));

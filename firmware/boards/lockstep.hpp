@@ -4,6 +4,8 @@
 /// pulses, the vehicle's state, and a digest of every computed bit. Little endian, no padding.
 #pragma once
 
+#include <algorithm>
+
 #include "app/app.hpp"
 
 namespace hypertuna::firmware {
@@ -25,8 +27,8 @@ enum class OrderKind : std::uint8_t {
     end,       // of the mission: it is set
     parameter,  // which, number
 };
-inline constexpr int order_numbers = 16;
-inline constexpr Station ground{255, 190};  // that the requests come from
+inline constexpr int order_numbers = std::max(16, 3 * max_joints + 3);  // of a mission, of a gait
+inline constexpr Station ground{255, 190};                              // that the requests come from
 
 struct ToBoard {
     std::int32_t sample[counted_channels];
@@ -242,7 +244,7 @@ struct Lockstep {
 template <class Wire>
 void run(App& app, MissionBuffer& buffer, Lockstep<Wire>& board, const Description& robot) {
     std::memset(board.memory, 0xff, sizeof(board.memory));
-    plan.mission.waypoint = plan.waypoint, plan.mission.corner = plan.corner;  // also of one that never begins
+    buffer.mission.waypoint = buffer.waypoint, buffer.mission.corner = buffer.corner;  // also of one that never begins
     boot(app, robot, board);
     while (board.wait()) {
         if (board.request.flags & ToBoard::reset) {

@@ -306,6 +306,8 @@ def battery_output(
 
 MAX_JOINTS: int = 4
 
+MAX_SERVOS: int = 10
+
 def fault_kinds() -> list[str]:
     """Kinds of sensor faults, none first."""
 
@@ -565,6 +567,8 @@ def record_fields(joints: int) -> list[tuple[str, bool, int]]:
     """
     Fields of a black box record of a tick, in order: name, whether it is a float, and count. A field with four names has a byte for each.
     """
+
+MAX_PARAMETERS: int = 120
 
 RECORD_MARK: int = 2970353664
 

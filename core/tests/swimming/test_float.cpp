@@ -11,7 +11,7 @@ static constexpr int beats = 400;  // from rest: the slowest gait to settle here
 
 template <class Fish>
 static auto swum(const Fish& fish) {
-    return wait(fish.swimmer, fish.joints, fish.table, fish.length, fish.period, fish.rest(), beats, fish.scratch).beat;
+    return wait(fish.body(), fish.rest(), beats).beat;
 }
 
 static double gait_frequency(int k) { return 0.5 + 0.5 * k; }
@@ -29,10 +29,9 @@ static void against_double() {
         CHECK_NEAR(got.power / wanted.power, 1, 1e-4);
 
         Search<float> search = search_from(single.brisk(), 0.0f);
-        newton(single.swimmer, single.table, 1, single.length, single.period, 1e-3f, false, 60, search);
+        newton(single.body(), 1, 1e-3f, false, 60, search);
         CHECK(search.distance < 1e-3f);
-        const Beat<float> solved =
-            measure_beat(single.swimmer, single.joints, single.table, single.period, search.P, single.scratch);
+        const Beat<float> solved = single.body().measure(search.P);
         CHECK_NEAR(solved.displacement.x / wanted.displacement.x, 1, 1e-4);
     }
 }

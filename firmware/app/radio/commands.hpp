@@ -33,6 +33,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_gait
     const auto angle = [](std::int16_t cdeg) { return float(cdeg) / centidegree; };
     Command<float> command{};
     command.frequency = float(m.frequency) * 1e-3f;
+    static_assert(sizeof m.amplitude == max_joints * sizeof *m.amplitude);
     for (int j = 0; j < max_joints; ++j)
         command.amplitude[j] = angle(m.amplitude[j]), command.phase[j] = angle(m.lag[j]),
         command.bias[j] = angle(m.bias[j]);

@@ -67,6 +67,7 @@ inline mavlink_hydraulics_t hydraulics(const Snapshot& now) {
     const auto hectopascal = [](float p) { return whole<std::int16_t>(p, 0.01f); };
     const auto centi = [](float i) { return whole<std::int16_t>(i, 100.0f); };
     mavlink_hydraulics_t m{};
+    static_assert(sizeof m.bend + sizeof m.bend_34 == max_joints * sizeof *m.bend);
     m.time_boot_ms = milliseconds(now), m.condition = now.output.status.flags;
     for (int j = 0; j < 2; ++j) {
         m.bend[j] = whole<std::int16_t>(r.bend[j], centidegree);
@@ -88,6 +89,7 @@ inline mavlink_gait_t gait(const Snapshot& now) {
     const Command<float>& c = now.command;
     const auto angle = [](float a) { return whole<std::int16_t>(a, centidegree); };
     mavlink_gait_t m{};
+    static_assert(sizeof m.amplitude + sizeof m.amplitude_34 == max_joints * sizeof *m.amplitude);
     m.time_boot_ms = milliseconds(now), m.frequency = whole<std::uint16_t>(c.frequency, 1000.0f);
     for (int j = 0; j < 2; ++j) {
         m.amplitude[j] = angle(c.amplitude[j]), m.amplitude_34[j] = angle(c.amplitude[j + 2]);

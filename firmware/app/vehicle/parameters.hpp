@@ -10,7 +10,7 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int max_parameters = 120;  // a robot of max_joints has 115
+inline constexpr int max_parameters = 68 + 13 * max_joints;  // a robot has 64, and 13 for each joint
 
 /// Limits of supervisor and radio.
 struct Limits {

@@ -29,7 +29,6 @@ WORD, SECTOR = 4, 512  # bytes: of a word, of a sector of the card
 HEAD = 3  # words of the first record of a boot
 FRAME = 2  # further words of a record: mark, checksum
 BLOCK = 4096  # records checked at a time
-MAX_JOINTS = 16
 HUGE = 1e12  # a number beyond it, or not finite, is none that the firmware records
 MARK = (_core.RECORD_MARK >> 16).to_bytes(2, "little")  # upper half of the first word
 
@@ -150,8 +149,8 @@ def _head(words: Ticks, file: str) -> tuple[int, int]:
         rule = f"must have the layout {_core.RECORD_LAYOUT:08x}"
         fix = "read it with the version of hypertuna that built the firmware"
         raise InputError(rule, file=file, key="records", value=f"{layout:08x}", fix=fix)
-    if not 1 <= words[2] <= MAX_JOINTS:
-        rule, value = f"must be of 1 to {MAX_JOINTS} joints", f"of {words[2]}"
+    if not 1 <= words[2] <= _core.MAX_JOINTS:
+        rule, value = f"must be of 1 to {_core.MAX_JOINTS} joints", f"of {words[2]}"
         raise InputError(rule, file=file, key="records", value=value, fix="give the file as it is on the card")
     return int(words[1]), int(words[2])
 
@@ -159,7 +158,7 @@ def _head(words: Ticks, file: str) -> tuple[int, int]:
 def _joints_of(table: Ticks, kind: int) -> int:
     """Return the number of joints of records of ticks by their size; 0 of other records."""
     size = WORD * (table.shape[1] - FRAME) if kind == _core.RECORD_TICK else 0
-    return next((n for n in range(1, MAX_JOINTS + 1) if record_dtype(n).itemsize == size), 0)
+    return next((n for n in range(1, _core.MAX_JOINTS + 1) if record_dtype(n).itemsize == size), 0)
 
 
 def _possible(ticks: Ticks) -> NDArray[np.bool_]:

@@ -12,11 +12,10 @@ from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.firmware.parameters import CONVERTER, SIGNED, FirmwareTable
 from hypertuna.mission.geodesy import from_local
 
-SERVOS_MAX = 10
 SAMPLES = sum(channel.size for channel in COUNTED.values())
 DEPTH_MAX = 300_000  # counts of the depth sensor, 30 bar
 NO_SAMPLE = -(2**31)
-NUMBERS = 16
+NUMBERS = max(16, 3 * _core.MAX_JOINTS + 3)  # of an order: a mission, or a gait
 DEGREES = 1e7  # counts of the satellite receiver
 FIXED, LEAK, GROUND, LAST, STACK, RESET, KEPT = 1, 2, 4, 8, 16, 32, 64  # flags
 RADIO = 62  # bytes that the radio can receive in a tick
@@ -26,7 +25,8 @@ REQUEST: list[Any] = [("sample", "<i4", SAMPLES), ("fix", "<i4", 2), ("accuracy"
 REQUEST += [(name, "u1") for name in ("flags", "order", "which", "satellites")]
 HEARD: list[Any] = [("missed", "u1"), ("length", "u1"), ("radio", "u1", RADIO)]
 TO_BOARD = np.dtype([*REQUEST, ("number", "<f4", NUMBERS), *HEARD])
-SAME: list[Any] = [("tick", "<u4"), ("pulse", "<f4", SERVOS_MAX), ("quaternion", "<f4", 4), ("position", "<f4", 2)]
+SAME: list[Any] = [("tick", "<u4"), ("pulse", "<f4", _core.MAX_SERVOS)]
+SAME += [("quaternion", "<f4", 4), ("position", "<f4", 2)]
 SAME += [(name, "<f4") for name in ("depth", "speed", "position_error")]
 SAME += [(name, "<u4") for name in ("status", "reasons", "faults")]
 SAME += [(name, "u1") for name in ("mode", "state", "answer", "refusal", "leg")]

@@ -230,11 +230,11 @@ class Client:
     def gait(self, gait: Gait, *, fins: tuple[float, float] = (0.0, 0.0)) -> None:
         """Swim a steady gait with `fins` (2,) [rad]."""
 
-        def row(values: Iterable[float]) -> list[int]:
+        def row(values: Iterable[float], count: int = _core.MAX_JOINTS) -> list[int]:
             whole = [round(math.degrees(float(value)) * 100) for value in values]
-            return whole + [0] * (4 - len(whole))
+            return whole + [0] * (count - len(whole))
 
-        rows = (row(gait.amplitude), row(lags(gait)), row(gait.bias), row(fins)[:2])
+        rows = (row(gait.amplitude), row(lags(gait)), row(gait.bias), row(fins, len(fins)))
         message = make_message("gait_set", round(gait.frequency * 1000), *rows, self.system, 1)
         self._acknowledged(message, dialect().HYPERTUNA_CMD_GAIT, "gait")
 

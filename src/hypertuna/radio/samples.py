@@ -70,9 +70,8 @@ def _number(message: Any, kind: str, index: int) -> float:
     elif kind == "depth":
         count, silent = float(message.press_abs), SILENT
     else:
-        each = 2 if kind == "bend" else 4
-        field, place = (kind, index) if index < each else (f"{kind}_34", index - each)
-        count, silent = float(getattr(message, field)[place]), SILENT
+        numbers = (*getattr(message, kind), *getattr(message, f"{kind}_34"))  # of all joints, in two fields
+        count, silent = float(numbers[index]), SILENT
     if count == silent or not math.isfinite(count):
         raise InputError("must answer", key=f"{kind}_{index}", value="silent", fix="check its wires")
     return count

@@ -2,14 +2,22 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
+#include <type_traits>
 
 #include "hypertuna/control/cpg.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
+// The one limit of joint groups; the others follow.
 inline constexpr int max_joints = 4;
+inline constexpr int max_coordinates = max_joints + 1;  // of a tail: the joint groups and a hinge
 inline constexpr int max_circuits = 2 * max_joints;
 inline constexpr int max_servos = max_circuits + 2;
+
+/// A bit per joint, circuit or servo.
+using Places =
+    std::conditional_t<max_servos <= std::numeric_limits<std::uint16_t>::digits, std::uint16_t, std::uint32_t>;
 
 /// What the status can tell. Each condition has one bit in the flags, and one bit per joint, circuit or servo in `at`.
 enum class Condition : std::uint8_t {
@@ -68,14 +76,14 @@ inline constexpr ConditionText condition_texts[conditions] = {
 };
 
 struct Status {
-    std::uint32_t flags;           // bit c: condition c holds somewhere
-    std::uint16_t at[conditions];  // where: bit per joint, circuit or servo
+    std::uint32_t flags;    // bit c: condition c holds somewhere
+    Places at[conditions];  // where
 
     bool has(Condition c) const { return flags >> int(c) & 1; }
     bool has(Condition c, int place) const { return at[int(c)] >> place & 1; }
     void set(Condition c, int place = 0) {
         flags |= std::uint32_t(1) << int(c);
-        at[int(c)] = std::uint16_t(at[int(c)] | 1 << place);
+        at[int(c)] = Places(at[int(c)] | 1 << place);
     }
 };
 

@@ -65,7 +65,7 @@ struct LaneTwin {
   private:
     double com() const {
         const Model& model = member.plant->model;
-        return model.robot[std::size_t(2 * model.groups + model.links)];  // of the head: parameters.hpp
+        return model.robot[com_place(model.groups, model.links)];  // of the head
     }
 };
 

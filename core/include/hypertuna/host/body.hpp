@@ -1,14 +1,12 @@
 /// A robot's body: what of it moves in the water, in the plane or in space, and the memory that its dynamics needs.
 #pragma once
 
+#include "hypertuna/host/machines.hpp"
 #include "hypertuna/host/tank.hpp"
 #include "hypertuna/host/world.hpp"
 #include "hypertuna/simulation/body6.hpp"
 
 namespace hypertuna {
-
-/// Largest number of coordinates of a tail: the controller's joints and a hinge.
-inline constexpr int max_coordinates = 5;
 
 /// A body as its columns describe it. Immutable: runs share it.
 struct BodyData {
@@ -33,7 +31,8 @@ inline BodyData read_body_data(ColumnReader& in, const Model& model) {
     BodyData body{model, 1, {}, {}, {}};
     if (const NamedColumn* share = in.find("share")) body.coordinates = int(share->width);
     if (body.coordinates < 1 || body.coordinates > max_coordinates)
-        in.refuse("share: must have from 1 to 5 coordinates, but has " + std::to_string(body.coordinates));
+        in.refuse("share: must have from 1 to " + std::to_string(max_coordinates) + " coordinates, but has " +
+                  std::to_string(body.coordinates));
     body.share = in.numbers("share", model.links, body.coordinates);
     body.armature =
         in.has("armature") ? in.numbers("armature", body.coordinates) : std::vector<double>(body.coordinates);
@@ -117,16 +116,16 @@ struct SpaceBody {
 };
 
 /// Call work(body) with the body as the core's dynamics take it: a Tail in the plane, a Body6 at sea.
-template <int D = 1, class Work>
+template <class Work>
 void with_body(const BodyData& data, const World& world, const Work& work) {
-    if constexpr (D < max_coordinates)
-        if (data.coordinates != D) return with_body<D + 1>(data, world, work);
-    with_law<double>(data.model.law, [&](auto law) {
-        using Law = typename decltype(law)::type;
-        if (world.sea)
-            work(SpaceBody<Law, D>(data, *world.sea).body);
-        else
-            work(PlaneBody<Law, D>(data, world.clamped).tail);
+    with_coordinates(data.coordinates, [&](auto coordinates) {
+        with_law<double>(data.model.law, [&](auto law) {
+            using Law = typename decltype(law)::type;
+            if (world.sea)
+                work(SpaceBody<Law, coordinates.value>(data, *world.sea).body);
+            else
+                work(PlaneBody<Law, coordinates.value>(data, world.clamped).tail);
+        });
     });
 }
 

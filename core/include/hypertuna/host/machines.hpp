@@ -1,9 +1,18 @@
 /// Machines side by side in lanes, without saying for which processor: plain numbers in, plain numbers out.
 #pragma once
 
+#include "hypertuna/control/safety.hpp"
 #include "hypertuna/host/model.hpp"
 
 namespace hypertuna {
+
+/// Call work(std::integral_constant<int, D>) with the number of coordinates.
+template <int D = 1, class Work>
+void with_coordinates(int coordinates, const Work& work) {
+    if constexpr (D < max_coordinates)
+        if (coordinates != D) return with_coordinates<D + 1>(coordinates, work);
+    work(std::integral_constant<int, D>());
+}
 
 /// A plant in the plane as rows of numbers.
 struct PlantNumbers {

@@ -220,14 +220,6 @@ struct FlightState {
     std::uint64_t ticks;
 };
 
-/// Call work(std::integral_constant<int, D>) with the number of coordinates.
-template <int D = 1, class Work>
-void with_coordinates(int coordinates, const Work& work) {
-    if constexpr (D < max_coordinates)
-        if (coordinates != D) return with_coordinates<D + 1>(coordinates, work);
-    work(std::integral_constant<int, D>());
-}
-
 /// What keeps a flight from being simulated, from its start or from a saved state of `size` bytes.
 inline std::string check_flight(const PlantData& plant, const Flight& flight, const World& world,
                                 const Instruments& instruments, std::size_t size) {

@@ -7,6 +7,7 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 template <class S>
 struct Planar {
+    static constexpr int size = 3;
     S x, y, z;  // along x, along y, about z
 
     friend HYPERTUNA_INLINE Planar operator+(const Planar& a, const Planar& b) {
@@ -29,6 +30,12 @@ template <class S>
 using Wrench = Planar<S>;  // (F_x, F_y, N): force, N, and moment about the nose, N m
 template <class S>
 using Momentum = Planar<S>;  // P = (p_x, p_y, l): momentum, N s, and its moment about the nose, N m s
+
+/// The k-th number.
+template <class S>
+HYPERTUNA_INLINE S& component(Planar<S>& a, int k) {
+    return k == 0 ? a.x : k == 1 ? a.y : a.z;
+}
 
 /// Same values, in a scalar that holds more (a Dual of S, say).
 template <class S, class A>

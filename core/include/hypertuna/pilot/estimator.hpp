@@ -33,7 +33,8 @@ struct Estimate {
 };
 
 inline constexpr int still_max = 500;  // equal readings of depth while it swims: the sensor is stuck
-inline constexpr int way_states = 5;   // position x, y, current x, y, factor
+/// Where the numbers of the way's state begin: position x, y, current x, y, factor.
+enum WayPlace { way_position = 0, way_current = 2, way_factor = 4, way_states };
 
 template <class T>
 struct Estimator {
@@ -85,7 +86,7 @@ EstimatorState<T> init(const Estimator<T>& model, const T (&start)[2]) {
     state.attitude.q.w = T(1);
     state.air_max = model.air_high;
     WayState<T>& way = state.way;
-    way.at[0] = start[0], way.at[1] = start[1], way.at[4] = T(1);
+    way.at[way_position] = start[0], way.at[way_position + 1] = start[1], way.at[way_factor] = T(1);
     const T error[way_states] = {model.start_error, model.start_error, model.current_error, model.current_error,
                                  model.factor_error};
     for (int k = 0; k < way_states; ++k) way.spread[k][k] = error[k] * error[k];
@@ -98,13 +99,13 @@ template <class T>
 void carry(const Estimator<T>& model, WayState<T>& way) {
     const T dt = T(way.ticks) * model.attitude.tick;
     for (int i = 0; i < 2; ++i) {
-        way.at[i] += dt * way.at[2 + i] + way.moved[i] * way.at[4];
+        way.at[i] += dt * way.at[way_current + i] + way.moved[i] * way.at[way_factor];
         for (int k = 0; k < way_states; ++k)
-            way.spread[i][k] += dt * way.spread[2 + i][k] + way.moved[i] * way.spread[4][k];
+            way.spread[i][k] += dt * way.spread[way_current + i][k] + way.moved[i] * way.spread[way_factor][k];
     }
     for (int i = 0; i < 2; ++i)
         for (int k = 0; k < way_states; ++k)
-            way.spread[k][i] += dt * way.spread[k][2 + i] + way.moved[i] * way.spread[k][4];
+            way.spread[k][i] += dt * way.spread[k][way_current + i] + way.moved[i] * way.spread[k][way_factor];
     const T noise[3] = {model.position_walk, model.current_walk, model.factor_walk};
     for (int k = 0; k < way_states; ++k) way.spread[k][k] += noise[k / 2] * noise[k / 2] * dt;
     way.moved[0] = way.moved[1] = T(0);
@@ -128,7 +129,7 @@ void take_fix(WayState<T>& way, int axis, T innovation, T noise) {
         way.at[i] += gain[i] * innovation;
         for (int k = 0; k < way_states; ++k) way.spread[i][k] -= gain[i] * row[k];
     }
-    way.at[4] = clamp(way.at[4], T(0.3), T(1.7));
+    way.at[way_factor] = clamp(way.at[way_factor], T(0.3), T(1.7));
     for (int i = 0; i < way_states; ++i) {
         for (int k = 0; k < i; ++k)  // rounding leaves it symmetric
             way.spread[i][k] = way.spread[k][i] = T(0.5) * (way.spread[i][k] + way.spread[k][i]);
@@ -334,7 +335,7 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
         in.gravity = in.gravity && abs(robot.acceleration[k]) <= frame.acceleration_max;
     }
     in.magnet = watch_field(model, state, readings.field, T(0.05) < abs(state.attitude.rate.z));
-    in.speed = state.speed * state.way.at[4];
+    in.speed = state.speed * state.way.at[way_factor];
     state.attitude = attitude_step(frame, state.attitude, in);
     out.q = true_attitude(state.attitude.q, declination);
     const Rotation<T> pose = rotation(out.q);
@@ -358,11 +359,11 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     const T since = T(way.ticks) * dt;
     out.rate = state.attitude.rate;
     out.depth = state.depth, out.sink = state.sink;
-    out.x = way.at[0] + since * way.at[2] + way.moved[0] * way.at[4];
-    out.y = way.at[1] + since * way.at[3] + way.moved[1] * way.at[4];
-    out.factor = way.at[4];
-    out.speed = state.speed * way.at[4];
-    out.current[0] = way.at[2], out.current[1] = way.at[3];
+    out.x = way.at[0] + since * way.at[way_current] + way.moved[0] * way.at[way_factor];
+    out.y = way.at[1] + since * way.at[way_current + 1] + way.moved[1] * way.at[way_factor];
+    out.factor = way.at[way_factor];
+    out.speed = state.speed * way.at[way_factor];
+    out.current[0] = way.at[way_current], out.current[1] = way.at[way_current + 1];
     out.position_error = position_error(model, way);
     out.drift_error = drift_error(way, state.speed * out.facing.x, state.speed * out.facing.y);
     out.compass = in.magnet;

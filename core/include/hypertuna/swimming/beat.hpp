@@ -7,9 +7,9 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-template <class S>
+template <class S, class Y = Momentum<S>>
 struct Beat {
-    Momentum<S> end;       // momentum after the beat
+    Y end;                 // state after the beat
     Pose<S> displacement;  // of the nose over the beat, in body axes at its start
     S power;               // W, mean of the sum of joint torque times joint rate
     S power_positive;      // W, the same with every joint group's negative power counted as zero

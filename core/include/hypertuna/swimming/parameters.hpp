@@ -15,6 +15,10 @@ inline constexpr int gait_parameters(int groups) { return 1 + 3 * groups; }  // 
 /// The shape of the body depends on these first ones alone: gait, lags of the joints, lengths and centers of mass.
 inline constexpr int shape_parameters(int groups, int links) { return 1 + 5 * groups + 2 * links; }
 
+/// Where columns begin in a robot's row, which lacks the gait's.
+inline constexpr int com_place(int groups, int links) { return 2 * groups + links; }
+inline constexpr int density_place(int groups, int links) { return 2 * groups + 4 * links; }
+
 /// Frequency, and each group's harmonic with the lags of its joints.
 template <class S>
 S read_gait(int groups, Columns<S>& in, Harmonic<S>* out) {

@@ -7,23 +7,64 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-template <class S>
+/// A swimmer in its gait, as the search for its settled beat asks it: its state is the momentum. A body whose state has
+/// more coordinates is a type with these members.
+template <class S, class Law>
+struct PeriodicSwimmer {
+    using Scalar = S;
+
+    const Swimmer<S, Law>& fish;
+    const JointShare<S>* joints;
+    const ShapeTable<S>& table;
+    S length, period;
+    const BeatScratch<S>& scratch;
+
+    /// State after a beat.
+    template <class V>
+    Momentum<V> swim(const Momentum<V>& P, int stride_instants = 1) const {
+        return swim_beat(fish, table, stride_instants, period, P);
+    }
+    Beat<S> measure(const Momentum<S>& P) const { return measure_beat(fish, joints, table, period, P, scratch); }
+    /// A change of the state as a change of the motion at the beat's start, and back.
+    Twist<S> motion(const Momentum<S>& change) const { return table.mobility[0] * change; }
+    Momentum<S> state(const Twist<S>& change) const { return inverse(table.mobility[0]) * change; }
+    /// Size of a change of the motion: velocity of the nose in body lengths a beat, turning in rad a beat, whichever is
+    /// more.
+    S size(const Twist<S>& d) const { return period * max(max(abs(d.x), abs(d.y)) / length, abs(d.z)); }
+    /// What a distance is measured by: the way the body makes in a beat, in body lengths, and a little for a body at
+    /// rest.
+    S stride(const Momentum<S>& P) const { return period * abs(surge(P)) / length + S(base_t<S>(1e-3)); }
+    /// A step from a state taken in u |u|: u -> sqrt(u^2 + 2 u du), unless that would turn the body around.
+    ///
+    /// Thrust hardly depends on the speed and drag grows with its square, so in u |u| their balance is a straight line,
+    /// and Newton's method arrives in few steps from far away.
+    Twist<S> step_in_square(const Twist<S>& d, const Momentum<S>& P) const {
+        const S u = surge(P), square = u * u + (u + u) * d.x;
+        const S root = sqrt(max(square, S(0)));
+        return {select(S(0) < square, select(u < S(0), -root, root) - u, d.x), d.y, d.z};
+    }
+
+  private:
+    S surge(const Momentum<S>& P) const { return twist(table[0], P).x; }
+};
+
+template <class S, class Y = Momentum<S>>
 struct Settled {
-    Beat<S> beat;
-    Momentum<S> start;
-    Matrix3<S> monodromy;
+    Beat<S, Y> beat;
+    Y start;
+    Matrix<S, Y::size> monodromy;
     S residual;  // change of the motion over the measured beat, body lengths or rad
     S distance;  // Newton's step from it, relative to the stride: how far it is from settled
     S beats;     // beats integrated to find it
 };
 
-template <class S, class M>
-Settled<S> select(const M& mask, const Settled<S>& yes, const Settled<S>& no) {
+template <class S, class Y, class M>
+Settled<S, Y> select(const M& mask, const Settled<S, Y>& yes, const Settled<S, Y>& no) {
     const auto pick = [&](const S& a, const S& b) { return select(mask, a, b); };
-    const Beat<S>&a = yes.beat, &b = no.beat;
+    const Beat<S, Y>&a = yes.beat, &b = no.beat;
     const Pose<S>&p = a.displacement, &q = b.displacement;
-    const BeatMap<S> monodromy = select(mask, BeatMap<S>{a.end, yes.monodromy}, BeatMap<S>{b.end, no.monodromy});
-    return {{monodromy.end,
+    const BeatMap<S, Y> map = select(mask, BeatMap<S, Y>{a.end, yes.monodromy}, BeatMap<S, Y>{b.end, no.monodromy});
+    return {{map.end,
              {pick(p.x, q.x), pick(p.y, q.y), pick(p.heading, q.heading)},
              pick(a.power, b.power),
              pick(a.power_positive, b.power_positive),
@@ -34,7 +75,7 @@ Settled<S> select(const M& mask, const Settled<S>& yes, const Settled<S>& no) {
              pick(a.radius, b.radius),
              pick(a.advance, b.advance)},
             select(mask, yes.start, no.start),
-            monodromy.monodromy,
+            map.monodromy,
             pick(yes.residual, no.residual),
             pick(yes.distance, no.distance),
             pick(yes.beats, no.beats)};
@@ -65,84 +106,77 @@ inline constexpr int quick_beats = 12;  // that undamped Newton gets at each num
 inline constexpr int long_wait = 200;   // beats after which even the slow transients have chosen their way
 
 /// Measure the beat from `start`, and how far it is from settled: the proof of a search.
-template <class S, class Law>
-HYPERTUNA_NOINLINE Settled<S> prove(const Swimmer<S, Law>& fish, const JointShare<S>* joints,
-                                    const ShapeTable<S>& table, const S& length, const S& period,
-                                    const Momentum<S>& start, const Search<S>& search, const BeatScratch<S>& scratch) {
-    const Instant<S> now = table[0];
-    const Beat<S> beat = measure_beat(fish, joints, table, period, start, scratch);
-    const Twist<S> step = newton_step(BeatMap<S>{beat.end, search.map.monodromy}, start, now);
+template <class Body, class S, class Y>
+HYPERTUNA_NOINLINE Settled<S, Y> prove(const Body& body, const Y& start, const Search<S, Y>& search) {
+    const Beat<S, Y> beat = body.measure(start);
+    const auto step = newton_step(body, BeatMap<S, Y>{beat.end, search.map.monodromy}, start);
     return {beat,
             start,
             search.map.monodromy,
-            size_per_beat(now.mobility * (beat.end - start), length, period),
-            size_per_beat(step, length, period) / stride(twist(now, start), length, period),
+            body.size(body.motion(beat.end - start)),
+            body.size(step) / body.stride(start),
             search.beats + S(1)};
 }
 
 /// The settled beat by Newton's method: at half the steps first, then at all of them, proven by the beat itself.
 ///
 /// Where that fails, the search goes on; then it begins again with damped steps; and at last after a long wait.
-template <class S, class Law>
-Settled<S> settle(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
-                  const S& period, const Momentum<S>& guess, int max_beats, const BeatScratch<S>& scratch) {
+template <class Body, class Y, class S = typename Body::Scalar>
+Settled<S, Y> settle(const Body& body, const Y& guess, int max_beats) {
     using T = base_t<S>;
     constexpr SettleTolerances tolerance = settle_tolerances;
-    const Momentum<S> warm = swim_beat(fish, table, 2, period, swim_beat(fish, table, 2, period, guess));
-    Search<S> search = search_from(warm, S(2));
-    newton(fish, table, 2, length, period, T(tolerance.coarse), false, quick_beats, search);
+    Search<S, Y> search = search_from(body.swim(body.swim(guess, 2), 2), S(2));
+    newton(body, 2, T(tolerance.coarse), false, quick_beats, search);
     // What half the steps could not settle (too stiff for them) begins again with all of them.
     search = search_from(select(search.distance < S(T(tolerance.coarse)), search.P, guess), search.beats);
-    newton(fish, table, 1, length, period, T(tolerance.fine), false, quick_beats, search);
-    Settled<S> out = prove(fish, joints, table, length, period, search.P, search, scratch);
+    newton(body, 1, T(tolerance.fine), false, quick_beats, search);
+    Settled<S, Y> out = prove(body, search.P, search);
 
     for (const Retry retry : {Retry::go_on, Retry::damped, Retry::patient}) {
         const auto open = !(out.distance < S(T(tolerance.settled)));
         if (!any(open)) break;
-        Momentum<S> start = retry == Retry::go_on ? search.P : guess;
+        Y start = retry == Retry::go_on ? search.P : guess;
         const int wait = retry == Retry::go_on ? 0 : retry == Retry::damped ? 2 : long_wait;
-        for (int k = 0; k < wait; ++k) start = swim_beat(fish, table, 1, period, start);
+        for (int k = 0; k < wait; ++k) start = body.swim(start);
         // Gaits that are settled keep what they have: their search is closed from the start.
-        Search<S> again = search_from(start, out.beats + S(T(wait)));
+        Search<S, Y> again = search_from(start, out.beats + S(T(wait)));
         again.distance = select(open, again.distance, S(0));
         const bool damped = retry != Retry::go_on;
-        newton(fish, table, 1, length, period, T(tolerance.last), damped, damped ? max_beats : quick_beats, again);
-        out = select(open, prove(fish, joints, table, length, period, again.P, again, scratch), out);
+        newton(body, 1, T(tolerance.last), damped, damped ? max_beats : quick_beats, again);
+        out = select(open, prove(body, again.P, again), out);
     }
     return out;
 }
 
 /// The same by waiting: `beats` plain beats, and one more measured. Its distance from the settled beat follows from how
 /// the change per beat shrinks, as in a geometric series.
-template <class S, class Law>
-Settled<S> wait(const Swimmer<S, Law>& fish, const JointShare<S>* joints, const ShapeTable<S>& table, const S& length,
-                const S& period, const Momentum<S>& from, int beats, const BeatScratch<S>& scratch) {
+template <class Body, class Y, class S = typename Body::Scalar>
+Settled<S, Y> wait(const Body& body, const Y& from, int beats) {
     using T = base_t<S>;
-    const Instant<S> now = table[0];
-    Momentum<S> start = from;
+    Y start = from;
     S before(0);
     for (int k = 0; k < beats; ++k) {
-        const Momentum<S> end = swim_beat(fish, table, 1, period, start);
-        before = size_per_beat(now.mobility * (end - start), length, period);
+        const Y end = body.swim(start);
+        before = body.size(body.motion(end - start));
         start = end;
     }
-    Search<S> search = search_from(start, S(T(beats)));
+    Search<S, Y> search = search_from(start, S(T(beats)));
     for (auto& row : search.map.monodromy.a)
         for (S& x : row) x = S(std::numeric_limits<T>::quiet_NaN());
-    Settled<S> out = prove(fish, joints, table, length, period, start, search, scratch);
+    Settled<S, Y> out = prove(body, start, search);
     const S rounding(T(64) * std::numeric_limits<T>::epsilon());  // no change is smaller, and then it shrinks no more
     const S shrinks =
         max(S(1) - out.residual / max(before, S(T(1e-30))), select(out.residual < rounding, S(T(1e-3)), S(T(1e-6))));
-    out.distance = out.residual / (shrinks * stride(twist(now, start), length, period));
+    out.distance = out.residual / (shrinks * body.stride(start));
     return out;
 }
 
 /// A start from rest, followed toward a settled beat.
-template <class S>
+template <class S, class Y = Momentum<S>>
 struct Approach {
-    Momentum<S> end;  // momentum after the last beat
-    S distance;       // of that from the settled beat, relative to the stride
-    S beats;          // swum
+    Y end;       // state after the last beat
+    S distance;  // of that from the settled beat, relative to the stride
+    S beats;     // swum
 };
 
 /// Distance at which a motion has arrived at a settled beat: disturbances so small die out by its multipliers. A motion
@@ -152,24 +186,27 @@ struct ApproachTolerances {
 };
 inline constexpr ApproachTolerances approach_tolerances = {1e-2, 1e-6};
 
-template <class S, class M>
-Approach<S> select(const M& mask, const Approach<S>& yes, const Approach<S>& no) {
+template <class S, class Y, class M>
+Approach<S, Y> select(const M& mask, const Approach<S, Y>& yes, const Approach<S, Y>& no) {
     return {select(mask, yes.end, no.end), select(mask, yes.distance, no.distance), select(mask, yes.beats, no.beats)};
+}
+
+/// A state with the same number everywhere.
+template <class Y, class S>
+Y filled(const S& number) {
+    Y state;
+    for (int k = 0; k < Y::size; ++k) component(state, k) = number;
+    return state;
 }
 
 /// Swim plain beats from rest, every `stride_instants` of the table's instants half a step, until the motion arrives at
 /// the settled beat that starts with `target`, stands elsewhere, or has had `max_beats`.
-template <class S, class Law>
-HYPERTUNA_NOINLINE Approach<S> swim_toward(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, int stride_instants,
-                                           const S& length, const S& period, const Momentum<S>& target, int max_beats) {
+template <class Body, class Y, class S = typename Body::Scalar>
+HYPERTUNA_NOINLINE Approach<S, Y> swim_toward(const Body& body, int stride_instants, const Y& target, int max_beats) {
     using T = base_t<S>;
-    const Instant<S> now = table[0];
-    const S scale = S(1) / stride(twist(now, target), length, period);
-    const auto size = [&](const Momentum<S>& a, const Momentum<S>& b) {
-        return scale * size_per_beat(now.mobility * (a - b), length, period);
-    };
-    const S zero(0);
-    Approach<S> way{{zero, zero, zero}, zero, zero};
+    const S scale = S(1) / body.stride(target);
+    const auto size = [&](const Y& a, const Y& b) { return scale * body.size(body.motion(a - b)); };
+    Approach<S, Y> way{filled<Y>(S(0)), S(0), S(0)};
     way.distance = size(way.end, target);
     S change(std::numeric_limits<T>::infinity());
     for (int k = 0; k < max_beats; ++k) {
@@ -177,7 +214,7 @@ HYPERTUNA_NOINLINE Approach<S> swim_toward(const Swimmer<S, Law>& fish, const Sh
         const auto open =
             (S(T(approach_tolerances.arrived)) <= way.distance) & (S(T(approach_tolerances.standing)) <= change);
         if (!any(open)) break;
-        const Momentum<S> next = swim_beat(fish, table, stride_instants, period, way.end);
+        const Y next = body.swim(way.end, stride_instants);
         change = size(next, way.end);
         way.end = select(open, next, way.end);
         way.beats = select(open, way.beats + S(1), way.beats);
@@ -188,15 +225,13 @@ HYPERTUNA_NOINLINE Approach<S> swim_toward(const Swimmer<S, Law>& fish, const Sh
 
 /// Follow a start from rest toward a settled beat: with half the steps, and where that does not arrive, with all of
 /// them. Newton's method jumps from one basin of attraction into another; plain beats do not.
-template <class S, class Law>
-Approach<S> approach(const Swimmer<S, Law>& fish, const ShapeTable<S>& table, const S& length, const S& period,
-                     const Momentum<S>& target, int max_beats) {
+template <class Body, class Y, class S = typename Body::Scalar>
+Approach<S, Y> approach(const Body& body, const Y& target, int max_beats) {
     using T = base_t<S>;
-    const S none(std::numeric_limits<T>::quiet_NaN());
-    const Approach<S> coarse = swim_toward(fish, table, 2, length, period, target, max_beats);
+    const Approach<S, Y> coarse = swim_toward(body, 2, target, max_beats);
     const auto arrived = coarse.distance < S(T(approach_tolerances.arrived));
-    const Momentum<S> left = select(arrived, Momentum<S>{none, none, none}, target);
-    return select(arrived, coarse, swim_toward(fish, table, 1, length, period, left, max_beats));
+    const Y left = select(arrived, filled<Y>(S(std::numeric_limits<T>::quiet_NaN())), target);
+    return select(arrived, coarse, swim_toward(body, 1, left, max_beats));
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
