@@ -71,14 +71,14 @@ const char* ht_derivative(int index) {
 void ht_swim(const ht_robot* robot, int model, const double* gaits, int count, int follow, double* out) {
     swim(robot->models[model], gaits, count, follow != 0, out);
 }
-void ht_verdict(const double* quantities, double frequency, char* text, size_t room) {
+void ht_verdict(const double* gait, const double* quantities, char* text, size_t room) {
     const auto number = [&](std::string_view name) {
         int k = 0;
         while (quantity(k)->name != name) ++k;
         return quantities[k];
     };
     tell(verdict(BeatStatus(int(number("status"))), number("beats"), number("distance_to_settled"),
-                 number("spectral_radius"), number("turn_rate") / frequency),
+                 number("spectral_radius"), number("turn_rate") / gait[0]),
          text, room);
 }
 void ht_gradient(const ht_robot* robot, int model, const double* gait, double* out) {

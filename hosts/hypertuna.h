@@ -54,8 +54,8 @@ HT_API const char* ht_derivative(int index);
  * rest is followed to each, which takes a hundred times as long: `arrived` is 1 where it comes there. */
 HT_API void ht_swim(const ht_robot* robot, int model, const double* gaits, int count, int follow, double* quantities);
 
-/* The verdict on a gait of a frequency [Hz] with these quantities, as a sentence or two. */
-HT_API void ht_verdict(const double* quantities, double frequency, char* text, size_t room);
+/* The verdict on a gait with these quantities, as a sentence or two. */
+HT_API void ht_verdict(const double* gait, const double* quantities, char* text, size_t room);
 
 /* Derivatives of quantities of a settled gait by its gait's numbers (as many as ht_derivative names, 1 + 3 G). */
 HT_API void ht_gradient(const ht_robot* robot, int model, const double* gait, double* derivatives);

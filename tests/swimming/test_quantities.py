@@ -9,7 +9,7 @@ import pytest
 
 import hypertuna as ht
 from host_library import InNode, Native
-from hypertuna import metrics
+from hypertuna import _core, metrics
 from hypertuna.io.quantity import label
 from hypertuna.optimization.objective import OBJECTIVES, objective
 from hypertuna.swimming.beat import DIFFERENTIABLE, QUANTITIES, settle
@@ -53,6 +53,37 @@ def test_labels_are_those_of_the_terminal() -> None:
         assert label(name, note) == about.label
         assert words == label(name)
     assert [*SUMMARY][:3] == ["speed", "speed_bl", "mechanical_power"]
+
+
+VERDICTS = {  # status, spectral radius, turn [rad]
+    "settled": (0, 0.75, 0.0),
+    "slow": (0, 0.9998, 0.1),
+    "by hand": (0, math.nan, 0.0),
+    "unsettled": (1, 0.5, 4.0),
+    "unstable": (2, 1.012, 0.0),
+    "wild": (2, 3.2, -4.0),
+    "diverged": (3, math.nan, math.nan),
+}
+
+
+@pytest.mark.parametrize("where", [Native, InNode], ids=["native", "wasm"])
+def test_a_verdict_reads_the_same_everywhere(where: type[Native | InNode]) -> None:
+    host = where()
+    count = next(k for k in range(100) if not host.call("ht_quantity", k))
+    names = [host.read(host.call("ht_quantity", k)).decode() for k in range(count)]
+    for status, radius, turn in VERDICTS.values():
+        values = {"status": status, "beats": 41, "distance_to_settled": 2.5e-9, "spectral_radius": radius}
+        values["turn_rate"] = turn * 2
+        text, numbers = np.zeros(400, np.uint8), np.array([values.get(name, 0.0) for name in names])
+        host.call("ht_verdict", np.array([2.0]), numbers, text, len(text))
+        sentence = text.tobytes().split(b"\0")[0].decode()
+        assert sentence == _core.verdict(status, 41, 2.5e-9, radius, turn)
+        assert ("It spins" in sentence) == (abs(turn) > math.pi)
+    assert sentence == (
+        "The gait diverged within 41 beats: its speeds grew beyond all bounds; check the robot first "
+        "(`hypertuna robot check FILE`), then use more steps per beat."
+    )
+    host.close()
 
 
 @pytest.mark.parametrize("where", [Native, InNode], ids=["native", "wasm"])
