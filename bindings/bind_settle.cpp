@@ -1,4 +1,5 @@
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/tuple.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -8,6 +9,7 @@
 #include <system_error>
 #include <thread>
 
+#include "hypertuna/host/beat_gradient.hpp"
 #include "hypertuna/host/beat_status.hpp"
 #include "hypertuna/host/directions.hpp"
 #include "model.hpp"
@@ -67,6 +69,17 @@ static std::vector<std::string> names(const char* (*name)(int)) {
     return all;
 }
 
+/// Name, unit, label, meaning, where it is shown, what is better, and whether it has derivatives.
+using AboutRow = std::tuple<std::string, std::string, std::string, std::string, int, int, bool>;
+
+static std::vector<AboutRow> quantities_of_a_beat() {
+    std::vector<AboutRow> rows;
+    for (const auto& [about, of] : quantities<double>)
+        rows.emplace_back(about.name, about.unit, about.label, about.meaning, int(about.shown), int(about.better),
+                          about.differentiable);
+    return rows;
+}
+
 using Frequency = Input<1>;
 using PerGroup = Input<2>;
 
@@ -116,13 +129,13 @@ static void in_parallel(int count, int block, int threads, const Work& work) {
 
 static Output settle_batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude,
                            const PerGroup& phase, const PerGroup& bias, int steps, int wait, int max_beats,
-                           int from_rest, int approach, int threads) {
+                           int from_rest, int approach, double mass, int threads) {
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
     check_steps(steps);
     const int count = static_cast<int>(frequency.shape(0));
     const Kernel& use = kernel();
     Output rows = zeros({frequency.shape(0), names(use.settle_column).size()});
-    const SettleOptions options{steps, wait, max_beats, from_rest, approach};
+    const SettleOptions options{steps, wait, max_beats, from_rest, approach, mass};
     const nb::gil_scoped_release unlocked;
     in_parallel(count, 16 * use.lanes, threads,
                 [&](int begin, int end) { use.settle(model, gaits, options, begin, end, rows.data()); });
@@ -135,17 +148,18 @@ static Directions checked_directions(const Model& model, const Input<2>& along, 
 }
 
 static Output gradient(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
-                       const PerGroup& bias, const Input<2>& momentum, const Input<2>& along, int steps, int threads) {
+                       const PerGroup& bias, const Input<2>& momentum, const Input<2>& along, int steps, double mass,
+                       int threads) {
     const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
     check_steps(steps);
     check_extent("momentum", momentum.shape(0), frequency.shape(0));
     check_extent("momentum", momentum.shape(1), 3);
     const Directions directions = checked_directions(model, along, true);
     const Kernel& use = kernel();
-    Output rows = zeros({frequency.shape(0), names(use.gradient_output).size(), 3 + along.shape(1)});
+    Output rows = zeros({frequency.shape(0), std::size_t(derivative_count), along.shape(1)});
     const nb::gil_scoped_release unlocked;
     in_parallel(static_cast<int>(frequency.shape(0)), 16, threads, [&](int begin, int end) {
-        use.gradient(model, gaits, directions, begin, end, momentum.data(), steps, rows.data());
+        settled_gradient(use, model, gaits, directions, begin, end, momentum.data(), steps, mass, rows.data());
     });
     return rows;
 }
@@ -187,30 +201,39 @@ void bind_settle(nb::module_& m) {
     m.def("lanes", [] { return kernel().lanes; }, "Gaits that one instruction serves.");
     m.def("settle", &settle_batch, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
           nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"), nb::arg("max_beats"), nb::arg("from_rest"),
-          nb::arg("approach"), nb::arg("threads"),
+          nb::arg("approach"), nb::arg("mass"), nb::arg("threads"),
           "Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method from a "
           "brisk speed, from the motion after `from_rest` beats from rest (>= 0), or by `wait` beats from rest (>= 0). "
-          "With `approach` > 0 a start from rest is followed toward each for so many beats at most.");
-    m.def("gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
-          nb::arg("bias"), nb::arg("momentum"), nb::arg("directions"), nb::kw_only(), nb::arg("steps"),
-          nb::arg("threads"),
-          "Derivatives of one beat of each gait from its momentum at the start: (gaits, `gradient_outputs`, "
-          "3 + directions), by that momentum and along `directions` (parameters, directions).");
+          "With `approach` > 0 a start from rest is followed toward each for so many beats at most. `mass` [kg] is the "
+          "whole body's.");
+    m.def(
+        "gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
+        nb::arg("bias"), nb::arg("momentum"), nb::arg("directions"), nb::kw_only(), nb::arg("steps"), nb::arg("mass"),
+        nb::arg("threads"),
+        "Derivatives of settled beats, from their momentum at the start, along `directions` (parameters, directions): "
+        "(gaits, differentiable quantities, directions); NaN where the start is not determined.");
     m.def("track", &track, nb::arg("model"), nb::arg("joints"), nb::arg("directions"), nb::kw_only(), nb::arg("step"),
           nb::arg("twist") = nb::none(),
           "Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water or from a "
           "twist (3,) of the head: pose of the nose at every step, its rate, and its derivatives along `directions` "
           "(parameters, directions), after those by the twist if it is given.");
     m.def("settle_columns", [] { return names(any_kernel().settle_column); }, "Names of the columns of `settle`.");
-    m.def(
-        "gradient_outputs", [] { return names(any_kernel().gradient_output); }, "Names of the outputs of `gradient`.");
-    m.attr("SETTLED_DISTANCE") = any_kernel().settled_distance;
-    m.attr("ARRIVED_DISTANCE") = any_kernel().arrived_distance;
+    m.def("quantities", &quantities_of_a_beat,
+          "Quantities of a settled beat: name, unit, label, meaning, how far it is shown (0 in data sets, 1 in "
+          "records, 2 "
+          "in summaries), what is better (0 neither, 1 large, 2 small), and whether it has derivatives.");
+    m.attr("SETTLED_DISTANCE") = settle_tolerances.settled;
     m.attr("BEAT_STEPS") = beat_steps;
     m.attr("NEWTON_BEATS") = newton_beats;
     m.attr("APPROACH_BEATS") = approach_beats;
     m.attr("NEUTRAL") = neutral;
-    m.attr("STRAIGHT") = straight;
+    m.def(
+        "verdict",
+        [](int status, double beats, double distance, double spectral_radius, double turn) {
+            return verdict(BeatStatus(status), beats, distance, spectral_radius, turn);
+        },
+        nb::arg("status"), nb::arg("beats"), nb::arg("distance"), nb::arg("spectral_radius"), nb::arg("turn"),
+        "The verdict on a beat that turns the body by `turn` [rad], in words; `status` is one of `beat_statuses`.");
     m.def(
         "beat_statuses", [] { return std::vector<std::string>(std::begin(beat_statuses), std::end(beat_statuses)); },
         "Names of the statuses of a search for a settled beat.");

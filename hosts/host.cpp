@@ -58,13 +58,28 @@ int ht_robot_links(const ht_robot* robot) { return robot->models[0].model.links;
 int ht_robot_models(const ht_robot* robot) { return int(robot->models.size()); }
 int ht_robot_missions(const ht_robot* robot) { return robot->twin ? int(robot->twin->missions.size()) : 0; }
 
-const char* ht_quantity(int index) { return 0 <= index && index < quantity_count ? quantities[index].name : nullptr; }
+const char* ht_quantity(int index) { return quantity(index) ? quantity(index)->name : nullptr; }
+const char* ht_quantity_label(int index) { return quantity(index) ? quantity(index)->label : nullptr; }
+const char* ht_quantity_unit(int index) { return quantity(index) ? quantity(index)->unit : nullptr; }
+int ht_quantity_shown(int index) { return quantity(index) ? int(quantity(index)->shown) : 0; }
 const char* ht_derivative(int index) {
-    return 0 <= index && index < derivative_count ? derivatives[index].name : nullptr;
+    for (int k = 0; quantity(k); ++k)
+        if (quantity(k)->differentiable && index-- == 0) return quantity(k)->name;
+    return nullptr;
 }
 
 void ht_swim(const ht_robot* robot, int model, const double* gaits, int count, int follow, double* out) {
     swim(robot->models[model], gaits, count, follow != 0, out);
+}
+void ht_verdict(const double* gait, const double* quantities, char* text, size_t room) {
+    const auto number = [&](std::string_view name) {
+        int k = 0;
+        while (quantity(k)->name != name) ++k;
+        return quantities[k];
+    };
+    tell(verdict(BeatStatus(int(number("status"))), number("beats"), number("distance_to_settled"),
+                 number("spectral_radius"), number("turn_rate") / gait[0]),
+         text, room);
 }
 void ht_gradient(const ht_robot* robot, int model, const double* gait, double* out) {
     gait_gradient(robot->models[model], gait, out);

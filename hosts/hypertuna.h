@@ -44,11 +44,18 @@ HT_API int ht_robot_missions(const ht_robot* robot);
 
 /* Name of a quantity of a settled gait, of one that has derivatives; null after the last. */
 HT_API const char* ht_quantity(int index);
+/* Its label and unit in words, and where it is shown: in data alone (0), in records (1), in summaries too (2). */
+HT_API const char* ht_quantity_label(int index);
+HT_API const char* ht_quantity_unit(int index);
+HT_API int ht_quantity_shown(int index);
 HT_API const char* ht_derivative(int index);
 
 /* Settled beats of gaits (count, 1 + 3 G): quantities (count, as many as ht_quantity names). With `follow` a start from
  * rest is followed to each, which takes a hundred times as long: `arrived` is 1 where it comes there. */
 HT_API void ht_swim(const ht_robot* robot, int model, const double* gaits, int count, int follow, double* quantities);
+
+/* The verdict on a gait with these quantities, as a sentence or two. */
+HT_API void ht_verdict(const double* gait, const double* quantities, char* text, size_t room);
 
 /* Derivatives of quantities of a settled gait by its gait's numbers (as many as ht_derivative names, 1 + 3 G). */
 HT_API void ht_gradient(const ht_robot* robot, int model, const double* gait, double* derivatives);

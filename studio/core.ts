@@ -18,6 +18,10 @@ interface Exports {
   ht_robot_groups(robot: number): number;
   ht_robot_links(robot: number): number;
   ht_quantity(index: number): number;
+  ht_quantity_label(index: number): number;
+  ht_quantity_unit(index: number): number;
+  ht_quantity_shown(index: number): number;
+  ht_verdict(gait: number, quantities: number, text: number, room: number): void;
   ht_derivative(index: number): number;
   ht_swim(robot: number, model: number, gaits: number, count: number, follow: number, quantities: number): void;
   ht_gradient(robot: number, model: number, gait: number, derivatives: number): void;
@@ -42,8 +46,17 @@ function withoutSystem(module: WebAssembly.Module): WebAssembly.Imports {
   return imports;
 }
 
+/** What the core's table says of a quantity. */
+export interface Meaning {
+  name: string;
+  label: string;
+  unit: string;
+  shown: number; // 2 where a summary shows it
+}
+
 /** One instance of the core. */
 export class Core {
+  readonly meanings: Meaning[];
   readonly quantities: string[];
   readonly derivatives: string[];
 
@@ -51,6 +64,12 @@ export class Core {
     wasm._initialize?.();
     this.quantities = this.names(wasm.ht_quantity);
     this.derivatives = this.names(wasm.ht_derivative);
+    this.meanings = this.quantities.map((name, k) => ({
+      name,
+      label: this.text(wasm.ht_quantity_label(k)),
+      unit: this.text(wasm.ht_quantity_unit(k)),
+      shown: wasm.ht_quantity_shown(k),
+    }));
   }
 
   static async start(module: WebAssembly.Module): Promise<Core> {
@@ -94,6 +113,17 @@ export class Core {
     wasm.free(fault);
     if (twin === 0) throw new Error(sentence);
     return new CoreTwin(wasm, twin, this);
+  }
+
+  /** The verdict on a gait of a frequency with these quantities, in words. */
+  verdict(frequency: number, quantities: number[]): string {
+    const place = this.wasm.malloc(8 * (1 + quantities.length) + FAULT_ROOM);
+    const text = place + 8 * (1 + quantities.length);
+    new Float64Array(this.wasm.memory.buffer, place, 1 + quantities.length).set([frequency, ...quantities]);
+    this.wasm.ht_verdict(place, place + 8, text, FAULT_ROOM);
+    const sentence = this.text(text);
+    this.wasm.free(place);
+    return sentence;
   }
 
   private names(name: (index: number) => number): string[] {

@@ -2,6 +2,7 @@
 import { Beats } from "./beats.ts";
 import { type Factors, known } from "./changes.ts";
 import { Choices, type Model } from "./choices.ts";
+import { Core } from "./core.ts";
 import { closeOutside, part } from "./dom.ts";
 import { packedBytes, plainBytes } from "./files.ts";
 import { Stage } from "./fish.ts";
@@ -338,8 +339,10 @@ async function open(): Promise<void> {
   const { ledger } = given.start; // address of its page, for links
   if (ledger !== undefined) document.documentElement.dataset.ledger = ledger;
   const script = URL.createObjectURL(new Blob([WORKER], { type: "text/javascript" }));
-  const live = new Calculator(script, await WebAssembly.compile(await packedBytes(part("core").textContent ?? "")));
-  const studio = new Studio(new Robots(given.robots), live, await live.ask({ kind: "names" }));
+  const module = await WebAssembly.compile(await packedBytes(part("core").textContent ?? ""));
+  const core = await Core.start(module);
+  words.learn(core);
+  const studio = new Studio(new Robots(given.robots), new Calculator(script, module), core);
   await studio.open({ ...fromStart(given.start), ...hash.read(location.hash) });
   const log = document.getElementById("log"); // that the page comes with
   if (log === null) return;

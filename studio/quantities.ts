@@ -1,42 +1,27 @@
 // Quantities of a swim in the words and digits of the command line.
+import type { Core, Meaning } from "./core.ts";
 import { DEGREE, type Gait, KINDS, type Robot } from "./robot.ts";
 
 const SLOW = 1e-3; // m/s below which a direction means little
 
 export type Quantities = Record<string, number>;
 
-export interface Meaning {
-  name: string;
-  label: string;
-  unit: string;
-}
-
+/** The core that these words come from. */
+let core: Core;
 /** What `hypertuna swim` prints, in its order. */
-export const SUMMARY: Meaning[] = [
-  { name: "speed", label: "speed", unit: "m/s" },
-  { name: "mechanical_power", label: "mechanical power", unit: "W" },
-  { name: "cost_of_transport", label: "cost of transport", unit: "J/(kg m)" },
-  { name: "strouhal", label: "Strouhal number", unit: "" },
-  { name: "stride_length", label: "stride length", unit: "BL per beat" },
-  { name: "efficiency", label: "efficiency", unit: "" },
-  { name: "tail_excursion", label: "tail excursion, peak to peak", unit: "m" },
-  { name: "turn_rate", label: "turn rate, counter-clockwise", unit: "rad/s" },
-  { name: "turn_radius", label: "turn radius", unit: "m" },
-];
+export let SUMMARY: readonly Meaning[] = [];
 
-const MORE: Meaning[] = [
-  { name: "torque_peak", label: "peak torque", unit: "N m" },
-  { name: "rate_peak", label: "peak rate", unit: "rad/s" },
-  { name: "mechanical_power_positive", label: "mechanical power positive", unit: "W" },
-  { name: "cost_of_transport_positive", label: "cost of transport positive", unit: "J/(kg m)" },
-  { name: "power_to_water", label: "power to water", unit: "W" },
-];
+export function learn(from: Core): void {
+  core = from;
+  // A quantity with the label of the one before it is that in another unit.
+  SUMMARY = core.meanings.filter(({ label, shown }, k) => shown === 2 && label !== core.meanings[k - 1]?.label);
+}
 
 const STRAIGHT = 1e3; // body lengths: a larger turning radius is not shown
 const STATUSES = ["settled", "unsettled", "unstable", "diverged"];
 
 export function meaning(name: string): Meaning {
-  return [...SUMMARY, ...MORE].find((known) => known.name === name) ?? { name, label: name, unit: "" };
+  return core.meanings.find((known) => known.name === name) ?? { name, label: name, unit: "", shown: 0 };
 }
 
 /** Names and values of a row. */
@@ -71,46 +56,15 @@ function exponent(value: number, decimals: number): string {
   return `${mantissa}e${Number(power) < 0 ? "-" : "+"}${size}`;
 }
 
-const percent = (value: number, count: number): string => `${Number((100 * value).toPrecision(count))} %`;
-
-/** The verdict as a sentence, as `hypertuna swim` says it. */
-export function verdict(values: Quantities): string {
-  const { spectral_radius: radius = 0, distance_to_settled: distance = 0, beats = 0 } = values;
-  const off = exponent(distance, 1);
-  switch (statusOf(values)) {
-    case "settled":
-      return `The gait is settled: consecutive beats agree to ${off} of the distance traveled; ${decay(radius)}.`;
-    case "unstable":
-      return `The gait is periodic but unstable: a disturbance grows ${growth(radius)} each beat, so the robot will not stay in it.`;
-    case "unsettled":
-      return `The gait is unsettled after ${beats} beats: it is still off by ${off} of the distance traveled in a beat.`;
-    default:
-      return `The gait diverged within ${beats} beats: its speeds grew beyond all bounds.`;
-  }
-}
-
-function growth(radius: number): string {
-  return radius < 2 ? `by ${percent(radius - 1, 2)}` : `to ${Number(radius.toPrecision(3))} times its size`;
-}
-
-function decay(radius: number): string {
-  const loss = 1 - radius;
-  if (loss < 1e-4) return "a disturbance hardly decays";
-  if (loss < 0.05) return `a disturbance decays slowly, by ${percent(loss, 2)} each beat`;
-  return `a disturbance decays by ${(100 * loss).toFixed(0)} % each beat`;
+/** The verdict on a gait of a frequency as a sentence, as `hypertuna swim` says it. */
+export function verdict(values: Quantities, frequency: number): string {
+  const numbers = core.quantities.map((name) => values[name] ?? Number.NaN);
+  return core.verdict(frequency, numbers);
 }
 
 /** A robot that goes the other way. */
 export function backward(values: Quantities): string {
   return statusOf(values) === "settled" && (values.speed ?? 0) < -SLOW ? ", tail first" : "";
-}
-
-/** Body that turns by more than half a circle in a beat. */
-export function spin(values: Quantities, frequency: number): string {
-  const turn = (values.turn_rate ?? 0) / frequency;
-  if (!(Math.abs(turn) > Math.PI) || statusOf(values) === "diverged") return "";
-  const angle = Math.abs(turn / DEGREE).toFixed(0);
-  return ` It spins: ${angle} deg a beat, more than half a circle, is no path with a speed.`;
 }
 
 /** Where a start from rest leads, of quantities with `follow`. */

@@ -5,7 +5,6 @@ import type { Swimmer } from "./robot.ts";
 
 export type Question =
   | { kind: "start"; module: WebAssembly.Module }
-  | { kind: "names" }
   | { kind: "load"; robot: string; image: Uint8Array }
   | ({ kind: "swim"; follow: boolean } & Swimmer)
   | ({ kind: "path" } & Swimmer)
@@ -34,7 +33,6 @@ export interface Broken {
 
 export type Answer =
   | { kind: "start" }
-  | ({ kind: "names" } & Names)
   | { kind: "load"; text: string }
   | { kind: "swim"; quantities: Float64Array }
   | { kind: "path"; path: Float64Array }

@@ -1,4 +1,5 @@
 // The numbers of a beat, its status in words and the command that swims it.
+import type { Meaning } from "./core.ts";
 import { element, part } from "./dom.ts";
 import * as words from "./quantities.ts";
 import { gaitOf, type Robot } from "./robot.ts";
@@ -70,12 +71,12 @@ export class Results {
 
   private say(values: words.Quantities, frequency: number, more: string): void {
     const box = part("status");
-    box.textContent = words.verdict(values) + words.spin(values, frequency) + more;
+    box.textContent = words.verdict(values, frequency) + more;
     box.dataset.status = words.statusOf(values);
   }
 }
 
-function tile({ name, label, unit }: words.Meaning): HTMLElement {
+function tile({ name, label, unit }: Meaning): HTMLElement {
   const box = element("div");
   const number = element("dt");
   number.dataset.quantity = name;

@@ -61,7 +61,7 @@ export class TourView {
     const head = element("div", "row");
     head.append(element("h3", "", gait.name), show);
     card.append(head, element("p", "caption", gaitText(gait)));
-    if (statusOf(values) !== "settled") card.append(element("p", "", verdict(values)));
+    if (statusOf(values) !== "settled") card.append(element("p", "", verdict(values, gait.frequency)));
     const entries = Object.entries(gait.published);
     for (const [quantity, published] of entries)
       card.append(comparison(robot, this.subject?.model ?? 0, quantity, published, values));

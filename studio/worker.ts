@@ -41,8 +41,6 @@ async function answer(question: Question): Promise<Answer> {
     case "start":
       core = await Core.start(question.module);
       return { kind: "start" };
-    case "names":
-      return { kind: "names", quantities: core.quantities, derivatives: core.derivatives };
     case "load": {
       const read = core.read(question.image);
       robots.get(question.robot)?.free();

@@ -36,6 +36,7 @@ ROOM = 400  # bytes of a sentence
 GROUPS = ("amplitude", "phase", "bias")
 CREATORS = {"ht_robot_read", "ht_twin_create", "ht_twin_fly"}
 POINTERS = CREATORS | {"ht_robot_text", "ht_quantity", "ht_derivative", "ht_twin_column"}
+POINTERS |= {"ht_quantity_label", "ht_quantity_unit"}
 
 
 class Start(ctypes.Structure):

@@ -39,10 +39,6 @@ def test_speed_of_a_swim_is_that_of_its_path(bias: float) -> None:
     assert mean_speed(x, y, heading[-1] - heading[0], 1 / 4) == pytest.approx(abs(swim.speed), rel=1e-4)
 
 
-def test_body_lengths() -> None:
-    assert metrics.body_lengths_per_second(0.56, 0.52) == pytest.approx(1.08, abs=0.005)  # section III.D of the paper
-
-
 def test_cost_of_transport() -> None:
     # 12.15 J/(kg m), 3.3 kg and 0.56 m/s of the paper are 22.45 W
     assert metrics.cost_of_transport(22.45, 3.3, 0.56) == pytest.approx(12.15, abs=0.005)
@@ -58,12 +54,6 @@ def test_strouhal() -> None:
 
 def test_stride_length() -> None:
     assert metrics.stride_length(0.5, 2.0, 0.5) == pytest.approx(0.5)
-
-
-def test_efficiency() -> None:
-    assert metrics.efficiency(0.5, 2.0) == pytest.approx(0.25)
-    assert np.isnan(metrics.efficiency(0.5, 0.0))
-    assert np.isnan(metrics.efficiency(0.5, -1.0))
 
 
 def test_arguments_broadcast() -> None:

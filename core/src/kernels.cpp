@@ -7,7 +7,7 @@
 #include "hypertuna/host/real.hpp"
 #include "hypertuna/host/tank.hpp"
 #include "hypertuna/swimming/parameters.hpp"
-#include "hypertuna/swimming/settle.hpp"
+#include "hypertuna/swimming/quantities.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
@@ -25,43 +25,34 @@ void load_gaits(const Model& model, const GaitBatch& gaits, int first, int end, 
     }
 }
 
-/// Results of a settled beat, in the order of their columns.
-struct Row {
+/// What a search found besides the quantities, in the order of the columns.
+struct Found {
     const Settled<Real>& settled;
     const Approach<Real>& approach;
     Twist<Real> xi;  // at the start of the beat
-    Real speed, towed_power, rate_peak;
+    Real status;     // but for its stability
 };
 struct Column {
     const char* name;
-    Real (*of)(const Row&);
+    Real (*of)(const Found&);
 };
 template <int i, int k>
-Real monodromy(const Row& row) {
-    return row.settled.monodromy.a[i][k];
+Real monodromy(const Found& found) {
+    return found.settled.monodromy.a[i][k];
 }
 constexpr Column columns[] = {
-    {"speed", [](const Row& row) { return row.speed; }},
-    {"turn", [](const Row& row) { return row.settled.beat.displacement.heading; }},
-    {"radius", [](const Row& row) { return row.settled.beat.radius; }},
-    {"excursion", [](const Row& row) { return row.settled.beat.excursion; }},
-    {"power", [](const Row& row) { return row.settled.beat.power; }},
-    {"power_positive", [](const Row& row) { return row.settled.beat.power_positive; }},
-    {"loss", [](const Row& row) { return row.settled.beat.loss; }},
-    {"towed_power", [](const Row& row) { return row.towed_power; }},
-    {"torque_peak", [](const Row& row) { return row.settled.beat.torque_peak; }},
-    {"rate_peak", [](const Row& row) { return row.rate_peak; }},
-    {"residual", [](const Row& row) { return row.settled.residual; }},
-    {"distance", [](const Row& row) { return row.settled.distance; }},
-    {"beats", [](const Row& row) { return row.settled.beats; }},
-    {"approach", [](const Row& row) { return row.approach.distance; }},
-    {"approach_beats", [](const Row& row) { return row.approach.beats; }},
-    {"u", [](const Row& row) { return row.xi.x; }},
-    {"v", [](const Row& row) { return row.xi.y; }},
-    {"r", [](const Row& row) { return row.xi.z; }},
-    {"p_x", [](const Row& row) { return row.settled.start.x; }},
-    {"p_y", [](const Row& row) { return row.settled.start.y; }},
-    {"l", [](const Row& row) { return row.settled.start.z; }},
+    {"status", [](const Found& found) { return found.status; }},
+    {"arrived",
+     [](const Found& found) {
+         return select(found.approach.distance < Real(approach_tolerances.arrived), Real(1.0), Real(0.0));
+     }},
+    {"approach_beats", [](const Found& found) { return found.approach.beats; }},
+    {"u", [](const Found& found) { return found.xi.x; }},
+    {"v", [](const Found& found) { return found.xi.y; }},
+    {"r", [](const Found& found) { return found.xi.z; }},
+    {"p_x", [](const Found& found) { return found.settled.start.x; }},
+    {"p_y", [](const Found& found) { return found.settled.start.y; }},
+    {"l", [](const Found& found) { return found.settled.start.z; }},
     {"m_00", monodromy<0, 0>},
     {"m_01", monodromy<0, 1>},
     {"m_02", monodromy<0, 2>},
@@ -72,9 +63,12 @@ constexpr Column columns[] = {
     {"m_21", monodromy<2, 1>},
     {"m_22", monodromy<2, 2>},
 };
-constexpr int column_count = sizeof(columns) / sizeof(columns[0]);
+constexpr int quantity_count = std::size(quantities<Real>), column_count = quantity_count + std::size(columns);
 
-const char* settle_column(int k) { return k < column_count ? columns[k].name : nullptr; }
+const char* settle_column(int k) {
+    if (k < quantity_count) return quantities<Real>[k].about.name;
+    return k < column_count ? columns[k - quantity_count].name : nullptr;
+}
 
 /// The settled beat of the gaits in the tank: by waiting, or by Newton's method.
 template <class Law>
@@ -104,14 +98,20 @@ void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOption
             select(s.distance < Real(settle_tolerances.settled), s.start, filled<Momentum<Real>>(nan));
         const Approach<Real> way = approach(body, target, options.approach);
         const Real speed = mean_speed(s.beat, tank.frequency);
-        const Row row{s,
-                      way,
-                      twist(tank.table[0], s.start),
-                      speed,
-                      towing_power(tank.fish, speed),
-                      largest_rate(model.groups, tank.groups.data(), tank.frequency)};
+        const Measured<Real> measured{s.beat,
+                                      speed,
+                                      largest_rate(model.groups, tank.groups.data(), tank.frequency),
+                                      tank.frequency,
+                                      length,
+                                      Real(options.mass),
+                                      towing_power(tank.fish, speed),
+                                      s.residual,
+                                      s.distance,
+                                      s.beats};
+        const Found found{s, way, twist(tank.table[0], s.start), search_status(s, speed)};
         for (int c = 0; c < column_count; ++c) {
-            const Real value = columns[c].of(row);
+            const auto of = quantities<Real>[std::min(c, quantity_count - 1)].of;
+            const Real value = quantity_count <= c ? columns[c - quantity_count].of(found) : of ? of(measured) : nan;
             for (int k = 0; k < lanes && first + k < end; ++k) rows[(first + k) * column_count + c] = lane(value, k);
         }
     }
@@ -127,30 +127,8 @@ void settle_any(const Model& model, const GaitBatch& gaits, const SettleOptions&
 /// Derivatives fill the lanes: every lane holds the same value and its derivative in a direction of its own.
 using Derivative = Dual<Real, 1>;
 
-/// Results that have derivatives, in the order of their rows.
-struct Measured {
-    Beat<Derivative> beat;
-    Derivative speed, rate_peak;
-};
-struct Differentiated {
-    const char* name;
-    Derivative (*of)(const Measured&);
-};
-constexpr Differentiated outputs[] = {
-    {"speed", [](const Measured& m) { return m.speed; }},
-    {"power", [](const Measured& m) { return m.beat.power; }},
-    {"power_positive", [](const Measured& m) { return m.beat.power_positive; }},
-    {"loss", [](const Measured& m) { return m.beat.loss; }},
-    {"torque_peak", [](const Measured& m) { return m.beat.torque_peak; }},
-    {"rate_peak", [](const Measured& m) { return m.rate_peak; }},
-    {"excursion", [](const Measured& m) { return m.beat.excursion; }},
-    {"end_p_x", [](const Measured& m) { return m.beat.end.x; }},
-    {"end_p_y", [](const Measured& m) { return m.beat.end.y; }},
-    {"end_l", [](const Measured& m) { return m.beat.end.z; }},
-};
-constexpr int output_count = sizeof(outputs) / sizeof(outputs[0]);
-
-const char* gradient_output(int k) { return k < output_count ? outputs[k].name : nullptr; }
+/// Results that have derivatives: quantities, and the momentum at the end.
+constexpr int output_count = derivative_count + 3;
 
 /// Point the lanes into directions first, first + 1, ... of a list; beyond the last, the last is repeated.
 void point(const Directions& directions, const std::vector<int>& list, std::size_t first, Momentum<Derivative>& start,
@@ -167,9 +145,11 @@ void point(const Directions& directions, const std::vector<int>& list, std::size
 /// Derivatives along a list of directions. G has derivatives where the directions change the shape.
 template <class Law, class G>
 void gradient_along(const Model& model, const GaitBatch& gaits, const Directions& directions,
-                    const std::vector<int>& list, int begin, int end, const double* momentum, int steps, double* rows) {
+                    const std::vector<int>& list, int begin, int end, const double* momentum, int steps, double mass,
+                    double* rows) {
     if (list.empty()) return;
     Tank<Derivative, Law, G> tank(model, steps);
+    const Derivative zero(Real(0.0));
     const int count = 3 + directions.count;
     std::vector<Real> parameters(gait_parameters(model.groups), Real(0.0));
     for (int gait = begin; gait < end; ++gait) {
@@ -186,33 +166,45 @@ void gradient_along(const Model& model, const GaitBatch& gaits, const Directions
                 tank.refill();
             const Beat<Derivative> beat = measure_beat(tank.fish, tank.joints.data(), tank.table,
                                                        Derivative(Real(1.0)) / tank.frequency, start, tank.scratch);
-            const Measured m{beat, mean_speed(beat, tank.frequency),
-                             largest_rate(model.groups, tank.groups.data(), tank.frequency)};
-            for (int o = 0; o < output_count; ++o) {
-                const Real derivative = outputs[o].of(m).d[0];
+            const Measured<Derivative> m{beat,
+                                         mean_speed(beat, tank.frequency),
+                                         largest_rate(model.groups, tank.groups.data(), tank.frequency),
+                                         tank.frequency,
+                                         Derivative(Real(model.length)),
+                                         Derivative(Real(mass)),
+                                         zero,
+                                         zero,
+                                         zero,
+                                         zero};
+            double* row = out;
+            const auto write = [&](const Derivative& result) {
                 for (std::size_t k = 0; k < lanes && first + k < list.size(); ++k)
-                    out[o * count + 3 + list[first + k]] = lane(derivative, static_cast<int>(k));
-            }
+                    row[3 + list[first + k]] = lane(result.d[0], static_cast<int>(k));
+                row += count;
+            };
+            for (const auto& [about, of] : quantities<Derivative>)
+                if (about.differentiable) write(of(m));
+            for (const Derivative& end_of_beat : {beat.end.x, beat.end.y, beat.end.z}) write(end_of_beat);
         }
     }
 }
 
 template <class Law>
 void gradient_of(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
-                 const double* momentum, int steps, double* rows) {
+                 const double* momentum, int steps, double mass, double* rows) {
     std::vector<int> moving = directions.moving;
 #ifdef HYPERTUNA_SMALL
     moving.insert(moving.begin(), directions.still.begin(), directions.still.end());
 #else
-    gradient_along<Law, Real>(model, gaits, directions, directions.still, begin, end, momentum, steps, rows);
+    gradient_along<Law, Real>(model, gaits, directions, directions.still, begin, end, momentum, steps, mass, rows);
 #endif
-    gradient_along<Law, Derivative>(model, gaits, directions, moving, begin, end, momentum, steps, rows);
+    gradient_along<Law, Derivative>(model, gaits, directions, moving, begin, end, momentum, steps, mass, rows);
 }
 
 void gradient_any(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
-                  const double* momentum, int steps, double* rows) {
+                  const double* momentum, int steps, double mass, double* rows) {
     with_law<Derivative>(model.law, [&](auto law) {
-        gradient_of<typename decltype(law)::type>(model, gaits, directions, begin, end, momentum, steps, rows);
+        gradient_of<typename decltype(law)::type>(model, gaits, directions, begin, end, momentum, steps, mass, rows);
     });
 }
 
@@ -295,13 +287,10 @@ extern const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH);
 const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH) = {
     .name = HYPERTUNA_NAME(HYPERTUNA_ARCH),
     .lanes = HYPERTUNA_ARCH::lanes,
-    .settled_distance = HYPERTUNA_ARCH::settle_tolerances.settled,
-    .arrived_distance = HYPERTUNA_ARCH::approach_tolerances.arrived,
     .settle = HYPERTUNA_ARCH::settle_any,
     .gradient = HYPERTUNA_ARCH::gradient_any,
     .track = HYPERTUNA_ARCH::track_any,
     .settle_column = HYPERTUNA_ARCH::settle_column,
-    .gradient_output = HYPERTUNA_ARCH::gradient_output,
     .machines = machines,
 };
 }  // namespace hypertuna

@@ -55,10 +55,11 @@ def settle(
     max_beats: int,
     from_rest: int,
     approach: int,
+    mass: float,
     threads: int,
 ) -> NDArray[numpy.float64]:
     """
-    Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method from a brisk speed, from the motion after `from_rest` beats from rest (>= 0), or by `wait` beats from rest (>= 0). With `approach` > 0 a start from rest is followed toward each for so many beats at most.
+    Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method from a brisk speed, from the motion after `from_rest` beats from rest (>= 0), or by `wait` beats from rest (>= 0). With `approach` > 0 a start from rest is followed toward each for so many beats at most. `mass` [kg] is the whole body's.
     """
 
 def gradient(
@@ -71,10 +72,11 @@ def gradient(
     directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     *,
     steps: int,
+    mass: float,
     threads: int,
 ) -> NDArray[numpy.float64]:
     """
-    Derivatives of one beat of each gait from its momentum at the start: (gaits, `gradient_outputs`, 3 + directions), by that momentum and along `directions` (parameters, directions).
+    Derivatives of settled beats, from their momentum at the start, along `directions` (parameters, directions): (gaits, differentiable quantities, directions); NaN where the start is not determined.
     """
 
 def track(
@@ -93,12 +95,12 @@ def track(
 def settle_columns() -> list[str]:
     """Names of the columns of `settle`."""
 
-def gradient_outputs() -> list[str]:
-    """Names of the outputs of `gradient`."""
+def quantities() -> list[tuple[str, str, str, str, int, int, bool]]:
+    """
+    Quantities of a settled beat: name, unit, label, meaning, how far it is shown (0 in data sets, 1 in records, 2 in summaries), what is better (0 neither, 1 large, 2 small), and whether it has derivatives.
+    """
 
 SETTLED_DISTANCE: float = 1e-07
-
-ARRIVED_DISTANCE: float = 0.01
 
 BEAT_STEPS: int = 128
 
@@ -108,7 +110,10 @@ APPROACH_BEATS: int = 2000
 
 NEUTRAL: float = 1.000001
 
-STRAIGHT: float = 1000000.0
+def verdict(status: int, beats: float, distance: float, spectral_radius: float, turn: float) -> str:
+    """
+    The verdict on a beat that turns the body by `turn` [rad], in words; `status` is one of `beat_statuses`.
+    """
 
 def beat_statuses() -> list[str]:
     """Names of the statuses of a search for a settled beat."""

@@ -10,11 +10,6 @@ def _numbers(values: ArrayLike) -> Array:
     return np.asarray(values, dtype=np.float64)
 
 
-def body_lengths_per_second(speed: ArrayLike, length: ArrayLike) -> Array:
-    """Return the speed in body lengths per second, U / L [1/s]."""
-    return _numbers(speed) / _numbers(length)
-
-
 def cost_of_transport(power: ArrayLike, mass: ArrayLike, speed: ArrayLike) -> Array:
     """Return the energy per mass and distance, P / (m |U|) [J/(kg m)] (Eqs 38-39 of the paper, which omit m)."""
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -30,14 +25,3 @@ def strouhal(frequency: ArrayLike, excursion: ArrayLike, speed: ArrayLike) -> Ar
 def stride_length(speed: ArrayLike, frequency: ArrayLike, length: ArrayLike) -> Array:
     """Return the body lengths per beat, U / (f L)."""
     return _numbers(speed) / (_numbers(frequency) * _numbers(length))
-
-
-def efficiency(towed_power: ArrayLike, power: ArrayLike) -> Array:
-    """Return the quasi-propulsive efficiency: power that tows the straight body over power spent.
-
-    A body in steady swimming has no net thrust, so that Froude's efficiency is undefined; this one is defined
-    (Maertens, Triantafyllou and Yue, 2015). Powers are in W; the result is NaN where no power is spent.
-    """
-    power = _numbers(power)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(power > 0, _numbers(towed_power) / power, np.nan)

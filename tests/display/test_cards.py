@@ -230,7 +230,7 @@ def test_a_gradient_names_the_largest_influence_first(made: dict[str, Any]) -> N
     frequency = [ht.swim(swim.robot, replace(swim.gait, frequency=2.13 * (1 + side * 5e-3))).speed for side in (-1, 1)]
     expected = 100 * (frequency[1] - frequency[0]) / swim.speed
     assert table.set_index("parameter").speed_percent["gait.frequency"] == pytest.approx(expected, rel=1e-3)
-    with pytest.raises(ht.InputError, match="quantity must be speed, cost_of_transport"):
+    with pytest.raises(ht.InputError, match="quantity must be speed, speed_bl"):
         gradient.influence("sped")
 
 

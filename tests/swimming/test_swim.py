@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from scipy.signal import resample
 
 import hypertuna as ht
+from hypertuna import _core
 from hypertuna.io.files import write_netcdf
-from hypertuna.swimming.beat import STATUSES, status_text
+from hypertuna.swimming.beat import STATUSES
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.trajectory import body_points
 from models import MODELS, changed, fastest, later, turning
@@ -129,7 +130,7 @@ def test_a_settled_gait_says_so(tuna: ht.Robot) -> None:
     ],
 )
 def test_how_a_disturbance_goes_on(status: str, radius: float, words: str) -> None:
-    assert status_text(status, 5, 1e-9, radius).endswith(words)
+    assert _core.verdict(STATUSES.index(status), 5, 1e-9, radius, 0).endswith(words)
 
 
 @pytest.mark.parametrize("from_rest", [None, 5.0])

@@ -12,21 +12,12 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array, rounded
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import NOT_NEGATIVE, POSITIVE
+from hypertuna.swimming.beat import QUANTITIES
 
 UNUSABLE = 1e30  # stands for infinity where a finite value or violation is required
 
-# Quantities that can be an objective, and whether larger is better.
-LARGE = ("speed", "speed_bl", "efficiency", "stride_length")
-COSTS = (
-    "mechanical_power",
-    "mechanical_power_positive",
-    "power_to_water",
-    "cost_of_transport",
-    "cost_of_transport_positive",
-)
-SMALL = (*COSTS, "strouhal", "tail_excursion", "torque_peak", "rate_peak", "turn_radius")
-OBJECTIVES = dict.fromkeys(LARGE, True) | dict.fromkeys(SMALL, False)
-DIFFERENTIABLE = tuple(name for name in OBJECTIVES if name not in ("efficiency", "turn_radius"))
+# Quantities that can be an objective, and whether larger is better: those first.
+OBJECTIVES = {name: large for large in (True, False) for name, q in QUANTITIES.items() if q.better == 2 - large}
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import sample_robots
 from hypertuna.optimization.constraints import Limit, gait_quantities
 from hypertuna.optimization.design_space import DesignSpace
-from hypertuna.optimization.objective import DIFFERENTIABLE, UNUSABLE, Evaluation, Objective
+from hypertuna.optimization.objective import UNUSABLE, Evaluation, Objective
 from hypertuna.parallel.executors import map_shards
 from hypertuna.ranges import Whole, check_choice
-from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, directional_derivatives, settle
+from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, QUANTITIES, directional_derivatives, settle
 
 PART = 16  # points of a task of an executor
 MIN_STRIDE = 1e-3  # body lengths per beat: below, a gait stands still
@@ -114,11 +114,6 @@ class Problem:
             return quantities
         directions = self.space.directions(robot)
         gradients = directional_derivatives(robot, gaits, beats, directions, steps=self.steps)
-        # d(U / (f L)) = (dU - U df / f) / (f L); the frequency is the first parameter.
-        frequency = gaits.frequency[:, np.newaxis]
-        d_frequency = beats["speed"][:, np.newaxis] * directions[0] / frequency
-        gradients["stride_length"] = (gradients["speed"] - d_frequency) / (robot.body.length * frequency)
-        gradients["speed_bl"] = gradients["speed"] / robot.body.length
         gradients |= {name: gradient[:, self.space.free] for name, gradient in d_gait.items()}
         return quantities | {f"d_{name}": gradients[name] for name in self.needs}
 

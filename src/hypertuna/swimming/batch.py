@@ -99,7 +99,7 @@ class Batch:
         """How results are labeled."""
         grid, how = self.gaits.is_grid, self.swimming
         variables: dict[str, Any] = {
-            name: {"units": unit, "long_name": meaning} for name, (unit, meaning) in QUANTITIES.items()
+            name: {"units": about.unit, "long_name": about.meaning} for name, about in QUANTITIES.items()
         }
         flags = {"flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
         variables |= FROM_REST if how.check_rest else {}

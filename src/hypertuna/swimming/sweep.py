@@ -20,7 +20,7 @@ from hypertuna.io.checkpoint import Journal
 from hypertuna.parallel.executors import Executors, map_shards, thread_count
 from hypertuna.ranges import check_choice
 from hypertuna.swimming.batch import CHUNK, Part, batch
-from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES, directional_derivatives, settle
+from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import Gait, Gaits, check_count, gait_of
 from hypertuna.swimming.model import parameter_names, parameter_values
 
@@ -106,8 +106,6 @@ def sweep(
 
 
 TYPES = {"status": np.int8, "settled": np.bool_, "reached_from_rest": np.bool_}  # of results that are no float64
-POWERS = ("mechanical_power", "mechanical_power_positive")
-DERIVATIVES = ("speed", "cost_of_transport", *POWERS, "strouhal", "torque_peak", "rate_peak")
 ANGLES = ("gait.amplitude", "gait.phase", "gait.bias", "joints.phase_offset")  # parameters in radians
 
 
@@ -122,17 +120,18 @@ class Gradient(
     """Exact derivatives of a settled gait's results."""
 
     names: tuple[str, ...]  # of the parameters, as attributes: gait.amplitude[1], links.mass[3], water.lumped.drag[7]
-    speed: Array  # (parameters,) as all that follow, SI unit of the result per unit of the parameter
-    cost_of_transport: Array
-    mechanical_power: Array
-    mechanical_power_positive: Array
-    strouhal: Array
-    torque_peak: Array
-    rate_peak: Array
+    derivatives: Mapping[str, Array]  # (parameters,) of each quantity, SI unit of it per unit of the parameter
     values: Array  # (parameters,) of the parameters [SI]
     results: Mapping[str, float]  # at the gait, by the names of the derivatives [SI]
     robot: Robot
     gait: Gait
+
+    def __getattr__(self, name: str) -> Array:
+        """Return the derivatives of a quantity (parameters,): ``gradient.speed``."""
+        derivatives: Mapping[str, Array] = self.__dict__.get("derivatives", {})
+        if name not in derivatives:
+            raise AttributeError(f"{type(self).__name__} has no {name}", name=name, obj=self)
+        return derivatives[name]
 
     def influence(self, quantity: str = "speed") -> Array:
         """Return how much each parameter changes a result.
@@ -140,22 +139,22 @@ class Gradient(
         Parameters
         ----------
         quantity : str
-            Name of a result: "speed", "cost_of_transport", ...
+            Name of a result: "speed", "cost_of_transport", ... of `hypertuna.swimming.beat.DIFFERENTIABLE`
 
         Returns
         -------
         ndarray, shape (parameters,)
             Change of the result for 1 % more of the parameter, of an angle for 1 degree more [%].
         """
-        check_choice(quantity, DERIVATIVES, "quantity")
+        check_choice(quantity, DIFFERENTIABLE, "quantity")
         angle = [name.partition("[")[0] in ANGLES for name in self.names]
         known = np.where(np.isfinite(self.values), self.values, 0.0)  # an ideal joint has an infinite bandwidth
-        change: Array = getattr(self, quantity) * np.where(angle, np.radians(1), 0.01 * known)
+        change: Array = self.derivatives[quantity] * np.where(angle, np.radians(1), 0.01 * known)
         return 100 * change / self.results[quantity]
 
     def _columns(self) -> dict[str, Any]:
         """Return the columns of a table, the largest influence on the speed first."""
-        influence = {f"{name}_percent": self.influence(name) for name in DERIVATIVES}
+        influence = {f"{name}_percent": self.influence(name) for name in DIFFERENTIABLE}
         columns = {"parameter": np.array(self.names), "value_si": self.values} | influence
         order = np.argsort(-np.abs(influence["speed_percent"]), kind="stable")
         return {name: values[order] for name, values in columns.items()}
@@ -199,9 +198,9 @@ def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAUL
     derivatives = directional_derivatives(robot, gaits, result, np.eye(len(names)), steps=steps)
     return Gradient(
         names,
-        **{name: derivatives[name][0] for name in DERIVATIVES},
+        {name: rates[0] for name, rates in derivatives.items()},
         values=parameter_values(robot, gait),
-        results={name: float(result[name][0]) for name in DERIVATIVES},
+        results={name: float(result[name][0]) for name in DIFFERENTIABLE},
         robot=robot,
         gait=gait,
     )

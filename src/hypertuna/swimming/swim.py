@@ -28,8 +28,6 @@ from hypertuna.swimming.beat import (
     check_steps,
     settle,
     settle_from_rest,
-    spins,
-    status_text,
 )
 from hypertuna.swimming.gait import Gait, Gaits, gait_of
 from hypertuna.swimming.model import core_model, twist_from_rest
@@ -45,21 +43,11 @@ BEATS = Whole(min=1, max=MAX_BEATS)
 AT_REST = 1e-4  # from rest, a gait is settled when its last beat is this near the settled speed (relative)
 STRAIGHT = 1e3  # body lengths: a larger turning radius is not shown
 
-# What the terminal and JSON show of a swim.
+# What the terminal and JSON show of a swim: what only JSON has comes last.
 SUMMARY = {
-    "speed": Format("m/s"),
-    "speed_bl": Format("BL/s"),
-    "mechanical_power": Format("W"),
-    "cost_of_transport": Format("J/(kg m)"),
-    "strouhal": Format(),
-    "stride_length": Format("BL per beat"),
-    "efficiency": Format(),
-    "tail_excursion": Format("m", "peak to peak"),
-    "turn_rate": Format("rad/s", "counter-clockwise"),
-    "turn_radius": Format("m"),
-    "mechanical_power_positive": Format("W", None),
-    "cost_of_transport_positive": Format("J/(kg m)", None),
-    "power_to_water": Format("W", None),
+    name: Format(about.shown_unit, about.label.partition(", ")[2] if about.shown == 2 else None)
+    for name, about in sorted(QUANTITIES.items(), key=lambda item: -item[1].shown)
+    if about.shown
 }
 
 
@@ -250,12 +238,13 @@ def _swim(
     """Make a swim of a settled beat, or of the last one from rest."""
     values: dict[str, Any] = {name: float(result[name][0]) for name in QUANTITIES}
     status = STATUSES[result["status"][0]]
-    text = status_text(status, values["beats"], values["distance_to_settled"], values["spectral_radius"])
-    turn = values["turn_rate"] / gait.frequency
-    if spins(turn) and status != "diverged":
-        text += (
-            f" It spins: {abs(math.degrees(turn)):.0f} deg a beat, more than half a circle, is no path with a speed."
-        )
+    text = _core.verdict(
+        int(result["status"][0]),
+        beats=values["beats"],
+        distance=values["distance_to_settled"],
+        spectral_radius=values["spectral_radius"],
+        turn=values["turn_rate"] / gait.frequency,
+    )
     multipliers = result["multipliers"][0]
     return Swim(
         robot=robot,

@@ -19,6 +19,7 @@ struct SettleOptions {
     int max_beats;  // of each of the stages of Newton's method
     int from_rest;  // beats from rest after which Newton's method begins; negative: from a brisk speed
     int approach;   // beats at most in which a start from rest is followed toward the settled beat; 0: it is not
+    double mass;    // kg, of the whole body
 };
 
 /// A joint motion given at every half step: angle, rate and acceleration, 2 steps + 1 x links x 3.
@@ -45,19 +46,18 @@ struct Directions {
 struct Kernel {
     const char* name;
     int lanes;
-    double settled_distance;  // what is nearer to settled than this part of its stride counts as settled
-    double arrived_distance;  // what a start from rest brings as near as this to a settled beat has arrived there
-    /// Settled beats of gaits [begin, end) into rows of as many numbers as there are settle_columns.
+    /// Settled beats of gaits [begin, end) into rows of as many numbers as there are settle_columns: all quantities,
+    /// then what the search found.
     void (*settle)(const Model&, const GaitBatch&, const SettleOptions&, int begin, int end, double* rows);
-    /// Derivatives of one beat of gaits [begin, end) that start at `momentum`: for each gait as many rows as there are
-    /// gradient_outputs, of 3 + directions numbers, by the momentum at the start and along the directions.
+    /// Derivatives of one beat of gaits [begin, end) that start at `momentum`: for each gait a row for each
+    /// differentiable quantity and three for the momentum at the end, of 3 + directions numbers, by the momentum at the
+    /// start and along the directions. `mass` is the whole body's [kg].
     void (*gradient)(const Model&, const GaitBatch&, const Directions&, int begin, int end, const double* momentum,
-                     int steps, double* rows);
+                     int steps, double mass, double* rows);
     /// Swim a joint motion from rest, with derivatives along directions.
     void (*track)(const Model&, const JointSeries&, const Directions&, const Track&);
-    const char* (*settle_column)(int);    // name of a column, null after the last
-    const char* (*gradient_output)(int);  // name of an output, null after the last
-    const MachineKernel* machines;        // null where the code is to be small
+    const char* (*settle_column)(int);  // name of a column, null after the last
+    const MachineKernel* machines;      // null where the code is to be small
 };
 
 }  // namespace hypertuna

@@ -105,6 +105,16 @@ enum class Retry { go_on, damped, patient };
 inline constexpr int quick_beats = 12;  // that undamped Newton gets at each number of steps
 inline constexpr int long_wait = 200;   // beats after which even the slow transients have chosen their way
 
+/// What became of a search, as BeatStatus: 0 settled (it may yet be unstable), 1 unsettled, 3 diverged.
+template <class S>
+S search_status(const Settled<S>& found, const S& speed) {
+    using T = base_t<S>;
+    const S most(std::numeric_limits<T>::max()), &turn = found.beat.displacement.heading;
+    const auto finite = (abs(turn + found.beat.power + found.beat.loss + found.residual) <= most) &
+                        ((abs(speed + found.beat.excursion) <= most) | (S(T(pi)) < abs(turn)));
+    return select(finite, select(found.distance < S(T(settle_tolerances.settled)), S(0), S(1)), S(3));
+}
+
 /// Measure the beat from `start`, and how far it is from settled: the proof of a search.
 template <class Body, class S, class Y>
 HYPERTUNA_NOINLINE Settled<S, Y> prove(const Body& body, const Y& start, const Search<S, Y>& search) {
