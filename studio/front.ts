@@ -6,14 +6,14 @@ import { Box, type Found, type Goal, STEPS, search, type Watch } from "./optimiz
 import { digits, gaitText, type Quantities } from "./quantities.ts";
 import { gaitOf, type NamedGait, rowOf } from "./robot.ts";
 import { type Spread, spreadWords } from "./samples.ts";
-import type { Page, Subject } from "./subject.ts";
+import type { Page, Subject, View } from "./subject.ts";
 
 const STARTS = 6; // of a search: the knobs' gait, and points spread over the limits
 const SPEEDS = 14; // of the front
 const PACE = 120; // ms between steps that are watched
 const SAME = 1e-3; // relative difference of results that count as the same
 
-export class FrontView {
+export class FrontView implements View {
   private readonly chart: Chart;
   private readonly status = element("p", "caption");
   private readonly note = element("p", "caption");
@@ -108,7 +108,7 @@ export class FrontView {
   }
 
   /** The numbers of the gait. */
-  show(values: Quantities): void {
+  at(_: Float64Array, values: Quantities): void {
     this.values = values;
     if (this.waiting) return;
     this.waiting = true;

@@ -1,5 +1,6 @@
 // The twin live: the whole robot from command to wake, with the controller that the robot flies.
 import type { Column } from "./core.ts";
+import { twinFollows } from "./changes.ts";
 import { element } from "./dom.ts";
 import { drivesOf, hasOil, onAxle } from "./drives.ts";
 import { JointTable } from "./jointtable.ts";
@@ -8,6 +9,7 @@ import { Machine, type Moment } from "./machine.ts";
 import { digits, type Quantities } from "./quantities.ts";
 import type { Broken, Calculator } from "./questions.ts";
 import type { Robot } from "./robot.ts";
+import type { Another, View } from "./subject.ts";
 import { TwinPlots } from "./twinplots.ts";
 
 const KEPT = 4; // s of which the rows are kept: a beat and more
@@ -27,7 +29,7 @@ interface Parts {
   guard: HTMLElement;
 }
 
-export class InsideView {
+export class InsideView implements View {
   private readonly body = element("div");
   private readonly note = element("p", "intro");
   private calculator: Calculator | null = null;
@@ -56,15 +58,16 @@ export class InsideView {
   /** `more` makes a worker with the robot loaded: the twin has one of its own. */
   constructor(
     private readonly room: HTMLElement,
-    private readonly more: (robot: Robot) => Promise<Calculator>,
+    private readonly more: Another,
   ) {
     room.replaceChildren(this.note, this.body);
     requestAnimationFrame((now) => this.frame(now));
   }
 
-  about(robot: Robot): void {
-    this.robot = robot;
-    if (this.started !== robot) this.started = null;
+  turnTo(robot: Robot): void {
+    const described = robot.described ?? robot;
+    this.robot = twinFollows(described, robot.factors ?? {}) ? robot : described;
+    if (this.started !== this.robot) this.started = null;
   }
 
   at(row: Float64Array, values: Quantities): void {
