@@ -3,6 +3,7 @@ import type { Column } from "./core.ts";
 import { twinFollows } from "./changes.ts";
 import { element } from "./dom.ts";
 import { drivesOf, hasOil, onAxle } from "./drives.ts";
+import { FaultKind } from "./interface.ts";
 import { JointTable } from "./jointtable.ts";
 import { Losses } from "./losses.ts";
 import { Machine, type Moment } from "./machine.ts";
@@ -14,7 +15,10 @@ import { TwinPlots } from "./twinplots.ts";
 
 const KEPT = 4; // s of which the rows are kept: a beat and more
 const MOST = 200; // ticks in one question
-const KINDS = ["stuck", "open", "spikes", "NaN"]; // faults of a sensor, in the core's order
+// faults of a sensor
+const FAULTS: Record<Exclude<keyof typeof FaultKind, "none">, string> = {
+  ...{ stuck: "stuck", open: "open", spike: "spikes", nan: "NaN" },
+};
 const SLOW = 0.8; // part of the chosen tempo below which the page says so
 const HELD = 0.5; // s for which a condition is still shown
 const CALM = 8; // drawings from one look at the losses to the next
@@ -51,7 +55,7 @@ export class InsideView implements View {
   private running = !matchMedia("(prefers-reduced-motion: reduce)").matches;
   private armed = true;
   private speed = 1;
-  private kind = 1; // of the next fault
+  private kind: number = FaultKind.stuck; // of the next fault
   private broken: Broken[] = [];
   private parts: Parts | null = null;
 
@@ -326,9 +330,8 @@ export class InsideView implements View {
     const single = channels.filter(([name]) => !channels.some(([other]) => other.startsWith(`${name}-`)));
     const box = element("div", "row left");
     const kind = element("select");
-    KINDS.forEach((name, k) => {
-      kind.append(new Option(name, String(k + 1)));
-    });
+    for (const [name, label] of Object.entries(FAULTS))
+      kind.append(new Option(label, String(FaultKind[name as keyof typeof FAULTS])));
     kind.value = String(this.kind);
     kind.addEventListener("change", () => {
       this.kind = Number(kind.value);
@@ -343,7 +346,7 @@ export class InsideView implements View {
       chip.addEventListener("click", () => {
         const breaks = chip.getAttribute("aria-pressed") !== "true";
         chip.setAttribute("aria-pressed", String(breaks));
-        this.broken.push({ kind: breaks ? this.kind : 0, first, last });
+        this.broken.push({ kind: breaks ? this.kind : FaultKind.none, first, last });
       });
       box.append(chip);
     }

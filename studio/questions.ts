@@ -25,7 +25,7 @@ export interface Names {
   derivatives: string[];
 }
 
-/** Sensor channels with a fault from now on: its kind is 1 stuck, 2 open, 3 spikes, 4 NaN, or 0 for none. */
+/** Sensor channels with a fault from now on, of a kind of `FaultKind`. */
 export interface Broken {
   kind: number;
   first: number;
