@@ -1,7 +1,7 @@
 // The body: lengths, masses, the tail's area and springs of the robot, changed by a factor each.
 import type { Factors } from "./changes.ts";
 import { changedToml, twinFollows, within } from "./changes.ts";
-import { element } from "./dom.ts";
+import { button, element } from "./dom.ts";
 import { Drawing } from "./drawing.ts";
 import { saveText } from "./files.ts";
 import { digits, meaning, plain, type Quantities } from "./quantities.ts";
@@ -220,9 +220,3 @@ const rounded = (factor: number): number => Number(factor.toFixed(4));
 
 /** A change in percent, with its sign. */
 const signed = (percent: number): string => `${digits(percent, 3).replace(/^(?=\d)/, "+")} %`;
-
-function button(text: string): HTMLButtonElement {
-  const made = element("button", "", text);
-  made.type = "button";
-  return made;
-}

@@ -1,7 +1,7 @@
 // Cost over speed: the robot's named gaits, the gait of the knobs, the least cost at each speed; and the search for it.
 import { drawBand, drawBars, usable } from "./band.ts";
 import { Chart } from "./chart.ts";
-import { element } from "./dom.ts";
+import { button, element, inFrame } from "./dom.ts";
 import { Box, type Found, type Goal, STEPS, search, type Watch } from "./optimize.ts";
 import { digits, gaitText, type Quantities } from "./quantities.ts";
 import { gaitOf, type NamedGait, rowOf } from "./robot.ts";
@@ -29,7 +29,7 @@ export class FrontView implements View {
   private trace: Quantities[] = []; // steps of the search
   private made: Set<string> | null = null; // gaits that the search went to
   private run = 0;
-  private waiting = false; // to be drawn
+  private readonly soon = inFrame(() => this.draw());
 
   constructor(
     private readonly room: HTMLElement,
@@ -110,12 +110,7 @@ export class FrontView implements View {
   /** The numbers of the gait. */
   at(_: Float64Array, values: Quantities): void {
     this.values = values;
-    if (this.waiting) return;
-    this.waiting = true;
-    requestAnimationFrame(() => {
-      this.waiting = false;
-      this.draw();
-    });
+    this.soon();
   }
 
   svg(title: string): string {
@@ -411,10 +406,4 @@ function score({ computed }: Found, goal: Goal): number {
 
 function reaches({ computed }: Found, goal: Goal): boolean {
   return goal.speed === null || Math.abs((computed.values.speed ?? 0) / goal.speed - 1) < 1e-3;
-}
-
-function button(text: string): HTMLButtonElement {
-  const made = element("button", "", text);
-  made.type = "button";
-  return made;
 }

@@ -1,7 +1,7 @@
 // The twin live: the whole robot from command to wake, with the controller that the robot flies.
 import type { Column } from "./core.ts";
 import { twinFollows } from "./changes.ts";
-import { element } from "./dom.ts";
+import { button, element, fact, labeled } from "./dom.ts";
 import { drivesOf, hasOil, onAxle } from "./drives.ts";
 import { FaultKind } from "./interface.ts";
 import { JointTable } from "./jointtable.ts";
@@ -229,13 +229,7 @@ export class InsideView implements View {
       [`${digits(mean("power"), 3)} W`, "electrical power"],
       [`${digits(mean("battery_voltage"), 4)} V`, "battery voltage"],
     ];
-    facts.replaceChildren(
-      ...values.map(([value = "", label = ""]) => {
-        const box = element("div");
-        box.append(element("dt", "", value), element("dd", "", label));
-        return box;
-      }),
-    );
+    facts.replaceChildren(...values.map(([value = "", label = ""]) => fact(value, label)));
     const sentences = this.conditions(rate);
     const text = sentences.length
       ? sentences.join("\n")
@@ -292,13 +286,11 @@ export class InsideView implements View {
 
   private controls(): HTMLElement {
     const row = element("div", "row left");
-    const run = element("button", "", this.running ? "Pause" : "Go on");
-    run.addEventListener("click", () => {
+    const run = button(this.running ? "Pause" : "Go on", () => {
       this.running = !this.running;
       run.textContent = this.running ? "Pause" : "Go on";
     });
-    const again = element("button", "", "Start again");
-    again.addEventListener("click", () => {
+    const again = button("Start again", () => {
       this.running = true;
       run.textContent = "Pause";
       void this.restart();
@@ -310,8 +302,6 @@ export class InsideView implements View {
       this.speed = Number(speed.value);
       this.pace = Number.NaN;
     });
-    const tempo = element("label", "choice", "tempo ");
-    tempo.append(speed);
     const armed = element("label", "check");
     const box = element("input");
     Object.assign(box, { type: "checkbox", checked: true });
@@ -319,8 +309,7 @@ export class InsideView implements View {
       this.armed = box.checked;
     });
     armed.append(box, " armed");
-    row.append(run, again, tempo, armed);
-    for (const button of [run, again]) button.type = "button";
+    row.append(run, again, labeled("tempo ", speed), armed);
     return row;
   }
 
@@ -336,18 +325,15 @@ export class InsideView implements View {
     kind.addEventListener("change", () => {
       this.kind = Number(kind.value);
     });
-    const label = element("label", "choice", "break a sensor: ");
-    label.append(kind);
-    box.append(label);
+    box.append(labeled("break a sensor: ", kind));
     for (const [name, [first, last]] of single) {
-      const chip = element("button", "chip", name.replaceAll("-", " "));
-      chip.type = "button";
-      chip.setAttribute("aria-pressed", "false");
-      chip.addEventListener("click", () => {
+      const chip = button(name.replaceAll("-", " "), () => {
         const breaks = chip.getAttribute("aria-pressed") !== "true";
         chip.setAttribute("aria-pressed", String(breaks));
         this.broken.push({ kind: breaks ? this.kind : FaultKind.none, first, last });
       });
+      chip.className = "chip";
+      chip.setAttribute("aria-pressed", "false");
       box.append(chip);
     }
     return box;

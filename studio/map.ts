@@ -1,6 +1,6 @@
 // A map of a quantity over two parameters of the gait, finer and finer.
 import { Chart, colorAt, ticks } from "./chart.ts";
-import { element } from "./dom.ts";
+import { element, inFrame, labeled } from "./dom.ts";
 import { digits, meaning, type Quantities, statusOf } from "./quantities.ts";
 import { numbers } from "./hash.ts";
 import type { Kept, Page, Subject, View } from "./subject.ts";
@@ -26,7 +26,7 @@ export class MapView implements View {
   private made = ""; // what the map is of
   private run = 0;
   private timer = 0;
-  private waiting = false;
+  private readonly soon = inFrame(() => this.draw());
   private painted: { image: HTMLCanvasElement; low: number; high: number; clipped: boolean; best: number } | null =
     null;
 
@@ -45,9 +45,7 @@ export class MapView implements View {
       ["x", "over"],
       ["y", "and"],
     ] as const) {
-      const label = element("label", "choice", `${text} `);
-      label.append(this.choices[key]);
-      head.append(label);
+      head.append(labeled(`${text} `, this.choices[key]));
       this.choices[key].addEventListener("change", () => this.choose());
     }
     this.choices.quantity.append(...QUANTITIES.map((name) => new Option(meaning(name).label, name)));
@@ -181,15 +179,6 @@ export class MapView implements View {
   }
 
   // --- drawing
-
-  private soon(): void {
-    if (this.waiting) return;
-    this.waiting = true;
-    requestAnimationFrame(() => {
-      this.waiting = false;
-      this.draw();
-    });
-  }
 
   private get parts(): [number, number] {
     const part = (k: number): number => {

@@ -32,25 +32,26 @@ export interface Broken {
   last: number;
 }
 
-export type Answer =
-  | { kind: "start" }
-  | ({ kind: "names" } & Names)
-  | { kind: "load"; text: string }
-  | { kind: "swim"; quantities: Float64Array }
-  | { kind: "path"; path: Float64Array }
-  | { kind: "gradient"; derivatives: Float64Array }
-  | { kind: "point"; quantities: Float64Array; derivatives: Float64Array }
-  | { kind: "sweep"; quantities: Float64Array }
-  | { kind: "samples" }
-  | { kind: "spread"; quantities: Float64Array }
-  | { kind: "twin"; columns: Column[] }
-  | { kind: "fly"; columns: Column[] }
-  | { kind: "flown"; rows: Float64Array; over: boolean }
-  | { kind: "tick"; rows: Float64Array };
+/** What each kind of question is answered with. */
+export interface Answers {
+  start: null;
+  names: Names;
+  load: { text: string };
+  swim: { quantities: Float64Array };
+  path: { path: Float64Array };
+  gradient: { derivatives: Float64Array };
+  point: { quantities: Float64Array; derivatives: Float64Array };
+  sweep: { quantities: Float64Array };
+  samples: null;
+  spread: { quantities: Float64Array };
+  twin: { columns: Column[] };
+  fly: { columns: Column[] };
+  flown: { rows: Float64Array; over: boolean };
+  tick: { rows: Float64Array };
+}
 
+export type Answer = Answers[keyof Answers];
 export type Reply = { id: number; answer: Answer } | { id: number; fault: string };
-
-type AnswerTo<K extends Question["kind"]> = Extract<Answer, { kind: K }>;
 
 interface Waiting {
   resolve(answer: Answer): void;
@@ -69,7 +70,7 @@ export class Calculator {
     private readonly module: WebAssembly.Module,
   ) {}
 
-  ask<K extends Question["kind"]>(question: Question & { kind: K }): Promise<AnswerTo<K>> {
+  ask<K extends Question["kind"]>(question: Question & { kind: K }): Promise<Answers[K]> {
     if (this.worker === null) {
       this.worker = new Worker(this.script);
       this.worker.onmessage = ({ data }: MessageEvent<Reply>) => this.take(data);
@@ -80,7 +81,7 @@ export class Calculator {
     return new Promise<Answer>((resolve, reject) => {
       this.waiting.set(id, { resolve, reject });
       worker.postMessage({ id, question });
-    }) as Promise<AnswerTo<K>>;
+    }) as Promise<Answers[K]>;
   }
 
   /** Another worker with the same core. */

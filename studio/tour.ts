@@ -1,5 +1,5 @@
 // The robot's named gaits: what was published of them beside what is computed here.
-import { element } from "./dom.ts";
+import { button, element, fact } from "./dom.ts";
 import { digits, gaitText, type Quantities, statusOf, verdict } from "./quantities.ts";
 import { type NamedGait, type Published, type Robot, rowOf } from "./robot.ts";
 import type { Page, Subject, View } from "./subject.ts";
@@ -56,11 +56,9 @@ export class TourView implements View {
 
   private card(robot: Robot, gait: NamedGait, values: Quantities): HTMLElement {
     const card = element("article", "card");
-    const show = element("button", "", "Use this gait");
-    show.type = "button";
+    const show = button("Use this gait", () => this.page.go(rowOf(gait)));
     show.dataset.gait = gait.name;
     show.setAttribute("aria-label", `Use this gait: ${gait.name}`);
-    show.addEventListener("click", () => this.page.go(rowOf(gait)));
     const head = element("div", "row");
     head.append(element("h3", "", gait.name), show);
     card.append(head, element("p", "caption", gaitText(gait)));
@@ -134,10 +132,4 @@ function comparison(
 function computedOf(robot: Robot, quantity: string, values: Quantities): number | null {
   if (quantity === "turn_radius_bl") return (values.turn_radius ?? Number.NaN) / robot.length;
   return values[quantity] ?? null;
-}
-
-function fact(value: string, label: string): HTMLElement {
-  const box = element("div");
-  box.append(element("dt", "", value), element("dd", "", label));
-  return box;
 }
