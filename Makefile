@@ -162,6 +162,7 @@ studio: studio-core $(VENV)/.installed studio/node_modules/.package-lock.json ##
 	@rm -rf build/studio/robots && mkdir -p build/studio/robots $(STUDIO)
 	@for robot in $(SHIPPED); do OPENBLAS_CORETYPE=Prescott OMP_NUM_THREADS=1 HYPERTUNA_ISA=scalar \
 	  $(BIN)/hypertuna robot image $$robot -o build/studio/robots/$$robot.robot > /dev/null || exit 1; done
+	@$(BIN)/python make/interface.py > studio/interface.ts
 	@cd studio && npm run --silent check >&2 && node build.mjs ../build/studio/core.wasm ../build/studio/robots ../$(STUDIO)
 	@echo $(STUDIO)/studio.html
 

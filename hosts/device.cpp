@@ -9,7 +9,7 @@ using namespace hypertuna;
 
 struct ht_device {
     std::unique_ptr<TwinParts> parts;
-    std::unique_ptr<Device> live;
+    std::unique_ptr<LiveTwin> live;
 };
 
 namespace {
@@ -39,12 +39,9 @@ ht_device* ht_device_create(const unsigned char* bytes, size_t size, const ht_st
     if (wrong.empty()) wrong = read_start(*start, *parts, image->part("world."), run, world);
     tell(wrong, fault, room);
     if (!wrong.empty()) return nullptr;
-    const auto begin = [&](auto tail) {
-        return Devices<decltype(tail)::value>::start(*parts, start->seed, run, world, plant != 0);
-    };
-    std::unique_ptr<Device> live = parts->plant.coordinates == short_tail
-                                       ? begin(std::integral_constant<int, short_tail>())
-                                       : begin(std::integral_constant<int, max_coordinates>());
+    std::unique_ptr<LiveTwin> live = with_tail(parts->plant, [&](auto tail) {
+        return Devices<tail.value>::start(*parts, start->seed, run, world, plant != 0);
+    });
     return new ht_device{std::move(parts), std::move(live)};
 }
 void ht_device_free(ht_device* device) { delete device; }

@@ -1,33 +1,9 @@
 /// The twins of device.h, with a body of any kind.
 #pragma once
 
-#include "twin.hpp"
+#include "live.hpp"
 
 namespace hypertuna {
-
-/// Setpoints of a twin's pilot.
-struct Steered {
-    bool on;
-    double depth;  // m
-    Course<double> facing;
-};
-
-class Device {
-  public:
-    Command<double> command{};
-    Steered steered{};
-    double pulse[max_servos] = {};  // s, of the plant alone
-    Instruments instruments;
-    Record row;  // of now
-
-    virtual ~Device() = default;
-    virtual int advance(int ticks) = 0;
-    virtual void flow(const double* current) = 0;
-    virtual bool piloted() const = 0;  // whether a pilot can steer
-    virtual std::size_t state_size() const = 0;
-    virtual void save(unsigned char* to) const = 0;
-    virtual void restore(const unsigned char* from) = 0;
-};
 
 /// State and outputs of a device. The plant's readings are those of now, for a controller outside.
 template <class Body>
@@ -39,25 +15,18 @@ struct DeviceMoment {
     std::uint64_t ticks;
 };
 
-/// A device with a body in the plane or at sea: `Home` owns its memory.
-template <class Home, class Body>
-class BodyDevice final : public Device {
+/// A twin in step with other simulators: under a command that its pilot may steer, or the plant alone.
+template <class Home>
+class Device final : public BodyTwin<Home, DeviceMoment<BodyOf<Home>>> {
   public:
+    using Base = BodyTwin<Home, DeviceMoment<BodyOf<Home>>>;
     template <class World>
-    BodyDevice(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world, bool plant,
-               Body Home::* body)
-        : home_(parts.plant, world),
-          twin_(make_twin(parts.plant, home_.*body, start.tick, parts.steps)),
-          plant_(plant),
-          pilot_(at_sea && parts.pilot ? &*parts.pilot : nullptr) {
-        twin_.controller = parts.controller;
-        instruments.sensors = parts.sensors;
-        instruments.sensors.seed = seed;
-        now_ = {start_of(twin_, start), {}, {}, {}, 0};
+    Device(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world, bool plant)
+        : Base(parts, seed, world, start.tick), plant_(plant), pilot_(at_sea && parts.pilot ? &*parts.pilot : nullptr) {
+        now_.twin = start_of(twin_, start);
         if (piloted()) start_pilot();
         std::fill_n(pulse, max_servos, parts.controller.pulse_center);
         std::copy(pulse, pulse + max_servos, now_.tick.output.pulse);
-        Columns::add(row, 1, parts.coordinates, parts.plant.joints);
         visit_channels([&](const auto& channel, int) {
             const std::size_t width = channel.count(parts.plant.joints);
             row.columns.push_back({channel.column, width, width == 1, std::vector<double>(width)});
@@ -84,19 +53,15 @@ class BodyDevice final : public Device {
         if constexpr (at_sea) std::copy(current, current + 2, twin_.plant.body.sea.current);
     }
     bool piloted() const override { return pilot_ && !plant_; }
-    std::size_t state_size() const override { return sizeof(now_); }
-    void save(unsigned char* to) const override { std::memcpy(to, &now_, sizeof(now_)); }
     void restore(const unsigned char* from) override {
-        std::memcpy(&now_, from, sizeof(now_));
+        Base::restore(from);
         show();
     }
 
   private:
-    using Columns = TwinColumns<Body::coordinates, typename Body::Space>;
+    using Body = BodyOf<Home>;
+    using Base::now_, Base::twin_, Base::row, Base::instruments, Base::time, Base::command, Base::steered, Base::pulse;
     static constexpr bool at_sea = std::is_same_v<typename Body::Space, InSpace>;
-    static_assert(std::is_trivially_copyable_v<DeviceMoment<Body>>);
-
-    double time() const { return twin_.controller.tick * double(now_.ticks); }
 
     /// Start the pilot; a robot that begins under water was switched on at the surface.
     void start_pilot() {
@@ -157,7 +122,7 @@ class BodyDevice final : public Device {
         readings = instruments.read(now_.sensing, readings, time());
     }
     void show() {
-        Columns::write(row, 0, now_.twin, now_.tick);
+        Base::Columns::write(row, 0, now_.twin, now_.tick);
         PilotReadings<double> readings{};
         if constexpr (at_sea)
             readings = now_.tick.readings;
@@ -180,38 +145,25 @@ class BodyDevice final : public Device {
                 heading + (heading < 0 ? 2 * pi : 0)};
     }
 
-    Home home_;
-    Twin<Body> twin_;
     bool plant_;                  // without a controller
     const Pilot<double>* pilot_;  // at sea, of a robot that has one
-    DeviceMoment<Body> now_;
 };
 
 /// The devices with a tail of D coordinates; the plant is padded to them.
 template <int D>
 struct Devices {
-    static std::unique_ptr<Device> start(const TwinParts& parts, std::uint64_t seed, const Run& start,
-                                         const World& world, bool plant);
+    static std::unique_ptr<LiveTwin> start(const TwinParts& parts, std::uint64_t seed, const Run& start,
+                                           const World& world, bool plant);
 };
 extern template struct Devices<short_tail>;
 extern template struct Devices<max_coordinates>;
 
 template <int D>
-std::unique_ptr<Device> Devices<D>::start(const TwinParts& parts, std::uint64_t seed, const Run& start,
-                                          const World& world, bool plant) {
-    std::unique_ptr<Device> made;
-    with_law<double>(parts.plant.model.law, [&](auto law) {
-        using Law = typename decltype(law)::type;
-        using Space = SpaceBody<Law, D>;
-        using Plane = PlaneBody<Law, D>;
-        if (world.sea)
-            made = std::make_unique<BodyDevice<Space, Body6<double, Law, D>>>(parts, seed, start, *world.sea, plant,
-                                                                              &Space::body);
-        else
-            made = std::make_unique<BodyDevice<Plane, Tail<double, Law, D>>>(parts, seed, start, false, plant,
-                                                                             &Plane::tail);
+std::unique_ptr<LiveTwin> Devices<D>::start(const TwinParts& parts, std::uint64_t seed, const Run& start,
+                                            const World& world, bool plant) {
+    return with_home<D>(parts, world, [&]<class Home>(const auto& place) {
+        return std::make_unique<Device<Home>>(parts, seed, start, place, plant);
     });
-    return made;
 }
 
 }  // namespace hypertuna

@@ -57,8 +57,6 @@ FMI2 void* fmi2Instantiate(const char* name, int kind, const char* token, const 
     }
     return Fmu::load(path_of(resources), token, tell).release();
 }
-FMI2 void fmi2FreeInstance(void* instance) { delete static_cast<Fmu*>(instance); }
-
 FMI2 int fmi2SetupExperiment(void* instance, int, double, double start, int, double) {
     of(instance).start_at(start);
     return ok;
@@ -67,15 +65,6 @@ FMI2 int fmi2EnterInitializationMode(void* instance) {
     of(instance).phase = Phase::initializing;
     return ok;
 }
-FMI2 int fmi2ExitInitializationMode(void* instance) {
-    of(instance).phase = Phase::stepping;
-    return ok;
-}
-FMI2 int fmi2Terminate(void* instance) {
-    of(instance).phase = Phase::terminated;
-    return ok;
-}
-FMI2 int fmi2Reset(void* instance) { return good(of(instance).reset()); }
 
 FMI2 int fmi2GetReal(void* c, const Reference* r, std::size_t n, double* v) { return get(c, r, n, 'r', v); }
 FMI2 int fmi2GetInteger(void* c, const Reference* r, std::size_t n, int* v) { return get(c, r, n, 'i', v); }
@@ -86,16 +75,7 @@ FMI2 int fmi2SetInteger(void* c, const Reference* r, std::size_t n, const int* v
 FMI2 int fmi2SetBoolean(void* c, const Reference* r, std::size_t n, const int* v) { return set(c, r, n, 'b', v); }
 FMI2 int fmi2SetString(void* c, const Reference*, std::size_t n, const char* const*) { return n ? missing(c) : ok; }
 
-FMI2 int fmi2GetFMUstate(void* instance, void** state) { return get_state(instance, state); }
-FMI2 int fmi2SetFMUstate(void* instance, void* state) { return set_state(instance, state); }
-FMI2 int fmi2FreeFMUstate(void*, void** state) { return free_state(state); }
-FMI2 int fmi2SerializedFMUstateSize(void*, void* state, std::size_t* size) { return serialized_size(state, size); }
-FMI2 int fmi2SerializeFMUstate(void* instance, void* state, unsigned char* bytes, std::size_t size) {
-    return serialize(instance, state, bytes, size);
-}
-FMI2 int fmi2DeSerializeFMUstate(void*, const unsigned char* bytes, std::size_t size, void** state) {
-    return deserialize(bytes, size, state);
-}
+COMMON(FMI2, fmi2, state, DeSerialize)
 
 FMI2 int fmi2DoStep(void* instance, double at, double size, int) { return good(of(instance).step(at, size)); }
 

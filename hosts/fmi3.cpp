@@ -39,52 +39,23 @@ FMI3 void* fmi3InstantiateScheduledExecution(const char*, const char*, const cha
                                              Log log, void*, void*, void*) {
     return refuse_kind(environment, log, "kind: this FMU is for co-simulation");
 }
-FMI3 void fmi3FreeInstance(void* instance) { delete static_cast<Fmu*>(instance); }
-
 FMI3 int fmi3EnterInitializationMode(void* instance, bool, double, double start, bool, double) {
     of(instance).start_at(start);
     of(instance).phase = Phase::initializing;
     return ok;
 }
-FMI3 int fmi3ExitInitializationMode(void* instance) {
-    of(instance).phase = Phase::stepping;
-    return ok;
-}
-FMI3 int fmi3Terminate(void* instance) {
-    of(instance).phase = Phase::terminated;
-    return ok;
-}
-FMI3 int fmi3Reset(void* instance) { return good(of(instance).reset()); }
+#define VALUES(name, type, letter)                                                                   \
+    FMI3 int fmi3Get##name(void* c, const Reference* r, std::size_t n, type* v, std::size_t) {       \
+        return get(c, r, n, letter, v);                                                              \
+    }                                                                                                \
+    FMI3 int fmi3Set##name(void* c, const Reference* r, std::size_t n, const type* v, std::size_t) { \
+        return set(c, r, n, letter, v);                                                              \
+    }
+VALUES(Float64, double, 'r')
+VALUES(Int32, std::int32_t, 'i')
+VALUES(Boolean, bool, 'b')
 
-FMI3 int fmi3GetFloat64(void* c, const Reference* r, std::size_t n, double* v, std::size_t) {
-    return get(c, r, n, 'r', v);
-}
-FMI3 int fmi3SetFloat64(void* c, const Reference* r, std::size_t n, const double* v, std::size_t) {
-    return set(c, r, n, 'r', v);
-}
-FMI3 int fmi3GetInt32(void* c, const Reference* r, std::size_t n, std::int32_t* v, std::size_t) {
-    return get(c, r, n, 'i', v);
-}
-FMI3 int fmi3SetInt32(void* c, const Reference* r, std::size_t n, const std::int32_t* v, std::size_t) {
-    return set(c, r, n, 'i', v);
-}
-FMI3 int fmi3GetBoolean(void* c, const Reference* r, std::size_t n, bool* v, std::size_t) {
-    return get(c, r, n, 'b', v);
-}
-FMI3 int fmi3SetBoolean(void* c, const Reference* r, std::size_t n, const bool* v, std::size_t) {
-    return set(c, r, n, 'b', v);
-}
-
-FMI3 int fmi3GetFMUState(void* instance, void** state) { return get_state(instance, state); }
-FMI3 int fmi3SetFMUState(void* instance, void* state) { return set_state(instance, state); }
-FMI3 int fmi3FreeFMUState(void*, void** state) { return free_state(state); }
-FMI3 int fmi3SerializedFMUStateSize(void*, void* state, std::size_t* size) { return serialized_size(state, size); }
-FMI3 int fmi3SerializeFMUState(void* instance, void* state, unsigned char* bytes, std::size_t size) {
-    return serialize(instance, state, bytes, size);
-}
-FMI3 int fmi3DeserializeFMUState(void*, const unsigned char* bytes, std::size_t size, void** state) {
-    return deserialize(bytes, size, state);
-}
+COMMON(FMI3, fmi3, State, Deserialize)
 
 FMI3 int fmi3DoStep(void* instance, double at, double size, bool, bool* event, bool* terminate, bool* early,
                     double* last) {
@@ -98,55 +69,18 @@ FMI3 int fmi3DoStep(void* instance, double at, double size, bool, bool* event, b
 // Functions that the description declares as unsupported; calling conventions let them ignore their other arguments.
 #define MISSING(name) \
     FMI3 int fmi3##name(void* c) { return missing(c); }
-MISSING(EnterEventMode)
-MISSING(EnterStepMode)
-MISSING(EnterConfigurationMode)
-MISSING(ExitConfigurationMode)
-MISSING(GetFloat32)
-MISSING(GetInt8)
-MISSING(GetUInt8)
-MISSING(GetInt16)
-MISSING(GetUInt16)
-MISSING(GetUInt32)
-MISSING(GetInt64)
-MISSING(GetUInt64)
-MISSING(GetString)
-MISSING(GetBinary)
-MISSING(GetClock)
-MISSING(SetFloat32)
-MISSING(SetInt8)
-MISSING(SetUInt8)
-MISSING(SetInt16)
-MISSING(SetUInt16)
-MISSING(SetUInt32)
-MISSING(SetInt64)
-MISSING(SetUInt64)
-MISSING(SetString)
-MISSING(SetBinary)
-MISSING(SetClock)
-MISSING(GetNumberOfVariableDependencies)
-MISSING(GetVariableDependencies)
-MISSING(GetDirectionalDerivative)
-MISSING(GetAdjointDerivative)
-MISSING(GetOutputDerivatives)
-MISSING(GetIntervalDecimal)
-MISSING(GetIntervalFraction)
-MISSING(GetShiftDecimal)
-MISSING(GetShiftFraction)
-MISSING(SetIntervalDecimal)
-MISSING(SetIntervalFraction)
-MISSING(SetShiftDecimal)
-MISSING(SetShiftFraction)
-MISSING(EvaluateDiscreteStates)
-MISSING(UpdateDiscreteStates)
-MISSING(EnterContinuousTimeMode)
-MISSING(CompletedIntegratorStep)
-MISSING(SetTime)
-MISSING(SetContinuousStates)
-MISSING(GetContinuousStateDerivatives)
-MISSING(GetEventIndicators)
-MISSING(GetContinuousStates)
-MISSING(GetNominalsOfContinuousStates)
-MISSING(GetNumberOfEventIndicators)
-MISSING(GetNumberOfContinuousStates)
+// clang-format off
+MISSING(EnterEventMode) MISSING(EnterStepMode) MISSING(EnterConfigurationMode) MISSING(ExitConfigurationMode)
+MISSING(GetFloat32) MISSING(GetInt8) MISSING(GetUInt8) MISSING(GetInt16) MISSING(GetUInt16) MISSING(GetUInt32)
+MISSING(GetInt64) MISSING(GetUInt64) MISSING(GetString) MISSING(GetBinary) MISSING(GetClock) MISSING(SetFloat32)
+MISSING(SetInt8) MISSING(SetUInt8) MISSING(SetInt16) MISSING(SetUInt16) MISSING(SetUInt32) MISSING(SetInt64)
+MISSING(SetUInt64) MISSING(SetString) MISSING(SetBinary) MISSING(SetClock) MISSING(GetNumberOfVariableDependencies)
+MISSING(GetVariableDependencies) MISSING(GetDirectionalDerivative) MISSING(GetAdjointDerivative)
+MISSING(GetOutputDerivatives) MISSING(GetIntervalDecimal) MISSING(GetIntervalFraction) MISSING(GetShiftDecimal)
+MISSING(GetShiftFraction) MISSING(SetIntervalDecimal) MISSING(SetIntervalFraction) MISSING(SetShiftDecimal)
+MISSING(SetShiftFraction) MISSING(EvaluateDiscreteStates) MISSING(UpdateDiscreteStates)
+MISSING(EnterContinuousTimeMode) MISSING(CompletedIntegratorStep) MISSING(SetTime) MISSING(SetContinuousStates)
+MISSING(GetContinuousStateDerivatives) MISSING(GetEventIndicators) MISSING(GetContinuousStates)
+MISSING(GetNominalsOfContinuousStates) MISSING(GetNumberOfEventIndicators) MISSING(GetNumberOfContinuousStates)
 MISSING(ActivateModelPartition)
+    // clang-format on

@@ -362,4 +362,26 @@ inline FmiStatus deserialize(const unsigned char* bytes, std::size_t size, void*
     return ok;
 }
 
+inline FmiStatus go_to(void* instance, Phase phase) {
+    of(instance).phase = phase;
+    return ok;
+}
+
+/// The functions of an instance's life and of its states, whose names differ between versions of the standard.
+#define COMMON(API, fmi, State, Deserialize)                                                                          \
+    API void fmi##FreeInstance(void* c) { delete static_cast<Fmu*>(c); }                                              \
+    API int fmi##ExitInitializationMode(void* c) { return go_to(c, Phase::stepping); }                                \
+    API int fmi##Terminate(void* c) { return go_to(c, Phase::terminated); }                                           \
+    API int fmi##Reset(void* c) { return good(of(c).reset()); }                                                       \
+    API int fmi##GetFMU##State(void* c, void** state) { return get_state(c, state); }                                 \
+    API int fmi##SetFMU##State(void* c, void* state) { return set_state(c, state); }                                  \
+    API int fmi##FreeFMU##State(void*, void** state) { return free_state(state); }                                    \
+    API int fmi##SerializedFMU##State##Size(void*, void* state, std::size_t* n) { return serialized_size(state, n); } \
+    API int fmi##SerializeFMU##State(void* c, void* state, unsigned char* bytes, std::size_t n) {                     \
+        return serialize(c, state, bytes, n);                                                                         \
+    }                                                                                                                 \
+    API int fmi##Deserialize##FMU##State(void*, const unsigned char* bytes, std::size_t n, void** state) {            \
+        return deserialize(bytes, n, state);                                                                          \
+    }
+
 }  // namespace hypertuna

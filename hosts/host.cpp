@@ -100,7 +100,7 @@ ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* faul
     const std::string wrong = read_start(*start, parts, robot->sea, run, world);
     if (!wrong.empty()) return refused(wrong);
     tell("", fault, room);
-    const auto begin = [&](auto twins) { return twins.start(parts, start->seed, run, world); };
+    const auto begin = [&](auto tail) { return Twins<tail.value>::start(parts, start->seed, run, world); };
     return new ht_twin{robot, with_tail(parts.plant, begin)};
 }
 ht_twin* ht_twin_fly(const ht_robot* robot, int mission, uint32_t seed, char* fault, size_t room) {
@@ -114,7 +114,7 @@ ht_twin* ht_twin_fly(const ht_robot* robot, int mission, uint32_t seed, char* fa
     tell(wrong, fault, room);
     if (!wrong.empty()) return nullptr;
     const TwinParts& parts = *robot->twin;
-    const auto begin = [&](auto twins) { return twins.fly(parts, parts.missions[mission], seed); };
+    const auto begin = [&](auto tail) { return Twins<tail.value>::fly(parts, parts.missions[mission], seed); };
     return new ht_twin{robot, with_tail(parts.plant, begin)};
 }
 void ht_twin_free(ht_twin* twin) { delete twin; }

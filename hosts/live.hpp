@@ -5,51 +5,79 @@
 
 namespace hypertuna {
 
-/// All that a twin goes on from.
-template <class State>
+template <class Law, int D>
+const Tail<double, Law, D>& body_of(const PlaneBody<Law, D>& home) {
+    return home.tail;
+}
+template <class Law, int D>
+const Body6<double, Law, D>& body_of(const SpaceBody<Law, D>& home) {
+    return home.body;
+}
+template <class Home>
+using BodyOf = std::remove_cvref_t<decltype(body_of(std::declval<const Home&>()))>;
+
+/// A twin whose body lies in a home, in the plane or at sea; `Moment` is all that it goes on from.
+template <class Home, class Moment>
+class BodyTwin : public LiveTwin {
+  public:
+    template <class World>
+    BodyTwin(const TwinParts& parts, std::uint64_t seed, const World& world, double tick)
+        : home_(parts.plant, world), twin_(make_twin(parts.plant, body_of(home_), tick, parts.steps)) {
+        twin_.controller = parts.controller;
+        instruments.sensors = parts.sensors;
+        instruments.sensors.seed = seed;
+        Columns::add(row, 1, parts.coordinates, parts.plant.joints);
+    }
+
+    std::size_t state_size() const final { return sizeof(now_); }
+    void save(unsigned char* to) const final { std::memcpy(to, &now_, sizeof(now_)); }
+    void restore(const unsigned char* from) override { std::memcpy(&now_, from, sizeof(now_)); }
+    double time() const final { return twin_.controller.tick * double(now_.ticks); }
+
+  protected:
+    using Body = BodyOf<Home>;
+    using Columns = TwinColumns<Body::coordinates, typename Body::Space>;
+    static_assert(std::is_trivially_copyable_v<Moment>);
+
+    Home home_;
+    Twin<Body> twin_;
+    Moment now_{};
+};
+
+/// State of a twin under a command.
+template <class Body>
 struct TwinMoment {
-    State twin;
+    TwinStateOf<Body> twin;
     SensorsState<double> sensing;
     std::uint64_t ticks;
 };
 
-/// A twin with a body in the plane or at sea: `Home` owns its memory.
-template <class Home, class Body>
-class BodyTwin final : public LiveTwin {
+/// A twin under a command.
+template <class Home>
+class CommandedTwin final : public BodyTwin<Home, TwinMoment<BodyOf<Home>>> {
   public:
+    using Base = BodyTwin<Home, TwinMoment<BodyOf<Home>>>;
     template <class World>
-    BodyTwin(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world, const Body Home::* body)
-        : home_(parts.plant, world), twin_(make_twin(parts.plant, home_.*body, start.tick, parts.steps)) {
-        twin_.controller = parts.controller;
-        instruments.sensors = parts.sensors;
-        instruments.sensors.seed = seed;
-        now_ = {start_of(twin_, start), {}, 0};
-        Columns::add(row, 1, parts.coordinates, parts.plant.joints);
+    CommandedTwin(const TwinParts& parts, std::uint64_t seed, const Run& start, const World& world)
+        : Base(parts, seed, world, start.tick) {
+        now_.twin = start_of(twin_, start);
     }
 
     int advance(int ticks) override {
         int made = 0;
         while (made < ticks && plausible(now_.twin.plant)) {
-            const PlantStateOf<Body> start = now_.twin.plant;
-            const TickOf<Body> tick = command_tick(twin_, now_.twin, command, instruments, now_.sensing, time());
+            const auto start = now_.twin.plant;
+            const auto tick =
+                command_tick(twin_, now_.twin, this->command, this->instruments, now_.sensing, this->time());
             ++now_.ticks;
-            if (++made == ticks || !plausible(now_.twin.plant)) Columns::write(row, 0, shown(now_.twin, start), tick);
+            if (++made == ticks || !plausible(now_.twin.plant))
+                Base::Columns::write(this->row, 0, shown(now_.twin, start), tick);
         }
         return made;
     }
-    std::size_t state_size() const override { return sizeof(now_); }
-    void save(unsigned char* to) const override { std::memcpy(to, &now_, sizeof(now_)); }
-    void restore(const unsigned char* from) override { std::memcpy(&now_, from, sizeof(now_)); }
-    double time() const override { return twin_.controller.tick * double(now_.ticks); }
 
   private:
-    using Columns = TwinColumns<Body::coordinates, typename Body::Space>;
-    using Moment = TwinMoment<TwinStateOf<Body>>;
-    static_assert(std::is_trivially_copyable_v<Moment>);
-
-    Home home_;
-    Twin<Body> twin_;
-    Moment now_;
+    using Base::now_, Base::twin_;
 };
 
 /// What is recorded of a flight beside twin and pilot.
@@ -67,21 +95,16 @@ inline constexpr auto flight_columns = std::to_array<Recorded<FlightMoment>>({
 
 /// A twin on a mission.
 template <class Law, int D>
-class FlightTwin final : public LiveTwin {
+class FlightTwin final : public BodyTwin<SpaceBody<Law, D>, FlightState<D>> {
   public:
+    using Base = BodyTwin<SpaceBody<Law, D>, FlightState<D>>;
     FlightTwin(const TwinParts& parts, const MissionParts& mission, std::uint64_t seed, const World& world)
-        : home_(parts.plant, *world.sea),
-          twin_(make_twin(parts.plant, home_.body, parts.controller.tick, parts.steps)),
+        : Base(parts, seed, *world.sea, parts.controller.tick),
           mission_(mission),
           world_(world),
-          flight_{*parts.pilot, mission.data.mission, {}, {}},
-          on_{} {
-        twin_.controller = parts.controller;
-        instruments.sensors = parts.sensors;
-        instruments.sensors.seed = seed;
-        on_ = start_flight(twin_, flight_, world_, instruments,
-                           {0, 1, parts.controller.tick, parts.steps, {}, mission.pose, mission.charge});
-        Columns::add(row, 1, parts.coordinates, parts.plant.joints);
+          flight_{*parts.pilot, mission.data.mission, {}, {}} {
+        now_ = start_flight(twin_, flight_, world_, instruments,
+                            {0, 1, parts.controller.tick, parts.steps, {}, mission.pose, mission.charge});
         pilot_at_ = add_columns(row, pilot_columns, 1, parts.coordinates, parts.plant.joints);
         flight_at_ = add_columns(row, flight_columns, 1, parts.coordinates, parts.plant.joints);
     }
@@ -89,14 +112,14 @@ class FlightTwin final : public LiveTwin {
     int advance(int ticks) override {
         int made = 0;
         while (made < ticks && ending() == Ending::none) {
-            const PlantState<double, D, InSpace> start = on_.twin.plant;
+            const PlantState<double, D, InSpace> start = now_.twin.plant;
             const double began = time();
-            const PilotTick<double, D> tick = flight_tick(twin_, on_, on_.twin, flight_, world_, instruments);
+            const PilotTick<double, D> tick = flight_tick(twin_, now_, now_.twin, flight_, world_, instruments);
             if (++made < ticks && ending() == Ending::none) continue;
-            Columns::write(row, 0, shown(on_.twin, start), tick.tick);
+            Base::Columns::write(row, 0, shown(now_.twin, start), tick.tick);
             write_row(row, pilot_at_, pilot_columns, 0, tick.step);
             write_row(row, flight_at_, flight_columns, 0,
-                      FlightMoment{began, 1 - on_.twin.taken / twin_.battery.charge, ending()});
+                      FlightMoment{began, 1 - now_.twin.taken / twin_.battery.charge, ending()});
         }
         return made;
     }
@@ -105,48 +128,46 @@ class FlightTwin final : public LiveTwin {
         std::erase_if(faults, [fin](const FinFault& fault) { return fault.fin == fin; });
         if (stands) faults.push_back({fin, angle, time(), HUGE_VAL});
     }
-    std::size_t state_size() const override { return sizeof(on_); }
-    void save(unsigned char* to) const override { std::memcpy(to, &on_, sizeof(on_)); }
-    void restore(const unsigned char* from) override { std::memcpy(&on_, from, sizeof(on_)); }
-    double time() const override { return twin_.controller.tick * double(on_.ticks); }
 
   private:
-    using Columns = TwinColumns<D, InSpace>;
-    static_assert(std::is_trivially_copyable_v<FlightState<D>>);
+    using Base::now_, Base::twin_, Base::row, Base::instruments, Base::time;
 
     Ending ending() const {
-        const GuidanceState<double>& at = on_.pilot.guidance;
-        if (!plausible(on_.twin.plant)) return Ending::diverged;
+        const GuidanceState<double>& at = now_.pilot.guidance;
+        if (!plausible(now_.twin.plant)) return Ending::diverged;
         if (at.mode == Mode::done) return Ending::done;
-        if (at.mode != Mode::ended && on_.ticks < mission_.ticks) return Ending::none;
+        if (at.mode != Mode::ended && now_.ticks < mission_.ticks) return Ending::none;
         if (at.mode == Mode::hold) return Ending::hold;
         if (at.reasons.has(Reason::adrift)) return Ending::adrift;
         return at.mode == Mode::ended ? Ending::home : Ending::given_up;
     }
 
-    SpaceBody<Law, D> home_;
-    Twin<Body6<double, Law, D>> twin_;
     const MissionParts& mission_;
     World world_;
     Flight flight_;
-    FlightState<D> on_;
     std::size_t pilot_at_, flight_at_;  // places of columns
 };
 
-template <int D>
-std::unique_ptr<LiveTwin> Twins<D>::start(const TwinParts& parts, std::uint64_t seed, const Run& start,
-                                          const World& world) {
+/// Make a twin whose home a robot's water law and world give: make<Home>(world).
+template <int D, class Make>
+std::unique_ptr<LiveTwin> with_home(const TwinParts& parts, const World& world, const Make& make) {
     std::unique_ptr<LiveTwin> made;
     with_law<double>(parts.plant.model.law, [&](auto law) {
         using Law = typename decltype(law)::type;
         if (world.sea)
-            made = std::make_unique<BodyTwin<SpaceBody<Law, D>, Body6<double, Law, D>>>(parts, seed, start, *world.sea,
-                                                                                        &SpaceBody<Law, D>::body);
+            made = make.template operator()<SpaceBody<Law, D>>(*world.sea);
         else
-            made = std::make_unique<BodyTwin<PlaneBody<Law, D>, Tail<double, Law, D>>>(parts, seed, start, false,
-                                                                                       &PlaneBody<Law, D>::tail);
+            made = make.template operator()<PlaneBody<Law, D>>(false);
     });
     return made;
+}
+
+template <int D>
+std::unique_ptr<LiveTwin> Twins<D>::start(const TwinParts& parts, std::uint64_t seed, const Run& start,
+                                          const World& world) {
+    return with_home<D>(parts, world, [&]<class Home>(const auto& place) {
+        return std::make_unique<CommandedTwin<Home>>(parts, seed, start, place);
+    });
 }
 
 template <int D>

@@ -52,10 +52,19 @@ inline void pad(PlantData& plant) {
     plant.coordinates = size;
 }
 
-/// A twin with a body of any kind.
+/// Setpoints of a twin's pilot.
+struct Steered {
+    bool on;
+    double depth;  // m
+    Course<double> facing;
+};
+
+/// A twin with a body and a brain of any kind.
 class LiveTwin {
   public:
     Command<double> command{};
+    Steered steered{};
+    double pulse[max_servos] = {};  // s, of the plant alone
     Instruments instruments;
     Record row;  // of the last tick
 
@@ -64,6 +73,8 @@ class LiveTwin {
     virtual int advance(int ticks) = 0;
     /// Let a fin's servo stand at an angle [rad], where it is if that is NaN; false mends it. Of flights alone.
     virtual void jam(int, double, bool) {}
+    virtual void flow(const double*) {}             // a current, at sea
+    virtual bool piloted() const { return false; }  // whether a pilot can steer
     virtual std::size_t state_size() const = 0;
     virtual void save(unsigned char* to) const = 0;
     virtual void restore(const unsigned char* from) = 0;
@@ -82,10 +93,11 @@ struct Twins {
 extern template struct Twins<short_tail>;
 extern template struct Twins<max_coordinates>;
 
-/// Call work(Twins<D>()) for the tail of a padded plant.
+/// Call work(D) for the tail of a padded plant.
 template <class Work>
 auto with_tail(const PlantData& plant, const Work& work) {
-    return plant.coordinates == short_tail ? work(Twins<short_tail>()) : work(Twins<max_coordinates>());
+    return plant.coordinates == short_tail ? work(std::integral_constant<int, short_tail>())
+                                           : work(std::integral_constant<int, max_coordinates>());
 }
 
 }  // namespace hypertuna

@@ -1,12 +1,12 @@
 // The body: lengths, masses, the tail's area and springs of the robot, changed by a factor each.
 import type { Factors } from "./changes.ts";
 import { changedToml, twinFollows, within } from "./changes.ts";
-import { element } from "./dom.ts";
+import { button, element } from "./dom.ts";
 import { Drawing } from "./drawing.ts";
 import { saveText } from "./files.ts";
 import { digits, meaning, plain, type Quantities } from "./quantities.ts";
 import type { BodyKnob, Robot } from "./robot.ts";
-import type { Subject } from "./subject.ts";
+import type { Page, Subject, View } from "./subject.ts";
 
 const COMPARED = ["speed", "mechanical_power", "cost_of_transport"];
 const GROUPS: [RegExp, string][] = [
@@ -26,7 +26,7 @@ interface Row {
   reset: HTMLButtonElement;
 }
 
-export class BodyView {
+export class BodyView implements View {
   private readonly drawing: Drawing;
   private readonly gains = element("dl", "facts gains");
   private readonly list = element("div", "knobs-of-body");
@@ -40,14 +40,13 @@ export class BodyView {
   private before: { of: string; values: Quantities } = { of: "", values: {} }; // of the described robot
   private asking = false;
 
-  /** `changed` hears of the factors of the body. */
   constructor(
     private readonly room: HTMLElement,
-    private readonly changed: (factors: Factors) => void,
+    private readonly page: Page,
   ) {
     this.drawing = new Drawing((knob, factor) => this.turn(knob, rounded(factor)));
     this.buttons = { reset: button("Reset all"), save: button("Save the robot (TOML)") };
-    this.buttons.reset.addEventListener("click", () => this.changed({}));
+    this.buttons.reset.addEventListener("click", () => page.body({}));
     this.buttons.save.addEventListener("click", () => this.save());
     const head = element("div", "row left");
     head.append(this.buttons.reset, this.buttons.save);
@@ -56,7 +55,7 @@ export class BodyView {
   }
 
   /** Show a robot as it is described, or with a changed body. */
-  show(robot: Robot): void {
+  shape(robot: Robot): void {
     const other = this.robot?.body !== robot.body || this.robot.robot !== robot.robot;
     this.robot = robot;
     if (other) this.layOut(robot);
@@ -81,7 +80,7 @@ export class BodyView {
   }
 
   /** Compare with the robot as it is described. */
-  about(described: Subject): void {
+  about(_: Subject, described: Subject): void {
     this.described = described;
     this.compare();
   }
@@ -106,7 +105,7 @@ export class BodyView {
     const kept = within(knob, factor);
     const factors = { ...this.robot?.factors, [knob.name]: kept };
     if (kept === 1) delete factors[knob.name];
-    this.changed(factors);
+    this.page.body(factors);
   }
 
   private save(): void {
@@ -221,9 +220,3 @@ const rounded = (factor: number): number => Number(factor.toFixed(4));
 
 /** A change in percent, with its sign. */
 const signed = (percent: number): string => `${digits(percent, 3).replace(/^(?=\d)/, "+")} %`;
-
-function button(text: string): HTMLButtonElement {
-  const made = element("button", "", text);
-  made.type = "button";
-  return made;
-}

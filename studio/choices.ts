@@ -1,5 +1,5 @@
 // What the page lets one choose beside the knobs: robot, gait, model, quantity of the gradient, tempo.
-import { element, part } from "./dom.ts";
+import { button, element, part } from "./dom.ts";
 import { meaning } from "./quantities.ts";
 import { type Robot, rowOf } from "./robot.ts";
 
@@ -66,12 +66,10 @@ export class Choices {
     for (const kind of ["water", "joints"] as const) {
       const names = [...new Set(robot.models.map((model) => model[kind]))];
       const buttons = names.map((name) => {
-        const button = element("button", "", name);
-        button.type = "button";
-        button.dataset[kind] = name;
-        button.setAttribute("aria-pressed", String(now[kind] === name));
-        button.addEventListener("click", () => this.chosen.model({ ...now, [kind]: name }));
-        return button;
+        const choice = button(name, () => this.chosen.model({ ...now, [kind]: name }));
+        choice.dataset[kind] = name;
+        choice.setAttribute("aria-pressed", String(now[kind] === name));
+        return choice;
       });
       part(kind).replaceChildren(element("legend", "", kind === "water" ? "water law" : "joints"), ...buttons);
     }

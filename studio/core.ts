@@ -1,39 +1,16 @@
 // The core in WebAssembly: calls of the C interface, hosts/hypertuna.h.
+import { type Functions, START } from "./interface.ts";
 
 /** Runge-Kutta steps of a beat. */
 export const STEPS = 128;
 
 const FAULT_ROOM = 512; // bytes of a sentence
-const START_SIZE = 64; // bytes of an ht_start
-const START_BOTTOM = 56; // place of its depth of the bottom
 
-interface Exports {
+interface Exports extends Functions {
   memory: WebAssembly.Memory;
   malloc(size: number): number;
   free(place: number): void;
   _initialize?(): void;
-  ht_robot_read(image: number, size: number, fault: number, room: number): number;
-  ht_robot_free(robot: number): void;
-  ht_robot_text(robot: number, size: number): number;
-  ht_robot_groups(robot: number): number;
-  ht_robot_links(robot: number): number;
-  ht_quantity(index: number): number;
-  ht_quantity_label(index: number): number;
-  ht_quantity_unit(index: number): number;
-  ht_quantity_shown(index: number): number;
-  ht_verdict(gait: number, quantities: number, text: number, room: number): void;
-  ht_derivative(index: number): number;
-  ht_swim(robot: number, model: number, gaits: number, count: number, follow: number, quantities: number): void;
-  ht_gradient(robot: number, model: number, gait: number, derivatives: number): void;
-  ht_twin_create(robot: number, start: number, fault: number, room: number): number;
-  ht_twin_fly(robot: number, mission: number, seed: number, fault: number, room: number): number;
-  ht_twin_free(twin: number): void;
-  ht_twin_command(twin: number, gait: number, fins: number, armed: number): void;
-  ht_twin_break(twin: number, kind: number, first: number, last: number): void;
-  ht_twin_advance(twin: number, ticks: number): number;
-  ht_twin_column(twin: number, index: number, width: number): number;
-  ht_twin_read(twin: number, row: number): void;
-  ht_path(robot: number, model: number, gait: number, steps: number, rows: number): void;
 }
 
 /** Functions of the system that the core's library names and never needs: there are no files in a page. */
@@ -79,40 +56,36 @@ export class Core {
 
   /** Read a robot's image; throws the core's sentence where it is none. */
   read(image: Uint8Array): CoreRobot {
-    const { wasm } = this;
-    const place = wasm.malloc(image.length + FAULT_ROOM);
-    new Uint8Array(wasm.memory.buffer).set(image, place);
-    const fault = place + image.length;
-    const robot = wasm.ht_robot_read(place, image.length, fault, FAULT_ROOM);
-    const sentence = robot === 0 ? this.text(fault) : "";
-    wasm.free(place);
-    if (robot === 0) throw new Error(sentence);
-    return new CoreRobot(wasm, robot, this);
+    const robot = this.made(image, (place, fault) => this.wasm.ht_robot_read(place, image.length, fault, FAULT_ROOM));
+    return new CoreRobot(this.wasm, robot, this);
   }
 
   /** Start a robot's twin from rest, in the plane of still water. */
   twin(robot: CoreRobot): CoreTwin {
-    const { wasm } = this;
-    const start = wasm.malloc(START_SIZE + FAULT_ROOM);
-    new Uint8Array(wasm.memory.buffer, start, START_SIZE).fill(0);
-    new DataView(wasm.memory.buffer).setFloat64(start + START_BOTTOM, Number.POSITIVE_INFINITY, true);
-    const fault = start + START_SIZE;
-    const twin = wasm.ht_twin_create(robot.place, start, fault, FAULT_ROOM);
-    const sentence = twin === 0 ? this.text(fault) : "";
-    wasm.free(start);
-    if (twin === 0) throw new Error(sentence);
-    return new CoreTwin(wasm, twin, this);
+    const start = new Uint8Array(START.size);
+    new DataView(start.buffer).setFloat64(START.bottom, Number.POSITIVE_INFINITY, true);
+    const twin = this.made(start, (place, fault) => this.wasm.ht_twin_create(robot.place, place, fault, FAULT_ROOM));
+    return new CoreTwin(this.wasm, twin, this);
   }
 
   /** Start a flight: a mission of the robot, with the scatter of a seed. */
   fly(robot: CoreRobot, mission: number, seed: number): CoreTwin {
+    const twin = this.made(new Uint8Array(), (_, fault) =>
+      this.wasm.ht_twin_fly(robot.place, mission, seed, fault, FAULT_ROOM),
+    );
+    return new CoreTwin(this.wasm, twin, this);
+  }
+
+  /** Make what `make` returns of bytes in the core's memory; throws the core's sentence where it refuses. */
+  private made(bytes: Uint8Array, make: (place: number, fault: number) => number): number {
     const { wasm } = this;
-    const fault = wasm.malloc(FAULT_ROOM);
-    const twin = wasm.ht_twin_fly(robot.place, mission, seed, fault, FAULT_ROOM);
-    const sentence = twin === 0 ? this.text(fault) : "";
-    wasm.free(fault);
-    if (twin === 0) throw new Error(sentence);
-    return new CoreTwin(wasm, twin, this);
+    const place = wasm.malloc(bytes.length + FAULT_ROOM);
+    new Uint8Array(wasm.memory.buffer).set(bytes, place);
+    const made = make(place, place + bytes.length);
+    const sentence = made === 0 ? this.text(place + bytes.length) : "";
+    wasm.free(place);
+    if (made === 0) throw new Error(sentence);
+    return made;
   }
 
   /** The verdict on a gait of a frequency with these quantities, in words. */

@@ -19,6 +19,41 @@ export function element<K extends keyof HTMLElementTagNameMap>(
   return made;
 }
 
+/** A button with a text. */
+export function button(text: string, pressed?: () => void): HTMLButtonElement {
+  const made = element("button", "", text);
+  made.type = "button";
+  if (pressed !== undefined) made.addEventListener("click", pressed);
+  return made;
+}
+
+/** Draw once in the next frame, however often it is asked for until then. */
+export function inFrame(draw: () => void): () => void {
+  let waiting = false;
+  return () => {
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => {
+      waiting = false;
+      draw();
+    });
+  };
+}
+
+/** A control behind its label. */
+export function labeled(text: string, control: HTMLElement): HTMLElement {
+  const label = element("label", "choice", text);
+  label.append(control);
+  return label;
+}
+
+/** A value over its label, in a list of facts. */
+export function fact(value: string, label: string): HTMLElement {
+  const box = element("div");
+  box.append(element("dt", "", value), element("dd", "", label));
+  return box;
+}
+
 /** Close a menu by Escape, by a click outside of it, or by one on what it holds. */
 export function closeOutside(menu: HTMLDetailsElement | null): void {
   document.addEventListener("click", (event) => {

@@ -1,19 +1,19 @@
 // Cost over speed: the robot's named gaits, the gait of the knobs, the least cost at each speed; and the search for it.
 import { drawBand, drawBars, usable } from "./band.ts";
 import { Chart } from "./chart.ts";
-import { element } from "./dom.ts";
+import { button, element, inFrame } from "./dom.ts";
 import { Box, type Found, type Goal, STEPS, search, type Watch } from "./optimize.ts";
 import { digits, gaitText, type Quantities } from "./quantities.ts";
 import { gaitOf, type NamedGait, rowOf } from "./robot.ts";
 import { type Spread, spreadWords } from "./samples.ts";
-import type { Page, Subject } from "./subject.ts";
+import type { Page, Subject, View } from "./subject.ts";
 
 const STARTS = 6; // of a search: the knobs' gait, and points spread over the limits
 const SPEEDS = 14; // of the front
 const PACE = 120; // ms between steps that are watched
 const SAME = 1e-3; // relative difference of results that count as the same
 
-export class FrontView {
+export class FrontView implements View {
   private readonly chart: Chart;
   private readonly status = element("p", "caption");
   private readonly note = element("p", "caption");
@@ -29,7 +29,7 @@ export class FrontView {
   private trace: Quantities[] = []; // steps of the search
   private made: Set<string> | null = null; // gaits that the search went to
   private run = 0;
-  private waiting = false; // to be drawn
+  private readonly soon = inFrame(() => this.draw());
 
   constructor(
     private readonly room: HTMLElement,
@@ -108,14 +108,9 @@ export class FrontView {
   }
 
   /** The numbers of the gait. */
-  show(values: Quantities): void {
+  at(_: Float64Array, values: Quantities): void {
     this.values = values;
-    if (this.waiting) return;
-    this.waiting = true;
-    requestAnimationFrame(() => {
-      this.waiting = false;
-      this.draw();
-    });
+    this.soon();
   }
 
   svg(title: string): string {
@@ -411,10 +406,4 @@ function score({ computed }: Found, goal: Goal): number {
 
 function reaches({ computed }: Found, goal: Goal): boolean {
   return goal.speed === null || Math.abs((computed.values.speed ?? 0) / goal.speed - 1) < 1e-3;
-}
-
-function button(text: string): HTMLButtonElement {
-  const made = element("button", "", text);
-  made.type = "button";
-  return made;
 }

@@ -10,18 +10,15 @@ export interface Address {
   of: string; // quantity of the gradients
   view: string;
   tempo: number; // of the motion on the screen: 1 is true, 0 stands still
-  map: string; // quantity of the map
-  over: [number, number]; // parameters that the map is over
-  flight: string; // mission and seed of the Sea view, "lake:3"; "" for the first
+  kept: Record<string, string>; // what the views keep
   body: Record<string, number>; // factors on the robot's body, by knob
 }
 
 export function written(address: Address): string {
-  const { robot, gait, water, joints, of, view, tempo, map, over, flight, body } = address;
+  const { robot, gait, water, joints, of, view, tempo, kept, body } = address;
   const parts: Record<string, string> = { robot, frequency: String(plain(gait.frequency)) };
   for (const kind of KINDS) parts[kind] = gait[kind].map((angle) => plain(angle / DEGREE)).join(",");
-  Object.assign(parts, { water, joints, of, view, tempo: String(tempo), map, over: over.join(",") });
-  if (flight !== "") parts.flight = flight;
+  Object.assign(parts, { water, joints, of, view, tempo: String(tempo) }, kept);
   const factors = Object.entries(body);
   if (factors.length > 0) parts.body = factors.map(([name, factor]) => `${name}:${factor}`).join(",");
   const safe = (value: string): string => encodeURIComponent(value).replaceAll("%2C", ",").replaceAll("%3A", ":");
@@ -33,8 +30,8 @@ export function written(address: Address): string {
 /** Read an address; what it leaves out or misspells is absent. */
 export function read(hash: string): Partial<Address> {
   const parts = new URLSearchParams(hash.replace(/^#/, ""));
-  const address: Partial<Address> = {};
-  for (const key of ["robot", "water", "joints", "of", "view", "map", "flight"] as const) {
+  const address: Partial<Address> = { kept: Object.fromEntries(parts) };
+  for (const key of ["robot", "water", "joints", "of", "view"] as const) {
     const value = parts.get(key);
     if (value !== null) address[key] = value;
   }
@@ -45,8 +42,6 @@ export function read(hash: string): Partial<Address> {
   const factors = (parts.get("body") ?? "").split(",").map((part) => part.split(":"));
   const body = factors.filter(([name, factor]) => name !== "" && Number(factor) > 0);
   if (body.length > 0) address.body = Object.fromEntries(body.map(([name, factor]) => [name, Number(factor)]));
-  const [first, second] = numbers(parts.get("over"));
-  if (first !== undefined && second !== undefined) address.over = [first, second];
   return address;
 }
 
@@ -57,7 +52,8 @@ function gaitIn(parts: URLSearchParams): Gait | null {
   return { frequency, amplitude, phase, bias: bias.length ? bias : amplitude.map(() => 0) };
 }
 
-function numbers(text: string | null): number[] {
+/** Numbers with commas between them; none where one is misspelled. */
+export function numbers(text: string | null): number[] {
   if (text === null || text === "") return [];
   const values = text.split(",").map(Number);
   return values.every(Number.isFinite) ? values : [];

@@ -1,18 +1,24 @@
 // The twin live: the whole robot from command to wake, with the controller that the robot flies.
 import type { Column } from "./core.ts";
-import { element } from "./dom.ts";
+import { twinFollows } from "./changes.ts";
+import { button, element, fact, labeled } from "./dom.ts";
 import { drivesOf, hasOil, onAxle } from "./drives.ts";
+import { FaultKind } from "./interface.ts";
 import { JointTable } from "./jointtable.ts";
 import { Losses } from "./losses.ts";
 import { Machine, type Moment } from "./machine.ts";
 import { digits, type Quantities } from "./quantities.ts";
 import type { Broken, Calculator } from "./questions.ts";
 import type { Robot } from "./robot.ts";
+import type { Another, View } from "./subject.ts";
 import { TwinPlots } from "./twinplots.ts";
 
 const KEPT = 4; // s of which the rows are kept: a beat and more
 const MOST = 200; // ticks in one question
-const KINDS = ["stuck", "open", "spikes", "NaN"]; // faults of a sensor, in the core's order
+// faults of a sensor
+const FAULTS: Record<Exclude<keyof typeof FaultKind, "none">, string> = {
+  ...{ stuck: "stuck", open: "open", spike: "spikes", nan: "NaN" },
+};
 const SLOW = 0.8; // part of the chosen tempo below which the page says so
 const HELD = 0.5; // s for which a condition is still shown
 const CALM = 8; // drawings from one look at the losses to the next
@@ -27,7 +33,7 @@ interface Parts {
   guard: HTMLElement;
 }
 
-export class InsideView {
+export class InsideView implements View {
   private readonly body = element("div");
   private readonly note = element("p", "intro");
   private calculator: Calculator | null = null;
@@ -49,22 +55,23 @@ export class InsideView {
   private running = !matchMedia("(prefers-reduced-motion: reduce)").matches;
   private armed = true;
   private speed = 1;
-  private kind = 1; // of the next fault
+  private kind: number = FaultKind.stuck; // of the next fault
   private broken: Broken[] = [];
   private parts: Parts | null = null;
 
   /** `more` makes a worker with the robot loaded: the twin has one of its own. */
   constructor(
     private readonly room: HTMLElement,
-    private readonly more: (robot: Robot) => Promise<Calculator>,
+    private readonly more: Another,
   ) {
     room.replaceChildren(this.note, this.body);
     requestAnimationFrame((now) => this.frame(now));
   }
 
-  about(robot: Robot): void {
-    this.robot = robot;
-    if (this.started !== robot) this.started = null;
+  turnTo(robot: Robot): void {
+    const described = robot.described ?? robot;
+    this.robot = twinFollows(described, robot.factors ?? {}) ? robot : described;
+    if (this.started !== this.robot) this.started = null;
   }
 
   at(row: Float64Array, values: Quantities): void {
@@ -222,13 +229,7 @@ export class InsideView {
       [`${digits(mean("power"), 3)} W`, "electrical power"],
       [`${digits(mean("battery_voltage"), 4)} V`, "battery voltage"],
     ];
-    facts.replaceChildren(
-      ...values.map(([value = "", label = ""]) => {
-        const box = element("div");
-        box.append(element("dt", "", value), element("dd", "", label));
-        return box;
-      }),
-    );
+    facts.replaceChildren(...values.map(([value = "", label = ""]) => fact(value, label)));
     const sentences = this.conditions(rate);
     const text = sentences.length
       ? sentences.join("\n")
@@ -285,13 +286,11 @@ export class InsideView {
 
   private controls(): HTMLElement {
     const row = element("div", "row left");
-    const run = element("button", "", this.running ? "Pause" : "Go on");
-    run.addEventListener("click", () => {
+    const run = button(this.running ? "Pause" : "Go on", () => {
       this.running = !this.running;
       run.textContent = this.running ? "Pause" : "Go on";
     });
-    const again = element("button", "", "Start again");
-    again.addEventListener("click", () => {
+    const again = button("Start again", () => {
       this.running = true;
       run.textContent = "Pause";
       void this.restart();
@@ -303,8 +302,6 @@ export class InsideView {
       this.speed = Number(speed.value);
       this.pace = Number.NaN;
     });
-    const tempo = element("label", "choice", "tempo ");
-    tempo.append(speed);
     const armed = element("label", "check");
     const box = element("input");
     Object.assign(box, { type: "checkbox", checked: true });
@@ -312,8 +309,7 @@ export class InsideView {
       this.armed = box.checked;
     });
     armed.append(box, " armed");
-    row.append(run, again, tempo, armed);
-    for (const button of [run, again]) button.type = "button";
+    row.append(run, again, labeled("tempo ", speed), armed);
     return row;
   }
 
@@ -323,25 +319,21 @@ export class InsideView {
     const single = channels.filter(([name]) => !channels.some(([other]) => other.startsWith(`${name}-`)));
     const box = element("div", "row left");
     const kind = element("select");
-    KINDS.forEach((name, k) => {
-      kind.append(new Option(name, String(k + 1)));
-    });
+    for (const [name, label] of Object.entries(FAULTS))
+      kind.append(new Option(label, String(FaultKind[name as keyof typeof FAULTS])));
     kind.value = String(this.kind);
     kind.addEventListener("change", () => {
       this.kind = Number(kind.value);
     });
-    const label = element("label", "choice", "break a sensor: ");
-    label.append(kind);
-    box.append(label);
+    box.append(labeled("break a sensor: ", kind));
     for (const [name, [first, last]] of single) {
-      const chip = element("button", "chip", name.replaceAll("-", " "));
-      chip.type = "button";
-      chip.setAttribute("aria-pressed", "false");
-      chip.addEventListener("click", () => {
+      const chip = button(name.replaceAll("-", " "), () => {
         const breaks = chip.getAttribute("aria-pressed") !== "true";
         chip.setAttribute("aria-pressed", String(breaks));
-        this.broken.push({ kind: breaks ? this.kind : 0, first, last });
+        this.broken.push({ kind: breaks ? this.kind : FaultKind.none, first, last });
       });
+      chip.className = "chip";
+      chip.setAttribute("aria-pressed", "false");
       box.append(chip);
     }
     return box;

@@ -1,8 +1,9 @@
 // A map of a quantity over two parameters of the gait, finer and finer.
 import { Chart, colorAt, ticks } from "./chart.ts";
-import { element } from "./dom.ts";
+import { element, inFrame, labeled } from "./dom.ts";
 import { digits, meaning, type Quantities, statusOf } from "./quantities.ts";
-import type { Page, Subject } from "./subject.ts";
+import { numbers } from "./hash.ts";
+import type { Kept, Page, Subject, View } from "./subject.ts";
 
 const QUANTITIES = ["speed", "cost_of_transport", "mechanical_power", "strouhal", "efficiency", "tail_excursion"];
 const LEAST = ["cost_of_transport", "mechanical_power", "strouhal"]; // best where they are small
@@ -12,9 +13,9 @@ const CHUNK = 48; // gaits in one question: a knob never waits long
 const QUIET = 120; // ms without a change before a map begins
 const CLIPPED = 0.93; // part of the gaits whose values the colors tell apart
 
-export class MapView {
-  quantity = "speed";
-  over: [number, number] = [-1, -1]; // indices in the gait's row; -1: not chosen yet
+export class MapView implements View {
+  private quantity = "speed";
+  private over: [number, number] = [-1, -1]; // indices in the gait's row; -1: not chosen yet
   private readonly chart: Chart;
   private readonly choices: Record<"quantity" | "x" | "y", HTMLSelectElement>;
   private readonly note = element("p", "caption");
@@ -25,7 +26,7 @@ export class MapView {
   private made = ""; // what the map is of
   private run = 0;
   private timer = 0;
-  private waiting = false;
+  private readonly soon = inFrame(() => this.draw());
   private painted: { image: HTMLCanvasElement; low: number; high: number; clipped: boolean; best: number } | null =
     null;
 
@@ -44,9 +45,7 @@ export class MapView {
       ["x", "over"],
       ["y", "and"],
     ] as const) {
-      const label = element("label", "choice", `${text} `);
-      label.append(this.choices[key]);
-      head.append(label);
+      head.append(labeled(`${text} `, this.choices[key]));
       this.choices[key].addEventListener("change", () => this.choose());
     }
     this.choices.quantity.append(...QUANTITIES.map((name) => new Option(meaning(name).label, name)));
@@ -57,6 +56,16 @@ export class MapView {
     canvas.addEventListener("pointerleave", () => this.tell());
     canvas.addEventListener("keydown", (event) => this.press(event));
     new ResizeObserver(() => this.draw()).observe(canvas);
+  }
+
+  restore({ map, over }: Kept): void {
+    this.quantity = map ?? this.quantity;
+    const [x, y] = numbers(over ?? null);
+    if (x !== undefined && y !== undefined) this.over = [x, y];
+  }
+
+  kept(): Kept {
+    return { map: this.quantity, over: this.over.join(",") };
   }
 
   about(subject: Subject): void {
@@ -72,7 +81,7 @@ export class MapView {
   at(row: Float64Array): void {
     this.row = row;
     this.soon();
-    this.renew();
+    this.show();
   }
 
   svg(title: string): string {
@@ -113,13 +122,13 @@ export class MapView {
     }
     this.page.changed();
     this.draw();
-    this.renew();
+    this.show();
   }
 
   // --- computing
 
   /** Begin a new map where what it is of has changed, and the view is shown. */
-  renew(): void {
+  show(): void {
     const { subject, over, row } = this;
     if (subject === null || this.room.hidden || row.length !== subject.parameters.length) return;
     const rest = Array.from(row).filter((_, k) => !over.includes(k));
@@ -170,15 +179,6 @@ export class MapView {
   }
 
   // --- drawing
-
-  private soon(): void {
-    if (this.waiting) return;
-    this.waiting = true;
-    requestAnimationFrame(() => {
-      this.waiting = false;
-      this.draw();
-    });
-  }
 
   private get parts(): [number, number] {
     const part = (k: number): number => {

@@ -85,21 +85,18 @@ class Studio {
 
   /** Show what an address says, of the first robot where it names none. */
   async open(address: Partial<hash.Address>): Promise<void> {
-    const { robot, of, map, over } = address;
+    const { robot, of } = address;
     if (of !== undefined && this.names.derivatives.includes(of)) this.of = of;
     this.choices.quantities(this.names.derivatives, this.of);
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.setTempo(address.tempo ?? (still ? 0 : 1));
     this.setMidlines(still);
-    if (map !== undefined) this.views.map.quantity = map;
-    if (over !== undefined) this.views.map.over = over;
-    this.views.sea.flight = address.flight ?? "";
-    this.views.restore(address.view ?? "map");
+    this.views.restore(address.view ?? "", address.kept ?? {});
     const known = this.robots.has(robot);
     if (robot !== undefined && !known)
       this.say(`The link names the robot "${robot}", which this page does not have: drop its image here to see it.`);
     await this.choose(known ? robot : (this.robots.names[0] ?? ""), address);
-    if (this.views.view !== "map") part("views").scrollIntoView(); // a link to a view shows it
+    if (this.views.moved) part("views").scrollIntoView(); // a link to a view shows it
   }
 
   // --- what is chosen
@@ -192,9 +189,9 @@ class Studio {
   private write(): void {
     clearTimeout(this.kept);
     const { robot, of } = this;
-    const { view, map, sea } = this.views;
+    const { view, kept } = this.views;
     const model = robot.models[this.model] ?? { water: "", joints: "" };
-    const shown = { of, view, tempo: this.stage.shown.tempo, map: map.quantity, over: map.over, flight: sea.flight };
+    const shown = { of, view, tempo: this.stage.shown.tempo, kept };
     const address = { robot: robot.robot, gait: gaitOf(this.row), ...model, ...shown, body: robot.factors ?? {} };
     if (LINKED) history.replaceState(null, "", hash.written(address));
   }

@@ -1,5 +1,6 @@
 // Quantities of a swim in the words and digits of the command line.
 import type { Core, Meaning } from "./core.ts";
+import { BeatStatus } from "./interface.ts";
 import { DEGREE, type Gait, KINDS, type Robot } from "./robot.ts";
 
 const SLOW = 1e-3; // m/s below which a direction means little
@@ -18,7 +19,7 @@ export function learn(from: Core): void {
 }
 
 const STRAIGHT = 1e3; // body lengths: a larger turning radius is not shown
-const STATUSES = ["settled", "unsettled", "unstable", "diverged"];
+const STATUSES = Object.keys(BeatStatus);
 
 export function meaning(name: string): Meaning {
   return core.meanings.find((known) => known.name === name) ?? { name, label: name, unit: "", shown: 0 };

@@ -24,31 +24,32 @@ export interface Names {
   derivatives: string[];
 }
 
-/** Sensor channels with a fault from now on: its kind is 1 stuck, 2 open, 3 spikes, 4 NaN, or 0 for none. */
+/** Sensor channels with a fault from now on, of a kind of `FaultKind`. */
 export interface Broken {
   kind: number;
   first: number;
   last: number;
 }
 
-export type Answer =
-  | { kind: "start" }
-  | { kind: "load"; text: string }
-  | { kind: "swim"; quantities: Float64Array }
-  | { kind: "path"; path: Float64Array }
-  | { kind: "gradient"; derivatives: Float64Array }
-  | { kind: "point"; quantities: Float64Array; derivatives: Float64Array }
-  | { kind: "sweep"; quantities: Float64Array }
-  | { kind: "samples" }
-  | { kind: "spread"; quantities: Float64Array }
-  | { kind: "twin"; columns: Column[] }
-  | { kind: "fly"; columns: Column[] }
-  | { kind: "flown"; rows: Float64Array; over: boolean }
-  | { kind: "tick"; rows: Float64Array };
+/** What each kind of question is answered with. */
+export interface Answers {
+  start: null;
+  load: { text: string };
+  swim: { quantities: Float64Array };
+  path: { path: Float64Array };
+  gradient: { derivatives: Float64Array };
+  point: { quantities: Float64Array; derivatives: Float64Array };
+  sweep: { quantities: Float64Array };
+  samples: null;
+  spread: { quantities: Float64Array };
+  twin: { columns: Column[] };
+  fly: { columns: Column[] };
+  flown: { rows: Float64Array; over: boolean };
+  tick: { rows: Float64Array };
+}
 
+export type Answer = Answers[keyof Answers];
 export type Reply = { id: number; answer: Answer } | { id: number; fault: string };
-
-type AnswerTo<K extends Question["kind"]> = Extract<Answer, { kind: K }>;
 
 interface Waiting {
   resolve(answer: Answer): void;
@@ -67,7 +68,7 @@ export class Calculator {
     private readonly module: WebAssembly.Module,
   ) {}
 
-  ask<K extends Question["kind"]>(question: Question & { kind: K }): Promise<AnswerTo<K>> {
+  ask<K extends Question["kind"]>(question: Question & { kind: K }): Promise<Answers[K]> {
     if (this.worker === null) {
       this.worker = new Worker(this.script);
       this.worker.onmessage = ({ data }: MessageEvent<Reply>) => this.take(data);
@@ -78,7 +79,7 @@ export class Calculator {
     return new Promise<Answer>((resolve, reject) => {
       this.waiting.set(id, { resolve, reject });
       worker.postMessage({ id, question });
-    }) as Promise<AnswerTo<K>>;
+    }) as Promise<Answers[K]>;
   }
 
   /** Another worker with the same core. */

@@ -1,13 +1,12 @@
 // The Sea view: what it stands on, three.js and a reader of logs, is unpacked when it is first opened.
 import { part } from "./dom.ts";
 import { packedBytes } from "./files.ts";
-import type { Calculator } from "./questions.ts";
 import type { Robot } from "./robot.ts";
 import type { SeaRoom } from "./sea/view.ts";
-import type { Page } from "./subject.ts";
+import type { Another, Kept, Page, View } from "./subject.ts";
 
-export class SeaView {
-  flight = ""; // mission and seed that were chosen, "lake:3"
+export class SeaView implements View {
+  private flight = ""; // mission and seed that were chosen, "lake:3"
   private sea: Promise<SeaRoom> | null = null;
   private robot: Robot | null = null;
 
@@ -15,27 +14,32 @@ export class SeaView {
   constructor(
     private readonly room: HTMLElement,
     private readonly page: Page,
-    private readonly another: (robot: Robot) => Promise<Calculator>,
+    private readonly another: Another,
   ) {}
 
+  restore({ flight }: Kept): void {
+    this.flight = flight ?? "";
+  }
+
+  kept(): Kept {
+    return this.flight === "" ? {} : { flight: this.flight };
+  }
+
   /** Turn to a robot. */
-  about(robot: Robot): void {
-    this.robot = robot;
+  turnTo(robot: Robot): void {
+    this.robot = robot.described ?? robot;
     if (!this.room.hidden) this.show();
   }
 
-  /** The view is shown from now on. */
   show(): void {
     const { robot } = this;
     if (robot !== null) this.with((sea) => sea.about(robot));
   }
 
-  /** Open a log of a mission. */
   open(name: string, content: Uint8Array): void {
     this.with((sea) => sea.open(name, content));
   }
 
-  /** Draw again, in the colors of the page's theme. */
   refresh(): void {
     if (this.sea !== null) this.with((sea) => sea.refresh());
   }

@@ -14,6 +14,28 @@ export interface Page {
   certain(spread: Spread | null): void; // of the gait of the knobs, where the robot has samples
 }
 
+/** Makes a calculator of its own with a robot, in a worker beside the page's. */
+export type Another = (robot: Robot) => Promise<Calculator>;
+
+/** A view below the fish, of a tab each: what it hears of. */
+export interface View {
+  turnTo?(robot: Robot): void; // to another robot, or another body of it
+  shape?(robot: Robot): void; // a body while it is changed
+  about?(subject: Subject, described: Subject): unknown; // the robot with its model, and the one of its file
+  set?(row: Float64Array): void; // the knobs' gait, at once
+  at?(row: Float64Array, values: Quantities): void; // the same with its numbers
+  certain?(spread: Spread | null): void; // of the knobs' gait
+  show?(): void; // it is shown from now on
+  refresh?(): void; // the colors of the page's theme
+  open?(name: string, content: Uint8Array): void; // a log of a mission
+  restore?(kept: Kept): void; // what an address says
+  kept?(): Kept; // what the address keeps
+  svg?(title: string): string; // its chart
+}
+
+/** Parts of an address, by key. */
+export type Kept = Record<string, string>;
+
 /** A settled gait with derivatives. */
 export interface Computed {
   values: Quantities;

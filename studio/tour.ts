@@ -1,8 +1,8 @@
 // The robot's named gaits: what was published of them beside what is computed here.
-import { element } from "./dom.ts";
+import { button, element, fact } from "./dom.ts";
 import { digits, gaitText, type Quantities, statusOf, verdict } from "./quantities.ts";
 import { type NamedGait, type Published, type Robot, rowOf } from "./robot.ts";
-import type { Page, Subject } from "./subject.ts";
+import type { Page, Subject, View } from "./subject.ts";
 import { ledgerNote, verdictsOn, wordOn } from "./verdicts.ts";
 
 const KINDS: Record<string, string> = {
@@ -12,8 +12,9 @@ const KINDS: Record<string, string> = {
 };
 const ELECTRICAL = "It includes servos and pump: this page computes the mechanical power of the joints.";
 
-export class TourView {
+export class TourView implements View {
   private subject: Subject | null = null;
+  private row: Float64Array = new Float64Array();
   private cards = new Map<string, HTMLElement>();
 
   constructor(
@@ -21,7 +22,7 @@ export class TourView {
     private readonly page: Page,
   ) {}
 
-  async about(subject: Subject): Promise<void> {
+  async about(_: Subject, subject: Subject): Promise<void> {
     if (this.subject?.robot === subject.robot && this.subject.model === subject.model) return;
     this.subject = subject;
     const { gaits, models, robot } = subject.robot;
@@ -41,10 +42,12 @@ export class TourView {
     const note = known ? ledgerNote(subject.robot) : null;
     const sum = summary(subject.robot, subject.model, found);
     this.room.replaceChildren(element("p", "intro", `${intro}${other} ${sum}`), ...(note === null ? [] : [note]), list);
+    this.at(this.row);
   }
 
   /** Mark the gait that the knobs are at. */
   at(row: Float64Array): void {
+    this.row = row;
     for (const gait of this.subject?.robot.gaits ?? []) {
       const same = rowOf(gait).every((value, k) => Math.abs(value - (row[k] ?? 0)) < 1e-9);
       this.cards.get(gait.name)?.setAttribute("aria-current", String(same));
@@ -53,11 +56,9 @@ export class TourView {
 
   private card(robot: Robot, gait: NamedGait, values: Quantities): HTMLElement {
     const card = element("article", "card");
-    const show = element("button", "", "Use this gait");
-    show.type = "button";
+    const show = button("Use this gait", () => this.page.go(rowOf(gait)));
     show.dataset.gait = gait.name;
     show.setAttribute("aria-label", `Use this gait: ${gait.name}`);
-    show.addEventListener("click", () => this.page.go(rowOf(gait)));
     const head = element("div", "row");
     head.append(element("h3", "", gait.name), show);
     card.append(head, element("p", "caption", gaitText(gait)));
@@ -131,10 +132,4 @@ function comparison(
 function computedOf(robot: Robot, quantity: string, values: Quantities): number | null {
   if (quantity === "turn_radius_bl") return (values.turn_radius ?? Number.NaN) / robot.length;
   return values[quantity] ?? null;
-}
-
-function fact(value: string, label: string): HTMLElement {
-  const box = element("div");
-  box.append(element("dt", "", value), element("dd", "", label));
-  return box;
 }

@@ -1,29 +1,39 @@
-// The views below the fish: a map, cost over speed, published gaits; one is shown at a time.
+// The views below the fish: one is shown at a time. A new one is an entry of VIEWS.
 import { BodyView } from "./bodyview.ts";
-import { twinFollows } from "./changes.ts";
-import { part } from "./dom.ts";
+import { element, part } from "./dom.ts";
 import { FrontView } from "./front.ts";
 import { InsideView } from "./inside.ts";
 import { MapView } from "./map.ts";
 import type { Quantities } from "./quantities.ts";
 import type { Calculator, Names } from "./questions.ts";
-import { type Parameter, parametersOf, type Robot } from "./robot.ts";
+import { parametersOf, type Robot } from "./robot.ts";
 import type { Image } from "./robots.ts";
 import { Follower, Samples } from "./samples.ts";
 import { SeaView } from "./sea.ts";
-import { type Page, Subject } from "./subject.ts";
+import { type Another, type Kept, type Page, Subject, type View } from "./subject.ts";
 import { TourView } from "./tour.ts";
 
-const NAMES = ["map", "front", "body", "paper", "inside", "sea", "about"];
+/** Name, title of the tab, and what makes the view in its panel. */
+const VIEWS: [string, string, (room: HTMLElement, page: Page, another: Another) => View][] = [
+  ["map", "Map", (room, page) => new MapView(room, page)],
+  ["front", "Cost over speed", (room, page) => new FrontView(room, page)],
+  ["body", "Body", (room, page) => new BodyView(room, page)],
+  ["paper", "Published gaits", (room, page) => new TourView(room, page)],
+  ["inside", "Inside", (room, _, another) => new InsideView(room, another)],
+  ["sea", "Sea", (room, page, another) => new SeaView(room, page, another)],
+  ["about", "About", () => ({})],
+];
+
+interface Tab {
+  name: string;
+  button: HTMLElement;
+  room: HTMLElement;
+  view: View;
+}
 
 export class Views {
-  view = "map";
-  readonly map: MapView;
-  private readonly front: FrontView;
-  private readonly tour: TourView;
-  private readonly inside: InsideView;
-  readonly sea: SeaView;
-  private readonly body: BodyView;
+  private readonly tabs: Tab[];
+  private chosen: Tab;
   private image: (robot: Robot) => Image = () => async () => new Uint8Array();
   private row: Float64Array = new Float64Array();
   private readonly samples: Samples;
@@ -38,43 +48,53 @@ export class Views {
   ) {
     this.samples = new Samples(calculator.another(), names, (robot) => this.image(robot));
     this.follower = new Follower(this.samples, (spread) => {
-      this.front.certain(spread);
+      for (const { view } of this.tabs) view.certain?.(spread);
       page.certain(spread);
     });
-    this.map = new MapView(part("map"), page);
-    this.front = new FrontView(part("front"), page);
-    this.tour = new TourView(part("paper"), page);
-    this.body = new BodyView(part("body"), (factors) => page.body(factors));
-    this.inside = new InsideView(part("inside"), (robot) => this.another(robot));
-    this.sea = new SeaView(part("sea"), page, (robot) => this.another(robot));
-    for (const name of NAMES) tab(name).addEventListener("click", () => this.choose(name));
+    this.tabs = VIEWS.map(([name, title, make]) => {
+      const [button, room] = panel(name, title);
+      return { name, button, room, view: make(room, page, (robot) => this.another(robot)) };
+    });
+    this.chosen = this.tabs[0] as Tab;
+    for (const tab of this.tabs) tab.button.addEventListener("click", () => this.choose(tab));
     part("views").addEventListener("keydown", (event) => this.press(event));
     this.show();
   }
 
-  /** Show a view; one that does not exist is left out. */
-  restore(view: string): void {
-    if (NAMES.includes(view)) this.view = view;
+  /** Name of the view that is shown. */
+  get view(): string {
+    return this.chosen.name;
+  }
+
+  /** Whether another view than the first is shown. */
+  get moved(): boolean {
+    return this.chosen !== this.tabs[0];
+  }
+
+  /** Show what an address says; a view that does not exist is left out. */
+  restore(name: string, kept: Kept): void {
+    for (const { view } of this.tabs) view.restore?.(kept);
+    this.chosen = this.tabs.find((tab) => tab.name === name) ?? this.chosen;
     this.show();
+  }
+
+  /** What the address keeps of the views. */
+  get kept(): Kept {
+    return Object.assign({}, ...this.tabs.map(({ view }) => view.kept?.()));
   }
 
   /** Turn to a robot and a model. */
   async about(robot: Robot, model: number, image: (robot: Robot) => Image): Promise<void> {
-    const { calculator } = this;
+    const { calculator, names, samples } = this;
     this.image = image;
-    const described = robot.described ?? robot;
-    this.inside.about(twinFollows(described, robot.factors ?? {}) ? robot : described);
-    this.sea.about(described);
-    await Promise.all([robot, described].map((one) => calculator.load(one.key, image(one))));
-    const parameters: Parameter[] = parametersOf(robot);
-    const subject = new Subject(robot, parameters, model, calculator, this.names, this.samples);
-    const before =
-      robot === described ? subject : new Subject(described, parameters, model, calculator, this.names, this.samples);
-    this.body.about(before);
+    for (const { view } of this.tabs) view.turnTo?.(robot);
+    const both = [...new Set([robot, robot.described ?? robot])];
+    await Promise.all(both.map((one) => calculator.load(one.key, image(one))));
+    const parameters = parametersOf(robot);
+    const subjects = both.map((one) => new Subject(one, parameters, model, calculator, names, samples));
+    const [subject, described = subject] = subjects as [Subject, Subject?];
     this.subject = subject;
-    this.map.about(subject);
-    await Promise.all([this.front.about(subject), this.tour.about(before)]);
-    this.tour.at(this.row);
+    await Promise.all(this.tabs.map(({ view }) => view.about?.(subject, described)));
     this.follow();
   }
 
@@ -86,40 +106,34 @@ export class Views {
 
   /** Follow a body while it is changed. */
   shape(robot: Robot): void {
-    this.body.show(robot);
+    for (const { view } of this.tabs) view.shape?.(robot);
   }
 
   /** Take the knobs' gait at once: a search must not turn back what was turned while its numbers were computed. */
   set(row: Float64Array): void {
-    this.front.set(row);
+    for (const { view } of this.tabs) view.set?.(row);
   }
 
   /** Follow the knobs. */
   at(row: Float64Array, values: Quantities): void {
     this.row = row;
-    this.map.at(row);
-    this.front.show(values);
-    this.body.at(row, values);
-    this.tour.at(row);
-    this.inside.at(row, values);
+    for (const { view } of this.tabs) view.at?.(row, values);
     this.follow();
   }
 
   /** Show a log of a mission. */
   log(name: string, content: Uint8Array): void {
-    this.choose("sea");
-    this.sea.open(name, content);
+    const tab = this.tabs.find(({ view }) => view.open);
+    if (tab === undefined) return;
+    this.choose(tab);
+    tab.view.open?.(name, content);
   }
 
   /** Draw again, in the colors of the page's theme. */
   refresh(): void {
-    this.map.refresh();
-    this.front.refresh();
-    this.inside.refresh();
-    this.sea.refresh();
+    for (const { view } of this.tabs) view.refresh?.();
   }
 
-  /** A calculator of its own for the twin, with a robot. */
   private async another(robot: Robot): Promise<Calculator> {
     const calculator = this.calculator.another();
     await calculator.load(robot.key, this.image(robot));
@@ -128,11 +142,11 @@ export class Views {
 
   /** The chart that is shown, as SVG; null where the view has none. */
   svg(title: string): string | null {
-    return { map: this.map, front: this.front }[this.view]?.svg(title) ?? null;
+    return this.chosen.view.svg?.(title) ?? null;
   }
 
-  private choose(name: string): void {
-    this.view = name;
+  private choose(tab: Tab): void {
+    this.chosen = tab;
     this.show();
     this.page.changed();
     // a view that lies below the window comes into it
@@ -140,25 +154,36 @@ export class Views {
   }
 
   private show(): void {
-    for (const name of NAMES) {
-      const shown = name === this.view;
-      part(name).hidden = !shown;
-      tab(name).setAttribute("aria-selected", String(shown));
-      tab(name).tabIndex = shown ? 0 : -1;
+    for (const tab of this.tabs) {
+      const shown = tab === this.chosen;
+      tab.room.hidden = !shown;
+      tab.button.setAttribute("aria-selected", String(shown));
+      tab.button.tabIndex = shown ? 0 : -1;
     }
     this.refresh();
-    this.map.renew();
-    if (this.view === "sea") this.sea.show();
+    this.chosen.view.show?.();
   }
 
   /** Arrow keys go from tab to tab. */
   private press(event: KeyboardEvent): void {
     const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (way === undefined || (event.target as HTMLElement).getAttribute("role") !== "tab") return;
-    const next = NAMES[(NAMES.indexOf(this.view) + way + NAMES.length) % NAMES.length] ?? "map";
+    const next = this.tabs.at((this.tabs.indexOf(this.chosen) + way) % this.tabs.length) ?? this.chosen;
     this.choose(next);
-    tab(next).focus();
+    next.button.focus();
   }
 }
 
-const tab = (name: string): HTMLElement => part(`tab-${name}`);
+/** The tab of a view, and its panel: one of the page, where it has one of this name. */
+function panel(name: string, title: string): [HTMLElement, HTMLElement] {
+  const button = element("button", "", title);
+  Object.assign(button, { type: "button", role: "tab", id: `tab-${name}` });
+  button.setAttribute("aria-controls", name);
+  button.dataset.view = name;
+  const room = document.getElementById(name) ?? element("div");
+  Object.assign(room, { id: name, role: "tabpanel" });
+  room.setAttribute("aria-labelledby", button.id);
+  part("tabs").append(button);
+  part("views").append(room);
+  return [button, room];
+}

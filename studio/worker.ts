@@ -40,57 +40,54 @@ async function answer(question: Question): Promise<Answer> {
   switch (question.kind) {
     case "start":
       core = await Core.start(question.module);
-      return { kind: "start" };
+      return null;
     case "load": {
       const read = core.read(question.image);
       robots.get(question.robot)?.free();
       robots.set(question.robot, read);
       forget();
-      return { kind: "load", text: read.text };
+      return { text: read.text };
     }
     case "swim":
-      return {
-        kind: "swim",
-        quantities: robot(question.robot).swim(question.model, question.gait, question.follow),
-      };
+      return { quantities: robot(question.robot).swim(question.model, question.gait, question.follow) };
     case "path":
-      return { kind: "path", path: robot(question.robot).path(question.model, question.gait) };
+      return { path: robot(question.robot).path(question.model, question.gait) };
     case "gradient":
-      return { kind: "gradient", derivatives: robot(question.robot).gradient(question.model, question.gait) };
+      return { derivatives: robot(question.robot).gradient(question.model, question.gait) };
     case "point": {
       const swimmer = robot(question.robot);
       const quantities = swimmer.swim(question.model, question.gait, false);
-      return { kind: "point", quantities, derivatives: swimmer.gradient(question.model, question.gait) };
+      return { quantities, derivatives: swimmer.gradient(question.model, question.gait) };
     }
     case "sweep":
-      return { kind: "sweep", quantities: robot(question.robot).swim(question.model, question.gaits, false) };
+      return { quantities: robot(question.robot).swim(question.model, question.gaits, false) };
     case "samples":
       for (const sample of sampled.samples) sample.free();
       sampled = { robot: question.robot, samples: question.images.map((image) => core.read(image)) };
-      return { kind: "samples" };
+      return null;
     case "spread": {
       if (sampled.robot !== question.robot) throw new Error(`no samples of ${question.robot} were loaded`);
       const parts = sampled.samples.map((sample) => sample.swim(0, question.gaits, false));
-      return { kind: "spread", quantities: joined(parts) };
+      return { quantities: joined(parts) };
     }
     case "twin":
       twin?.free();
       twin = core.twin(robot(question.robot));
-      return { kind: "twin", columns: twin.columns };
+      return { columns: twin.columns };
     case "fly":
       twin?.free();
       twin = core.fly(robot(question.robot), question.mission, question.seed);
-      return { kind: "fly", columns: twin.columns };
+      return { columns: twin.columns };
     case "flown": {
       if (twin === null) throw new Error("no mission was started");
       const rows = twin.advance(question.rows, question.every);
-      return { kind: "flown", rows, over: rows.length < question.rows * twin.width };
+      return { rows, over: rows.length < question.rows * twin.width };
     }
     case "tick":
       if (twin === null) throw new Error("no twin was started");
       twin.command(question.gait, question.armed);
       for (const { kind, first, last } of question.broken) twin.break(kind, first, last);
-      return { kind: "tick", rows: twin.advance(question.ticks) };
+      return { rows: twin.advance(question.ticks) };
   }
 }
 

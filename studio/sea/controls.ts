@@ -1,5 +1,5 @@
 // What is chosen in the Sea view: mission and seed, a log, colors of the track, camera.
-import { element } from "../dom.ts";
+import { button, element, labeled } from "../dom.ts";
 import { BY, type By } from "./colors.ts";
 import type { Mission } from "./flight.ts";
 import { type Sight, STRETCHES } from "./picture.ts";
@@ -120,17 +120,4 @@ export class Controls {
     row.append(this.sights, zoom, labeled("vertical scale ", this.stretch));
     return row;
   }
-}
-
-function button(text: string, pressed: () => void): HTMLButtonElement {
-  const made = element("button", "", text);
-  made.type = "button";
-  made.addEventListener("click", pressed);
-  return made;
-}
-
-function labeled(text: string, control: HTMLElement): HTMLElement {
-  const label = element("label", "choice", text);
-  label.append(control);
-  return label;
 }

@@ -1,5 +1,7 @@
 // A flight: rows of what the robot did and believed, ten a second, of a mission that is flown or of a log.
 
+import type { Column } from "../core.ts";
+
 /** A place to go to: east, north, depth on the way there [m], speed [m/s], radius within which it is reached [m]. */
 export type Waypoint = readonly [number, number, number, number, number];
 export type Place = readonly [number, number]; // east, north [m]
@@ -22,11 +24,6 @@ export interface Mission {
 export interface Said {
   name: string;
   text: string;
-}
-
-export interface Column {
-  name: string;
-  width: number;
 }
 
 /** What does not change during a flight. */

@@ -1,5 +1,6 @@
 // Logs of missions: what `hypertuna mission FILE -o x.mcap` writes, read into rows; the sentences are the program's.
-import type { Column, Head, Mission, Place, Waypoint } from "./flight.ts";
+import type { Column } from "../core.ts";
+import type { Head, Mission, Place, Waypoint } from "./flight.ts";
 import { isMcap, type Messages, messagesOf } from "./mcap.ts";
 
 export interface Log {

@@ -3,9 +3,11 @@
 Each test runs twice: in the shared library of this machine, and in Node.js in the WebAssembly that browsers run.
 """
 
+import ctypes
 import json
 import math
 import re
+import runpy
 import struct
 import zlib
 from collections.abc import Iterator
@@ -15,7 +17,8 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from host_library import ROBOTS, Host, InNode, Native, Robot, Twin
+from host_library import ROBOTS, TOP, Host, InNode, Native, Robot, Start, Twin
+from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
@@ -35,6 +38,7 @@ ITERATED = {
     "arrived",
     "approach_beats",
 }  # rounding, or its way there
+INTERFACE = runpy.run_path(str(TOP / "make/interface.py"))
 COLUMNS = (2, "9999dae3")  # version of the image, and the digest of all names of its columns
 ROUNDING = {"turn_rate": 1e-10, "turn_radius": 1e-9, "spectral_radius": 1e-10}  # where the number itself is zero
 
@@ -244,6 +248,27 @@ def test_a_change_of_the_columns_changes_the_version() -> None:
     names = {re.sub(r"\.\d+\.", ".#.", name) for name in columns_of(robot_image(ht.load("hypertuna")))}  # has all
     digest = zlib.crc32("\n".join(sorted(names)).encode())
     assert (VERSION, f"{digest:08x}") == COLUMNS, "raise VERSION, and image_version in hosts/image.hpp"
+
+
+# --- what the studio knows of the core
+
+
+def test_the_studio_binds_every_function_or_excludes_it() -> None:
+    code = (TOP / "studio/core.ts").read_text(encoding="utf-8")
+    known = set(re.findall(r"\b(ht_\w+)\(", (TOP / "hosts/hypertuna.h").read_text(encoding="utf-8")))
+    assert known == INTERFACE["functions"]().keys()
+    assert known - set(INTERFACE["EXCLUDED"]) == set(re.findall(r"\bwasm\.(ht_\w+)", code))
+    assert set(INTERFACE["EXCLUDED"]) < known
+
+
+def test_the_studio_s_interface_is_of_the_present_header_and_lists() -> None:
+    written = (TOP / "studio/interface.ts").read_text(encoding="utf-8")
+    assert written == INTERFACE["written"](), "run `python make/interface.py > studio/interface.ts`"
+    places = INTERFACE["layout"]("ht_start")
+    assert places.pop("size") == ctypes.sizeof(Start)
+    assert places == {name: getattr(Start, name).offset for name, *_ in Start._fields_}
+    assert tuple(INTERFACE["members"]("FaultKind")) == tuple(_core.fault_kinds())
+    assert tuple(INTERFACE["members"]("BeatStatus")) == STATUSES
 
 
 # --- the text
