@@ -8,14 +8,10 @@ import lzma
 import zlib
 from typing import Any, NamedTuple
 
-from hypertuna.description.schema.base import Part
-from hypertuna.description.schema.control import Controller, Guidance
-from hypertuna.description.schema.firmware import Firmware
-from hypertuna.firmware.parameters import FirmwareTable, Parameter
+from hypertuna.firmware.parameters import TABLES, FirmwareTable, Parameter
 
 GENERAL, PARAMETERS = "general.json", "parameters.json.xz"  # names in firmware/app/radio/files.hpp
 SI = {"deg": "rad", "deg/s": "rad/s", "us": "s", "us/rad": "s/rad"}
-TABLES: dict[str, type[Part]] = {"controller": Controller, "pilot": Guidance, "limits": Firmware}
 TEXTS = {  # of parameters that are no keys of a robot's file: text and unit of zero and scale
     "amplitude": ("largest amplitude of joint", "rad"),
     "curvature": ("curvature of the path at the largest bias of the tail", "1/m"),
