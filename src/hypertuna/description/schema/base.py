@@ -85,6 +85,15 @@ Name = Annotated[str, Field(min_length=1), AfterValidator(_name)]
 Named = AfterValidator(_names)  # of a table of named entries
 
 
+class Scale(NamedTuple):
+    """Estimate of a key from HyperTuna's: in words, and powers of another robot's length, mass and speed over its."""
+
+    words: str
+    length: int = 0
+    mass: int = 0
+    speed: int = 0
+
+
 class Radio(NamedTuple):
     """A parameter of the firmware: range in which the radio may set a number, as fractions of its value.
 
@@ -108,6 +117,7 @@ class Key(NamedTuple):
     how: str  # to find its value; empty: as its table says
     usual: tuple[float, float] | None  # range in the unit of the file, for robots in a lab, a lake or at sea
     radio: Radio | None
+    scale: Scale | None
     options: dict[str, Any]
 
     def field(self, attribute: str) -> Any:
@@ -126,10 +136,11 @@ def entry(
     how: str = "",
     usual: tuple[float, float] | None = None,
     radio: Radio | None = None,
+    scale: Scale | None = None,
     **options: Any,
 ) -> Any:
     """Declare a key of the file, named by its attribute and unit unless `key` is given, with what users need of it."""
-    return Key(description, unit, key, how, usual, radio, options)
+    return Key(description, unit, key, how, usual, radio, scale, options)
 
 
 class Check(NamedTuple):

@@ -17,6 +17,7 @@ from hypertuna.description.schema.base import (
     PositiveFraction,
     Radio,
     Real,
+    Scale,
     Text,
     entry,
     number,
@@ -25,6 +26,11 @@ from hypertuna.description.schema.base import (
 from hypertuna.errors import did_you_mean
 from hypertuna.ranges import Range
 
+LENGTH = Scale("as HyperTuna's in body lengths", length=1)
+MASS = Scale("HyperTuna's in proportion to the mass", mass=1)
+SPEED = Scale("HyperTuna's in proportion to the speed of the gait", speed=1)
+TIME = Scale("HyperTuna's way at this robot's speed", speed=-1)
+RATE = Scale("as HyperTuna's in body lengths traveled", length=-1, speed=1)
 WORKING = 0.8  # of the soft limit: the working pressure by default
 Smoothing = Annotated[float, number(Range(min=1e-3))]  # s: the controller divides by it
 
@@ -235,22 +241,24 @@ class Guidance(Part, table="guidance", how="as HyperTuna's; tune on the twin at 
     start_error: Positive = entry("standard deviation of the start's position", "m")
 
     bias_max: tuple[PositiveDegrees, ...] = entry("largest tail bias that steers, of each joint group", "deg")
-    heading_rate: Positive = entry("bandwidth of the heading loop", "1/s", radio=Radio(1))
+    heading_rate: Positive = entry("bandwidth of the heading loop", "1/s", radio=Radio(1), scale=RATE)
     turn_max: PositiveDegrees = entry(
-        "largest turning rate that the pilot commands", "deg/s", usual=(1.6, 400.0), radio=Radio(4)
+        "largest turning rate that the pilot commands", "deg/s", usual=(1.6, 400.0), radio=Radio(4), scale=RATE
     )
     rate_gain: NotNegative = entry("gain on the error of the turning rate", radio=Radio(3))
-    heading_integral: NotNegative = entry("integral gain of the heading loop", "1/s", radio=Radio(2))
-    lookahead: Positive = entry("lookahead distance along the leg", "m", usual=(0.1, 100.0), radio=Radio(6))
-    depth_lookahead: Positive = entry("lookahead distance in depth", "m", radio=Radio(7))
+    heading_integral: NotNegative = entry("integral gain of the heading loop", "1/s", radio=Radio(2), scale=RATE)
+    lookahead: Positive = entry(
+        "lookahead distance along the leg", "m", usual=(0.1, 100.0), radio=Radio(6), scale=LENGTH
+    )
+    depth_lookahead: Positive = entry("lookahead distance in depth", "m", radio=Radio(7), scale=LENGTH)
     climb_max: PositiveDegrees = entry("steepest path angle that the pilot commands", "deg", usual=(1.6, 90.0))
     pitch_max: PositiveDegrees = entry("pitch at which the commanded path angle is zero", "deg", usual=(1.6, 90.0))
-    depth_integral: NotNegative = entry("integral gain of the depth loop", "1/s", radio=Radio(8))
+    depth_integral: NotNegative = entry("integral gain of the depth loop", "1/s", radio=Radio(8), scale=RATE)
     climb_lead: Positive = entry("fin angle per commanded path angle", radio=Radio(9))
     climb_gain: NotNegative = entry("fin angle per error of the path angle", radio=Radio(10))
     pitch_gain: Real = entry("fin angle per pitch, opposed to the pitch")
     pitch_damping: NotNegative = entry("fin angle per pitch rate, against it", "s", radio=Radio(11))
-    speed_min: Positive = entry("minimum speed that the steering gains assume", "m/s", radio=Radio(12))
+    speed_min: Positive = entry("minimum speed that the steering gains assume", "m/s", radio=Radio(12), scale=SPEED)
 
     surface_depth: Positive = entry(
         "depth above which the robot counts as at the surface", "m", usual=(0.005, 5.0), radio=Radio(13)
@@ -272,15 +280,16 @@ class Guidance(Part, table="guidance", how="as HyperTuna's; tune on the twin at 
     fin_min: PositiveDegrees = entry("fin angle above which the roll is monitored", "deg")
     fin_after: Positive = entry("time of the roll after which the fin is lost", "s")
     single_fin_max: PositiveDegrees = entry("largest angle of the fin that still works", "deg", usual=(1.6, 90.0))
-    response_time: Positive = entry("time within which the depth must respond to fins at their limit", "s")
+    response_time: Positive = entry("time within which the depth must respond to fins at their limit", "s", scale=TIME)
     response_depth: Positive = entry("change of depth that counts as a response", "m")
     blind_fin: PositiveDegrees = entry("fin angle during ascent without depth sensor or IMU", "deg")
-    blind_speed: Positive = entry("speed during ascent without an IMU", "m/s")
+    blind_speed: Positive = entry("speed during ascent without an IMU", "m/s", scale=SPEED)
     power: Positive = entry(
         "electrical power at the fastest gait, for the energy to reach home",
         "W",
         how="wattmeter at the fastest of the gaits, or `hypertuna twin`",
         usual=(0.02, 1e4),
+        scale=MASS,
     )
     overhead: NotNegative = entry(
         "time added to every estimated return home", "s", how="fly the mission on the twin (`hypertuna mission`)"
