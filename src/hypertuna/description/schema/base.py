@@ -118,6 +118,7 @@ class Key(NamedTuple):
     usual: tuple[float, float] | None  # range in the unit of the file, for robots in a lab, a lake or at sea
     radio: Radio | None
     scale: Scale | None
+    follows: Mapping[str, int]  # powers of factors on the length, the mass and the height of its link
     options: dict[str, Any]
 
     def field(self, attribute: str) -> Any:
@@ -137,10 +138,11 @@ def entry(
     usual: tuple[float, float] | None = None,
     radio: Radio | None = None,
     scale: Scale | None = None,
+    follows: Mapping[str, int] | None = None,
     **options: Any,
 ) -> Any:
     """Declare a key of the file, named by its attribute and unit unless `key` is given, with what users need of it."""
-    return Key(description, unit, key, how, usual, radio, scale, options)
+    return Key(description, unit, key, how, usual, radio, scale, follows or {}, options)
 
 
 class Check(NamedTuple):
