@@ -6,12 +6,13 @@ knob of few steps may have v by step instead.
 """
 
 import copy
-import itertools
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
@@ -149,20 +150,11 @@ def _given(document: Mapping[str, Any], powers: Mapping[str, int]) -> dict[str, 
 
 
 def _table(document: Any, key: str) -> tuple[Any, Any]:
-    """Return the table or list of a document that a key is in, and its name or index there."""
-    *path, last = _parts(key)
+    """Return the table or list of a document that a key such as ``links.length_m[3]`` is in, and its name there."""
+    *path, last = (int(part) if part.isdigit() else part for part in re.split(r"[.\[]", key.replace("]", "")))
     for part in path:
         document = document[part]
     return document, last
-
-
-def _parts(key: str) -> Iterator[str | int]:
-    """Split a key such as ``links.length_m[3]``."""
-    for part in key.split("."):
-        name, bracket, index = part.partition("[")
-        yield name
-        if bracket:
-            yield int(index[:-1])
 
 
 # --- laws
@@ -231,10 +223,10 @@ def _values(knob: Knob, document: Mapping[str, Any], numbers: Numbers, present: 
     for name, before in present.items():
         if name.startswith(KEPT):
             continue
-        for k in np.flatnonzero(np.logical_or.reduce([_differ(before, one[name]) for one in found])):
-            values = tuple(float(one[name][k]) for one in found)
-            straight = all(_same(x, float(before[k]) * f) for x, f in zip(values, knob.steps, strict=True))
-            laws[name, int(k)] = (1,) if straight else (values,)
+        rows = np.array([one[name] for one in found])  # (steps, n)
+        straight = _all_close(rows, np.outer(knob.steps, before))
+        for k in np.flatnonzero(~_all_close(rows, before)):
+            laws[name, int(k)] = (1,) if straight[k] else (tuple(rows[:, k].tolist()),)
     return Laws() if ("run.steps", 0) in laws else laws
 
 
@@ -253,15 +245,9 @@ def _twin_follows(knobs: list[Knob], document: Mapping[str, Any], steps: Callabl
         return False
 
 
-def _same(a: float, b: float) -> bool:
-    return bool(abs(a - b) <= SAME * max(abs(a), abs(b)))
-
-
-def _differ(a: Array, b: Array) -> Array:
-    """Whether numbers (n,) differ by more than rounding."""
-    with np.errstate(invalid="ignore"):
-        close = abs(a - b) <= SAME * np.maximum(abs(a), abs(b))
-    return np.asarray(~(close | (a == b)))
+def _all_close(rows: Array, others: Array) -> NDArray[np.bool_]:
+    """Whether the numbers of each column (n,) differ by no more than rounding, in all rows."""
+    return np.asarray(np.isclose(rows, others, rtol=SAME, atol=0.0, equal_nan=True).all(axis=0))
 
 
 # --- text
@@ -282,15 +268,8 @@ def _written(knob: Knob, source: Source, twin: bool | None) -> dict[str, Any]:
 
 def _grouped(knob: Knob, twin: bool) -> dict[str, list[list[Any]]]:
     """Return the laws by column: place and law; `models.*.` are all models that have the column."""
-    laws: dict[str, list[list[Any]]] = {}
+    laws: dict[str, dict[int, list[Any]]] = {}
     for (name, k), law in knob.laws.items():
-        if not name.startswith("text.") and (twin or name.startswith("models.")):
-            laws.setdefault(name, []).append([k, *law])
-    plain = {name: law for name, law in laws.items() if not name.startswith("models.")}
-    of_models = sorted((name.split(".", 2)[2], law) for name, law in laws.items() if name.startswith("models."))
-    for column, group in itertools.groupby(of_models, key=lambda one: one[0]):
-        rows = [row for _, row in group]
-        if any(row != rows[0] for row in rows):
-            raise AssertionError(f"the models' column {column} follows different laws")
-        plain[f"models.*.{column}"] = rows[0]
-    return plain
+        if name.startswith("models.") or (twin and not name.startswith("text.")):
+            laws.setdefault(re.sub(r"^models\.\d+", "models.*", name), {})[k] = [k, *law]
+    return {column: [*rows.values()] for column, rows in laws.items()}
