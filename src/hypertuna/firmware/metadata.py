@@ -20,7 +20,6 @@ TEXTS = {  # of parameters that are no keys of a robot's file: text and unit of 
     "timeout_ticks": ("time without a command after which the tail rests, in ticks of the controller", ""),
     "tilt_max": ("sine of roll or pitch beyond which the tail rests", ""),
 }
-GROUPS = {"controller": "Controller", "pilot": "Pilot", "calibration": "Calibration", "limits": "Limits"}
 DIGITS = 6  # of numbers: the last bit of a fit differs from machine to machine
 
 
@@ -52,7 +51,7 @@ def _entry(table: FirmwareTable, parameter: Parameter) -> dict[str, Any]:
     number = f" {index}" if parameter.name.endswith(f"_{index}") else ""
     text, unit = describe(part, column, parameter.name)
     numbers = {"min": parameter.low, "max": parameter.high, "default": parameter.standard}
-    made = {"name": parameter.name.upper(), "type": "Float", "group": GROUPS[part], "shortDesc": f"{text}{number}"}
+    made = {"name": parameter.name.upper(), "type": "Float", "group": part.capitalize(), "shortDesc": f"{text}{number}"}
     return (
         made | {key: float(f"{value:.{DIGITS}g}") for key, value in numbers.items()} | ({"units": unit} if unit else {})
     )

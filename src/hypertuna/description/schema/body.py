@@ -206,10 +206,7 @@ class Fins(Part, table="fins", how="ruler"):
     """The pair of pectoral fins: flat plates on both sides of the head, pitched by servos."""
 
     x: NotNegative = entry(
-        "distance of the centers of area from the nose, along the head",
-        "m",
-        usual=(0.002, 10.0),
-        follows={"length": 1},
+        "distance of the centers of area from the nose, along the head", "m", usual=(0.002, 10.0), follows={"length": 1}
     )
     y: Positive = entry("distance of the centers of area from the middle plane", "m", usual=(0.002, 5.0))
     z: Real = entry("height of the centers of area above the axis through the joints", "m")
