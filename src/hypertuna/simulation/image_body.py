@@ -7,7 +7,7 @@ knob of few steps may have v by step instead.
 
 import copy
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -59,7 +59,7 @@ class Knob:
 
 
 def body_facts(
-    robot: Robot, models: Iterable[Robot], numbers: Numbers, steps: Callable[[Robot], int]
+    robot: Robot, models: Sequence[Robot], numbers: Numbers, steps: Callable[[Robot], int]
 ) -> tuple[dict[str, Any], Source]:
     """Return the knobs of a robot's body as the image's text has them, and the source that holds their values.
 
@@ -69,14 +69,13 @@ def body_facts(
     source = source_of(robot)
     knobs = [knob for knob in _knobs(robot, document) if source.holds([*knob.powers, *knob.sums])]
     present = numbers(robot)
-    kinds = list(models)
     for knob in knobs:
         if knob.steps:
             knob.laws = _values(knob, document, numbers, present)
             continue
         for knob.range in RANGES:
             if None not in [_changed(document, [knob], {knob.name: factor}) for factor in knob.range]:
-                knob.laws = _laws(knob, robot, kinds, present)
+                knob.laws = _laws(knob, robot, models, present)
                 break
     knobs = [knob for knob in knobs if knob.laws]
     twin = None if why_no_twin(robot) else _twin_follows(knobs, document, steps, steps(robot))
