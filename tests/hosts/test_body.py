@@ -218,3 +218,11 @@ def test_numbers_follow_factors_as_their_keys_are_declared(make: str) -> None:
         changed = robot_image(parse(with_factors(document, list(_knobs(robot, document)), factors)))
         expected = follow(columns_of(image), knobs, factors)
         assert different(columns_of(changed), expected) == []
+
+
+def test_a_silicone_that_a_pump_cannot_bend_is_no_knob() -> None:
+    """The pump of a tiny fish turns too little for the reach of softer or stiffer joints."""
+    lengths = [0.154, 0.00513, 0.0411]
+    text = first_robot("tiny", joints=["a", "b"], actuation="hydraulic", lengths=lengths, mass=0.016)
+    robot = parse(tomllib.loads(text))
+    assert [knob["name"] for knob in text_of(robot_image(robot))["body"]["knobs"]][-1] == "fin"

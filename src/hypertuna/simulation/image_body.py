@@ -215,9 +215,9 @@ def _sums(kind: str, link: int, robot: Robot, models: int) -> Laws:
 def _values(knob: Knob, document: Mapping[str, Any], numbers: Numbers, present: Mapping[str, Array]) -> Laws:
     """Find powers and values of numbers at the steps of a knob; none where the twin needs other steps of its own."""
     knob.range, laws = (knob.steps[0], knob.steps[-1]), Laws()
-    robots = [_changed(document, [knob], {knob.name: factor}) for factor in knob.steps]
-    found = [numbers(one) for one in robots if one is not None]
-    if len(found) < len(robots):
+    try:
+        found = [numbers(parse(with_factors(document, [knob], {knob.name: factor}))) for factor in knob.steps]
+    except InputError:  # no robot, or none whose pumps reach all bends
         return laws
     for name, before in present.items():
         if name.startswith(KEPT):
