@@ -3,6 +3,7 @@
 The page's own code makes the changed images and files here, in Node.js.
 """
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,12 @@ from typer.testing import CliRunner
 import hypertuna as ht
 from host_library import ROBOTS, InNode
 from host_library import Robot as InHost
+from hypertuna.actuation.new import first_robot
 from hypertuna.arrays import Array
 from hypertuna.cli.main import app
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
-from hypertuna.simulation.image_body import KEPT
+from hypertuna.simulation.image_body import KEPT, _knobs, with_factors
 from hypertuna.simulation.image_source import Source, checked_places, number_at, source_of
 from hypertuna.simulation.image_text import body_text, numbers_of_text
 from hypertuna.swimming.gait import Gait
@@ -176,26 +178,51 @@ def test_bodies_that_are_no_robots_or_have_no_twin_are_no_fault_of_the_image(mon
     assert not any(knob["twin"] for knob in text_of(robot_image(robot))["body"]["knobs"])
 
 
-def test_knobs_that_follow_no_law_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A model's number that follows a factor in no known way takes its knob away; a twin's, the twin."""
-    from hypertuna.simulation import image as image_module
+def with_inertias(robot: ht.Robot) -> ht.Robot:
+    """Return a robot whose file gives the moments of inertia that are an ellipsoid's by default."""
+    document = robot.document()
+    document["spatial"] |= {f"inertia_{axis}_kg_m2": [2e-3] * len(robot.links.name) for axis in ("roll", "pitch")}
+    document["links"]["inertia_kg_m2"] = list(robot.links.inertia)
+    return parse(document)
 
-    robot = ht.load("examples/servofish.toml")
-    plain = image_module._model_columns
 
-    def bent(one: Any, models: Any) -> dict[str, Any]:
-        columns = plain(one, models)
-        return columns | {"models.0.body_length": columns["models.0.body_length"] + np.sin(one.links.length[1])}
+def follow(columns: dict[str, Array], knobs: list[dict[str, Any]], factors: dict[str, float]) -> dict[str, Array]:
+    """Return the columns with factors on the knobs, as the image says: sums first, then products."""
+    found = {name: values.ravel().copy() for name, values in columns.items()}
+    laws = [
+        (name, place, law, factors.get(knob["name"], 1.0))
+        for knob in knobs
+        for column, rows in knob["columns"].items()
+        for name in columns
+        if re.fullmatch(re.escape(column).replace(r"\*", r"\d+"), name)
+        for place, *law in rows
+    ]
+    for name, place, law, factor in laws:
+        found[name][place] += law[1] * (factor ** law[0] - 1) if len(law) == 2 else 0.0
+    for name, place, law, factor in laws:
+        found[name][place] *= factor ** law[0] if len(law) == 1 else 1.0
+    return {name: values.reshape(columns[name].shape) for name, values in found.items()}
 
-    monkeypatch.setattr(image_module, "_model_columns", bent)
-    names = [knob["name"] for knob in text_of(robot_image(robot))["body"]["knobs"]]
-    assert "length-1" not in names
-    assert "length-0" in names
-    monkeypatch.setattr(image_module, "_model_columns", plain)
-    world = image_module.sea_columns
-    monkeypatch.setattr(
-        image_module, "sea_columns", lambda one, sea: world(one, sea) | {"sea.bottom": np.sin(one.links.mass[2])}
-    )
-    knobs = {knob["name"]: knob for knob in text_of(robot_image(robot))["body"]["knobs"]}
-    assert [name for name, knob in knobs.items() if not knob["twin"]] == ["mass-2"]
-    assert not any(column.startswith(("plant.", "world.")) for column in knobs["mass-2"]["columns"])
+
+@pytest.mark.parametrize("make", ["servofish", "minnow", "sea", "inertias"])
+def test_numbers_follow_factors_as_their_keys_are_declared(make: str) -> None:
+    """Every number of the image at once, without the page: of robots without a twin, with servos, at sea."""
+    sea = parse(tomllib.loads(first_robot("sea", links=3, length=0.6, actuation="servo", sea=True)))
+    made = {"sea": lambda: sea, "inertias": lambda: with_inertias(sea)}
+    robot = made.get(make, lambda: ht.load(f"examples/{make}.toml"))()
+    image, document = robot_image(robot), robot.document()
+    knobs = text_of(image)["body"]["knobs"]
+    links = len(robot.links.name)
+    assert len(knobs) == 2 * links + 1
+    for factors in bodies(image, seed=3):
+        changed = robot_image(parse(with_factors(document, list(_knobs(robot, document)), factors)))
+        expected = follow(columns_of(image), knobs, factors)
+        assert different(columns_of(changed), expected) == []
+
+
+def test_a_silicone_that_a_pump_cannot_bend_is_no_knob() -> None:
+    """The pump of a tiny fish turns too little for the reach of softer or stiffer joints."""
+    lengths = [0.154, 0.00513, 0.0411]
+    text = first_robot("tiny", joints=["a", "b"], actuation="hydraulic", lengths=lengths, mass=0.016)
+    robot = parse(tomllib.loads(text))
+    assert [knob["name"] for knob in text_of(robot_image(robot))["body"]["knobs"]][-1] == "fin"

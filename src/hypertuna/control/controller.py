@@ -15,6 +15,7 @@ from hypertuna.actuation.hydraulics import SIDES, Circuits, circuits, rated_volt
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.arrays import Array, rounded_number, rounded_parts, without_last_bit
 from hypertuna.description.robot import Robot, joint_key, require
+from hypertuna.description.schema.base import Part
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.control import Controller
 from hypertuna.description.schema.hydraulics import HOTTEST, JointServo
@@ -152,10 +153,13 @@ def _fill(robot: Robot, joint: int) -> float:
     return float(require(robot.joints[joint].line, "joints.line", robot).fill_pressure)
 
 
-# Constants that are in the table [controller] under the same name.
-PLAIN = (
-    *("learning", "voltage_low", "frequency_max", "fin_max", "pulse_center", "pulse_per_rad", "pulse_min", "pulse_max"),
-)
+def given_constants(part: str, table: Part) -> dict[str, float]:
+    """Return the keys of a table that the core's part has under the same name, not one by joint or gait."""
+    fields = _core.pilot_fields(2, 2)
+    several = {name for _, name, index in fields if index > 0}
+    names = {name for of, name, _ in fields if of == part} - several
+    values = {name: getattr(table, name) for name in table.declared if name in names}
+    return {name: float(value) for name, value in values.items() if value is not None}
 
 
 def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
@@ -169,7 +173,7 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
         for quantity in ("current", "voltage", "rate", "acceleration")
     )
     limits = ("pressure_soft", "pressure_hard", "pressure_step")
-    values = {name: getattr(control, name) for name in PLAIN} | {
+    values = given_constants("controller", control) | {
         **{name: require(getattr(control, name), f"controller.{name}_pa", robot) if oil else 0.0 for name in limits},
         "pressure_work": (control.works_at or 0.0) if oil else 0.0,
         "tick": tick,

@@ -13,7 +13,7 @@ import numpy as np
 from hypertuna import _core
 from hypertuna.actuation.battery import battery_columns, range_of
 from hypertuna.arrays import rounded_number
-from hypertuna.control.controller import controller_columns, sensor_range
+from hypertuna.control.controller import controller_columns, given_constants, sensor_range
 from hypertuna.control.mission import Mission
 from hypertuna.control.sensors import STANDARD_AIR, sensor_of
 from hypertuna.description.at_sea import antenna_of
@@ -145,20 +145,9 @@ def error_of_fixes(robot: Robot) -> float:
     return FIXED * math.hypot(position.bias, position.noise / 3)
 
 
-# Constants that are in the table [guidance] under the same name.
-PLAIN = (
-    *("gravity_rate", "field_rate", "depth_rate", "position_walk", "current_walk", "current_error"),
-    *("factor_error", "factor_walk", "start_error", "heading_rate", "rate_gain", "heading_integral"),
-    *("lookahead", "depth_lookahead", "depth_integral", "climb_lead", "climb_gain", "pitch_gain"),
-    *("pitch_damping", "turn_max", "speed_min", "drift_max", "surface_depth", "fence_margin"),
-    *("error_max", "error_near", "error_lost", "drift_error_max", "fix_timeout", "retry", "compass_timeout"),
-    *("fin_min", "fin_after", "single_fin_max", "response_time", "response_depth", "blind_fin", "overhead"),
-)
-
-
 def _plain(pilot: Guidance) -> dict[str, float]:
     """Return the constants that depend on the table [guidance] alone."""
-    return {name: float(getattr(pilot, name)) for name in PLAIN} | {
+    return given_constants("pilot", pilot) | {
         **{name: rounded_number(math.sin(getattr(pilot, name))) for name in ("fin_tilt", "pitch_max", "climb_max")},
         "lost_after": pilot.sensor_timeout,
         "slow": pilot.blind_speed,

@@ -8,6 +8,7 @@ from typing import Any
 from hypertuna import _core
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.robot import Robot
+from hypertuna.description.schema.control import Guidance
 from hypertuna.description.shape import DENSITY, Shape
 from hypertuna.description.twin import AT_SEA, new_command, require_groups
 from hypertuna.errors import InputError
@@ -18,12 +19,7 @@ HEEL, LONE = 2.6, 20.0  # deg: more than full turns heel such robots; fins from 
 ROLL = 0.6  # natural frequency of roll over that of the beat; 0.4 to 0.6 on HyperTuna
 DIVES = 0.65  # speed of cruise over that of inversion; 0.58 on HyperTuna at 2 Hz
 
-# keys of the pilot by what they scale with: length, speed, time over a given way, rate of body lengths
-LENGTHS = ("lookahead_m", "depth_lookahead_m")
-SPEEDS = ("speed_min_m_s", "blind_speed_m_s")
-TIMES = ("response_time_s",)
-RATES = ("heading_rate_1_s", "heading_integral_1_s", "depth_integral_1_s", "turn_max_deg_s")
-
+SCALES = {Guidance.model_fields[name].alias or name: key.scale for name, key in Guidance.declared.items() if key.scale}
 SOURCES = {
     "spatial.com_height_m": f"estimate: ballast in the head, so low that roll has {ROLL:g} of the frequency of the "
     "beat: at the same frequency the robot would roll far; higher ballast would hold its pitch at low speeds only",
@@ -44,24 +40,12 @@ SOURCES = {
     "gaits.slow": "estimate: half of the amplitudes of cruise, at 0.85 of its frequency, to stay above that of roll",
     "guidance.gaits": "estimate: all of them",
     "guidance.bias_max_deg": "estimate: half of the gait's amplitudes, as HyperTuna's, as far as the joints bend",
-    "guidance.lookahead_m": "estimate: as HyperTuna's in body lengths",
-    "guidance.depth_lookahead_m": "estimate: as HyperTuna's in body lengths",
-    **dict.fromkeys(
-        ("guidance.heading_rate_1_s", "guidance.heading_integral_1_s", "guidance.depth_integral_1_s"),
-        "estimate: as HyperTuna's in body lengths traveled",
-    ),
-    "guidance.turn_max_deg_s": "estimate: as HyperTuna's in body lengths traveled",
     **dict.fromkeys(
         ("guidance.fin_tilt_deg", "guidance.fin_min_deg"),
         f"estimate: between the heel of a full turn in a dive, about 2 deg, and the 3 deg by which a lone fin at "
         f"{LONE:g} deg rolls such robots",
     ),
-    "guidance.response_time_s": "estimate: HyperTuna's way at this robot's speed",
-    **dict.fromkeys(
-        ("guidance.speed_min_m_s", "guidance.blind_speed_m_s"),
-        "estimate: HyperTuna's in proportion to the speed of the gait",
-    ),
-    "guidance.power_w": "estimate: HyperTuna's in proportion to the mass",
+    **{f"guidance.{key}": f"estimate: {scale.words}" for key, scale in SCALES.items()},
     "firmware": "estimate: as HyperTuna's, see robots/hypertuna.toml; pins of a Teensy 4.1 in their order",
     "firmware.voltage_empty_v": "estimate: 15/16 of controller.voltage_low_v, as HyperTuna's",
 }
@@ -124,11 +108,13 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
     pilot |= {"fin_tilt_deg": HEEL, "fin_min_deg": LONE}
     bends = [(a, group["bend_max_deg"]) for a, group in zip(gait["amplitude_deg"], document["joints"], strict=True)]
     pilot |= {"gaits": ["slow", "cruise"], "bias_max_deg": [round(min(a / 2, bend - a), 1) for a, bend in bends]}
-    longer, faster = shape.length / tuna["body"]["length_m"], speed / tuna["guidance"]["speed_m_s"][0]
-    heavier = shape.mass / tuna["body"]["mass_kg"]
-    scales = {longer: LENGTHS, faster: SPEEDS, 1 / faster: TIMES, faster / longer: RATES}
-    pilot |= {key: float(f"{scale * pilot[key]:.2g}") for scale, keys in scales.items() for key in keys}
-    document["guidance"] = pilot | {"power_w": float(f"{heavier * pilot['power_w']:.2g}")}
+    ratios = (
+        *(shape.length / tuna["body"]["length_m"], shape.mass / tuna["body"]["mass_kg"]),
+        speed / tuna["guidance"]["speed_m_s"][0],
+    )
+    for key, (_, *powers) in SCALES.items():
+        pilot[key] = float(f"{math.prod(map(pow, ratios, powers)) * pilot[key]:.2g}")
+    document["guidance"] = pilot
     document["firmware"] = tuna["firmware"] | _pins(document["joints"])
     empty, low = tuna["firmware"]["voltage_empty_v"], tuna["controller"]["voltage_low_v"]
     document["firmware"]["voltage_empty_v"] = round(document["controller"]["voltage_low_v"] * empty / low, 1)

@@ -8,14 +8,10 @@ import lzma
 import zlib
 from typing import Any, NamedTuple
 
-from hypertuna.description.schema.base import Part
-from hypertuna.description.schema.control import Controller, Guidance
-from hypertuna.description.schema.firmware import Firmware
-from hypertuna.firmware.parameters import FirmwareTable, Parameter
+from hypertuna.firmware.parameters import TABLES, FirmwareTable, Parameter
 
 GENERAL, PARAMETERS = "general.json", "parameters.json.xz"  # names in firmware/app/radio/files.hpp
 SI = {"deg": "rad", "deg/s": "rad/s", "us": "s", "us/rad": "s/rad"}
-TABLES: dict[str, type[Part]] = {"controller": Controller, "pilot": Guidance, "limits": Firmware}
 TEXTS = {  # of parameters that are no keys of a robot's file: text and unit of zero and scale
     "amplitude": ("largest amplitude of joint", "rad"),
     "curvature": ("curvature of the path at the largest bias of the tail", "1/m"),
@@ -24,7 +20,6 @@ TEXTS = {  # of parameters that are no keys of a robot's file: text and unit of 
     "timeout_ticks": ("time without a command after which the tail rests, in ticks of the controller", ""),
     "tilt_max": ("sine of roll or pitch beyond which the tail rests", ""),
 }
-GROUPS = {"controller": "Controller", "pilot": "Pilot", "calibration": "Calibration", "limits": "Limits"}
 DIGITS = 6  # of numbers: the last bit of a fit differs from machine to machine
 
 
@@ -56,7 +51,7 @@ def _entry(table: FirmwareTable, parameter: Parameter) -> dict[str, Any]:
     number = f" {index}" if parameter.name.endswith(f"_{index}") else ""
     text, unit = describe(part, column, parameter.name)
     numbers = {"min": parameter.low, "max": parameter.high, "default": parameter.standard}
-    made = {"name": parameter.name.upper(), "type": "Float", "group": GROUPS[part], "shortDesc": f"{text}{number}"}
+    made = {"name": parameter.name.upper(), "type": "Float", "group": part.capitalize(), "shortDesc": f"{text}{number}"}
     return (
         made | {key: float(f"{value:.{DIGITS}g}") for key, value in numbers.items()} | ({"units": unit} if unit else {})
     )

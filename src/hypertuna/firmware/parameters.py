@@ -4,10 +4,9 @@ The numbers of controller, pilot, calibration and limits are one row, in the ord
 (firmware/app/vehicle/parameters.hpp). A parameter is a number of that row with a name and a range.
 """
 
-import itertools
 import math
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,6 +21,8 @@ from hypertuna.control.sensors import sensor_absent
 from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.description.robot import Robot, require
+from hypertuna.description.schema.base import Part, Radio
+from hypertuna.description.schema.control import Controller, Guidance
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.description.schema.firmware import wired as channel_wired
 from hypertuna.errors import InputError
@@ -69,69 +70,25 @@ class FirmwareTable:
         return self.values[[k for k, (_, column, _) in enumerate(self.fields) if column == name]]
 
 
-class _Rule(NamedTuple):
-    """Parameters of a column: their range as fractions of their value, or as bounds [SI]."""
-
-    part: str
-    name: str
-    low: float = 0.5
-    high: float = 2.0
-    bounds: bool = False
-    whole: bool = False
-    column: str = ""  # if it has another name
-
-
-PILOT = (  # columns of the pilot that may be set
-    "heading_rate", "heading_integral", "rate_gain", "turn_max", "curvature", "lookahead", "depth_lookahead",
-    "depth_integral", "climb_lead", "climb_gain", "pitch_damping", "speed_min", "surface_depth", "fence_margin",
-    "error_max", "fix_timeout",
-)  # fmt: skip
-
-# Over the radio a limit may only become tighter, and a gain may be halved or doubled.
-RULES = (
-    _Rule("controller", "learning", 0.0, 1.0, bounds=True),
-    _Rule("controller", "amplitude", 0.0, 1.0),
-    _Rule("controller", "pressure_work", 0.5, 1.0),
-    _Rule("controller", "pressure_soft", 0.5, 1.0),
-    _Rule("controller", "pressure_hard", 0.5, 1.0),
-    _Rule("controller", "frequency_max", 0.1, 1.0),
-    _Rule("controller", "fin_max", 0.0, 1.0),
-    _Rule("controller", "voltage_low", 1.0, 1.2),
-    _Rule("controller", "timeout_ticks", 0.2, 1.0, whole=True, column="timeout"),
-    _Rule("controller", "pulse_center", 0.9, 1.1),
-    _Rule("controller", "pulse_per_rad", 0.8, 1.25),
-    _Rule("controller", "pulse_min", 1.0, 1.5),
-    _Rule("controller", "pulse_max", 0.75, 1.0),
-    _Rule("controller", "slew", 0.1, 1.0),
-    *(_Rule("pilot", name) for name in PILOT),
-    *itertools.chain.from_iterable(
-        (
-            _Rule("calibration", f"{name}_zero", -CONVERTER, CONVERTER, bounds=True),
-            _Rule("calibration", f"{name}_scale", 0.25, 4.0),
-        )
-        for name in ANALOG
-    ),
-    _Rule("calibration", "rate_zero", -OFFSET, OFFSET, bounds=True),
-    _Rule("calibration", "rate_scale", 0.9, 1.1),
-    _Rule("calibration", "accel_zero", -OFFSET, OFFSET, bounds=True, column="acceleration_zero"),
-    _Rule("calibration", "accel_scale", 0.9, 1.1, column="acceleration_scale"),
-    _Rule("calibration", "depth_zero", 0.8, 1.2),
-    _Rule("calibration", "depth_scale", 0.9, 1.1),
-    _Rule("calibration", "field_zero", -SIGNED, SIGNED, bounds=True),
-    _Rule("calibration", "field_scale", 0.1, 200.0),  # counts of a compass depend on its chip
-    _Rule("calibration", "servo_trim", -TRIM, TRIM, bounds=True),
-    _Rule("limits", "manual_timeout", 0.1, 1.0),
-    _Rule("limits", "link_timeout", 0.2, 2.0),
-    _Rule("limits", "home_timeout", 0.2, 10.0),
-    _Rule("limits", "voltage_empty", 1.0, 1.2),
-    _Rule("limits", "tilt_max", 0.5, 1.0),
-    _Rule("limits", "rise_depth", 0.2, 4.0),
-    _Rule("limits", "depth_max", 0.05, 1.0),
-    _Rule("limits", "link_rate", 300.0, 115200.0, bounds=True),
-    _Rule("limits", "link_share", 0.05, 1.0, bounds=True),
-    _Rule("limits", "system_id", 1, 250, bounds=True, whole=True),
-    _Rule("limits", "sign", 0, 1, bounds=True, whole=True),
-)
+ANALOG_RANGES = {"zero": Radio(0, -CONVERTER, CONVERTER, bounds=True), "scale": Radio(0, 0.25, 4.0)}
+TABLES: dict[str, type[Part]] = {"controller": Controller, "pilot": Guidance, "limits": Firmware}  # by part
+EXTRA = {  # parameters that are no keys of a robot's file, by part and column
+    "controller": {"amplitude": Radio(2, 0.0, 1.0)},
+    "pilot": {"curvature": Radio(5)},
+    "calibration": {
+        **{f"{name}_{column}": radio for name in ANALOG for column, radio in ANALOG_RANGES.items()},
+        "rate_zero": Radio(0, -OFFSET, OFFSET, bounds=True),
+        "rate_scale": Radio(0, 0.9, 1.1),
+        "acceleration_zero": Radio(0, -OFFSET, OFFSET, bounds=True, name="accel_zero"),
+        "acceleration_scale": Radio(0, 0.9, 1.1, name="accel_scale"),
+        "depth_zero": Radio(0, 0.8, 1.2),
+        "depth_scale": Radio(0, 0.9, 1.1),
+        "field_zero": Radio(0, -SIGNED, SIGNED, bounds=True),
+        "field_scale": Radio(0, 0.1, 200.0),  # counts of a compass depend on its chip
+        "servo_trim": Radio(0, -TRIM, TRIM, bounds=True),
+    },
+    "limits": {"sign": Radio(11, 0, 1, bounds=True, whole=True)},
+}
 LIMITS = (  # of the supervisor, in the order of firmware/app/vehicle/parameters.hpp
     "manual_timeout", "link_timeout", "home_timeout", "voltage_empty", "voltage_after", "tilt_max", "tilt_after",
     "leak_after", "rise_depth", "depth_max", "link_rate", "link_share", "system_id", "sign",
@@ -179,18 +136,27 @@ def _calibration(robot: Robot, wired: Firmware) -> dict[str, list[float]]:
     return columns
 
 
+def _settable() -> Iterator[tuple[str, str, Radio]]:
+    """Yield part, column and range of the numbers that the radio may set, in the order of the parameters."""
+    for part, extra in EXTRA.items():
+        keys = TABLES[part].declared if part in TABLES else {}
+        columns = {name: key.radio for name, key in keys.items() if key.radio is not None} | extra
+        for column, radio in sorted(columns.items(), key=lambda one: one[1].place):
+            yield part, column, radio
+
+
 def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
     """Return the numbers that the radio may set, with their ranges."""
     parameters = []
-    for rule in RULES:
-        column = rule.part, rule.column or rule.name
-        places = [k for k, field in enumerate(fields) if field[:2] == column]
+    for part, column, radio in _settable():
+        places = [k for k, field in enumerate(fields) if field[:2] == (part, column)]
         for place in places:
-            name = rule.name if len(places) == 1 else f"{rule.name}_{fields[place][2]}"
+            name = radio.name or column
+            name = name if len(places) == 1 else f"{name}_{fields[place][2]}"
             value = float(values[place])
-            ends = (rule.low, rule.high) if rule.bounds else (rule.low * value, rule.high * value)
+            ends = (radio.low, radio.high) if radio.bounds else (radio.low * value, radio.high * value)
             low, high = np.float32(min(ends)), np.float32(max(ends))
-            parameters.append(Parameter(name, float(low), float(high), value, rule.whole, place))
+            parameters.append(Parameter(name, float(low), float(high), value, radio.whole, place))
             if len(name) > NAME_LENGTH_MAX or not low <= value <= high:
                 bounds = f"must fit a parameter of {NAME_LENGTH_MAX} characters within {low:g} to {high:g}"
                 raise InputError(bounds, key=name, value=f"{value:g}", fix="correct the robot's description")

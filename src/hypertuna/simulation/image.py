@@ -22,7 +22,7 @@ from hypertuna.io.files import version
 from hypertuna.simulation.image_body import body_facts
 from hypertuna.simulation.image_text import body_text, numbers_of_text, robot_facts
 from hypertuna.simulation.plant import controller_of, parts_of, plant_columns, steps_of
-from hypertuna.simulation.sea import Sea, sea_columns, space_columns
+from hypertuna.simulation.sea import Sea, sea_columns
 from hypertuna.swimming.model import model_columns
 
 MAGIC, VERSION = b"HTROBOT\0", 2  # image_version of hosts/image.hpp
@@ -34,7 +34,7 @@ def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any])
     Columns that are added stand for those of the same name; facts join the text.
     """
     models = list(_models(robot))
-    body, source = body_facts(robot, _numbers_of_body, _numbers)
+    body, source = body_facts(robot, models, _numbers, _steps)
     text = {"made_by": f"hypertuna {version()}"} | robot_facts(robot, models) | {"body": body, "source": source.text}
     written = json.dumps(text | dict(facts), ensure_ascii=False, separators=(",", ":"))
     return pack(_columns(robot, models) | dict(added), written)
@@ -44,13 +44,17 @@ def _columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
     """Return all columns of a robot's image."""
     columns = _model_columns(robot, models)
     if not why_no_twin(robot):
-        steps = steps_of(1 / require_controller(robot).rate, parts_of(robot, "water", None), robot)
         columns |= {f"plant.{name}": value for name, value in plant_columns(robot).items()}
         columns |= {f"controller.{name}": value for name, value in controller_of(robot).items()}
         columns |= {f"sensors.{name}": value for name, value in sensor_columns(robot).items()}
         columns |= {f"world.{name}": value for name, value in sea_columns(robot, Sea()).items()}
-        columns |= {"run.steps": steps}
+        columns |= {"run.steps": _steps(robot)}
     return columns
+
+
+def _steps(robot: Robot) -> int:
+    """Return how many steps the twin takes within a tick of its controller."""
+    return steps_of(1 / require_controller(robot).rate, parts_of(robot, "water", None), robot)
 
 
 def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
@@ -63,24 +67,8 @@ def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
 
 
 def _numbers(robot: Robot) -> dict[str, Array]:
-    """Return all numbers of a robot's image by column, and those of its text."""
-    return _flat(_columns(robot, _models(robot)), robot)
-
-
-def _numbers_of_body(robot: Robot) -> dict[str, Array]:
-    """Return the numbers that a body changes, without those of oil and controller, which take longest."""
-    columns = _model_columns(robot, _models(robot))
-    if not why_no_twin(robot):
-        columns |= {f"world.{name}": value for name, value in sea_columns(robot, Sea()).items()}
-        if robot.hinge is not None:
-            columns |= {"plant.hinge.stiffness": robot.hinge.stiffness}
-        if robot.spatial is not None and robot.fins is not None:
-            columns |= {f"plant.{name}": value for name, value in space_columns(robot).items()}
-    return _flat(columns, robot)
-
-
-def _flat(columns: Mapping[str, Any], robot: Robot) -> dict[str, Array]:
-    """Return columns as rows of numbers, with the numbers of a robot's text beside them."""
+    """Return all numbers of a robot's image by column, each a row, and those of its text."""
+    columns = _columns(robot, _models(robot))
     rows = {name: np.asarray(value, dtype=np.float64).ravel() for name, value in columns.items()}
     return rows | {f"text.{name}": np.array([value]) for name, value in numbers_of_text(body_text(robot))}
 

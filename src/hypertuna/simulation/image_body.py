@@ -1,35 +1,45 @@
 """Body of a robot image: what a page may change of a robot's body, and what of the image follows it.
 
-A knob multiplies values of the robot's file by a factor. How each number of the image follows is found here by
-computing it for changed descriptions, never written by hand: a number is ``(v + sum of s (f^q - 1)) * product of f^p``
-over the knobs' factors f, to the last digits, or the knob is left out. A knob of few steps may have v by step instead.
+A knob multiplies values of the robot's file by a factor. A number of the image follows as its key in the file is
+declared to (`follows` of an entry): it is ``(v + sum of s (f^q - 1)) * product of f^p`` over the knobs' factors f. A
+knob of few steps may have v by step instead.
 """
 
 import copy
-import itertools
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
+from hypertuna.description.schema.actuator import Hinge
+from hypertuna.description.schema.base import Part
+from hypertuna.description.schema.body import Fins, Links, Spatial
+from hypertuna.description.schema.water import Strip
 from hypertuna.description.twin import why_no_twin
 from hypertuna.errors import InputError
 from hypertuna.simulation.image_source import Source, source_of
+from hypertuna.simulation.sea import BOTTOM_RATE, LINKS
+from hypertuna.swimming.model import column_places
 
 RANGES = ((0.6, 1.6), (0.8, 1.25))  # of a factor: the first whose ends are descriptions of a robot
-POWERS = (1, 2, -1, 3, -2)
 SAME = 1e-12  # relative
 # Columns that stay: what is on board knows the described robot.
 KEPT = ("controller.", "pilot.", "missions.")
 
 STEPS = tuple(k / 10 for k in range(6, 17))  # factors of what is solved for anew, so that it follows no law
 
+# Tables with keys that follow a link's length, mass or height, or the hinge's stiffness.
+TABLES: dict[str, type[Part]] = {"links": Links, "spatial": Spatial, "fins": Fins, "water.strip": Strip, "hinge": Hinge}
+
 Numbers = Callable[[Robot], Mapping[str, Array]]  # columns of a robot by name, flat
 # Power p; or power q and size s of a term of a sum; or values at the factors that a knob may have.
 Law = tuple[int] | tuple[int, float] | tuple[tuple[float, ...]]
+Laws = dict[tuple[str, int], Law]  # by column and place in it
 
 
 @dataclass
@@ -44,36 +54,31 @@ class Knob:
     sums: dict[str, float] = field(default_factory=dict)  # what keys gain where the factor is 2
     range: tuple[float, float] = RANGES[0]
     steps: tuple[float, ...] = ()  # factors that it may have; any within the range where empty
-    laws: dict[tuple[str, int], Law] = field(default_factory=dict)  # by column and place in it
-    lawless: set[tuple[str, int]] = field(default_factory=set)  # numbers of the twin that follow no law
-
-    @property
-    def twin(self) -> bool:
-        """Whether the twin follows."""
-        return not self.lawless
+    part: tuple[str, int] = ("", 0)  # of a link: what the factor multiplies, and the link
+    laws: Laws = field(default_factory=dict)
 
 
-def body_facts(robot: Robot, numbers: Numbers, all_numbers: Numbers) -> tuple[dict[str, Any], Source]:
+def body_facts(
+    robot: Robot, models: Sequence[Robot], numbers: Numbers, steps: Callable[[Robot], int]
+) -> tuple[dict[str, Any], Source]:
     """Return the knobs of a robot's body as the image's text has them, and the source that holds their values.
 
-    `numbers` computes the columns that knobs usually change, `all_numbers` all of the image.
+    `numbers` computes those of the image of a robot that swims by `models`, `steps` those of its twin within a tick.
     """
     document = robot.document()
     source = source_of(robot)
     knobs = [knob for knob in _knobs(robot, document) if source.holds([*knob.powers, *knob.sums])]
     present = numbers(robot)
-    every = all_numbers(robot)
-    knobs = [
-        knob
-        for knob in knobs
-        if (
-            _find_values(knob, document, all_numbers, every)
-            if knob.steps
-            else _find_laws(knob, document, numbers, present)
-        )
-    ]
-    knobs = _verified(knobs, document, every, all_numbers)
-    twin = not why_no_twin(robot)
+    for knob in knobs:
+        if knob.steps:
+            knob.laws = _values(knob, document, numbers, present)
+            continue
+        for knob.range in RANGES:
+            if None not in [_changed(document, [knob], {knob.name: factor}) for factor in knob.range]:
+                knob.laws = _laws(knob, robot, models, present)
+                break
+    knobs = [knob for knob in knobs if knob.laws]
+    twin = None if why_no_twin(robot) else _twin_follows(knobs, document, steps, steps(robot))
     return {"knobs": [_written(knob, source, twin) for knob in knobs]}, source
 
 
@@ -97,41 +102,40 @@ def with_factors(document: Mapping[str, Any], knobs: list[Knob], factors: Mappin
 def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
     """Yield what may be changed of a robot: lengths and masses of links, the last link's height, springs."""
     names, last = robot.links.name, len(robot.links.name) - 1
-    links = document["links"]
-    for i, name in enumerate(names):
-        powers = _given(
-            document,
-            **{f"links.{key}[{i}]": 1 for key in ("length_m", "com_m", "lateral_area_m2", "wetted_area_m2")},
-            **{f"links.inertia_kg_m2[{i}]": 2, f"spatial.inertia_pitch_kg_m2[{i}]": 2},
-            **{f"spatial.buoyancy_center_m[{i}]": 1},
-            **({"fins.x_m": 1} if i == 0 else {}),
-        )
-        value = links["length_m"][i]
-        sums = {"body.length_m": value} if "length_m" in document.get("body", {}) else {}
-        yield Knob(f"length-{i}", f"length of {name}", "m", value, powers, sums)
-    for i, name in enumerate(names):
-        inertias = ("links.inertia_kg_m2", "spatial.inertia_pitch_kg_m2", "spatial.inertia_roll_kg_m2")
-        powers = _given(document, **{f"{key}[{i}]": 1 for key in ("links.mass_kg", *inertias)})
-        value = links["mass_kg"][i]
-        sums = {"body.mass_kg": value} if "mass_kg" in document.get("body", {}) else {}
-        yield Knob(f"mass-{i}", f"mass of {name}", "kg", value, powers, sums)
-    sides = {f"{key}[{last}]": 1 for key in ("links.lateral_area_m2", "links.wetted_area_m2", "spatial.height_m")}
-    fin = _given(document, **sides, **{"water.strip.edge_height_m": 1})
+    for kind, symbol, key in (("length", "m", "length_m"), ("mass", "kg", "mass_kg")):
+        for i, name in enumerate(names):
+            value = document["links"][key][i]
+            sums = {f"body.{key}": value} if key in document.get("body", {}) else {}
+            powers = _given(document, _followers(kind, i, alias=True))
+            yield Knob(f"{kind}-{i}", f"{kind} of {name}", symbol, value, powers, sums, part=(kind, i))
+    fin = _given(document, _followers("height", last, alias=True))
     edge = robot.water.strip is not None and robot.water.strip.edge_height > 0
     label = f"area of the caudal fin ({names[last]})" if edge else f"area of {names[last]}, by its height"
-    yield Knob("fin", label, "m^2", links["lateral_area_m2"][last], fin)
+    yield Knob("fin", label, "m^2", document["links"]["lateral_area_m2"][last], fin, part=("height", last))
     if robot.hinge is not None:
-        key = "hinge.stiffness_n_m_per_rad"
-        yield Knob("hinge", "stiffness of the hinge", "N m/rad", robot.hinge.stiffness, {key: 1})
+        label, powers = "stiffness of the hinge", _followers("stiffness", 0, alias=True)
+        yield Knob("hinge", label, "N m/rad", robot.hinge.stiffness, powers, part=("stiffness", 0))
     unit = robot.drive_unit
     if unit is not None and not why_no_twin(robot) and not all(group.direct for group in robot.joints):
         moduli = ("modulus_100_pa", "modulus_fe_pa", "tensile_pa[0]", "tensile_pa[1]")
         keys = {f"materials.{name}.{key}": 1 for name in dict.fromkeys((unit.hose, unit.matrix)) for key in moduli}
         label, value = "stiffness of the silicones, in the twin", robot.materials[unit.matrix].modulus_100
-        yield Knob("silicone", label, "Pa", value, _given(document, **keys), steps=STEPS)
+        yield Knob("silicone", label, "Pa", value, _given(document, keys), steps=STEPS)
 
 
-def _given(document: Mapping[str, Any], **powers: int) -> dict[str, int]:
+def _followers(kind: str, link: int, *, alias: bool = False) -> dict[str, int]:
+    """Return the powers of a factor on a link's length, mass or height by attribute, or by key of the file."""
+    found = {}
+    for table, part in TABLES.items():
+        for name, key in part.declared.items():
+            listed = table in ("links", "spatial")
+            if kind in key.follows and (table != "fins" or link == 0):  # on the head
+                place = f"{part.model_fields[name].alias}{f'[{link}]' * listed}" if alias else name
+                found[f"{table}.{place}"] = key.follows[kind]
+    return found
+
+
+def _given(document: Mapping[str, Any], powers: Mapping[str, int]) -> dict[str, int]:
     """Return the keys that a file gives; others follow by the schema's defaults."""
 
     def stands(key: str) -> bool:
@@ -145,153 +149,110 @@ def _given(document: Mapping[str, Any], **powers: int) -> dict[str, int]:
 
 
 def _table(document: Any, key: str) -> tuple[Any, Any]:
-    """Return the table or list of a document that a key is in, and its name or index there."""
-    *path, last = _parts(key)
+    """Return the table or list of a document that a key such as ``links.length_m[3]`` is in, and its name there."""
+    *path, last = (int(part) if part.isdigit() else part for part in re.split(r"[.\[]", key.replace("]", "")))
     for part in path:
         document = document[part]
     return document, last
 
 
-def _parts(key: str) -> Iterator[str | int]:
-    """Split a key such as ``links.length_m[3]``."""
-    for part in key.split("."):
-        name, bracket, index = part.partition("[")
-        yield name
-        if bracket:
-            yield int(index[:-1])
-
-
 # --- laws
 
 
-def _find_laws(knob: Knob, document: Mapping[str, Any], numbers: Numbers, present: Mapping[str, Array]) -> bool:
-    """Find a knob's range, and how numbers follow from one end to the other; False where a model's follows no law."""
-    for knob.range in RANGES:
-        try:
-            less, more = (parse(with_factors(document, [knob], {knob.name: factor})) for factor in knob.range)
-            break
-        except InputError:
-            continue
-    else:
-        return False
-    low, high = numbers(less), numbers(more)
-    for name, before in present.items():
-        for k in np.flatnonzero(np.logical_or(_differ(before, low[name]), _differ(before, high[name]))):
-            law = _law(float(before[k]), float(low[name][k]), float(high[name][k]), knob.range)
-            if law is not None:
-                knob.laws[name, int(k)] = law
-            elif _swims(name):
-                return False
-            else:
-                knob.lawless.add((name, int(k)))
-    return bool(knob.laws)
+def _changed(document: Mapping[str, Any], knobs: list[Knob], factors: Mapping[str, float]) -> Robot | None:
+    """Return the robot with factors on its knobs; None where its file would be refused."""
+    try:
+        return parse(with_factors(document, knobs, factors))
+    except InputError:
+        return None
 
 
-def _find_values(knob: Knob, document: Mapping[str, Any], numbers: Numbers, present: Mapping[str, Array]) -> bool:
-    """Find powers and values of numbers at the steps of a knob; False where the twin needs other steps of its own."""
-    knob.range = (knob.steps[0], knob.steps[-1])
+def _laws(knob: Knob, robot: Robot, models: Sequence[Robot], present: Mapping[str, Array]) -> Laws:
+    """Return how numbers follow a link's length, mass or height, or the stiffness of the hinge."""
+    kind, link = knob.part
+    powers, laws = _followers(kind, link), Laws()
+    for name, place in _places(robot, models, link).items():
+        if name in present and place in powers:
+            k = link if len(present[name]) > 1 else 0
+            if present[name][k]:  # nothing multiplies zero
+                laws[name, k] = (powers[place],)
+    laws |= _sums(kind, link, robot, len(models))
+    return {place: laws[place] for name in present for place in ((name, 0), (name, link)) if place in laws}
+
+
+def _places(robot: Robot, models: Sequence[Robot], link: int) -> dict[str, str]:
+    """Return the place in the description of the image's numbers that are values of it, by column."""
+    text = f"text.links.{link}"
+    heights = ("height", "width") if robot.spatial is None else ("height",)  # widths follow heights
+    return {
+        **{f"models.{k}.{name}": place for k, one in enumerate(models) for name, place in column_places(one).items()},
+        **{f"plant.link.{name}": f"spatial.{attribute}" for name, attribute in LINKS.items()},
+        **{f"plant.link.{axis}": f"spatial.inertia_{axis}" for axis in ("roll", "pitch")},
+        **{f"{text}.{name}": f"links.{name}" for name in ("length", "com", "mass")},
+        **{f"{text}.{name}": "spatial.height" for name in heights},
+        **{"text.fins.x": "fins.x", "text.tail.edge_height": "water.strip.edge_height"},
+        **{"plant.fin.x": "fins.x", "plant.hinge.stiffness": "hinge.stiffness"},
+    }
+
+
+def _sums(kind: str, link: int, robot: Robot, models: int) -> Laws:
+    """Return the laws of numbers that are sums: of all links, or of an ellipsoid's moments of inertia."""
+    links, spatial, laws = robot.links, robot.spatial, Laws()
+    if column := {"length": "body_length", "mass": "robot_mass"}.get(kind):
+        value = getattr(links, kind)[link]
+        names = (*(f"models.{k}.{column}" for k in range(models)), f"text.{kind}")
+        laws |= {(name, 0): (1, value) for name in names}
+    if kind == "mass":
+        laws["world.sea.stiffness", 0] = (1, value * BOTTOM_RATE**2)
+    elif spatial is not None and kind in ("length", "height"):
+        size = links.length[link] if kind == "length" else spatial.height[link]
+        for axis in ("pitch",) if kind == "length" else ("roll", "pitch"):
+            if getattr(spatial, f"inertia_{axis}") is None:
+                laws[f"plant.link.{axis}", link] = (2, links.mass[link] * size**2 / 20)
+    return laws
+
+
+def _values(knob: Knob, document: Mapping[str, Any], numbers: Numbers, present: Mapping[str, Array]) -> Laws:
+    """Find powers and values of numbers at the steps of a knob; none where the twin needs other steps of its own."""
+    knob.range, laws = (knob.steps[0], knob.steps[-1]), Laws()
     try:
         found = [numbers(parse(with_factors(document, [knob], {knob.name: factor}))) for factor in knob.steps]
-    except InputError:
-        return False
+    except InputError:  # no robot, or none whose pumps reach all bends
+        return laws
     for name, before in present.items():
         if name.startswith(KEPT):
             continue
-        for k in np.flatnonzero(np.logical_or.reduce([_differ(before, one[name]) for one in found])):
-            values = tuple(float(one[name][k]) for one in found)
-            pairs = list(zip(values, knob.steps, strict=True))
-            power = next((p for p in POWERS if all(_same(x, float(before[k]) * f**p) for x, f in pairs)), None)
-            knob.laws[name, int(k)] = (values,) if power is None else (power,)
-    return bool(knob.laws) and ("run.steps", 0) not in knob.laws
+        rows = np.array([one[name] for one in found])  # (steps, n)
+        straight = _all_close(rows, np.outer(knob.steps, before))
+        for k in np.flatnonzero(~_all_close(rows, before)):
+            laws[name, int(k)] = (1,) if straight[k] else (tuple(rows[:, k].tolist()),)
+    return Laws() if ("run.steps", 0) in laws else laws
 
 
-def _law(value: float, low: float, high: float, factors: tuple[float, float]) -> Law | None:
-    """Return the law of a number with its values at two factors; None where it follows none that is known."""
-    less, more = factors
-    for p in POWERS:
-        if _same(low, value * less**p) and _same(high, value * more**p):
-            return (p,)
-    for q in POWERS:
-        size = (high - value) / (more**q - 1)
-        if _same(low, value + size * (less**q - 1)):
-            return (q, size)
-    return None
-
-
-def _verified(
-    knobs: list[Knob], document: Mapping[str, Any], present: Mapping[str, Array], all_numbers: Numbers
-) -> list[Knob]:
-    """Return the knobs whose laws hold together: with all factors changed at once, drawn and at their ranges' ends."""
+def _twin_follows(knobs: list[Knob], document: Mapping[str, Any], steps: Callable[[Robot], int], now: int) -> bool:
+    """Return whether the twin keeps its steps with all factors changed at once, drawn and at their ranges' ends."""
     chance = np.random.default_rng(1)
     drawn = [
         {knob.name: float(chance.choice(knob.steps) if knob.steps else chance.uniform(*knob.range)) for knob in knobs}
         for _ in range(2)
     ]
     ends = [{knob.name: knob.range[end] for knob in knobs} for end in (0, 1)]
-    for factors in (*drawn, *ends) if knobs else ():
-        try:
-            changed = parse(with_factors(document, knobs, factors))
-        except InputError:  # no robot, all taken together: its file is refused when it is read
-            continue
-        try:
-            found = all_numbers(changed)
-        except InputError:  # it swims, but has no twin
-            for knob in knobs:
-                knob.lawless.add(("run.steps", 0))
-            continue
-        wrong = list(_wrong(present, found, knobs, factors))
-        blamed = [knob for knob in knobs if any(_swims(name) and (name, k) in knob.laws for name, k in wrong)]
-        if blamed:
-            left = [knob for knob in knobs if knob not in blamed]
-            return _verified(left, document, present, all_numbers)
-        if any(_swims(name) for name, _ in wrong):
-            raise AssertionError(f"numbers of the model follow no knob: {wrong}")
-        for place in wrong:
-            concerned = [knob for knob in knobs if place in knob.laws or place in knob.lawless] or knobs
-            for knob in concerned:
-                knob.lawless.add(place)
-    return knobs
+    changed = (_changed(document, knobs, factors) for factors in (*drawn, *ends))
+    try:  # what is no robot, all taken together, is refused when its file is read
+        return all(steps(one) == now for one in changed if one is not None)
+    except InputError:  # it swims, but has no twin
+        return False
 
 
-def _wrong(
-    present: Mapping[str, Array], found: Mapping[str, Array], knobs: list[Knob], factors: Mapping[str, float]
-) -> Iterator[tuple[str, int]]:
-    """Yield the places of numbers that are not as the laws say."""
-    expected = {name: values.copy() for name, values in present.items() if not name.startswith(KEPT)}
-    laws = [(knob, place, law) for knob in knobs for place, law in knob.laws.items()]
-    for knob, (name, k), law in laws:
-        if isinstance(law[0], tuple):
-            expected[name][k] = law[0][knob.steps.index(factors[knob.name])]
-    for knob, (name, k), law in laws:
-        if len(law) == 2:
-            expected[name][k] += law[1] * (factors[knob.name] ** law[0] - 1)
-    for knob, (name, k), law in laws:
-        if len(law) == 1 and not isinstance(law[0], tuple):
-            expected[name][k] *= factors[knob.name] ** law[0]
-    for name, values in expected.items():
-        yield from ((name, int(k)) for k in np.flatnonzero(_differ(values, found[name])))
-
-
-def _swims(name: str) -> bool:
-    """Whether a number is of a model in water or of the text, not of the twin alone."""
-    return name.startswith(("models.", "text."))
-
-
-def _same(a: float, b: float) -> bool:
-    return bool(abs(a - b) <= SAME * max(abs(a), abs(b)))
-
-
-def _differ(a: Array, b: Array) -> Array:
-    """Whether numbers (n,) differ by more than rounding."""
-    with np.errstate(invalid="ignore"):
-        close = abs(a - b) <= SAME * np.maximum(abs(a), abs(b))
-    return np.asarray(~(close | (a == b)))
+def _all_close(rows: Array, others: Array) -> NDArray[np.bool_]:
+    """Whether the numbers of each column (n,) differ by no more than rounding, in all rows."""
+    return np.asarray(np.isclose(rows, others, rtol=SAME, atol=0.0, equal_nan=True).all(axis=0))
 
 
 # --- text
 
 
-def _written(knob: Knob, source: Source, twin: bool) -> dict[str, Any]:
+def _written(knob: Knob, source: Source, twin: bool | None) -> dict[str, Any]:
     """Return a knob for the image's text; a power is one number, a term of a sum two."""
     keys = [{"key": key, "at": source.at(key), "power": power} for key, power in knob.powers.items()]
     keys += [{"key": key, "at": source.at(key), "sum": size} for key, size in knob.sums.items()]
@@ -299,22 +260,15 @@ def _written(knob: Knob, source: Source, twin: bool) -> dict[str, Any]:
     return {
         **{"name": knob.name, "label": knob.label, "unit": knob.unit, "value": knob.value, "range": knob.range},
         **({"steps": knob.steps} if knob.steps else {}),
-        **{"keys": keys, "columns": _grouped(knob), "facts": facts},
-        **({"twin": knob.twin} if twin else {}),
+        **{"keys": keys, "columns": _grouped(knob, bool(twin)), "facts": facts},
+        **({} if twin is None else {"twin": twin}),
     }
 
 
-def _grouped(knob: Knob) -> dict[str, list[list[Any]]]:
+def _grouped(knob: Knob, twin: bool) -> dict[str, list[list[Any]]]:
     """Return the laws by column: place and law; `models.*.` are all models that have the column."""
-    laws: dict[str, list[list[Any]]] = {}
+    laws: dict[str, dict[int, list[Any]]] = {}
     for (name, k), law in knob.laws.items():
-        if not name.startswith("text.") and (knob.twin or _swims(name)):
-            laws.setdefault(name, []).append([k, *law])
-    plain = {name: law for name, law in laws.items() if not name.startswith("models.")}
-    of_models = sorted((name.split(".", 2)[2], law) for name, law in laws.items() if name.startswith("models."))
-    for column, group in itertools.groupby(of_models, key=lambda one: one[0]):
-        rows = [row for _, row in group]
-        if any(row != rows[0] for row in rows):
-            raise AssertionError(f"the models' column {column} follows different laws")
-        plain[f"models.*.{column}"] = rows[0]
-    return plain
+        if name.startswith("models.") or (twin and not name.startswith("text.")):
+            laws.setdefault(re.sub(r"^models\.\d+", "models.*", name), {})[k] = [k, *law]
+    return {column: [*rows.values()] for column, rows in laws.items()}

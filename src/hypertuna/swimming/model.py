@@ -54,6 +54,11 @@ def model_values(robot: Robot) -> dict[str, Sequence[float]]:
     return dict(_columns(robot).values())
 
 
+def column_places(robot: Robot) -> dict[str, str]:
+    """Return the place in the description of every column of the robot's model: ``length`` is ``links.length``."""
+    return {column: place for column, (place, _) in _columns(robot).items()}
+
+
 def twist_from_rest(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the twist (3,) [m/s, m/s, rad/s] of a robot at rest whose joints set in: M xi + b is still zero.
 

@@ -24,6 +24,14 @@ struct AttitudeModel {
     T field_low, field_high;       // strength that a sound field has
 };
 
+template <class T, class Visit>
+void visit_fields(AttitudeModel<T>& m, const Visit& visit) {
+    visit("tick", 0, m.tick), visit("gravity_rate", 0, m.tilt_rate), visit("field_rate", 0, m.heading_rate);
+    visit("drift_max", 0, m.drift_max), visit("rate_max", 0, m.rate_max);
+    visit("acceleration_max", 0, m.acceleration_max);
+    visit("field_low", 0, m.field_low), visit("field_high", 0, m.field_high);
+}
+
 template <class T>
 struct AttitudeState {
     Quaternion<T> q;  // unit, body to world

@@ -52,6 +52,21 @@ struct Estimator {
     T antenna_x, antenna_z;                      // m toward the tail and up, from the depth sensor
 };
 
+template <class T, class Visit>
+void visit_fields(Estimator<T>& m, const Visit& visit) {
+    visit_fields(m.attitude, visit);
+    visit("depth_rate", 0, m.depth_rate), visit("depth_low", 0, m.depth_low), visit("depth_high", 0, m.depth_high);
+    visit("depth_step", 0, m.depth_step), visit("depth_repeat", 0, m.depth_repeat);
+    visit("field_repeat", 0, m.field_repeat), visit("glide", 0, m.glide), visit("position_walk", 0, m.position_walk);
+    visit("current_walk", 0, m.current_walk), visit("factor_walk", 0, m.factor_walk);
+    visit("start_error", 0, m.start_error), visit("current_error", 0, m.current_error);
+    visit("factor_error", 0, m.factor_error), visit("fix_noise", 0, m.fix_noise);
+    visit("fix_offset", 0, m.fix_offset), visit("fix_depth", 0, m.fix_depth);
+    visit("fix_error_max", 0, m.fix_error_max);
+    visit("air_low", 0, m.air_low), visit("air_high", 0, m.air_high);
+    visit("antenna_x", 0, m.antenna_x), visit("antenna_z", 0, m.antenna_z);
+}
+
 template <class T>
 struct WayState {
     T at[way_states];

@@ -29,6 +29,23 @@ struct Guidance {
     T overhead;                                   // s added to every way home
 };
 
+template <class T, class Visit>
+void visit_fields(Guidance<T>& m, const Visit& visit) {
+    visit_fields(m.steering, visit);
+    visit("surface_depth", 0, m.surface_depth), visit("fence_margin", 0, m.fence_margin);
+    visit("error_max", 0, m.error_max), visit("error_near", 0, m.error_near), visit("error_lost", 0, m.error_lost);
+    visit("error_fix", 0, m.error_fix), visit("depth_tolerance", 0, m.depth_tolerance);
+    visit("arrival_timeout", 0, m.arrival_timeout);
+    visit("drift_error_max", 0, m.drift_error_max), visit("fix_timeout", 0, m.fix_timeout), visit("retry", 0, m.retry);
+    visit("lost_after", 0, m.lost_after), visit("compass_timeout", 0, m.compass_timeout);
+    visit("fin_tilt", 0, m.fin_tilt), visit("fin_min", 0, m.fin_min), visit("fin_after", 0, m.fin_after);
+    visit("single_fin_max", 0, m.single_fin_max), visit("response_time", 0, m.response_time);
+    visit("response_depth", 0, m.response_depth), visit("blind_fin", 0, m.blind_fin), visit("slow", 0, m.slow);
+    visit("battery_empty", 0, m.battery_empty);
+    visit("battery_span", 0, m.battery_span), visit("battery_drop", 0, m.battery_drop);
+    visit("endurance", 0, m.endurance), visit("overhead", 0, m.overhead);
+}
+
 template <class T>
 struct GuidanceState {
     Mode mode;

@@ -144,52 +144,8 @@ PilotStep<T> fly(const Pilot<T>& pilot, const PilotState<T>& before, const Pilot
 template <class T, class Visit>
 void visit_fields(Pilot<T>& m, const Visit& visit) {
     visit("every", 0, m.every);
-    AttitudeModel<T>& a = m.estimator.attitude;
-    visit("tick", 0, a.tick), visit("gravity_rate", 0, a.tilt_rate), visit("field_rate", 0, a.heading_rate);
-    visit("drift_max", 0, a.drift_max), visit("rate_max", 0, a.rate_max);
-    visit("acceleration_max", 0, a.acceleration_max);
-    visit("field_low", 0, a.field_low), visit("field_high", 0, a.field_high);
-    Estimator<T>& e = m.estimator;
-    visit("depth_rate", 0, e.depth_rate), visit("depth_low", 0, e.depth_low), visit("depth_high", 0, e.depth_high);
-    visit("depth_step", 0, e.depth_step), visit("depth_repeat", 0, e.depth_repeat);
-    visit("field_repeat", 0, e.field_repeat), visit("glide", 0, e.glide), visit("position_walk", 0, e.position_walk);
-    visit("current_walk", 0, e.current_walk), visit("factor_walk", 0, e.factor_walk);
-    visit("start_error", 0, e.start_error), visit("current_error", 0, e.current_error);
-    visit("factor_error", 0, e.factor_error), visit("fix_noise", 0, e.fix_noise);
-    visit("fix_offset", 0, e.fix_offset), visit("fix_depth", 0, e.fix_depth);
-    visit("fix_error_max", 0, e.fix_error_max);
-    visit("air_low", 0, e.air_low), visit("air_high", 0, e.air_high);
-    visit("antenna_x", 0, e.antenna_x), visit("antenna_z", 0, e.antenna_z);
-    Steering<T>& s = m.guidance.steering;
-    visit("period", 0, s.period);
-    for (int k = 0; k < s.table.gaits; ++k) {
-        visit("speed", k, s.table.speed[k]), visit("frequency", k, s.table.frequency[k]);
-        for (int j = 0; j < s.joints; ++j) {
-            visit("swing", s.joints * k + j, s.table.amplitude[k][j]);
-            visit("lag", s.joints * k + j, s.table.phase[k][j]);
-        }
-    }
-    for (int j = 0; j < s.joints; ++j) visit("bias_max", j, s.bias_max[j]), visit("bend_max", j, s.reach[j]);
-    visit("curvature", 0, s.curvature), visit("heading_rate", 0, s.heading_rate), visit("turn_max", 0, s.turn_max);
-    visit("rate_gain", 0, s.rate_gain), visit("heading_integral", 0, s.heading_integral);
-    visit("speed_min", 0, s.speed_min), visit("lookahead", 0, s.lookahead);
-    visit("depth_lookahead", 0, s.depth_lookahead), visit("pitch_max", 0, s.pitch_max);
-    visit("climb_max", 0, s.climb_max), visit("climb_lead", 0, s.climb_lead), visit("climb_gain", 0, s.climb_gain);
-    visit("depth_integral", 0, s.depth_integral), visit("pitch_gain", 0, s.pitch_gain);
-    visit("pitch_damping", 0, s.pitch_damping), visit("fin_angle_max", 0, s.fin_max);
-    Guidance<T>& g = m.guidance;
-    visit("surface_depth", 0, g.surface_depth), visit("fence_margin", 0, g.fence_margin);
-    visit("error_max", 0, g.error_max), visit("error_near", 0, g.error_near), visit("error_lost", 0, g.error_lost);
-    visit("error_fix", 0, g.error_fix), visit("depth_tolerance", 0, g.depth_tolerance);
-    visit("arrival_timeout", 0, g.arrival_timeout);
-    visit("drift_error_max", 0, g.drift_error_max), visit("fix_timeout", 0, g.fix_timeout), visit("retry", 0, g.retry);
-    visit("lost_after", 0, g.lost_after), visit("compass_timeout", 0, g.compass_timeout);
-    visit("fin_tilt", 0, g.fin_tilt), visit("fin_min", 0, g.fin_min), visit("fin_after", 0, g.fin_after);
-    visit("single_fin_max", 0, g.single_fin_max), visit("response_time", 0, g.response_time);
-    visit("response_depth", 0, g.response_depth), visit("blind_fin", 0, g.blind_fin), visit("slow", 0, g.slow),
-        visit("battery_empty", 0, g.battery_empty);
-    visit("battery_span", 0, g.battery_span), visit("battery_drop", 0, g.battery_drop);
-    visit("endurance", 0, g.endurance), visit("overhead", 0, g.overhead);
+    visit_fields(m.estimator, visit);
+    visit_fields(m.guidance, visit);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

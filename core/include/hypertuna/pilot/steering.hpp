@@ -60,6 +60,26 @@ struct Steering {
     T fin_max;                                  // rad
 };
 
+template <class T, class Visit>
+void visit_fields(Steering<T>& m, const Visit& visit) {
+    visit("period", 0, m.period);
+    for (int k = 0; k < m.table.gaits; ++k) {
+        visit("speed", k, m.table.speed[k]), visit("frequency", k, m.table.frequency[k]);
+        for (int j = 0; j < m.joints; ++j) {
+            visit("swing", m.joints * k + j, m.table.amplitude[k][j]);
+            visit("lag", m.joints * k + j, m.table.phase[k][j]);
+        }
+    }
+    for (int j = 0; j < m.joints; ++j) visit("bias_max", j, m.bias_max[j]), visit("bend_max", j, m.reach[j]);
+    visit("curvature", 0, m.curvature), visit("heading_rate", 0, m.heading_rate), visit("turn_max", 0, m.turn_max);
+    visit("rate_gain", 0, m.rate_gain), visit("heading_integral", 0, m.heading_integral);
+    visit("speed_min", 0, m.speed_min), visit("lookahead", 0, m.lookahead);
+    visit("depth_lookahead", 0, m.depth_lookahead), visit("pitch_max", 0, m.pitch_max);
+    visit("climb_max", 0, m.climb_max), visit("climb_lead", 0, m.climb_lead), visit("climb_gain", 0, m.climb_gain);
+    visit("depth_integral", 0, m.depth_integral), visit("pitch_gain", 0, m.pitch_gain);
+    visit("pitch_damping", 0, m.pitch_damping), visit("fin_angle_max", 0, m.fin_max);
+}
+
 /// Means over the last whole beat: direction that the head faces, rate of turn, roll.
 template <class T>
 struct BeatMean {

@@ -196,6 +196,7 @@ class Hinge(Part):
         "N m/rad",
         key="stiffness_n_m_per_rad",
         how="hang weights at a known lever: torque over angle",
+        follows={"stiffness": 1},
         usual=(1e-4, 1e3),
     )
     damping: NotNegative = entry(

@@ -85,6 +85,29 @@ Name = Annotated[str, Field(min_length=1), AfterValidator(_name)]
 Named = AfterValidator(_names)  # of a table of named entries
 
 
+class Scale(NamedTuple):
+    """Estimate of a key from HyperTuna's: in words, and powers of another robot's length, mass and speed over its."""
+
+    words: str
+    length: int = 0
+    mass: int = 0
+    speed: int = 0
+
+
+class Radio(NamedTuple):
+    """A parameter of the firmware: range in which the radio may set a number, as fractions of its value.
+
+    A limit may only become tighter, and a gain may be halved or doubled.
+    """
+
+    place: int  # in the order of the parameters of its part
+    low: float = 0.5
+    high: float = 2.0
+    bounds: bool = False  # the range is in SI units
+    whole: bool = False
+    name: str = ""  # if it is not that of the number
+
+
 class Key(NamedTuple):
     """A key of the file as its table declares it."""
 
@@ -93,6 +116,9 @@ class Key(NamedTuple):
     name: str | None
     how: str  # to find its value; empty: as its table says
     usual: tuple[float, float] | None  # range in the unit of the file, for robots in a lab, a lake or at sea
+    radio: Radio | None
+    scale: Scale | None
+    follows: Mapping[str, int]  # powers of factors on the length, the mass and the height of its link
     options: dict[str, Any]
 
     def field(self, attribute: str) -> Any:
@@ -110,10 +136,13 @@ def entry(
     key: str | None = None,
     how: str = "",
     usual: tuple[float, float] | None = None,
+    radio: Radio | None = None,
+    scale: Scale | None = None,
+    follows: Mapping[str, int] | None = None,
     **options: Any,
 ) -> Any:
     """Declare a key of the file, named by its attribute and unit unless `key` is given, with what users need of it."""
-    return Key(description, unit, key, how, usual, options)
+    return Key(description, unit, key, how, usual, radio, scale, follows or {}, options)
 
 
 class Check(NamedTuple):

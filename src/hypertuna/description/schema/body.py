@@ -72,6 +72,7 @@ class Links(Part, table="links"):
         min_length=1,
         how="ruler: from joint axle to joint axle, nose and tail tip at the ends",
         usual=(5e-4, 10.0),
+        follows={"length": 1},
     )
     name: tuple[Name, ...] = entry(
         "name of each link (default: L0, L1, ...)",
@@ -83,8 +84,11 @@ class Links(Part, table="links"):
         "m",
         default_factory=lambda links: tuple(length / 2 for length in links["length"]),
         how="balance each link on an edge; ruler from its front axle",
+        follows={"length": 1},
     )
-    mass: tuple[Positive, ...] = entry("mass of each link", "kg", how="scale: each link with all that it carries")
+    mass: tuple[Positive, ...] = entry(
+        "mass of each link", "kg", how="scale: each link with all that it carries", follows={"mass": 1}
+    )
     inertia: tuple[Positive, ...] = entry(
         "moment of inertia of each link about its center of mass (default: a slender rod's m l^2/12)",
         "kg m^2",
@@ -93,9 +97,13 @@ class Links(Part, table="links"):
         ),
         how="pendulum test: hang the link at its front, time ten swings; or CAD",
         usual=(1e-9, 100.0),
+        follows={"length": 2, "mass": 1},
     )
     lateral_area: tuple[Positive, ...] = entry(
-        "area of each link seen from the side", "m^2", how="side view on squared paper, count the squares; or CAD"
+        "area of each link seen from the side",
+        "m^2",
+        how="side view on squared paper, count the squares; or CAD",
+        follows={"length": 1, "height": 1},
     )
     wetted_area: tuple[Positive, ...] = entry(
         f"reference area of each link's friction (default: {AROUND:g} times the lateral area, an ellipse 0.6 times as "
@@ -103,6 +111,7 @@ class Links(Part, table="links"):
         "m^2",
         default_factory=lambda links: tuple(AROUND * area for area in links["lateral_area"]),
         how="tape around the sections, times their length; or CAD",
+        follows={"length": 1, "height": 1},
     )
 
     def _checks(self) -> Iterator[Check]:
@@ -138,6 +147,7 @@ class Spatial(Part, table="spatial"):
         "distance of each center of buoyancy from the link's front end",
         "m",
         how="CAD: center of the volume; or as com_m",
+        follows={"length": 1},
     )
     buoyancy_height: tuple[Real, ...] = entry(
         "height of each center of buoyancy, where the planar water forces act too",
@@ -145,7 +155,11 @@ class Spatial(Part, table="spatial"):
         how="CAD: center of the volume above the axes of the joints; or 0",
     )
     height: tuple[Positive, ...] = entry(
-        "height of each section, mean over the link", "m", how="calipers: mean over the link", usual=(0.001, 5.0)
+        "height of each section, mean over the link",
+        "m",
+        how="calipers: mean over the link",
+        usual=(0.001, 5.0),
+        follows={"height": 1},
     )
     width: tuple[Positive, ...] = entry(
         "width of each section, mean over the link", "m", how="calipers: mean over the link", usual=(5e-4, 5.0)
@@ -172,12 +186,14 @@ class Spatial(Part, table="spatial"):
         "kg m^2",
         default=None,
         how="pendulum test about the long axis; or CAD",
+        follows={"mass": 1},
     )
     inertia_pitch: tuple[Positive, ...] | None = entry(
         "moment of inertia about the axis across each link through its center of mass (default: an ellipsoid's)",
         "kg m^2",
         default=None,
         how="pendulum test about the axis across; or CAD",
+        follows={"length": 2, "mass": 1},
     )
 
     def centers(self, length: tuple[float, ...]) -> Iterator[Check]:
@@ -189,7 +205,9 @@ class Spatial(Part, table="spatial"):
 class Fins(Part, table="fins", how="ruler"):
     """The pair of pectoral fins: flat plates on both sides of the head, pitched by servos."""
 
-    x: NotNegative = entry("distance of the centers of area from the nose, along the head", "m", usual=(0.002, 10.0))
+    x: NotNegative = entry(
+        "distance of the centers of area from the nose, along the head", "m", usual=(0.002, 10.0), follows={"length": 1}
+    )
     y: Positive = entry("distance of the centers of area from the middle plane", "m", usual=(0.002, 5.0))
     z: Real = entry("height of the centers of area above the axis through the joints", "m")
     span: Positive = entry("span of one fin", "m", usual=(0.002, 2.0))

@@ -15,7 +15,9 @@ from hypertuna.description.schema.base import (
     Positive,
     PositiveDegrees,
     PositiveFraction,
+    Radio,
     Real,
+    Scale,
     Text,
     entry,
     number,
@@ -24,6 +26,11 @@ from hypertuna.description.schema.base import (
 from hypertuna.errors import did_you_mean
 from hypertuna.ranges import Range
 
+LENGTH = Scale("as HyperTuna's in body lengths", length=1)
+MASS = Scale("HyperTuna's in proportion to the mass", mass=1)
+SPEED = Scale("HyperTuna's in proportion to the speed of the gait", speed=1)
+TIME = Scale("HyperTuna's way at this robot's speed", speed=-1)
+RATE = Scale("as HyperTuna's in body lengths traveled", length=-1, speed=1)
 WORKING = 0.8  # of the soft limit: the working pressure by default
 Smoothing = Annotated[float, number(Range(min=1e-3))]  # s: the controller divides by it
 
@@ -39,14 +46,21 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
     smoothing: Smoothing = entry(
         "time constant with which amplitude, bias and frequency follow a command", "s", usual=(0.005, 30.0)
     )
-    learning: PositiveFraction = entry("weight of a new beat in the corrections of amplitude and bias")
-    frequency_max: Positive = entry("highest beat frequency of a command", "Hz", usual=(0.2, 50.0))
-    fin_max: PositiveDegrees = entry("largest angle of the pectoral fins to either side", "deg", usual=(1.6, 90.0))
+    learning: PositiveFraction = entry(
+        "weight of a new beat in the corrections of amplitude and bias", radio=Radio(1, 0.0, 1.0, bounds=True)
+    )
+    frequency_max: Positive = entry(
+        "highest beat frequency of a command", "Hz", usual=(0.2, 50.0), radio=Radio(6, 0.1, 1.0)
+    )
+    fin_max: PositiveDegrees = entry(
+        "largest angle of the pectoral fins to either side", "deg", usual=(1.6, 90.0), radio=Radio(7, 0.0, 1.0)
+    )
     voltage_low: Positive = entry(
         "battery voltage below which the status warns",
         "V",
         how="voltage of the pack at a fifth of its charge",
         usual=(1.0, 60.0),
+        radio=Radio(8, 1.0, 1.2),
     )
     pressure_step: Positive | None = entry(
         "largest change within a tick beside the pump's; a larger one is a faulty sensor", "Pa", default=None
@@ -57,6 +71,7 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
         default=None,
         how="pressure of the largest bend",
         usual=(2e3, 1e7),
+        radio=Radio(3, 0.5, 1.0),
     )
     pressure_soft: Positive | None = entry(
         "pressure to which the supervisor limits commands within a tick: water hammer included",
@@ -64,6 +79,7 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
         default=None,
         how="1.25 times the working pressure",
         usual=(2e3, 1e7),
+        radio=Radio(4, 0.5, 1.0),
     )
     pressure_hard: Positive | None = entry(
         "pressure at which a circuit is released for good",
@@ -71,13 +87,20 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
         default=None,
         how="1.2 times the soft limit, below the burst pressure and in the range of the sensor",
         usual=(2e3, 1e7),
+        radio=Radio(5, 0.5, 1.0),
     )
-    timeout: Positive = entry("time without a command after which the tail rests", "s", usual=(0.02, 60.0))
+    timeout: Positive = entry(
+        "time without a command after which the tail rests",
+        "s",
+        usual=(0.02, 60.0),
+        radio=Radio(9, 0.2, 1.0, whole=True, name="timeout_ticks"),
+    )
     pulse_center: Microseconds = entry(
         "servo pulse of the neutral angle",
         "us",
         how="data sheet of the servo: pulse of the middle",
         usual=(300.0, 3000.0),
+        radio=Radio(10, 0.9, 1.1),
     )
     pulse_per_rad: Microseconds = entry(
         "change of the servo pulse per angle",
@@ -85,10 +108,17 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
         key="pulse_us_per_rad",
         how="data sheet of the servo: range of pulses over range of angles",
         usual=(100.0, 3000.0),
+        radio=Radio(11, 0.8, 1.25),
     )
-    pulse_min: Microseconds = entry("shortest servo pulse", "us", how="data sheet of the servo", usual=(300.0, 3000.0))
-    pulse_max: Microseconds = entry("longest servo pulse", "us", how="data sheet of the servo", usual=(300.0, 3000.0))
-    slew: Positive = entry("largest rate of the commanded servo angle", "rad/s", usual=(0.5, 200.0))
+    pulse_min: Microseconds = entry(
+        "shortest servo pulse", "us", how="data sheet of the servo", usual=(300.0, 3000.0), radio=Radio(12, 1.0, 1.5)
+    )
+    pulse_max: Microseconds = entry(
+        "longest servo pulse", "us", how="data sheet of the servo", usual=(300.0, 3000.0), radio=Radio(13, 0.75, 1.0)
+    )
+    slew: Positive = entry(
+        "largest rate of the commanded servo angle", "rad/s", usual=(0.5, 200.0), radio=Radio(14, 0.1, 1.0)
+    )
 
     @property
     def works_at(self) -> float | None:
@@ -211,30 +241,38 @@ class Guidance(Part, table="guidance", how="as HyperTuna's; tune on the twin at 
     start_error: Positive = entry("standard deviation of the start's position", "m")
 
     bias_max: tuple[PositiveDegrees, ...] = entry("largest tail bias that steers, of each joint group", "deg")
-    heading_rate: Positive = entry("bandwidth of the heading loop", "1/s")
-    turn_max: PositiveDegrees = entry("largest turning rate that the pilot commands", "deg/s", usual=(1.6, 400.0))
-    rate_gain: NotNegative = entry("gain on the error of the turning rate")
-    heading_integral: NotNegative = entry("integral gain of the heading loop", "1/s")
-    lookahead: Positive = entry("lookahead distance along the leg", "m", usual=(0.1, 100.0))
-    depth_lookahead: Positive = entry("lookahead distance in depth", "m")
+    heading_rate: Positive = entry("bandwidth of the heading loop", "1/s", radio=Radio(1), scale=RATE)
+    turn_max: PositiveDegrees = entry(
+        "largest turning rate that the pilot commands", "deg/s", usual=(1.6, 400.0), radio=Radio(4), scale=RATE
+    )
+    rate_gain: NotNegative = entry("gain on the error of the turning rate", radio=Radio(3))
+    heading_integral: NotNegative = entry("integral gain of the heading loop", "1/s", radio=Radio(2), scale=RATE)
+    lookahead: Positive = entry(
+        "lookahead distance along the leg", "m", usual=(0.1, 100.0), radio=Radio(6), scale=LENGTH
+    )
+    depth_lookahead: Positive = entry("lookahead distance in depth", "m", radio=Radio(7), scale=LENGTH)
     climb_max: PositiveDegrees = entry("steepest path angle that the pilot commands", "deg", usual=(1.6, 90.0))
     pitch_max: PositiveDegrees = entry("pitch at which the commanded path angle is zero", "deg", usual=(1.6, 90.0))
-    depth_integral: NotNegative = entry("integral gain of the depth loop", "1/s")
-    climb_lead: Positive = entry("fin angle per commanded path angle")
-    climb_gain: NotNegative = entry("fin angle per error of the path angle")
+    depth_integral: NotNegative = entry("integral gain of the depth loop", "1/s", radio=Radio(8), scale=RATE)
+    climb_lead: Positive = entry("fin angle per commanded path angle", radio=Radio(9))
+    climb_gain: NotNegative = entry("fin angle per error of the path angle", radio=Radio(10))
     pitch_gain: Real = entry("fin angle per pitch, opposed to the pitch")
-    pitch_damping: NotNegative = entry("fin angle per pitch rate, against it", "s")
-    speed_min: Positive = entry("minimum speed that the steering gains assume", "m/s")
+    pitch_damping: NotNegative = entry("fin angle per pitch rate, against it", "s", radio=Radio(11))
+    speed_min: Positive = entry("minimum speed that the steering gains assume", "m/s", radio=Radio(12), scale=SPEED)
 
-    surface_depth: Positive = entry("depth above which the robot counts as at the surface", "m", usual=(0.005, 5.0))
-    fence_margin: Positive = entry(
-        "distance to the fence at which the robot turns, added to twice the position's standard deviation", "m"
+    surface_depth: Positive = entry(
+        "depth above which the robot counts as at the surface", "m", usual=(0.005, 5.0), radio=Radio(13)
     )
-    error_max: Positive = entry("position error at which the robot surfaces for a fix", "m")
+    fence_margin: Positive = entry(
+        "distance to the fence at which the robot turns, added to twice the position's standard deviation",
+        "m",
+        radio=Radio(14),
+    )
+    error_max: Positive = entry("position error at which the robot surfaces for a fix", "m", radio=Radio(15))
     error_near: Positive = entry("position error near the fence at which the robot surfaces for a fix", "m")
     error_lost: Positive = entry("position error without any fix at which the robot goes home", "m")
     drift_error_max: Positive = entry("growth rate of the position error below which a dive begins", "m/s")
-    fix_timeout: Positive = entry("longest wait at the surface for a fix", "s")
+    fix_timeout: Positive = entry("longest wait at the surface for a fix", "s", radio=Radio(16))
     retry: Positive = entry("time until the next attempt after no fix", "s")
     sensor_timeout: Positive = entry("time without readings after which a sensor is lost", "s")
     compass_timeout: Positive = entry("time without a compass after which the robot surfaces", "s")
@@ -242,15 +280,16 @@ class Guidance(Part, table="guidance", how="as HyperTuna's; tune on the twin at 
     fin_min: PositiveDegrees = entry("fin angle above which the roll is monitored", "deg")
     fin_after: Positive = entry("time of the roll after which the fin is lost", "s")
     single_fin_max: PositiveDegrees = entry("largest angle of the fin that still works", "deg", usual=(1.6, 90.0))
-    response_time: Positive = entry("time within which the depth must respond to fins at their limit", "s")
+    response_time: Positive = entry("time within which the depth must respond to fins at their limit", "s", scale=TIME)
     response_depth: Positive = entry("change of depth that counts as a response", "m")
     blind_fin: PositiveDegrees = entry("fin angle during ascent without depth sensor or IMU", "deg")
-    blind_speed: Positive = entry("speed during ascent without an IMU", "m/s")
+    blind_speed: Positive = entry("speed during ascent without an IMU", "m/s", scale=SPEED)
     power: Positive = entry(
         "electrical power at the fastest gait, for the energy to reach home",
         "W",
         how="wattmeter at the fastest of the gaits, or `hypertuna twin`",
         usual=(0.02, 1e4),
+        scale=MASS,
     )
     overhead: NotNegative = entry(
         "time added to every estimated return home", "s", how="fly the mission on the twin (`hypertuna mission`)"

@@ -13,6 +13,7 @@ from hypertuna.description.schema.base import (
     Positive,
     PositiveDegrees,
     PositiveFraction,
+    Radio,
     entry,
 )
 
@@ -65,31 +66,53 @@ class Firmware(Part, table="firmware", keys=_analog_pins(), how="as HyperTuna's;
         "fraction of the converter's range that is the upper end of an analog sensor's range"
     )
 
-    manual_timeout: Positive = entry("time without a joystick after which the tail rests", "s")
-    link_timeout: Positive = entry("time without the ground station after which a gait ends", "s")
-    home_timeout: Positive = entry("time without the ground station after which the robot goes home", "s")
+    manual_timeout: Positive = entry(
+        "time without a joystick after which the tail rests", "s", radio=Radio(1, 0.1, 1.0)
+    )
+    link_timeout: Positive = entry(
+        "time without the ground station after which a gait ends", "s", radio=Radio(2, 0.2, 2.0)
+    )
+    home_timeout: Positive = entry(
+        "time without the ground station after which the robot goes home", "s", radio=Radio(3, 0.2, 10.0)
+    )
     voltage_empty: Positive = entry(
         "battery voltage at which the robot surfaces and disarms",
         "V",
         how="data sheet of the cell: end of discharge, times the cells in series",
         usual=(1.0, 60.0),
+        radio=Radio(4, 1.0, 1.2),
     )
     voltage_after: Positive = entry("time of low voltage before the supervisor acts", "s")
-    tilt_max: PositiveDegrees = entry("roll or pitch beyond which the tail rests", "deg", usual=(5.0, 180.0))
+    tilt_max: PositiveDegrees = entry(
+        "roll or pitch beyond which the tail rests", "deg", usual=(5.0, 180.0), radio=Radio(5, 0.5, 1.0)
+    )
     tilt_after: Positive = entry("time of a larger roll or pitch before the supervisor acts", "s")
     leak_after: Positive = entry("time of a leak before the supervisor acts", "s")
     rise_depth: Positive = entry(
-        "depth from which a robot without a mission surfaces on return home", "m", usual=(0.05, 100.0)
+        "depth from which a robot without a mission surfaces on return home",
+        "m",
+        usual=(0.05, 100.0),
+        radio=Radio(6, 0.2, 4.0),
     )
     depth_max: Positive = entry(
-        "deepest that the hull is taken, in missions and outside them", "m", usual=(0.5, 1000.0)
+        "deepest that the hull is taken, in missions and outside them",
+        "m",
+        usual=(0.5, 1000.0),
+        radio=Radio(7, 0.05, 1.0),
     )
     watchdog: Positive = entry("time without a tick after which the watchdog restarts the firmware", "s")
     link_rate: Positive = entry(
-        "rate of the radio over the air", "bit/s", how="data sheet of the radio: rate through the air"
+        "rate of the radio over the air",
+        "bit/s",
+        how="data sheet of the radio: rate through the air",
+        radio=Radio(8, 300.0, 115200.0, bounds=True),
     )
-    link_share: PositiveFraction = entry("fraction of the radio's rate for telemetry")
-    system_id: Count = entry("number of the robot in MAVLink, 1 to 250")
+    link_share: PositiveFraction = entry(
+        "fraction of the radio's rate for telemetry", radio=Radio(9, 0.05, 1.0, bounds=True)
+    )
+    system_id: Count = entry(
+        "number of the robot in MAVLink, 1 to 250", radio=Radio(10, 1, 250, bounds=True, whole=True)
+    )
 
     def analog_pins(self, quantity: str) -> tuple[int, ...]:
         """Return the pins of a kind of analog sensor."""

@@ -145,6 +145,7 @@ class Strip(Part):
         "m",
         default=0.0,
         how="ruler: span of the tail fin at its trailing edge",
+        follows={"height": 1},
     )
     edge_lift: Fraction = entry(
         "lift slope of the tail fin, in units of a slender wing's pi AR/2",

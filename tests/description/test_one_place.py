@@ -1,0 +1,73 @@
+"""A key is declared once: how many files name it, and that no list elsewhere repeats it."""
+
+import re
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import hypertuna as ht
+from hypertuna.control.controller import given_constants
+from hypertuna.description.schema.base import Part
+from hypertuna.description.schema.body import Fins, Spatial
+from hypertuna.description.schema.control import Guidance
+from hypertuna.description.schema.firmware import Firmware
+from hypertuna.description.schema.hydraulics import Oil
+from hypertuna.firmware.parameters import TABLES, firmware_table
+
+TOP = Path(__file__).parents[2]
+WHERE = ("src/hypertuna", "core/include", "bindings", "hosts", "firmware/app", "robots/hypertuna.toml")
+DERIVED = {  # keys of which the core has something else under the same name, or that a result is named as
+    *("fin_tilt", "pitch_max", "climb_max", "depth_rate"),
+}
+
+
+@cache
+def sources() -> dict[str, str]:
+    """Return the tracked sources of the package, core, hosts and firmware, and a robot."""
+    found = subprocess.run(["git", "ls-files", *WHERE], cwd=TOP, capture_output=True, text=True, check=True)
+    return {name: (TOP / name).read_text() for name in found.stdout.split() if name.endswith((".py", "pp", ".toml"))}
+
+
+def naming(pattern: str, ending: str = "") -> list[str]:
+    """Return the sources that have a pattern."""
+    return [name for name, text in sources().items() if name.endswith(ending) and re.search(pattern, text)]
+
+
+@pytest.mark.parametrize(
+    ("table", "name", "most"),
+    [
+        *((Guidance, name, 4) for name in ("fix_timeout", "response_time", "pitch_damping", "compass_timeout")),
+        *((table, name, 5) for table, name in ((Fins, "drag_zero"), (Firmware, "home_timeout"))),
+        *((table, name, 3) for table, name in ((Oil, "viscosity_40"), (Spatial, "inertia_pitch"))),
+        *((Firmware, name, 3) for name in ("imu_serial", "radio_baud")),
+    ],
+)
+def test_a_key_is_named_by_few_files(table: type[Part], name: str, most: int) -> None:
+    """A pilot's key by 4: its declaration, its value, member and use in the core; without the core by 3."""
+    files = naming(rf"\b({name}|{table.model_fields[name].alias})\b")
+    assert len(files) in range(2, most + 1), files
+
+
+def test_no_list_repeats_the_keys_that_the_core_has(tuna: ht.Robot) -> None:
+    assert tuna.guidance is not None
+    names = given_constants("pilot", tuna.guidance).keys() - DERIVED
+    assert len(names) > 30
+    repeated = {name: naming(rf'["\']{name}["\']', ".py") for name in names}
+    declared = "src/hypertuna/description/schema/control.py"  # its checks name keys
+    assert {name: files for name, files in repeated.items() if set(files) - {declared}} == {}
+
+
+def test_a_parameter_is_a_key_with_a_range_or_one_of_few_computed_ones(tuna: ht.Robot) -> None:
+    table = firmware_table(tuna)
+    parts = {
+        part: {table.fields[p.field][1] for p in table.parameters if table.fields[p.field][0] == part}
+        for part in TABLES
+    }
+    for part, columns in parts.items():
+        declared = {name for name, key in TABLES[part].declared.items() if key.radio is not None}
+        assert declared <= columns
+        assert len(columns - declared) == 1  # amplitude, curvature, sign
+        places = [key.radio.place for key in TABLES[part].declared.values() if key.radio is not None]
+        assert len(set(places)) == len(places)
