@@ -32,7 +32,6 @@ from hypertuna.cli.console import progress_bar
 ROOT = Path(__file__).resolve().parents[2]
 PLACE = ROOT / "build" / "mutants"
 PATHS = (str(Path(__file__).with_name("path")), os.environ.get("PYTHONPATH", ""))
-BUILT = os.pathsep.join(map(str, (ROOT / "build").glob("cp*")))  # by the first import here: tests need not look again
 TIMES, MORE = 3.0, 60.0  # of a run without a mutant; s
 KILLED, SURVIVED, TIMEOUT = "killed", "survived", "timeout"
 
@@ -58,7 +57,7 @@ def suite(room: str, mutant: Mutant | None = None) -> list[str]:
 
 def outcome(files: list[str], mutant: Mutant | None = None, limit: float | None = None, log: Path | None = None) -> str:
     """Run tests with a mutant, in at most `limit` seconds: killed, survived or timeout."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, PATHS)), "SKBUILD_EDITABLE_SKIP": BUILT}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, PATHS))}
     line = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *files]
     with TemporaryDirectory() as folder, open(log or os.devnull, "w") as output:
         imported = Path(folder) / "imported"
