@@ -24,7 +24,7 @@ class Mutant:
     module: str  # path from the repository's root
     function: str  # qualified name
     place: Place
-    before: str  # the statement's first line, and what stands in its place
+    before: str  # the statement's line, and what stands in its place
     after: str
 
     @property
@@ -39,9 +39,9 @@ def mutants(root: Path, module: str) -> Iterator[Mutant]:
     for place, function in _places(tree, (), ""):
         statement = place[: 1 + max(k for k, _ in enumerate(place) if isinstance(_at(tree, place[: k + 1]), ast.stmt))]
         changed = mutated(tree, place)
-        before, after = (ast.unparse(_at(one, statement)).split("\n", 1)[0] for one in (tree, changed))
-        if before != after:
-            yield Mutant(module, function, place, before, after)
+        lines = zip(*(ast.unparse(_at(one, statement)).split("\n") for one in (tree, changed)), strict=True)
+        before, after = next((old, new) for old, new in lines if old != new)
+        yield Mutant(module, function, place, before.strip(), after.strip())
 
 
 def drawn(root: Path, modules: list[str], seed: int) -> list[Mutant]:
@@ -91,6 +91,8 @@ def _places(node: ast.AST, place: Place, function: str) -> Iterator[tuple[Place,
             continue
         for index, child in enumerate(value) if isinstance(value, list) else [(-1, value)]:
             if not isinstance(child, ast.AST) or isinstance(child, ast.JoinedStr | ast.Raise):
+                continue
+            if isinstance(child, ast.keyword) and child.arg == "strict":  # zip's own check of the code around it
                 continue
             named = getattr(child, "name", None) if isinstance(child, (ast.ClassDef, *LEFT[2:])) else None
             inside = ".".join(filter(None, (function, named)))

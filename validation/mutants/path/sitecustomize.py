@@ -23,6 +23,7 @@ class Mutated(SourceFileLoader):
         from mutants import mutated
 
         sys.path.pop(0)
+        Path(MUTANT["imported"]).touch()
         tree = ast.parse(Path(self.path).read_text(encoding="utf-8"))
         place = tuple((field, index) for field, index in MUTANT["place"])
         return compile(mutated(tree, place), self.path, "exec")
