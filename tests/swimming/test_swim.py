@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.signal import resample
 
 import hypertuna as ht
+from hypertuna.description.pose import body_points
 from hypertuna.io.files import write_netcdf
 from hypertuna.swimming.beat import STATUSES, status_text
 from hypertuna.swimming.gait import named_gait
-from hypertuna.swimming.trajectory import body_points
 from models import MODELS, changed, fastest, later, turning
 from oracles import beats
 from oracles.planar import Chain, Lumped, Water, elongated_of, strip_of
