@@ -29,6 +29,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe
 
 from hypertuna.cli.main import main
+from hypertuna.description.plots import plot_robot
 from hypertuna.description.reference import reference
 from hypertuna.description.robot import load
 from hypertuna.figures import save
@@ -45,7 +46,6 @@ from hypertuna.reports.html import Table
 from hypertuna.reports.results import posture_table
 from hypertuna.simulation.dive import dive
 from hypertuna.simulation.plots import plot_dive, plot_posture
-from hypertuna.swimming.drawing import plot_robot
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.plots import plot_swim
 

@@ -17,7 +17,7 @@ from hypertuna.identification.identify import identify
 from hypertuna.trials.comparison import compare_recording, replay_recording
 from hypertuna.trials.manifest import reference as manifest_keys
 from hypertuna.trials.marker_import import read_marker_run, write_marker_runs
-from hypertuna.trials.marker_plots import plot_markers
+from hypertuna.trials.plots_markers import plot_markers
 from hypertuna.trials.steady import COLUMNS
 from hypertuna.trials.trials import read_trials
 

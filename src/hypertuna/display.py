@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import importlib
 import io
 import math
 import pkgutil
@@ -12,7 +13,7 @@ import textwrap
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, ParamSpec, TypeAlias, TypeVar
 
 from hypertuna.arguments import checked
 from hypertuna.errors import InputError, shown
@@ -23,6 +24,10 @@ from hypertuna.ranges import Range
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+P = ParamSpec("P")
+R = TypeVar("R")
+V = TypeVar("V")
 
 LINES, COLUMNS = 5, 100  # of a text
 OPEN = 8  # rows of a table that are not folded
@@ -59,48 +64,114 @@ background:none;white-space:nowrap;color:inherit}
 
 
 @dataclass(frozen=True)
+class Facts:
+    """Labeled values of a card: quantities, or texts by their labels; an empty label is the value above once more."""
+
+    values: Mapping[str, Quantity | str]
+    digits: int = 4
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Return label, value and unit of those that are shown."""
+        each = [Quantity(one, "", label) if isinstance(one, str) else one for label, one in self.values.items()]
+        return [
+            (one.label, one.value if isinstance(one.value, str) else f"{one.value:.{self.digits}g}", one.unit)
+            for one in each
+            if one.label is not None
+        ]
+
+    def pairs(self) -> list[tuple[str, str]]:
+        """Return each label, and its value with its unit."""
+        pairs: list[tuple[str, str]] = []
+        for label, value, unit in self.rows():
+            text = "–" if value == "nan" else f"{value} {unit}".rstrip()
+            above, first = pairs.pop() if pairs and not label else (label, "")
+            pairs.append((above, f"{first} ({text})" if first else text))
+        return pairs
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows below heads of one or two lines; a cell is text, or text with its style on a terminal.
+
+    Columns are set right but those in `left`, counted from 0. Where the terminal is narrow, the column `fold`
+    alone gives way, or all but the column `whole`, whose words are names.
+    """
+
+    heads: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    left: Sequence[int] = (0,)
+    fold: int = -1
+    whole: int = -1
+    tight: bool = False  # between columns
+
+    def width(self) -> int:
+        """Return how many letters its lines need."""
+        return sum(max(len(_cell(cell)) for cell in column) + 2 for column in zip(self.heads, *self.rows, strict=True))
+
+
+Part: TypeAlias = "str | tuple[str, str] | Facts | Table"  # a sentence, a sentence with its style on a terminal
+
+
+@dataclass(frozen=True)
 class Card:
-    """What is shown of a result, in words and numbers as they are printed."""
+    """What is shown of a result, on a terminal and in a notebook, in words and numbers as they are printed."""
 
     title: str
-    facts: Sequence[tuple[str, str]] = ()  # label, and value with its unit
-    text: str = ""  # sentences
-    columns: Sequence[str] = ()  # of a table
-    rows: Sequence[Sequence[str]] = ()
+    parts: Sequence[Part] = ()
     picture: Callable[[], str] | None = None  # makes <svg> elements; pages alone call it
+
+    def lines(self) -> list[Part]:
+        """Return what a terminal prints."""
+        return [(self.title, "bold"), *self.parts]
+
+
+class Functions(dict[type, Callable[..., Any]]):
+    """Functions of results by their class, in modules of its room that are imported when one is asked for.
+
+    Their names begin with `modules`.
+    """
+
+    def __init__(self, modules: str) -> None:
+        super().__init__()
+        self.modules = modules
+
+    def of(self, kind: type[R]) -> Callable[[Callable[Concatenate[R, P], V]], Callable[Concatenate[R, P], V]]:
+        """Take the decorated function as that of a class of results."""
+
+        def keep(function: Callable[Concatenate[R, P], V]) -> Callable[Concatenate[R, P], V]:
+            self[kind] = function
+            return function
+
+        return keep
+
+    def __missing__(self, kind: type) -> Callable[..., Any]:
+        room = importlib.import_module(kind.__module__.rpartition(".")[0])
+        for module in pkgutil.iter_modules(room.__path__, f"{room.__name__}."):
+            if kind not in self and module.name.rpartition(".")[2].startswith(self.modules):
+                importlib.import_module(module.name)
+        return dict(self)[kind]
+
+
+cards, tables, plots = Functions("cards"), Functions("cards"), Functions("plots")
 
 
 class Displayed:
-    """A result that shells show in five lines, and notebooks as a card.
+    """A result that shells show in five lines, and terminals and notebooks as a card."""
 
-    A class names the function that makes its card, ``"package.module:function"``: imported when it is shown.
-    """
-
-    _card: ClassVar[str]
-
-    def __init_subclass__(cls, card: str = "", **options: Any) -> None:
+    def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
-        if card:
-            cls._card = card
-            cls.__repr__ = Displayed.__repr__  # type: ignore[method-assign]  # else a dataclass writes its own
+        cls.__repr__ = Displayed.__repr__  # type: ignore[method-assign]  # else a dataclass writes its own
 
     def __repr__(self) -> str:
-        return card_text(pkgutil.resolve_name(self._card)(self))
+        return card_text(card_of(self))
 
     def _repr_html_(self) -> str:
         """Return the card as HTML, for notebooks."""
-        return card_html(pkgutil.resolve_name(self._card)(self))
+        return card_html(card_of(self))
 
 
 class Plotted(Displayed):
-    """A result with a figure: the class names the function that plots it, ``"package.module:function"``."""
-
-    _figure: ClassVar[str]
-
-    def __init_subclass__(cls, figure: str = "", **options: Any) -> None:
-        super().__init_subclass__(**options)
-        if figure:
-            cls._figure = figure
+    """A result with a figure."""
 
     def plot(self, *, width: float = 7.2) -> Figure:
         """Plot the result.
@@ -116,19 +187,19 @@ class Plotted(Displayed):
             Shown by notebooks; ``figure.savefig("name.svg")`` writes it.
         """
         width = WIDTHS.check(width, "width", "give the width of the figure in inches")
-        figure: Figure = pkgutil.resolve_name(self._figure)(self, width=width)
+        figure: Figure = plots[type(self)](self, width=width)
         return in_notebooks(figure)
 
 
 class Tabular:
-    """A result that is a table: the class names the function, or is given it, that returns a dataset or columns."""
+    """A result that is a table: the class is given the function that returns a dataset or columns, or a card's is."""
 
-    _data: ClassVar[str | Callable[[Any], Any]]
+    _data: ClassVar[Callable[[Any], Any] | None] = None
 
-    def __init_subclass__(cls, data: str | Callable[[Any], Any] = "", **options: Any) -> None:
+    def __init_subclass__(cls, data: Callable[[Any], Any] | None = None, **options: Any) -> None:
         super().__init_subclass__(**options)
         if data:
-            cls._data = data if isinstance(data, str) else staticmethod(data)
+            cls._data = staticmethod(data)
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the result as a table of pandas.
@@ -140,9 +211,14 @@ class Tabular:
         """
         import pandas as pd  # slow to import
 
-        make = type(self)._data
-        data = (pkgutil.resolve_name(make) if isinstance(make, str) else make)(self)
+        data = (type(self)._data or tables[type(self)])(self)
         return pd.DataFrame(data) if isinstance(data, dict) else to_pandas(data)
+
+
+def card_of(result: Any) -> Card:
+    """Return the card of a result."""
+    card: Card = cards[type(result)](result)
+    return card
 
 
 def to_pandas(data: Any) -> pd.DataFrame:
@@ -169,15 +245,6 @@ def to_pandas(data: Any) -> pd.DataFrame:
     table = pd.DataFrame(data_columns(data))
     table.attrs = dict(data.attrs)
     return table
-
-
-def facts_of(summary: Mapping[str, Quantity]) -> list[tuple[str, str]]:
-    """Return the labeled numbers of a summary as facts of a card."""
-    return [
-        (one.label, str(one.value) if isinstance(one.value, str | int) else number(one.value, one.unit))
-        for one in summary.values()
-        if one.label
-    ]
 
 
 def columns_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
@@ -211,33 +278,52 @@ def number(value: float, unit: str = "", digits: int = 3) -> str:
 
 def card_text(card: Card) -> str:
     """Write a card in five lines at most."""
-    facts = textwrap.wrap("; ".join(f"{label} {value}".strip() for label, value in card.facts), COLUMNS)
+    pairs = [pair for part in card.parts if isinstance(part, Facts) for pair in part.pairs()]
+    facts = textwrap.wrap("; ".join(f"{label} {value}".strip() for label, value in pairs), COLUMNS)
     lines = [card.title, *(facts if len(facts) <= LINES - 2 else [*facts[: LINES - 3], "..."])]
-    if card.text:
-        lines.append(card.text)
-    rows = [", ".join(filter(None, row)) for row in card.rows]
+    if text := " ".join(filter(None, map(_sentence, card.parts))):
+        lines.append(text)
+    table = next((part for part in card.parts if isinstance(part, Table)), Table((), ()))
+    rows = [", ".join(filter(None, map(_cell, row))) for row in table.rows]
     room = LINES - len(lines)
     if len(rows) > room:
         rows = [*rows[: room - 1], f"... and {len(rows) - room + 1} more"] if room > 1 else []
     return "\n".join(textwrap.shorten(line, COLUMNS, placeholder=" ...") for line in [*lines, *rows])
 
 
+def _sentence(part: Part) -> str:
+    """Return the sentence of a part, nothing for one in faint letters."""
+    return part if isinstance(part, str) else part[0] if isinstance(part, tuple) and part[1] != "dim" else ""
+
+
 def card_html(card: Card) -> str:
     """Write a card as HTML without script."""
-    facts = "".join(f"<div><span>{safe(label)}</span><b>{safe(value)}</b></div>" for label, value in card.facts)
     parts = [f"<style>{STYLE}</style>", f'<div class="ht-title">{safe(card.title)}</div>']
     parts += [] if card.picture is None else [card.picture()]
-    parts += [f'<div class="ht-facts">{facts}</div>'] if facts else []
-    parts += [f"<p>{safe(card.text)}</p>"] if card.text else []
-    parts += [_table(card.columns, card.rows[:OPEN])] if card.rows else []
-    if len(card.rows) > OPEN:
-        rest = _table(card.columns, card.rows[OPEN:])
-        parts.append(f"<details><summary>{len(card.rows) - OPEN} more rows</summary>{rest}</details>")
+    parts += map(_part_html, card.parts)
     return f'<div class="ht-card">{"".join(parts)}</div>'
 
 
-def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def _part_html(part: Part) -> str:
+    """Write a part of a card."""
+    if isinstance(part, Table):
+        rest = Table(part.heads, part.rows[OPEN:])
+        more = f"<details><summary>{len(rest.rows)} more rows</summary>{_table(rest)}</details>" if rest.rows else ""
+        return (_table(Table(part.heads, part.rows[:OPEN])) if part.rows else "") + more
+    if isinstance(part, Facts):
+        facts = (f"<div><span>{safe(label)}</span><b>{safe(value)}</b></div>" for label, value in part.pairs())
+        return f'<div class="ht-facts">{"".join(facts)}</div>' if part.values else ""
+    return f"<p>{safe(_cell(part))}</p>" if _cell(part) else ""
+
+
+def _cell(cell: str | tuple[str, str]) -> str:
+    """Return the text of a cell or a sentence, without its style."""
+    return cell if isinstance(cell, str) else cell[0]
+
+
+def _table(part: Table) -> str:
     """Write a table; columns of text are set left."""
+    columns, rows = [head.replace("\n", " ").strip() for head in part.heads], [[*map(_cell, row)] for row in part.rows]
     left = [k == 0 or not all(_numeric(row[k]) for row in rows) for k in range(len(columns))]
     kinds = ['class="ht-left"' if side else "" for side in left]
     head = "".join(f"<th {kind}>{safe(name)}</th>" for kind, name in zip(kinds, columns, strict=True))

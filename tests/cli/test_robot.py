@@ -11,11 +11,11 @@ from typer.testing import CliRunner, Result
 
 from hypertuna.cli.main import app
 from hypertuna.cli.robot import robot_app
+from hypertuna.description.plots import midline, plot_robot
 from hypertuna.description.reference import json_schema
 from hypertuna.description.robot import load, parse, robots
 from hypertuna.errors import InputError
 from hypertuna.figures import save
-from hypertuna.swimming.drawing import midline, plot_robot
 
 
 def run(*arguments: str) -> Result:

@@ -58,6 +58,7 @@ def test_swim_imports_what_it_uses(arguments: tuple[str, ...]) -> None:
         "errors",
         "io",
         "metrics",
+        "pictures",
         "ranges",
         "swimming",
     }

@@ -1,15 +1,13 @@
 """What shells and notebooks show: five lines of text, a card without script that names no color of its theme."""
 
-import ast
+import html
 import inspect
-import pkgutil
 import re
 import subprocess
 import sys
 import time
 from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
@@ -19,9 +17,25 @@ import pandas as pd
 import pytest
 
 import hypertuna as ht
+from hypertuna.cli.console import print_lines
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
-from hypertuna.display import Card, Displayed, Plotted, Tabular, card_html, card_text, number
+from hypertuna.display import (
+    Card,
+    Displayed,
+    Facts,
+    Part,
+    Plotted,
+    Table,
+    Tabular,
+    card_html,
+    card_of,
+    card_text,
+    cards,
+    number,
+)
+from hypertuna.fe.bend import FeBend
+from hypertuna.fe.model import FeOptions
 
 # Classes whose values are no results, or have no table or figure of their own, each with its reason.
 PLAIN = {
@@ -88,14 +102,16 @@ def test_every_public_result_is_shown_plotted_and_a_table(made: dict[str, Any]) 
         assert issubclass(kind, Plotted) != (name in NO_PLOT), name
 
 
+def results(kind: type) -> set[type]:
+    """Return the classes below one that are results."""
+    return {kind, *(one for below in type.__subclasses__(kind) for one in results(below))} - {Displayed, Plotted}
+
+
 def test_every_class_with_a_card_is_shown_here(made: dict[str, Any]) -> None:
-    named = {
-        node.name
-        for file in Path(ht.__file__).parent.rglob("*.py")
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-        if isinstance(node, ast.ClassDef) and any(key.arg == "card" for key in node.keywords)
-    }
-    assert named == {type(value).__name__ for value in made.values()} | {"FeBend"}  # needs an extra: test below
+    shown = {type(value) for value in made.values()}
+    assert all(map(cards.__getitem__, shown))
+    assert {*cards} - {FeBend} == shown  # it needs an extra: test below
+    assert {kind for kind in results(Displayed) if kind.__module__.startswith("hypertuna.")} - {FeBend} == shown
     assert {*made} == {*KINDS}
 
 
@@ -119,30 +135,78 @@ COUNTS = {
     "samples",
     "rows",
 }
-COUNTS |= {"members", "measured values", "tracked runs", "frames", "repeats", "steps", "walkers", "joint group"}
-RATIOS = {"Strouhal number", "linearity R²", "rate up over rate down", "charge left, part of the whole"}
+COUNTS |= {
+    "members",
+    "measured values",
+    "tracked runs",
+    "frames",
+    "repeats",
+    "steps",
+    "walkers",
+    "joint group",
+    "times",
+}
+COUNTS |= {"waypoints reached", "waypoints passed", "waypoints skipped"}
+RATIOS = {"Strouhal number", "efficiency", "charge left, part of the whole"}
 BARE = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?")
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_card_has_numbers_in_a_table_and_each_has_its_unit(made: dict[str, Any], kind: str) -> None:
-    card: Card = pkgutil.resolve_name(type(made[kind])._card)(made[kind])
+    card = card_of(made[kind])
+    tables = [part for part in card.parts if isinstance(part, Table)]
+    facts = [pair for part in card.parts if isinstance(part, Facts) for pair in part.pairs()]
     if kind != "no-optimum":  # has a sentence that says why
-        assert card.facts or card.rows
-    bare = [label for label, value in card.facts if BARE.fullmatch(value)]
-    if "unit" not in card.columns and kind != "bench":  # whose unit stands in the row, beside the value
-        columns = zip(card.columns, zip(*card.rows, strict=True), strict=bool(card.rows))
-        bare += [head for head, cells in columns if "[" not in head and any(map(BARE.fullmatch, cells))]
+        assert facts or any(table.rows for table in tables)
+    bare = [label for label, value in facts if BARE.fullmatch(value)]
+    for table in tables:
+        if not {"unit", "training rms"} & {*table.heads}:  # it stands in the row, beside the value
+            columns = zip(table.heads, zip(*table.rows, strict=True), strict=bool(table.rows))
+            bare += [head for head, cells in columns if "[" not in head and any(map(numeric, cells))]
     plain = COUNTS | RATIOS
     if kind == "scoreboard":  # of counts and ratios alone
-        plain = {quantity.label or "" for quantity in made[kind].summary().values()} | {"ratio", "own sections"}
+        plain |= {quantity.label or "" for quantity in made[kind].summary().values()} | {"ratio", "own\nratio"}
+        plain |= {"published", "predicted"}  # below the sentence with their unit
+    if kind == "bench":  # the sentence above says over what
+        plain |= {"value"}
     assert {*bare} <= plain
 
 
-def test_the_bend_of_a_joint_by_finite_elements_is_shown(made: dict[str, Any]) -> None:
-    from hypertuna.fe.bend import FeBend
-    from hypertuna.fe.model import FeOptions
+def numeric(cell: str | tuple[str, str]) -> bool:
+    """Whether a cell is a number without its unit."""
+    return BARE.fullmatch(cell if isinstance(cell, str) else cell[0]) is not None
 
+
+def texts(part: Part) -> list[tuple[str, str]]:
+    """Return what a part says on a terminal, and in a notebook."""
+    if isinstance(part, Table):
+        cells = [cell if isinstance(cell, str) else cell[0] for row in part.rows for cell in row]
+        return [(word, word) for text in [*part.heads, *cells] for word in text.split()]
+    if isinstance(part, Facts):
+        shown = [(f"{label} {value} {unit}", f"{value} {unit}") for label, value, unit in part.rows() if value != "nan"]
+        return shown + [(label, label) for label, _, _ in part.rows()]
+    text = part if isinstance(part, str) else part[0]
+    return [(text, text)]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_terminal_and_a_notebook_show_the_same(
+    made: dict[str, Any], kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "900")
+    card = card_of(made[kind])
+    print_lines(card.lines())
+    terminal = " ".join(capsys.readouterr().out.split())
+    page = re.sub("<style>.*?</style>|<svg.*?</svg>", "", made[kind]._repr_html_(), flags=re.DOTALL)
+    page = " ".join(html.unescape(re.sub("<[^>]+>", " ", page)).split())
+    assert page.startswith(" ".join(card.title.split()))
+    for part in [card.title, *card.parts]:
+        for printed, shown in texts(part):
+            assert " ".join(printed.split()) in terminal
+            assert " ".join(shown.split()) in page
+
+
+def test_the_bend_of_a_joint_by_finite_elements_is_shown(made: dict[str, Any]) -> None:
     states: Any = [SimpleNamespace(angle=angle) for angle in (0.0, 0.1)]  # what a card needs of them
     pressure, none = np.array([0.0, 5e4]), (0, 0)
     bend = FeBend(
@@ -209,8 +273,8 @@ def test_a_swim_of_a_robot_with_estimates_shows_their_band() -> None:
     swim = ht.swim(parse(new_robot("fish")), "cruise")
     assert swim.band is not None
     ends = f"{swim.band.low[0]:.3g} to {swim.band.high[0]:.3g} m/s"
-    assert f"speed by the estimates {ends}" in repr(swim)
-    assert f"<b>{ends}</b>" in swim._repr_html_()
+    assert ends in repr(swim)
+    assert ends in swim._repr_html_()
     assert len(repr(swim).splitlines()) <= 5
 
 
@@ -258,7 +322,8 @@ def test_a_result_is_a_table(made: dict[str, Any], kind: str) -> None:
 
 
 def test_text_is_escaped_and_cut() -> None:
-    card = Card("<b>", [("a", "1"), ("cost", "1 J/(kg m)")] * 40, "word " * 99, ("x",), [("<i>",)] * 20)
+    facts = Facts({f"cost {k}": "1 J/(kg m)" for k in range(40)})
+    card = Card("<b>", [facts, "word " * 99, Table(("x",), [("<i>",)] * 20)])
     assert "<i>" not in card_html(card)
     assert "&lt;b&gt;" in card_html(card)
     assert len(card_text(card).splitlines()) == 5
@@ -304,6 +369,6 @@ def test_a_progress_bar_is_a_line_on_a_terminal(
 
 def test_a_card_names_a_bound_with_its_unit() -> None:
     best = ht.optimize("hypertuna", maximize="speed", bounds={"phase_II_deg": (0, 20)})
-    html = best._repr_html_()
-    assert "phase II [deg]" in html
-    assert "frequency [Hz]" in html
+    page = best._repr_html_()
+    assert "<span>phase II</span><b>20 deg (upper bound)</b>" in page
+    assert "<span>frequency</span><b>6 Hz (upper bound)</b>" in page

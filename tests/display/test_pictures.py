@@ -99,13 +99,13 @@ def test_a_coarse_record_is_not_drawn_as_a_body(made: dict[str, Any]) -> None:
     assert "<animate " not in page
 
 
-def test_a_swim_swims_with_six_numbers(made: dict[str, Any]) -> None:
+def test_a_swim_swims_with_its_numbers(made: dict[str, Any]) -> None:
     page, swim = made["swim"]._repr_html_(), made["swim"]
     assert "<animate " in page
     assert "animateTransform" in page
     assert "One beat from above, slowed down 2.7 times." in page  # 2.13 Hz; a beat takes 1.28 s
-    assert page.count("<b>") == 6
-    assert f"{swim.speed:.3f} m/s" in page
+    assert page.count("<b>") == 7
+    assert f"{swim.speed:.4g} m/s ({swim.speed_bl:.4g} BL/s)" in page
 
 
 def test_a_diverged_swim_is_shown_without_its_picture(made: dict[str, Any]) -> None:

@@ -19,8 +19,9 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.cli.main import main
-from hypertuna.cli.mission import _lines, _not_done
+from hypertuna.cli.mission import _not_done
 from hypertuna.control.mission import Mission, fence_distance
+from hypertuna.display import card_of
 from hypertuna.mission.file import MissionFile, read_mission
 from hypertuna.mission.flight import Flight, fly, outcome
 from hypertuna.mission.gpx import read_gpx
@@ -282,7 +283,7 @@ def test_a_flight_that_ends_elsewhere_and_crosses_the_fence_says_so(flight: Flig
     away = flight.record.data["position"].copy()
     away[-1, :2] = 0.0, 60.0  # m: 20 m beyond the fence, 46 m beyond the only waypoint
     adrift = replace(flight, record=replace(flight.record, data=flight.record.data | {"position": away}))
-    told = " ".join(str(line[0]) for line in _lines(adrift) if isinstance(line, tuple))
+    told = " ".join(str(line[0]) for line in card_of(adrift).lines() if isinstance(line, tuple))
     assert "It crossed the fence by 20 m." in told
     assert "It is 46 m from the last waypoint, beyond the radius of 2 m: the pilot judges by its estimated" in told
 
@@ -295,7 +296,7 @@ def test_waypoints_count_from_1_and_have_an_uncertainty(flight: Flight) -> None:
     passed = replace(flight, record=replace(flight.record, data=data | changed))
     (row,) = outcome(passed).waypoints
     assert (row["waypoint"], row["outcome"]) == (1, "passed")
-    told = " ".join(str(line[0]) for line in _lines(passed) if isinstance(line, tuple))
+    told = " ".join(str(line[0]) for line in card_of(passed).lines() if isinstance(line, tuple))
     assert f"Waypoint 1 passed at a depth of {row['depth_m']:.3g} m. By the pilot's estimate it was" in told
     assert f"with an uncertainty of {row['uncertainty_m']:.3g} m; in truth {row['true_m']:.3g} m." in told
     assert row["uncertainty_m"] == data["position_error"][rows // 2]

@@ -34,7 +34,7 @@ def test_a_notebook_shows_the_page_in_a_frame() -> None:
 
 def test_the_text_is_two_lines() -> None:
     assert repr(ht.studio("hypertuna", "optimised-0.3")).splitlines() == [
-        "Studio of hypertuna at 2.13 Hz, amplitude 15.6, 24.3 deg, phase 0, 38.6 deg",
+        "Studio of hypertuna at 2.13 Hz, amplitude 15.62, 24.31 deg, phase 0, 38.56 deg",
         "A notebook shows it; save(path) writes the page.",
     ]
     assert repr(ht.studio("rexeel")).startswith("Studio of rexeel\n")

@@ -16,11 +16,11 @@ from PIL import Image
 
 import hypertuna as ht
 from hypertuna.actuation.new import first_robot
+from hypertuna.description.plots import plot_robot
 from hypertuna.description.robot import parse
 from hypertuna.figures import save, sequence, styled
 from hypertuna.optimization.plots import plot_convergence
 from hypertuna.swimming.animation import animate_swim
-from hypertuna.swimming.drawing import plot_robot
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.outline import FRAMES, last_beat, outlines, slowed, swimming_svg
 from hypertuna.swimming.plots import plot_ledger, plot_sweep, plot_swim, unroll

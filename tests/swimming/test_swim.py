@@ -16,10 +16,10 @@ from scipy.signal import resample
 
 import hypertuna as ht
 from hypertuna import _core
+from hypertuna.description.pose import body_points
 from hypertuna.io.files import write_netcdf
 from hypertuna.swimming.beat import STATUSES
 from hypertuna.swimming.gait import named_gait
-from hypertuna.swimming.trajectory import body_points
 from models import MODELS, changed, fastest, later, turning
 from oracles import beats
 from oracles.planar import Chain, Lumped, Water, elongated_of, strip_of

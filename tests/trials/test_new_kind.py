@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import hypertuna as ht
 from hypertuna.cli.trials import _lines, _summary
+from hypertuna.display import plots
 from hypertuna.identification.identify import identify
 from hypertuna.reports.fit import write_fit
 from hypertuna.swimming.model import parameter_names
@@ -68,7 +69,6 @@ class Tow(Kind[Towed]):
     trial = Towed
     key, label, others = "tows", "tow", "speeds of towing"
     quantities = (Quantity("drag", "N", "relative", "%", 100.0, 0.05, "drag"),)
-    figure = f"{__name__}:plot_tows"
 
     def motion(self, trial: Towed) -> dict[str, float]:
         """A tow has no beat."""
@@ -102,6 +102,9 @@ def plot_tows(tows: Sequence[Towed], *, width: float) -> Figure:
     figure = Figure(figsize=(width, width))
     figure.subplots().plot([tow.u for tow in tows], [tow.drag for tow in tows], "o")
     return figure
+
+
+plots[Tow] = plot_tows
 
 
 @pytest.fixture

@@ -2,5 +2,5 @@
 
 `silicone`: elastic constants from tensile tests. `soft_joint`: joints for the core and as tables. `bending`: bend
 under pressure. `hydraulics`: pump, oil and lines. `sizing`: pump sizes. `battery`: range and endurance. `new`: a
-first robot file. `plots`: figures; `cards`: what notebooks show.
+first robot file. `plots`: figures; `cards`: what is shown.
 """

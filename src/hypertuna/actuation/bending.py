@@ -53,13 +53,7 @@ STEPS: tuple[tuple[str, dict[str, bool], dict[str, bool]], ...] = (
 
 
 @dataclass(frozen=True)
-class Bend(
-    Plotted,
-    Tabular,
-    card="hypertuna.actuation.cards:bend_card",
-    figure="hypertuna.actuation.plots:plot_bend",
-    data=lambda bend: bend.dataset(),
-):
+class Bend(Plotted, Tabular, data=lambda bend: bend.dataset()):
     """Bend of a joint under the pressure of one side."""
 
     robot: Robot

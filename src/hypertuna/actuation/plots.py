@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from hypertuna.actuation.bending import Bend
-from hypertuna.actuation.sizing import Size
+from hypertuna.actuation.sizing import Size, Sizes
+from hypertuna.display import plots
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.io.quantity import columns, suffix
 
@@ -17,6 +18,7 @@ DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))
 NO_SETS: Mapping[str, Bend] = {}
 
 
+@plots.of(Bend)
 @styled
 def plot_bend(bend: Bend, sets: Mapping[str, Bend] = NO_SETS, *, width: float = WIDTH) -> Figure:
     """Plot a joint's angle over the pressure, with the band of the material sets and the described largest bend."""
@@ -81,6 +83,7 @@ def _axes(sizes: Sequence[Size]) -> list[Axis]:
     return sorted(axes, key=lambda axis: (count[axis] < 2, -count[axis] if axis in keys else 0))
 
 
+@plots.of(Sizes)
 @styled
 def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
     """Plot the bend reached, and below it the corner of the line or the power, one column for each joint.

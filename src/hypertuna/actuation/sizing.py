@@ -113,14 +113,7 @@ class Size:
         )
 
 
-class Sizes(
-    Plotted,
-    Tabular,
-    list[Size],
-    card="hypertuna.actuation.cards:sizes_card",
-    figure="hypertuna.actuation.plots:plot_pump",
-    data=lambda sizes: columns_of([size.record() for size in sizes]),
-):
+class Sizes(Plotted, Tabular, list[Size], data=lambda sizes: columns_of([size.record() for size in sizes])):
     """Sizes of many cases."""
 
 

@@ -5,6 +5,6 @@ problem, fit: residuals with the bounds as a prior, and the fit by the estimator
 sampling, combinations: randomized fits, and the products of powers that the bench determines.
 experiment_design: the expected information gain of another measurement. plots: the figure of a fit.
 room: whether muscles and pipes fit in a joint. designs, population: designs that meet a bench, solved for and drawn.
-family: a sample of all of them, what they leave open, and what to measure next. family_plots: its figure.
-cards: what notebooks show.
+family: a sample of all of them, what they leave open, and what to measure next. plots_family: its figure.
+cards: what is shown.
 """

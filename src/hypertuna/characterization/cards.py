@@ -1,49 +1,126 @@
-"""What notebooks and shells show of a fit to bench runs, and of a family of actuators."""
+"""What is shown of a fit to bench runs, and of a family of actuators."""
 
+import math
+from collections.abc import Mapping
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from hypertuna.characterization.data import KINDS
-from hypertuna.characterization.family import Family
-from hypertuna.characterization.fit import BenchFit
-from hypertuna.display import Card, number
+from hypertuna.characterization.data import BRANCHES
+from hypertuna.characterization.family import Family, Next
+from hypertuna.characterization.fit import BenchFit, at_border
+from hypertuna.characterization.unknowns import FACTORS
+from hypertuna.display import Card, Part, Table, cards
+from hypertuna.io.quantity import counted
 from hypertuna.pictures import bars_svg, computed_svg
 
+SMALL = 0.5  # an interval of a logarithm that still reads well as a percentage
+MEASUREMENTS, NARROWED = 8, 3  # rows of the list of measurements, and quantities named in each
 
+
+@cards.of(BenchFit)
 def bench_card(fit: BenchFit) -> Card:
     """Show the unknowns with their intervals, the errors, and the warnings."""
-    facts = [("rows", f"{len(fit.bench.angle)}")]
-    for kind, level in fit.rms.items():
-        facts.append((f"{kind} error", number(KINDS[kind].factor * level, f"{KINDS[kind].unit} rms")))
+    bench, n, known = fit.bench, len(fit.free), len(fit.combinations)
+    joints = f"joint{'s' * (len(bench.joints) > 1)} {' and '.join(fit.described.joints[j].name for j in bench.joints)}"
+    rms = ", ".join(f"{key.replace('_', f' {value:.2g} ')}" for key, value in at_border(fit.rms).items())
+    alone = sum(row["determined"] for row in fit.parameters)
+    many = "" if alone == n else "; the fitted values are one of many sets that fit as well"
+    determined = f"The bench determines {alone} of {n} unknowns, and {counted(known, 'combination')} of them{many}."
+    parts: list[Part] = [(determined, "bold"), f"rms of the residuals: {rms}", _unknown_table(fit)]
     rows = [
-        (
-            one["name"],
-            number(one["value"], one["unit"].removeprefix("1")),
-            f"{number(one['low'])} to {number(one['high'])}",
-            "yes" if one["determined"] else "no",
-        )
-        for one in fit.parameters
+        [
+            one.text,
+            f"{one.value:.3g}",
+            f"{one.low:.3g} .. {one.high:.3g}, {half_text(math.log(one.high / one.low) / 2)}",
+        ]
+        for one in fit.combinations
     ]
-    title = f"Fit of {len(fit.free)} unknowns of {fit.described.name}{'' if fit.converged else ', not converged'}"
+    if rows:
+        parts.append(Table(["combination, over the described one", "value", "95 % interval"], rows, whole=0))
+    used = {name for one in fit.combinations for name in one.exponents}
+    parts += [(f"{name} = {meaning}", "dim") for name, meaning in FACTORS.values() if name in used]
+    spectrum = (f"{d.singular_value:.2g}" if d.singular_value > 1e-3 else "0" for d in fit.directions)
+    parts.append(f"singular values, bench over bounds: {', '.join(spectrum)}")
+    parts += [(warning, "yellow") for warning in fit.warnings]
+    parts.append((f"{fit.stop} {fit.seconds:.1f} s in all.", "green" if fit.converged else "bold red"))
     bent = np.isfinite(fit.bench.angle)
     angles = np.degrees([fit.bench.angle[bent], fit.angle[bent]]).T.tolist()
-    picture = partial(computed_svg, angles, "bend [deg]", "a row of the bench")
-    columns = ("unknown", "value", "95 % interval", "determined")
-    return Card(title, facts, " ".join([fit.stop, *fit.warnings]), columns, rows, picture)
+    title = f"{fit.robot.name}, {joints}: {counted(len(bench.angle), 'row')}"
+    return Card(title, parts, partial(computed_svg, angles, "bend [deg]", "a row of the bench"))
 
 
-def family_card(family: Family) -> Card:
-    """Show what the bench leaves open, and the most informative measurements."""
-    rows = [
-        (one.text, number(one.interval[1], one.unit), f"{number(one.interval[0])} to {number(one.interval[2])}")
-        for one in family.quantities
+def _unknown_table(fit: BenchFit) -> Table:
+    """Lay out the unknowns."""
+    rows = []
+    for row in fit.parameters:
+        interval = f"{row['low']:.3g} .. {row['high']:.3g}"
+        unit = row["counted"] or row["unit"].removeprefix("1")
+        remark = ("" if row["determined"] else "not determined", "yellow")
+        rows.append([row["name"], f"{row['described']:.3g}", f"{row['value']:.3g}", interval, unit, remark])
+    return Table(["unknown", "described", "fitted", "95 % interval", "unit", ""], rows, left=(0, 4, 5), whole=0)
+
+
+def half_text(log: float) -> str:
+    """Write half an interval of a logarithm: as a percentage, or as a factor where it is wide."""
+    return f"\u00b1{100 * log:.2g} %" if log < SMALL else f"\u00d7/\u00f7 {math.exp(log):.2g}"
+
+
+@cards.of(Family)
+def family_card(found: Family) -> Card:
+    """Show what was measured, what the bench leaves open, and the most informative measurements."""
+    bench, robot, population = found.space.bench, found.space.robot, found.population
+    joints = f"joint{'s' * (len(bench.joints) > 1)} {' and '.join(robot.joints[j].name for j in bench.joints)}"
+    facts = [
+        [
+            *(fact_text(one), one["unit"]),
+            *(f"{one[key]:.3g}" for key in ("measured", "sd")),
+            *(f"{one['low']:.3g} .. {one['high']:.3g}", f"{one['chosen']:.3g}", f"{one['residual']:+.1f}"),
+        ]
+        for one in found.facts
     ]
-    facts = [("members", f"{len(family.members)}"), ("measured values", f"{len(family.space.sd)}")]
-    text = f"The most informative measurement is: {family.next[0].text}." if family.next else ""
-    title = f"Family of {family.space.robot.name}: designs that meet the bench"
+    quantities = [
+        [one.text, one.unit, f"{one.interval[0]:.3g} .. {one.interval[2]:.3g}", f"{one.values[found.middle]:.3g}"]
+        for one in found.quantities
+    ]
+    unknowns = [
+        [
+            *(one["name"], one["unit"].removeprefix("1"), f"{one['lower']:.3g} .. {one['upper']:.3g}"),
+            *(f"{one['low']:.3g} .. {one['high']:.3g}", f"{one['chosen']:.3g}"),
+        ]
+        for one in found.rows
+    ]
+    designs = f"{counted(population.tried, 'design')} drawn within the bounds"
+    computed = f"{counted(population.evaluations, 'design')} computed in all"
+    measured = ["measured", "unit", "value", "sd", "90 % of designs", "chosen", "residual\n[sd]"]
+    parts: list[Part] = [
+        Table(measured, facts, left=(0, 1)),
+        Table(["open", "unit", "90 % of designs", "chosen"], quantities, left=(0, 1)),
+        Table(["unknown", "unit", "bounds", "90 % of designs", "chosen"], unknowns, left=(0, 1)),
+        ("What to measure next, the most informative first:", "bold"),
+        *map(_told, found.next[:MEASUREMENTS]),
+        *((warning, "yellow") for warning in found.warnings),
+        (f"{designs}, {computed}, seed {found.seed}, {found.seconds:.1f} s.", "green"),
+    ]
     bars = [
-        (one.text, one.interval[0] / one.interval[1], one.interval[2] / one.interval[1]) for one in family.quantities
+        (one.text, one.interval[0] / one.interval[1], one.interval[2] / one.interval[1]) for one in found.quantities
     ]
-    picture = partial(bars_svg, bars, "90 % interval over the median")
-    return Card(title, facts, text, ("open", "median", "90 % interval"), rows, picture)
+    title = f"{robot.name}, {joints}: {len(found.members)} designs that meet {counted(len(found.space.sd), 'value')}"
+    return Card(title, parts, partial(bars_svg, bars, "90 % interval over the median"))
+
+
+def fact_text(one: Mapping[str, Any]) -> str:
+    """Name a measured value."""
+    falling = ", falling" if one["branch"] == BRANCHES[1] else ""
+    return f"{one['joint']}, {one['side']}, {one['pressure_kpa']:g} kPa{falling}: {one['kind']}"
+
+
+def _told(one: Next) -> str:
+    """Write what a measurement would tell."""
+    expected = ", or ".join(f"{low:.3g} to {high:.3g}" for low, high in one.expected)
+    most = list(one.narrows.items())
+    parts = [f"{text} to {100 * ratio:.0f} %" for text, ratio in most[:NARROWED]]
+    parts += [f"{len(most) - NARROWED} more"] * (len(most) > NARROWED)
+    narrowed = ", ".join(parts) or "nothing by a tenth"
+    return f"{one.bits:4.1f} bits  {one.text}: {expected} {one.unit}. It narrows {narrowed}."

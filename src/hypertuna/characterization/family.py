@@ -60,13 +60,7 @@ class Next:
 
 
 @dataclass(frozen=True)
-class Family(
-    Plotted,
-    Tabular,
-    card="hypertuna.characterization.cards:family_card",
-    figure="hypertuna.characterization.family_plots:plot_family",
-    data=lambda family: columns_of(family.rows),
-):
+class Family(Plotted, Tabular, data=lambda family: columns_of(family.rows)):
     """A sample of the designs that meet a bench; all members count alike."""
 
     space: Designs

@@ -44,13 +44,7 @@ PARTS = 100  # of a stage, for the progress
 
 
 @dataclass(frozen=True)
-class BenchFit(
-    Plotted,
-    Tabular,
-    card="hypertuna.characterization.cards:bench_card",
-    figure="hypertuna.characterization.plots:plot_bench",
-    data=lambda fit: columns_of(fit.parameters),
-):
+class BenchFit(Plotted, Tabular, data=lambda fit: columns_of(fit.parameters)):
     """A fit of an actuator's unknowns to bench runs."""
 
     robot: Robot  # with the fitted values and their sources

@@ -11,6 +11,7 @@ from hypertuna.actuation.bending import bend
 from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.characterization.combinations import DETERMINED
 from hypertuna.characterization.fit import BenchFit
+from hypertuna.display import plots
 from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 
 POINTS = 24  # of a curve
@@ -18,6 +19,7 @@ FAR = 5.0  # standard deviations between angle and fit, above which a row was li
 MIN_SINGULAR = 1e-3  # lower end of the axis
 
 
+@plots.of(BenchFit)
 @styled
 def plot_bench(fit: BenchFit, *, width: float = WIDTH) -> Figure:
     """Plot a fit to bench runs: `width` [inch]."""

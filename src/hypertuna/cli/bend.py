@@ -10,11 +10,11 @@ import numpy as np
 import typer
 
 from hypertuna.actuation.bending import Bend, Step, bend, misprints
+from hypertuna.actuation.cards import bends_card, spread
 from hypertuna.actuation.soft_joint import MATERIAL_SETS, drive_unit, mooney
 from hypertuna.arrays import Array
 from hypertuna.characterization.data import joint_index
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
@@ -22,7 +22,6 @@ from hypertuna.io.files import Csv, rows_csv
 
 ALL = "all"  # every material set that the robot has the values of
 SMOOTH = 50  # minimum number of pressures of a plotted curve
-ROWS = 11  # pressures that the terminal shows
 PRESSURES: Any = "0:250:26"  # kPa, as typed
 
 
@@ -73,11 +72,10 @@ def bend_command(
     emit(
         Bends(first, sets if material == ALL else {first.material: first}, tuple(steps)),
         record=_record,
-        lines=_lines,
+        lines=lambda bends: bends_card(bends.first, bends.sets, bends.misprints).lines(),
         csv=_csv,
         dataset=_dataset,
-        figure="hypertuna.actuation.plots:plot_bend",
-        plotted=(curves[first.material], curves),
+        figure=lambda _: _figure(curves[first.material], curves),
         **vars(files),
     )
 
@@ -90,6 +88,13 @@ def _known(robot: Robot) -> Iterator[str]:
             mooney(robot, unit.hose, name)
             mooney(robot, unit.matrix, name)
             yield name
+
+
+def _figure(first: Bend, curves: Mapping[str, Bend]) -> Any:
+    """Plot a bend within the band of its material sets."""
+    from hypertuna.actuation.plots import plot_bend  # slow to import
+
+    return plot_bend(first, curves)
 
 
 def _branches(result: Bend) -> dict[str, Any]:
@@ -121,17 +126,11 @@ def _record(bends: Bends) -> dict[str, Any]:
     record |= {"law": first.law, "friction": first.friction} | _branches(first) | _facts(first)
     if len(bends.sets) > 1:
         record["materials"] = {name: _branches(one) | _facts(one) for name, one in bends.sets.items()}
-        low, high = _spread(bends)
+        low, high = spread(bends.sets)
         record["spread_deg"] = {"smallest": low, "largest": high}
     if bends.misprints:
         record["misprints"] = [{"step": step.text, "angle_deg": math.degrees(step.angle)} for step in bends.misprints]
     return record
-
-
-def _spread(bends: Bends) -> tuple[float, float]:
-    """Return the smallest and the largest bend of the sets at the last pressure [deg]."""
-    angles = [math.degrees(one.angle[-1]) for one in bends.sets.values()]
-    return min(angles), max(angles)
 
 
 def _dataset(bends: Bends) -> Any:
@@ -155,32 +154,3 @@ def _csv(bends: Bends) -> Csv:
     ]
     facts = made_by(first.robot, joint=first.joint, side=first.side, law=first.law, status=first.status_text)
     return rows_csv(facts, rows)
-
-
-def _lines(bends: Bends) -> Iterator[Any]:
-    """Lay out a bend, or a sample of its pressures."""
-    first, several = bends.first, len(bends.sets) > 1
-    columns = {}
-    for name, one in bends.sets.items():
-        columns[f"{name if several else 'loading'}\n[deg]"] = np.degrees(one.angle)
-        if one.unload_angle is not None:
-            columns[f"{name + ', ' if several else ''}unloading\n[deg]"] = np.degrees(one.unload_angle[::-1])
-    count = len(first.pressure)
-    picked = np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int))
-    rows = ((f"{first.pressure[k] / 1e3:.4g}", *(f"{column[k]:.2f}" for column in columns.values())) for k in picked)
-    material = "" if several else f", material set {first.material}"
-    equations = "" if first.law == "corrected" else ", equations as printed"
-    yield f"{first.robot.name}: joint {first.joint}, {first.side} side{material}{equations}", "bold"
-    yield table(["pressure\n[kPa]", *columns], rows, left=())
-    if count > ROWS:
-        yield f"{ROWS} of {count} pressures; -o FILE.csv and --json have all", "dim"
-    if math.isfinite(squared := first.r_squared()):
-        yield f"line over 100 to 250 kPa, loading: R^2 = {squared:.4f}"
-    if first.unload_angle is not None:
-        yield f"loop area {math.degrees(first.loop_area) / 1e3:.1f} kPa deg; friction loss {first.friction_loss:.2g} J"
-    if several:
-        low, high = _spread(bends)
-        yield f"spread of the materials at {first.pressure[-1] / 1e3:g} kPa: {low:.1f} to {high:.1f} deg"
-    for step in bends.misprints:
-        yield f"{math.degrees(step.angle):6.2f} deg  {step.text}"
-    yield first.status_text, "green" if first.status == "free" else "bold yellow"

@@ -14,6 +14,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from hypertuna.errors import InputError, did_you_mean
+from hypertuna.io.quantity import listed
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser inside typer: unknown options and the like
 Table = Mapping[str, tuple[Any, str]]  # command -> its function or group in hypertuna.cli, or a table; its line in help
@@ -273,8 +274,3 @@ def _stray(word: str, name: str) -> InputError:
         fix = "separate the values of an option by commas, without spaces, such as --amplitude 16,25"
         return InputError("is not expected here", key=word, fix=fix)
     return InputError("is not expected here", key=word, fix=f"leave it out, or see `{name} --help`")
-
-
-def listed(parts: Sequence[str]) -> str:
-    """Join parts of a sentence."""
-    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)

@@ -18,11 +18,10 @@ import typer
 
 from hypertuna.cli import streams
 from hypertuna.errors import InputError, escaped
+from hypertuna.io.quantity import counted
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-    from hypertuna.io.quantity import Quantity
 
 R = TypeVar("R")
 PATIENCE = 1.0  # seconds after which work shows its progress on a terminal
@@ -61,12 +60,12 @@ def _ascii_json(text: str) -> str:
 
 
 def print_lines(lines: Iterable[Any]) -> None:
-    """Print tables, and sentences as text or as (text, style), on the terminal."""
+    """Print the parts of a card, rich's own, and sentences as text or as (text, style), on the terminal."""
     from rich.console import Console
 
     console = Console()
     for line in lines:
-        console.print(_text(line))
+        console.print(_laid_out(line))
 
 
 def print_written(*paths: str | None) -> None:
@@ -112,24 +111,24 @@ def _text(part: Any) -> Any:
     return Text(escaped(text, "\n"), *style) if isinstance(part, str | tuple) else part
 
 
-def summary_table(summary: Mapping[str, Quantity], *, digits: int = 4) -> Table:
-    """Lay out the quantities that are shown: label, value, unit."""
+def _laid_out(part: Any) -> Any:
+    """Lay out a part of a card: facts as label, value and unit."""
+    from hypertuna import display  # here, because the help of commands does without
+
+    if isinstance(part, display.Table):
+        tight = {"collapse_padding": True} if part.tight else {}
+        return table(part.heads, part.rows, left=part.left, fold=part.fold, whole=part.whole, **tight)
+    if not isinstance(part, display.Facts):
+        return _text(part)
     from rich.table import Table
 
     grid = Table(box=None, pad_edge=False, show_header=False)
     grid.add_column(style="dim")
     grid.add_column(justify="right", style="bold")
     grid.add_column()
-    for value, unit, label in summary.values():
-        if label is not None:
-            text = value if isinstance(value, str) else f"{value:.{digits}g}"
-            grid.add_row(*map(_text, (label, text, unit)))
+    for row in part.rows():
+        grid.add_row(*map(_text, row))
     return grid
-
-
-def counted(number: int, noun: str) -> str:
-    """Write a number with its noun, in the plural but for one."""
-    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 @contextlib.contextmanager

@@ -1,19 +1,19 @@
 """The command `hypertuna dive`."""
 
 import math
-from collections.abc import Iterator
 from typing import Annotated, Any
 
 import numpy as np
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import attended, table
+from hypertuna.cli.console import attended
 from hypertuna.cli.emit import emit
-from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
+from hypertuna.cli.gait import GaitOptions
 from hypertuna.cli.twin import made_by_twin
 from hypertuna.io.files import Csv, columns_csv
 from hypertuna.io.quantity import columns
 from hypertuna.simulation.dive import Dive, dive
+from hypertuna.swimming.gait import gait_degrees
 
 
 @opt.grouped
@@ -40,10 +40,8 @@ def dive_command(
     emit(
         result,
         record=_record,
-        lines=_lines,
         csv=_csv,
         dataset=lambda result: result.run.dataset(),
-        figure="hypertuna.simulation.plots:plot_dive",
         **vars(files),
         failed=result.run.status == "diverged" or not all(leg.right for leg in result.legs),
     )
@@ -84,21 +82,3 @@ def _csv(result: Dive) -> Csv:
         "electrical_power_w": run.data["power"],
     }
     return columns_csv({key: value for key, value in _record(result).items() if key != "legs"}, table)
-
-
-def _lines(result: Dive) -> Iterator[Any]:
-    """Lay out both halves, and describe them."""
-    run = result.run
-    yield f"{run.robot.name}, {gait_text(run.gait)}", "bold"
-    yield f"{run.duration:g} s from a depth of {run.depth[0]:g} m", "dim"
-    rows = []
-    for leg in result.legs:
-        fins, pitch = f"{math.degrees(leg.fins):+z.3g}", f"{math.degrees(leg.pitch):+z.1f}"
-        path, rate = f"{leg.depth[0]:.2f} to {leg.depth[1]:.2f}", f"{100 * leg.depth_rate:+z.1f}"
-        rows.append((fins, path, rate, pitch, f"{leg.speed:.3f}"))
-    yield table(["fins\n[deg]", "depth\n[m]", "depth rate\n[cm/s]", "pitch\n[deg]", "speed\n[m/s]"], rows, left=())
-    yield ""
-    good = run.status == "completed" and all(leg.right for leg in result.legs)
-    style = "bold red" if not good else "green" if all(leg.steady for leg in result.legs) else "yellow"
-    for sentence in result.sentences:
-        yield sentence, style

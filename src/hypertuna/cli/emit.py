@@ -1,7 +1,6 @@
 """Give a result to the user: JSON or tables on the terminal, the data as CSV or NetCDF, a figure."""
 
 import contextlib
-import pkgutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -9,6 +8,7 @@ import typer
 
 from hypertuna.cli.console import command_line, print_json, print_lines, print_written
 from hypertuna.cli.streams import state
+from hypertuna.display import card_of
 from hypertuna.errors import InputError, InputErrors
 
 if TYPE_CHECKING:
@@ -20,8 +20,8 @@ R = TypeVar("R")
 def emit(
     result: R,
     *,
-    lines: Callable[[R], Iterable[Any]],
     as_json: bool,
+    lines: Callable[[R], Iterable[Any]] | None = None,
     record: Callable[[R], Mapping[str, Any]] | None = None,
     output: str | None = None,
     csv: Callable[[R], "Csv"] | None = None,
@@ -30,21 +30,19 @@ def emit(
     dataset: Callable[[R], Any] | None = None,
     facts: Callable[[R], Mapping[str, Any]] | None = None,
     plot: str | None = None,
-    figure: str = "",
-    plotted: Sequence[Any] | None = None,
+    figure: Callable[[R], Any] | None = None,
     written: Sequence[str | None] = (),
     failed: bool = False,
 ) -> None:
-    """Write the files that are asked for, and print a result as one JSON object or as tables and sentences.
+    """Write the files that are asked for, and print a result as one JSON object or as a card.
 
-    `lines` makes the tables and sentences, `record` the JSON object (default: the result's summary and what made
-    it), `dataset` the content of `output` (default: the result's own, or the result itself). A CSV file has its
-    variables `columns`, maybe with the names of their columns, to so many `digits` (see `variable_columns` and
-    `columns_csv`), or is the file that `csv` makes; NAME.csv.json beside it says what made it. `facts` are
-    attributes of either file beside those of the dataset. `figure` names the function, as
-    "package.module:function", that plots the arguments `plotted` (default: the result). `written` names files that
-    are written already. A result that `failed` is printed first, since it may have nothing to draw, and ends with
-    exit code 1.
+    `lines` makes the tables and sentences (default: those of its card), `record` the JSON object (default: the
+    result's summary and what made it), `dataset` the content of `output` (default: the result's own, or the result
+    itself). A CSV file has its variables `columns`, maybe with the names of their columns, to so many `digits` (see
+    `variable_columns` and `columns_csv`), or is the file that `csv` makes; NAME.csv.json beside it says what made it.
+    `facts` are attributes of either file beside those of the dataset. `figure` plots the result (default: as it plots
+    itself). `written` names files that are written already. A result that `failed` is printed first, since it may have
+    nothing to draw, and ends with exit code 1.
     """
 
     def show() -> None:
@@ -52,12 +50,12 @@ def emit(
             notes = {"notes": state["notes"]} if state["notes"] else {}
             print_json({**(_summary(result) if record is None else record(result)), **notes})
         else:
-            print_lines(lines(result))
+            print_lines(card_of(result).lines() if lines is None else lines(result))
 
     if failed:
         show()
     if plot is not None:
-        draw(figure, plot, *((result,) if plotted is None else plotted))
+        save(result.plot() if figure is None else figure(result), plot)  # type: ignore[attr-defined]  # or figure
     if output is not None:
         if csv is not None and output.lower().endswith(".csv"):
             csv(result).write(output)
@@ -74,15 +72,12 @@ def emit(
         raise typer.Exit(1)
 
 
-def draw(figure: str, path: str, *arguments: Any, **options: Any) -> None:
-    """Plot to a file; the figure's module is imported only here, because the import takes longer than most results."""
-    function = pkgutil.resolve_name(figure)
-    if path.lower().endswith(".gif"):
-        function(*arguments, path, **options)
-        return
-    from hypertuna.figures import save
+def save(figure: Any, path: str) -> None:
+    """Write a figure to a file; a moving one is None, for it is written already."""
+    from hypertuna import figures  # here, because the import of matplotlib takes longer than most results
 
-    save(function(*arguments, **options), path)
+    if figure is not None:
+        figures.save(figure, path)
 
 
 @contextlib.contextmanager

@@ -10,7 +10,6 @@ import typer
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import print_lines, table
 from hypertuna.cli.emit import emit
-from hypertuna.cli.gait import gait_record
 from hypertuna.cli.parsing import numbers
 from hypertuna.cli.search import GaitLimits, SearchOptions
 from hypertuna.description.provenance import provenance
@@ -19,7 +18,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.files import Csv, rows_csv
 from hypertuna.optimization.design_space import gait_columns
 from hypertuna.optimization.experiment import TankSearch
-from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.gait import Gait, gait_record
 from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun, read_steady
 
 State = Annotated[str, opt.text("--state", "File that stores the search; created by the first ask.", "FILE")]

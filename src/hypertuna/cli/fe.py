@@ -11,7 +11,7 @@ import typer
 from hypertuna.actuation.bending import bend
 from hypertuna.characterization.data import joint_index
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, counted, json_text, progress_bar, run_folder, table
+from hypertuna.cli.console import command_line, json_text, progress_bar, run_folder, table
 from hypertuna.cli.elements import BEND_PRESSURES, Elements, rising
 from hypertuna.cli.emit import emit
 from hypertuna.cli.fe_map import map_command
@@ -25,6 +25,7 @@ from hypertuna.fe.geometry import DRAWINGS, JointBody, joint_body, write_geometr
 from hypertuna.fe.measure import Measured
 from hypertuna.fe.model import FeModel
 from hypertuna.io.files import rows_csv, write_atomically, write_netcdf
+from hypertuna.io.quantity import counted
 
 fe_app = opt.group("The soft joints by finite elements; needs the extra fe.")
 
@@ -160,8 +161,7 @@ def bend_command(
         record=lambda bent: bent.record() | {"command": command_line()},
         lines=_bend_lines,
         plot=plot,
-        figure="hypertuna.fe.plots:plot_fe_bend",
-        plotted=_plotted(bent) if plot else None,
+        figure=_figure,
         written=(output,),
         as_json=as_json,
         failed=bent.status != "converged",
@@ -181,13 +181,16 @@ def _write(bent: FeBend, folder: Path, *, pictures: bool) -> None:
             write_pictures(folder, progress=report)
 
 
-def _plotted(bent: FeBend) -> tuple[Any, ...]:
-    """Return what the plot shows: a bend beside that of the fast model, both without friction."""
+def _figure(bent: FeBend) -> Any:
+    """Plot a bend beside that of the fast model, both without friction."""
+    from hypertuna.fe.plots import plot_fe_bend  # slow to import
+
     path = np.linspace(0, max(float(bent.pressure[-1]), 1.0), SMOOTH)
     other = bend(bent.robot, bent.joint, path, side=bent.side, material=bent.material, friction=False)
     title = f"{bent.robot.name}, joint {bent.joint}, {bent.side} side, material set {bent.material}"
     analytic = (other.pressure, other.angle, other.volume)
-    return bent.pressure, bent.angle, bent.oil, analytic, described_bend(bent.robot, bent.joint), title
+    described = described_bend(bent.robot, bent.joint)
+    return plot_fe_bend(bent.pressure, bent.angle, bent.oil, analytic, described, title)
 
 
 def _bend_lines(bent: FeBend) -> Iterator[Any]:

@@ -73,7 +73,7 @@ def wiring(
         csv=lambda wiring: rows_csv({}, _wires(wiring)),
         output=output,
         plot=plot,
-        figure="hypertuna.firmware.plots:plot_wiring",
+        figure=_figure,
         as_json=as_json,
     )
 
@@ -101,6 +101,13 @@ def _wiring_record(wiring: Wiring) -> dict[str, Any]:
     """Return the JSON record."""
     divider = {f"{name}_ohm": value for name, value in wiring.divider._asdict().items()}
     return {"wires": _wires(wiring), "battery_divider": divider} | made_by(wiring.robot)
+
+
+def _figure(wiring: Wiring) -> Any:
+    """Plot the wiring."""
+    from hypertuna.firmware.plots import plot_wiring  # slow to import
+
+    return plot_wiring(wiring)
 
 
 def _wiring_lines(wiring: Wiring) -> Iterator[Any]:

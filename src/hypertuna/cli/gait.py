@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.command import listed
 from hypertuna.cli.streams import note
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.swimming.gait import KINDS, NEEDED, Gait, Gaits, grid_axes, named_gait
+from hypertuna.io.quantity import listed
+from hypertuna.swimming.gait import KINDS, Gait, Gaits, grid_axes, named_gait
 
 RADIANS = 1.6  # deg: all amplitudes below it are likely to be in radians
 NEAR = 1e-9  # of a bound, for what is converted from radians
@@ -135,21 +135,3 @@ def check_duration(gait: Gait, duration: float) -> None:
 def column_rows(columns: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:
     """Return columns as rows."""
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-
-
-def gait_text(gait: Gait) -> str:
-    """Write a gait in the words of the options."""
-    kinds = KINDS if any(gait.bias) else NEEDED
-    angles = (f"{key} {', '.join(f'{a:.4g}' for a in np.degrees(getattr(gait, key)))} deg" for key in kinds)
-    return f"{gait.frequency:g} Hz, {', '.join(angles)}"
-
-
-def gait_degrees(gait: Gait, kinds: Sequence[str] = KINDS) -> dict[str, Any]:
-    """Return frequency [Hz] and angles [deg] of a gait, as JSON has them."""
-    angles = {f"{key}_deg": np.degrees(getattr(gait, key)).round(10).tolist() for key in kinds}
-    return {"frequency_hz": gait.frequency} | angles
-
-
-def gait_record(gait: Gait) -> dict[str, Any]:
-    """Return a gait as robot files have it: a bias only if there is one."""
-    return gait_degrees(gait, KINDS if any(gait.bias) else NEEDED)

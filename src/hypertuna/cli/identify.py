@@ -4,7 +4,7 @@ import math
 import shutil
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,17 +12,19 @@ import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
-from hypertuna.cli.console import command_line, counted, progress_bar, table
+from hypertuna.cli.console import command_line, progress_bar
 from hypertuna.cli.emit import emit
 from hypertuna.cli.shards import connected
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
 from hypertuna.description.writer import write_robot
+from hypertuna.display import Part, Table
 from hypertuna.errors import InputError
+from hypertuna.identification.cards import digits_table, sampled_card
 from hypertuna.identification.identify import Fit, compare, identify
 from hypertuna.identification.names import split_names, two_lines
 from hypertuna.identification.posterior import Posterior, check_posterior, posterior, with_posterior
-from hypertuna.identification.tables import coefficient_table, error_table, law_table
+from hypertuna.identification.tables import law_table
 from hypertuna.ranges import check_name
 from hypertuna.trials.trials import read_trials
 
@@ -213,31 +215,11 @@ def _record(fits: Fits) -> dict[str, Any]:
     return record
 
 
-def _table(heads: list[str], rows: list[list[str | float]], **style: Any) -> Any:
-    """Lay out a table with numbers to three digits."""
-    return table(heads, [[f"{x:.3g}" if isinstance(x, float) else x for x in row] for row in rows], **style)
-
-
-def _lines(fits: Fits) -> Iterator[Any]:
-    """Lay out a fit."""
-    fit, best = fits.fit, fits.best
+def _lines(fits: Fits) -> Iterator[Part]:
+    """Lay out a fit, beside those of other water laws; names of coefficients take two lines on a narrow terminal."""
     if len(fits.by_law) > 1:
-        yield _table(*law_table(fits.by_law))
-    fitted, kept = (len(trials.runs) for trials in fit.trials)
-    yield f"{fit.robot.name}, {best} water: {counted(fitted, 'run')} fitted, {kept} kept for validation", "bold"
-    heads, rows = coefficient_table(fit, fits.sampled)
-    cells = [[str(row[0]), *map(str, row[1:-1]), (str(row[-1]), "yellow")] for row in rows]
-    widths = (max(map(len, map(str, column))) + 2 for column in zip(heads, *rows, strict=True))
-    if sum(widths) > shutil.get_terminal_size().columns:
-        cells = [[two_lines(str(name)), *rest] for name, *rest in cells]
-    yield table(heads, cells, left=(0, len(heads) - 2, len(heads) - 1), whole=0)
-    yield _table(*error_table(fit))
-    for direction in fit.uncertainty.directions:
-        if not direction.constrained:
-            yield direction.sentence, "yellow"
-    for warning in fit.warnings:
-        yield warning, "yellow"
-    if fits.sampled is not None:
-        yield f"{fits.sampled.sentence} {100 * fits.sampled.acceptance:.0f} % of the steps were accepted."
-    style = "bold red" if not fit.converged else "yellow" if "training error" in fit.stop else "green"
-    yield f"{fit.stop} {fits.seconds:.1f} s in all.", style
+        yield digits_table(*law_table(fits.by_law))
+    title, table, *rest = sampled_card(fits.fit, fits.sampled, fits.seconds).lines()
+    if isinstance(table, Table) and table.width() > shutil.get_terminal_size().columns:
+        table = replace(table, rows=[(two_lines(name), *cells) for name, *cells in table.rows])
+    yield from (title, table, *rest)

@@ -7,19 +7,18 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna.actuation.silicone import UP_TO, TensileFit, TensileTest, fit_silicone, read_tensile
+from hypertuna.characterization.cards import MEASUREMENTS, NARROWED, half_text
 from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.experiment_design import InformationGain, information_gain
-from hypertuna.characterization.fit import BenchFit, at_border, fit_bench
-from hypertuna.characterization.unknowns import BORDER, FACTORS, KINDS
+from hypertuna.characterization.fit import BenchFit, fit_bench
+from hypertuna.characterization.unknowns import BORDER, KINDS
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
-from hypertuna.cli.console import counted, progress_bar, table
+from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
 from hypertuna.description.writer import write_robot
+from hypertuna.display import Part, card_of
 from hypertuna.io.files import version
-
-SMALL = 0.5  # an interval of a logarithm that still reads well as a percentage
-MEASUREMENTS, NARROWED = 8, 3  # rows of the table of measurements, and unknowns named in each
 
 
 def silicone_command(
@@ -132,60 +131,23 @@ def fit_command(
         ),
         lines=lambda fit: _lines(fit, more),
         plot=plot,
-        figure="hypertuna.characterization.plots:plot_bench",
         written=(output,),
         as_json=as_json,
         failed=not fit.converged,
     )
 
 
-def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Any]:
-    """Lay out a fit."""
-    bench, n, known = fit.bench, len(fit.free), len(fit.combinations)
-    joints = f"joint{'s' * (len(bench.joints) > 1)} {' and '.join(fit.described.joints[j].name for j in bench.joints)}"
-    rms = ", ".join(f"{key.replace('_', f' {value:.2g} ')}" for key, value in at_border(fit.rms).items())
-    yield f"{fit.robot.name}, {joints}: {counted(len(bench.angle), 'row')}", "bold"
-    alone = sum(row["determined"] for row in fit.parameters)
-    many = "" if alone == n else "; the fitted values are one of many sets that fit as well"
-    yield f"The bench determines {alone} of {n} unknowns, and {counted(known, 'combination')} of them{many}.", "bold"
-    yield f"rms of the residuals: {rms}"
-    yield _unknown_table(fit)
-    rows = [
-        [one.text, f"{one.value:.3g}", f"{one.low:.3g} .. {one.high:.3g}, {_half(math.log(one.high / one.low) / 2)}"]
-        for one in fit.combinations
-    ]
-    if rows:
-        yield table(["combination, over the described one", "value", "95 % interval"], rows, whole=0)
-    used = {name for one in fit.combinations for name in one.exponents}
-    for name, meaning in FACTORS.values():
-        if name in used:
-            yield f"{name} = {meaning}", "dim"
-    spectrum = (f"{d.singular_value:.2g}" if d.singular_value > 1e-3 else "0" for d in fit.directions)
-    yield f"singular values, bench over bounds: {', '.join(spectrum)}"
+def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Part]:
+    """Lay out a fit, and the measurements that would add most before its warnings."""
+    lines = card_of(fit).lines()
+    last = len(lines) - 1 - len(fit.warnings)
+    yield from lines[:last]
     if more:
         yield "Additional measurements, the most informative first:", "bold"
     for one in more[:MEASUREMENTS]:
-        parts = [f"{name} {_half(one.before[name])} to {_half(after)}" for name, after in one.after.items()]
+        parts = [f"{name} {half_text(one.before[name])} to {half_text(after)}" for name, after in one.after.items()]
         left = len(parts) - NARROWED
         narrowed = ", ".join(parts[:NARROWED]) + f", {left} more" * (left > 0)
         expected = f"expected {one.value:.3g} \u00b1 {one.half_interval:.2g} {one.unit}, known to {one.sd:.2g}"
         yield f"{one.bits:4.1f} bits  {one.text} ({expected}): {narrowed or 'no unknown by a tenth'}"
-    for warning in fit.warnings:
-        yield warning, "yellow"
-    yield f"{fit.stop} {fit.seconds:.1f} s in all.", "green" if fit.converged else "bold red"
-
-
-def _unknown_table(fit: BenchFit) -> Any:
-    """Lay out the unknowns."""
-    rows = []
-    for row in fit.parameters:
-        interval = f"{row['low']:.3g} .. {row['high']:.3g}"
-        unit = row["counted"] or row["unit"].removeprefix("1")
-        remark = ("" if row["determined"] else "not determined", "yellow")
-        rows.append([row["name"], f"{row['described']:.3g}", f"{row['value']:.3g}", interval, unit, remark])
-    return table(["unknown", "described", "fitted", "95 % interval", "unit", ""], rows, left=(0, 4, 5), whole=0)
-
-
-def _half(log: float) -> str:
-    """Write half an interval of a logarithm: as a percentage, or as a factor where it is wide."""
-    return f"\u00b1{100 * log:.2g} %" if log < SMALL else f"\u00d7/\u00f7 {math.exp(log):.2g}"
+    yield from lines[last:]

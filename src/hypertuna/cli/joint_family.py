@@ -1,19 +1,21 @@
 """The command `hypertuna joint family`: all designs of an actuator that meet what was measured."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
 
+from hypertuna.characterization.cards import fact_text
 from hypertuna.characterization.checked import MESH, Checked, check_chosen
-from hypertuna.characterization.data import BRANCHES, read_bench
-from hypertuna.characterization.family import MEMBERS, MODEL_ERROR, Family, Next, chosen_robot, family
+from hypertuna.characterization.data import read_bench
+from hypertuna.characterization.family import MEMBERS, MODEL_ERROR, Family, chosen_robot, family
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import counted, progress_bar, table
+from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
 from hypertuna.cli.joint import Bounds, Free
 from hypertuna.description.writer import write_robot
+from hypertuna.display import Part, Table, card_of
 from hypertuna.errors import InputError
 from hypertuna.fe.extra import need_fe
 from hypertuna.fe.mesh import MESHES, mesh_size
@@ -21,7 +23,6 @@ from hypertuna.fe.model import FeOptions
 from hypertuna.ranges import Range
 
 ERRORS = Range(min=0, max=50, unit="percent")
-MEASUREMENTS, NARROWED = 8, 3  # rows of the list of measurements, and quantities named in each
 CHECK_LEGEND = (
     "Measured values contain the friction of the braids, and so does the fast model. Finite elements have no friction: "
     "the last column is the difference of the fast model without friction from them."
@@ -91,90 +92,38 @@ def family_command(
         lines=lambda found: _lines(found, checks, output, checked),
         plot=plot,
         written=(output,),
-        figure="hypertuna.characterization.family_plots:plot_family",
         as_json=as_json,
         failed=checked is not None and any(checked.faults),
     )
 
 
-def _lines(found: Family, checks: list[str], output: str | None, checked: Checked | None) -> Iterator[Any]:
-    """Lay out a family."""
-    bench, robot = found.space.bench, found.space.robot
-    joints = f"joint{'s' * (len(bench.joints) > 1)} {' and '.join(robot.joints[j].name for j in bench.joints)}"
-    yield (
-        f"{robot.name}, {joints}: {len(found.members)} designs that meet {counted(len(found.space.sd), 'value')}",
-        "bold",
-    )
-    rows = [
-        [
-            *(_fact(one), one["unit"]),
-            *(f"{one[key]:.3g}" for key in ("measured", "sd")),
-            *(f"{one['low']:.3g} .. {one['high']:.3g}", f"{one['chosen']:.3g}", f"{one['residual']:+.1f}"),
-        ]
-        for one in found.facts
-    ]
-    yield table(["measured", "unit", "value", "sd", "90 % of designs", "chosen", "residual\n[sd]"], rows, left=(0, 1))
-    rows = [
-        [one.text, one.unit, f"{one.interval[0]:.3g} .. {one.interval[2]:.3g}", f"{one.values[found.middle]:.3g}"]
-        for one in found.quantities
-    ]
-    yield table(["open", "unit", "90 % of designs", "chosen"], rows, left=(0, 1))
-    rows = [
-        [
-            *(one["name"], one["unit"].removeprefix("1"), f"{one['lower']:.3g} .. {one['upper']:.3g}"),
-            *(f"{one['low']:.3g} .. {one['high']:.3g}", f"{one['chosen']:.3g}"),
-        ]
-        for one in found.rows
-    ]
-    yield table(["unknown", "unit", "bounds", "90 % of designs", "chosen"], rows, left=(0, 1))
-    yield "What to measure next, the most informative first:", "bold"
-    for measurement in found.next[:MEASUREMENTS]:
-        yield _told(measurement)
+def _lines(found: Family, checks: list[str], output: str | None, checked: Checked | None) -> Iterator[Part]:
+    """Lay out a family, with its check before the warnings."""
+    lines = card_of(found).lines()
+    last = len(lines) - 1 - len(found.warnings)
+    yield from lines[:last]
     if checked is not None:
         yield from _check_lines(checked)
     else:
         then = "run" if output else "write it by -o FILE.toml, then"
         yield f"To check the chosen design by finite elements, add --check, or {then}:"
         yield from checks
-    for warning in found.warnings:
-        yield warning, "yellow"
-    population = found.population
-    yield (
-        f"{counted(population.tried, 'design')} drawn within the bounds, {counted(population.evaluations, 'design')} "
-        f"computed in all, seed {found.seed}, {found.seconds:.1f} s.",
-        "green",
-    )
+    yield from lines[last:]
 
 
-def _fact(one: Mapping[str, Any]) -> str:
-    """Name a measured value."""
-    falling = ", falling" if one["branch"] == BRANCHES[1] else ""
-    return f"{one['joint']}, {one['side']}, {one['pressure_kpa']:g} kPa{falling}: {one['kind']}"
-
-
-def _check_lines(checked: Checked) -> Iterator[Any]:
+def _check_lines(checked: Checked) -> Iterator[Part]:
     """Lay out the chosen design by finite elements, beside the fast model."""
     yield f"Chosen design by finite elements, mesh {checked.options.mesh}:", "bold"
     rows = [
         [
-            *(_fact(one), one["unit"], f"{one['measured']:.3g}", f"{one['chosen']:.3g}"),
+            *(fact_text(one), one["unit"], f"{one['measured']:.3g}", f"{one['chosen']:.3g}"),
             *(f"{one['without_friction']:.3g}", f"{one['elements']:.3g}" if math.isfinite(one["elements"]) else ""),
             f"{one['difference_percent']:+z.1f}" if math.isfinite(one["difference_percent"]) else "",
         ]
         for one in checked.facts
     ]
     heads = ["measured", "unit", "value", "fast model", "without\nfriction", "elements", "differs\n[%]"]
-    yield table(heads, rows, left=(0, 1))
+    yield Table(heads, rows, left=(0, 1))
     yield CHECK_LEGEND, "dim"
     for fault in dict.fromkeys(filter(None, checked.faults)):
         yield fault, "bold red"
-
-
-def _told(one: Next) -> str:
-    """Write what a measurement would tell."""
-    expected = ", or ".join(f"{low:.3g} to {high:.3g}" for low, high in one.expected)
-    most = list(one.narrows.items())
-    parts = [f"{text} to {100 * ratio:.0f} %" for text, ratio in most[:NARROWED]]
-    parts += [f"{len(most) - NARROWED} more"] * (len(most) > NARROWED)
-    narrowed = ", ".join(parts) or "nothing by a tenth"
-    return f"{one.bits:4.1f} bits  {one.text}: {expected} {one.unit}. It narrows {narrowed}."

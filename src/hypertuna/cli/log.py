@@ -7,12 +7,13 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, progress_bar, summary_table
-from hypertuna.cli.emit import draw, emit
+from hypertuna.cli.console import command_line, progress_bar
+from hypertuna.cli.emit import emit, save
+from hypertuna.display import card_of
 from hypertuna.firmware.black_box import mission_record, read_black_box
 from hypertuna.io.files import Csv, columns_csv, write_atomically
 from hypertuna.io.mcap import is_radio_log, need_log
-from hypertuna.io.quantity import Quantity, values_of
+from hypertuna.io.quantity import values_of
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.foxglove import layout
 from hypertuna.mission.gpx import check_origin, write_gpx
@@ -49,7 +50,7 @@ def info_command(log: LogFile, as_json: opt.AsJson = False) -> None:
 @log_app.command("plot")
 def plot_command(log: LogFile, output: Annotated[str, _output(*opt.FIGURES)], as_json: opt.AsJson = False) -> None:
     """Plot the track on a plan, depth and energy."""
-    _convert(log, output, as_json, lambda content: draw("hypertuna.mission.plots:plot_mission", output, content.record))
+    _convert(log, output, as_json, lambda content: save(content.record.plot(), output))
 
 
 @log_app.command("to-csv")
@@ -164,11 +165,7 @@ def _radio_lines(log: RadioLog) -> Iterator[Any]:
 
 def _lines(log: Log) -> Iterator[Any]:
     """Lay out a log as a small table."""
-    summary = log.record.summary()
-    extent = {"span": Quantity(summary["end_s"].value - summary["begin_s"].value, "s", "time")}
-    extent |= {"rows": Quantity(f"{summary['times'].value}", "", "times")}
-    yield f"{log.record.name}, {log.record.robot}", "bold"
-    yield summary_table(extent | summary)
+    yield from card_of(log.record).lines()
     yield f"messages: {', '.join(f'{topic} {count}' for topic, count in log.messages.items())}", "dim"
     for key, value in log.record.facts.items():
         if value:

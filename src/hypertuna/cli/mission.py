@@ -13,7 +13,7 @@ import typer
 
 from hypertuna import _core
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, counted, progress_bar, summary_table, table
+from hypertuna.cli.console import command_line, progress_bar, table
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.parsing import whole_number as read_whole_number
 from hypertuna.cli.shards import connected, write_shards
@@ -21,13 +21,14 @@ from hypertuna.cli.streams import note
 from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
-from hypertuna.io.quantity import quantity, values_of
+from hypertuna.io.quantity import counted, values_of
+from hypertuna.mission.cards import ending_text
 from hypertuna.mission.checks import check_current, check_fit, doubts
 from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.mission.flight import Flight, Outcome, fly, outcome
 from hypertuna.mission.gpx import check_origin, write_gpx
 from hypertuna.mission.new import spelled
-from hypertuna.mission.run import ENDINGS, expected
+from hypertuna.mission.run import expected
 from hypertuna.mission.seeds import flight_table, flights_layout, fly_seed_shards, fly_seeds
 
 
@@ -146,10 +147,7 @@ def mission_command(
     emit(
         flight,
         record=_record,
-        lines=_lines,
         plot=plot,
-        figure="hypertuna.mission.plots:plot_mission",
-        plotted=(flight.record,),
         written=(gpx, output),
         as_json=as_json,
         failed=flight.status != "done",
@@ -189,53 +187,8 @@ def _record(flight: Flight) -> dict[str, Any]:
         _outcome(one)
         | values_of(record.summary())
         | {"facts": dict(record.facts), "expected_s": expected(record.mission, fastest)}
-        | {"status_text": _sentence(flight, one), "command": command_line()}
+        | {"status_text": ending_text(flight, one), "command": command_line()}
     )
-
-
-def _sentence(flight: Flight, one: Outcome) -> str:
-    """Describe the end of a flight, and whether the mission asks for more speed than the gaits have."""
-    mission, fastest = flight.record.mission, gait_table(flight.robot).speed[-1]
-    asked = max(point.speed for point in mission.waypoints)
-    command, speed = ("The mission commands", asked) if fastest < asked else ("[home] commands", mission.home_speed)
-    beyond = f" {command} {speed:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
-    beyond = beyond if fastest < max(mission.speeds) else ""
-    counts = (f"{one.waypoints_reached} of {len(one.waypoints)} reached", f"{one.waypoints_passed} passed")
-    reached = "" if one.status == "done" else f" (waypoints: {', '.join(counts)}, {one.waypoints_skipped} skipped)"
-    reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
-    return f"{ENDINGS[one.status]}{reached} after {one.duration:.4g} s{reasons}.{beyond}"
-
-
-def _lines(flight: Flight) -> Iterator[Any]:
-    """Lay out a flight as a small table and a sentence."""
-    one = outcome(flight)
-    yield f"{flight.file.name}, {flight.robot.name}, seed {flight.seed}", "bold"
-    summary = one.summary()
-    if one.duration:
-        summary["mean_speed_m_s"] = quantity("mean_speed", flight.record.mean_speed, "m/s", "over ground")
-    yield summary_table({key: one_of for key, one_of in summary.items() if math.isfinite(one_of.value)})
-    for reason, time in one.reasons.items():
-        yield f"{time:8.1f} s  {reason.replace('_', ' ')}", "dim"
-    yield _sentence(flight, one), "green" if flight.status == "done" else "yellow"
-    mission = flight.record.mission
-    radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
-    if one.fence_margin_min < 0:
-        yield f"It crossed the fence by {-one.fence_margin_min:.3g} m.", "yellow"
-    for point in one.waypoints:
-        if point["outcome"] == "passed":
-            yield (
-                f"Waypoint {point['waypoint']} passed at a depth of {point['depth_m']:.3g} m. By the pilot's estimate "
-                f"it was {point['believed_m']:.3g} m away, with an uncertainty of {point['uncertainty_m']:.3g} m; "
-                f"in truth {point['true_m']:.3g} m.",
-                "yellow",
-            )
-    if flight.status in ("done", "home", "adrift") and one.goal_distance > radius:
-        goal = "the last waypoint" if mission.stay else "home"
-        yield (
-            f"It is {one.goal_distance:.3g} m from {goal}, beyond the radius of {radius:g} m: the pilot judges by its "
-            f"estimated position, with an uncertainty of {one.goal_uncertainty:.3g} m.",
-            "dim",
-        )
 
 
 def _fly_many(

@@ -8,11 +8,12 @@ import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
-from hypertuna.cli.console import counted, print_lines
+from hypertuna.cli.console import print_lines
 from hypertuna.cli.emit import emit
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
+from hypertuna.io.quantity import counted
 from hypertuna.mission.file import MissionFile, read_mission
 from hypertuna.ranges import NOT_NEGATIVE, POSITIVE
 

@@ -1,6 +1,5 @@
 """The command `hypertuna optimize`."""
 
-from collections.abc import Iterator
 from typing import Annotated, Any
 
 import numpy as np
@@ -8,22 +7,18 @@ import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.command import App
-from hypertuna.cli.console import command_line, progress_bar, summary_table
+from hypertuna.cli.console import command_line, progress_bar
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.experiment import ask_command, tell_command
-from hypertuna.cli.gait import gait_record
 from hypertuna.cli.search import RobustOptions, SearchOptions, SwimLimits
 from hypertuna.cli.shards import connected
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.writer import robot_text, write_robot
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import Quantity
-from hypertuna.optimization.design_space import gait_columns
+from hypertuna.optimization.cards import margin_record
 from hypertuna.optimization.optimize import optimize
-from hypertuna.optimization.optimum import Margin, Optimum
-from hypertuna.optimization.problem import STATISTICS
-from hypertuna.swimming.beat import QUANTITIES
-from hypertuna.swimming.gait import Gait
+from hypertuna.optimization.optimum import Optimum
+from hypertuna.swimming.gait import Gait, gait_record
 
 optimize_app = App(invoke_without_command=True)
 optimize_app.command("ask")(ask_command)
@@ -65,10 +60,7 @@ def optimize_command(
     emit(
         result,
         record=_record,
-        lines=_lines,
         plot=plot,
-        figure="hypertuna.optimization.plots:plot_convergence",
-        plotted=([result],),
         written=(output,),
         as_json=as_json,
         failed=result.gait is None,
@@ -106,66 +98,7 @@ def _record(result: Optimum) -> dict[str, Any]:
             "expected_speed_m_s": target.expected,
             "weight_threshold_m_s_per_j_per_kg_m": result.weight_threshold,
         },
-        "constraints": [_margin_record(margin) for margin in result.margins],
+        "constraints": [margin_record(margin) for margin in result.margins],
         "on_bounds": dict(result.bounds),
         "near_best": {name: np.round(ends, 10) for name, ends in result.near_best.items()},
     } | made_by(result.robot)
-
-
-def _margin_record(margin: Margin) -> dict[str, Any]:
-    """Return a limit and how far the gait is from it."""
-    limit = margin.limit
-    return {
-        "name": limit.quantity,
-        "value": margin.value / limit.scale,
-        "limit": limit.limit / limit.scale,
-        "unit": limit.unit,
-        "kind": "largest" if limit.upper else "least",
-        "margin": margin.margin,
-        "active": margin.active,
-    }
-
-
-def _lines(result: Optimum) -> Iterator[Any]:
-    """Lay out the gait as a small table, and sentences."""
-    yield f"{result.robot.name}, {_objective(result)}", "bold"
-    if result.gait is not None and result.swim is not None:
-        yield summary_table(_summary(result, result.gait))
-    yield result.stop, "green" if result.gait is not None else "bold red"
-    if result.remark:
-        yield result.remark, "" if result.near_best else "yellow"
-    yield f"{result.evaluations} gaits by {result.method}, seed {result.seed}", "dim"
-
-
-def _objective(result: Optimum) -> str:
-    """Describe the objective."""
-    target = result.objective
-    name, factor = target.terms[0]
-    words = f"{'highest' if factor < 0 else 'lowest'} {name.replace('_', ' ')}"
-    if target.expected is not None:
-        words = f"expected speed {target.expected:g} m/s at low cost of transport, weight {factor:g}"
-    return words if result.robust is None else f"{words}, over robots sampled from the fit"
-
-
-def _summary(result: Optimum, gait: Gait) -> dict[str, Quantity]:
-    """Return the gait with the bounds that it lies on, its speed and cost, its limits; by label."""
-    summary = {}
-    for (column, size), value in zip(gait_columns(result.robot).items(), gait.values, strict=True):
-        label, _, unit = column.replace("_", " ").rpartition(" ")
-        if any(gait.bias) or not column.startswith("bias"):
-            bound = f" ({result.bounds[column]} bound)" if column in result.bounds else ""
-            summary[label] = (value / size, ("Hz" if unit == "hz" else unit) + bound)
-    summary["speed"] = (result.speed, "m/s")
-    summary["cost of transport"] = (result.cost_of_transport, "J/(kg m)")
-    if result.robust is not None:  # all above is of the robot itself
-        name, factor = result.objective.terms[0]
-        value, unit = factor * result.value, QUANTITIES[name].unit
-        if result.objective.expected is not None:
-            name, value, unit = "|U - Ue| + k COT", result.value, "m/s"
-        summary[f"{name.replace('_', ' ')}, sampled robots"] = (value, f"{unit}, {STATISTICS[result.robust]}")
-    for margin in map(_margin_record, result.margins):
-        unit = margin["unit"].removeprefix("1")
-        side = "at least" if margin["kind"] == "least" else "at most"
-        limit = f"({side} {margin['limit']:g}{', active' * margin['active']})"
-        summary[margin["name"].replace("_", " ")] = (margin["value"], f"{unit} {limit}".strip())
-    return {label: Quantity(value, unit, label) for label, (value, unit) in summary.items()}

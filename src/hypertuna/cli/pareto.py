@@ -1,15 +1,13 @@
 """The command `hypertuna pareto`."""
 
-from collections.abc import Iterator
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import progress_bar, table
+from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
-from hypertuna.cli.gait import column_rows, gait_record
+from hypertuna.cli.gait import column_rows
 from hypertuna.cli.search import RobustOptions, SwimLimits, bounds_of
 from hypertuna.cli.shards import connected
 from hypertuna.description.provenance import provenance
@@ -17,11 +15,8 @@ from hypertuna.io.files import variable_columns
 from hypertuna.io.quantity import key_of
 from hypertuna.optimization.objective import OBJECTIVES
 from hypertuna.optimization.pareto import SLOW, Front, pareto
-from hypertuna.optimization.problem import STATISTICS
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES
-from hypertuna.swimming.gait import KINDS, NEEDED
-
-ROWS = 24  # points of the front that the terminal shows
+from hypertuna.swimming.gait import KINDS, NEEDED, gait_record
 
 # Names of quantities in JSON and CSV, with their units.
 NAMES = {name: key_of(name, QUANTITIES[name].unit) for name in OBJECTIVES}
@@ -75,11 +70,9 @@ def pareto_command(
     emit(
         front,
         record=_record,
-        lines=_lines,
         columns=_gait_names(front) | _names(front),
         digits=None,
         dataset=lambda front: front.points,
-        figure="hypertuna.optimization.plots:plot_pareto",
         **vars(opt.Files(as_json=files.as_json) if empty else files),
         failed=empty,
     )
@@ -120,26 +113,3 @@ def _record(front: Front) -> dict[str, Any]:
         "stop": front.stop,
         "front": [{"gait": gait_record(gait)} | row for gait, row in zip(front.gaits, rows, strict=True)],
     }
-
-
-def _lines(front: Front) -> Iterator[Any]:
-    """Lay out a front, or a sample of its points."""
-    count = len(front.x)
-    if not count:
-        yield front.stop, "bold red"
-        return
-    heads = [f"{name.replace('_', ' ')}\n[{unit}]" for name, unit in zip(front.objectives, front.units, strict=True)]
-    rows = []
-    for k in np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int)):
-        gait = front.gaits[k]
-        angles = (", ".join(f"{angle:.4g}" for angle in np.degrees(values)) for values in (gait.amplitude, gait.phase))
-        rows.append((*(f"{value:.4g}" for value in front.values[k]), f"{gait.frequency:.3g}", *angles))
-    robust = f", {STATISTICS[front.robust]}" if front.robust else ""
-    yield f"{front.robot.name}: {count} best compromises{robust}", "bold"
-    yield table([*heads, "f\n[Hz]", "amplitude\n[deg]", "phase\n[deg]"], rows, left=())
-    reference = ", ".join(f"{value:.4g}" for value in front.reference)
-    yield f"hypervolume {front.hypervolume:.5g} [{' '.join(front.units)}] from the reference point {reference}"
-    if front.polished:
-        residual = np.median(front.stationarity)
-        yield f"before polishing {front.hypervolume_evolved:.5g}; median stationarity {residual:.1e}"
-    yield front.stop, "green"

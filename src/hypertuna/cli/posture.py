@@ -1,23 +1,22 @@
 """The command `hypertuna posture-test`."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import progress_bar, table
+from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.twin import kelvin, robot_with
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import Csv, rows_csv
 from hypertuna.io.quantity import ZERO_CELSIUS
+from hypertuna.simulation.cards import limit_sentences
 from hypertuna.simulation.posture import CLOSE, EASED, PostureTest, posture_test
-from hypertuna.simulation.recorded import CONDITIONS
 
-CAVITATED = "the oil cavitated in a cylinder"
 ANGLE = math.radians(20)  # the paper's
 FREQUENCIES: Any = "1:6:6"  # as typed
 
@@ -67,9 +66,7 @@ def posture_command(
     emit(
         result,
         record=_record,
-        lines=_lines,
         csv=_csv,
-        figure="hypertuna.simulation.plots:plot_posture",
         **vars(files),
         failed=any(one.settling is None for one in result.held),
     )
@@ -123,7 +120,7 @@ def _record(result: PostureTest) -> dict[str, Any]:
         "within_deg": np.degrees(CLOSE),
         "temperature_c": result.temperature - ZERO_CELSIUS,
         "tests": _rows(result),
-        "status_text": _sentences(result),
+        "status_text": limit_sentences(result),
     } | made_by(result.robot)
 
 
@@ -141,41 +138,3 @@ def _csv(result: PostureTest) -> Csv:
         for beat in zip(*(test[key] for key in BEATS.values()), strict=True):
             rows.append(case | {name: f"{value:.6g}" for name, value in zip(BEATS, beat, strict=True)})
     return rows_csv(made_by(result.robot, medium=result.medium, seed=result.seed), rows)
-
-
-def _first(limits: list[str]) -> str:
-    """Name the most frequent limit, and the number of the others."""
-    more = f" +{len(limits) - 1}" if len(limits) > 1 else ""
-    return f"{limits[0].replace('_', ' ')}{more}" if limits else "–"
-
-
-def _sentences(result: PostureTest) -> list[str]:
-    """Explain each limit that acted."""
-    meanings = {name: text for name, (_, text) in CONDITIONS.items()} | {"cavitation": CAVITATED}
-    limits = [one.limits for one in result.held] + [one.limits for one in result.reach]
-    acted = dict.fromkeys(name for names in limits for name in names)
-    return [f"{name.replace('_', ' ').capitalize()}: {meanings[name]}." for name in acted]
-
-
-def _lines(result: PostureTest) -> Iterator[Any]:
-    """Lay out a test, a row for each frequency and joint."""
-    heads = ["f\n[Hz]", "\njoint", "set\n[deg]", "settles\n[s]", "error\n[deg]", "\nlimited by"]
-    heads += ["holds up to\n[deg]", "\nthen limited by"] if result.reach else []
-    rows = []
-    for row in _rows(result):
-        settles = "never" if row["settling_s"] is None else f"{row['settling_s']:.2f}"
-        cells = [f"{row['frequency_hz']:g}", row["joint"], f"{row['angle_set_deg']:g}", settles]
-        cells += [f"{row['error_deg']:.2f}", _first(row["limits"])]
-        cells += [f"{row['amplitude_max_deg']:.1f}", _first(row["stopped_by"])] if result.reach else []
-        rows.append(cells)
-    yield f"{result.robot.name}, posture control in {result.medium}, {result.duration:g} s from rest", "bold"
-    yield table(heads, rows, left=(1, 5, 7))
-    for sentence in _sentences(result):
-        yield sentence, "dim"
-    late = ", ".join(f"{one.name} at {one.frequency:g} Hz" for one in result.held if one.settling is None)
-    within = f"within {math.degrees(CLOSE):g} deg"
-    slowest = max((one.settling for one in result.held if one.settling is not None), default=0.0)
-    if late:
-        yield f"Not {within} at the end: {late}.", "bold red"
-    else:
-        yield f"Every peak bend is {within} after {slowest:.2f} s, and stays.", "green"

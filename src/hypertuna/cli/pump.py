@@ -5,17 +5,16 @@ from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 from hypertuna.actuation.hydraulics import circuits
-from hypertuna.actuation.sizing import REACHED, Size, largest_beat, size_over
+from hypertuna.actuation.sizing import REACHED, Size, Sizes, largest_beat, size_over
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
-from hypertuna.cli.command import listed
-from hypertuna.cli.console import counted, progress_bar, table
+from hypertuna.cli.console import progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.twin import kelvin
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import dataset
-from hypertuna.io.quantity import ZERO_CELSIUS, column_units, label, suffix
+from hypertuna.io.quantity import ZERO_CELSIUS, column_units, counted, label, listed, suffix
 from hypertuna.ranges import Whole
 from hypertuna.swimming.gait import named_gait
 
@@ -97,7 +96,7 @@ def pump_command(
         dataset=lambda sizes: _dataset(fish, sizes),
         columns=[*sizes[0].record()],
         digits=None,
-        figure="hypertuna.actuation.plots:plot_pump",
+        figure=lambda sizes: Sizes(sizes).plot(),
         **vars(files),
     )
 

@@ -7,19 +7,18 @@ from typing import Annotated, Any
 
 from hypertuna.actuation.battery import CruisingRange, range_of
 from hypertuna.cli import options as opt
-from hypertuna.cli.command import listed
 from hypertuna.cli.emit import emit
-from hypertuna.cli.gait import GaitOptions, check_duration, gait_record
-from hypertuna.cli.twin import BACKWARD, swims_forward
+from hypertuna.cli.gait import GaitOptions, check_duration
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import columns
+from hypertuna.io.quantity import columns, listed
 from hypertuna.paper.chapters.gaits import range_finding
 from hypertuna.paper.ledger import judge, published
 from hypertuna.ranges import POSITIVE
+from hypertuna.simulation.cards import BACKWARD, swims_forward
 from hypertuna.simulation.twin import twin
-from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.gait import Gait, gait_record
 
 PAPER = "hypertuna"  # the robot whose range is published
 

@@ -12,11 +12,12 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import attended, command_line, counted, progress_bar, table
+from hypertuna.cli.console import attended, command_line, progress_bar, table
 from hypertuna.cli.emit import emit
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
+from hypertuna.io.quantity import counted
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.comparison import compare_recording, replay_recording, with_fitted_clock
 from hypertuna.trials.kinds import kind_of
@@ -181,11 +182,17 @@ def replay_command(
         ],
         output=output,
         plot=plot,
-        figure="hypertuna.trials.plots:plot_replay",
-        plotted=(fish, result, tracks),
+        figure=lambda result: _figures().plot_replay(fish, result, tracks),
         as_json=as_json,
         failed=not completed,
     )
+
+
+def _figures() -> Any:
+    """Import the figures of replays, which takes long."""
+    from hypertuna.trials import plots
+
+    return plots
 
 
 def _names(text: str) -> list[str]:
@@ -268,8 +275,9 @@ def _replay_recordings(
         dataset=_tree,
         output=output,
         plot=plot,
-        figure="hypertuna.trials.plots:plot_recordings",
-        plotted=(robot, [case.used for case in cases], [case.result for case in cases]),
+        figure=lambda cases: _figures().plot_recordings(
+            robot, [case.used for case in cases], [case.result for case in cases]
+        ),
         as_json=as_json,
         failed=any(case.compared is None for case in cases),
     )

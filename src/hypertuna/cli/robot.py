@@ -11,7 +11,7 @@ import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
-from hypertuna.cli.console import counted, print_json, print_lines, table
+from hypertuna.cli.console import print_json, print_lines, table
 from hypertuna.cli.emit import emit, refused
 from hypertuna.cli.streams import note
 from hypertuna.description.drag import NOSES
@@ -21,6 +21,7 @@ from hypertuna.description.reference import Key, json_schema
 from hypertuna.description.robot import Entry, Robot, load
 from hypertuna.description.twin import twin_note, why_no_twin
 from hypertuna.errors import InputError, did_you_mean
+from hypertuna.io.quantity import counted
 
 robot_app = opt.group("Robot descriptions: begin one, check a file, show a robot, print the format.")
 
@@ -173,7 +174,6 @@ def show(robot: RobotFile, as_json: opt.AsJson = False, plot: opt.Plot = None) -
         ),
         lines=_lines,
         plot=plot,
-        figure="hypertuna.swimming.drawing:plot_robot",
         as_json=as_json,
     )
 

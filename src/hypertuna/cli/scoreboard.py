@@ -1,17 +1,15 @@
 """The command `hypertuna scoreboard`."""
 
-import math
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import progress_bar, summary_table, table
+from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
-from hypertuna.display import number
+from hypertuna.display import card_of
 from hypertuna.scoreboard.scoreboard import score_swimmers
-from hypertuna.scoreboard.scores import Score, Scoreboard
+from hypertuna.scoreboard.scores import Scoreboard
 from hypertuna.scoreboard.swimmers import swimmers
 
 
@@ -45,51 +43,9 @@ def scoreboard_command(
     emit(
         board,
         record=Scoreboard.record,
-        lines=_lines,
+        lines=lambda board: card_of(board).parts,
         output=output,
         columns=[str(name) for name in board.dataset().data_vars],
         plot=plot,
-        figure="hypertuna.scoreboard.plots:plot_scoreboard",
         as_json=as_json,
     )
-
-
-def _lines(board: Scoreboard) -> Iterator[Any]:
-    """Lay out the speeds, then thrusts and powers, then what they say."""
-    if board.speeds:
-        yield "Speeds in m/s: predicted from length, mass, nose and beat; at the right with own sections", "bold"
-        yield _table(board.speeds)
-        yield ""
-    others = [score for score in board.scores if score.quantity != "speed"]
-    if others:
-        yield "Mean thrusts of fish held fixed, and powers beside the predicted mechanical power", "bold"
-        yield _table(others, unit=True)
-        yield ""
-    yield summary_table({key: one for key, one in board.summary().items() if _known(one.value)}, digits=3)
-    for score in board.scores:
-        if score.note:
-            yield f"{score.swimmer}, {score.run}: {score.note}", "yellow"
-
-
-def _table(scores: Sequence[Score], *, unit: bool = False) -> Any:
-    """Lay out scores, a line each."""
-    heads = ["swimmer, run", "published", "predicted", "90 % band", "ratio", "own\nratio"]
-    rows = []
-    for score in scores:
-        name = f"{score.swimmer}, {score.run}" + f", {score.quantity}" * unit
-        published = score.entry.published_text if unit else number(score.published)
-        band = "" if score.band is None else " to ".join(map(number, score.band))
-        style = "none" if not band else "green" if score.inside else "yellow"
-        own = _ratio(score.own / score.published)
-        rows.append([name, published, number(score.predicted), band, (_ratio(score.ratio), style), own])
-    return table(heads, rows, fold=0)
-
-
-def _ratio(value: float) -> str:
-    """Write a ratio; nothing for NaN."""
-    return f"{value:.2f}" if _known(value) else ""
-
-
-def _known(value: Any) -> bool:
-    """Whether a value is no NaN."""
-    return not (isinstance(value, float) and math.isnan(value))

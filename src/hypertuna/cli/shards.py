@@ -12,8 +12,9 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import counted, print_json, print_lines, print_written, progress_bar
+from hypertuna.cli.console import print_json, print_lines, print_written, progress_bar
 from hypertuna.errors import InputError
+from hypertuna.io.quantity import counted
 from hypertuna.parallel.executors import cluster
 from hypertuna.parallel.shards import SIZES, open_shards, write_merged
 

@@ -88,7 +88,7 @@ def sweep_command(
         lines=_lines,
         columns=_names(result),
         digits=None,
-        figure="hypertuna.swimming.plots:plot_sweep",
+        figure=_figure,
         **vars(files),
     )
     if unsettled := int((~result.settled).sum()):
@@ -132,6 +132,13 @@ def _clock(seconds: float) -> str:
 def _names(result: xr.Dataset) -> list[str]:
     """Name the columns of gaits and results in CSV and JSON."""
     return [*coordinate_names(result), *table_names(result)]
+
+
+def _figure(result: xr.Dataset) -> Any:
+    """Plot a sweep."""
+    from hypertuna.swimming.plots import plot_sweep  # slow to import
+
+    return plot_sweep(result)
 
 
 def _lines(result: xr.Dataset) -> Iterator[Any]:

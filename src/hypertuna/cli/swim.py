@@ -1,16 +1,17 @@
 """The command `hypertuna swim`."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import Annotated, Any
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import summary_table
 from hypertuna.cli.emit import emit, made_by
-from hypertuna.cli.gait import GaitOptions, gait_degrees, gait_text
-from hypertuna.description.schema.water import LAWS
+from hypertuna.cli.gait import GaitOptions
+from hypertuna.display import Part, card_of
 from hypertuna.io.quantity import values_of
 from hypertuna.swimming.beat import DEFAULT_STEPS
+from hypertuna.swimming.gait import gait_degrees
 from hypertuna.swimming.swim import Swim, swim
 
 
@@ -43,7 +44,6 @@ def swim_command(
     """
     subject = robot.load()
     result = swim(subject, gait.make(subject), from_rest=from_rest, steps=steps, current=(current[0], current[1]))
-    animated = plot is not None and plot.lower().endswith(".gif")
     emit(
         result,
         record=_record,
@@ -52,7 +52,7 @@ def swim_command(
         facts=_facts,
         output=output,
         plot=plot,
-        figure="hypertuna.swimming.animation:animate_swim" if animated else "hypertuna.swimming.plots:plot_swim",
+        figure=partial(_animate, plot) if plot is not None and plot.lower().endswith(".gif") else None,
         as_json=as_json,
         failed=not result.settled,
     )
@@ -103,17 +103,14 @@ def _facts(result: Swim) -> dict[str, Any]:
     return record | {f"{name}_{key}": value for name, table in tables.items() for key, value in table.items()}
 
 
-def _lines(result: Swim) -> Iterator[Any]:
-    """Lay out a swim: a small table and a sentence."""
-    model = result.robot.model
-    areas = f", {model.areas} areas" if LAWS[model.water].areas else ""
-    yield f"{result.robot.name}, {gait_text(result.gait)}", "bold"
-    yield f"{model.water} water, {model.joints} joints{areas}", "dim"
-    if any(result.current):
-        yield "current {:g}, {:g} m/s; speed is through the water".format(*result.current), "dim"
-    yield summary_table(result.summary())
-    if result.band is not None:
-        yield result.band.sentence()
-    for warning in _outside(result):
-        yield warning, "yellow"
-    yield result.status_text, "green" if result.settled else "bold red"
+def _lines(result: Swim) -> list[Part]:
+    """Lay out a swim, with warnings before its status."""
+    *lines, status = card_of(result).lines()
+    return [*lines, *((warning, "yellow") for warning in _outside(result)), status]
+
+
+def _animate(path: str, result: Swim) -> None:
+    """Write the swimming body as a moving picture."""
+    from hypertuna.swimming.animation import animate_swim  # slow to import
+
+    animate_swim(result, path)

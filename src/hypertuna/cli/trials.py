@@ -9,12 +9,13 @@ import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.command import App, Group
-from hypertuna.cli.console import counted, print_written, progress_bar, table
-from hypertuna.cli.emit import draw, emit, refused
+from hypertuna.cli.console import print_written, progress_bar, table
+from hypertuna.cli.emit import emit, refused, save
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
+from hypertuna.io.quantity import counted
 from hypertuna.ranges import FRACTION, POSITIVE
 from hypertuna.trials.importers import import_folder, manifest_text
 from hypertuna.trials.kinds import KINDS
@@ -143,7 +144,9 @@ def import_markers_command(
             progress(k + 1, len(files))
     written = write_marker_runs(runs, fish, output, _comment())
     if plot is not None:
-        draw("hypertuna.trials.marker_plots:plot_markers", plot, runs[0])
+        from hypertuna.trials.plots_markers import plot_markers
+
+        save(plot_markers(runs[0]), plot)
     records = [run.record() for run in runs]
     emit(
         runs,

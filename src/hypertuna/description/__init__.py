@@ -4,5 +4,6 @@ schema (tables and keys), robot (`load`, `Robot`, `require`), validation (places
 errors of a file), commented (TOML with meanings), shape (a fish from length and mass), new (a first description),
 reference (docs page), provenance (what made a result), changes (values set by key),
 writer (a robot back into its file), twin (why a robot has none, and the command that writes one that has), at_sea (what
-missions need, estimated), card (what notebooks show).
+missions need, estimated), cards (what is shown of it), pose
+(where its links are), plots (its figure).
 """

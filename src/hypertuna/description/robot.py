@@ -67,14 +67,7 @@ class Entry(NamedTuple):
         return all(type(x) in (int, float) for one in values for x in (one if isinstance(one, list) else [one]))
 
 
-class Robot(
-    Part,
-    Plotted,
-    Tabular,
-    card="hypertuna.description.card:robot_card",
-    figure="hypertuna.swimming.drawing:plot_robot",
-    data="hypertuna.description.card:link_columns",
-):
+class Robot(Part, Plotted, Tabular):
     """A robot, described by one TOML file and read by `load`: SI units and radians, frozen; `using` returns another."""
 
     format: Literal[1] = entry("version of this format, 1", how="write 1")

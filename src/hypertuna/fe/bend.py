@@ -43,13 +43,7 @@ Each = Callable[[FeModel, int, Measured], None]
 
 
 @dataclass(frozen=True)
-class FeBend(
-    Plotted,
-    Tabular,
-    card="hypertuna.fe.cards:fe_card",
-    figure="hypertuna.fe.plots:plot_result",
-    data=lambda bend: columns_of(bend.record()["steps"]),
-):
+class FeBend(Plotted, Tabular, data=lambda bend: columns_of(bend.record()["steps"])):
     """Bend of a joint under the pressure of one side, in three dimensions and without friction."""
 
     robot: Robot

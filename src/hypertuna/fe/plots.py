@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from hypertuna.display import plots
 from hypertuna.fe.bend import FeBend
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 
@@ -16,6 +17,7 @@ ANALYTIC: dict[str, Any] = {"color": FAINT, "lw": 1.2, "ls": (0, (5, 2))}
 ANALYTIC["label"] = "fast model (no friction)"
 
 
+@plots.of(FeBend)
 def plot_result(bend: FeBend, *, width: float = WIDTH) -> Figure:
     """Plot the bend of a joint by finite elements: `width` [inch]."""
     title = f"Joint {bend.joint} of {bend.robot.name}, {bend.side} side"

@@ -7,5 +7,5 @@ estimator, profile: the estimator of tank and bench, and the profile likelihood.
 angles, fixed: errors of joint angles in the coefficients, and of coefficients that are not free.
 search, uncertainty, sentences, identify: the fit, its intervals and directions, sentences on them, and the whole.
 truncated_normal, posterior: samples within the bounds.
-tables, plots, cards: what the terminal, the page and notebooks show.
+tables, plots, cards: what is shown.
 """

@@ -1,30 +1,46 @@
-"""What notebooks and shells show of a fit and its posterior."""
+"""What is shown of a fit and its posterior."""
+
+from typing import Any
 
 import numpy as np
 
-from hypertuna.display import Card, number
+from hypertuna.display import Card, Facts, Part, Table, cards, number
 from hypertuna.identification.coefficients import ABSOLUTE_UNITS
 from hypertuna.identification.identify import Fit
 from hypertuna.identification.posterior import Posterior
 from hypertuna.identification.residuals import LABELS
-from hypertuna.identification.tables import coefficient_table
-from hypertuna.io.quantity import key_of
+from hypertuna.identification.tables import coefficient_table, error_table
+from hypertuna.io.quantity import counted, key_of
 from hypertuna.pictures import BARS, bars_svg, captioned, computed_svg
 from hypertuna.trials.kinds import KINDS
 
 
+@cards.of(Fit)
 def fit_card(fit: Fit) -> Card:
     """Show the coefficients with their intervals, the errors, and the warnings."""
-    columns, rows = coefficient_table(fit)
-    counts = zip(("training", "validation"), fit.trials, strict=True)
-    facts = [("runs", ", ".join(f"{len(trials.runs)} for {name}" for name, trials in counts if trials.runs))]
-    for name, part in fit.parts.items():
-        for key, rms in list(part.rms.items())[:2]:
-            label, unit, factor = LABELS[key]
-            facts.append((f"{label} error, {name}", number(factor * rms, f"{unit} rms")))
-    text = " ".join([f"{fit.stop}", *fit.warnings])
-    title = f"Fit of {len(fit.free)} coefficients of {fit.described.name}{'' if fit.converged else ', not converged'}"
-    return Card(title, facts, text, columns, [[str(cell) for cell in row] for row in rows], lambda: _runs_svg(fit))
+    return sampled_card(fit, None, fit.seconds)
+
+
+def sampled_card(fit: Fit, sampled: Posterior | None, seconds: float) -> Card:
+    """Show a fit with the intervals of its posterior, and how long both took [s]."""
+    fitted, kept = (len(trials.runs) for trials in fit.trials)
+    heads, rows = coefficient_table(fit, sampled)
+    cells = [(str(row[0]), *map(str, row[1:-1]), (str(row[-1]), "yellow")) for row in rows]
+    parts: list[Part] = [Table(heads, cells, left=(0, len(heads) - 2, len(heads) - 1), whole=0)]
+    parts.append(digits_table(*error_table(fit)))
+    parts += [(one.sentence, "yellow") for one in fit.uncertainty.directions if not one.constrained]
+    parts += [(warning, "yellow") for warning in fit.warnings]
+    if sampled is not None:
+        parts.append(f"{sampled.sentence} {100 * sampled.acceptance:.0f} % of the steps were accepted.")
+    style = "bold red" if not fit.converged else "yellow" if "training error" in fit.stop else "green"
+    parts.append((f"{fit.stop} {seconds:.1f} s in all.", style))
+    runs = f"{counted(fitted, 'run')} fitted, {kept} kept for validation"
+    return Card(f"{fit.robot.name}, {fit.robot.model.water} water: {runs}", parts, lambda: _runs_svg(fit))
+
+
+def digits_table(heads: list[str], rows: list[list[Any]]) -> Table:
+    """Lay out a table with numbers to three digits."""
+    return Table(heads, [[f"{x:.3g}" if isinstance(x, float) else x for x in row] for row in rows])
 
 
 def _runs_svg(fit: Fit) -> str:
@@ -44,6 +60,7 @@ def _runs_svg(fit: Fit) -> str:
     return captioned(bars_svg(rows, f"error of {label} [{unit} rms]"), "The tracked runs, the largest error first.")
 
 
+@cards.of(Posterior)
 def posterior_card(sampled: Posterior) -> Card:
     """Show the intervals of the coefficients, and how long the chain is."""
     columns = ("coefficient", "2.5 %", "97.5 %", "unit")
@@ -51,16 +68,10 @@ def posterior_card(sampled: Posterior) -> Card:
         (free.name, number(free.border[1] * low), number(free.border[1] * high), free.border[0].removeprefix("1"))
         for free, low, high in zip(sampled.free, sampled.low, sampled.high, strict=True)
     ]
-    facts = [("steps", f"{sampled.steps}"), ("walkers", f"{sampled.walkers}")]
-    facts.append(("accepted", number(100 * sampled.acceptance, "%")))
-    return Card(
-        f"Posterior of {len(sampled.free)} coefficients",
-        facts,
-        sampled.sentence,
-        columns,
-        rows,
-        lambda: _ranges_svg(sampled),
-    )
+    facts = {"steps": f"{sampled.steps}", "walkers": f"{sampled.walkers}"}
+    facts["accepted"] = number(100 * sampled.acceptance, "%")
+    title = f"Posterior of {len(sampled.free)} coefficients"
+    return Card(title, [Facts(facts), sampled.sentence, Table(columns, rows)], lambda: _ranges_svg(sampled))
 
 
 def _ranges_svg(sampled: Posterior) -> str:

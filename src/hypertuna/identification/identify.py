@@ -43,13 +43,7 @@ SNAP = 1e-6  # of the allowed range: a value closer than this to a bound is set 
 
 
 @dataclass(frozen=True)
-class Fit(
-    Plotted,
-    Tabular,
-    card="hypertuna.identification.cards:fit_card",
-    figure="hypertuna.identification.plots:plot_intervals",
-    data=lambda fit: columns_of(fit.parameters),
-):
+class Fit(Plotted, Tabular, data=lambda fit: columns_of(fit.parameters)):
     """A fit of free coefficients to trials."""
 
     robot: Robot  # with the fitted values, and a table [fit]

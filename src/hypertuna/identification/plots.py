@@ -5,6 +5,7 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgba
 from matplotlib.figure import Figure
 
 from hypertuna.arrays import Array
+from hypertuna.display import plots
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 from hypertuna.identification.coefficients import bounds_of, to_scale
 from hypertuna.identification.identify import Fit
@@ -17,6 +18,7 @@ DARK = 0.85  # correlation above which the text of a cell is white
 PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}
 
 
+@plots.of(Fit)
 @styled
 def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float = WIDTH) -> Figure:
     """Plot every coefficient with its 95 % interval between its bounds; width [inch]."""
@@ -48,6 +50,7 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
     return figure
 
 
+@plots.of(Posterior)
 @styled
 def plot_posterior(sampled: Posterior, *, width: float = WIDTH) -> Figure:
     """Plot the samples of each coefficient as a histogram, with the 95 % interval; width [inch]."""

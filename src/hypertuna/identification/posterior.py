@@ -34,13 +34,7 @@ STEPS = Whole(min=10, max=100_000)
 
 
 @dataclass(frozen=True)
-class Posterior(
-    Plotted,
-    Tabular,
-    card="hypertuna.identification.cards:posterior_card",
-    figure="hypertuna.identification.plots:plot_posterior",
-    data=lambda sampled: sampled._columns(),
-):
+class Posterior(Plotted, Tabular, data=lambda sampled: sampled._columns()):
     """Samples from the posterior of a fit, without the burn-in."""
 
     free: tuple[Free, ...]

@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, get_type_hints
 
 DEGREES = 180 / math.pi  # in a radian
@@ -106,3 +106,13 @@ def _columns(kind: type) -> dict[str, Format]:
 def values_of(summary: Mapping[str, Quantity]) -> dict[str, Any]:
     """Return the values of a summary, as the JSON object has them."""
     return {key: quantity.value for key, quantity in summary.items()}
+
+
+def counted(number: int, noun: str) -> str:
+    """Write a number with its noun, in the plural but for one."""
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def listed(parts: Sequence[str]) -> str:
+    """Join parts of a sentence."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)

@@ -3,6 +3,6 @@
 In reading order: `schema` and `file` (the TOML file), `geodesy` (latitude and longitude), `magnetic` (declination),
 `checks` (what a robot cannot do), `run` (part by part on the twin at sea), `flight` (one seed with journal and log,
 or many, and which waypoints were reached), `record` (the time series), `log_fields`, `log` and `read_log` (MCAP),
-`gpx` (tracks for maps), `plots`, `cards` (what notebooks show), `upload` (to a robot by radio). Where files come from:
+`gpx` (tracks for maps), `plots`, `cards` (what is shown), `upload` (to a robot by radio). Where files come from:
 `new` (a mission for a robot); `plans`, `plan_items` and `import_plan` (plans of other programs).
 """

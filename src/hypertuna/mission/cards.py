@@ -1,81 +1,118 @@
-"""What notebooks and shells show of missions and flights."""
+"""What is shown of missions and flights."""
 
 import math
 from functools import partial
 
 from hypertuna.arrays import Array
+from hypertuna.control.guidance import gait_table
 from hypertuna.control.mission import Mission
-from hypertuna.display import Card, facts_of, number
+from hypertuna.display import Card, Facts, Part, Table, cards, number, tables
+from hypertuna.io.quantity import Quantity, quantity
 from hypertuna.mission.file import MissionFile
-from hypertuna.mission.flight import Flight, outcome
+from hypertuna.mission.flight import Flight, Outcome, outcome
 from hypertuna.mission.log_fields import record_columns
 from hypertuna.mission.record import MissionRecord
+from hypertuna.mission.run import ENDINGS
 from hypertuna.pictures import curve_svg, track_svg
 
+tables.of(MissionRecord)(record_columns)
 
+
+@cards.of(Flight)
 def flight_card(flight: Flight) -> Card:
-    """Show the track of a flight from above, and six numbers."""
-    result, record = outcome(flight), flight.record
-    facts = [
-        ("status", flight.status),
-        ("waypoints reached", f"{result.waypoints_reached} of {len(record.mission.waypoints)}"),
-        ("duration", _clock(result.duration)),
-        ("distance, over ground", number(result.distance, "m")),
-        ("energy", number(result.energy / 3600, "Wh")),
-        ("max depth", number(result.depth_max, "m")),
-    ]
-    reasons = [f"{name.replace('_', ' ')} at {_clock(time)}" for name, time in result.reasons.items()]
-    text = f"Reasons of the pilot: {', '.join(reasons)}." if reasons else ""
-    east, north = record.path[:, 0], record.path[:, 1]
-    title = f"Mission {flight.file.name}, flown by {flight.robot.name}, seed {flight.seed}"
-    label = "north [m] over east [m]"
-    return Card(title, facts, text, picture=lambda: track_svg(east, north, result.duration, label))
+    """Show the track of a flight from above, its numbers, and how it ended."""
+    one, mission = outcome(flight), flight.record.mission
+    summary = one.summary()
+    if one.duration:
+        summary["mean_speed_m_s"] = quantity("mean_speed", flight.record.mean_speed, "m/s", "over ground")
+    parts: list[Part] = [Facts({key: one_of for key, one_of in summary.items() if math.isfinite(one_of.value)})]
+    parts += [(f"{time:8.1f} s  {reason.replace('_', ' ')}", "dim") for reason, time in one.reasons.items()]
+    parts.append((ending_text(flight, one), "green" if flight.status == "done" else "yellow"))
+    if one.fence_margin_min < 0:
+        parts.append((f"It crossed the fence by {-one.fence_margin_min:.3g} m.", "yellow"))
+    for point in one.waypoints:
+        if point["outcome"] == "passed":
+            text = (
+                f"Waypoint {point['waypoint']} passed at a depth of {point['depth_m']:.3g} m. By the pilot's estimate "
+                f"it was {point['believed_m']:.3g} m away, with an uncertainty of {point['uncertainty_m']:.3g} m; "
+                f"in truth {point['true_m']:.3g} m."
+            )
+            parts.append((text, "yellow"))
+    radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
+    if flight.status in ("done", "home", "adrift") and one.goal_distance > radius:
+        goal = "the last waypoint" if mission.stay else "home"
+        text = (
+            f"It is {one.goal_distance:.3g} m from {goal}, beyond the radius of {radius:g} m: the pilot judges by its "
+            f"estimated position, with an uncertainty of {one.goal_uncertainty:.3g} m."
+        )
+        parts.append((text, "dim"))
+    title = f"{flight.file.name}, {flight.robot.name}, seed {flight.seed}"
+    return Card(title, parts, partial(_track, flight.record, one.duration))
 
 
+def ending_text(flight: Flight, one: Outcome) -> str:
+    """Describe the end of a flight, and whether the mission asks for more speed than the gaits have."""
+    mission, fastest = flight.record.mission, gait_table(flight.robot).speed[-1]
+    asked = max(point.speed for point in mission.waypoints)
+    command, speed = ("The mission commands", asked) if fastest < asked else ("[home] commands", mission.home_speed)
+    beyond = f" {command} {speed:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
+    beyond = beyond if fastest < max(mission.speeds) else ""
+    counts = (f"{one.waypoints_reached} of {len(one.waypoints)} reached", f"{one.waypoints_passed} passed")
+    reached = "" if one.status == "done" else f" (waypoints: {', '.join(counts)}, {one.waypoints_skipped} skipped)"
+    reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
+    return f"{ENDINGS[one.status]}{reached} after {one.duration:.4g} s{reasons}.{beyond}"
+
+
+@tables.of(Flight)
 def flight_columns(flight: Flight) -> dict[str, Array]:
     """Return the record of a flight as columns."""
     return record_columns(flight.record)
 
 
+@cards.of(MissionFile)
 def mission_card(file: MissionFile) -> Card:
     """Show the course of a mission."""
     mission = file.mission
-    facts = [
-        ("robot", file.robot or "any"),
-        ("waypoints", f"{len(mission.waypoints)}"),
-        ("course", number(_length(mission), "m")),
-        ("max depth", number(mission.depth_max, "m")),
-        ("reserve of the charge", number(100 * mission.reserve, "%")),
-        ("fence", f"{len(mission.fence)} corners" if mission.fence else "none"),
-    ]
+    facts = {
+        "robot": file.robot or "any",
+        "waypoints": f"{len(mission.waypoints)}",
+        "course": number(_length(mission), "m"),
+        "max depth": number(mission.depth_max, "m"),
+        "reserve of the charge": number(100 * mission.reserve, "%"),
+        "fence": f"{len(mission.fence)} corners" if mission.fence else "none",
+    }
     rows = [tuple(number(value) for value in point) for point in mission.waypoints]
     columns = ("east [m]", "north [m]", "depth [m]", "speed [m/s]", "radius [m]", "hold [s]")
     east, north = zip(*mission.course, strict=True)
     label = "course: north [m] over east [m]"
     picture = partial(curve_svg, east, north, label, equal=True)
-    return Card(f"Mission {file.name}", facts, file.description, columns, rows, picture)
+    return Card(f"Mission {file.name}", [Facts(facts), file.description, Table(columns, rows)], picture)
 
 
+@tables.of(MissionFile)
 def waypoint_columns(file: MissionFile) -> dict[str, list[float]]:
     """Return the waypoints of a mission as columns."""
     columns = zip(*file.mission.waypoints, strict=True)
     return dict(zip(("x_m", "y_m", "depth_m", "speed_m_s", "radius_m", "hold_s"), map(list, columns), strict=True))
 
 
+@cards.of(MissionRecord)
 def record_card(record: MissionRecord) -> Card:
     """Show the track of a record from above, and its numbers."""
+    summary = record.summary()
+    extent = {"span": Quantity(summary["end_s"].value - summary["begin_s"].value, "s", "time")}
+    extent |= {"rows": Quantity(f"{summary['times'].value}", "", "times")}
+    return Card(
+        f"{record.name}, {record.robot}", [Facts(extent | summary)], partial(_track, record, extent["span"].value)
+    )
+
+
+def _track(record: MissionRecord, duration: float) -> str:
+    """Draw the track from above."""
     east, north = record.path[:, 0], record.path[:, 1]
-    duration = float(record.time[-1] - record.time[0])
-    facts = [("duration", _clock(duration)), *facts_of(record.summary())]
-    picture = partial(track_svg, east, north, duration, "north [m] over east [m]")
-    return Card(f"Record of mission {record.name}, {record.robot}", facts, picture=picture)
+    return track_svg(east, north, duration, "north [m] over east [m]")
 
 
 def _length(mission: Mission) -> float:
     """Return the length of the course [m]."""
     return sum(math.dist(a, b) for a, b in zip(mission.course, mission.course[1:], strict=False))
-
-
-def _clock(seconds: float) -> str:
-    """Write a time in seconds, or minutes and seconds."""
-    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds // 60:.0f} min {seconds % 60:.0f} s"

@@ -35,13 +35,7 @@ SPAN = 3600.0  # s in which the gaps of a mission without a time limit begin
 
 
 @dataclass(frozen=True)
-class MissionFile(
-    Plotted,
-    Tabular,
-    card="hypertuna.mission.cards:mission_card",
-    figure="hypertuna.mission.plots:plot_course",
-    data="hypertuna.mission.cards:waypoint_columns",
-):
+class MissionFile(Plotted, Tabular):
     """A mission file, read and checked."""
 
     name: str

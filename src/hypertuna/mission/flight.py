@@ -36,13 +36,7 @@ Report = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Flight(
-    Plotted,
-    Tabular,
-    card="hypertuna.mission.cards:flight_card",
-    figure="hypertuna.mission.plots:plot_flight",
-    data="hypertuna.mission.cards:flight_columns",
-):
+class Flight(Plotted, Tabular):
     """A flown mission."""
 
     file: MissionFile

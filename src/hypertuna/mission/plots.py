@@ -8,6 +8,7 @@ from matplotlib.patches import Circle, Polygon
 
 from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission
+from hypertuna.display import plots
 from hypertuna.figures import COLORS, EDGE, FAINT, GRID, INK, TIGHT, WIDTH, styled
 from hypertuna.mission.file import MissionFile
 from hypertuna.mission.flight import Flight
@@ -21,11 +22,14 @@ BANDS |= dict.fromkeys(("done", "ended"), "#ECECEC")
 HOUR = 3600.0
 
 
+@plots.of(Flight)
 def plot_flight(flight: Flight, *, width: float = WIDTH) -> Figure:
     """Plot the record of a flight: `width` [inch]."""
-    return plot_mission(flight.record, width=width)
+    figure: Figure = plot_mission(flight.record, width=width)
+    return figure
 
 
+@plots.of(MissionFile)
 @styled
 def plot_course(file: MissionFile, *, width: float = WIDTH) -> Figure:
     """Plot the course of a mission file: `width` [inch]."""
@@ -42,6 +46,7 @@ def plot_course(file: MissionFile, *, width: float = WIDTH) -> Figure:
     return figure
 
 
+@plots.of(MissionRecord)
 @styled
 def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
     """Plot a mission: `width` [inch]."""

@@ -115,13 +115,7 @@ COLUMNS = {name: column for columns in TOPICS.values() for name, column in colum
 
 
 @dataclass(frozen=True)
-class MissionRecord(
-    Plotted,
-    Tabular,
-    card="hypertuna.mission.cards:record_card",
-    figure="hypertuna.mission.plots:plot_mission",
-    data="hypertuna.mission.log_fields:record_columns",
-):
+class MissionRecord(Plotted, Tabular):
     """Time series of a mission."""
 
     name: str  # of the mission

@@ -1,54 +1,87 @@
-"""What notebooks and shells show of optima and Pareto fronts."""
+"""What is shown of optima and Pareto fronts."""
 
 from typing import Any
 
 import numpy as np
 
-from hypertuna.display import Card, number
-from hypertuna.optimization.optimum import Optimum
+from hypertuna.display import Card, Facts, Part, Table, cards, tables
+from hypertuna.io.quantity import Quantity
+from hypertuna.optimization.design_space import gait_columns
+from hypertuna.optimization.optimum import Margin, Optimum
 from hypertuna.optimization.pareto import Front
+from hypertuna.optimization.problem import STATISTICS
 from hypertuna.pictures import curve_svg
-from hypertuna.swimming.cards import gait_text, picture_of, swim_facts
+from hypertuna.swimming.beat import QUANTITIES
+from hypertuna.swimming.cards import picture_of
+from hypertuna.swimming.gait import Gait
+
+ROWS = 24  # points of a front
+
+
+@cards.of(Optimum)
+def optimum_card(result: Optimum) -> Card:
+    """Show the best gait swimming, what limits it, and how the search ended."""
+    found = result.gait is not None
+    parts: list[Part] = []
+    if result.gait is not None and result.swim is not None:
+        parts.append(Facts(_summary(result, result.gait)))
+    parts.append((result.stop, "green" if found else "bold red"))
+    if result.remark:
+        parts.append((result.remark, "" if result.near_best else "yellow"))
+    parts.append((f"{result.evaluations} gaits by {result.method}, seed {result.seed}", "dim"))
+    picture = None if result.swim is None else picture_of(result.swim)
+    return Card(f"{result.robot.name}, {objective_text(result)}", parts, picture)
 
 
 def objective_text(result: Optimum) -> str:
-    """Write the objective of a search."""
+    """Describe the objective."""
     target = result.objective
     name, factor = target.terms[0]
     words = f"{'highest' if factor < 0 else 'lowest'} {name.replace('_', ' ')}"
     if target.expected is not None:
-        words = f"expected speed {target.expected:g} m/s at low cost of transport"
+        words = f"expected speed {target.expected:g} m/s at low cost of transport, weight {factor:g}"
     return words if result.robust is None else f"{words}, over robots sampled from the fit"
 
 
-def optimum_card(result: Optimum) -> Card:
-    """Show the best gait swimming, what limits it, and how the search ended."""
-    title = f"{result.robot.name}, {objective_text(result)}"
-    text = " ".join(filter(None, [result.stop, result.remark]))
-    text += f" {result.evaluations} gaits by {result.method}, seed {result.seed}."
-    if result.swim is None or result.gait is None:
-        return Card(f"{title}: no gait satisfies all limits", (), text)
-    ends = [(_with_unit(name), f"on its {side} bound", "") for name, side in result.bounds.items()]
-    limits = [
-        (
-            margin.limit.quantity.replace("_", " "),
-            number(margin.value / margin.limit.scale, margin.limit.unit.removeprefix("1")),
-            f"{'at most' if margin.limit.upper else 'at least'} {number(margin.limit.limit / margin.limit.scale)}"
-            f"{', active' * margin.active}",
-        )
-        for margin in result.margins
-    ]
-    facts = swim_facts(result.swim)
-    columns = ("bound or limit", "value", "limit")
-    return Card(f"{title}: {gait_text(result.gait)}", facts, text, columns, limits + ends, picture_of(result.swim))
+def margin_record(margin: Margin) -> dict[str, Any]:
+    """Return a limit and how far the gait is from it."""
+    limit = margin.limit
+    return {
+        "name": limit.quantity,
+        "value": margin.value / limit.scale,
+        "limit": limit.limit / limit.scale,
+        "unit": limit.unit,
+        "kind": "largest" if limit.upper else "least",
+        "margin": margin.margin,
+        "active": margin.active,
+    }
 
 
-def _with_unit(name: str) -> str:
-    """Write the name of a gait parameter, such as phase_II_deg, in words: phase II [deg]."""
-    quantity, _, unit = name.rpartition("_")
-    return f"{quantity.replace('_', ' ')} [{unit.replace('hz', 'Hz')}]"
+def _summary(result: Optimum, gait: Gait) -> dict[str, Quantity]:
+    """Return the gait with the bounds that it lies on, its speed and cost, its limits; by label."""
+    summary = {}
+    for (column, size), value in zip(gait_columns(result.robot).items(), gait.values, strict=True):
+        label, _, unit = column.replace("_", " ").rpartition(" ")
+        if any(gait.bias) or not column.startswith("bias"):
+            bound = f" ({result.bounds[column]} bound)" if column in result.bounds else ""
+            summary[label] = (value / size, ("Hz" if unit == "hz" else unit) + bound)
+    summary["speed"] = (result.speed, "m/s")
+    summary["cost of transport"] = (result.cost_of_transport, "J/(kg m)")
+    if result.robust is not None:  # all above is of the robot itself
+        name, factor = result.objective.terms[0]
+        value, unit = factor * result.value, QUANTITIES[name].unit
+        if result.objective.expected is not None:
+            name, value, unit = "|U - Ue| + k COT", result.value, "m/s"
+        summary[f"{name.replace('_', ' ')}, sampled robots"] = (value, f"{unit}, {STATISTICS[result.robust]}")
+    for margin in map(margin_record, result.margins):
+        unit = margin["unit"].removeprefix("1")
+        side = "at least" if margin["kind"] == "least" else "at most"
+        limit = f"({side} {margin['limit']:g}{', active' * margin['active']})"
+        summary[margin["name"].replace("_", " ")] = (margin["value"], f"{unit} {limit}".strip())
+    return {label: Quantity(value, unit, label) for label, (value, unit) in summary.items()}
 
 
+@tables.of(Optimum)
 def optimum_columns(result: Optimum) -> dict[str, Any]:
     """Return the best value after each batch of gaits, with the sign of the quantity."""
     name, factor = result.objective.terms[0]
@@ -57,19 +90,26 @@ def optimum_columns(result: Optimum) -> dict[str, Any]:
     return {"gaits_swum": result.swum, f"best_{name}": np.sign(factor) * result.history}
 
 
+@cards.of(Front)
 def front_card(front: Front) -> Card:
-    """Show the best compromises, from one end of the front to the other."""
+    """Show a front, or a sample of its points."""
     count = len(front.x)
-    title = f"{front.robot.name}: {count} best compromises of {' and '.join(front.objectives).replace('_', ' ')}"
-    facts = [("hypervolume", number(front.hypervolume, " ".join(front.units))), ("gaits swum", f"{front.evaluations}")]
-    if front.polished and count:
-        facts.append(("median stationarity", f"{np.median(front.stationarity):.1e}"))
-    heads = [f"{name.replace('_', ' ')} [{unit}]" for name, unit in zip(front.objectives, front.units, strict=True)]
-    rows = [
-        (*(number(float(value)) for value in values), gait_text(gait))
-        for values, gait in zip(front.values, front.gaits, strict=True)
-    ]
-    label = f"{heads[1]} over {heads[0]}"
-    values = front.values
-    picture = (lambda: curve_svg(values[:, 0], values[:, 1], label, dots=True)) if count > 1 else None
-    return Card(title, facts, front.stop, (*heads, "gait"), rows, picture)
+    if not count:
+        return Card(f"{front.robot.name}: no best compromise", [(front.stop, "bold red")])
+    heads = [f"{name.replace('_', ' ')}\n[{unit}]" for name, unit in zip(front.objectives, front.units, strict=True)]
+    rows = []
+    for k in np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int)):
+        gait = front.gaits[k]
+        angles = (", ".join(f"{angle:.4g}" for angle in np.degrees(values)) for values in (gait.amplitude, gait.phase))
+        rows.append((*(f"{value:.4g}" for value in front.values[k]), f"{gait.frequency:.3g}", *angles))
+    robust = f", {STATISTICS[front.robust]}" if front.robust else ""
+    reference = ", ".join(f"{value:.4g}" for value in front.reference)
+    parts: list[Part] = [Table([*heads, "f\n[Hz]", "amplitude\n[deg]", "phase\n[deg]"], rows, left=())]
+    parts.append(f"hypervolume {front.hypervolume:.5g} [{' '.join(front.units)}] from the reference point {reference}")
+    if front.polished:
+        residual = np.median(front.stationarity)
+        parts.append(f"before polishing {front.hypervolume_evolved:.5g}; median stationarity {residual:.1e}")
+    parts.append((front.stop, "green"))
+    label, x, y = " over ".join(head.replace("\n", " ") for head in heads[1::-1]), *front.values[:, :2].T
+    picture = (lambda: curve_svg(x, y, label, dots=True)) if count > 1 else None
+    return Card(f"{front.robot.name}: {count} best compromises{robust}", parts, picture)

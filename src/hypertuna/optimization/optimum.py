@@ -40,13 +40,7 @@ class Margin:
 
 
 @dataclass(frozen=True)
-class Optimum(
-    Plotted,
-    Tabular,
-    card="hypertuna.optimization.cards:optimum_card",
-    figure="hypertuna.optimization.plots:plot_convergence",
-    data="hypertuna.optimization.cards:optimum_columns",
-):
+class Optimum(Plotted, Tabular):
     """The best gait of a search."""
 
     robot: Robot

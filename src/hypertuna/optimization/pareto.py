@@ -41,13 +41,7 @@ BEYOND = 0.1  # of its range: distance of the reference point beyond the worst o
 
 
 @dataclass(frozen=True)
-class Front(
-    Plotted,
-    Tabular,
-    card="hypertuna.optimization.cards:front_card",
-    figure="hypertuna.optimization.plots:plot_pareto",
-    data=lambda front: front.points,
-):
+class Front(Plotted, Tabular, data=lambda front: front.points):
     """Nondominated gaits: none is better than another in every objective."""
 
     robot: Robot

@@ -10,6 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from hypertuna.arrays import Array
+from hypertuna.display import plots
 from hypertuna.figures import FAINT, INK, POINTS, SEQUENCE, TIGHT, WIDTH, line_style, styled
 from hypertuna.optimization.optimum import Optimum
 from hypertuna.optimization.pareto import Front
@@ -20,6 +21,7 @@ from hypertuna.swimming.sweep import sweep
 NEAR = 0.18  # of the largest value over the figure's width in inch: distance of points that share a label
 
 
+@plots.of(Front)
 @styled
 def plot_pareto(front: Front, *, width: float = WIDTH) -> Figure:
     """Plot the second objective of a front against its first, colored by the third or else by frequency."""
@@ -73,6 +75,7 @@ def _shared_labels(points: Array, distance: float) -> list[tuple[tuple[float, fl
     return [((points[g, 0].min(), points[g, 1].max()), [k + 1 for k in g]) for g in groups]
 
 
+@plots.of(Optimum)
 @styled
 def plot_convergence(runs: Optimum | Sequence[Optimum], *, width: float = WIDTH) -> Figure:
     """Plot the best value so far against the gaits swum, as Fig. 13(a) of the paper: `width` [inch]."""

@@ -120,7 +120,7 @@ def _facts(ledger: Ledger) -> list[Fact]:
 
 def _robot(ledger: Ledger) -> list[Section]:
     """Draw the robot."""
-    from hypertuna.swimming.drawing import plot_robot
+    from hypertuna.description.plots import plot_robot
 
     robot = ledger.trials[OURS].robot
     return compose("robot", {"robot": plot_robot(robot, width=WIDTH)}, robot=robot, links=sum(robot.links.mass))

@@ -22,8 +22,7 @@ from hypertuna.identification.image import sampled_image
 from hypertuna.io.files import read_bytes, shipped, write_atomically
 from hypertuna.mission.read_log import Log, read_log
 from hypertuna.ranges import Whole
-from hypertuna.swimming.cards import gait_text
-from hypertuna.swimming.gait import KINDS, NEEDED, Gait, gait_of
+from hypertuna.swimming.gait import KINDS, NEEDED, Gait, gait_of, gait_text
 
 PAGE = "studio.html"
 FIRST = "hypertuna"  # of the robots in the page

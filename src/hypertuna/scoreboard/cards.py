@@ -1,29 +1,50 @@
-"""What notebooks and shells show of a scoreboard."""
+"""What is shown of a scoreboard."""
 
-from hypertuna.display import Card, facts_of, number
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from hypertuna.display import Card, Facts, Part, Table, cards, number
 from hypertuna.pictures import computed_svg
-from hypertuna.scoreboard.scores import UNITS, Scoreboard
+from hypertuna.scoreboard.scores import Score, Scoreboard
 
 
+@cards.of(Scoreboard)
 def scoreboard_card(board: Scoreboard) -> Card:
-    """Show what the scores say, and a row for each."""
-    rows = [
-        (
-            f"{score.swimmer}, {score.run}",
-            score.entry.published_text,
-            number(score.predicted, UNITS[score.quantity]),
-            number(score.ratio),
-            number(score.own / score.published),
-        )
-        for score in board.scores
-    ]
-    columns = ("swimmer, run", "published", "predicted", "ratio", "own sections")
+    """Show the speeds, then thrusts and powers, then what they say."""
+    parts: list[Part] = []
+    if board.speeds:
+        speeds = "Speeds in m/s: predicted from length, mass, nose and beat; at the right with own sections"
+        parts += [(speeds, "bold"), _table(board.speeds), ""]
+    if others := [score for score in board.scores if score.quantity != "speed"]:
+        held = "Mean thrusts of fish held fixed, and powers beside the predicted mechanical power"
+        parts += [(held, "bold"), _table(others, unit=True), ""]
+    parts.append(Facts({key: one for key, one in board.summary().items() if _known(one.value)}, digits=3))
+    parts += [(f"{score.swimmer}, {score.run}: {score.note}", "yellow") for score in board.scores if score.note]
     pairs = [(score.published, score.predicted) for score in board.speeds]
-    return Card(
-        "Published swimmers, predicted",
-        facts_of(board.summary()),
-        "",
-        columns,
-        rows,
-        lambda: computed_svg(pairs, "speed [m/s]", "a run of a swimmer"),
-    )
+    picture = (lambda: computed_svg(pairs, "speed [m/s]", "a run of a swimmer")) if pairs else None
+    return Card("Published swimmers, predicted", parts, picture)
+
+
+def _table(scores: Sequence[Score], *, unit: bool = False) -> Table:
+    """Lay out scores, a line each."""
+    heads = ["swimmer, run", "published", "predicted", "90 % band", "ratio", "own\nratio"]
+    rows = []
+    for score in scores:
+        name = f"{score.swimmer}, {score.run}" + f", {score.quantity}" * unit
+        published = score.entry.published_text if unit else number(score.published)
+        band = "" if score.band is None else " to ".join(map(number, score.band))
+        style = "none" if not band else "green" if score.inside else "yellow"
+        own = _ratio(score.own / score.published)
+        rows.append([name, published, number(score.predicted), band, (_ratio(score.ratio), style), own])
+    return Table(heads, rows, fold=0)
+
+
+def _ratio(value: float) -> str:
+    """Write a ratio; nothing for NaN."""
+    return f"{value:.2f}" if _known(value) else ""
+
+
+def _known(value: Any) -> bool:
+    """Whether a value is no NaN."""
+    return not (isinstance(value, float) and math.isnan(value))

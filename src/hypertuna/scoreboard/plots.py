@@ -9,11 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hypertuna.display import plots
 from hypertuna.figures import COLORS, EDGE, FAINT, INK, POINTS, SHAPES, TIGHT, WIDTH, styled
 from hypertuna.scoreboard.laws import Shoal, gazzola
 from hypertuna.scoreboard.scores import FAR, Scoreboard
 
 
+@plots.of(Scoreboard)
 @styled
 def plot_scoreboard(board: Scoreboard, *, width: float = WIDTH) -> Figure:
     """Plot predicted over published speeds, and Reynolds over swimming numbers: `width` [inch]."""

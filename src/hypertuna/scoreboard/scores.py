@@ -155,13 +155,7 @@ def leave_one_out(logs: Mapping[str, float]) -> Array:
 
 
 @dataclass(frozen=True)
-class Scoreboard(
-    Plotted,
-    Tabular,
-    card="hypertuna.scoreboard.cards:scoreboard_card",
-    figure="hypertuna.scoreboard.plots:plot_scoreboard",
-    data=lambda board: board.dataset(),
-):
+class Scoreboard(Plotted, Tabular, data=lambda board: board.dataset()):
     """Published swimmers beside what first robots of them are predicted to do, and the laws that swimmers obey."""
 
     scores: tuple[Score, ...]

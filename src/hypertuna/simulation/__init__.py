@@ -2,5 +2,5 @@
 
 In reading order: `sea` (water, bottom, current), `plant` (the core's objects of a robot), `recorded` (what a run
 records), `losses` (where its power goes), `run` and `sea_run` (a run and what follows from it), `twin` (simulate a
-command), `dive` and `posture` (tests of the paper), `plots`, `cards` (what notebooks show).
+command), `dive` and `posture` (tests of the paper), `plots`, `cards` (what is shown).
 """

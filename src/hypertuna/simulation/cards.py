@@ -1,76 +1,160 @@
-"""What notebooks and shells show of runs of the twin and of dives."""
+"""What is shown of runs of the twin, its losses, posture tests and dives."""
 
+import math
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.display import Card, number
+from hypertuna.description.pose import body_points, group_shares
+from hypertuna.display import Card, Facts, Part, Table, cards, number, tables
 from hypertuna.frames import rotation_of
+from hypertuna.io.quantity import ZERO_CELSIUS, listed, quantity
 from hypertuna.pictures import bars_svg, captioned, curve_svg, track_svg
 from hypertuna.simulation.dive import Dive
 from hypertuna.simulation.losses import PLACES, Losses
-from hypertuna.simulation.posture import PostureTest
+from hypertuna.simulation.posture import CLOSE, PostureTest
+from hypertuna.simulation.recorded import CONDITIONS
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea_run import SeaRun
-from hypertuna.swimming.cards import gait_text
+from hypertuna.swimming.gait import gait_text
 from hypertuna.swimming.outline import bodies, film_svg, followed, water_step
-from hypertuna.swimming.trajectory import body_points, group_shares
 
 BEATS, FRAMES = 3, 20  # shown, and pictures of each
 COARSE = 8  # rows of the record in a beat, below which the body cannot be drawn
+CAVITATED = "the oil cavitated in a cylinder"
+MIN_SPEED = 0.01  # 1/s: a robot slower than this many body lengths stands, and has no cost per distance
+BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 
 
-def twin_card(run: TwinRun) -> Card:
-    """Show speed, power and pressures of the last beats, and the swings of the joints."""
-    if run.status == "diverged":
-        return Card(f"Twin of {run.robot.name}: {gait_text(run.gait)}", (), run.divergence)
-    swims = run.medium == "water"
-    facts = [("speed", f"{number(run.speed, 'm/s')} ({number(run.speed_bl, 'BL/s', 2)})")] if swims else []
-    facts += [("electrical power", number(run.electrical_power, "W"))]
-    facts += [("cost of transport", number(run.cost_of_transport, "J/(kg m)"))] if swims else []
-    facts += [("largest pressure", number(float(run.pressure_max.max()) / 1e3, "kPa"))] if run.circuits else []
-    facts += [("change per beat", number(100 * run.change_per_beat, "%", 2)), ("duration", number(run.duration, "s"))]
-    swings = zip(run.joints, np.degrees(run.gait.amplitude), np.degrees(run.swing), strict=True)
-    rows = [(joint, f"{target:.3g}", f"{reached:.3g}") for joint, target, reached in swings]
-    name, label = ("speed", "speed [m/s] over time [s]") if swims else ("power", "electrical power [W] over time [s]")
-    return Card(
-        f"Twin of {run.robot.name} in {run.medium}: {gait_text(run.gait)}",
-        facts,
-        " ".join(run.sentences),
-        ("joint", "amplitude set [deg]", "reached [deg]"),
-        rows,
-        lambda: last_beats(run) + curve_svg(run.time, run.data[name], label),
+def swims_forward(run: TwinRun) -> bool:
+    """Return whether a robot swims head first; also true in air and of a diverged run, which have no speed."""
+    return math.isnan(run.speed) or run.speed_bl > MIN_SPEED
+
+
+def joint_rows(run: TwinRun) -> list[dict[str, Any]]:
+    """Return setpoint and motion of each joint group over the last whole beats."""
+    return _rows(
+        run.joints,
+        amplitude_set_deg=np.degrees(run.gait.amplitude),
+        swing_deg=np.degrees(run.swing),
+        first_harmonic_deg=np.degrees(run.first_harmonic),
+        swing_error_deg=np.degrees(run.swing - run.gait.amplitude),
+        bias_set_deg=np.degrees(run.gait.bias),
+        bias_deg=np.degrees(run.bias),
+        phase_set_deg=np.degrees(run.gait.phase),
+        phase_deg=np.degrees(run.phase),
     )
 
 
+def circuit_rows(run: TwinRun) -> list[dict[str, Any]]:
+    """Return the pressures of each oil circuit."""
+    return _rows(run.circuits, pressure_max_kpa=run.pressure_max / 1e3, pressure_min_kpa=run.pressure_min / 1e3)
+
+
+def _rows(names: Sequence[str], **columns: Any) -> list[dict[str, Any]]:
+    """Return a row of the columns for each name."""
+    return [{"name": name} | {key: values[k] for key, values in columns.items()} for k, name in enumerate(names)]
+
+
+def twin_sentences(run: TwinRun) -> list[str]:
+    """Describe the run, and add a sentence if the robot did not swim forward."""
+    return [*run.sentences, *([] if swims_forward(run) else [BACKWARD])]
+
+
+@cards.of(TwinRun)
+def twin_card(run: TwinRun) -> Card:
+    """Show a run: totals, joints, circuits, losses, sentences."""
+    loop = "closed loop" if run.closed_loop else "open loop"
+    oil = f", oil at {run.temperature - ZERO_CELSIUS:.3g} C" if run.circuits else ""
+    summary = run.summary()
+    if not swims_forward(run):
+        summary["cost_of_transport_j_per_kg_m"] = quantity("cost_of_transport", "–")
+    parts: list[Part] = [(f"{run.duration:g} s in {run.medium} from {run.start}, {loop}{oil}", "dim")]
+    parts += [Facts(summary, digits=3), "", _joint_table(run)]
+    servos = [group.name for group in run.robot.joints if group.servo is not None]
+    if servos and run.closed_loop:
+        lag = "the swing error and the lag of the phase are the servo's own"
+        uncorrected = f"No sensor reads the bend of {listed(servos)}, so the controller does not correct it"
+        parts.append((f"{uncorrected}: {lag}.", "dim"))
+    parts += ["", *(_pressures(run) if run.circuits else ()), *_losses(run), ""]
+    good = run.settled and not run.limits and not run.faults
+    bad = run.status == "diverged" or bool(run.faults)
+    for k, sentence in enumerate(twin_sentences(run)):
+        parts.append((sentence, "green" if good or (k == 0 and run.settled) else "bold red" if bad else "yellow"))
+    swims = run.medium == "water"
+    name, label = ("speed", "speed [m/s] over time [s]") if swims else ("power", "electrical power [W] over time [s]")
+    picture = None if run.status == "diverged" else lambda: last_beats(run) + curve_svg(run.time, run.data[name], label)
+    return Card(f"{run.robot.name}, {gait_text(run.gait)}", parts, picture)
+
+
+def _pressures(run: TwinRun) -> Iterator[Part]:
+    """Lay out the pressures of the oil circuits."""
+    yield f"cylinder pressure, peaks within ticks, {_beats(run)}", "dim"
+    rows = [
+        (row["name"], f"{row['pressure_min_kpa']:.0f}", f"{row['pressure_max_kpa']:.0f}") for row in circuit_rows(run)
+    ]
+    yield Table(["\ncircuit", "min\n[kPa]", "max\n[kPa]"], rows)
+    yield ""
+
+
+def _losses(run: TwinRun) -> Iterator[Part]:
+    """Lay out where the power goes, a line a place."""
+    losses = run.losses
+    yield f"where the {number(losses.power, 'W')} of the cells go, {_beats(run)}", "dim"
+    rows = [
+        (place, f"{losses.at(place):.3g}", f"{100 * losses.at(place) / losses.power:.0f}", losses.named(place))
+        for place in PLACES
+        if losses.at(place)
+    ]
+    yield Table(["\nplace", "mean\n[W]", "part\n[%]", "\nof it [W]"], rows, left=(0, 3), fold=3)
+
+
+def _beats(run: TwinRun) -> str:
+    """Name the beats that means are over."""
+    return f"last {run.beat_count} beats" if run.beat_count > 1 else "last beat"
+
+
+def _joint_table(run: TwinRun) -> Table:
+    """Lay out setpoints and motions of the joints."""
+    columns = [("swing", "swing_deg", ".1f"), ("amplitude set", "amplitude_set_deg", ".1f")]
+    columns += [("swing error", "swing_error_deg", "+z.1f")]
+    columns += [("bias", "bias_deg", "z.1f"), ("set", "bias_set_deg", ".1f")] if any(run.gait.bias) else []
+    columns += [("phase", "phase_deg", "z.0f"), ("set", "phase_set_deg", ".0f")]
+    rows = [(row["name"], *(f"{row[key]:{form}}" for _, key, form in columns)) for row in joint_rows(run)]
+    return Table(["\njoint", *(f"{head}\n[deg]" for head, *_ in columns)], rows)
+
+
+@cards.of(SeaRun)
 def sea_card(run: SeaRun) -> Card:
     """Show where a run at sea went."""
     title = f"Twin of {run.robot.name} at sea: {gait_text(run.gait)}"
     if run.status == "diverged":
-        return Card(title, (), run.divergence)
+        return Card(title, [run.divergence])
     way = float(np.hypot(*(run.position[-1, :2] - run.position[0, :2])))
-    facts = [
-        ("duration", number(run.duration, "s")),
-        ("from the start", number(way, "m")),
-        ("depth at the end", number(float(run.depth[-1]), "m")),
-        ("mean speed ahead", number(float(run.speed.mean()), "m/s")),
-        ("mean electrical power", number(float(run.data["power"].mean()), "W")),
-        ("heading at the end", number(float(np.degrees(run.heading[-1])), "deg")),
-    ]
-    return Card(title, facts, picture=lambda: last_beats(run) + _track_svg(run) + _height_svg(run))
+    facts = {
+        "duration": number(run.duration, "s"),
+        "from the start": number(way, "m"),
+        "depth at the end": number(float(run.depth[-1]), "m"),
+        "mean speed ahead": number(float(run.speed.mean()), "m/s"),
+        "mean electrical power": number(float(run.data["power"].mean()), "W"),
+        "heading at the end": number(float(np.degrees(run.heading[-1])), "deg"),
+    }
+    return Card(title, [Facts(facts)], lambda: last_beats(run) + _track_svg(run) + _height_svg(run))
 
 
+@cards.of(Losses)
 def losses_card(losses: Losses) -> Card:
     """Show where the power goes."""
-    facts = [("power of the cells", number(losses.power, "W"))]
-    facts += [(place, number(losses.at(place), "W")) for place in PLACES]
+    facts = {"power of the cells": number(losses.power, "W")}
+    facts |= {place: number(losses.at(place), "W") for place in PLACES}
     rows = [
         (loss.text, number(loss.power, "W"), number(100 * loss.power / losses.power, "%")) for loss in losses.losses
     ]
     bars = [(loss.name, 0.0, 100 * loss.power / losses.power) for loss in losses.losses]
-    title, columns = f"Losses of {losses.title}", ("loss", "power", "part")
-    return Card(title, facts, columns=columns, rows=rows, picture=lambda: bars_svg(bars, "part of the power [%]"))
+    parts: list[Part] = [Facts(facts), Table(("loss", "power", "part"), rows)]
+    return Card(f"Losses of {losses.title}", parts, lambda: bars_svg(bars, "part of the power [%]"))
 
 
 def _height_svg(run: SeaRun) -> str:
@@ -84,6 +168,7 @@ def _track_svg(run: SeaRun) -> str:
     return track_svg(east, north, run.duration, "mean of the beat: north [m] over east [m]")
 
 
+@tables.of(PostureTest)
 def posture_columns(test: PostureTest) -> dict[str, list[Any]]:
     """Return how each joint group reached its set angle at each frequency, as columns."""
     reach = {(one.joint, one.frequency): one for one in test.reach}
@@ -97,33 +182,62 @@ def posture_columns(test: PostureTest) -> dict[str, list[Any]]:
     }
 
 
+def _first(limits: Sequence[str]) -> str:
+    """Name the most frequent limit, and the number of the others."""
+    more = f" +{len(limits) - 1}" if len(limits) > 1 else ""
+    return f"{limits[0].replace('_', ' ')}{more}" if limits else "–"
+
+
+def limit_sentences(result: PostureTest) -> list[str]:
+    """Explain each limit that acted."""
+    meanings = {name: text for name, (_, text) in CONDITIONS.items()} | {"cavitation": CAVITATED}
+    limits = [one.limits for one in result.held] + [one.limits for one in result.reach]
+    acted = dict.fromkeys(name for names in limits for name in names)
+    return [f"{name.replace('_', ' ').capitalize()}: {meanings[name]}." for name in acted]
+
+
+@cards.of(PostureTest)
 def posture_card(test: PostureTest) -> Card:
-    """Show when each joint group settles at its set angle, and the largest that it holds."""
-    columns = ("frequency [Hz]", "joint", "set [deg]", "settles [s]", "holds up to [deg]")
-    table = zip(*posture_columns(test).values(), strict=True)
-    rows = [(number(f), joint, *(number(value) for value in values)) for f, joint, *values in table]
-    text = "Settled: within half a degree of the set angle from then on."
-    title = f"Posture test of {test.robot.name} in {test.medium}"
-    return Card(title, (), text, columns, rows, lambda: last_beats(test.held[0].run))
+    """Show a test, a row for each frequency and joint."""
+    heads = ["f\n[Hz]", "\njoint", "set\n[deg]", "settles\n[s]", "error\n[deg]", "\nlimited by"]
+    heads += ["holds up to\n[deg]", "\nthen limited by"] if test.reach else []
+    reach = {(one.joint, one.frequency): one for one in test.reach}
+    rows = []
+    for one in test.held:
+        settles = "never" if one.settling is None else f"{one.settling:.2f}"
+        cells = [f"{one.frequency:g}", one.name, f"{np.degrees(one.angle_set):g}", settles]
+        cells += [f"{np.degrees(one.error[-1]):.2f}", _first(one.limits)]
+        if far := reach.get((one.joint, one.frequency)):
+            cells += [f"{np.degrees(far.amplitude_max):.1f}", _first(far.limits)]
+        rows.append(cells)
+    parts: list[Part] = [Table(heads, rows, left=(1, 5, 7)), *((text, "dim") for text in limit_sentences(test))]
+    late = ", ".join(f"{one.name} at {one.frequency:g} Hz" for one in test.held if one.settling is None)
+    within = f"within {math.degrees(CLOSE):g} deg"
+    slowest = max((one.settling for one in test.held if one.settling is not None), default=0.0)
+    if late:
+        parts.append((f"Not {within} at the end: {late}.", "bold red"))
+    else:
+        parts.append((f"Every peak bend is {within} after {slowest:.2f} s, and stays.", "green"))
+    title = f"{test.robot.name}, posture control in {test.medium}, {test.duration:g} s from rest"
+    return Card(title, parts, lambda: last_beats(test.held[0].run))
 
 
+@cards.of(Dive)
 def dive_card(dive: Dive) -> Card:
-    """Show both legs of a dive."""
-    columns = ("fins [deg]", "depth rate [cm/s]", "pitch [deg]", "speed [m/s]")
-    rows = [
-        (
-            f"{np.degrees(leg.fins):+z.3g}",
-            f"{100 * leg.depth_rate:+z.1f}",
-            f"{np.degrees(leg.pitch):+z.1f}",
-            number(leg.speed),
-        )
-        for leg in dive.legs
-    ]
+    """Show both halves of a dive, and describe them."""
     run = dive.run
-    title = f"Dive of {run.robot.name}: {gait_text(run.gait)}"
-    facts = [("duration", number(run.duration, "s")), ("rate up over rate down", number(dive.symmetry))]
+    rows = []
+    for leg in dive.legs:
+        fins, pitch = f"{math.degrees(leg.fins):+z.3g}", f"{math.degrees(leg.pitch):+z.1f}"
+        path, rate = f"{leg.depth[0]:.2f} to {leg.depth[1]:.2f}", f"{100 * leg.depth_rate:+z.1f}"
+        rows.append((fins, path, rate, pitch, f"{leg.speed:.3f}"))
+    heads = ["fins\n[deg]", "depth\n[m]", "depth rate\n[cm/s]", "pitch\n[deg]", "speed\n[m/s]"]
+    good = run.status == "completed" and all(leg.right for leg in dive.legs)
+    style = "bold red" if not good else "green" if all(leg.steady for leg in dive.legs) else "yellow"
+    parts: list[Part] = [(f"{run.duration:g} s from a depth of {run.depth[0]:g} m", "dim"), Table(heads, rows, left=())]
+    parts += ["", *((sentence, style) for sentence in dive.sentences)]
     picture = None if run.status == "diverged" else lambda: last_beats(run) + _height_svg(run)
-    return Card(title, facts, " ".join(dive.sentences), columns, rows, picture)
+    return Card(f"{run.robot.name}, {gait_text(run.gait)}", parts, picture)
 
 
 def last_beats(run: TwinRun | SeaRun) -> str:

@@ -50,13 +50,7 @@ class Leg:
 
 
 @dataclass(frozen=True)
-class Dive(
-    Plotted,
-    Tabular,
-    card="hypertuna.simulation.cards:dive_card",
-    figure="hypertuna.simulation.plots:plot_dive",
-    data=lambda dive: dive.run.dataset(),
-):
+class Dive(Plotted, Tabular, data=lambda dive: dive.run.dataset()):
     """A dive and its run."""
 
     run: SeaRun

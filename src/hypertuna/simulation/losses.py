@@ -32,13 +32,7 @@ class Loss(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Losses(
-    Plotted,
-    Tabular,
-    card="hypertuna.simulation.cards:losses_card",
-    figure="hypertuna.simulation.plots_losses:plot_losses",
-    data=lambda losses: columns_of(losses.rows),
-):
+class Losses(Plotted, Tabular, data=lambda losses: columns_of(losses.rows)):
     """Mean losses over a part of a run; they add up to the power that the battery's cells give."""
 
     title: str  # robot and gait

@@ -16,6 +16,7 @@ from hypertuna.control.controller import controller_columns
 from hypertuna.control.guidance import settled_speed
 from hypertuna.control.sensors import fault_texts, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
+from hypertuna.description.pose import group_shares
 from hypertuna.description.robot import Robot, cached, joint_key
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.water import LAWS
@@ -26,7 +27,6 @@ from hypertuna.simulation.recorded import VARIABLES
 from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait, lags
 from hypertuna.swimming.model import core_model
-from hypertuna.swimming.trajectory import group_shares
 
 STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
 STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable

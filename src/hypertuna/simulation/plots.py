@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import require
+from hypertuna.display import plots
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.simulation.dive import Dive
@@ -28,6 +29,7 @@ BEATS = 4  # that are shown of angles, pressures and power
 SIDES = ("-", (0, (4, 1.5)))  # lines of left and right circuits
 
 
+@plots.of(TwinRun)
 @styled
 def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
     """Plot a run of the twin: `width` [inch]."""
@@ -170,6 +172,7 @@ HEADROOM = 1.08
 ERRORS = (0, 0.25, 0.5, 1, 2, 5, 10, 20, 40)  # deg, that are marked
 
 
+@plots.of(PostureTest)
 @styled
 def plot_posture(test: PostureTest, *, example: float | None = None, width: float = WIDTH) -> Figure:
     """Plot the paper's Fig. 8: how a joint's bend grows to its set angle, and the error of its peaks.
@@ -262,6 +265,7 @@ def _draw_reach(axes: Axes, test: PostureTest, joint: int) -> None:
     axes.legend(loc="lower left", ncols=3, **TIGHT)
 
 
+@plots.of(Dive)
 @styled
 def plot_dive(dive: Dive, *, width: float = WIDTH) -> Figure:
     """Plot a dive: `width` [inch]."""
@@ -296,6 +300,7 @@ def plot_dive(dive: Dive, *, width: float = WIDTH) -> Figure:
     return figure
 
 
+@plots.of(SeaRun)
 @styled
 def plot_sea(run: SeaRun, *, width: float = WIDTH) -> Figure:
     """Plot a run at sea: `width` [inch]."""

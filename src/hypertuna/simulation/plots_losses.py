@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from hypertuna.arrays import Array
-from hypertuna.display import number
+from hypertuna.display import number, plots
 from hypertuna.figures import BODY, COLORS, FAINT, WIDTH, styled
 from hypertuna.simulation.losses import PLACES, Losses
 
@@ -17,6 +17,7 @@ LINE, HEAD, LETTER = 0.16, 0.5, 0.072  # inch: a line of text, space above the f
 WIDEST = 1.3  # inch, of the flow
 
 
+@plots.of(Losses)
 @styled
 def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
     """Plot the flow of power, one place after another: `width` [inch]."""

@@ -89,13 +89,7 @@ class Reach(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PostureTest(
-    Plotted,
-    Tabular,
-    card="hypertuna.simulation.cards:posture_card",
-    figure="hypertuna.simulation.plots:plot_posture",
-    data="hypertuna.simulation.cards:posture_columns",
-):
+class PostureTest(Plotted, Tabular):
     """The paper's Fig. 8, computed: joints commanded to a set angle at several frequencies."""
 
     robot: Robot

@@ -21,8 +21,7 @@ from hypertuna.io.files import dataset
 from hypertuna.io.quantity import Format, Quantity, summarized
 from hypertuna.simulation.losses import Losses, losses_of
 from hypertuna.simulation.recorded import CONDITIONS, NAMES, VARIABLES, Variables
-from hypertuna.swimming.cards import gait_text
-from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.gait import Gait, gait_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -126,7 +125,7 @@ class Run(Tabular, data=lambda run: run.dataset()):
 
 
 @dataclass(frozen=True)
-class TwinRun(Run, Plotted, card="hypertuna.simulation.cards:twin_card", figure="hypertuna.simulation.plots:plot_twin"):
+class TwinRun(Run, Plotted):
     """A run of the twin in the plane; means and amplitudes are over its last whole beats."""
 
     medium: str  # "water" or "air"

@@ -85,13 +85,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class SeaRun(
-    Run,
-    Motion,
-    Plotted,
-    card="hypertuna.simulation.cards:sea_card",
-    figure="hypertuna.simulation.plots:plot_sea",
-):
+class SeaRun(Run, Motion, Plotted):
     """A run of the twin at sea."""
 
     sea: Sea

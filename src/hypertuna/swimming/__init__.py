@@ -4,5 +4,5 @@ In reading order: `gait_checks` (of values and axes), `gait` (one harmonic per j
 (the core's model of a robot and the names of its parameters), `beat` (settled beats and their derivatives),
 `swim` (one gait), `trajectory` (its motion),
 `sweep` (many gaits, gradients), `turn` (turning circles), `outline` (the body as shapes); figures in `plots`,
-`plots_turn`, `drawing`, `animation`; `cards` (what notebooks show).
+`plots_turn`, `animation`; `cards`, `cards_sweep` (what is shown).
 """

@@ -23,13 +23,7 @@ MAX_GAITS = 10_000_000  # of a grid: 2 GB of results
 
 
 @dataclass(frozen=True)
-class Gait(
-    Plotted,
-    Tabular,
-    card="hypertuna.swimming.cards:gait_card",
-    figure="hypertuna.swimming.plots_gait:plot_gait",
-    data=lambda gait: gait_table([gait]),
-):
+class Gait(Plotted, Tabular, data=lambda gait: gait_table([gait])):
     """A periodic motion of the joint groups.
 
     Group g bends by alpha_g(t) = bias_g + amplitude_g sin(2 pi frequency t - phase_g), so phase is the lag behind
@@ -118,7 +112,7 @@ def lags(gait: Gait) -> list[float]:
 
 
 @dataclass(frozen=True)
-class Gaits(Displayed, Tabular, card="hypertuna.swimming.cards:gaits_card", data=lambda gaits: gait_table(list(gaits))):
+class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
     """Many gaits: a list, or a grid of any size, of which only the axes are in memory."""
 
     frequency: Array  # (gaits,) of a list, as all that follow; of a grid the values along its axis [Hz]
@@ -322,3 +316,23 @@ def named_gait(robot: Robot | str | Path, name: str) -> Gait:
         raise InputError("must be a gait of the robot", file=robot.file, key="gait", value=shown(name), fix=fix)
     known = robot.gaits[name]
     return Gait(known.frequency, known.amplitude, known.phase, known.bias)
+
+
+def gait_text(gait: Gait) -> str:
+    """Write a gait in the words of the options."""
+    kinds = KINDS if any(gait.bias) else NEEDED
+    angles = (
+        f"{key} {', '.join(f'{a:.4g}' for a in np.degrees(getattr(gait, key)).round(6) + 0.0)} deg" for key in kinds
+    )
+    return f"{gait.frequency:g} Hz, {', '.join(angles)}"
+
+
+def gait_degrees(gait: Gait, kinds: Sequence[str] = KINDS) -> dict[str, Any]:
+    """Return frequency [Hz] and angles [deg] of a gait, as JSON has them."""
+    angles = {f"{key}_deg": np.degrees(getattr(gait, key)).round(10).tolist() for key in kinds}
+    return {"frequency_hz": gait.frequency} | angles
+
+
+def gait_record(gait: Gait) -> dict[str, Any]:
+    """Return a gait as robot files have it: a bias only if there is one."""
+    return gait_degrees(gait, KINDS if any(gait.bias) else NEEDED)

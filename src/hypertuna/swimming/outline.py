@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hypertuna.arrays import Array
+from hypertuna.description.pose import Points
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.swim import Swim
-from hypertuna.swimming.trajectory import Points, body_of, center_of, nose_points
+from hypertuna.swimming.trajectory import body_of, center_of, nose_points
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,11 +14,13 @@ from numpy.typing import ArrayLike
 
 from hypertuna.arguments import check_made_by, checked
 from hypertuna.arrays import Array
+from hypertuna.description.pose import Points
+from hypertuna.display import plots
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, line_style, sequence, styled
 from hypertuna.swimming.outline import last_beat, midlines
 from hypertuna.swimming.swim import Swim
-from hypertuna.swimming.trajectory import Points, body_of, nose_points
+from hypertuna.swimming.trajectory import body_of, nose_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +30,7 @@ MAX_BEATS = 80  # of a turn
 MAP = 6  # values along both axes of a grid from which on a map shows it: lines would cross too often
 
 
+@plots.of(Swim)
 @styled
 def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     """Plot how a gait swims: `width` [inch]."""

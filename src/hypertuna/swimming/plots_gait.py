@@ -3,14 +3,15 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from hypertuna.display import plots
 from hypertuna.figures import COLORS, FAINT, TIGHT, WIDTH, sequence, styled
-from hypertuna.swimming.cards import gait_text
-from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.gait import Gait, gait_text
 from hypertuna.swimming.sweep import Gradient
 
 BARS = 12  # parameters of a gradient that are shown
 
 
+@plots.of(Gait)
 @styled
 def plot_gait(gait: Gait, *, width: float = WIDTH) -> Figure:
     """Plot the angle of each joint group over one beat: `width` [inch]."""
@@ -27,6 +28,7 @@ def plot_gait(gait: Gait, *, width: float = WIDTH) -> Figure:
     return figure
 
 
+@plots.of(Gradient)
 @styled
 def plot_gradient(gradient: Gradient, *, width: float = WIDTH) -> Figure:
     """Plot the largest influences on the speed, and those on the cost of transport beside them: `width` [inch]."""

@@ -11,11 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hypertuna.arrays import Array
+from hypertuna.description.pose import Points
+from hypertuna.display import plots
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, EDGE, FAINT, INK, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.swimming.plots import grid_angles, phase_label
 from hypertuna.swimming.swim import Swim, swim
-from hypertuna.swimming.trajectory import Points, body_of
+from hypertuna.swimming.trajectory import body_of
 from hypertuna.swimming.turn import Tightest, Turning, nose_path
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ WIDEST = 4.0  # body lengths: circles beyond it would make the others small
 NARROW = 6.0  # inches: below it, one line of the legend each
 
 
+@plots.of(Turning)
 @styled
 def plot_turn(turning: Turning, *, published: tuple[float, float] | None = None, width: float = WIDTH) -> Figure:
     """Plot the turns of a grid: `published` [deg], [body lengths], `width` [inch]."""

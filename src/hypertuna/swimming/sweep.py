@@ -110,13 +110,7 @@ ANGLES = ("gait.amplitude", "gait.phase", "gait.bias", "joints.phase_offset")  #
 
 
 @dataclass(frozen=True)
-class Gradient(
-    Plotted,
-    Tabular,
-    card="hypertuna.swimming.cards:gradient_card",
-    figure="hypertuna.swimming.plots_gait:plot_gradient",
-    data=lambda gradient: gradient._columns(),
-):
+class Gradient(Plotted, Tabular, data=lambda gradient: gradient._columns()):
     """Exact derivatives of a settled gait's results."""
 
     names: tuple[str, ...]  # of the parameters, as attributes: gait.amplitude[1], links.mass[3], water.lumped.drag[7]

@@ -52,13 +52,7 @@ SUMMARY = {
 
 
 @dataclass(frozen=True)
-class Swim(
-    Plotted,
-    Tabular,
-    card="hypertuna.swimming.cards:swim_card",
-    figure="hypertuna.swimming.plots:plot_swim",
-    data=lambda swim: swim.trajectory,
-):
+class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
     """How a robot swims a gait. Means are over one beat: the settled one, or the last one from rest."""
 
     robot: Robot

@@ -6,17 +6,15 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
+from hypertuna.description.pose import Points, body_points
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Points = NDArray[np.complex128]
 
 
 def trajectory(
@@ -66,25 +64,6 @@ def trajectory(
     names = {"link": ("link", list(robot.links.name)), "group": ("group", groups)}
     facts = {"current_x_m_s": current[0], "current_y_m_s": current[1]}
     return dataset(variables, {"time": ("time", time, "s", "time")} | names, provenance(robot) | facts)
-
-
-def body_points(robot: Robot, pose: Array, angles: Array) -> Points:
-    """Place the joints of the body: nose, front end of every link, tail tip.
-
-    `pose` (times, 3) [m], [rad], `angles` (times, links) [rad]; returns x + i y (times, links + 1) [m].
-    """
-    theta = pose[:, 2:] + np.cumsum(angles, axis=1)
-    steps = np.array(robot.links.length) * (np.cos(theta) + 1j * np.sin(theta))
-    nose = pose[:, :1] + 1j * pose[:, 1:2]
-    return np.concatenate([nose, nose + np.cumsum(steps, axis=1)], axis=1)
-
-
-def group_shares(robot: Robot) -> Array:
-    """Return the part of each group's bend that the joint at the front of every link takes (links, groups) [1]."""
-    share = np.zeros((len(robot.links.name), len(robot.joints)))
-    for g, group in enumerate(robot.joints):
-        share[list(group.links), g] = group.share
-    return share
 
 
 def nose_points(motion: xr.Dataset) -> Points:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
+from hypertuna.description.pose import Points
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
@@ -20,7 +21,7 @@ from hypertuna.swimming.beat import DEFAULT_STEPS, STATUSES
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.sweep import sweep
 from hypertuna.swimming.swim import Swim, swim
-from hypertuna.swimming.trajectory import Points, center_of, nose_points
+from hypertuna.swimming.trajectory import center_of, nose_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,13 +53,7 @@ class Tightest:
 
 
 @dataclass(frozen=True)
-class Turning(
-    Plotted,
-    Tabular,
-    card="hypertuna.swimming.cards:turning_card",
-    figure="hypertuna.swimming.plots_turn:plot_turn",
-    data=lambda turning: turning.sweep,
-):
+class Turning(Plotted, Tabular, data=lambda turning: turning.sweep):
     """Turns of many gaits."""
 
     robot: Robot

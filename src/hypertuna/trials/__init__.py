@@ -2,8 +2,8 @@
 
 steady, tracks, manifest, importers, radio_log: the files, and trials: all of them together.
 kind, kind_steady, kind_tracked, kinds: what a kind adds to a fit, to tables and to figures, and the list of kinds.
-markers, marker_places, chain, marker_import, marker_plots: tracked markers into joint angles and head poses.
+markers, marker_places, chain, marker_import, plots_markers: tracked markers into joint angles and head poses.
 plausibility: runs far from the model.
 smoothing, replay, comparison: joint angles as functions of time, swum by the model, and compared with the tracks.
-plots, cards: figures, and what notebooks show.
+plots, cards: figures, and what is shown.
 """

@@ -1,13 +1,13 @@
-"""What notebooks and shells show of trials."""
+"""What is shown of trials."""
 
 from typing import Any
 
 import numpy as np
 
-from hypertuna.display import Card, number
+from hypertuna.display import Card, Facts, Part, Table, cards, number, tables
 from hypertuna.pictures import curve_svg
-from hypertuna.swimming.cards import beat_svg, gait_text
-from hypertuna.swimming.gait import gait_table
+from hypertuna.swimming.cards import beat_svg
+from hypertuna.swimming.gait import gait_table, gait_text
 from hypertuna.trials.kind_steady import Steady
 from hypertuna.trials.kinds import KINDS, kind_of
 from hypertuna.trials.manifest import Recording
@@ -17,12 +17,13 @@ from hypertuna.trials.tracks import JointSeries, Track
 from hypertuna.trials.trials import Trials
 
 
+@cards.of(Trials)
 def trials_card(trials: Trials) -> Card:
     """Show the runs."""
-    facts = [(f"{kind.label}s", f"{len(trials.kinds.get(kind, ()))}") for kind in KINDS]
+    facts = {f"{kind.label}s": f"{len(trials.kinds.get(kind, ()))}" for kind in KINDS}
     rows = [kind_of(trial).cells(trial) for trial in trials.members]
-    title = f"Trials: {len(trials.runs)} runs"
-    return Card(title, facts, "", ("run", "gait", "speed"), rows, lambda: _trials_svg(trials))
+    parts: list[Part] = [Facts(facts), Table(("run", "gait", "speed"), rows)]
+    return Card(f"Trials: {len(trials.runs)} runs", parts, lambda: _trials_svg(trials))
 
 
 def _trials_svg(trials: Trials) -> str:
@@ -30,6 +31,7 @@ def _trials_svg(trials: Trials) -> str:
     return next((kind.picture(members) for kind, members in trials.kinds.items()), "")
 
 
+@tables.of(Trials)
 def trial_columns(trials: Trials) -> dict[str, Any]:
     """Return every run as a row: steady runs with gait and measurements, tracked ones with their duration [s]."""
     import pandas as pd
@@ -38,6 +40,7 @@ def trial_columns(trials: Trials) -> dict[str, Any]:
     return dict(pd.concat(parts, ignore_index=True).items())
 
 
+@tables.of(SteadyRun)
 def steady_columns(run: SteadyRun) -> dict[str, Any]:
     """Return a steady run as columns."""
     columns: dict[str, Any] = {"run": [run.name]} | gait_table([run.gait])
@@ -47,42 +50,47 @@ def steady_columns(run: SteadyRun) -> dict[str, Any]:
     return columns | {"repeats": [run.repeats]}
 
 
+@cards.of(SteadyRun)
 def steady_card(run: SteadyRun) -> Card:
     """Show what a steady run measured."""
-    facts = [
-        (one.label, number(value, one.unit) + ("" if sd is None else f" ± {number(sd)}"))
+    facts = {
+        one.label: number(value, one.unit) + ("" if sd is None else f" ± {number(sd)}")
         for one in Steady.quantities
         if (value := getattr(run, one.name)) is not None
         for sd in [getattr(run, f"{one.name}_sd")]
-    ]
+    }
     title = f"Steady run {run.name}: {gait_text(run.gait)}"
-    return Card(title, [*facts, ("repeats", f"{run.repeats}")], picture=lambda: beat_svg(run.gait))
+    return Card(title, [Facts(facts | {"repeats": f"{run.repeats}"})], lambda: beat_svg(run.gait))
 
 
+@cards.of(Recording)
 def recording_card(recording: Recording) -> Card:
     """Show the size of a recording."""
     series = recording.joints
-    facts = [*_series_facts(series), ("tracked runs", f"{len(recording.tracks)}")]
-    return Card(f"Recording {recording.name}", facts, picture=lambda: _series_svg(series))
+    facts = _series_facts(series) | {"tracked runs": f"{len(recording.tracks)}"}
+    return Card(f"Recording {recording.name}", [Facts(facts)], lambda: _series_svg(series))
 
 
+@cards.of(JointSeries)
 def series_card(series: JointSeries) -> Card:
     """Show length and ranges of measured joint angles."""
-    return Card("Measured joint angles", _series_facts(series), picture=lambda: _series_svg(series))
+    return Card("Measured joint angles", [Facts(_series_facts(series))], lambda: _series_svg(series))
 
 
+@cards.of(SmoothSeries)
 def smooth_card(smoothed: SmoothSeries) -> Card:
     """Show the curves of smoothed joint angles."""
     noise = ", ".join(number(float(level), digits=2) for level in np.degrees(smoothed.noise))
     kinds = ", ".join(dict.fromkeys(type(curve).__name__ for curve in smoothed.curves))
-    facts = [*_series_facts(smoothed.series), ("noise", f"{noise} deg"), ("curves", kinds)]
-    return Card("Smoothed joint angles", facts, picture=lambda: _series_svg(smoothed.series))
+    facts = _series_facts(smoothed.series) | {"noise": f"{noise} deg", "curves": kinds}
+    return Card("Smoothed joint angles", [Facts(facts)], lambda: _series_svg(smoothed.series))
 
 
+@cards.of(Track)
 def track_card(track: Track) -> Card:
     """Show length and path of a tracked run."""
-    facts = [("frames", f"{len(track.time)}"), ("time", f"{track.time[0]:g} to {track.time[-1]:g} s")]
-    return Card(f"Track {track.run}", facts, picture=lambda: _track_svg(track))
+    facts = {"frames": f"{len(track.time)}", "time": f"{track.time[0]:g} to {track.time[-1]:g} s"}
+    return Card(f"Track {track.run}", [Facts(facts)], lambda: _track_svg(track))
 
 
 def _track_svg(track: Track) -> str:
@@ -91,16 +99,16 @@ def _track_svg(track: Track) -> str:
     return curve_svg(x, y, "y [m] over x [m]", equal=True)
 
 
-def _series_facts(series: JointSeries) -> list[tuple[str, str]]:
+def _series_facts(series: JointSeries) -> dict[str, str]:
     """Return samples, time and ranges of joint angles."""
     spans = (
         f"{low:.3g} to {high:.3g}" for low, high in np.degrees([series.angle.min(axis=0), series.angle.max(axis=0)]).T
     )
-    return [
-        ("samples", f"{len(series.time)}"),
-        ("time", f"{series.time[0]:g} to {series.time[-1]:g} s"),
-        ("angles", f"{', '.join(spans)} deg"),
-    ]
+    return {
+        "samples": f"{len(series.time)}",
+        "time": f"{series.time[0]:g} to {series.time[-1]:g} s",
+        "angles": f"{', '.join(spans)} deg",
+    }
 
 
 def _series_svg(series: JointSeries) -> str:

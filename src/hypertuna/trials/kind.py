@@ -133,7 +133,6 @@ class Kind(ABC, Generic[T]):
     others: ClassVar[str]  # what else could be measured of this kind, in sentences
     transient: ClassVar[bool] = False  # whether it shows transients
     quantities: ClassVar[tuple[Quantity, ...]]
-    figure: ClassVar[str]  # "module:function", of members and width
 
     def runs(self, trial: T) -> tuple[str, ...]:
         """Return the names of its runs: it is one by default."""

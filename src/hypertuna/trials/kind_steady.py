@@ -12,7 +12,7 @@ import numpy as np
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.beat import directional_derivatives, settle
-from hypertuna.swimming.gait import KINDS, Gait, Gaits
+from hypertuna.swimming.gait import KINDS, Gait, Gaits, gait_text
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
 from hypertuna.trials.plausibility import implausible_runs
 from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun
@@ -72,7 +72,6 @@ class Steady(Kind[SteadyRun]):
         Quantity("speed", "m/s", "relative", "%", 100.0, 0.05, "speed"),
         Quantity("cost_of_transport", "J/(kg m)", "relative", "%", 100.0, 0.05, "cost of transport"),
     )
-    figure = "hypertuna.trials.plots_series:plot_steady_runs"
 
     def motion(self, trial: SteadyRun) -> dict[str, float]:
         """Return frequency and amplitude of its gait, and its speed."""
@@ -114,7 +113,6 @@ class Steady(Kind[SteadyRun]):
     def cells(self, trial: SteadyRun) -> tuple[str, str, str]:
         """Return name, gait and speed."""
         from hypertuna.display import number
-        from hypertuna.swimming.cards import gait_text
 
         return trial.name, gait_text(trial.gait), number(trial.speed if trial.speed is not None else np.nan, "m/s")
 

@@ -122,7 +122,6 @@ class Tracked(Kind[Recording]):
         Quantity("y", "m", "m", "cm", 100.0, 0.01, "tracks", "path"),
         Quantity("yaw", "rad", "deg", "deg", 1.0, 0.03, "tracks", per_si=180 / math.pi),
     )
-    figure = "hypertuna.trials.plots_series:plot_paths"
 
     def runs(self, trial: Recording) -> tuple[str, ...]:
         """Return RECORDING/RUN of each."""

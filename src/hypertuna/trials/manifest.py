@@ -154,8 +154,6 @@ class Manifest(Part):
 class Recording(
     Plotted,
     Tabular,
-    card="hypertuna.trials.cards:recording_card",
-    figure="hypertuna.trials.plots_series:plot_recording",
     data=lambda recording: series_columns(recording.joints.time, angle=recording.joints.angle),
 ):
     """Swims with one joint motion, and the tracks of their runs."""

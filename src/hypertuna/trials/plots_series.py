@@ -1,15 +1,16 @@
 """Figures of measured joint angles, tracked paths and steady runs."""
 
-import pkgutil
 from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hypertuna.display import plots
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, sequence, styled
 from hypertuna.trials.kind_steady import Steady
+from hypertuna.trials.kind_tracked import Tracked
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.steady import SteadyRun
@@ -19,6 +20,7 @@ from hypertuna.trials.trials import Trials
 FINE = 10  # points of a smoothed curve for each sample
 
 
+@plots.of(JointSeries)
 @styled
 def plot_series(series: JointSeries, *, width: float = WIDTH) -> Figure:
     """Plot measured joint angles over time: `width` [inch]."""
@@ -28,6 +30,7 @@ def plot_series(series: JointSeries, *, width: float = WIDTH) -> Figure:
     return figure
 
 
+@plots.of(SmoothSeries)
 @styled
 def plot_smooth(smoothed: SmoothSeries, *, width: float = WIDTH) -> Figure:
     """Plot measured joint angles as dots, and their smooth curves: `width` [inch]."""
@@ -41,6 +44,7 @@ def plot_smooth(smoothed: SmoothSeries, *, width: float = WIDTH) -> Figure:
     return figure
 
 
+@plots.of(Track)
 def plot_track(track: Track, *, width: float = WIDTH) -> Figure:
     """Plot the path of a tracked run from above: `width` [inch]."""
     return _plot_tracks([track], width=width)
@@ -60,6 +64,7 @@ def _plot_tracks(tracks: Sequence[Track], *, width: float) -> Figure:
     return figure
 
 
+@plots.of(Recording)
 @styled
 def plot_recording(recording: Recording, *, width: float = WIDTH) -> Figure:
     """Plot the joint angles of a recording, and the paths of its runs: `width` [inch]."""
@@ -73,10 +78,11 @@ def plot_recording(recording: Recording, *, width: float = WIDTH) -> Figure:
     return figure
 
 
+@plots.of(Trials)
 def plot_trials(trials: Trials, *, width: float = WIDTH) -> Figure:
     """Plot what steady runs measured over the frequency, or the paths of tracked ones: `width` [inch]."""
     for kind, members in trials.kinds.items():
-        figure: Figure = pkgutil.resolve_name(kind.figure)(members, width=width)
+        figure: Figure = plots[type(kind)](members, width=width)
         return figure
     raise InputError("must hold a run", key="plot", fix="read a file with measured runs")
 
@@ -118,3 +124,6 @@ def _draw_tracks(axes: Axes, tracks: Sequence[Track]) -> None:
         axes.plot(*track.pose[0, :2], "o", color=INK, ms=5, mfc="white", label="start" if k == 0 else None)
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title="Tracked head, from above")
     axes.set_adjustable("datalim")
+
+
+plots[Steady], plots[Tracked] = plot_steady_runs, plot_paths

@@ -52,13 +52,7 @@ class Harmonics:
 
 
 @dataclass(frozen=True)
-class SmoothSeries(
-    Plotted,
-    Tabular,
-    card="hypertuna.trials.cards:smooth_card",
-    figure="hypertuna.trials.plots_series:plot_smooth",
-    data=lambda smooth: smooth._columns(),
-):
+class SmoothSeries(Plotted, Tabular, data=lambda smooth: smooth._columns()):
     """A joint series as functions of time with rates and accelerations."""
 
     series: JointSeries  # as measured

@@ -28,9 +28,7 @@ MAX_DIGITS = 9  # of a number of repeats
 
 
 @dataclass(frozen=True)
-class SteadyRun(
-    Displayed, Tabular, card="hypertuna.trials.cards:steady_card", data="hypertuna.trials.cards:steady_columns"
-):
+class SteadyRun(Displayed, Tabular):
     """Measured speed or cost of transport of a settled gait, or both."""
 
     name: str

@@ -22,13 +22,7 @@ MAX_LAG, LAGS = 0.1, 401  # of the length of a series, to either side, and shift
 
 
 @dataclass(frozen=True)
-class JointSeries(
-    Plotted,
-    Tabular,
-    card="hypertuna.trials.cards:series_card",
-    figure="hypertuna.trials.plots_series:plot_series",
-    data=lambda series: series_columns(series.time, angle=series.angle),
-):
+class JointSeries(Plotted, Tabular, data=lambda series: series_columns(series.time, angle=series.angle)):
     """Measured angles of the joint groups over time.
 
     At least 12 samples, all finite, time increasing, without gaps longer than 5 median intervals; else InputError.
@@ -76,8 +70,6 @@ class JointSeries(
 class Track(
     Plotted,
     Tabular,
-    card="hypertuna.trials.cards:track_card",
-    figure="hypertuna.trials.plots_series:plot_track",
     data=lambda track: {
         "time_s": track.time,
         "x_m": track.pose[:, 0],

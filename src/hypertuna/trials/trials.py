@@ -24,13 +24,7 @@ from hypertuna.trials.steady import SteadyRun, read_steady
 
 
 @dataclass(frozen=True)
-class Trials(
-    Plotted,
-    Tabular,
-    card="hypertuna.trials.cards:trials_card",
-    figure="hypertuna.trials.plots_series:plot_trials",
-    data="hypertuna.trials.cards:trial_columns",
-):
+class Trials(Plotted, Tabular):
     """Measured runs of a robot; names of runs, and of recordings, are unique."""
 
     members: tuple[SteadyRun | Recording, ...] = ()  # in the order of `hypertuna.trials.kinds.KINDS`

@@ -1,4 +1,4 @@
-"""What notebooks and shells show of a robot: its side view, and a table of its links."""
+"""What is shown of a robot: its side view, and a table of its links."""
 
 from __future__ import annotations
 
@@ -7,23 +7,24 @@ from itertools import accumulate
 from typing import Any
 
 from hypertuna.description.robot import Robot
-from hypertuna.display import Card, number, safe
+from hypertuna.display import Card, Facts, Table, cards, number, safe, tables
 
 WIDE = 1000  # units of the drawing in a body length
 
 
+@cards.of(Robot)
 def robot_card(robot: Robot) -> Card:
     """Show the robot from the side, six numbers, and its links."""
     groups = {link: group.name for group in robot.joints for link in group.links}
     links = robot.links
-    facts = [
-        ("length", number(robot.body.length, "m")),
-        ("mass", number(robot.body.mass, "kg")),
-        ("links", f"{len(links.name)}"),
-        ("joint groups", ", ".join(group.name for group in robot.joints)),
-        ("model", f"{robot.model.water} water, {robot.model.joints} joints"),
-        ("gaits", f"{len(robot.gaits)}"),
-    ]
+    facts = {
+        "length": number(robot.body.length, "m"),
+        "mass": number(robot.body.mass, "kg"),
+        "links": f"{len(links.name)}",
+        "joint groups": ", ".join(group.name for group in robot.joints),
+        "model": f"{robot.model.water} water, {robot.model.joints} joints",
+        "gaits": f"{len(robot.gaits)}",
+    }
     rows = [
         (
             name,
@@ -39,9 +40,10 @@ def robot_card(robot: Robot) -> Card:
     columns = ("link", "length [mm]", "mean height [mm]", "mass [kg]", "joint at its front")
     gaits = f" Gaits: {', '.join(robot.gaits)}." if robot.gaits else ""
     text = f"{robot.description.rstrip('.')}.{gaits}"
-    return Card(f"Robot {robot.name}", facts, text, columns, rows, lambda: side_svg(robot))
+    return Card(f"Robot {robot.name}", [Facts(facts), text, Table(columns, rows)], lambda: side_svg(robot))
 
 
+@tables.of(Robot)
 def link_columns(robot: Robot) -> dict[str, Any]:
     """Return the links of a robot as columns."""
     links, groups = robot.links, {link: group.name for group in robot.joints for link in group.links}

@@ -9,13 +9,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 from hypertuna.arrays import Array
+from hypertuna.description.pose import Points, body_points, group_shares
 from hypertuna.description.robot import Robot
+from hypertuna.display import plots
 from hypertuna.figures import BODY, COLORS, EDGE, INK, SHAPES, WIDTH
-from hypertuna.swimming.trajectory import Points, body_points, group_shares
 
 PHASES = 12  # midlines in one beat
 
 
+@plots.of(Robot)
 def plot_robot(robot: Robot, *, width: float = WIDTH) -> Figure:
     """Plot a robot to scale from the side and from above: `width` [inch]."""
     length, heights = robot.body.length, np.divide(robot.links.lateral_area, robot.links.length)

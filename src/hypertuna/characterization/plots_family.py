@@ -10,6 +10,7 @@ from hypertuna.actuation.soft_joint import joint_group
 from hypertuna.characterization.designs import LOCKED, NO_BEND, NO_ROOM, Design
 from hypertuna.characterization.family import Family
 from hypertuna.characterization.problem import blocked_moment, shortening
+from hypertuna.display import plots
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, TIGHT, WIDTH, styled
 
@@ -22,6 +23,7 @@ EXCLUDED = {
 }
 
 
+@plots.of(Family)
 @styled
 def plot_family(family: Family, *, width: float = WIDTH) -> Figure:
     """Plot a family, a panel for each joint: `width` [inch]."""

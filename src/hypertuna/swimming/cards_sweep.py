@@ -1,0 +1,124 @@
+"""What is shown of gradients and turns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from hypertuna.description.robot import Robot
+from hypertuna.display import Card, Part, Table, cards
+from hypertuna.io.files import variable_columns
+from hypertuna.pictures import BARS, bars_svg, captioned
+from hypertuna.swimming.gait import KINDS, Gait, gait_degrees, gait_text
+from hypertuna.swimming.outline import circling_svg
+from hypertuna.swimming.sweep import Gradient
+from hypertuna.swimming.swim import swim
+from hypertuna.swimming.turn import Tightest, Turning
+
+INFLUENCES = ("speed", "cost_of_transport")  # that a card of a gradient shows
+ROWS = 40  # of turns
+
+
+@cards.of(Gradient)
+def gradient_card(gradient: Gradient) -> Card:
+    """Show how much each parameter changes speed and cost of transport, the largest influence first."""
+    influence = {name: gradient.influence(name) for name in INFLUENCES}
+    order = np.argsort(-np.abs(influence["speed"]))
+    rows = [
+        (gradient.names[k], *(f"{influence[name][k]:+z.2f} %" for name in INFLUENCES))
+        for k in order
+        if any(influence[name][k] for name in INFLUENCES)
+    ]
+    columns = ("parameter", *(name.replace("_", " ") for name in INFLUENCES))
+    title = f"Influence on {gait_text(gradient.gait)} of {gradient.robot.name}"
+    text = "Change of the result for 1 % more of the parameter, of an angle for 1 deg more."
+    return Card(title, [text, Table(columns, rows)], lambda: _influence_svg(gradient, order[:BARS].tolist()))
+
+
+def _influence_svg(gradient: Gradient, first: list[int]) -> str:
+    """Draw the largest influences on the speed."""
+    speed = gradient.influence("speed").tolist()
+    rows = [(gradient.names[k], 0.0, speed[k]) for k in first]
+    return captioned(
+        bars_svg(rows, "change of the speed [%]"),
+        f"The {len(first)} parameters with the largest influence on the speed.",
+    )
+
+
+def turn_columns(turning: Turning) -> dict[str, Any]:
+    """Return the turn of every gait of the grid, names with units."""
+    length = turning.robot.body.length
+    names = ("frequency", "turn_radius", "circle_radius", "circle_residual", "turn_rate", "speed", "status")
+    columns = variable_columns(turning.sweep, names)
+    rate = np.degrees(columns["turn_rate_rad_s"])
+    return {
+        "turn_radius_m": columns["turn_radius_m"],
+        "turn_radius_bl": columns["turn_radius_m"] / length,
+        "circle_radius_bl": columns["circle_radius_m"] / length,
+        "circle_residual_m": columns["circle_residual_m"],
+        "turn_rate_deg_s": rate,
+        "turn_per_beat_deg": rate / columns["frequency_hz"],
+        "speed_m_s": columns["speed_m_s"],
+        "status": columns["status"],
+    }
+
+
+def turn_sentences(turning: Turning) -> Iterator[str]:
+    """Describe the tightest turns."""
+    if turning.tightest is None:
+        yield "No gait turns: give the joints a bias with --bias, or see the statuses with --json."
+        return
+    length = turning.robot.body.length
+    yield _sentence("tightest turn", turning.tightest, length)
+    if turning.forward is None:
+        yield "No gait that turns swims head first."
+    elif turning.forward.gait != turning.tightest.gait:
+        yield _sentence("tightest that swims head first", turning.forward, length)
+
+
+def _sentence(what: str, one: Tightest, length: float) -> str:
+    """Describe a turn."""
+    at = f"at {math.degrees(one.gait.phase[-1]):.4g} deg, {one.gait.frequency:g} Hz"
+    speed = f"{'head' if one.speed > 0 else 'tail'} first at {abs(one.speed):.2g} m/s"
+    phase = math.degrees(one.phase_between)
+    between = f"; between the phases given, {one.turn_radius_between / length:.3g} BL at {phase:.3g} deg"
+    same = one.phase_between == one.gait.phase[-1]
+    return f"The {what}: {one.turn_radius / length:.3g} BL {at}, {speed}{'' if same else between}."
+
+
+@cards.of(Turning)
+def turning_card(turning: Turning) -> Card:
+    """Show the turns of a grid, and describe the tightest."""
+    best = turning.tightest
+    if best is None:
+        first, *rest = turn_sentences(turning)
+        return Card(first, rest)
+    columns = {name: np.asarray(column).tolist() for name, column in turn_columns(turning).items()}
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    rows = [gait_degrees(gait) | row for gait, row in zip(turning.gaits, rows, strict=True)]
+    heads = {"frequency_hz": "f\n[Hz]"} | {f"{key}_deg": f"{key}\n[deg]" for key in KINDS}
+    varying = [key for key in heads if any(row[key] != rows[0][key] for row in rows)]
+    cells = []
+    for row in sorted(rows, key=lambda row: row["turn_radius_m"])[:ROWS] if len(rows) > ROWS else rows:
+        angles = (np.atleast_1d(row[key]) for key in varying)
+        gait = [", ".join(f"{angle:.4g}" for angle in values) for values in angles]
+        radii = (f"{row[key]:.3f}" for key in ("turn_radius_bl", "circle_radius_bl"))
+        cells.append((*gait, *radii, f"{row['turn_per_beat_deg']:+z.1f}", f"{row['speed_m_s']:+z.3f}", row["status"]))
+    shown = ["radius\n[BL]", "circle\n[BL]", "turn\n[deg/beat]", "speed\n[m/s]", "\nstatus"]
+    parts: list[Part] = [
+        ("radius: mean distance of the nose from the center; circle: fitted to its path", "dim"),
+        Table([*(heads[key] for key in varying), *shown], cells, left=(len(varying) + 4,)),
+        *([(f"the {ROWS} tightest of {len(rows)}", "dim")] if len(rows) > ROWS else []),
+        *turn_sentences(turning),
+    ]
+    title = f"{turning.robot.name}, tightest: {gait_text(best.gait)}"
+    return Card(title, parts, partial(_turn_svg, turning.robot, best.gait))
+
+
+def _turn_svg(robot: Robot, gait: Gait) -> str:
+    """Draw the body on its circle."""
+    return captioned(circling_svg(swim(robot, gait)), "The tightest turn from above, in real time.")
