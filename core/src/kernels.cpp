@@ -102,7 +102,7 @@ void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOption
                                       speed,
                                       largest_rate(model.groups, tank.groups.data(), tank.frequency),
                                       tank.frequency,
-                                      length,
+                                      body.length,
                                       Real(options.mass),
                                       towing_power(tank.fish, speed),
                                       s.residual,
