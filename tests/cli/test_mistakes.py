@@ -142,7 +142,7 @@ MISTAKES = {
     "optimise --maximize speed": "optimise is not a command of `hypertuna`: did you mean optimize?",
     "optimize --maximise speed": "--maximise is not an option of `hypertuna optimize`: did you mean --maximize?",
     "optimize --minimize cot": "objective must be a quantity to optimize, but is 'cot': use one of speed, speed_bl, "
-    "efficiency, stride_length, mechanical_power, mechanical_power_positive, power_to_water, cost_of_transport, "
+    "stride_length, efficiency, mechanical_power, mechanical_power_positive, power_to_water, cost_of_transport, "
     "cost_of_transport_positive, strouhal, tail_excursion, torque_peak and 2 more.",
     "optimize --maximize speed --bounds freq=1:4": "bounds must name a value of a gait, but is 'freq': did you mean "
     "frequency?",

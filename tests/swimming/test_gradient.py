@@ -75,8 +75,8 @@ def with_value(robot: ht.Robot, keys: list[str | int], value: float) -> ht.Robot
 
 def result(robot: ht.Robot, gait: ht.Gait) -> Array:
     """What has derivatives."""
-    swim = ht.swim(robot, gait)
-    return np.array([getattr(swim, name) for name in RESULTS])
+    beat = settle(robot, Gaits.of([gait]))  # `ht.swim` would follow a start from rest as well
+    return np.array([beat[name][0] for name in RESULTS])
 
 
 def slope(of: Callable[[float], Array], x: float, unit: float, *, full: bool = False) -> Array:
