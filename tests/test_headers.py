@@ -15,7 +15,8 @@ STANDARD_HEADERS = {
     *("algorithm", "array", "bit", "cmath", "concepts", "cstddef", "cstdint", "initializer_list", "limits"),
     *("string_view", "tuple", "type_traits", "utility"),
 }
-HOST_HEADERS = {"cstring", "functional", "memory", "optional", "string", "vector"}  # of host/: the heap, nothing else
+# Of host/: the heap, and numbers in sentences by `std::snprintf`, whose like in <charconv> adds its tables to every page.
+HOST_HEADERS = {"cstdio", "cstring", "functional", "memory", "optional", "string", "vector"}
 
 
 def includes(source: Path) -> list[tuple[str, str]]:
