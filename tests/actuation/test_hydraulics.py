@@ -135,6 +135,9 @@ def sizes() -> list[Size]:
 
 
 def test_size_by_its_parts(tuna: ht.Robot, sizes: list[Size]) -> None:
+    assert {(size.joint, size.bore) for size in sizes} == {
+        (name, bore) for name in ("I", "II") for bore in (2.5e-3, 4e-3)
+    }
     for size in sizes:
         assert size.corner == pytest.approx(1 / (2 * np.pi * size.line_resistance * size.capacity))
         assert size.resonance == pytest.approx(1 / (2 * np.pi * np.sqrt(size.line_inertance * size.capacity)))

@@ -121,6 +121,17 @@ def test_gait_on_the_twin(fish: ht.Robot, qemu: Path) -> None:
     assert abs(run.mission_run.data["angle"]).max() > np.radians(12)
 
 
+def test_phases_more_than_a_turn_apart_beat_on_board(fish: ht.Robot, pc: Path) -> None:
+    """-200 and 200 deg are a lag of 40 deg, and the board takes lags of a turn at most."""
+    scenario = find_scenario("gait:unoptimised-0.3", fish)
+    gaits = [ht.Gait.from_degrees(frequency=2, amplitude=(10, 15), phase=phase) for phase in ((-200, 200), (0, 40))]
+    runs = [firmware_in_the_loop(fish, replace(scenario, gait=gait), board="pc", ticks=400) for gait in gaits]
+    assert [run.refused for run in runs] == [{}, {}]
+    bends = [run.mission_run.data["angle"] for run in runs if run.mission_run is not None]
+    assert abs(bends[0]).max() > np.radians(8)
+    np.testing.assert_allclose(*bends, atol=1e-4)
+
+
 def test_a_robot_that_is_lost_comes_up(fish: ht.Robot, pc: Path) -> None:
     """Three meters deep the cable to the ground breaks: the tail rests after 5 s, after a minute the robot comes up."""
     run = firmware_in_the_loop(fish, find_scenario("lost:unoptimised-0.3", fish), board="pc", ticks=24_000)

@@ -42,6 +42,7 @@ def test_signals_are_names_of_the_calibration(wiring) -> None:
     from hypertuna.radio.calibration import parse_sensor, zero_and_scale
 
     names = {p.name for p in firmware_table(wiring.robot).parameters}
+    assert {"analog", "pulses"} <= {wire.bus for wire in wiring.wires}
     for wire in wiring.wires:
         if wire.bus == "analog":
             assert set(zero_and_scale(wire.signal)) <= names

@@ -263,16 +263,21 @@ def test_units_of_offsets_are_absolute() -> None:
 
 def test_no_sentence_names_one_coefficient_as_several() -> None:
     data, found, _ = straight_line(0.1 * np.resize([1.0, -1.0], 31))
+    several = 0
     for weak in (1.0, 0.1, 1e-2, 1e-4, 0.0):
         one = Prediction(found.computed, weak * found.jacobian[:, :1], found.failed, found.unstable, {})
         (direction,) = uncertainty(replace(data, free=data.free[:1]), np.array([1.0]), one, {}).directions
         start = "Speed constrains" if direction.constrained else "water.lumped.drag[0] is not constrained"
         assert direction.sentence.startswith(f"{start} ")
-        both = Prediction(found.computed, found.jacobian * [1.0, weak], found.failed, found.unstable, {})
-        for told in uncertainty(data, np.array([1.0, 1.0]), both, {}).directions:
-            assert told.sentence[0] != " "
-            if "distinguished" in told.sentence or "combination" in told.sentence:
-                assert "] and water" in told.sentence
+        own, alike = found.jacobian * [1.0, weak], found.jacobian[:, :1] + found.jacobian[:, 1:] * [0.0, weak]
+        for jacobian in (own, alike):
+            both = Prediction(found.computed, jacobian, found.failed, found.unstable, {})
+            for told in uncertainty(data, np.array([1.0, 1.0]), both, {}).directions:
+                assert told.sentence[0] != " "
+                if "distinguished" in told.sentence or "combination" in told.sentence:
+                    assert "] and water" in told.sentence
+                    several += 1
+    assert several == 10  # both directions of the five that are alike
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])

@@ -68,6 +68,8 @@ def test_our_own_client_from_connecting_to_disarming(place: str) -> None:
         robot.gait(gait)
         swims = robot.wait(lambda m: m.get_type() == "GAIT" and m.frequency == 2000, 5)
         assert (swims.amplitude, swims.lag, swims.state) == ([1600, 2500], [0, 0], 103)
+        robot.gait(ht.Gait.from_degrees(frequency=2, amplitude=(16, 25), phase=(-200, 200)))
+        assert robot.wait(lambda m: m.get_type() == "GAIT" and (m.lag, m.state) == ([0, 4000], 103), 5)
         robot.mode("mission")
         assert robot.wait(lambda m: m.get_type() == "HEARTBEAT" and m.custom_mode == 104, 5)
         robot.mode("manual")

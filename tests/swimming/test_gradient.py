@@ -212,9 +212,9 @@ def test_a_straight_gait_swims_slower_or_faster_whichever_way_it_is_bent(every_m
     gait = fastest(every_model)
     found = ht.gradient(every_model, gait)
     swim = ht.swim(every_model, gait)
-    for name, slope_by_bias in zip(found.names, found.speed, strict=True):
-        if name.startswith("gait.bias"):
-            assert abs(slope_by_bias) < 1e-5 * swim.speed, name
+    by_bias = [name.startswith("gait.bias") for name in found.names]
+    assert sum(by_bias) == len(every_model.joints)
+    assert abs(found.speed[by_bias]).max() < 1e-5 * swim.speed
 
 
 def test_slopes_along_directions_are_combinations_of_all_derivatives(every_model: ht.Robot) -> None:
