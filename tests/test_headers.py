@@ -15,7 +15,7 @@ STANDARD_HEADERS = {
     *("algorithm", "array", "bit", "cmath", "concepts", "cstddef", "cstdint", "initializer_list", "limits"),
     *("string_view", "tuple", "type_traits", "utility"),
 }
-# Of host/: the heap, and numbers in sentences by `std::snprintf`, whose like in <charconv> adds its tables to every page.
+# Of host/: the heap, and numbers in sentences by `std::snprintf`; <charconv> would add its tables to every page.
 HOST_HEADERS = {"cstdio", "cstring", "functional", "memory", "optional", "string", "vector"}
 
 

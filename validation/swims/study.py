@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 import hypertuna as ht
 from hypertuna.io.files import version
-from hypertuna.swimming.beat import APPROACH, STATUSES, settle, settle_from_rest, spins
+from hypertuna.swimming.beat import APPROACH, STATUSES, settle, settle_from_rest
 from hypertuna.swimming.gait import Gaits
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
@@ -59,7 +59,7 @@ def examine(seed: int, count: int) -> dict[str, Any]:
         left = np.flatnonzero((arrived | elsewhere) & ~(off < NEAR))
         if not len(left):
             break
-    spin = settled & spins(found["turn_rate"] / gaits.frequency)
+    spin = settled & (np.abs(found["turn_rate"]) > np.pi * gaits.frequency)
     stride = np.abs(found["stride_length"])
     away = np.flatnonzero(settled & ~arrived)
     row = {
