@@ -57,11 +57,11 @@ def test_strouhal() -> None:
 
 
 def test_stride_length() -> None:
-    assert metrics.stride_length(0.5, 2.0, 0.5) == pytest.approx(0.5)
+    assert metrics.stride_length(0.6, 2.0, 0.3) == pytest.approx(1.0)
 
 
 def test_efficiency() -> None:
-    assert metrics.efficiency(0.5, 2.0) == pytest.approx(0.25)
+    assert metrics.efficiency([0.5, 0.2], [2.0, 0.8]) == pytest.approx([0.25, 0.25])
     assert np.isnan(metrics.efficiency(0.5, 0.0))
     assert np.isnan(metrics.efficiency(0.5, -1.0))
 
