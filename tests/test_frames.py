@@ -109,6 +109,7 @@ def test_angles_are_those_of_the_attitude(roll: float, pitch: float, heading: fl
     assert np.linalg.norm(q) == pytest.approx(1, abs=1e-14)
     found = angles_of(q)
     assert np.exp(1j * found) == pytest.approx(np.exp(1j * np.array([roll, pitch, heading])), abs=1e-12)
+    assert not np.signbit(angles_of([0.0, 0.0, 0.0, 1.0])).any()  # no minus before a zero
 
 
 @pytest.mark.parametrize("frame", FRAMES)

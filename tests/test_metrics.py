@@ -53,7 +53,7 @@ def test_strouhal() -> None:
 
 
 def test_stride_length() -> None:
-    assert metrics.stride_length(0.5, 2.0, 0.5) == pytest.approx(0.5)
+    assert metrics.stride_length(0.6, 2.0, 0.3) == pytest.approx(1.0)
 
 
 def test_arguments_broadcast() -> None:

@@ -8,6 +8,7 @@ import pytest
 from hypertuna.description.robot import load, require
 from hypertuna.errors import InputError
 from hypertuna.ranges import (
+    CELL,
     FINITE,
     FRACTION,
     NOT_NEGATIVE,
@@ -16,6 +17,7 @@ from hypertuna.ranges import (
     WHOLE,
     Range,
     Whole,
+    check_choice,
     check_name,
 )
 
@@ -45,6 +47,22 @@ def test_values_in_range_are_returned_as_numbers() -> None:
     assert POSITIVE.check(2, "key") == 2.0
     assert isinstance(POSITIVE.check(2, "key"), float)
     assert Whole(min=1, max=3).check(3, "key") == 3
+
+
+def test_cells_of_tables_are_numbers_up_to_a_million_million() -> None:
+    assert [CELL.check(value, "key") for value in (-1e12, 0.0, 1e12)] == [-1e12, 0.0, 1e12]
+    for value in (-1.01e12, 1.01e12):
+        with pytest.raises(InputError, match="key must be from"):
+            CELL.check(value, "key", "fix")
+
+
+@pytest.mark.parametrize(
+    ("words", "choice"), [(["air"], "air"), (["air", "oil"], "air or oil"), (["air", "oil", "gas"], "air, oil or gas")]
+)
+def test_a_word_that_is_none_of_few_gets_all_of_them(words: list[str], choice: str) -> None:
+    assert check_choice(words[-1], words, "key") == words[-1]
+    with pytest.raises(InputError, match=f"^key must be {choice}, but is"):
+        check_choice("water", words, "key")
 
 
 def test_unknown_names_get_the_nearest() -> None:
