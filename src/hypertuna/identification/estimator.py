@@ -15,7 +15,7 @@ from hypertuna.identification.profile import ProfileProblem, profile_sd
 CONFIDENCE = 0.95
 ROUNDS = 12  # of estimating noise levels and coefficients in turn
 SAME_NOISE = 1e-2  # relative change of a noise level that ends these rounds
-ON_BOUND = 1e-4  # of the allowed range: a value closer than this to a bound is on it
+ON_BOUND = 1e-3  # of the allowed range: a value closer than this to a bound is on it, as searches end up to 2e-4 short
 MIN_SINGULAR = 1e-12  # of the largest singular value: smaller ones count as zero
 
 
