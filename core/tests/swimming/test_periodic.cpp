@@ -1,5 +1,5 @@
-/// The settled beat: Newton against waiting, the monodromy against finite differences, Runge-Kutta's order, that what
-/// is not a number neither settles nor spreads, and a state with more coordinates than the momentum.
+/// The settled beat: Newton against waiting, the monodromy against finite differences, Runge-Kutta's order, gaits that
+/// give NaN beside gaits that settle, and a state with more coordinates than the momentum.
 #include <complex>
 #include <limits>
 
