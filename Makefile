@@ -178,8 +178,10 @@ test-studio: $(VENV)/.installed studio/node_modules/.package-lock.json ## tests 
 test-sanitized: $(VENV)/.tools ## C++ tests with the address and undefined-behavior sanitizers
 	$(call run-cpp-tests,build/sanitized,-DHYPERTUNA_SANITIZE=ON)
 
+# One more worker than processors: some tests wait for clocks and processes.
+WORKERS ?= $(shell expr $(JOBS) + 1)
 test-python: $(VENV)/.installed-test ## Python tests alone
-	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
+	@$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
 # Pictures, tables and outputs of the pages where OpenBLAS, NumPy and our kernels take other ways than on this processor:
 # those of 2004, and of 2013 where it runs them. Bits of images, firmware and runs: tests/hosts/test_processors.py.
