@@ -122,10 +122,16 @@ def differences(robot: ht.Robot, gait: ht.Gait) -> tuple[Array, Array]:
     return np.array(rows), np.array(units)
 
 
-@pytest.mark.parametrize("gait_of", [fastest, turning])
-def test_every_derivative_of_every_model(every_model: ht.Robot, gait_of: Callable[[ht.Robot], ht.Gait]) -> None:
-    area = every_model.links.lateral_area
-    robot = with_value(every_model, ["links", "lateral_area_m2"], [*area[:-1], 1.02 * area[-1]])  # no step, no kink
+# A turn has what a straight swim has, but a torque that is the same to both sides: that, once for each law. The
+# derivatives of cross flow are those of the eel, of fewer parameters.
+CASES = [(name, turning) for name in MODELS if name != "hypertuna-strip-cross-flow"]
+CASES += [(name, fastest) for name in MODELS if name.endswith(("lumped", "strip", "elongated"))]
+
+
+@pytest.mark.parametrize(("name", "gait_of"), CASES)
+def test_every_derivative_of_every_model(name: str, gait_of: Callable[[ht.Robot], ht.Gait]) -> None:
+    area = MODELS[name].links.lateral_area
+    robot = with_value(MODELS[name], ["links", "lateral_area_m2"], [*area[:-1], 1.02 * area[-1]])  # no step, no kink
     robot = explicit(robot)
     gait = gait_of(robot)
     found = ht.gradient(robot, gait)
@@ -135,11 +141,11 @@ def test_every_derivative_of_every_model(every_model: ht.Robot, gait_of: Callabl
     exact = np.stack([getattr(found, name) for name in RESULTS], axis=1)
     error = abs(exact * units[:, None] - expected) / size
     if gait_of is fastest:  # straight: the same largest torque to both sides, and a bias makes one of them larger
-        by_bias = [name.startswith("gait.bias") for name in found.names]
+        by_bias = [parameter.startswith("gait.bias") for parameter in found.names]
         error[by_bias, RESULTS.index("torque_peak")] = 0
-    for k, (name, allowed) in enumerate(zip(RESULTS, (*(len(RESULTS) - 1) * [DIFFERENCES], KINKED), strict=True)):
+    for k, (key, allowed) in enumerate(zip(RESULTS, (*(len(RESULTS) - 1) * [DIFFERENCES], KINKED), strict=True)):
         worst = error[:, k].argmax()
-        assert error[worst, k] < allowed, f"{name} by {found.names[worst]}"
+        assert error[worst, k] < allowed, f"{key} by {found.names[worst]}"
 
 
 def test_the_largest_rate_by_hand(tuna: ht.Robot) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import subprocess
 import sys
@@ -68,6 +69,7 @@ np.savez(sys.argv[1], isa=ht._core.isa(), **results())
 """
 
 
+@functools.cache
 def results() -> dict[str, np.ndarray]:
     """Speeds, powers and derivatives of all models, as this process computes them."""
     found = {}
