@@ -62,7 +62,7 @@ def setting() -> tuple[hypertuna.Robot, fishes.Fish, fishes.Gaits, hypertuna.Gai
 
 
 def brute() -> Array:
-    """Speeds of the grid after so many beats from rest."""
+    """Speeds of the grid after `BEATS` beats from rest."""
     robot, _, _, gaits = setting()
     return np.asarray(hypertuna.sweep(robot, gaits, method="beats", beats=BEATS, threads=1)["speed"])
 

@@ -1,4 +1,4 @@
-"""Sweep so many random gaits in the paper's box in this process alone and print what it took, as JSON."""
+"""Sweep a number of random gaits in the paper's box in this process alone and print what it took, as JSON."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@
 ///     vector_bits                    width of the widest vector in use
 ///     fma_peak_gflops                fused multiply-adds in independent chains of that width, each counted as two
 ///     flops_per_rhs                  + - * / of one right-hand side with its part of the Runge-Kutta step, as written
-///     scalar_ns, w4_ns, w8_ns        of one right-hand side of one gait, so many gaits side by side
+///     scalar_ns, w4_ns, w8_ns        of one right-hand side of one gait, 1, 4 or 8 gaits side by side
 ///     scalar_fraction, ...           flops_per_rhs / ns / fma_peak_gflops
 ///     fraction                       the largest of them
 ///     dual_flops_per_rhs, dual_...   all of this again with derivatives by the three momenta

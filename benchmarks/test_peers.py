@@ -17,7 +17,7 @@ BEATS = 40
 
 @pytest.fixture(scope="module")
 def by_hypertuna():
-    """The speeds of all gaits after so many beats from rest."""
+    """The speeds of all gaits after `BEATS` beats from rest."""
     robot = hypertuna.load("hypertuna").using(joints="ideal")
     columns = (GAITS.frequency, GAITS.amplitude, GAITS.phase, np.zeros_like(GAITS.phase))
     gaits = [

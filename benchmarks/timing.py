@@ -1,6 +1,6 @@
 """Time contestants against each other on one core of a noisy machine.
 
-Contestants take turns, so that whatever else the machine does hits all of them; what counts is the processor time of
+Contestants take turns, so that other load affects all of them alike; what counts is the processor time of
 this process, not the clock on the wall; and results are medians, of times and of the ratios within each turn.
 """
 
@@ -23,7 +23,7 @@ def stay_on_one_core() -> None:
 
 
 def processor_seconds(work: Callable[[], object], repeats: int = 1) -> float:
-    """Processor time of one call, s, over so many in a row."""
+    """Processor time of one call, s, averaged over a number of calls in a row."""
     start = time.process_time()
     for _ in range(repeats):
         work()

@@ -73,7 +73,7 @@ def turning(robot: ht.Robot, bias: float = 0.3) -> ht.Gait:
 
 
 def later(gait: ht.Gait, beats: float) -> ht.Gait:
-    """The gait with its clock set back by so many beats."""
+    """The gait with its clock set back by a number of beats."""
     return replace(gait, phase=tuple(phase + 2 * math.pi * beats for phase in gait.phase))
 
 

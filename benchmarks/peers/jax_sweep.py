@@ -1,4 +1,4 @@
-"""The sweep in JAX: double, one CPU thread, every gait swum for so many beats. Three programs of the same model:
+"""The sweep in JAX: double, one CPU thread, every gait swum for a number of beats. Three programs of the same model:
 
 - `direct`, as one writes it from the paper: shape and mass matrix at every evaluation, one gait,
   `lax.scan` over the steps, `jit(vmap(...))`;
@@ -44,7 +44,7 @@ def rk4(rate: Callable[..., Any], y: Any, start: Any, middle: Any, end: Any, dt:
 
 
 def beats_of(step: Callable[..., Any], twist: Callable[..., Any], start: Any, beats: int) -> Array:
-    """Twists [STEPS, 3, ...] of the last of so many beats; step(y, k) and twist(y, k) at step k of a beat."""
+    """Twists [STEPS, 3, ...] of the last of `beats` beats; step(y, k) and twist(y, k) at step k of a beat."""
     y = lax.fori_loop(0, (beats - 1) * STEPS, lambda i, y: step(y, i % STEPS), start)
     twists = lax.scan(lambda y, k: (step(y, k), twist(y, k)), y, jnp.arange(STEPS))[1]
     return twists  # type: ignore[no-any-return]

@@ -82,7 +82,7 @@ class Swimmer:
 
 
 def swim(swimmer: Swimmer, beats: int) -> float:
-    """Speed over the last of so many further beats, m/s."""
+    """Speed over the last of `beats` further beats, m/s."""
     for _ in range(beats - 1):
         swimmer.beat()
     before = swimmer.position()

@@ -124,7 +124,7 @@ def prepare(fish: Fish, gaits: Gaits) -> tuple[Array, Array, Array]:
 
 
 def swim(fish: Fish, gaits: Gaits, beats: int) -> Array:
-    """Speed [K] over the last of so many beats from rest, m/s."""
+    """Speed [K] over the last of `beats` beats from rest, m/s."""
     advance = compile_beats(fish, len(gaits))
     state, table, dt = prepare(fish, gaits)
     advance(state, table, dt, (beats - 1) * STEPS)

@@ -51,7 +51,7 @@ def make_rate(fish: Fish, gait: Gaits) -> tuple[Callable[[float, Array], Array],
 
 
 def swim(fish: Fish, gait: Gaits, beats: int, *, method: str, rtol: float) -> float:
-    """Speed over the last of so many beats from rest, m/s."""
+    """Speed over the last of `beats` beats from rest, m/s."""
     rate, twist = make_rate(fish, gait)
     last = (beats - 1 + np.arange(STEPS + 1) / STEPS) / gait.frequency[0]
     found = solve_ivp(rate, (0, last[-1]), np.zeros(3), method=method, rtol=rtol, atol=1e-2 * rtol, t_eval=last)

@@ -133,7 +133,7 @@ def test_sensors_of_the_way_can_fail(robot: ht.Robot) -> None:
 
 
 def test_pulses_of_a_pilot_that_dives_and_turns(robot: ht.Robot) -> None:
-    """It faces east (the field, north, is to port) and is told to go north, below: tail to port, fins down in front."""
+    """It faces east (the field, north, is to port) and is commanded north, below: tail to port, fins down in front."""
     mission = Mission(waypoints=(Waypoint(0, 30, 2, 0.3, 2),))
     columns = controller_columns(robot)
     pilot = _core.Pilot(_core.LiveController(columns), pilot_columns(robot), mission_columns(mission))

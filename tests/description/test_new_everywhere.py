@@ -53,7 +53,7 @@ def written(**options: Any) -> ht.Robot:
 
 
 def beats(robot: ht.Robot, count: float) -> float:
-    """Seconds of so many beats."""
+    """Duration of a number of beats [s]."""
     return count / named_gait(robot, "cruise").frequency
 
 

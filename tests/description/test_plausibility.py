@@ -1,4 +1,4 @@
-"""Unlikely values are told, each in a sentence with the unit that was likely meant; likely ones are not."""
+"""Unlikely values are reported, each in a sentence with the unit that was likely meant; likely ones are not."""
 
 import copy
 import tomllib

@@ -1,4 +1,4 @@
-"""Robot descriptions, properties: whatever is allowed comes back from a file and from a document as it was."""
+"""Robot descriptions, properties: each allowed one reads back unchanged from a file and from a document."""
 
 import json
 import tomllib

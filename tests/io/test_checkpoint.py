@@ -1,4 +1,4 @@
-"""The journal: what was told is known again, whatever ended the run."""
+"""The journal: what was recorded is read back, however the run ended."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Mission files: what they say, what bad ones are told, and that no file whatever ends in anything but a sentence."""
+"""Mission files: what they say, the errors of bad ones, and that any file ends in a mission or one sentence."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def test_a_seed_draws_its_own_water_within_bounds() -> None:
         randomized(read, -1)
 
 
-# --- what bad ones are told
+# --- errors of bad ones
 
 
 @pytest.mark.parametrize(
@@ -268,7 +268,7 @@ def test_every_key_is_documented() -> None:
     assert reference() in page
 
 
-# --- any file whatever
+# --- any file at all
 
 JUNK = (
     None, True, -1, 0, 1, 1e308, -1e308, 10**400, math.nan, math.inf, -math.inf, "", "north", "\0", [], [[]], {}, [1],

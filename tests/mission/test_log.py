@@ -250,7 +250,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, MissionRecord
 
 
 def tried(path: Path) -> tuple[Log | None, str]:
-    """What a file has, or what is told of it."""
+    """What a file has, or the error about it."""
     try:
         log = read_log(path)
     except ht.InputError as error:

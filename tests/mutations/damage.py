@@ -135,7 +135,7 @@ def _column(text: str, chance: random.Random) -> str:
 
 
 def _cells(text: str, chance: random.Random, count: int | None) -> str:
-    """Change a column in so many rows, or in all, in the same way."""
+    """Change a column in the given number of rows, or in all, in the same way."""
     rows = [line.split(",") for line in text.split("\n")]
     places = [k for k, row in enumerate(rows) if len(row) > 1 and any(NUMBER.fullmatch(cell.strip()) for cell in row)]
     if not places:

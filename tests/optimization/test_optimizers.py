@@ -72,7 +72,7 @@ def make(request: pytest.FixtureRequest) -> Make:
 
 
 def run(optimizer: Optimizer, toy: Toy, batches: int = 1000) -> Optimizer:
-    """Drive an optimizer on the toy until it stops, or for so many batches."""
+    """Drive an optimizer on the toy until it stops, or for a given number of batches."""
     while optimizer.stop is None and batches > 0:
         optimizer.tell(toy.evaluate(optimizer.ask()))
         batches -= 1

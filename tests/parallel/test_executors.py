@@ -86,7 +86,7 @@ def test_workers_may_run_in_another_folder(tmp_path: Path, monkeypatch: pytest.M
 
 
 def killer(pids: Callable[[], list[int]], every: int, killed: list[int]) -> Callable[[int, int], None]:
-    """Return a report of progress that kills a worker at random, each time so many shards are done."""
+    """Return a report of progress that kills a worker at random, whenever a given number of shards is done."""
     chance = random.Random(7)
 
     def report(done: int, total: int) -> None:

@@ -23,7 +23,7 @@ VEHICLE, STATION = (12, 0), (6, 8)  # type and autopilot: submarine, generic; gr
 
 
 class StandIn:
-    """A robot on UDP: says what it is told to, and keeps what it hears."""
+    """A robot on UDP: sends what a test asks for, and keeps what it receives."""
 
     def __init__(self, port: int) -> None:
         self.line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -131,7 +131,7 @@ def test_the_robot_rests_when_the_ground_falls_silent(bench: RadioBench) -> None
 
 
 def test_a_joystick_that_stops_stops_the_tail(bench: RadioBench) -> None:
-    """MANUAL_CONTROL holds for manual_timeout, whatever else is heard."""
+    """MANUAL_CONTROL holds for manual_timeout, even if other messages arrive."""
     ground = Ground()
     armed(bench, ground)
     stick = ground.mavlink.MAVLink_manual_control_message

@@ -1,4 +1,4 @@
-"""Replay of measured joints: smoothing, the swim itself, comparison with tracks, and what bad input is told."""
+"""Replay of measured joints: smoothing, the swim itself, comparison with tracks, and the errors of bad input."""
 
 import json
 import math

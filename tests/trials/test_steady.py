@@ -1,4 +1,4 @@
-"""Files of steady runs, and what bad ones are told."""
+"""Files of steady runs, and the errors of bad ones."""
 
 import math
 

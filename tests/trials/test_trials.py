@@ -1,4 +1,4 @@
-"""Manifests of tracked runs, published folders, trials of both, and what bad ones are told."""
+"""Manifests of tracked runs, published folders, trials of both, and the errors of bad ones."""
 
 import json
 import math

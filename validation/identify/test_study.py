@@ -30,7 +30,7 @@ def test_intervals_hold_the_truth(study: dict[str, Any]) -> None:
 
 
 def test_open_directions_of_nine_coefficients_are_flagged(study: dict[str, Any]) -> None:
-    """The truth lies far from the result along some directions: those are told to be open."""
+    """The truth lies far from the result along some directions: those are reported as open."""
     robot = ht.load("hypertuna")
     record = study["repeat"](robot, study["tank"](), study["NINE"], 0)
     assert record["constrained"][:3] == [True] * 3

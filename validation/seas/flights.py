@@ -42,7 +42,7 @@ class SeaLoop(Loop):
 
 
 class WildLoop(SeaLoop):
-    """The self-check: a robot that soon ignores its pilot and beats with its fins down, whatever the firmware says."""
+    """The self-check: a robot that soon ignores its pilot and beats with its fins down, against orders."""
 
     def __call__(self, readings: list[float], antenna: float) -> list[float]:
         """Answer with pulses of its own."""

@@ -145,7 +145,7 @@ def _water(random: np.random.Generator, document: dict[str, Any], too_fast: bool
 
 
 def _weather(random: np.random.Generator, document: dict[str, Any]) -> None:
-    """Sample air, field, tide and gusts. What the robot is told of the declination is right to half a degree."""
+    """Sample air, field, tide and gusts. The declination that the robot is given is right to half a degree."""
     mountain = random.uniform() < 0.1
     air = random.uniform(80e3, 95e3) if mountain else 101325 + np.clip(random.normal(0, 1200), -4000, 3500)
     declination = float(random.uniform(-20, 20))

@@ -120,7 +120,7 @@ def _options(
 
 
 def _outputs(run: TwinRun) -> list[float]:
-    """Joint amplitudes [deg] and speed [m/s]; not numbers where the run diverged, whatever its record holds."""
+    """Joint amplitudes [deg] and speed [m/s]; not numbers where the run diverged, even if its record has some."""
     if run.status == "diverged":
         return [math.nan] * (len(run.joints) + 1)
     return [*np.degrees(run.first_harmonic).tolist(), run.speed]

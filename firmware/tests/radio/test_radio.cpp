@@ -135,7 +135,7 @@ static void test_who_is_heard() {
     }
 }
 
-/// At 4.8 kbit/s: no more than its share, whatever is asked for, no answer waits behind telemetry, and no queue grows.
+/// At 4.8 kbit/s: no more than its share for any request, no answer waits behind telemetry, and no queue grows.
 static void test_radio_budget() {
     Bench bench;
     bench.board.said.clear();

@@ -51,7 +51,7 @@ static void test_repeated_frames_of_two_stations() {
     CHECK(bench.app.radio.commands == before + 2 && bench.app.radio.replayed == 3);
 }
 
-/// Two stations with the same ids count their frames apart. Whatever their numbers say of the order, disarming is
+/// Two stations with the same ids count their frames apart. In any order of their numbers, disarming is
 /// heard.
 static void test_disarm_of_two_stations() {
     for (const bool is_int : {false, true})

@@ -1,4 +1,4 @@
-/// A board made of memory, for the tests: its sensors show what they are told, and its power can go at any byte.
+/// A board made of memory, for the tests: its sensors show what a test sets, and its power can go at any byte.
 #pragma once
 
 #include "../../boards/lockstep.hpp"

@@ -159,7 +159,7 @@ static void power_cuts_of_a_mission() {
 
 static const std::uint8_t secret[key_size] = {1, 2, 3};
 
-/// A board that has a key and is told to ask for signatures.
+/// A board that has a key and requires signatures.
 static void begin_signed() {
     begin();
     CHECK(set_key(v, ground, secret) == Refusal::none &&

@@ -1,4 +1,4 @@
-/// The store on flash memory: at whatever operation the power goes, the old set or the new one is read back.
+/// The store on flash memory: at any operation where the power fails, the old set or the new one is read back.
 #include "../../../core/tests/check.hpp"
 #include "flash/eeprom_log.hpp"
 #include "memory_board.hpp"
@@ -131,7 +131,7 @@ static void power_cuts(int size, int cuts, std::uint64_t seed) {
                 size, cuts, chained, at_boot, sets[0], sets[1]);
 }
 
-/// What cannot be read back is told, and the record that is whole stays so.
+/// What cannot be read back is reported, and an intact record stays intact.
 static void a_worn_byte() {
     begin();
     reboot(300);
