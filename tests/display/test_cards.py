@@ -8,6 +8,7 @@ import sys
 import time
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
@@ -204,6 +205,18 @@ def test_a_terminal_and_a_notebook_show_the_same(
         for printed, shown in texts(part):
             assert " ".join(printed.split()) in terminal
             assert " ".join(shown.split()) in page
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "fit"])  # whose page has more than its card
+def test_a_page_shows_what_a_card_does(made: dict[str, Any], kind: str, tmp_path: Path) -> None:
+    page = ht.report([made[kind], made[kind]], tmp_path / "page.html").read_text()
+    identifiers = re.findall(r'<(?:section|figure) id="([^"]*)"', page)
+    assert len({*identifiers}) == len(identifiers)
+    words = re.sub("<style>.*?</style>|<svg.*?</svg>", "", page, flags=re.DOTALL)
+    words = " ".join(html.unescape(re.sub("<[^>]+>", " ", words)).replace("\N{MINUS SIGN}", "-").split())
+    card = card_of(made[kind])
+    for _, shown in (pair for part in [card.title, *card.parts] for pair in texts(part)):
+        assert " ".join(shown.split()).replace("`", "") in words
 
 
 def test_the_bend_of_a_joint_by_finite_elements_is_shown(made: dict[str, Any]) -> None:
