@@ -124,7 +124,8 @@ def _laid_out(part: Any) -> Any:
 
     grid = Table(box=None, pad_edge=False, show_header=False)
     grid.add_column(style="dim")
-    grid.add_column(justify="right", style="bold")
+    numbers = any(not isinstance(one, str) for one in part.values.values())
+    grid.add_column(justify="right" if numbers else "left", style="bold" if numbers else "", overflow="fold")
     grid.add_column()
     for row in part.rows():
         grid.add_row(*map(_text, row))
