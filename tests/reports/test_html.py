@@ -206,7 +206,9 @@ def test_results_of_every_kind_on_one_page(tmp_path: Path) -> None:
 def test_the_band_of_a_robot_with_estimates_is_on_the_page(tmp_path: Path) -> None:
     swim = ht.swim(parse(new_robot("fish")), "cruise")
     assert swim.band is not None
-    assert swim.band.ends() in Page(ht.report(swim, tmp_path / "band.html").read_text()).words.replace("\N{NO-BREAK SPACE}", " ")
+    assert swim.band.ends() in Page(ht.report(swim, tmp_path / "band.html").read_text()).words.replace(
+        "\N{NO-BREAK SPACE}", " "
+    )
     assert "estimates" not in ht.report(ht.swim("hypertuna", "turning"), tmp_path / "none.html").read_text()
 
 
