@@ -13,7 +13,6 @@ import hypertuna as ht
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.fe.states import apart, fast_states, holding_moment
 from hypertuna.io.files import shipped
 from hypertuna.paper.chapters import finite_elements as reproduce_fe
 from hypertuna.paper.chapters.actuator import LINES, line_findings
@@ -21,7 +20,6 @@ from hypertuna.paper.chapters.finite_elements import (
     FE,
     ROBOT,
     Elements,
-    Solved,
     findings,
     joint_hash,
     read_elements,
@@ -102,26 +100,13 @@ def test_what_is_stored_belongs_to_the_shipped_robot() -> None:
         assert len(one.maps) == len(list(paths))  # none is of another joint
 
 
-def over_points(one: Solved) -> dict[str, float]:
-    """Return the largest differences of moment and volume over all states, as `JointMap` has them [1]."""
-    model = next(model for model in joint_models(one.robot) if model.name == one.joint)
-    pressure, elements = one.points
-    beside = fast_states(one.robot, model, pressure, elements)
-    straight = abs(holding_moment(model, 0.0, (pressure.max(), 0.0)))
-    scale = float(np.nanmax(elements.volume) - np.nanmin(elements.volume))
-    return {
-        "moment": apart(elements, beside, "moment") / straight,
-        "volume": apart(elements, beside, "volume") / scale,
-    }
-
-
 def test_the_fast_model_is_near_what_is_stored() -> None:
     """Bends within 5 %, oil, moments and volumes within 10 %: slack hoses keep their oil in both models."""
     solved = read_elements().solved.values()
     assert max(np.abs(one.difference).max() for one in solved) < 0.05
     assert max(np.abs(one.oil_difference).max() for one in solved) < 0.1
-    assert max(over_points(one)["moment"] for one in solved) < 0.1
-    assert max(over_points(one)["volume"] for one in solved) < 0.1
+    assert max(one.over_points["moment"] for one in solved) < 0.1
+    assert max(one.over_points["volume"] for one in solved) < 0.1
 
 
 def test_pictures_of_both_joints_are_stored_and_small() -> None:
@@ -141,8 +126,8 @@ def test_a_tenth_more_than_the_fast_model(store: Path) -> None:
     for one in elements.solved.values():
         assert one.difference[1:] == pytest.approx(1 / TENTH - 1)
         assert one.oil_difference == pytest.approx(0, abs=1e-9)
-        assert over_points(one)["volume"] == pytest.approx(0, abs=1e-8)
-        assert 0.01 < over_points(one)["moment"] < 0.3  # which the angle's tenth needs, over that of the straight joint
+        assert one.over_points["volume"] == pytest.approx(0, abs=1e-8)
+        assert 0.01 < one.over_points["moment"] < 0.3  # which the angle's tenth needs, over that of the straight joint
     line = np.corrcoef(PRESSURE[2:], elements.solved["I"].angle[2:])[0, 1] ** 2
     assert f"R² = {line:.3f}" in entries["fe/bending-I", FE].note
     assert "1,234 tetrahedra" in entries["fe/bending-I", FE].note
@@ -162,7 +147,7 @@ def test_bends_are_judged_by_a_straight_line() -> None:
 def test_a_map_adds_its_states(store: Path) -> None:
     """A map with a side that holds 1 ml less at one point: the volume's difference is that over the range."""
     one = read_elements().solved["II"]
-    (pressure, elements), before = one.points, over_points(one)
+    (pressure, elements), before = one.points, one.over_points
     step = {"angle_deg": [[0.0]], "moment_n_m": [[0.0]], "length_mm": [[float(1e3 * elements.length[0, 0])]]}
     volume = 1e6 * elements.volume[0, 0]
     step |= {"volume_left_ml": [[float(volume[0]) - 1]], "volume_right_ml": [[float(volume[1])]]}
@@ -173,8 +158,8 @@ def test_a_map_adds_its_states(store: Path) -> None:
     assert more.points[0].shape == (len(pressure) + 1, 2)
     whole = 1e6 * np.append(elements.volume.ravel(), elements.volume.min() - 0)
     low = min(whole.min(), volume[0] - 1)
-    assert over_points(more)["volume"] == pytest.approx(1 / (whole.max() - low), rel=1e-6)
-    assert over_points(more)["moment"] == pytest.approx(before["moment"])
+    assert more.over_points["volume"] == pytest.approx(1 / (whole.max() - low), rel=1e-6)
+    assert more.over_points["moment"] == pytest.approx(before["moment"])
     path.write_text(json.dumps(record | {"joint_hash": "of another one"}))
     assert read_elements().solved["II"].maps == ()
 

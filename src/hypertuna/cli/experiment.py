@@ -31,10 +31,7 @@ def ask_command(
     search: SearchOptions,
     limits: GaitLimits,
     robot: opt.RobotName = "",
-    output: Annotated[
-        str | None,
-        opt.file("-o", "--output", help="Write the gaits to this .csv file, to be filled in.", suffixes=(".csv",)),
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the gaits, to be filled in,", ".csv")] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Print the next gaits for the tank; after the last batch, why the search stopped and the best gait.

@@ -41,10 +41,7 @@ def _folder(content: str) -> Any:
 def geometry_command(
     robot: opt.RobotOptions,
     joint: opt.Joint,
-    output: Annotated[
-        str | None,
-        opt.file("-o", "--output", help="Write the body to this .step, .stp or .stl file, in mm.", suffixes=DRAWINGS),
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the body, in mm,", *DRAWINGS)] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Build the soft body of a joint from its description: sections, channels, plates."""
@@ -90,7 +87,7 @@ def bend_command(
             "resumes after the last pressure that is there."
         ),
     ] = None,
-    no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Write no PNG pictures.")] = False,
+    no_pictures: Annotated[bool, opt.flag("--no-pictures", "Write no PNG pictures.")] = False,
     as_json: opt.AsJson = False,
 ) -> None:
     """Bend a soft joint by finite elements: bend, oil, stretches, strain and stress at every pressure.
@@ -147,9 +144,8 @@ def compare_command(
     pressure: opt.Pressures = COMPARISON_PRESSURES,
     reasons: Annotated[
         bool,
-        typer.Option(
-            "--reasons",
-            help="Turn the fast model into finite elements step by step, and print the bend after each step.",
+        opt.flag(
+            "--reasons", "Turn the fast model into finite elements step by step, and print the bend after each step."
         ),
     ] = False,
     side: opt.Side = "left",

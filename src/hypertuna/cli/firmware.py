@@ -22,10 +22,7 @@ firmware_app = opt.group("Firmware: parameters and wiring from a robot's descrip
 @opt.grouped
 def params(
     robot: opt.RobotOptions,
-    output: Annotated[
-        str | None,
-        opt.file("-o", "--output", help="Write the C++ header of the firmware to this .hpp file.", suffixes=(".hpp",)),
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the C++ header of the firmware", ".hpp")] = None,
     check: Annotated[
         str | None,
         opt.text("--check", "Compare this .hpp file with the description; exit code 1 if it differs.", "FILE"),
@@ -59,9 +56,7 @@ def params(
 @opt.grouped
 def wiring(
     robot: opt.RobotOptions,
-    output: Annotated[
-        str | None, opt.file("-o", "--output", help="Write the table to this .csv file.", suffixes=(".csv",))
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the table", ".csv")] = None,
     plot: opt.Plot = None,
     as_json: opt.AsJson = False,
 ) -> None:

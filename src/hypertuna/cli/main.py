@@ -103,9 +103,9 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
     "Take elsewhere": {
         "export": (
             {
-                "mjcf": ("export_mjcf:mjcf_command", "Write a robot as a MuJoCo model."),
-                "sdf": ("export_sdf:sdf_command", "Write a robot as an SDF model for Gazebo."),
-                "fmu": ("export_fmu:fmu_command", "Write a robot as an FMU for co-simulation."),
+                "mjcf": ("export:mjcf_command", "Write a robot as a MuJoCo model."),
+                "sdf": ("export:sdf_command", "Write a robot as an SDF model for Gazebo."),
+                "fmu": ("export:fmu_command", "Write a robot as an FMU for co-simulation."),
             },
             "Robots for other simulators: MuJoCo, Gazebo, and all that import FMUs.",
         ),

@@ -86,7 +86,7 @@ def mission_command(
     ] = None,
     checkpoint: opt.Checkpoint = None,
     plot: opt.Plot = None,
-    gpx: Annotated[str | None, opt.file("--gpx", help="Write the track to this .gpx file.", suffixes=(".gpx",))] = None,
+    gpx: Annotated[str | None, opt.file("--gpx", "the track", ".gpx")] = None,
     output: Annotated[
         str | None,
         opt.file_or_shards(

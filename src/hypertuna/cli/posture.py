@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
-import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar
@@ -41,7 +40,7 @@ def posture_command(
     temperature: opt.Temperature = None,
     line_bore: opt.Bore = None,
     no_limits: Annotated[
-        bool, typer.Option("--no-limits", help="Do not search for the largest amplitude at each frequency.")
+        bool, opt.flag("--no-limits", "Do not search for the largest amplitude at each frequency.")
     ] = False,
     seed: opt.Seed = 0,
     files: opt.Files = opt.NO_FILES,

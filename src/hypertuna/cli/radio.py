@@ -46,9 +46,7 @@ def params_command(
     settings: Annotated[
         list[Any] | None, opt.setting("--set", "SI", "Parameter to set, in SI units; repeatable.")
     ] = None,
-    output: Annotated[
-        str | None, opt.file("-o", "--output", help="Write the parameters to this .csv file.", suffixes=(".csv",))
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the parameters", ".csv")] = None,
     key: Key = None,
     as_json: opt.AsJson = False,
 ) -> None:
@@ -71,7 +69,7 @@ def params_command(
 
 def log_command(
     place: Connect,
-    output: Annotated[str, opt.file("-o", "--output", help="Write the log to this .mcap file.", suffixes=(".mcap",))],
+    output: Annotated[str, opt.file("--output", "the log", ".mcap")],
     duration: Annotated[
         float | None, opt.number("--duration", "s", "Duration in s. (default: until Ctrl-C)", limits=POSITIVE)
     ] = None,
@@ -160,9 +158,7 @@ def sign_command(
     new: Annotated[
         str | None, typer.Argument(metavar="FILE", help="File with the new key of 32 bytes; without it, --off.")
     ] = None,
-    off: Annotated[
-        bool, typer.Option("--off", help="Delete the key: the robot accepts unsigned messages again.")
-    ] = False,
+    off: Annotated[bool, opt.flag("--off", "Delete the key: the robot accepts unsigned messages again.")] = False,
     key: Key = None,
     as_json: opt.AsJson = False,
 ) -> None:

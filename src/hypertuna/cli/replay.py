@@ -88,7 +88,7 @@ class PoseOptions:
     yaw_zero: Annotated[
         float, opt.number("--yaw-zero", "degrees", "Direction of yaw 0 in degrees, counter-clockwise from x.")
     ] = 0
-    clockwise: Annotated[bool, typer.Option("--yaw-clockwise", help="Yaw is clockwise, from y to x.")] = False
+    clockwise: Annotated[bool, opt.flag("--yaw-clockwise", "Yaw is clockwise, from y to x.")] = False
 
     def read(self) -> list[Track]:
         """Read the runs of every file."""
@@ -140,9 +140,7 @@ def replay_command(
     ] = 0,
     water: opt.WaterLaw = None,
     plot: opt.Plot = None,
-    output: Annotated[
-        str | None, opt.file("-o", "--output", help="Write the trajectory to this .nc file.", suffixes=(".nc",))
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the trajectory", ".nc")] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Swim measured joint angles, and compare the head's track with tracked poses.

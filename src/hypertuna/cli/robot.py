@@ -82,17 +82,15 @@ def new(
     joints: Annotated[str | None, opt.text("--joints", JOINTS, "NAMES")] = None,
     actuation: Annotated[str, opt.word("--actuation", ACTUATIONS, "What drives the joints.")] = "none",
     sea: Annotated[
-        bool, typer.Option("--sea", help="Add fins, sections, pilot and wiring: for dive, mission and firmware.")
+        bool, opt.flag("--sea", "Add fins, sections, pilot and wiring: for dive, mission and firmware.")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that exists.")] = False,
+    force: opt.Force = False,
 ) -> None:
     """Write a robot file to start from: a slender fish whose every value is an estimate, and that swims at once."""
     from hypertuna.actuation.new import first_robot
     from hypertuna.io.files import write_atomically
 
-    path = Path(parsing.output_file(file, (".toml",), "FILE"))
-    if path.exists() and not force:
-        raise InputError("exists already", file=file, fix="give another name, or replace it with --force")
+    path = Path(parsing.new_file(file, ".toml", "FILE", force))
     names = [] if joints is None else [name.strip() for name in joints.split(",")]
     text = first_robot(path.stem, joints=names, actuation=actuation, sea=sea, **size.sizes)
     write_atomically(path, text.encode())
@@ -181,7 +179,7 @@ def show(robot: RobotFile, as_json: opt.AsJson = False, plot: opt.Plot = None) -
 @robot_app.command()
 def image(
     robot: RobotFile,
-    output: Annotated[str, opt.file("-o", "--output", help="File to write.", suffixes=(".robot",))],
+    output: Annotated[str, opt.file("--output", "the image", ".robot")],
 ) -> None:
     """Write a robot for programs without Python: what `hosts/hypertuna.h` swims and simulates."""
     from hypertuna.identification.image import sampled_image

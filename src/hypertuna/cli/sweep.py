@@ -53,7 +53,7 @@ def sweep_command(
     gaits: GaitOptions,
     steps: opt.Steps = DEFAULT_STEPS,
     check_rest: Annotated[
-        bool, typer.Option("--check-rest", help="Check whether a start from rest leads to each settled beat.")
+        bool, opt.flag("--check-rest", "Check whether a start from rest leads to each settled beat.")
     ] = False,
     threads: opt.Threads = None,
     checkpoint: opt.Checkpoint = None,

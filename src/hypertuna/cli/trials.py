@@ -64,9 +64,7 @@ import_app = App(
     help="Make manifests of other files: tracked markers, or folders of published runs.",
 )
 trials_app.add_typer(import_app, name="import")
-MANIFEST = Annotated[
-    str, opt.file("-o", "--output", help="Write the manifest to this .toml file.", suffixes=(".toml",))
-]
+MANIFEST = Annotated[str, opt.file("--output", "the manifest", ".toml")]
 
 
 @import_app.command("folder")

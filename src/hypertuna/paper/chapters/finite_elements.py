@@ -14,13 +14,13 @@ import numpy as np
 
 from hypertuna.actuation.bending import Bend, bend, straightness
 from hypertuna.actuation.hydraulics import SIDES
-from hypertuna.actuation.soft_joint import drive_unit, joint_group
+from hypertuna.actuation.soft_joint import drive_unit, joint_group, joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.fe.bend import described_bend, fe_bend
 from hypertuna.fe.model import FeOptions
-from hypertuna.fe.states import States
+from hypertuna.fe.states import States, apart, fast_states, holding_moment
 from hypertuna.io.files import shipped
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.chapters.actuator import LINES, line_findings
@@ -105,6 +105,19 @@ class Solved:
             parts.append((np.radians(there["angle_deg"].ravel()), *rest))
         columns = (np.concatenate(column)[None] for column in zip(*parts, strict=True))
         return np.concatenate(pressure), States(*columns)
+
+    @property
+    def over_points(self) -> dict[str, float]:
+        """Largest differences of moment and volume over all states, as `JointMap` has them [1]."""
+        model = next(model for model in joint_models(self.robot) if model.name == self.joint)
+        pressure, elements = self.points
+        beside = fast_states(self.robot, model, pressure, elements)
+        straight = abs(holding_moment(model, 0.0, (pressure.max(), 0.0)))
+        scale = float(np.nanmax(elements.volume) - np.nanmin(elements.volume))
+        return {
+            "moment": apart(elements, beside, "moment") / straight,
+            "volume": apart(elements, beside, "volume") / scale,
+        }
 
 
 @dataclass(frozen=True)
