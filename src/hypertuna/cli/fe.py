@@ -8,12 +8,13 @@ import typer
 
 from hypertuna.characterization.data import joint_index
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, json_text, progress_bar, run_folder, table
+from hypertuna.cli.console import command_line, json_text, progress_bar, run_folder
 from hypertuna.cli.elements import BEND_PRESSURES, Elements, rising
 from hypertuna.cli.emit import emit
 from hypertuna.cli.fe_map import map_command
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
+from hypertuna.display import Table
 from hypertuna.fe.bend import JOURNAL, SUMMARY, FeBend, fe_bend
 from hypertuna.fe.cards import outcome
 from hypertuna.fe.comparison import compare
@@ -61,10 +62,10 @@ def geometry_command(
 def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
     """Lay out the sections of a body."""
     sections = zip(body.stations, body.semi_major, body.semi_minor, strict=True)
-    rows = ([f"{1e3 * value:.2f}" for value in section] for section in sections)
+    rows = [[f"{1e3 * value:.2f}" for value in section] for section in sections]
     channels = f"{counted(len(body.channels) // 2, 'pair')} of channels of {2 * 1e3 * body.radius:.4g} mm"
     yield f"{robot.name}: soft body of joint {body.name}", "bold"
-    yield table(["x\n[mm]", "half height\n[mm]", "half width\n[mm]"], rows, left=())
+    yield Table(["x\n[mm]", "half height\n[mm]", "half width\n[mm]"], rows, left=())
     yield f"{channels}, {1e3 * abs(body.channels[0].y):.4g} mm from the middle"
     yield f"matrix {1e9 * body.volume:.4g} mm^3, plates {1e3 * body.plate:.3g} mm thick"
     if body.axis:

@@ -9,9 +9,10 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import progress_bar, table
+from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import Setting
+from hypertuna.display import Table
 from hypertuna.errors import InputError
 from hypertuna.io.files import read_bytes, rows_csv
 from hypertuna.mission.file import read_mission
@@ -145,7 +146,7 @@ def _readiness_lines(found: Readiness) -> Iterator[Any]:
     """Lay out the check."""
     if found.faults:
         rows = [(name, sentence, "yes" if forbids else "") for name, sentence, forbids in found.faults]
-        yield table(["fault", "meaning", "forbids arming"], rows, left=range(3))
+        yield Table(["fault", "meaning", "forbids arming"], rows, left=range(3))
     heading, roll, pitch = (math.degrees(angle) for angle in (found.heading, found.roll, found.pitch))
     yield f"battery {found.voltage:.2f} V, depth {found.depth:.2f} m"
     yield f"heading {heading:.0f} deg, roll {roll:.0f} deg to starboard, nose {pitch:.0f} deg up"

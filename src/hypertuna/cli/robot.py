@@ -11,7 +11,7 @@ import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
-from hypertuna.cli.console import print_json, print_lines, table
+from hypertuna.cli.console import print_json, print_lines
 from hypertuna.cli.emit import emit, refused
 from hypertuna.cli.streams import note
 from hypertuna.description.drag import NOSES
@@ -20,6 +20,7 @@ from hypertuna.description.plausibility import implausible
 from hypertuna.description.reference import Key, json_schema
 from hypertuna.description.robot import Entry, Robot, load
 from hypertuna.description.twin import twin_note, why_no_twin
+from hypertuna.display import Table
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.io.quantity import counted
 
@@ -238,8 +239,8 @@ def _lines(robot: Robot) -> Iterator[Any]:
     sources: dict[str, int] = {}
     yield robot.description, "bold"
     yield f"{robot.file}, sha256 {robot.hash[:12]}; ~ marks an estimate, = a default"
-    yield table(["key", "value", "unit", "source"], _rows(robot.entries(), sources), left=range(4))
-    yield table(["", "sources"], ((f"{number}", source) for source, number in sources.items()), left=(0, 1))
+    yield Table(["key", "value", "unit", "source"], [*_rows(robot.entries(), sources)], left=range(4))
+    yield Table(["", "sources"], [(f"{number}", source) for source, number in sources.items()], left=(0, 1))
 
 
 def _rows(entries: tuple[Entry, ...], sources: dict[str, int]) -> Iterator[list[Any]]:
