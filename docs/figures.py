@@ -42,8 +42,8 @@ from hypertuna.paper.chapters.twin import bore_table, speed_table, tank_table
 from hypertuna.paper.computed import SPEEDS, swim_bores
 from hypertuna.paper.ledger import CLASSES, VERDICTS
 from hypertuna.paper.reproduce import Ledger, reproduce
-from hypertuna.reports.html import Table
-from hypertuna.reports.results import posture_table
+from hypertuna.reports.html import Table, table_of
+from hypertuna.simulation.cards import posture_table
 from hypertuna.simulation.dive import dive
 from hypertuna.simulation.plots import plot_dive, plot_posture
 from hypertuna.swimming.gait import named_gait
@@ -267,7 +267,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "twin amplitudes": lambda: of_report(tank_table(ledger().results["twins"]), 1),
     "twin budget": lambda: of_report(interval_table(ledger().results["budget"])[0], 2),
     "twin bores": lambda: of_report(bore_table(swim_bores(FISH))),
-    "posture": lambda: of_report(posture_table(ledger().results["twins"].posture), 2),
+    "posture": lambda: of_report(table_of(posture_table(ledger().results["twins"].posture)), 2),
     "Table V": lambda: of_report(robot_table(computed_among(ledger().trials)[0]), 2),
 }
 

@@ -104,6 +104,11 @@ class Table:
     whole: int = -1
     tight: bool = False  # between columns
 
+    @property
+    def plain(self) -> tuple[list[str], list[list[str]]]:
+        """The heads in a line each, and the rows without styles."""
+        return [head.replace("\n", " ").strip() for head in self.heads], [[*map(_cell, row)] for row in self.rows]
+
     def width(self) -> int:
         """Return how many letters its lines need."""
         return sum(max(len(_cell(cell)) for cell in column) + 2 for column in zip(self.heads, *self.rows, strict=True))
@@ -323,7 +328,7 @@ def _cell(cell: str | tuple[str, str]) -> str:
 
 def _table(part: Table) -> str:
     """Write a table; columns of text are set left."""
-    columns, rows = [head.replace("\n", " ").strip() for head in part.heads], [[*map(_cell, row)] for row in part.rows]
+    columns, rows = part.plain
     left = [k == 0 or not all(_numeric(row[k]) for row in rows) for k in range(len(columns))]
     kinds = ['class="ht-left"' if side else "" for side in left]
     head = "".join(f"<th {kind}>{safe(name)}</th>" for kind, name in zip(kinds, columns, strict=True))

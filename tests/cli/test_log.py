@@ -14,7 +14,6 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.cli.main import main
-from hypertuna.mission.gpx import read_gpx
 from hypertuna.mission.plots import plot_mission
 from hypertuna.mission.record import MissionRecord
 from voyage import voyage
@@ -120,7 +119,7 @@ def test_files_of_a_log(run: Run, file: str, record: MissionRecord, tmp_path: Pa
     np.testing.assert_allclose(rows["angle_II_deg"], np.degrees(record.data["angle"][:, 1]), rtol=1e-8, atol=1e-12)
     np.testing.assert_allclose(rows["unit_pressure_I_left_kpa"], record.data["unit_pressure"][:, 0] / 1e3, rtol=1e-8)
     assert json.loads(run("log", "to-gpx", file, "-o", track, "--json")[1])["written"] == track
-    assert len(read_gpx(track)) == 2
+    assert Path(track).read_text().count("<trk>") == 2
     assert run("log", "plot", file, "-o", plot)[0] == 0
     assert "estimated" in Path(plot).read_text()
 

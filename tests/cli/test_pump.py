@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,8 +13,8 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
+from hypertuna.actuation.cards import sizes_verdict
 from hypertuna.actuation.sizing import largest_beat, size_over, size_pump
-from hypertuna.cli.pump import _verdict
 from program import Run
 
 PUMP = ("pump", "--robot", "hypertuna")
@@ -54,8 +55,9 @@ def test_files_hold_the_table(run: Run, tmp_path: Path) -> None:
 def test_table_over_bore_and_temperature(run: Run) -> None:
     output = run(*PUMP, "--frequency", "1", "--amplitude", "4,8", "--bore", "3:4:2", "--temperature", "10:20:2")[1]
     assert "joint I at 1 Hz, 4 deg commanded" in output
-    assert "10 C" in output
-    assert "corner of the line" in output
+    heads = next(line for line in output.splitlines() if "[C]" in line)
+    assert heads.split() == ["joint", "[Hz]", "[mm]", "[C]", "[mm^2/s]", "[deg]", "[Hz]", "[W]", "limits"]
+    assert len(re.findall(r"^II? +1 +[34] +[12]0 ", output, re.MULTILINE)) == 8
 
 
 def test_one_case_is_told_in_full(run: Run) -> None:
@@ -167,5 +169,5 @@ def test_the_smallest_case_that_reaches_the_bend_is_named() -> None:
     sentence = (
         "2 of 2 cases reach 95 % of the commanded bend with enough torque for the pressure limit; the smallest has "
     )
-    assert _verdict(whole) == f"{sentence}pump.crank_m = 0.012."
-    assert _verdict([*sizes[:2], *whole[2:]]).startswith("1 of 2 cases reach")
+    assert sizes_verdict(whole) == f"{sentence}pump.crank_m = 0.012."
+    assert sizes_verdict([*sizes[:2], *whole[2:]]).startswith("1 of 2 cases reach")

@@ -58,7 +58,7 @@ def made() -> dict[str, Any]:
         "steady": trials.steady[0],
         "sea": ht.twin_at_sea(fish, gait, duration=4.0),
         "record": flight.record,
-        "pump": size_pump(fish, frequency=[1, 2], amplitude=(0.2, 0.3)),
+        "pump": size_pump(fish, frequency=[1, 2], amplitude=(0.2, 0.3), bore=[3e-3, 4e-3]),
         "posture": posture_test(fish, frequencies=[1.0], angle=(0.1, 0.1), duration=3.0, limits=False),
         "posterior": posterior(fit, 20),
         "scoreboard": ht.score_swimmers(["tunabot"]),

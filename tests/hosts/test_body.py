@@ -21,7 +21,7 @@ from hypertuna.cli.main import app
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
 from hypertuna.simulation.image_body import KEPT, _knobs, with_factors
-from hypertuna.simulation.image_source import Source, checked_places, number_at, source_of
+from hypertuna.simulation.image_source import TOKEN, Source, checked_places, source_of
 from hypertuna.simulation.image_text import body_text, numbers_of_text
 from hypertuna.swimming.gait import Gait
 from image_file import columns_of, text_of
@@ -142,7 +142,11 @@ def test_numbers_of_odd_layouts_are_found_or_left_alone() -> None:
         *("[[t]]", "u = 6", "[t.v]", "w = 7", "[[t]]", "u = 8\r", "last = 9"),
     )
     source = Source("\n".join(lines), places := checked_places("\n".join(lines)))
-    numbers = {key: number_at(source.text, at) for key, at in places.items()}
+    numbers = {
+        key: tomllib.loads(f"x = {token[0]}")["x"]
+        for key, at in places.items()
+        if (token := TOKEN.match(source.text, at))
+    }
     assert numbers == {
         **{"a.b.x": 100.05, "a.b.y.z": -2, "a.b.q r": 3, "a.b.list[0]": 1.0, "a.b.list[1][0]": 2, "a.b.list[1][1]": 3},
         **{"t[0].u": 6, "t[0].v.w": 7, "t[1].u": 8, "t[1].last": 9},

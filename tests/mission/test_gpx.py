@@ -1,11 +1,11 @@
-"""GPX: the structure of version 1.1, the round trip, and files that are none."""
+"""GPX: the structure of version 1.1, and the track read back."""
 
 from __future__ import annotations
 
 import math
-import random
 import re
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,7 +14,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.mission.geodesy import from_local, to_local
-from hypertuna.mission.gpx import SPACE, gpx_text, read_gpx, write_gpx
+from hypertuna.mission.gpx import SPACE, gpx_text, write_gpx
 from voyage import voyage
 
 # Children of each element in the order of the schema, topografix.com/GPX/1/1/gpx.xsd; * for any number.
@@ -63,19 +63,35 @@ def test_the_structure_is_that_of_gpx_1_1() -> None:
     assert [node.findtext(f"{{{SPACE}}}name") for node in root.iter(f"{{{SPACE}}}trk")] == ["box", "box, estimated"]
 
 
+def tracks(path: Path) -> list[tuple[str, np.ndarray]]:
+    """Return name and points of each track: latitude and longitude [deg], elevation [m], time [s]."""
+    space, found = {"": SPACE}, []
+    for track in ElementTree.parse(path).iterfind("trk", space):
+        points = [
+            (
+                *(float(node.attrib[key]) for key in ("lat", "lon")),
+                float(node.findtext("ele", "", space)),
+                datetime.fromisoformat(node.findtext("time", "", space)).timestamp(),
+            )
+            for node in track.iterfind("trkseg/trkpt", space)
+        ]
+        found.append((track.findtext("name", "", space), np.array(points)))
+    return found
+
+
 def test_the_track_comes_back(tmp_path: Path) -> None:
     record = voyage()
-    true, believed = read_gpx(write_gpx(record, tmp_path / "box.gpx"))
+    (_, true), (_, believed) = tracks(write_gpx(record, tmp_path / "box.gpx"))
     assert record.origin is not None
     at = record.every(1.0)
-    np.testing.assert_allclose(true.time, [*range(300), record.time[-1]], atol=1e-3)
+    np.testing.assert_allclose(true[:, 3], [*range(300), record.time[-1]], atol=1e-3)
     for track, flat, depth in (
         (true, record.data["position"][at, :2], record.depth[at]),
         (believed, record.data["position_estimated"][at], record.data["depth_estimated"][at]),
     ):
-        there = to_local(record.origin, track.latitude, track.longitude)
+        there = to_local(record.origin, *np.radians(track[:, :2].T))
         np.testing.assert_allclose(there, flat, atol=2e-3)  # 1e-8 deg is 1.1 mm
-        np.testing.assert_allclose(track.elevation, -depth, atol=1e-3)
+        np.testing.assert_allclose(track[:, 2], -depth, atol=1e-3)
 
 
 def test_a_corner_of_the_box_is_where_a_map_has_it() -> None:
@@ -88,69 +104,10 @@ def test_a_corner_of_the_box_is_where_a_map_has_it() -> None:
 
 def test_names_that_xml_cannot_hold(tmp_path: Path) -> None:
     odd = replace(voyage(5, bare=True), name='<a & "b">\0\x0b\ud800é')
-    (track,) = read_gpx(write_gpx(odd, tmp_path / "odd.gpx"))
-    assert track.name == '<a & "b">é'
+    ((name, _),) = tracks(write_gpx(odd, tmp_path / "odd.gpx"))
+    assert name == '<a & "b">é'
 
 
 def test_without_an_origin_there_is_no_track() -> None:
     with pytest.raises(ht.InputError, match=r"origin is needed for a track on the Earth: add the table \[origin\]"):
         gpx_text(replace(voyage(5), origin=None))
-
-
-# --- files that are none
-
-BYTES = (b"", b"<", b">", b"&", b'"', b"9", b"e9", b"-", b"\xff", b"\x00", b"trk")
-HEAD = f'<gpx version="1.1" creator="x" xmlns="{SPACE}">'
-
-
-@pytest.mark.parametrize(
-    ("content", "sentence"),
-    [
-        ("", "must be valid XML"),
-        ("<gpx/>", "must begin with the element gpx of GPX 1.1, but is 'gpx'"),
-        (f"{HEAD}<trk>", "must be valid XML"),
-        (f'{HEAD}<trk><trkseg><trkpt lat="1"/></trkseg></trk></gpx>', "trk[0].trkpt[0].lon must be a number from -180"),
-        (f'{HEAD}<trk><trkseg><trkpt lat="91" lon="0"/></trkseg></trk></gpx>', "trk[0].trkpt[0].lat must be a number"),
-        (f'{HEAD}<trk><trkseg><trkpt lat="nan" lon="0"/></trkseg></trk></gpx>', "lat must be a number from -90 to 90"),
-        (
-            f'{HEAD}<trk><trkseg><trkpt lat="1" lon="0"><ele>high</ele></trkpt></trkseg></trk></gpx>',
-            "trk[0].trkpt[0].ele must be a number, but is 'high'",
-        ),
-        (
-            f'{HEAD}<trk><trkseg><trkpt lat="1" lon="0"><time>noon</time></trkpt></trkseg></trk></gpx>',
-            "trk[0].trkpt[0].time must be a time, but is 'noon'",
-        ),
-        (
-            '<!DOCTYPE gpx [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><gpx>&b;</gpx>',
-            "must not have a document type",
-        ),
-    ],
-)
-def test_bad_files_are_told(content: str, sentence: str, tmp_path: Path) -> None:
-    path = tmp_path / "bad.gpx"
-    path.write_text(content)
-    with pytest.raises(ht.InputError) as error:
-        read_gpx(path)
-    assert sentence in str(error.value)
-    assert str(error.value).startswith(str(path))
-
-
-def test_spoiled_files_end_in_a_sentence_or_a_track(tmp_path: Path) -> None:
-    content, path = gpx_text(voyage(8)).encode(), tmp_path / "spoiled.gpx"
-    tracks = 0
-    for seed in range(500):
-        draw, spoiled = random.Random(seed), bytearray(content)
-        for _ in range(draw.randint(1, 6)):
-            at = draw.randrange(len(spoiled))
-            width = draw.choice([1, 1, 30])
-            spoiled[at : at + width] = draw.choice(BYTES)
-        path.write_bytes(spoiled)
-        try:
-            found = read_gpx(path)
-        except ht.InputError:
-            continue
-        tracks += 1
-        assert all(np.isfinite(track.latitude).all() and np.isfinite(track.longitude).all() for track in found)
-    assert 0 < tracks < 500
-    with pytest.raises(ht.InputError, match="must be a readable file"):
-        read_gpx(tmp_path)

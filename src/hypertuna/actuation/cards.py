@@ -1,36 +1,159 @@
 """What is shown of the bend of a joint and of pump sizes."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from hypertuna.actuation.bending import Bend, Step
-from hypertuna.actuation.sizing import Sizes
-from hypertuna.display import Card, Part, Table, cards, number
+from hypertuna.actuation.sizing import REACHED, Size, Sizes
+from hypertuna.description.provenance import provenance
+from hypertuna.display import Card, Facts, Part, Table, cards
+from hypertuna.io.files import dataset
+from hypertuna.io.quantity import ZERO_CELSIUS, column_units, counted, label, listed, suffix
 from hypertuna.pictures import captioned, curve_svg
 
 ROWS = 11  # pressures
+TURBULENT = "turbulent: the pressure drop is underestimated"  # of a line beyond the laminar law
+# What costs bend: its letter in tables, and its meaning.
+LIMITS = {
+    "pressure": ("p", "the pressure limit"),
+    "suction": ("s", "suction"),
+    "servo": ("v", "a servo that lags by speed, torque or bandwidth"),
+    "compliance": ("c", "compliance of lines, oil and air"),
+    "line": ("l", "the oil line, which lags"),
+    "turbulent": ("t", TURBULENT),
+}
 
 
 @cards.of(Sizes)
 def sizes_card(sizes: Sizes) -> Card:
-    """Show what bend and power each case of a pump gives."""
-    columns = ("joint", "frequency", "bore", "bend", "of", "power", "largest pressure", "limits")
-    rows = [
-        (
-            size.joint,
-            number(size.frequency, "Hz"),
-            number(1e3 * size.bore, "mm"),
-            number(float(np.degrees(size.bend)), "deg"),
-            number(float(np.degrees(size.command)), "deg"),
-            number(size.electrical_power["total"], "W"),
-            number(size.pressure_max / 1e3, "kPa"),
-            ", ".join(size.limits) or "none",
-        )
-        for size in sizes
-    ]
-    return Card(f"Pump: {len(sizes)} cases", [Table(columns, rows)], lambda: _loads_svg(sizes))
+    """Show what each beat needs of the servos, then a case in full, or a row for each of several."""
+    beats: dict[tuple[str, float], list[Size]] = {}
+    for size in sizes:
+        beats.setdefault((size.joint, size.frequency), []).append(size)
+    varied, parts = [*sizes[0].values], list[Part]()
+    for cases in beats.values() if not varied else ():
+        facts = _servo_facts(cases[0]) | (_case_facts(cases[0]) if len(cases) == 1 else {})
+        beat = f"joint {cases[0].joint} at {cases[0].frequency:.3g} Hz, {_degrees(cases[0].command)} deg commanded"
+        parts += [(f"{beat}; a servo needs, and has", "bold"), Facts(facts)]
+    if varied:
+        parts.append((f"over {listed(varied)}", "dim"))
+    if varied or len(sizes) > len(beats):
+        parts += [_case_table(sizes), f"limits: {_legend(sizes)}"]
+    if varied:
+        stalls = any(size.torque > size.torque_limit for size in sizes)
+        parts += ["torque above 100 %: the servo stalls below the pressure limit"] * stalls
+        parts.append((sizes_verdict(sizes), "bold"))
+    title = f"{sizes.robot.name}: the pump's servos, the lines, and the bend reached in air"
+    return Card(title, parts, lambda: _loads_svg(sizes))
+
+
+def sizes_dataset(sizes: Sizes) -> Any:
+    """Return a variable per column, along the cases."""
+    rows = [size.record() | {"turbulent": int(size.turbulent), "limits": " ".join(size.limits)} for size in sizes]
+    units = column_units(Size)
+
+    def column(name: str) -> tuple[str, list[Any], dict[str, str]]:
+        unit = units.get(name, "W" if name.endswith("_w") else "")
+        about = {"units": unit} if unit else {}
+        return "case", [row[name] for row in rows], about | {"long_name": label(name.removesuffix(suffix(unit)))}
+
+    return dataset({name: column(name) for name in rows[0]}, {}, provenance(sizes.robot))
+
+
+def _degrees(angle: float) -> str:
+    """Write an angle [rad] in degrees."""
+    return f"{math.degrees(angle):.3g}"
+
+
+def _servo_facts(size: Size) -> dict[str, str]:
+    """Return what a beat needs of a servo, beside what the servo has."""
+    left = size.servo_speed_limit * max(0.0, 1 - size.torque / size.torque_limit)
+    return {
+        "torque, at the pressure limit": f"{size.torque:.3g} of {size.torque_limit:.3g} N m",
+        "servo speed": f"{size.servo_speed:.3g} of {size.servo_speed_limit:.3g} rad/s, {left:.3g} at that torque",
+        "stroke": f"{_degrees(size.stroke)} of {_degrees(size.stroke_limit)} deg",
+    }
+
+
+def _case_facts(size: Size) -> dict[str, str]:
+    """Return all of one case."""
+    record = size.record()
+    shares = ", ".join(f"{name} {watts:.2g}" for name, watts in size.electrical_power.items() if name != "total")
+    turbulent = f", {TURBULENT}" if size.turbulent else ""
+    return {
+        "oil": f"{record['temperature_c']:.3g} C, {record['viscosity_mm2_s']:.4g} mm^2/s",
+        "line": f"{record['bore_mm']:.3g} mm, Reynolds number {size.reynolds:.3g}{turbulent}",
+        "pressure drop, along the line": f"{record['pressure_drop_kpa']:.3g} kPa for the whole bend",
+        "corner, of the line": f"{size.corner:.3g} Hz, for small motions {size.corner_rest:.3g} Hz",
+        "resonance, with the muscles": f"{size.resonance:.3g} Hz, damping ratio {size.damping_ratio:.2g}",
+        "ring, with the cylinder": f"{size.ring:.3g} Hz, damping ratio {size.ring_damping_ratio:.2g}",
+        "bend, reached": f"{record['bend_deg']:.3g} deg, {record['lag_deg']:.3g} deg late",
+        "command fraction": f"{100 * size.command_fraction:.3g} % of the whole",
+        "max pressure, of cylinders": f"{record['pressure_max_kpa']:.0f} kPa; min {record['pressure_min_kpa']:.0f} kPa",
+        "limited by": "; ".join(LIMITS[name][1] for name in _limits(size)) or "nothing",
+        "electrical power, both servos": f"{size.electrical_power['total']:.3g} W: {shares}",
+    }
+
+
+def _case_table(sizes: Sizes) -> Table:
+    """Lay out a row for each case: what varies, and what follows from it."""
+    bores, temperatures = ({getattr(size, name) for size in sizes} for name in ("bore", "temperature"))
+    columns: dict[str, Callable[[Size], str]] = {"\njoint": lambda size: size.joint}
+    columns["f\n[Hz]"] = lambda size: f"{size.frequency:.3g}"
+    for key in sizes[0].values:
+        columns[f"\n{key.rpartition('.')[2]}"] = partial(lambda key, size: f"{size.values[key]:.4g}", key)
+    if len(bores) > 1:
+        columns["bore\n[mm]"] = lambda size: f"{1e3 * size.bore:.3g}"
+    if len(temperatures) > 1:
+        columns["oil\n[C]"] = lambda size: f"{size.temperature - ZERO_CELSIUS:.3g}"
+        columns["viscosity\n[mm^2/s]"] = lambda size: f"{1e6 * size.viscosity:.3g}"
+    columns["bend\n[deg]"] = lambda size: f"{math.degrees(size.bend):.1f}"
+    if sizes[0].values:  # else they stand above
+        columns["of\n[deg]"] = lambda size: _degrees(size.command)
+        columns["torque\nof limit"] = lambda size: f"{100 * size.torque / size.torque_limit:.0f} %"
+        columns["servo speed\nof limit"] = lambda size: f"{100 * size.servo_speed / size.servo_speed_limit:.0f} %"
+        columns["stroke\nof limit"] = lambda size: f"{100 * size.stroke / size.stroke_limit:.0f} %"
+    else:
+        columns["corner\n[Hz]"] = lambda size: f"{size.corner:.2g}"
+    columns["power\n[W]"] = lambda size: f"{size.electrical_power['total']:.3g}"
+    columns["\nlimits"] = lambda size: _letters(size) or "none"
+    rows = [[text(size) for text in columns.values()] for size in sizes]
+    return Table([*columns], rows, left=(0, len(columns) - 1))
+
+
+def _limits(size: Size) -> tuple[str, ...]:
+    """Name what costs bend: at the pressure limit, a faster servo would not help."""
+    return tuple(name for name in size.limits if name != "servo" or "pressure" not in size.limits)
+
+
+def _letters(size: Size) -> str:
+    """Write the limits of a case in letters."""
+    return "".join(LIMITS[name][0] for name in (*_limits(size), *["turbulent"] * size.turbulent))
+
+
+def _legend(sizes: Sizes) -> str:
+    """Explain the letters of these cases."""
+    used = "".join(map(_letters, sizes))
+    return "; ".join(f"{letter} {text}" for letter, text in LIMITS.values() if letter in used) or "none"
+
+
+def sizes_verdict(sizes: Sequence[Size]) -> str:
+    """Name the smallest values with which all joints reach their bend in all beats, or the best ones."""
+    cases: dict[tuple[float, ...], list[Size]] = {}
+    for size in sizes:
+        cases.setdefault(tuple(size.values.values()), []).append(size)
+    asked = f"{100 * REACHED:g} % of the commanded bend with enough torque for the pressure limit"
+    good = sorted(values for values, own in cases.items() if all(size.reached for size in own))
+    shares = {values: min(size.bend / size.command for size in own) for values, own in cases.items()}
+    chosen = good[0] if good else max(shares, key=shares.__getitem__)
+    named = listed([f"{key} = {value:.4g}" for key, value in zip(sizes[0].values, chosen, strict=True)])
+    if good:
+        return f"{len(good)} of {counted(len(cases), 'case')} reach {asked}; the smallest has {named}."
+    return f"No case reaches {asked}; the best one reaches {100 * shares[chosen]:.0f} %, with {named}."
 
 
 def _loads_svg(sizes: Sizes) -> str:

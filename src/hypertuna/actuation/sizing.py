@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Annotated, Any
@@ -114,7 +114,11 @@ class Size:
 
 
 class Sizes(Plotted, Tabular, list[Size], data=lambda sizes: columns_of([size.record() for size in sizes])):
-    """Sizes of many cases."""
+    """Sizes of many cases of a robot."""
+
+    def __init__(self, robot: Robot, sizes: Iterable[Size] = ()) -> None:
+        super().__init__(sizes)
+        self.robot = robot
 
 
 def largest_beat(robot: Robot) -> tuple[float, tuple[float, ...]]:
@@ -149,7 +153,7 @@ def size_pump(
     cases = list(itertools.product(frequency, bore, temperature))
     variants = {d: robot if d is None else with_bore(robot, d) for d in bore}
     built = {(d, t): circuits(variants[d], t) for d in bore for t in temperature}  # checks all input
-    sizes = Sizes()
+    sizes = Sizes(robot)
     for k, (f, d, t) in enumerate(cases):
         for j, angle in enumerate(amplitude):
             if robot.joints[j].direct:
@@ -173,7 +177,7 @@ def size_over(
     """
     cases = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
     robots = [changed(robot, case, "--over") for case in cases]  # checks all input
-    sizes = Sizes()
+    sizes = Sizes(robot)
     for k, (case, other) in enumerate(zip(cases, robots, strict=True)):
         report = progress and partial(_report, progress, k, len(cases))
         sizes += [replace(size, values=case) for size in size_pump(other, progress=report, **options)]

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-import typer
 
 from hypertuna.actuation.bending import Bend, Step, bend, misprints
 from hypertuna.actuation.cards import bends_card, spread
@@ -41,7 +40,7 @@ def bend_command(
     pressure: opt.Pressures = PRESSURES,
     side: opt.Side = "left",
     unload: Annotated[
-        bool, typer.Option("--unload", help="Unload as well, for the other branch of the hysteresis loop.")
+        bool, opt.flag("--unload", "Unload as well, for the other branch of the hysteresis loop.")
     ] = False,
     material: Annotated[
         str | None,
@@ -50,7 +49,7 @@ def bend_command(
     law: Annotated[
         str, opt.text("--law", "corrected, or as_printed: Eqs 4-18 as they stand in the paper.")
     ] = "corrected",
-    no_friction: Annotated[bool, typer.Option("--no-friction", help="Leave out the friction of the braids.")] = False,
+    no_friction: Annotated[bool, opt.flag("--no-friction", "Leave out the friction of the braids.")] = False,
     files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Bend a soft joint in air: angle over pressure, up and down."""

@@ -9,10 +9,10 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import table
 from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import number as read_number
 from hypertuna.cli.radio import Key
+from hypertuna.display import Table
 from hypertuna.errors import InputError
 from hypertuna.firmware.black_box import read_black_box
 from hypertuna.radio.calibration import AXES, KINDS, SINGLE, Calibration, calibrate, parse_sensor, read_pairs
@@ -105,7 +105,7 @@ def _lines(calibrations: Sequence[Calibration], place: str | None) -> Iterator[A
         parameters = ", ".join(f"{name} = {value:.7g}" for name, value in one.parameters.items())
         rms, unit = one.reading
         rows.append((one.sensor, f"{one.points}", f"{rms:.3g} {unit}", parameters))
-    yield table(["sensor", "points", "rms", "parameters"], rows, left=range(4))
+    yield Table(["sensor", "points", "rms", "parameters"], rows, left=range(4))
     for one in calibrations:
         yield from (f"{one.sensor}: {note}" for note in one.notes)
     yield "The robot keeps them." if place else "Nothing was sent: --connect sends them to a robot.", "dim"

@@ -9,9 +9,9 @@ import shlex
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import typer
@@ -19,9 +19,6 @@ import typer
 from hypertuna.cli import streams
 from hypertuna.errors import InputError, escaped
 from hypertuna.io.quantity import counted
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 R = TypeVar("R")
 PATIENCE = 1.0  # seconds after which work shows its progress on a terminal
@@ -75,34 +72,6 @@ def print_written(*paths: str | None) -> None:
             typer.echo(f"written: {path}")
 
 
-def table(
-    heads: Sequence[str],
-    rows: Iterable[Sequence[Any]],
-    *,
-    left: Sequence[int] = (0,),
-    fold: int = -1,
-    whole: int = -1,
-    **style: Any,
-) -> Table:
-    """Lay out rows below heads of one or two lines; a cell is text, or (text, style).
-
-    Columns are set right but those in `left`, counted from 0. Where the terminal is narrow, the column `fold`
-    alone gives way, or all but the column `whole`, whose words are names.
-    """
-    from rich.table import Table
-    from rich.text import Text
-
-    grid = Table(box=None, pad_edge=False, header_style="bold", **style)
-    for k, head in enumerate(heads):
-        justify: Literal["left", "right"] = "left" if k in left else "right"
-        grid.add_column(
-            Text(head, justify=justify), justify=justify, no_wrap=fold not in (-1, k) or k == whole, overflow="fold"
-        )
-    for row in rows:
-        grid.add_row(*map(_text, row))
-    return grid
-
-
 def _text(part: Any) -> Any:
     """Take text, or (text, style), as it stands, without markup; control characters are escaped."""
     from rich.text import Text
@@ -113,20 +82,25 @@ def _text(part: Any) -> Any:
 
 def _laid_out(part: Any) -> Any:
     """Lay out a part of a card: facts as label, value and unit."""
+    from rich.table import Table
+
     from hypertuna import display  # here, because the help of commands does without
 
     if isinstance(part, display.Table):
-        tight = {"collapse_padding": True} if part.tight else {}
-        return table(part.heads, part.rows, left=part.left, fold=part.fold, whole=part.whole, **tight)
-    if not isinstance(part, display.Facts):
+        grid = Table(box=None, pad_edge=False, header_style="bold", collapse_padding=part.tight)
+        for k, head in enumerate(part.heads):
+            side: Literal["left", "right"] = "left" if k in part.left else "right"
+            whole = part.fold not in (-1, k) or k == part.whole
+            grid.add_column(_text(head), justify=side, no_wrap=whole, overflow="fold")
+    elif isinstance(part, display.Facts):
+        grid = Table(box=None, pad_edge=False, show_header=False)
+        grid.add_column(style="dim")
+        numbers = any(not isinstance(one, str) for one in part.values.values())
+        grid.add_column(justify="right" if numbers else "left", style="bold" if numbers else "", overflow="fold")
+        grid.add_column()
+    else:
         return _text(part)
-    from rich.table import Table
-
-    grid = Table(box=None, pad_edge=False, show_header=False)
-    grid.add_column(style="dim")
-    grid.add_column(justify="right", style="bold")
-    grid.add_column()
-    for row in part.rows():
+    for row in part.rows if isinstance(part, display.Table) else part.rows():
         grid.add_row(*map(_text, row))
     return grid
 

@@ -32,9 +32,7 @@ PERIOD = 0.2  # s between two stick messages: two fit into a timeout of half a s
 def drive_command(
     place: Connect,
     robot: RobotOptions,
-    log: Annotated[
-        str | None, file("--log", help="Record all messages in this .mcap file.", suffixes=(".mcap",))
-    ] = None,
+    log: Annotated[str | None, file("--log", "all messages", ".mcap")] = None,
     pad: Annotated[str | None, text("--gamepad", "Joystick device, such as /dev/input/js0.", "DEVICE")] = None,
     key: Key = None,
     as_json: AsJson = False,

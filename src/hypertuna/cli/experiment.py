@@ -8,12 +8,13 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import print_lines, table
+from hypertuna.cli.console import print_lines
 from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import numbers
 from hypertuna.cli.search import GaitLimits, SearchOptions
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
+from hypertuna.display import Table
 from hypertuna.errors import InputError
 from hypertuna.io.files import Csv, rows_csv
 from hypertuna.optimization.design_space import gait_columns
@@ -31,10 +32,7 @@ def ask_command(
     search: SearchOptions,
     limits: GaitLimits,
     robot: opt.RobotName = "",
-    output: Annotated[
-        str | None,
-        opt.file("-o", "--output", help="Write the gaits to this .csv file, to be filled in.", suffixes=(".csv",)),
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the gaits, to be filled in,", ".csv")] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Print the next gaits for the tank; after the last batch, why the search stopped and the best gait.
@@ -129,7 +127,7 @@ def _lines(experiment: TankSearch) -> Iterator[Any]:
     """Lay out the next gaits, and the best one so far."""
     rows, best, stop = _rows(experiment, ".4g"), experiment.best, experiment.optimizer.stop
     if rows:
-        yield table([column.replace("_", "\n") for column in rows[0]], (list(row.values()) for row in rows))
+        yield Table([column.replace("_", "\n") for column in rows[0]], [list(row.values()) for row in rows])
     if stop is not None:
         yield stop, "green" if best else "bold red"
         if best is None:

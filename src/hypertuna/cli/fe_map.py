@@ -1,18 +1,16 @@
 """The command `hypertuna fe map`."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any
-
-import numpy as np
 
 from hypertuna.characterization.data import joint_index
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, progress_bar, table
+from hypertuna.cli.console import command_line, progress_bar
 from hypertuna.cli.elements import BEND_PRESSURES, CoarseElements, rising
 from hypertuna.cli.emit import emit
 from hypertuna.cli.shards import connected, write_shards
 from hypertuna.fe.extra import need_fe
-from hypertuna.fe.joint_map import JointMap, joint_map, joint_map_shards, map_layout
+from hypertuna.fe.joint_map import joint_map, joint_map_shards, map_layout
 from hypertuna.ranges import Whole
 
 POINTS = Whole(max=10_000)
@@ -67,34 +65,9 @@ def map_command(
     emit(
         found,
         record=lambda found: found.record() | {"command": command_line()},
-        lines=_map_lines,
         columns=map_layout(found).heads,
         digits=None,
         output=output,
         as_json=as_json,
         failed=found.status != "converged",
     )
-
-
-def _map_lines(found: JointMap) -> Iterator[Any]:
-    """Lay out the points, a row for each: elements and fast model side by side."""
-    heads = ["left\n[kPa]", "right\n[kPa]", "moment\n[N m]"]
-    heads += [f"{name}\n[{unit}]" for name, unit in (("bend FE", "deg"), ("oil left", "ml"), ("right", "ml"))]
-    heads += ["length\n[mm]", "model\n[deg]", "left\n[ml]", "right\n[ml]", "length\n[mm]"]
-    rows = []
-    for c, p in np.ndindex(found.elements.angle.shape):
-        row = [f"{pressure / 1e3:.4g}" for pressure in found.pressure[p]]
-        if not np.isfinite(found.elements.angle[c, p]):
-            rows.append([*row, "", "not found", *[""] * 7])
-            continue
-        row.append(f"{found.elements.moment[c, p]:+z.3f}")
-        for states in (found.elements, found.model):
-            oil = (f"{1e6 * volume:.3f}" for volume in states.volume[c, p])
-            row += [f"{np.degrees(states.angle[c, p]):z.2f}", *oil, f"{1e3 * states.length[c, p]:.2f}"]
-        rows.append(row)
-    yield f"{found.robot.name}: joint {found.joint}, mesh {found.options.mesh}", "bold"
-    yield table(heads, rows, left=(), collapse_padding=True)
-    moment, volume = 100 * found.moment_difference, 100 * found.volume_difference
-    text = f"moments of the fast model differ by at most {moment:.1f} % of the {found.straight:.3g} N m of the straight"
-    yield f"{text} joint, volumes by {volume:.1f} % of their range"
-    yield found.status_text, "green" if found.status == "converged" else "bold yellow"

@@ -7,8 +7,9 @@ import typer
 
 from hypertuna import _core
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import print_json, print_lines, print_written, table
+from hypertuna.cli.console import print_json, print_lines, print_written
 from hypertuna.cli.emit import emit, made_by
+from hypertuna.display import Table
 from hypertuna.firmware.header import header
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.wiring import Wire, Wiring, wiring_of
@@ -22,10 +23,7 @@ firmware_app = opt.group("Firmware: parameters and wiring from a robot's descrip
 @opt.grouped
 def params(
     robot: opt.RobotOptions,
-    output: Annotated[
-        str | None,
-        opt.file("-o", "--output", help="Write the C++ header of the firmware to this .hpp file.", suffixes=(".hpp",)),
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the C++ header of the firmware", ".hpp")] = None,
     check: Annotated[
         str | None,
         opt.text("--check", "Compare this .hpp file with the description; exit code 1 if it differs.", "FILE"),
@@ -59,9 +57,7 @@ def params(
 @opt.grouped
 def wiring(
     robot: opt.RobotOptions,
-    output: Annotated[
-        str | None, opt.file("-o", "--output", help="Write the table to this .csv file.", suffixes=(".csv",))
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the table", ".csv")] = None,
     plot: opt.Plot = None,
     as_json: opt.AsJson = False,
 ) -> None:
@@ -87,8 +83,8 @@ def faults(as_json: opt.AsJson = False) -> None:
         print_json({"faults": rows})
         return
     heads = ["fault", "meaning", "answer", "latched", "forbids arming", "severity"]
-    cells = ([*map(row.get, keys[:3]), *("yes" if row[key] else "" for key in keys[3:5]), row[keys[5]]] for row in rows)
-    print_lines([table(heads, cells, left=range(6))])
+    cells = [[*map(row.get, keys[:3]), *("yes" if row[key] else "" for key in keys[3:5]), row[keys[5]]] for row in rows]
+    print_lines([Table(heads, cells, left=range(6))])
 
 
 def _wires(wiring: Wiring) -> list[dict[str, Any]]:
@@ -112,7 +108,7 @@ def _figure(wiring: Wiring) -> Any:
 
 def _wiring_lines(wiring: Wiring) -> Iterator[Any]:
     """Lay out the wiring."""
-    yield table(
+    yield Table(
         ["pin", "part", "signal", "bus", "range"],
         [(f"{w.pin}", w.part, w.signal, _bus(w), w.range) for w in wiring.wires],
         left=range(1, 5),
@@ -155,4 +151,4 @@ def _lines(parameters: FirmwareTable) -> Iterator[Any]:
         rows.append((p.name, f"{p.standard:.6g}", f"{p.low:.6g}", f"{p.high:.6g}", f"{part} {column}[{index}]"))
     total, settable = len(parameters.values), len(parameters.parameters)
     yield f"{parameters.robot.name}: {total} numbers on board, {settable} of them parameters (SI)", "bold"
-    yield table(["parameter", "value", "low", "high", "of"], rows, left=(0, 4))
+    yield Table(["parameter", "value", "low", "high", "of"], rows, left=(0, 4))

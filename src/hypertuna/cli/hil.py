@@ -59,11 +59,8 @@ def hil_command(
             f"{', '.join(FAILURES)} as board:brownout@60 or link:lost@60-180; repeatable.",
         ),
     ] = None,
-    real_time: Annotated[bool, typer.Option("--real-time", help="Run no faster than real time.")] = False,
-    black_box: Annotated[
-        str | None,
-        opt.file("--black-box", help="Write the black box of the board to this .bin file.", suffixes=(".bin",)),
-    ] = None,
+    real_time: Annotated[bool, opt.flag("--real-time", "Run no faster than real time.")] = False,
+    black_box: Annotated[str | None, opt.file("--black-box", "the black box of the board", ".bin")] = None,
     firmware: Annotated[
         str | None, opt.text("--firmware", "Folder of the programs. (default: build/firmware)", "FOLDER")
     ] = None,

@@ -151,9 +151,7 @@ def identify_command(
     ] = None,
     cluster: opt.Cluster = None,
     output: opt.RobotOutput = None,
-    report: Annotated[
-        str | None, opt.file("--report", help="Write a page on the fit to this .html file.", suffixes=(".html",))
-    ] = None,
+    report: Annotated[str | None, opt.file("--report", "a page on the fit", ".html")] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Fit coefficients of a robot to measured runs, with their uncertainty.

@@ -48,7 +48,7 @@ def family_command(
     seed: opt.Seed = 0,
     check: Annotated[
         bool,
-        typer.Option("--check", help="Solve the chosen design by finite elements too, at the bench's pressures."),
+        opt.flag("--check", "Solve the chosen design by finite elements too, at the bench's pressures."),
     ] = False,
     mesh: Annotated[str | None, opt.text("--mesh", f"{', '.join(MESHES)}. (default: {MESH})")] = None,
     plot: opt.Plot = None,

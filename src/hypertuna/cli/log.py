@@ -28,11 +28,6 @@ log_app = opt.group("Logs of missions and black boxes: summary, plot, table, tra
 LogFile = Annotated[str, typer.Argument(metavar="FILE.mcap", help="A log that hypertuna wrote.")]
 
 
-def _output(*suffixes: str) -> Any:
-    """Declare the option --output."""
-    return opt.file("-o", "--output", help=f"File to write: {', '.join(suffixes)}.", suffixes=suffixes)
-
-
 @log_app.command("info")
 def info_command(log: LogFile, as_json: opt.AsJson = False) -> None:
     """Summarize a log: mission, times, topics, distance, energy, completeness; for a log of the radio, its messages.
@@ -48,19 +43,25 @@ def info_command(log: LogFile, as_json: opt.AsJson = False) -> None:
 
 
 @log_app.command("plot")
-def plot_command(log: LogFile, output: Annotated[str, _output(*opt.FIGURES)], as_json: opt.AsJson = False) -> None:
+def plot_command(
+    log: LogFile, output: Annotated[str, opt.file("--output", "the plot", *opt.FIGURES)], as_json: opt.AsJson = False
+) -> None:
     """Plot the track on a plan, depth and energy."""
     _convert(log, output, as_json, lambda content: save(content.record.plot(), output))
 
 
 @log_app.command("to-csv")
-def csv_command(log: LogFile, output: Annotated[str, _output(".csv")], as_json: opt.AsJson = False) -> None:
+def csv_command(
+    log: LogFile, output: Annotated[str, opt.file("--output", "the table", ".csv")], as_json: opt.AsJson = False
+) -> None:
     """Write every number of a log to a table, one row per time."""
     _convert(log, output, as_json, lambda content: _csv(content).write(output))
 
 
 @log_app.command("to-gpx")
-def gpx_command(log: LogFile, output: Annotated[str, _output(".gpx")], as_json: opt.AsJson = False) -> None:
+def gpx_command(
+    log: LogFile, output: Annotated[str, opt.file("--output", "the track", ".gpx")], as_json: opt.AsJson = False
+) -> None:
     """Write the track of a log for maps."""
 
     def write(content: Log) -> None:
@@ -71,7 +72,9 @@ def gpx_command(log: LogFile, output: Annotated[str, _output(".gpx")], as_json: 
 
 
 @log_app.command("to-layout")
-def layout_command(log: LogFile, output: Annotated[str, _output(".json")], as_json: opt.AsJson = False) -> None:
+def layout_command(
+    log: LogFile, output: Annotated[str, opt.file("--output", "the layout", ".json")], as_json: opt.AsJson = False
+) -> None:
     """Write a layout for Foxglove that shows a log: map, robot, depth, heading, pressures, power, modes and faults."""
 
     def write(content: Log) -> None:
@@ -84,7 +87,7 @@ def layout_command(log: LogFile, output: Annotated[str, _output(".json")], as_js
 @opt.grouped
 def black_box_command(
     box: Annotated[str, typer.Argument(metavar="FILE.bin", help="Black box, from the robot's card.")],
-    output: Annotated[str, _output(".mcap")],
+    output: Annotated[str, opt.file("--output", "the log", ".mcap")],
     robot: opt.RobotOptions,
     mission: Annotated[
         str | None, opt.text("--mission", "Mission that the robot swam, by name or file, for its waypoints and origin.")

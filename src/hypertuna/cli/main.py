@@ -103,9 +103,9 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
     "Take elsewhere": {
         "export": (
             {
-                "mjcf": ("export_mjcf:mjcf_command", "Write a robot as a MuJoCo model."),
-                "sdf": ("export_sdf:sdf_command", "Write a robot as an SDF model for Gazebo."),
-                "fmu": ("export_fmu:fmu_command", "Write a robot as an FMU for co-simulation."),
+                "mjcf": ("export:mjcf_command", "Write a robot as a MuJoCo model."),
+                "sdf": ("export:sdf_command", "Write a robot as an SDF model for Gazebo."),
+                "fmu": ("export:fmu_command", "Write a robot as an FMU for co-simulation."),
             },
             "Robots for other simulators: MuJoCo, Gazebo, and all that import FMUs.",
         ),
@@ -148,16 +148,6 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
     },
 }
 COMMANDS = {name: row for table in PANELS.values() for name, row in table.items()}
-
-# Former names of commands, understood for one release.
-RENAMED = {
-    "fil": "hil",
-    "reproduce": "paper",
-    "link": "radio",
-    "drive": "radio drive",
-    "bend": "joint bend",
-    "actuator": "joint",
-}
 
 
 class Program(TableGroup):
@@ -206,24 +196,14 @@ def main() -> None:
     gc.set_threshold(50_000)  # most of what the start makes stays: searched for garbage less often
     open_streams()
     end_on_signals()
-    _take_former_name()
+    if sys.argv[1:2] == ["help"]:
+        sys.argv[1:] = [*sys.argv[2:], "--help"]
     code = _run()
     if was_interrupted() or code == INTERRUPTED:
         code = INTERRUPTED
         tell(f"interrupted: {state['done']}\n" if state["done"] else "interrupted\n")
     drop_unwritable_output()
     sys.exit(code)
-
-
-def _take_former_name() -> None:
-    """Put the present name of a command in place of its former one, with a note; and `help COMMAND` as its option."""
-    if sys.argv[1:2] == ["help"]:
-        sys.argv[1:] = [*sys.argv[2:], "--help"]
-    new = RENAMED.get(sys.argv[1]) if len(sys.argv) > 1 else None
-    if new is not None:
-        note = f"note: `hypertuna {sys.argv[1]}` is now `hypertuna {new}`; the next release drops the old name."
-        print(note, file=sys.stderr)
-        sys.argv[1:2] = new.split()
 
 
 def _run() -> Any:

@@ -13,13 +13,14 @@ import typer
 
 from hypertuna import _core
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import command_line, progress_bar, table
+from hypertuna.cli.console import command_line, progress_bar
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.parsing import whole_number as read_whole_number
 from hypertuna.cli.shards import connected, write_shards
 from hypertuna.cli.streams import note
 from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import Robot
+from hypertuna.display import Table
 from hypertuna.errors import InputError, shown
 from hypertuna.io.quantity import counted, values_of
 from hypertuna.mission.cards import ending_text
@@ -86,7 +87,7 @@ def mission_command(
     ] = None,
     checkpoint: opt.Checkpoint = None,
     plot: opt.Plot = None,
-    gpx: Annotated[str | None, opt.file("--gpx", help="Write the track to this .gpx file.", suffixes=(".gpx",))] = None,
+    gpx: Annotated[str | None, opt.file("--gpx", "the track", ".gpx")] = None,
     output: Annotated[
         str | None,
         opt.file_or_shards(
@@ -231,12 +232,12 @@ def _many_lines(title: str, outcomes: Sequence[Outcome]) -> Iterator[Any]:
     """Lay out many flights as minimum, mean and maximum."""
     statistics = _statistics(outcomes)
     yield f"{title}: {counted(len(outcomes), 'flight')}", "bold"
-    rows = (
+    rows = [
         (quantity.label, *(f"{value:.4g}" for value in statistics[key].values()), quantity.unit)
         for key, quantity in outcomes[0].summary().items()
         if math.isfinite(quantity.value)  # there is no distance to a fence without one
-    )
-    yield table(["", "min", "mean", "max", ""], rows, left=(0, 4))
+    ]
+    yield Table(["", "min", "mean", "max", ""], rows, left=(0, 4))
     yield ", ".join(f"{count} {status}" for status, count in statistics["status"].items())
     yield from _not_done(outcomes)
     reasons = ", ".join(f"{reason.replace('_', ' ')} {count}" for reason, count in statistics["reasons"].items())

@@ -11,32 +11,22 @@ from hypertuna.cli import parsing
 from hypertuna.cli.console import print_lines
 from hypertuna.cli.emit import emit
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError
 from hypertuna.io.files import write_atomically
 from hypertuna.io.quantity import counted
 from hypertuna.mission.file import MissionFile, read_mission
 from hypertuna.ranges import NOT_NEGATIVE, POSITIVE
-
-Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
-
-
-def _free(path: str, force: bool) -> str:
-    """Check that a file may be written."""
-    if Path(path).exists() and not force:
-        raise InputError("exists already", file=path, fix="give another name, or replace it with --force")
-    return path
 
 
 @opt.grouped
 def new_command(
     file: Annotated[str, typer.Argument(metavar="FILE.toml", help="Mission file to write.", show_default=False)],
     robot: opt.RobotOptions,
-    force: Force = False,
+    force: opt.Force = False,
 ) -> None:
     """Write a mission that a robot can swim: a square scaled to its speed, its turns and its depths."""
     from hypertuna.mission.new import new_mission
 
-    path, fish = _free(parsing.output_file(file, (".toml",), "FILE"), force), robot.load()
+    path, fish = parsing.new_file(file, ".toml", "FILE", force), robot.load()
     write_atomically(path, new_mission(fish, Path(path).stem).encode())
     mission = read_mission(path).mission
     side = max(point.y for point in mission.waypoints)
@@ -57,7 +47,7 @@ def import_command(
             metavar="PLAN", help=".plan of QGroundControl, .waypoints, .gpx or .kml file.", show_default=False
         ),
     ],
-    output: Annotated[str, opt.file("-o", "--output", help="Mission file to write: .toml.", suffixes=(".toml",))],
+    output: Annotated[str, opt.file("--output", "the mission", ".toml")],
     robot: Annotated[
         str | None, opt.text("--robot", "Robot that swims the mission: its speed where the plan has none.", "ROBOT")
     ] = None,
@@ -68,7 +58,7 @@ def import_command(
         float | None,
         opt.number("--depth", "m", "Depth of all waypoints, in place of their altitudes.", limits=NOT_NEGATIVE),
     ] = None,
-    force: Force = False,
+    force: opt.Force = False,
     as_json: opt.AsJson = False,
 ) -> None:
     """Write the mission of a .plan, .waypoints, GPX or KML file, and name what changes.
@@ -79,7 +69,7 @@ def import_command(
     from hypertuna.description.robot import load
     from hypertuna.mission.import_plan import check_plan, plan_document, plan_text, read_plan
 
-    _free(output, force)
+    parsing.new_file(output, ".toml", "--output", force)
     fish: Robot | None = None if robot is None else load(robot)
     found = read_plan(plan, depth=depth)
     document = plan_document(found, Path(output).stem, fish, speed)

@@ -98,8 +98,15 @@ def text(name: str, help: str, metavar: str = "TEXT", **more: Any) -> Any:
     return typer.Option(name, help=help, metavar=metavar, **more)
 
 
-def file(*names: str, help: str, suffixes: Sequence[str]) -> Any:
+def flag(name: str, help: str) -> Any:
+    """Declare an option without a value."""
+    return typer.Option(name, help=help)
+
+
+def file(name: str, what: str, *suffixes: str) -> Any:
     """Declare an option that takes the name of a file to write."""
+    help = f"Write {what} to this {' or '.join(', '.join(suffixes).rsplit(', ', 1))} file."
+    names = ("-o", name) if name == "--output" else (name,)
     return option(names, help, "FILE", lambda text, key: parsing.output_file(text, suffixes, key))
 
 
@@ -358,12 +365,9 @@ Pressures = Annotated[
 
 SHARDS = ".shards"  # of a folder
 FIGURES = (".svg", ".png", ".pdf")
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Plot = Annotated[str | None, file("--plot", help="Write the plot to this .svg, .png or .pdf file.", suffixes=FIGURES)]
-TableOutput = Annotated[
-    str | None,
-    file("-o", "--output", help="Write the data to this .nc or .csv file.", suffixes=(".nc", ".csv")),
-]
+AsJson = Annotated[bool, flag("--json", "Print one JSON object.")]
+Plot = Annotated[str | None, file("--plot", "the plot", *FIGURES)]
+TableOutput = Annotated[str | None, file("--output", "the data", ".nc", ".csv")]
 ShardsOutput = Annotated[
     str | None,
     file_or_shards(
@@ -373,9 +377,8 @@ ShardsOutput = Annotated[
         suffixes=(".nc", ".csv"),
     ),
 ]
-RobotOutput = Annotated[
-    str | None, file("-o", "--output", help="Write the resulting robot to this .toml file.", suffixes=(".toml",))
-]
+Force = Annotated[bool, flag("--force", "Replace a file that exists.")]
+RobotOutput = Annotated[str | None, file("--output", "the resulting robot", ".toml")]
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hypertuna.cli.console import progress_bar, table
+from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
 from hypertuna.cli.options import AsJson
+from hypertuna.display import Table
 from hypertuna.errors import InputError, shown
 from hypertuna.paper.ledger import CLASSES, MARKS, UNPUBLISHED, Entry
 from hypertuna.paper.reproduce import Ledger, ledger_record, reproduce
@@ -85,7 +86,7 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
         (name, *(str(counts[verdict] or "") for verdict in MARKS), CLASSES[name])
         for name, counts in summary["classes"].items()
     ]
-    yield table(["class", *MARKS.values(), "because"], rows, left=(0, len(MARKS) + 1), fold=len(MARKS) + 1)
+    yield Table(["class", *MARKS.values(), "because"], rows, left=(0, len(MARKS) + 1), fold=len(MARKS) + 1)
     yield ""
     models = list(ledger.summary["speeds"])
     by_id: dict[str, dict[str, Entry]] = {}
@@ -101,7 +102,7 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
             if e.band is not None:
                 cells.append(("    90 % of the family", f"  {e.band_text}", "", ""))
     heads = ["number\n  model", "  published\n  computed", "\nerror", "seeds\nagree"]
-    yield table(heads, cells, left=(0, 1))
+    yield Table(heads, cells, left=(0, 1))
     yield f"{MARKS['undetermined']} above a range of the family: {UNPUBLISHED}."
     yield ""
     for e in ledger.entries:

@@ -2,8 +2,6 @@
 
 from typing import Annotated, Any
 
-import typer
-
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
@@ -38,7 +36,7 @@ def pareto_command(
         opt.number("--min-speed", "m/s", f"Minimum speed in m/s. (default: {SLOW:g} body lengths/s)"),
     ] = None,
     seed: opt.Seed = 1,
-    no_polish: Annotated[bool, typer.Option("--no-polish", help="Do not polish the front of NSGA-II.")] = False,
+    no_polish: Annotated[bool, opt.flag("--no-polish", "Do not polish the front of NSGA-II.")] = False,
     steps: opt.Steps = DEFAULT_STEPS,
     checkpoint: opt.Checkpoint = None,
     cluster: opt.Cluster = None,

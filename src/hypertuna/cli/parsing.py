@@ -129,6 +129,14 @@ def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
     return path
 
 
+def new_file(path: str, suffix: str, key: str, force: bool) -> str:
+    """Check a file that is not there yet, unless `force` replaces it."""
+    output_file(path, (suffix,), key)
+    if Path(path).exists() and not force:
+        raise InputError("exists already", file=path, fix="give another name, or replace it with --force")
+    return path
+
+
 def shard_folder(path: str, key: str) -> str:
     """Check the folder that holds a folder of shards."""
     if not Path(path).parent.is_dir():

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
-import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar
@@ -14,7 +13,7 @@ from hypertuna.cli.twin import kelvin, robot_with
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import Csv, rows_csv
 from hypertuna.io.quantity import ZERO_CELSIUS
-from hypertuna.simulation.cards import limit_sentences
+from hypertuna.simulation.cards import limit_sentences, posture_rows
 from hypertuna.simulation.posture import CLOSE, EASED, PostureTest, posture_test
 
 ANGLE = math.radians(20)  # the paper's
@@ -41,7 +40,7 @@ def posture_command(
     temperature: opt.Temperature = None,
     line_bore: opt.Bore = None,
     no_limits: Annotated[
-        bool, typer.Option("--no-limits", help="Do not search for the largest amplitude at each frequency.")
+        bool, opt.flag("--no-limits", "Do not search for the largest amplitude at each frequency.")
     ] = False,
     seed: opt.Seed = 0,
     files: opt.Files = opt.NO_FILES,
@@ -82,35 +81,6 @@ def _angles(robot: Robot, angles: Sequence[float] | None) -> list[float]:
     return [targets[0] if bend >= reach else 0.0 for bend in bends]
 
 
-def _rows(result: PostureTest) -> list[dict[str, Any]]:
-    """Return how each joint group did at each frequency, as a whole and beat by beat."""
-    reach = {(one.joint, one.frequency): one for one in result.reach}
-    eased = {(one.joint, one.frequency): one for one in result.eased}
-    rows = []
-    for one in result.held:
-        case = (one.joint, one.frequency)
-        row: dict[str, Any] = {
-            "frequency_hz": one.frequency,
-            "joint": one.name,
-            "angle_set_deg": np.degrees(one.angle_set),
-            "settling_s": one.settling,
-            "settling_measured_s": one.settling_measured,
-            "error_deg": np.degrees(one.error[-1]),
-            "error_measured_deg": np.degrees(one.error_measured[-1]),
-            "limits": list(one.limits),
-        }
-        if far := reach.get(case):
-            row |= {"amplitude_max_deg": np.degrees(far.amplitude_max), "stopped_by": list(far.limits)}
-        if easier := eased.get(case):
-            row |= {"reachable_angle_deg": np.degrees(easier.angle_set), "reachable_settling_s": easier.settling}
-        left, right = np.degrees(one.peaks).T
-        row |= {"beat_end_s": one.time, "peak_left_deg": left, "peak_right_deg": right}
-        row["beat_error_deg"] = np.degrees(one.error)
-        row["beat_error_measured_deg"] = np.degrees(one.error_measured)
-        rows.append(row)
-    return rows
-
-
 def _record(result: PostureTest) -> dict[str, Any]:
     """Return the JSON record."""
     return {
@@ -119,7 +89,7 @@ def _record(result: PostureTest) -> dict[str, Any]:
         "seed": result.seed,
         "within_deg": np.degrees(CLOSE),
         "temperature_c": result.temperature - ZERO_CELSIUS,
-        "tests": _rows(result),
+        "tests": posture_rows(result),
         "status_text": limit_sentences(result),
     } | made_by(result.robot)
 
@@ -132,7 +102,7 @@ BEATS |= {"error_deg": "beat_error_deg", "error_measured_deg": "beat_error_measu
 def _csv(result: PostureTest) -> Csv:
     """Write one row per beat as comma-separated values."""
     rows = []
-    for test in _rows(result):
+    for test in posture_rows(result):
         case = {"frequency_hz": f"{test['frequency_hz']:g}", "joint": test["joint"]}
         case["angle_set_deg"] = f"{test['angle_set_deg']:g}"
         for beat in zip(*(test[key] for key in BEATS.values()), strict=True):

@@ -9,9 +9,10 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import progress_bar, table
+from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import Setting
+from hypertuna.display import Table
 from hypertuna.errors import InputError
 from hypertuna.io.files import read_bytes, rows_csv
 from hypertuna.mission.file import read_mission
@@ -46,9 +47,7 @@ def params_command(
     settings: Annotated[
         list[Any] | None, opt.setting("--set", "SI", "Parameter to set, in SI units; repeatable.")
     ] = None,
-    output: Annotated[
-        str | None, opt.file("-o", "--output", help="Write the parameters to this .csv file.", suffixes=(".csv",))
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the parameters", ".csv")] = None,
     key: Key = None,
     as_json: opt.AsJson = False,
 ) -> None:
@@ -71,7 +70,7 @@ def params_command(
 
 def log_command(
     place: Connect,
-    output: Annotated[str, opt.file("-o", "--output", help="Write the log to this .mcap file.", suffixes=(".mcap",))],
+    output: Annotated[str, opt.file("--output", "the log", ".mcap")],
     duration: Annotated[
         float | None, opt.number("--duration", "s", "Duration in s. (default: until Ctrl-C)", limits=POSITIVE)
     ] = None,
@@ -147,7 +146,7 @@ def _readiness_lines(found: Readiness) -> Iterator[Any]:
     """Lay out the check."""
     if found.faults:
         rows = [(name, sentence, "yes" if forbids else "") for name, sentence, forbids in found.faults]
-        yield table(["fault", "meaning", "forbids arming"], rows, left=range(3))
+        yield Table(["fault", "meaning", "forbids arming"], rows, left=range(3))
     heading, roll, pitch = (math.degrees(angle) for angle in (found.heading, found.roll, found.pitch))
     yield f"battery {found.voltage:.2f} V, depth {found.depth:.2f} m"
     yield f"heading {heading:.0f} deg, roll {roll:.0f} deg to starboard, nose {pitch:.0f} deg up"
@@ -160,9 +159,7 @@ def sign_command(
     new: Annotated[
         str | None, typer.Argument(metavar="FILE", help="File with the new key of 32 bytes; without it, --off.")
     ] = None,
-    off: Annotated[
-        bool, typer.Option("--off", help="Delete the key: the robot accepts unsigned messages again.")
-    ] = False,
+    off: Annotated[bool, opt.flag("--off", "Delete the key: the robot accepts unsigned messages again.")] = False,
     key: Key = None,
     as_json: opt.AsJson = False,
 ) -> None:

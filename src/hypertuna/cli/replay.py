@@ -12,10 +12,11 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import attended, command_line, progress_bar, table
+from hypertuna.cli.console import attended, command_line, progress_bar
 from hypertuna.cli.emit import emit
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
+from hypertuna.display import Table
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import counted
 from hypertuna.ranges import NOT_NEGATIVE
@@ -88,7 +89,7 @@ class PoseOptions:
     yaw_zero: Annotated[
         float, opt.number("--yaw-zero", "degrees", "Direction of yaw 0 in degrees, counter-clockwise from x.")
     ] = 0
-    clockwise: Annotated[bool, typer.Option("--yaw-clockwise", help="Yaw is clockwise, from y to x.")] = False
+    clockwise: Annotated[bool, opt.flag("--yaw-clockwise", "Yaw is clockwise, from y to x.")] = False
 
     def read(self) -> list[Track]:
         """Read the runs of every file."""
@@ -140,9 +141,7 @@ def replay_command(
     ] = 0,
     water: opt.WaterLaw = None,
     plot: opt.Plot = None,
-    output: Annotated[
-        str | None, opt.file("-o", "--output", help="Write the trajectory to this .nc file.", suffixes=(".nc",))
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the trajectory", ".nc")] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Swim measured joint angles, and compare the head's track with tracked poses.
@@ -322,7 +321,7 @@ def _error_lines(compared: xr.Dataset | None, names: Sequence[str]) -> Iterator[
         values = (float(errors[name if name in RATIOS else f"{name}_{shown}"]) for name in names)
         rows.append([f"{axis} [{shown}]", *(f"{x:.2f}" if np.isfinite(x) else "one run" for x in values)])
     heads = ["head", *(HEADS[name] or f"rmse of {counted(compared.sizes['run'], 'run')}" for name in names)]
-    yield table(heads, rows, left=range(len(heads)))
+    yield Table(heads, rows, left=range(len(heads)))
 
 
 def _tree(cases: Sequence[_Case]) -> Any:

@@ -15,7 +15,7 @@ from hypertuna.ranges import POSITIVE
 def export_command(
     policy: Annotated[str, typer.Argument(help="File of the trained policy, .npz.", metavar="POLICY")],
     robot: opt.RobotOptions,
-    output: Annotated[str, opt.file("-o", "--output", help="C++ header to write.", suffixes=(".hpp",))],
+    output: Annotated[str, opt.file("--output", "the C++ header", ".hpp")],
     step: Annotated[
         float | None, opt.number("--step", "seconds", "Step of the training, where POLICY lacks it.", limits=POSITIVE)
     ] = None,

@@ -11,7 +11,7 @@ import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
-from hypertuna.cli.console import print_json, print_lines, table
+from hypertuna.cli.console import print_json, print_lines
 from hypertuna.cli.emit import emit, refused
 from hypertuna.cli.streams import note
 from hypertuna.description.drag import NOSES
@@ -20,6 +20,7 @@ from hypertuna.description.plausibility import implausible
 from hypertuna.description.reference import Key, json_schema
 from hypertuna.description.robot import Entry, Robot, load
 from hypertuna.description.twin import twin_note, why_no_twin
+from hypertuna.display import Table
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.io.quantity import counted
 
@@ -82,17 +83,15 @@ def new(
     joints: Annotated[str | None, opt.text("--joints", JOINTS, "NAMES")] = None,
     actuation: Annotated[str, opt.word("--actuation", ACTUATIONS, "What drives the joints.")] = "none",
     sea: Annotated[
-        bool, typer.Option("--sea", help="Add fins, sections, pilot and wiring: for dive, mission and firmware.")
+        bool, opt.flag("--sea", "Add fins, sections, pilot and wiring: for dive, mission and firmware.")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that exists.")] = False,
+    force: opt.Force = False,
 ) -> None:
     """Write a robot file to start from: a slender fish whose every value is an estimate, and that swims at once."""
     from hypertuna.actuation.new import first_robot
     from hypertuna.io.files import write_atomically
 
-    path = Path(parsing.output_file(file, (".toml",), "FILE"))
-    if path.exists() and not force:
-        raise InputError("exists already", file=file, fix="give another name, or replace it with --force")
+    path = Path(parsing.new_file(file, ".toml", "FILE", force))
     names = [] if joints is None else [name.strip() for name in joints.split(",")]
     text = first_robot(path.stem, joints=names, actuation=actuation, sea=sea, **size.sizes)
     write_atomically(path, text.encode())
@@ -181,7 +180,7 @@ def show(robot: RobotFile, as_json: opt.AsJson = False, plot: opt.Plot = None) -
 @robot_app.command()
 def image(
     robot: RobotFile,
-    output: Annotated[str, opt.file("-o", "--output", help="File to write.", suffixes=(".robot",))],
+    output: Annotated[str, opt.file("--output", "the image", ".robot")],
 ) -> None:
     """Write a robot for programs without Python: what `hosts/hypertuna.h` swims and simulates."""
     from hypertuna.identification.image import sampled_image
@@ -240,8 +239,8 @@ def _lines(robot: Robot) -> Iterator[Any]:
     sources: dict[str, int] = {}
     yield robot.description, "bold"
     yield f"{robot.file}, sha256 {robot.hash[:12]}; ~ marks an estimate, = a default"
-    yield table(["key", "value", "unit", "source"], _rows(robot.entries(), sources), left=range(4))
-    yield table(["", "sources"], ((f"{number}", source) for source, number in sources.items()), left=(0, 1))
+    yield Table(["key", "value", "unit", "source"], [*_rows(robot.entries(), sources)], left=range(4))
+    yield Table(["", "sources"], [(f"{number}", source) for source, number in sources.items()], left=(0, 1))
 
 
 def _rows(entries: tuple[Entry, ...], sources: dict[str, int]) -> Iterator[list[Any]]:

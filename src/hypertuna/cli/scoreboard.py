@@ -28,10 +28,7 @@ def scoreboard_command(
         ),
     ] = None,
     plot: opt.Plot = None,
-    output: Annotated[
-        str | None,
-        opt.file("-o", "--output", help="Write the numbers to this .csv file.", suffixes=(".csv",)),
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the numbers", ".csv")] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Predict published swimmers as `hypertuna robot new` describes them, and compare with what they did.

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.parsing import Bound
@@ -88,9 +87,7 @@ class GaitLimits:
     ] = None
     amplitude_by_bandwidth: Annotated[
         bool,
-        typer.Option(
-            "--amplitude-by-bandwidth", help="Limit amplitudes to those that the joints' bandwidth lets them reach."
-        ),
+        opt.flag("--amplitude-by-bandwidth", "Limit amplitudes to those that the joints' bandwidth lets them reach."),
     ] = False
 
     def make(self, robot: Robot, **limits: Any) -> tuple[Limit, ...]:

@@ -79,10 +79,7 @@ def write_shards(
 
 def merge_command(
     folder: Annotated[str, typer.Argument(metavar="DIR", help="Folder of shards.")],
-    output: Annotated[
-        str | None,
-        opt.file("-o", "--output", help="Write the data to this .nc or .csv file.", suffixes=(".nc", ".csv")),
-    ] = None,
+    output: Annotated[str | None, opt.file("--output", "the data", ".nc", ".csv")] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Check that all shards are there, whole, and of the same work, and merge them into one file.

@@ -67,13 +67,8 @@ def studio_command(
     areas: opt.Areas = None,
     water: opt.WaterLaw = None,
     port: Annotated[int | None, opt.whole_number("--port", "Port of the address. (default: a free one)")] = None,
-    no_open: Annotated[bool, typer.Option("--no-open", help="Print the address; open no browser.")] = False,
-    output: Annotated[
-        str | None,
-        opt.file(
-            *("-o", "--output"), help="Write the page to this .html file instead of serving it.", suffixes=(".html",)
-        ),
-    ] = None,
+    no_open: Annotated[bool, opt.flag("--no-open", "Print the address; open no browser.")] = False,
+    output: Annotated[str | None, opt.file("--output", "the page, instead of serving it,", ".html")] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Turn the knobs of a swimming robot in the browser: a page of this machine alone, until Ctrl-C.

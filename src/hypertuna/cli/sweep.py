@@ -12,13 +12,14 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import progress_bar, table
+from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GaitOptions, column_rows
 from hypertuna.cli.shards import check_text, connected, write_shards
 from hypertuna.cli.streams import note
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
+from hypertuna.display import Table
 from hypertuna.errors import InputError
 from hypertuna.io.files import coordinate_names, variable_columns
 from hypertuna.parallel.executors import thread_count
@@ -53,7 +54,7 @@ def sweep_command(
     gaits: GaitOptions,
     steps: opt.Steps = DEFAULT_STEPS,
     check_rest: Annotated[
-        bool, typer.Option("--check-rest", help="Check whether a start from rest leads to each settled beat.")
+        bool, opt.flag("--check-rest", "Check whether a start from rest leads to each settled beat.")
     ] = False,
     threads: opt.Threads = None,
     checkpoint: opt.Checkpoint = None,
@@ -152,12 +153,12 @@ def _lines(result: xr.Dataset) -> Iterator[Any]:
     first = 0 if any(remarks.values()) else 1
     tight = len(names) + 1 - first > FEW
     heads = [_head(name, tight) for name in names]
-    rows = (
+    rows = [
         (remark, *(f"{columns[name][k]:.3g}" for name in names), columns["status"][k]) for k, remark in remarks.items()
-    )
+    ]
     yield f"{len(settled)} gaits of {result.attrs['robot']}, {settled.sum()} settled", "bold"
-    heads, shown = ["", *heads, "\nstatus"][first:], (row[first:] for row in rows)
-    yield table(heads, shown, left=(0, len(heads) - 1) if not first else (len(heads) - 1,), collapse_padding=tight)
+    heads, shown = ["", *heads, "\nstatus"][first:], [row[first:] for row in rows]
+    yield Table(heads, shown, left=(0, len(heads) - 1) if not first else (len(heads) - 1,), tight=tight)
 
 
 def _head(name: str, tight: bool) -> str:

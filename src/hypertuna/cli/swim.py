@@ -27,15 +27,8 @@ def swim_command(
     current: Annotated[
         Sequence[float], opt.numbers("--current", "m/s", "Velocity of the water, X,Y in m/s.", count=2)
     ] = (0.0, 0.0),
-    plot: Annotated[
-        str | None,
-        opt.file(
-            "--plot", help="Write the plot to this .svg, .png, .pdf or .gif file.", suffixes=(*opt.FIGURES, ".gif")
-        ),
-    ] = None,
-    output: Annotated[
-        str | None, opt.file("-o", "--output", help="Write the motion to this .nc file.", suffixes=(".nc",))
-    ] = None,
+    plot: Annotated[str | None, opt.file("--plot", "the plot", *opt.FIGURES, ".gif")] = None,
+    output: Annotated[str | None, opt.file("--output", "the motion", ".nc")] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Swim one gait: its settled beat, or from rest.

@@ -9,10 +9,11 @@ import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.command import App, Group
-from hypertuna.cli.console import print_written, progress_bar, table
+from hypertuna.cli.console import print_written, progress_bar
 from hypertuna.cli.emit import emit, refused, save
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
+from hypertuna.display import Table
 from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
 from hypertuna.io.quantity import counted
@@ -64,9 +65,7 @@ import_app = App(
     help="Make manifests of other files: tracked markers, or folders of published runs.",
 )
 trials_app.add_typer(import_app, name="import")
-MANIFEST = Annotated[
-    str, opt.file("-o", "--output", help="Write the manifest to this .toml file.", suffixes=(".toml",))
-]
+MANIFEST = Annotated[str, opt.file("--output", "the manifest", ".toml")]
 
 
 @import_app.command("folder")
@@ -170,10 +169,10 @@ def _marker_lines(runs: Sequence[MarkerRun], records: Sequence[dict[str, Any]]) 
         counts = (record[key] for key in ("frames", "frames_used", "missing", "rejected"))
         sizes = (record["noise_mm"], float(max(record["head_sd_mm"])), record["yaw_sd_deg"])
         rows.append([record["name"], *(f"{count}" for count in counts), *(f"{size:.3g}" for size in sizes)])
-    yield table(heads, rows)
+    yield Table(heads, rows)
     groups = [f"joint {group}" for group in runs[0].chain.groups]
     angles = [[record["name"], *(f"{sd:.2g}" for sd in record["angle_sd_deg"])] for record in records]
-    yield table(["sd of angles [deg]", *groups], angles)
+    yield Table(["sd of angles [deg]", *groups], angles)
     for record in records:
         for warning in record["warnings"]:
             yield warning, "yellow"

@@ -3,8 +3,6 @@
 import math
 from typing import Annotated, Any
 
-import typer
-
 from hypertuna.actuation.hydraulics import with_bore
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import attended
@@ -39,7 +37,7 @@ def twin_command(
             "FAULT",
         ),
     ] = None,
-    open_loop: Annotated[bool, typer.Option("--open-loop", help="Switch the posture control off.")] = False,
+    open_loop: Annotated[bool, opt.flag("--open-loop", "Switch the posture control off.")] = False,
     medium: opt.Medium = "water",
     temperature: opt.Temperature = None,
     line_bore: opt.Bore = None,
@@ -47,10 +45,7 @@ def twin_command(
     start: Annotated[
         str, opt.word("--start", ("rest", "swimming"), "Start at rest, or swimming at the gait's settled speed.")
     ] = "rest",
-    losses: Annotated[
-        str | None,
-        opt.file("--losses", help="Write a picture of where the power goes to this file.", suffixes=opt.FIGURES),
-    ] = None,
+    losses: Annotated[str | None, opt.file("--losses", "a picture of where the power goes", *opt.FIGURES)] = None,
     files: opt.Files = opt.NO_FILES,
 ) -> None:
     """Simulate the whole robot: controller, servos, pumps, oil, muscles, tail, water, sensors.

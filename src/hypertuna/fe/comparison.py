@@ -12,6 +12,7 @@ import numpy as np
 
 from hypertuna.actuation.bending import Bend, bend
 from hypertuna.arrays import Array
+from hypertuna.display import Displayed
 from hypertuna.errors import InputError
 from hypertuna.fe.bend import FeBend
 from hypertuna.fe.geometry import joint_body
@@ -27,7 +28,7 @@ class Reason:
 
 
 @dataclass(frozen=True)
-class FeComparison:
+class FeComparison(Displayed):
     """Both models of a joint at the same pressures."""
 
     fe: FeBend

@@ -24,6 +24,7 @@ from hypertuna.actuation.soft_joint import joint_group, joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
+from hypertuna.display import Displayed
 from hypertuna.errors import InputError, shown
 from hypertuna.fe.bend import ngsolve_version
 from hypertuna.fe.measure import measure
@@ -70,7 +71,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class JointMap:
+class JointMap(Displayed):
     """A joint by finite elements and by the fast model, under the same pressures and moments."""
 
     robot: Robot

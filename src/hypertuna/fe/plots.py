@@ -6,11 +6,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from hypertuna.actuation.bending import bend as fast_bend
 from hypertuna.display import plots
-from hypertuna.fe.bend import FeBend
+from hypertuna.fe.bend import FeBend, described_bend
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 
 KILO, MILLILITER = 1e3, 1e-6
+SMOOTH = 50  # pressures of the fast model's curve
 NARROW = 6.0  # inch, below which the legend has one column
 ELEMENTS: dict[str, Any] = POINTS | {"color": COLORS[1], "label": "finite elements", "marker": "o", "zorder": 3}
 ANALYTIC: dict[str, Any] = {"color": FAINT, "lw": 1.2, "ls": (0, (5, 2))}
@@ -19,9 +21,13 @@ ANALYTIC["label"] = "fast model (no friction)"
 
 @plots.of(FeBend)
 def plot_result(bend: FeBend, *, width: float = WIDTH) -> Figure:
-    """Plot the bend of a joint by finite elements: `width` [inch]."""
-    title = f"Joint {bend.joint} of {bend.robot.name}, {bend.side} side"
-    return plot_fe_bend(bend.pressure, bend.angle, bend.oil, title=title, width=width)
+    """Plot a bend beside that of the fast model, both without friction: `width` [inch]."""
+    path = np.linspace(0, max(float(bend.pressure[-1]), 1.0), SMOOTH)
+    other = fast_bend(bend.robot, bend.joint, path, side=bend.side, material=bend.material, friction=False)
+    title = f"{bend.robot.name}, joint {bend.joint}, {bend.side} side, material set {bend.material}"
+    analytic = (other.pressure, other.angle, other.volume)
+    described = described_bend(bend.robot, bend.joint)
+    return plot_fe_bend(bend.pressure, bend.angle, bend.oil, analytic, described, title, width=width)
 
 
 @styled

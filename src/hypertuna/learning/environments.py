@@ -39,19 +39,26 @@ class EnvState:
     moments: tuple[dict[str, Any], dict[str, Any]]  # of environment and swimmers
 
 
-def _save(env: SwimmerEnv | SwimmerVectorEnv) -> EnvState:
-    own = {name: value for name, value in vars(env).items() if name in CHANGING}
-    own["_np_random"] = env.np_random  # made at its first use
-    return EnvState(env.swimmers.kind, copy.deepcopy((own, env.swimmers.moment)))
+class _Saved:
+    """What environments of one swimmer and of many share: their state can be saved."""
 
+    swimmers: Swimmers
+    np_random: np.random.Generator
 
-def _restore(env: SwimmerEnv | SwimmerVectorEnv, state: EnvState) -> None:
-    if not isinstance(state, EnvState) or state.kind != env.swimmers.kind:
-        rule, fix = "must be of an environment of the same task, robots, number and step", "save it in this environment"
-        raise InputError(rule, key="state", fix=fix)
-    own, swimmers = copy.deepcopy(state.moments)  # which may be restored again
-    env.__dict__.update(own)
-    env.swimmers.__dict__.update(swimmers)
+    def save_state(self) -> EnvState:
+        """Save the state, with the random generators: a restored environment has the same future, to the last bit."""
+        own = {name: value for name, value in vars(self).items() if name in CHANGING}
+        own["_np_random"] = self.np_random  # made at its first use
+        return EnvState(self.swimmers.kind, copy.deepcopy((own, self.swimmers.moment)))
+
+    def restore_state(self, state: EnvState) -> None:
+        """Go on from a state of this environment, of a copy (`copy.deepcopy`), or of one with the same arguments."""
+        if not isinstance(state, EnvState) or state.kind != self.swimmers.kind:
+            rule, fix = "must be of an environment of the same task, robots, number and step", "save it in this one"
+            raise InputError(rule, key="state", fix=fix)
+        own, swimmers = copy.deepcopy(state.moments)  # which may be restored again
+        vars(self).update(own)
+        vars(self.swimmers).update(swimmers)
 
 
 class Spaces:
@@ -62,7 +69,7 @@ class Spaces:
         self.observation = spaces.Box(-LIMIT, LIMIT, (swimmers.size,), np.float32)
 
 
-class SwimmerEnv(gymnasium.Env[Batch, Batch]):
+class SwimmerEnv(_Saved, gymnasium.Env[Batch, Batch]):
     """One swimmer.
 
     Parameters
@@ -103,16 +110,8 @@ class SwimmerEnv(gymnasium.Env[Batch, Batch]):
         observation = _single(self.swimmers.observe())[0]
         return observation, float(reward[0]), bool(done[0]), bool(cut[0]), {"is_success": bool(success[0])}
 
-    def save_state(self) -> EnvState:
-        """Save the state, with the random generators: a restored environment has the same future, to the last bit."""
-        return _save(self)
 
-    def restore_state(self, state: EnvState) -> None:
-        """Go on from a state of this environment, of a copy (`copy.deepcopy`), or of one with the same arguments."""
-        _restore(self, state)
-
-
-class SwimmerVectorEnv(VectorEnv[Batch, Batch, Batch]):
+class SwimmerVectorEnv(_Saved, VectorEnv[Batch, Batch, Batch]):
     """Many swimmers that step in one call, side by side in the lanes of a processor and over threads.
 
     Parameters
@@ -212,14 +211,6 @@ class SwimmerVectorEnv(VectorEnv[Batch, Batch, Batch]):
             rule, fix = f"must be {self.num_envs} truths, one at least true", "give terminated | truncated of a step"
             raise InputError(rule, key="reset_mask", value=shown(mask), fix=fix)
         return np.flatnonzero(mask).tolist()
-
-    def save_state(self) -> EnvState:
-        """Save the state, with the random generators: a restored environment has the same future, to the last bit."""
-        return _save(self)
-
-    def restore_state(self, state: EnvState) -> None:
-        """Go on from a state of this environment, of a copy (`copy.deepcopy`), or of one with the same arguments."""
-        _restore(self, state)
 
 
 def register() -> None:

@@ -1,7 +1,5 @@
-"""GPX 1.1 (topografix.com/GPX/1/1): the track of a mission for maps, and tracks of such files back."""
+"""GPX 1.1 (topografix.com/GPX/1/1): the track of a mission for maps."""
 
-import math
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import NoReturn
@@ -12,26 +10,12 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
-from hypertuna.io.files import read_bytes, version, write_atomically
-from hypertuna.io.tables import parse_float
+from hypertuna.io.files import version, write_atomically
 from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.record import MissionRecord
 
 SPACE = "http://www.topografix.com/GPX/1/1"
 BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)  # a simulated mission has no date: its times count from here
-SPACES = {"": SPACE}
-MAX_BYTES = 200_000_000
-
-
-@dataclass(frozen=True)
-class GpxTrack:
-    """A track of a GPX file."""
-
-    name: str  # empty if it has none
-    latitude: Array  # (points,) [rad]
-    longitude: Array
-    elevation: Array  # (points,), above the surface [m]; NaN where missing
-    time: Array  # (points,), since 1970 [s]; NaN where missing
 
 
 def write_gpx(record: MissionRecord, path: str | Path) -> Path:
@@ -63,20 +47,6 @@ def check_origin(origin: tuple[float, float] | None, file: str | None = None) ->
     if origin is None:
         fix = "add the table [origin] with latitude_deg and longitude_deg to the mission"
         raise InputError("is needed for a track on the Earth", file=file, key="origin", fix=fix)
-
-
-def read_gpx(path: str | Path) -> list[GpxTrack]:
-    """Read the tracks of a GPX file; segments of a track are joined."""
-    file = str(path)
-    content = read_bytes(path, "give the path of a .gpx file", limit=MAX_BYTES)
-    try:
-        root = parse_xml(content)
-    except InputError as error:
-        raise InputError(error.rule, file=file, value=error.value, fix=error.fix) from None
-    if root.tag != f"{{{SPACE}}}gpx":
-        value, fix = shown(root.tag), "give a GPX 1.1 file"
-        raise InputError("must begin with the element gpx of GPX 1.1", file=file, value=value, fix=fix)
-    return [_read_track(node, f"trk[{k}]", file) for k, node in enumerate(root.iterfind("trk", SPACES))]
 
 
 def parse_xml(content: bytes) -> Element:
@@ -122,38 +92,3 @@ def _track(root: Element, name: str, record: MissionRecord, position: Array) -> 
 def _clean(text: str) -> str:
     """Remove characters that XML 1.0 excludes."""
     return "".join(c for c in text if c in "\t\n\r" or "\x20" <= c <= "\ud7ff" or "\ue000" <= c <= "\ufffd")
-
-
-def _read_track(track: Element, key: str, file: str) -> GpxTrack:
-    """Read the points of all segments of a track."""
-    rows = []
-    for k, node in enumerate(track.iterfind("trkseg/trkpt", SPACES)):
-        place = f"{key}.trkpt[{k}]"
-        latitude = _number(node.get("lat"), f"{place}.lat", 90.0, file)
-        longitude = _number(node.get("lon"), f"{place}.lon", 180.0, file)
-        height, moment = node.findtext("ele", None, SPACES), node.findtext("time", None, SPACES)
-        elevation = math.nan if height is None else _number(height, f"{place}.ele", math.inf, file)
-        time = math.nan if moment is None else _time(moment, f"{place}.time", file)
-        rows.append((math.radians(latitude), math.radians(longitude), elevation, time))
-    columns = np.array(rows, dtype=np.float64).reshape(-1, 4).T
-    return GpxTrack(track.findtext("name", "", SPACES), *columns)
-
-
-def _number(text: str | None, key: str, limit: float, file: str) -> float:
-    """Read a number of limited size."""
-    value = math.nan if text is None else parse_float(text)
-    if not abs(value) <= limit or math.isinf(value):
-        rule = "must be a number" if math.isinf(limit) else f"must be a number from -{limit:g} to {limit:g}"
-        given = "missing" if text is None else shown(text)
-        raise InputError(rule, file=file, key=key, value=given, fix="correct that point")
-    return value
-
-
-def _time(text: str, key: str, file: str) -> float:
-    """Read a time; one without a zone is UTC."""
-    try:
-        stamp = datetime.fromisoformat(text.strip())
-        return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()
-    except (ValueError, OverflowError):
-        fix = "write it as 2026-01-31T12:00:00Z"
-        raise InputError("must be a time", file=file, key=key, value=shown(text), fix=fix) from None

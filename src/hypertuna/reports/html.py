@@ -13,6 +13,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from hypertuna import display
 from hypertuna.io.files import version, write_atomically
 
 if TYPE_CHECKING:
@@ -67,6 +68,11 @@ class Table:
     def numeric(self) -> tuple[bool, ...]:
         """Whether each column is aligned to the right: all cells are empty or begin with a number, not the first."""
         return tuple(k > 0 and all(_numeric(row[k]) for row in self.rows) for k in range(len(self.columns)))
+
+
+def table_of(table: display.Table, shows: str = "", made: str = "") -> Table:
+    """Return a table of a card as one of a page, with its two sentences."""
+    return Table(*table.plain, shows, made)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from hypertuna.io.quantity import ZERO_CELSIUS, listed, quantity
 from hypertuna.pictures import bars_svg, captioned, curve_svg, track_svg
 from hypertuna.simulation.dive import Dive
 from hypertuna.simulation.losses import PLACES, Losses
-from hypertuna.simulation.posture import CLOSE, PostureTest
+from hypertuna.simulation.posture import CLOSE, Held, PostureTest
 from hypertuna.simulation.recorded import CONDITIONS
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea_run import SeaRun
@@ -168,24 +168,43 @@ def _track_svg(run: SeaRun) -> str:
     return track_svg(east, north, run.duration, "mean of the beat: north [m] over east [m]")
 
 
+def posture_rows(test: PostureTest) -> list[dict[str, Any]]:
+    """Return how each joint group did at each frequency, as a whole and beat by beat."""
+    rows = []
+    for one, far, easier in test.cases:
+        row: dict[str, Any] = {
+            "frequency_hz": one.frequency,
+            "joint": one.name,
+            "angle_set_deg": np.degrees(one.angle_set),
+            "settling_s": one.settling,
+            "settling_measured_s": one.settling_measured,
+            "error_deg": np.degrees(one.error[-1]),
+            "error_measured_deg": np.degrees(one.error_measured[-1]),
+            "limits": list(one.limits),
+        }
+        if far is not None:
+            row |= {"amplitude_max_deg": np.degrees(far.amplitude_max), "stopped_by": list(far.limits)}
+        if easier is not None:
+            row |= {"reachable_angle_deg": np.degrees(easier.angle_set), "reachable_settling_s": easier.settling}
+        left, right = np.degrees(one.peaks).T
+        row |= {"beat_end_s": one.time, "peak_left_deg": left, "peak_right_deg": right}
+        row["beat_error_deg"] = np.degrees(one.error)
+        row["beat_error_measured_deg"] = np.degrees(one.error_measured)
+        rows.append(row)
+    return rows
+
+
 @tables.of(PostureTest)
 def posture_columns(test: PostureTest) -> dict[str, list[Any]]:
-    """Return how each joint group reached its set angle at each frequency, as columns."""
-    reach = {(one.joint, one.frequency): one for one in test.reach}
-    far = [reach.get((one.joint, one.frequency)) for one in test.held]
-    return {
-        "frequency_hz": [one.frequency for one in test.held],
-        "joint": [one.name for one in test.held],
-        "angle_set_deg": [float(np.degrees(one.angle_set)) for one in test.held],
-        "settling_s": [np.nan if one.settling is None else one.settling for one in test.held],
-        "amplitude_max_deg": [np.nan if one is None else float(np.degrees(one.amplitude_max)) for one in far],
-    }
+    """Return the whole of each joint group at each frequency, as columns."""
+    rows = posture_rows(test)
+    names = [name for name, value in rows[0].items() if not isinstance(value, list | np.ndarray)]
+    return {name: [np.nan if row[name] is None else row[name] for row in rows] for name in names}
 
 
-def _first(limits: Sequence[str]) -> str:
-    """Name the most frequent limit, and the number of the others."""
-    more = f" +{len(limits) - 1}" if len(limits) > 1 else ""
-    return f"{limits[0].replace('_', ' ')}{more}" if limits else "–"
+def spelled_limits(names: Sequence[str]) -> str:
+    """Return the names of limits as words; a dash for none."""
+    return ", ".join(name.replace("_", " ") for name in names) or "–"
 
 
 def limit_sentences(result: PostureTest) -> list[str]:
@@ -196,21 +215,30 @@ def limit_sentences(result: PostureTest) -> list[str]:
     return [f"{name.replace('_', ' ').capitalize()}: {meanings[name]}." for name in acted]
 
 
+def posture_table(test: PostureTest) -> Table:
+    """Lay out a row for each frequency and joint."""
+    heads = ["f\n[Hz]", "\njoint", "set\n[deg]", "settles\n[s]", "error\n[deg]", "\nlimited by"]
+    heads += ["holds up to\n[deg]", "\nthen limited by"] if test.reach else []
+    heads += ["within reach\nsettles"] if test.eased else []
+    rows = []
+    for one, far, easier in test.cases:
+        cells = [f"{one.frequency:g}", one.name, f"{np.degrees(one.angle_set):.4g}", _settles(one)]
+        cells += [f"{np.degrees(one.error[-1]):.2f}", spelled_limits(one.limits)]
+        cells += [f"{np.degrees(far.amplitude_max):.1f}", spelled_limits(far.limits)] if far else []
+        within = f"{_settles(easier)} s at {np.degrees(easier.angle_set):.1f} deg" if easier else ""
+        rows.append([*cells, *([within] if test.eased else [])])
+    return Table(heads, rows, left=(1, 5, 7, 8))
+
+
+def _settles(one: Held) -> str:
+    """Write a settling time [s], or the end of the run that was too short."""
+    return f"> {one.time[-1]:.1f}" if one.settling is None else f"{one.settling:.2f}"
+
+
 @cards.of(PostureTest)
 def posture_card(test: PostureTest) -> Card:
     """Show a test, a row for each frequency and joint."""
-    heads = ["f\n[Hz]", "\njoint", "set\n[deg]", "settles\n[s]", "error\n[deg]", "\nlimited by"]
-    heads += ["holds up to\n[deg]", "\nthen limited by"] if test.reach else []
-    reach = {(one.joint, one.frequency): one for one in test.reach}
-    rows = []
-    for one in test.held:
-        settles = "never" if one.settling is None else f"{one.settling:.2f}"
-        cells = [f"{one.frequency:g}", one.name, f"{np.degrees(one.angle_set):g}", settles]
-        cells += [f"{np.degrees(one.error[-1]):.2f}", _first(one.limits)]
-        if far := reach.get((one.joint, one.frequency)):
-            cells += [f"{np.degrees(far.amplitude_max):.1f}", _first(far.limits)]
-        rows.append(cells)
-    parts: list[Part] = [Table(heads, rows, left=(1, 5, 7)), *((text, "dim") for text in limit_sentences(test))]
+    parts: list[Part] = [posture_table(test), *((text, "dim") for text in limit_sentences(test))]
     late = ", ".join(f"{one.name} at {one.frequency:g} Hz" for one in test.held if one.settling is None)
     within = f"within {math.degrees(CLOSE):g} deg"
     slowest = max((one.settling for one in test.held if one.settling is not None), default=0.0)

@@ -60,11 +60,6 @@ def checked_places(text: str) -> dict[str, int]:
     return {key: at for number, (key, at) in enumerate(places.items()) if found.get(key) == number}
 
 
-def number_at(text: str, at: int) -> Any:
-    """Return the number that stands at a place of a text."""
-    return tomllib.loads(f"x = {cast(re.Match[str], TOKEN.match(text, at))[0]}")["x"]
-
-
 def _numbers(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the numbers of a document by key."""
     if isinstance(value, dict):

@@ -102,6 +102,14 @@ class PostureTest(Plotted, Tabular):
     seed: int
     temperature: float  # of the oil [K]
 
+    @property
+    def cases(self) -> list[tuple[Held, Reach | None, Held | None]]:
+        """What is held, each with the largest amplitude and with what is held within reach, if they are known."""
+        reach = {(one.joint, one.frequency): one for one in self.reach}
+        eased = {(one.joint, one.frequency): one for one in self.eased}
+        keys = [(one.joint, one.frequency) for one in self.held]
+        return [(one, reach.get(key), eased.get(key)) for one, key in zip(self.held, keys, strict=True)]
+
     def dataset(self) -> xr.Dataset:
         """Label the result."""
         frequencies = list(dict.fromkeys(one.frequency for one in self.held))

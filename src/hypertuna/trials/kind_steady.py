@@ -19,7 +19,6 @@ from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun
 
 USABLE = (0, 2)  # settled, and periodic but unstable: both have derivatives
 UNSTABLE = 2
-NO_BEAT = 3
 
 
 @dataclass(frozen=True)

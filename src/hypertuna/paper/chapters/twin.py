@@ -20,8 +20,8 @@ from hypertuna.paper.computed import (
     run_published,
 )
 from hypertuna.paper.ledger import FAMILY, UNPUBLISHED, Finding, published, published_value
-from hypertuna.reports.html import WIDTH, Section, Table
-from hypertuna.reports.results import posture_table, spelled_limits
+from hypertuna.reports.html import WIDTH, Section, Table, table_of
+from hypertuna.simulation.cards import posture_table, spelled_limits
 from hypertuna.simulation.posture import CLOSE
 
 SIZING = "pump sizing"
@@ -146,7 +146,7 @@ def _posture_sections(twins: Twins) -> list[Section]:
     test = twins.posture
     return compose(
         "posture",
-        {"fig8": plot_posture(test, width=WIDTH), "posture": posture_table(test)},
+        {"fig8": plot_posture(test, width=WIDTH), "posture": table_of(posture_table(test))},
         joint=test.held[0].name,
         degrees=np.degrees(test.held[0].angle_set),
         close=np.degrees(CLOSE),
