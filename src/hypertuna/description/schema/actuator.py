@@ -14,6 +14,7 @@ from hypertuna.description.schema.base import (
     Part,
     Positive,
     PositiveDegrees,
+    Spread,
     Text,
     entry,
     number,
@@ -100,6 +101,7 @@ class Actuator(Part, table="joints.actuator", how="calipers on the mold, or CAD"
         default=1.0,
         how="bench: bend over pressure (`joint fit`)",
         usual=(0.2, 20.0),
+        spread=Spread(10, "stiffness of the silicone", 0.7, 1.4),
     )
     spacing: Positive | None = entry(
         "distance of neighboring drive units of a side, across the plane of bending; for finite elements (default: "

@@ -18,6 +18,7 @@ from hypertuna.description.schema.base import (
     Radio,
     Real,
     Scale,
+    Spread,
     Text,
     entry,
     number,
@@ -72,6 +73,7 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
         how="pressure of the largest bend",
         usual=(2e3, 1e7),
         radio=Radio(3, 0.5, 1.0),
+        spread=Spread(9, "working limit", 5 / 11, 15 / 11, along=("pressure_soft_pa", "pressure_hard_pa")),
     )
     pressure_soft: Positive | None = entry(
         "pressure to which the supervisor limits commands within a tick: water hammer included",
