@@ -57,7 +57,8 @@ def test_values_are_multiples_or_sums_and_a_default_may_be_off_too(tuna: ht.Robo
     assert factors == pytest.approx([(0.7 * 1.4) ** 0.5] * len(tuna.joints))
     for robot in (low, high):
         limits = robot.controller
-        assert limits and limits.pressure_hard == pytest.approx(1.5 * (limits.pressure_work or 0.0))
+        assert limits
+        assert limits.pressure_hard == pytest.approx(1.5 * (limits.pressure_work or 0.0))
 
 
 def test_robots_with_servos_on_axles_differ_within_the_spreads() -> None:
