@@ -200,7 +200,7 @@ class Robot(Part, Plotted, Tabular):
         given = {written(place) for place, _ in values(self.document())}
         entries = []
         for place, value in values(content):
-            key, (_, field) = written(place), field_at(Robot, place)
+            key, (_, field) = written(place), field_at(type(self), place)
             default, source = key not in given, self.source(key)
             if default and re.sub(r"\[\d+\]", "", key) not in self.sources:
                 rule = re.search(r"\((default: .*)\)$", (field and field.description) or "")

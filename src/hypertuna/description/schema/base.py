@@ -87,12 +87,17 @@ Named = AfterValidator(_names)  # of a table of named entries
 
 
 class Scale(NamedTuple):
-    """Estimate of a key from HyperTuna's: in words, and powers of another robot's length, mass and speed over its."""
+    """Estimate of a key from HyperTuna's: in words, and powers of what another robot has over HyperTuna's."""
 
     words: str
-    length: int = 0
-    mass: int = 0
-    speed: int = 0
+    powers: Mapping[str, int]
+    digits: int = 2
+
+    def of(self, value: float, **ratios: float) -> float:
+        """Return a robot's value from HyperTuna's."""
+        return float(
+            f"{math.prod(ratios[name] ** power for name, power in self.powers.items()) * value:.{self.digits}g}"
+        )
 
 
 class Radio(NamedTuple):
@@ -197,6 +202,12 @@ class Part(BaseModel):
         cls.declared = {**cls.declared, **{name: key._replace(how=key.how or how) for name, key in own.items()}}
         for name, key in own.items():
             setattr(cls, name, key.field(name))
+
+    @classmethod
+    def scales(cls, *ratios: str) -> dict[str, Scale]:
+        """Return how the keys of the file scale whose values follow HyperTuna's by these ratios alone."""
+        scales = {cls.model_fields[name].alias or name: key.scale for name, key in cls.declared.items()}
+        return {key: scale for key, scale in scales.items() if scale and scale.powers.keys() <= {*ratios}}
 
     def _checks(self) -> Iterable[Check]:
         """List the checks of the table; of each key, the first that fails is an error."""
