@@ -35,7 +35,7 @@ def varied(robot: Robot, parts: Mapping[str, float]) -> Robot:
         one, spread = declared(Robot)[key], known[key]
         tables, last = _tables(document, key, one)
         for table in tables:
-            value = table.get(last, one.options.get("default"))
+            value = table[last] if last in table else one.options["default"]
             new = spread.at(value, part)
             table |= {other: table[other] * new / value for other in spread.along} | {last: new}
     return parse(document, file=robot.file)
