@@ -2,6 +2,7 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
+#include "app/vehicle/parameters.hpp"
 #include "controller.hpp"
 
 namespace hypertuna {
@@ -67,7 +68,7 @@ void bind_pilot(nb::module_& m) {
         },
         "Reasons of the pilot in the order of their bits: name and sentence.");
     m.def(
-        "pilot_fields",
+        "onboard_fields",
         [](int joints, int gaits) {
             Pilot<float> pilot{};
             pilot.controller.joints = pilot.guidance.steering.joints = joints;
@@ -76,11 +77,15 @@ void bind_pilot(nb::module_& m) {
             const auto list = [&](const char* part, auto& model) {
                 visit_fields(model, [&](const char* name, int k, auto&) { fields.emplace_back(part, name, k); });
             };
-            list("controller", pilot.controller), list("pilot", pilot);
+            Mission<float> mission{};
+            firmware::Limits limits{};
+            list("controller", pilot.controller), list("pilot", pilot), list("mission", mission),
+                list("limits", limits);
             return fields;
         },
         nb::arg("joints"), nb::arg("gaits"),
-        "Every number of controller and pilot in the order that the firmware takes them in: part, column, index.");
+        "Every number of controller, pilot, mission and limits in the order that core and firmware take them in: part, "
+        "column, index.");
     nb::class_<LivePilot>(m, "Pilot", "The pilot on board with its mission and state, in double precision.")
         .def(
             "__init__",

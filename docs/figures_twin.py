@@ -12,8 +12,9 @@ from typing import Any
 from figures_common import FISH, rows, told
 from matplotlib.figure import Figure
 
+from hypertuna.description.schema.base import Spread
 from hypertuna.paper.computed import SPEEDS
-from hypertuna.simulation.estimates import FACTORS, Factor
+from hypertuna.simulation.estimates import spreads
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "validation" / "twin"
@@ -96,20 +97,23 @@ def bore_table() -> str:
     return rows(["bore", "1 Hz", "3 Hz", "6 Hz", "6 Hz, joint I asked for 16 deg too"], body, left=0)
 
 
-def ends(factor: Factor) -> str:
-    """Write the range of an estimate."""
-    low, high = factor.low, factor.high
-    words = {"times": f"x {low:g} to {high:g}", "plus": f"{low:+g} to {high:+g} K"}
-    return words.get(factor.how, f"{low / 1e3:g} to {high / 1e3:g} kPa")
+def ends(spread: Spread) -> str:
+    """Write the range of an estimate; of the limit that the spread has along with it, its pressures."""
+    low, high = spread.low, spread.high
+    if spread.along:
+        work = FISH.controller.works_at or math.nan if FISH.controller else math.nan
+        low, high = (work * end / 1e3 for end in (low, high))
+        return f"{low:g} to {high:g} kPa"
+    return f"{low:+g} to {high:+g} K" if spread.added else f"x {low:g} to {high:g}"
 
 
 def index_table(law: str) -> str:
     """Tabulate Sobol's total indices."""
     found, body = stored("influence")[law], []
-    for factor in FACTORS:
-        row = found["indices"][factor.name]
+    for spread in spreads(FISH).values():
+        row = found["indices"][spread.name]
         cells = [f"{total:.2f} ± {error:.2f}" for total, error in zip(row["total"], row["error"], strict=True)]
-        body.append([factor.name, ends(factor), *cells])
+        body.append([spread.name, ends(spread), *cells])
     spans = [f"{mean:.3g} ± {sd:.2g}" for mean, sd in zip(found["mean"], found["deviation"], strict=True)]
     body.append(
         ["mean ± standard deviation", "", *(f"{s} {u}" for s, u in zip(spans, ("deg", "deg", "m/s"), strict=True))]

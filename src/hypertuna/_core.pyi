@@ -368,9 +368,9 @@ def mode_names() -> list[str]:
 def reason_table() -> list[tuple[str, str]]:
     """Reasons of the pilot in the order of their bits: name and sentence."""
 
-def pilot_fields(joints: int, gaits: int) -> list[tuple[str, str, int]]:
+def onboard_fields(joints: int, gaits: int) -> list[tuple[str, str, int]]:
     """
-    Every number of controller and pilot in the order that the firmware takes them in: part, column, index.
+    Every number of controller, pilot, mission and limits in the order that core and firmware take them in: part, column, index.
     """
 
 class Pilot:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, reject, settings
+from hypothesis import example, given, reject, settings
 from hypothesis import strategies as st
 
 from hypertuna.actuation.new import first_robot
@@ -114,6 +114,7 @@ def test_own_sizes_are_kept_and_the_others_make_a_fish_that_floats(sizes: dict[s
         },
     ),
 )
+@example({"links": 3, "length": 1.0, "nose": "robot"}, {"fin_span": 0.6, "fin_chord": 0.01})
 def test_no_first_robot_is_unlikely(size: Any, parts: dict[str, float]) -> None:
     length = size["length"]
     own: Any = {key: part * (length**3 if key == "mass" else length) for key, part in parts.items()}

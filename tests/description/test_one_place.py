@@ -9,12 +9,17 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.control.controller import given_constants
-from hypertuna.description.schema.base import Part
+from hypertuna.description import plausibility, reference
+from hypertuna.description.reference import keys as list_keys
+from hypertuna.description.robot import Robot
+from hypertuna.description.schema.base import Part, Positive, Radio, Scale, Spread, entry
 from hypertuna.description.schema.body import Fins, Spatial
-from hypertuna.description.schema.control import Guidance
+from hypertuna.description.schema.control import Controller, Guidance
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.description.schema.hydraulics import Oil
+from hypertuna.firmware import metadata, parameters
 from hypertuna.firmware.parameters import TABLES, firmware_table
+from hypertuna.simulation import estimates, image_body
 
 TOP = Path(__file__).parents[2]
 WHERE = ("src/hypertuna", "core/include", "bindings", "hosts", "firmware/app", "robots/hypertuna.toml")
@@ -39,7 +44,11 @@ def naming(pattern: str, ending: str = "") -> list[str]:
     ("table", "name", "most"),
     [
         *((Guidance, name, 4) for name in ("fix_timeout", "response_time", "pitch_damping", "compass_timeout")),
-        *((table, name, 5) for table, name in ((Fins, "drag_zero"), (Firmware, "home_timeout"))),
+        *(
+            (table, name, 5)
+            for table, name in ((Fins, "drag_zero"), (Controller, "slew"), (Controller, "pressure_soft"))
+        ),
+        *((Firmware, name, 4) for name in ("home_timeout", "rise_depth")),
         *((table, name, 3) for table, name in ((Oil, "viscosity_40"), (Spatial, "inertia_pitch"))),
         *((Firmware, name, 3) for name in ("imu_serial", "radio_baud")),
     ],
@@ -48,6 +57,57 @@ def test_a_key_is_named_by_few_files(table: type[Part], name: str, most: int) ->
     """A pilot's key by 4: its declaration, its value, member and use in the core; without the core by 3."""
     files = naming(rf"\b({name}|{table.model_fields[name].alias})\b")
     assert len(files) in range(2, most + 1), files
+
+
+class Longer(Guidance, table="guidance"):
+    """A pilot's table with one key more, which has all that a key may declare."""
+
+    extra: Positive = entry(
+        "length of no meaning",
+        "m",
+        how="ruler",
+        usual=(1.0, 2.0),
+        radio=Radio(99),
+        scale=Scale("as long as the robot", {"length": 1}),
+        follows={"length": 2},
+        spread=Spread(99, "extra length", 0.5, 2.0),
+    )
+
+
+class Other(Robot):
+    """A robot with that table."""
+
+    guidance: Longer | None = entry("table of the pilot on board", default=None)
+
+
+def test_a_new_key_is_in_every_list(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one line: documentation, checks, estimates, robots of other sizes, parameters of the radio, the studio."""
+    document = tuna.document()
+    robot = Other.model_validate(document | {"guidance": document["guidance"] | {"extra_m": 5.0}})
+    for module in (reference, plausibility, estimates):
+        monkeypatch.setattr(module, "Robot", Other)
+    monkeypatch.setitem(TABLES, "pilot", Longer)
+    monkeypatch.setitem(image_body.TABLES, "guidance", Longer)
+    rows = {key.key: key for key in list_keys()}
+    assert rows["guidance.extra_m"][1:] == ("m", "number > 0", "", "1 to 2", "ruler", "length of no meaning")
+    assert "guidance.extra_m has 5 m; usual are 1 to 2" in " ".join(plausibility.implausible(robot))
+    assert estimates.spreads(robot)["guidance.extra_m"].name == "extra length"
+    assert Longer.scales("length", "mass").keys() - Guidance.scales("length", "mass").keys() == {"extra_m"}
+    assert Longer.scales("length")["extra_m"].of(5.0, length=0.5) == 2.5
+    assert ("pilot", "extra", Radio(99)) in parameters._settable()
+    assert metadata.describe("pilot", "extra", "extra") == ("length of no meaning", "m")
+    assert image_body._followers("length", 3, alias=True)["guidance.extra_m"] == 2
+
+
+def test_limits_on_board_are_keys_of_the_firmware(tuna: ht.Robot) -> None:
+    """Names and order are the firmware's own; a member without a key or a rule is refused."""
+    limits = [name for part, name, _ in firmware_table(tuna).fields if part == "limits"]
+    assert len(limits) == len(set(limits)) > 10
+    assert set(limits) - Firmware.declared.keys() == {"sign"}
+    columns = firmware_table(tuna)
+    for name in limits:
+        if name not in ("sign", "tilt_max"):
+            assert columns.column(name) == pytest.approx([getattr(tuna.firmware, name)])
 
 
 def test_no_list_repeats_the_keys_that_the_core_has(tuna: ht.Robot) -> None:

@@ -21,7 +21,7 @@ from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.firmware.header import header
 from hypertuna.firmware.lockstep import NO_SAMPLE, Counts
-from hypertuna.firmware.metadata import File, metadata
+from hypertuna.firmware.metadata import TEXTS, File, metadata
 from hypertuna.firmware.parameters import NAME_LENGTH_MAX, firmware_table
 from program import Run
 
@@ -104,6 +104,18 @@ def test_parameters_fit_mavlink(table) -> None:
     for p in table.parameters:
         assert p.low <= p.standard <= p.high
         assert p.standard == table.values[p.field]
+
+
+def test_a_parameter_that_is_a_key_has_its_value_in_the_unit_of_its_text(table) -> None:
+    """What is another number than the key says so in a text of its own: a sine, ticks."""
+    parts = {"controller": table.robot.controller, "pilot": table.robot.guidance, "limits": table.robot.firmware}
+    seen = 0
+    for p in table.parameters:
+        part, column, _ = table.fields[p.field]
+        if part in parts and p.name not in TEXTS and column not in TEXTS:
+            assert p.standard == pytest.approx(getattr(parts[part], column), rel=1e-6), p.name
+            seen += 1
+    assert seen > 30
 
 
 def test_limits_can_only_be_made_tighter(table) -> None:

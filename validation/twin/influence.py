@@ -9,7 +9,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from sensitivity import FACTORS, influence
+from sensitivity import influence
 from study import WATERS, eight, rms, store
 
 import hypertuna as ht
@@ -17,6 +17,7 @@ from hypertuna.cli.console import progress_bar
 from hypertuna.description.changes import changed
 from hypertuna.description.robot import parse
 from hypertuna.paper.computed import SPEEDS
+from hypertuna.simulation.estimates import spreads
 
 STORED = Path(__file__).with_name("influence.json")
 SAMPLES = 64
@@ -30,7 +31,7 @@ def indices(robot: ht.Robot) -> dict[str, Any]:
     with progress_bar(f"indices, {robot.model.water}", slow=True) as progress:
         found = influence(robot, ht.named_gait(robot, GAIT), samples=SAMPLES, progress=progress)
     assert not found.diverged
-    rows = zip(FACTORS, found.total.T, found.error.T, strict=True)
+    rows = zip(spreads(robot).values(), found.total.T, found.error.T, strict=True)
     indices = {f.name: {"total": total.round(3).tolist(), "error": error.round(3).tolist()} for f, total, error in rows}
     ends = {"mean": found.mean.round(4).tolist(), "deviation": found.deviation.round(4).tolist()}
     return {"samples": SAMPLES, "outputs": found.outputs, "indices": indices} | ends

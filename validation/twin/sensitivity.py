@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.simulation.estimates import FACTORS, Factor, varied
+from hypertuna.simulation.estimates import spreads, varied
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twins
 from hypertuna.swimming.gait import Gait
@@ -30,7 +30,7 @@ class Influence:
     A run that diverges has no outputs: where one did, indices, means and deviations are not numbers.
     """
 
-    factors: tuple[Factor, ...]
+    factors: tuple[str, ...]  # keys of the estimates
     outputs: tuple[str, ...]
     first: Array  # (outputs, factors) Part of the variance that a factor makes alone, and with all others
     total: Array
@@ -45,7 +45,7 @@ def influence(
     robot: Robot,
     gait: Gait,
     *,
-    factors: Sequence[Factor] = FACTORS,
+    factors: Sequence[str] = (),
     samples: int = 64,
     seed: int = 1,
     seconds: float = SECONDS,
@@ -54,12 +54,13 @@ def influence(
 ) -> Influence:
     """Tell which estimates the twin's joint amplitudes and speed hang on, by Saltelli's scheme.
 
-    `seconds` [s]; returns [deg], [m/s].
+    `factors` are keys of the robot's `spreads`, all where none are given; `seconds` [s]; returns [deg], [m/s].
     """
     from scipy import stats
 
     if samples < 2 or samples & (samples - 1):
         raise InputError("must be a power of two", key="samples", value=str(samples), fix="give 64, say")
+    factors = factors or tuple(spreads(robot))
     outputs = (*(f"amplitude of joint {group.name} [deg]" for group in robot.joints), "speed [m/s]")
     total, done = samples * (len(factors) + 2), 0
     controllers: dict[tuple[float, ...], Robot] = {}
@@ -104,14 +105,14 @@ def influence(
 def _options(
     robot: Robot,
     gait: Gait,
-    factors: Sequence[Factor],
+    factors: Sequence[str],
     part: Array,
     controllers: dict[tuple[float, ...], Robot],
     seconds: float,
 ) -> dict[str, Any]:
     """Options of one run: the robot is another one, its controller knows only its own limits."""
-    changes = {factor: float(factor.change(value)) for factor, value in zip(factors, part, strict=True)}
-    own = {factor: change for factor, change in changes.items() if factor.key.startswith("controller.")}
+    changes = dict(zip(factors, part.tolist(), strict=True))
+    own = {factor: change for factor, change in changes.items() if factor.startswith("controller.")}
     key = tuple(own.values())
     if key not in controllers:
         controllers[key] = varied(robot, own)

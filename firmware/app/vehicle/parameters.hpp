@@ -122,10 +122,8 @@ inline bool in_range(const ParameterInfo& info, float value) {
 
 /// Whether limits that belong together are in order.
 inline bool consistent(const Model& model) {
-    const Controller<float>& c = model.pilot.controller;
-    return c.pressure_work < c.pressure_soft && c.pressure_soft < c.pressure_hard && c.pulse_min < c.pulse_center &&
-           c.pulse_center < c.pulse_max && model.limits.link_timeout <= model.limits.home_timeout &&
-           model.limits.voltage_empty < c.voltage_low;
+    return hypertuna::consistent(model.pilot.controller) && model.limits.link_timeout <= model.limits.home_timeout &&
+           model.limits.voltage_empty < model.pilot.controller.voltage_low;
 }
 
 }  // namespace hypertuna::firmware

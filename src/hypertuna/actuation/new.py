@@ -14,6 +14,8 @@ from hypertuna.description.commented import commented
 from hypertuna.description.inversion import inversion_speed
 from hypertuna.description.new import Sizes, new_robot, shape_of
 from hypertuna.description.robot import Robot, parse
+from hypertuna.description.schema.actuator import HOSE, DriveUnit
+from hypertuna.description.schema.control import Controller
 from hypertuna.description.shape import Shape
 from hypertuna.errors import InputError
 from hypertuna.io.files import shipped
@@ -30,7 +32,6 @@ LEAST_SHARE = 20  # % of the amplitudes: smaller ones hardly move a robot
 RESERVE = 3.0  # stall torque over the largest of the beat: a usual rule for lasting loads
 SERVO_V, SERVO_SPEED = 7.4, 7.5  # V and rad/s, of data sheets
 PRESSURE = 250e3  # Pa, up to which HyperTuna's joints were tested
-NARROW = 0.0142  # m, half width of HyperTuna's narrowest section, which its muscles fit
 LEAST, BEND = math.radians(0.2), math.radians(90.0)  # of a joint group
 STROKE = 0.6  # of the crank: what the largest bend takes of the piston's way to one side
 AIR = 0.01  # of the oil's volume
@@ -109,8 +110,8 @@ def _drive(document: dict[str, Any], actuation: str) -> None:
 
 def _servos(document: dict[str, Any]) -> None:
     """Put a servo on the axle of each joint."""
-    for key in ("pressure_step_pa", "pressure_work_pa", "pressure_soft_pa", "pressure_hard_pa"):
-        del document["controller"][key]
+    control = document["controller"]
+    document["controller"] = {key: value for key, value in control.items() if not key.startswith("pressure_")}
     charge = CHARGE * document["body"]["mass_kg"] / (2 * CELL["voltage_v"])
     strings = math.ceil(charge / STRING)
     cell = CELL | {"capacity_ah": float(f"{charge / strings:.2g}")}
@@ -148,8 +149,11 @@ def _hydraulics(document: dict[str, Any], shape: Shape) -> None:
     document |= {table: tuna[table] for table in ("materials", "drive_unit", "oil")}
     lengths = document["links"]["length_m"]
     bodies = [_soft_body(shape, lengths, group["links"]) for group in document["joints"]]
-    scale = min(min(body["semi_minor_m"]) for body in bodies) / NARROW
-    hose = {key: float(f"{scale * tuna['drive_unit'][key]:.3g}") for key in ("outer_diameter_m", "inner_diameter_m")}
+    narrow, own = (
+        min(min(body["semi_minor_m"]) for body in each)
+        for each in (bodies, [group["actuator"] for group in tuna["joints"]])
+    )
+    hose = {key: scale.of(tuna["drive_unit"][key], width=narrow / own) for key, scale in HOSES.items()}
     document["drive_unit"] |= hose
     for group, body in zip(document["joints"], bodies, strict=True):
         pairs = max(1, round(0.8 * min(body["semi_major_m"]) / (1.25 * hose["outer_diameter_m"])))
@@ -163,11 +167,12 @@ def _hydraulics(document: dict[str, Any], shape: Shape) -> None:
         rule, value = "must fit the joints", "hydraulic, and the shortest joint has no room for hoses or hardly bends"
         fix = "give longer links behind the head or fewer joint groups, or take --actuation servo"
         raise InputError(rule, key="--actuation", value=value, fix=fix) from None
-    limits = {"work": 1.0, "soft": 1.25, "hard": 1.5}  # water hammer adds a fifth; a release is rarer than a limit
-    document["controller"] |= {f"pressure_{name}_pa": times * PRESSURE for name, times in limits.items()}
+    control, work = tuna["controller"], tuna["controller"]["pressure_work_pa"]
+    document["controller"] |= {key: scale.of(control[key], pressure=PRESSURE / work) for key, scale in LIMITS.items()}
     document["sources"] |= SOURCES | dict.fromkeys(("materials", "oil"), AS_HYPERTUNA)
 
 
+HOSES, LIMITS = DriveUnit.scales("width"), Controller.scales("pressure")
 SOURCES = {
     "joints.actuator": "estimate: elliptical sections of the fish's shape, three fifths of the links of the group, "
     "in three segments, HyperTuna's proportions, which bend as far as its joints; longer segments bend farther",
@@ -179,10 +184,8 @@ SOURCES = {
     "joints.line": "estimate: from the head to the joint; bore 0.8 times the hose, as HyperTuna's; fill "
     "pressure and losses as HyperTuna's",
     "joints.line.compliance_m3_pa": "estimate: hoses, braid and fittings give 8 % of their volume at the limit",
-    "controller.pressure_work_pa": "estimate: as joints.pressure_max_pa",
-    "controller.pressure_soft_pa": "estimate: 1.25 times the working pressure, for what hammer adds between readings",
-    "controller.pressure_hard_pa": "estimate: 1.2 times the soft limit",
-    "drive_unit": "estimate: HyperTuna's hoses, scaled to the narrowest section",
+    **{f"controller.{key}": f"estimate: {scale.words}" for key, scale in LIMITS.items()},
+    "drive_unit": f"estimate: {HOSE.words}",
     "battery.cells": "estimate: HyperTuna's for every robot of its mass",
     "pump": "estimate: crank and rod by the length; 1.2 times the largest bend takes three fifths of the crank",
     "servos": f"estimate: data sheets of digital servos; stall torque {RESERVE:g} times that at the pressure limit",

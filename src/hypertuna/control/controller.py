@@ -66,9 +66,9 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
         if group.servo is not None:
             rows = [_axle(robot, group, group.servo), _no_oil(group.servo)]
         else:
-            rows = [_circuit(robot, control, hydraulics, thickest, 2 * j + side) for side in range(len(SIDES))]
+            rows = [_circuit(robot, hydraulics, thickest, 2 * j + side) for side in range(len(SIDES))]
             rows[0] |= _joint(robot, control, hydraulics, j)
-            rows[0]["rate"] = _rate_max(control, rows[0])
+            rows[0]["rate"] = _rate_max(robot, rows[0])
         for row in rows:
             for name, value in row.items():
                 columns.setdefault(name, []).extend(np.atleast_1d(value).tolist())
@@ -88,11 +88,11 @@ def _no_oil(servo: JointServo) -> dict[str, Any]:
     return {**no, "map": np.zeros(MAP_TERMS), "servo_speed": servo.speed, "servo_stall": NO_LIMIT}
 
 
-def _circuit(robot: Robot, control: Controller, hydraulics: Circuits, thickest: Circuits, c: int) -> dict[str, Any]:
+def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> dict[str, Any]:
     """Compute the constants of a circuit: pump map and supervisor."""
     one = pump_map(robot, hydraulics, c)
     known = {"fill": _fill(robot, c // 2), "map": one.terms, "map_low": one.low, "map_high": one.high}
-    return known | _supervisor(control, hydraulics, c) | _flow(thickest, c)
+    return known | _supervisor(robot, hydraulics, c) | _flow(thickest, c)
 
 
 def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
@@ -153,9 +153,14 @@ def _fill(robot: Robot, joint: int) -> float:
     return float(require(robot.joints[joint].line, "joints.line", robot).fill_pressure)
 
 
+def soft_limit(robot: Robot) -> float:
+    """Return the pressure to which the supervisor limits commands [Pa]."""
+    return require(require_controller(robot).pressure_soft, "controller.pressure_soft_pa", robot)
+
+
 def given_constants(part: str, table: Part) -> dict[str, float]:
     """Return the keys of a table that the core's part has under the same name, not one by joint or gait."""
-    fields = _core.pilot_fields(2, 2)
+    fields = _core.onboard_fields(2, 2)
     several = {name for _, name, index in fields if index > 0}
     names = {name for of, name, _ in fields if of == part} - several
     values = {name: getattr(table, name) for name in table.declared if name in names}
@@ -172,10 +177,10 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
         sensor_range(robot, quantity) if oil or has_sensor(robot, quantity) else (0.0, 0.0)
         for quantity in ("current", "voltage", "rate", "acceleration")
     )
-    limits = ("pressure_soft", "pressure_hard", "pressure_step")
+    limits = {name: getattr(control, name) for name in control.declared if name.startswith("pressure_")}
+    limits["pressure_work"] = control.works_at or 0.0
     values = given_constants("controller", control) | {
-        **{name: require(getattr(control, name), f"controller.{name}_pa", robot) if oil else 0.0 for name in limits},
-        "pressure_work": (control.works_at or 0.0) if oil else 0.0,
+        **{name: require(limits[name], f"controller.{name}_pa", robot) if oil else 0.0 for name in limits},
         "tick": tick,
         "relax": without_last_bit(math.exp(-2 * control.convergence * tick)),
         "couple": without_last_bit(math.exp(-control.coupling * tick)),
@@ -195,7 +200,6 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
         "voltage_min": voltage[0],
         "voltage_max": voltage[1],
         "timeout": round(control.timeout / tick),
-        "slew": control.slew * tick,
     }
     return {"joints": [float(len(robot.joints))], **{name: [float(value)] for name, value in values.items()}}
 
@@ -248,7 +252,7 @@ def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j
     slope = model.at(bend, at_rest["strain"], at_rest["pressure"])["slope"]
     with np.errstate(over="ignore"):  # the load on areas beyond measure is infinite
         load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
-    room = require(control.pressure_soft, "controller.pressure_soft_pa", robot) - fill
+    room = soft_limit(robot) - fill
     return (
         rounded_number(float(held.max()) / room),
         rounded_number(2 * math.pi * resistance * float(flow.max()) / room),
@@ -285,9 +289,9 @@ def _flow(thickest: Circuits, circuit: int) -> dict[str, float]:
     return {"line": slope * at["resistance"], "hammer": slope * math.sqrt(at["inertance"] / gives)}
 
 
-def _rate_max(control: Controller, circuit: dict[str, Any]) -> float:
+def _rate_max(robot: Robot, circuit: dict[str, Any]) -> float:
     """Compute the largest rate of a joint's bend [rad/s], whose oil hammers up to the soft limit."""
-    room = require(control.pressure_soft, "controller.pressure_soft_pa") - circuit["fill"]
+    room = soft_limit(robot) - circuit["fill"]
     return rounded_number(room / (circuit["hammer"] * circuit["map"][0]))
 
 
@@ -309,11 +313,11 @@ def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, l
     return {name: [float(value)] for name, value in values.items()}
 
 
-def _supervisor(control: Controller, hydraulics: Circuits, circuit: int) -> dict[str, float]:
+def _supervisor(robot: Robot, hydraulics: Circuits, circuit: int) -> dict[str, float]:
     """Compute the supervisor's constants of a circuit."""
     at = hydraulics.row(circuit)
     slope = _slope(hydraulics, circuit)
-    high = _core.ATMOSPHERE + require(control.pressure_soft, "controller.pressure_soft_pa")
+    high = _core.ATMOSPHERE + soft_limit(robot)
     oil = (at["oil_pump"] + at["oil_unit"]) * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / high**2)
     return {
         "servo_speed": at["speed"],

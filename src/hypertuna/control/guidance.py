@@ -200,14 +200,9 @@ def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float
 
 def mission_columns(mission: Mission) -> dict[str, Any]:
     """Return a mission by the names in core mission.hpp: ``waypoints`` (n, 5), ``hold`` (n,), ``fence`` (n, 2)."""
-    scalars = (
-        *("home_radius", "home_speed", "depth_max", "reserve", "duration", "surface_every", "stay"),
-        *("silence_below", "declination"),
-    )
-    columns = {name: [float(getattr(mission, name))] for name in scalars}
-    columns |= {"start": list(mission.start), "home": list(mission.home)}
+    names = dict.fromkeys(name for part, name, _ in _core.onboard_fields(1, 1) if part == "mission")
     return {
-        **columns,
+        **{name: np.ravel(np.array(getattr(mission, name), dtype=np.float64)).tolist() for name in names},
         "waypoints": np.array([point[:5] for point in mission.waypoints], dtype=np.float64).reshape(-1, 5),
         "hold": np.array([point.hold for point in mission.waypoints], dtype=np.float64),
         "fence": np.array(mission.fence, dtype=np.float64).reshape(-1, 2),

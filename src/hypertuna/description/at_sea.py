@@ -19,7 +19,7 @@ HEEL, LONE = 2.6, 20.0  # deg: more than full turns heel such robots; fins from 
 ROLL = 0.6  # natural frequency of roll over that of the beat; 0.4 to 0.6 on HyperTuna
 DIVES = 0.65  # speed of cruise over that of inversion; 0.58 on HyperTuna at 2 Hz
 
-SCALES = {Guidance.model_fields[name].alias or name: key.scale for name, key in Guidance.declared.items() if key.scale}
+SCALES = Guidance.scales("length", "mass", "speed")
 SOURCES = {
     "spatial.com_height_m": f"estimate: ballast in the head, so low that roll has {ROLL:g} of the frequency of the "
     "beat: at the same frequency the robot would roll far; higher ballast would hold its pitch at low speeds only",
@@ -108,12 +108,11 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
     pilot |= {"fin_tilt_deg": HEEL, "fin_min_deg": LONE}
     bends = [(a, group["bend_max_deg"]) for a, group in zip(gait["amplitude_deg"], document["joints"], strict=True)]
     pilot |= {"gaits": ["slow", "cruise"], "bias_max_deg": [round(min(a / 2, bend - a), 1) for a, bend in bends]}
-    ratios = (
-        *(shape.length / tuna["body"]["length_m"], shape.mass / tuna["body"]["mass_kg"]),
-        speed / tuna["guidance"]["speed_m_s"][0],
-    )
-    for key, (_, *powers) in SCALES.items():
-        pilot[key] = float(f"{math.prod(map(pow, ratios, powers)) * pilot[key]:.2g}")
+    ratios = {
+        name: getattr(shape, name) / tuna["body"][key] for name, key in (("length", "length_m"), ("mass", "mass_kg"))
+    }
+    ratios["speed"] = speed / tuna["guidance"]["speed_m_s"][0]
+    pilot |= {key: scale.of(pilot[key], **ratios) for key, scale in SCALES.items()}
     document["guidance"] = pilot
     document["firmware"] = tuna["firmware"] | _pins(document["joints"])
     empty, low = tuna["firmware"]["voltage_empty_v"], tuna["controller"]["voltage_low_v"]

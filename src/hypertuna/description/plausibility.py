@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, is_estimate
 from hypertuna.description.schema.body import AROUND
 from hypertuna.description.validation import declared, plain
 
@@ -169,7 +169,7 @@ def _coarse_sensors(robot: Robot) -> Iterator[str]:
 def _idle_factors(robot: Robot) -> Iterator[str]:
     """Find factors of values that are no estimates any more: they have no effect."""
     for key in robot.uncertainty or {}:
-        if not (robot.source(key) or "estimate").startswith("estimate"):
+        if not is_estimate(robot, key):
             yield (
                 f"uncertainty has a factor for {key}, whose source is no estimate, so it has no effect: remove the "
                 'factor, or begin the source with "estimate".'

@@ -185,9 +185,7 @@ class Robot(Part, Plotted, Tabular):
         str or None
             The source, None without one.
         """
-        plain = re.sub(r"\[\d+\]", "", key)
-        starts = [start for start in self.sources if plain == start or plain.startswith(f"{start}.")]
-        return self.sources[max(starts, key=len)] if starts else None
+        return _about(self.sources, key)
 
     def entries(self) -> tuple[Entry, ...]:
         """List all values of the robot with defaults.
@@ -202,7 +200,7 @@ class Robot(Part, Plotted, Tabular):
         given = {written(place) for place, _ in values(self.document())}
         entries = []
         for place, value in values(content):
-            key, (_, field) = written(place), field_at(Robot, place)
+            key, (_, field) = written(place), field_at(type(self), place)
             default, source = key not in given, self.source(key)
             if default and re.sub(r"\[\d+\]", "", key) not in self.sources:
                 rule = re.search(r"\((default: .*)\)$", (field and field.description) or "")
@@ -293,6 +291,23 @@ class Robot(Part, Plotted, Tabular):
         for table, key in ((table, key) for table, keys in about.items() for key in keys):
             fix = "" if key in known else did_you_mean(key, known)
             yield Check(key in known, written((table, key)), "must be a key with a value", fix)
+
+
+def is_estimate(robot: Robot, key: str) -> bool:
+    """Return whether no source says that a value is more than an estimate."""
+    return (robot.source(key) or "estimate").startswith("estimate")
+
+
+def factor_of(robot: Robot, key: str) -> float:
+    """Return the factor of an estimate in ``[uncertainty]``; 1 without one."""
+    return (_about(robot.uncertainty or {}, key) or 1.0) if is_estimate(robot, key) else 1.0
+
+
+def _about(table: Mapping[str, T], key: str) -> T | None:
+    """Return the entry of a table by keys whose name is the longest start of a key, None without one."""
+    plain = re.sub(r"\[\d+\]", "", key)
+    starts = [start for start in table if plain == start or plain.startswith(f"{start}.")]
+    return table[max(starts, key=len)] if starts else None
 
 
 class _Cache(dict[Hashable, Any]):

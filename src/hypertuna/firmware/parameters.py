@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import drive_names
-from hypertuna.control.controller import controller_columns, sensor_range
+from hypertuna.control.controller import controller_columns, given_constants, sensor_range
 from hypertuna.control.guidance import GaitTable, gait_table, pilot_columns
 from hypertuna.control.sensors import sensor_absent
 from hypertuna.description.at_sea import require_at_sea
@@ -89,10 +89,6 @@ EXTRA = {  # parameters that are no keys of a robot's file, by part and column
     },
     "limits": {"sign": Radio(11, 0, 1, bounds=True, whole=True)},
 }
-LIMITS = (  # of the supervisor, in the order of firmware/app/vehicle/parameters.hpp
-    "manual_timeout", "link_timeout", "home_timeout", "voltage_empty", "voltage_after", "tilt_max", "tilt_after",
-    "leak_after", "rise_depth", "depth_max", "link_rate", "link_share", "system_id", "sign",
-)  # fmt: skip
 
 
 def firmware_table(robot: Robot, table: GaitTable | None = None) -> FirmwareTable:
@@ -104,13 +100,13 @@ def firmware_table(robot: Robot, table: GaitTable | None = None) -> FirmwareTabl
         "controller": controller_columns(robot),
         "pilot": pilot_columns(robot, table),
         "calibration": _calibration(robot, wired),
-        "limits": {name: [float(getattr(wired, name, 0.0))] for name in LIMITS},  # no key: messages need no signature
+        "limits": {name: [value] for name, value in given_constants("limits", wired).items()},
     }
-    columns["limits"]["tilt_max"] = [math.sin(min(wired.tilt_max, math.pi / 2))]
-    gaits = len(table.gaits)
-    fields = [*_core.pilot_fields(len(robot.joints), gaits)]
-    for part in ("calibration", "limits"):
-        fields += [(part, name, k) for name, values in columns[part].items() for k in range(len(values))]
+    columns["limits"] |= {"tilt_max": [math.sin(min(wired.tilt_max, math.pi / 2))], "sign": [0.0]}
+    gaits, places = len(table.gaits), list(columns)
+    fields = [field for field in _core.onboard_fields(len(robot.joints), gaits) if field[0] in columns]
+    fields += [("calibration", name, k) for name, own in columns["calibration"].items() for k in range(len(own))]
+    fields.sort(key=lambda field: places.index(field[0]))
     values = np.array([columns[part][name][k] for part, name, k in fields], dtype=np.float32)
     return FirmwareTable(robot, gaits, tuple(fields), values, _parameters(fields, values))
 

@@ -23,7 +23,7 @@ from hypertuna.description.schema.water import Strip
 from hypertuna.description.twin import why_no_twin
 from hypertuna.errors import InputError
 from hypertuna.simulation.image_source import Source, source_of
-from hypertuna.simulation.sea import BOTTOM_RATE, LINKS
+from hypertuna.simulation.sea import BOTTOM_RATE, LINKS, ellipsoid_inertia
 from hypertuna.swimming.model import column_places
 
 RANGES = ((0.6, 1.6), (0.8, 1.25))  # of a factor: the first whose ends are descriptions of a robot
@@ -208,7 +208,7 @@ def _sums(kind: str, link: int, robot: Robot, models: int) -> Laws:
         size = links.length[link] if kind == "length" else spatial.height[link]
         for axis in ("pitch",) if kind == "length" else ("roll", "pitch"):
             if getattr(spatial, f"inertia_{axis}") is None:
-                laws[f"plant.link.{axis}", link] = (2, links.mass[link] * size**2 / 20)
+                laws[f"plant.link.{axis}", link] = (2, ellipsoid_inertia(links.mass[link], size))
     return laws
 
 

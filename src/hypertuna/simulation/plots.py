@@ -1,6 +1,5 @@
 """Figures of the twin: a whole run, and the pressures over a beat."""
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.arrays import Array
+from hypertuna.control.controller import soft_limit
 from hypertuna.description.robot import require
 from hypertuna.display import plots
 from hypertuna.errors import InputError
@@ -112,11 +112,10 @@ def _draw_pressures(axes: Axes, run: TwinRun) -> None:
 
 def _draw_bounds(axes: Axes, run: TwinRun) -> None:
     """Mark the pressures between which the circuits may work."""
-    soft = require(run.robot.controller, "controller").pressure_soft or math.nan
     cavitation = require(run.robot.oil, "oil").cavitation
     look: Any = {"textcoords": "offset points", "ha": "right", "va": "bottom", "fontsize": 7, "color": INK}
     look["bbox"] = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.5}
-    for bound, text in ((soft, "soft limit"), (cavitation, "cavitation")):
+    for bound, text in ((soft_limit(run.robot), "soft limit"), (cavitation, "cavitation")):
         axes.axhline(bound / KILO, color=INK, lw=0.9, ls=(0, (1, 2)))
         axes.annotate(text, (1, bound / KILO), (-2, 2), xycoords=("axes fraction", "data"), **look)
 

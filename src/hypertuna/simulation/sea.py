@@ -113,13 +113,18 @@ def space_columns(robot: Robot) -> dict[str, Any]:
     }
 
 
+def ellipsoid_inertia(mass: Any, *diameters: Any) -> Any:
+    """Return the moment of inertia of an ellipsoid about an axis, from its mass and its diameters across the axis."""
+    return mass * sum(diameter**2 for diameter in diameters) / 20
+
+
 def link_bodies(robot: Robot) -> dict[str, Array]:
     """Return the columns of the links in space; an ellipsoid's moments of inertia where none are given."""
     spatial = require(robot.spatial, "spatial", robot)
     links = {name: np.array(getattr(spatial, field)) for name, field in LINKS.items()}
     mass, length = np.array(robot.links.mass), np.array(robot.links.length)
     height, width = links["height"], links["width"]
-    roll, pitch = mass * (width**2 + height**2) / 20, mass * (length**2 + height**2) / 20
+    roll, pitch = (ellipsoid_inertia(mass, across, height) for across in (width, length))
     return links | {
         "roll": roll if spatial.inertia_roll is None else np.array(spatial.inertia_roll),
         "pitch": pitch if spatial.inertia_pitch is None else np.array(spatial.inertia_pitch),

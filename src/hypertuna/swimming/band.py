@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, factor_of
 from hypertuna.description.validation import nested_model
 from hypertuna.swimming.beat import settle
 from hypertuna.swimming.gait import Gaits
@@ -47,14 +47,8 @@ class Band:
 
 def estimated(robot: Robot) -> dict[str, float]:
     """Return the factors of the estimates that the robot's water law reads, by columns of its model."""
-    given = robot.uncertainty or {}
-    factors = {}
-    for place in model_values(robot):
-        key = ".".join(field.alias or "" for field in _fields(place))
-        starts = [start for start in given if key == start or key.startswith(f"{start}.")]
-        if starts and (robot.source(key) or "estimate").startswith("estimate"):
-            factors[place] = given[max(starts, key=len)]
-    return {place: factor for place, factor in factors.items() if factor > 1}
+    keys = {place: ".".join(field.alias or "" for field in _fields(place)) for place in model_values(robot)}
+    return {place: factor for place, key in keys.items() if (factor := factor_of(robot, key)) > 1}
 
 
 def speed_band(robot: Robot, gaits: Gaits) -> Band | None:

@@ -107,9 +107,9 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
 /// Slew and clamp: the last that happens to every servo's angle. One that is no number leaves the last good one.
 template <class T>
 void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int servo, T angle) {
-    const T last = state.sent[servo];
-    if (!(abs(angle - last) <= model.slew)) {
-        angle = is_finite(angle) ? clamp(angle, last - model.slew, last + model.slew) : last;
+    const T last = state.sent[servo], most = model.slew * model.tick;
+    if (!(abs(angle - last) <= most)) {
+        angle = is_finite(angle) ? clamp(angle, last - most, last + most) : last;
         output.status.set(Condition::slew_limit, servo);
     }
     T pulse = model.pulse_center + model.pulse_per_rad * angle;

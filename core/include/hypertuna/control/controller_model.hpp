@@ -56,7 +56,7 @@ struct Controller {
     T fin_max;                                                                                  // rad
     int timeout;                                                                                // ticks
     T pulse_center, pulse_per_rad, pulse_min, pulse_max;                                        // s, s/rad
-    T slew;                                                                                     // rad per tick
+    T slew;                                                                                     // rad/s
 };
 
 template <class T>
@@ -179,6 +179,13 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     visit("frequency_max", 0, m.frequency_max), visit("fin_max", 0, m.fin_max), visit("timeout", 0, m.timeout);
     visit("pulse_center", 0, m.pulse_center), visit("pulse_per_rad", 0, m.pulse_per_rad);
     visit("pulse_min", 0, m.pulse_min), visit("pulse_max", 0, m.pulse_max), visit("slew", 0, m.slew);
+}
+
+/// Whether limits that belong together are in order.
+template <class T>
+bool consistent(const Controller<T>& m) {
+    return m.pressure_work < m.pressure_soft && m.pressure_soft < m.pressure_hard && m.pulse_min < m.pulse_center &&
+           m.pulse_center < m.pulse_max;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -82,13 +82,7 @@ inline Loaded<MissionData> load_mission(const NamedColumns& columns) {
     Mission<double>& mission = data.mission;
     mission.waypoint = data.waypoint.data(), mission.waypoints = int(data.waypoint.size());
     mission.corner = data.corner.data(), mission.corners = int(data.corner.size());
-    mission.start = {in.number("start"), in.number("start", 1)};
-    mission.home = {in.number("home"), in.number("home", 1)};
-    mission.home_radius = in.number("home_radius"), mission.home_speed = in.number("home_speed");
-    mission.depth_max = in.number("depth_max"), mission.reserve = in.number("reserve");
-    mission.duration = in.number("duration"), mission.surface_every = in.number("surface_every");
-    mission.stay = in.number("stay") != 0, mission.silence_below = in.number("silence_below") != 0;
-    mission.declination = in.number("declination");
+    read_fields(in, mission);
     return in.loaded(std::move(data));
 }
 

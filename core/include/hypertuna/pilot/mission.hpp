@@ -37,6 +37,16 @@ struct Mission {
     T declination;          // rad of magnetic from true north, east positive
 };
 
+/// Call visit(name, index, field) for every number of a mission that comes once.
+template <class T, class Visit>
+void visit_fields(Mission<T>& m, const Visit& visit) {
+    visit("start", 0, m.start.x), visit("start", 1, m.start.y), visit("home", 0, m.home.x), visit("home", 1, m.home.y);
+    visit("home_radius", 0, m.home_radius), visit("home_speed", 0, m.home_speed);
+    visit("depth_max", 0, m.depth_max), visit("reserve", 0, m.reserve), visit("duration", 0, m.duration);
+    visit("surface_every", 0, m.surface_every), visit("stay", 0, m.stay);
+    visit("silence_below", 0, m.silence_below), visit("declination", 0, m.declination);
+}
+
 /// How far inside the fence a place is, and the direction to the inside from its nearest border.
 template <class T>
 struct Inside {

@@ -14,6 +14,8 @@ from hypertuna.description.schema.base import (
     Part,
     Positive,
     PositiveDegrees,
+    Scale,
+    Spread,
     Text,
     entry,
     number,
@@ -23,14 +25,15 @@ from hypertuna.errors import did_you_mean
 from hypertuna.ranges import Range
 
 NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where a braid encloses the largest volume
+HOSE = Scale("HyperTuna's hoses, scaled to the narrowest section", {"width": 1}, digits=3)
 MaterialSet = Literal["datasheet", "fe", "tensile", "mean"]
 
 
 class DriveUnit(Part, table="drive_unit", how="calipers on a muscle, or its data sheet"):
     """A McKibben muscle: a silicone hose in a braided net; one design for all joints."""
 
-    outer_diameter: Positive = entry("outer diameter of the hose at rest", "m", usual=(0.0006, 0.1))
-    inner_diameter: Positive = entry("inner diameter of the hose at rest", "m", usual=(0.0003, 0.1))
+    outer_diameter: Positive = entry("outer diameter of the hose at rest", "m", usual=(0.0006, 0.1), scale=HOSE)
+    inner_diameter: Positive = entry("inner diameter of the hose at rest", "m", usual=(0.0003, 0.1), scale=HOSE)
     braid_angle: PositiveDegrees = entry(
         "angle of the braid from the axis, snug at rest",
         "deg",
@@ -100,6 +103,7 @@ class Actuator(Part, table="joints.actuator", how="calipers on the mold, or CAD"
         default=1.0,
         how="bench: bend over pressure (`joint fit`)",
         usual=(0.2, 20.0),
+        spread=Spread(10, "stiffness of the silicone", 0.7, 1.4),
     )
     spacing: Positive | None = entry(
         "distance of neighboring drive units of a side, across the plane of bending; for finite elements (default: "

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
+import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, model_validator
 
 from hypertuna.errors import InputError, InputErrors, escaped, shown
@@ -86,12 +87,17 @@ Named = AfterValidator(_names)  # of a table of named entries
 
 
 class Scale(NamedTuple):
-    """Estimate of a key from HyperTuna's: in words, and powers of another robot's length, mass and speed over its."""
+    """Estimate of a key from HyperTuna's: in words, and powers of what another robot has over HyperTuna's."""
 
     words: str
-    length: int = 0
-    mass: int = 0
-    speed: int = 0
+    powers: Mapping[str, int]
+    digits: int = 2
+
+    def of(self, value: float, **ratios: float) -> float:
+        """Return a robot's value from HyperTuna's."""
+        return float(
+            f"{math.prod(ratios[name] ** power for name, power in self.powers.items()) * value:.{self.digits}g}"
+        )
 
 
 class Radio(NamedTuple):
@@ -108,6 +114,23 @@ class Radio(NamedTuple):
     name: str = ""  # if it is not that of the number
 
 
+class Spread(NamedTuple):
+    """How far an estimate may be off where ``[uncertainty]`` of the file has no factor: of it, or added to it."""
+
+    place: int  # in the order of draws
+    name: str  # in words
+    low: float
+    high: float
+    added: bool = False
+    along: tuple[str, ...] = ()  # keys of the same table that keep their ratio to this one
+
+    def at(self, value: float, part: float) -> float:
+        """Return the value at a part of the range, on a logarithmic scale unless it is added."""
+        if self.added:
+            return value + (self.low + (self.high - self.low) * part)
+        return value * float(np.exp(math.log(self.low) + math.log(self.high / self.low) * part))
+
+
 class Key(NamedTuple):
     """A key of the file as its table declares it."""
 
@@ -119,6 +142,7 @@ class Key(NamedTuple):
     radio: Radio | None
     scale: Scale | None
     follows: Mapping[str, int]  # powers of factors on the length, the mass and the height of its link
+    spread: Spread | None
     options: dict[str, Any]
 
     def field(self, attribute: str) -> Any:
@@ -139,10 +163,11 @@ def entry(
     radio: Radio | None = None,
     scale: Scale | None = None,
     follows: Mapping[str, int] | None = None,
+    spread: Spread | None = None,
     **options: Any,
 ) -> Any:
     """Declare a key of the file, named by its attribute and unit unless `key` is given, with what users need of it."""
-    return Key(description, unit, key, how, usual, radio, scale, follows or {}, options)
+    return Key(description, unit, key, how, usual, radio, scale, follows or {}, spread, options)
 
 
 class Check(NamedTuple):
@@ -177,6 +202,12 @@ class Part(BaseModel):
         cls.declared = {**cls.declared, **{name: key._replace(how=key.how or how) for name, key in own.items()}}
         for name, key in own.items():
             setattr(cls, name, key.field(name))
+
+    @classmethod
+    def scales(cls, *ratios: str) -> dict[str, Scale]:
+        """Return how the keys of the file scale whose values follow HyperTuna's by these ratios alone."""
+        scales = {cls.model_fields[name].alias or name: key.scale for name, key in cls.declared.items()}
+        return {key: scale for key, scale in scales.items() if scale and scale.powers.keys() <= {*ratios}}
 
     def _checks(self) -> Iterable[Check]:
         """List the checks of the table; of each key, the first that fails is an error."""

@@ -18,6 +18,7 @@ from hypertuna.description.schema.base import (
     Radio,
     Real,
     Scale,
+    Spread,
     Text,
     entry,
     number,
@@ -26,11 +27,12 @@ from hypertuna.description.schema.base import (
 from hypertuna.errors import did_you_mean
 from hypertuna.ranges import Range
 
-LENGTH = Scale("as HyperTuna's in body lengths", length=1)
-MASS = Scale("HyperTuna's in proportion to the mass", mass=1)
-SPEED = Scale("HyperTuna's in proportion to the speed of the gait", speed=1)
-TIME = Scale("HyperTuna's way at this robot's speed", speed=-1)
-RATE = Scale("as HyperTuna's in body lengths traveled", length=-1, speed=1)
+LENGTH = Scale("as HyperTuna's in body lengths", {"length": 1})
+MASS = Scale("HyperTuna's in proportion to the mass", {"mass": 1})
+SPEED = Scale("HyperTuna's in proportion to the speed of the gait", {"speed": 1})
+TIME = Scale("HyperTuna's way at this robot's speed", {"speed": -1})
+RATE = Scale("as HyperTuna's in body lengths traveled", {"length": -1, "speed": 1})
+PRESSURE = {"pressure": 1}  # power of the working pressure
 WORKING = 0.8  # of the soft limit: the working pressure by default
 Smoothing = Annotated[float, number(Range(min=1e-3))]  # s: the controller divides by it
 
@@ -72,6 +74,8 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
         how="pressure of the largest bend",
         usual=(2e3, 1e7),
         radio=Radio(3, 0.5, 1.0),
+        scale=Scale("as joints.pressure_max_pa", PRESSURE, digits=4),
+        spread=Spread(9, "working limit", 5 / 11, 15 / 11, along=("pressure_soft_pa", "pressure_hard_pa")),
     )
     pressure_soft: Positive | None = entry(
         "pressure to which the supervisor limits commands within a tick: water hammer included",
@@ -80,6 +84,7 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
         how="1.25 times the working pressure",
         usual=(2e3, 1e7),
         radio=Radio(4, 0.5, 1.0),
+        scale=Scale("1.25 times the working pressure, for what hammer adds between readings", PRESSURE, digits=4),
     )
     pressure_hard: Positive | None = entry(
         "pressure at which a circuit is released for good",
@@ -88,6 +93,7 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
         how="1.2 times the soft limit, below the burst pressure and in the range of the sensor",
         usual=(2e3, 1e7),
         radio=Radio(5, 0.5, 1.0),
+        scale=Scale("1.2 times the soft limit", PRESSURE, digits=4),
     )
     timeout: Positive = entry(
         "time without a command after which the tail rests",

@@ -16,6 +16,7 @@ from hypertuna.description.schema.base import (
     PositiveDegrees,
     PositiveFraction,
     Real,
+    Spread,
     Text,
     entry,
 )
@@ -23,6 +24,9 @@ from hypertuna.io.quantity import ZERO_CELSIUS
 
 HOTTEST = ZERO_CELSIUS + 100  # K: the higher of the two temperatures with a given viscosity
 SOFTEST = 1e8  # Pa, bulk modulus: less than any liquid has
+SPEED = Spread(6, "speed of the servos", 0.9, 1.1)  # of data sheets
+BANDWIDTH = Spread(7, "bandwidth of the servos", 0.5, 2.0)  # of cheap and good ones
+INERTIA = Spread(8, "inertia of the servos", 0.7, 3.0)  # up to iron cores
 THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is undefined there and below
 
 
@@ -67,8 +71,14 @@ class Oil(Part, table="oil", how="data sheet of the oil"):
     air: Fraction = entry(
         "entrained air, as a fraction of the oil's volume at atmospheric pressure",
         how="1 % filled by hand, 0.1 % under vacuum; bench: volume over pressure of a closed circuit",
+        spread=Spread(3, "entrained air", 0.5, 5.0),
     )
-    temperature: Celsius = entry("temperature of the oil", "degC", how="thermometer: that of the water")
+    temperature: Celsius = entry(
+        "temperature of the oil",
+        "degC",
+        how="thermometer: that of the water",
+        spread=Spread(2, "temperature of the oil", -10.0, 10.0, added=True),
+    )
     pour_point: Celsius = entry("temperature below which the oil does not flow", "degC")
     cavitation: Negative = entry("gauge pressure below which the oil cavitates", "Pa", usual=(-101325.0, -1e4))
 
@@ -90,7 +100,11 @@ class Line(Part, table="joints.line"):
 
     length: Positive = entry("length of the line", "m", how="tape along the hose", usual=(0.005, 20.0))
     bore: Positive = entry(
-        "inner diameter of the line", "m", how="data sheet of the hose, or a drill bit as gauge", usual=(0.0005, 0.03)
+        "inner diameter of the line",
+        "m",
+        how="data sheet of the hose, or a drill bit as gauge",
+        usual=(0.0005, 0.03),
+        spread=Spread(1, "bore of the lines", 0.8, 1.2),
     )
     compliance: NotNegative = entry(
         "compliance of hoses, braids and fittings: volume per pressure",
@@ -98,6 +112,7 @@ class Line(Part, table="joints.line"):
         default=0.0,
         how="close the joint's end, push oil in with a syringe: volume over pressure",
         usual=(0.0, 1e-9),
+        spread=Spread(4, "compliance of the circuits", 0.3, 3.0),
     )
     loss: NotNegative = entry(
         "loss coefficient of entry and exit, in units of the dynamic pressure",
@@ -110,6 +125,7 @@ class Line(Part, table="joints.line"):
         default=0.0,
         how="pressure gauge with the tail straight and the pump at neutral",
         usual=(1e3, 1e6),
+        spread=Spread(5, "fill pressure", 0.4, 1.6),
     )
 
     def _checks(self) -> Iterator[Check]:
@@ -178,7 +194,7 @@ class JointServo(Part, table="joints.servo", how="data sheet of the servo"):
     """A servo on the axle of a joint group: it turns the joint directly, without oil and without a bend sensor."""
 
     torque: Positive = entry("stall torque", "N m", usual=(0.01, 200.0))
-    speed: Positive = entry("speed without load", "rad/s", usual=(0.3, 60.0))
+    speed: Positive = entry("speed without load", "rad/s", usual=(0.3, 60.0), spread=SPEED)
     voltage: Positive = entry("voltage of torque and speed", "V", usual=(2.0, 60.0))
     stall_current: Positive = entry(
         "current at stall (default: torque x speed / voltage, a motor without losses)",
@@ -201,6 +217,7 @@ class JointServo(Part, table="joints.servo", how="data sheet of the servo"):
         "kg m^2",
         default_factory=lambda servo: 0.005 * servo["torque"] / servo["speed"],
         usual=(1e-8, 1.0),
+        spread=INERTIA,
     )
     bandwidth: Positive = entry(
         "bandwidth of its position loop, without load and below its limits",
@@ -208,6 +225,7 @@ class JointServo(Part, table="joints.servo", how="data sheet of the servo"):
         default=10.0,
         how="without load, the frequency at which 71 % of the amplitude is left",
         usual=(1.0, 100.0),
+        spread=BANDWIDTH,
     )
 
 
@@ -217,7 +235,7 @@ class Servo(Part, how="data sheet of the servo"):
     drives: Text = entry("part that these servos drive", how="name what it drives: piston pump, pectoral fins")
     count: Count = entry("number of these servos", how="count them")
     torque: Positive = entry("stall torque of one servo", "N m", usual=(0.005, 200.0))
-    speed: Positive | None = entry("speed without load", "rad/s", default=None, usual=(0.3, 60.0))
+    speed: Positive | None = entry("speed without load", "rad/s", default=None, usual=(0.3, 60.0), spread=SPEED)
     voltage: Positive | None = entry("voltage of torque and speed", "V", default=None, usual=(2.0, 60.0))
     stall_current: Positive | None = entry("current at stall", "A", default=None, usual=(0.005, 200.0))
     idle_current: NotNegative | None = entry(
@@ -231,7 +249,7 @@ class Servo(Part, how="data sheet of the servo"):
         usual=(1e-4, 20.0),
     )
     inertia: Positive | None = entry(
-        "moment of inertia of rotor and gears, at the output", "kg m^2", default=None, usual=(1e-7, 1.0)
+        "moment of inertia of rotor and gears, at the output", "kg m^2", default=None, usual=(1e-7, 1.0), spread=INERTIA
     )
     bandwidth: Positive | None = entry(
         "bandwidth of its position loop, without load and below its limits",
@@ -239,4 +257,5 @@ class Servo(Part, how="data sheet of the servo"):
         default=None,
         how="without load, the frequency at which 71 % of the amplitude is left",
         usual=(0.5, 200.0),
+        spread=BANDWIDTH,
     )

@@ -151,7 +151,7 @@ class Strip(Part):
         "lift slope of the tail fin, in units of a slender wing's pi AR/2",
         default=1.0,
         how="4 / (2 + sqrt(4 + A^2)) by Helmbold, A the aspect ratio of the fin",
-        usual=(0.1, 2.0),
+        usual=(0.06, 2.0),
     )
     edge_aspect: NotNegative = entry(
         "aspect ratio of the tail fin, span over mean chord; 0 for a last link that is a fin of one height "
