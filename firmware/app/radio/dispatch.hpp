@@ -82,7 +82,7 @@ inline constexpr auto accepted = accepted_of(Dialect{});
 /// Call act(message) with the frame's message; an `act` that does not take its type leaves it. Return whether it did.
 template <class... Messages, class Act>
 bool visit_message(MessageList<Messages...>, const Frame& frame, const Act& act) {
-    const auto visit = [&]<class Message>() {
+    const auto visit = [&]<class Message>() __attribute__((always_inline)) {
         if constexpr (requires(const Message& m) { act(m); })
             return frame.id == kind_of<Message>.id && (act(message_of<Message>(frame)), true);
         else
