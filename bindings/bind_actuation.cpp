@@ -211,6 +211,8 @@ struct CircuitColumn {
     {name, [](const CircuitState<double>& state, const CircuitOutput<double>& out) { \
          return (void)state, (void)out, value;                                       \
      }}
+#define HYPERTUNA_WORK(name, share) HYPERTUNA_SEEN("power_" #name, out.power.share),
+#define HYPERTUNA_LOSS(name) HYPERTUNA_WORK(name, name)
 static constexpr CircuitColumn circuit_seen[] = {
     HYPERTUNA_SEEN("angle", state.angle),
     HYPERTUNA_SEEN("rate", state.rate),
@@ -222,15 +224,10 @@ static constexpr CircuitColumn circuit_seen[] = {
     HYPERTUNA_SEEN("unit_cavity", out.unit.cavity),
     HYPERTUNA_SEEN("load", out.load),
     HYPERTUNA_SEEN("torque", out.torque),
-    HYPERTUNA_SEEN("power", out.power.total),
-    HYPERTUNA_SEEN("power_idle", out.power.idle),
-    HYPERTUNA_SEEN("power_windings", out.power.windings),
-    HYPERTUNA_SEEN("power_hydraulic", out.power.load),
-    HYPERTUNA_SEEN("power_gears", out.power.gears),
-    HYPERTUNA_SEEN("power_seals", out.power.seals),
-    HYPERTUNA_SEEN("power_rotor", out.power.rotor),
-    HYPERTUNA_SEEN("power_braking", out.power.braking),
+    HYPERTUNA_SERVO_POWERS(HYPERTUNA_LOSS, HYPERTUNA_WORK) HYPERTUNA_SEEN("power", out.power.total),
 };
+#undef HYPERTUNA_WORK
+#undef HYPERTUNA_LOSS
 
 /// Run the pair of a joint through servo targets; one row before each interval and one after the last.
 static NamedArrays run_pair(const Input<2>& rows, const Input<1>& joint, const Input<2>& target, double supply,

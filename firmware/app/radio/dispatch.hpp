@@ -7,37 +7,6 @@
 
 namespace hypertuna::firmware {
 
-template <class... Messages>
-struct MessageList {};
-
-/// Messages that anybody may send: signs of life, times, the radio modem's own status.
-using Notices =
-    MessageList<mavlink_heartbeat_t, mavlink_ping_t, mavlink_timesync_t, mavlink_system_time_t, mavlink_radio_status_t>;
-
-/// Commands: each has a sender, a target, and a `handle`.
-using Commands =
-    MessageList<mavlink_param_request_read_t, mavlink_param_request_list_t, mavlink_param_set_t,
-                mavlink_mission_request_t, mavlink_mission_request_int_t, mavlink_mission_request_list_t,
-                mavlink_mission_count_t, mavlink_mission_item_int_t, mavlink_mission_clear_all_t, mavlink_mission_ack_t,
-                mavlink_manual_control_t, mavlink_command_long_t, mavlink_command_int_t, mavlink_setup_signing_t,
-                mavlink_gait_set_t, mavlink_set_gps_global_origin_t, mavlink_file_transfer_protocol_t,
-                mavlink_set_mode_t, mavlink_mission_set_current_t>;
-
-template <class... N, class... C>
-constexpr auto kinds_of(MessageList<N...>, MessageList<C...>) {
-    struct {
-        MessageKind kind[sizeof...(N) + sizeof...(C)];
-    } all{{kind_of<N>..., kind_of<C>...}};
-    return all;
-}
-inline constexpr auto accepted = kinds_of(Notices{}, Commands{});
-
-/// Call act(message) if the frame's message is one of a list; return whether it is.
-template <class... Messages, class Act>
-bool visit_message(MessageList<Messages...>, const Frame& frame, const Act& act) {
-    return ((frame.id == kind_of<Messages>.id && (act(message_of<Messages>(frame)), true)) || ...);
-}
-
 /// Start or stop signing, as key and parameter say.
 inline void adopt_key(Signing& signing, const Vehicle& vehicle) {
     const bool on = key(vehicle) != nullptr && limits(vehicle).sign == 1.0f;
@@ -92,9 +61,39 @@ inline void notice(Radio& radio, Vehicle& vehicle, Peer, const mavlink_radio_sta
     adapt(radio.telemetry, m.txbuf, snapshot(vehicle).tick);
 }
 
+/// A message that anybody may send has a `notice`: signs of life, times, the radio modem's own status. A command, which
+/// has a sender and a target, has a `handle`. Of all messages of the dialect, those that have either are accepted.
+template <class Message>
+concept Notice = requires(Radio& to, Vehicle& vehicle, Peer from, const Message& m) { notice(to, vehicle, from, m); };
+template <class Message>
+concept Directed = requires(Radio& to, Vehicle& vehicle, Peer from, const Message& m) { handle(to, vehicle, from, m); };
+
+template <class... Messages>
+constexpr auto accepted_of(MessageList<Messages...>) {
+    struct {
+        MessageKind kind[(0 + ... + int(Notice<Messages> || Directed<Messages>))];
+    } all{};
+    int k = 0;
+    ((Notice<Messages> || Directed<Messages> ? void(all.kind[k++] = kind_of<Messages>) : void()), ...);
+    return all;
+}
+inline constexpr auto accepted = accepted_of(Dialect{});
+
+/// Call act(message) with the frame's message; an `act` that does not take its type leaves it. Return whether it did.
+template <class... Messages, class Act>
+bool visit_message(MessageList<Messages...>, const Frame& frame, const Act& act) {
+    const auto visit = [&]<class Message>() __attribute__((always_inline)) {
+        if constexpr (requires(const Message& m) { act(m); })
+            return frame.id == kind_of<Message>.id && (act(message_of<Message>(frame)), true);
+        else
+            return false;
+    };
+    return (visit.template operator()<Messages>() || ...);
+}
+
 /// Act on a command that is for this robot: then the ground is in contact.
 inline void command(Radio& radio, Vehicle& vehicle, const Frame& frame) {
-    visit_message(Commands{}, frame, [&](const auto& m) {
+    visit_message(Dialect{}, frame, [&](const Directed auto& m) {
         if (!is_for(radio, m)) return;
         ++radio.commands;
         const Peer from{frame.system, frame.component};
@@ -114,7 +113,7 @@ inline void on_frame(Radio& radio, Vehicle& vehicle, const Frame& frame) {
         return ++radio.not_signed, report_rarely(radio, tick, Refusal::not_signed);
     store_stamp(radio.signing, vehicle);
     const bool fresh = modem || radio.signing.on || is_new(radio.run, frame, tick);  // signatures have their own order
-    const bool noticed = visit_message(Notices{}, frame, [&](const auto& m) {
+    const bool noticed = visit_message(Dialect{}, frame, [&](const Notice auto& m) {
         if (fresh) notice(radio, vehicle, Peer{frame.system, frame.component}, m);
     });
     if (noticed) return;

@@ -1,42 +1,13 @@
-/// Makers of the telemetry messages, from the vehicle's snapshot at the moment of sending.
+/// Telemetry messages: their makers, from the vehicle's snapshot at the moment of sending, and the table of all.
 #pragma once
 
-#include <limits>
+#include <concepts>
 
-#include "app/radio/frames.hpp"
-#include "app/vehicle/requests.hpp"
+#include "app/radio/mission_download.hpp"
+#include "app/radio/modes.hpp"
+#include "app/radio/outbox.hpp"
 
 namespace hypertuna::firmware {
-
-inline constexpr float centidegree = 18000.0f / float(pi);  // of a radian
-inline constexpr float ticks_per_second = 100.0f;
-inline constexpr std::uint32_t fix_lasts = 300;  // ticks that a fix counts as present
-
-/// A number in steps of 1/factor, rounded and clamped to its type; the largest of the type for NaN and infinity.
-template <class Whole>
-Whole whole(float value, float factor) {
-    constexpr float high = float(std::numeric_limits<Whole>::max()), low = float(std::numeric_limits<Whole>::min());
-    const float scaled = value * factor;
-    if (!is_finite(scaled)) return std::numeric_limits<Whole>::max();
-    if (scaled >= high) return std::numeric_limits<Whole>::max();
-    if (scaled <= low) return std::numeric_limits<Whole>::min();
-    return Whole(scaled < 0.0f ? scaled - 0.5f : scaled + 0.5f);
-}
-
-/// atan2(y, x) within 2e-5 rad: a minimax polynomial for ratios up to 1.
-inline float angle_of(float y, float x) {
-    const float up = abs(y), along = abs(x), big = max(up, along);
-    if (!(0.0f < big)) return 0.0f;
-    const float t = min(up, along) / big, z = t * t;
-    float angle = -0.0117212f;
-    for (float term : {0.05265332f, -0.11643287f, 0.19354346f, -0.33262347f, 0.99997726f}) angle = angle * z + term;
-    angle *= t;
-    if (along < up) angle = float(pi / 2) - angle;
-    if (x < 0.0f) angle = float(pi) - angle;
-    return y < 0.0f ? -angle : angle;
-}
-
-inline std::uint32_t milliseconds(const Snapshot& now) { return now.tick * 10; }
 
 /// Roll (starboard down), pitch (nose up), heading (clockwise from north) and their rates in axes forward, starboard,
 /// down, from those of docs/conventions.md: x to the tail, y to starboard, z up; world east, north, up.
@@ -50,15 +21,6 @@ inline mavlink_attitude_t attitude(const Snapshot& now) {
     m.time_boot_ms = milliseconds(now);
     m.roll = angle_of(-starboard_up, up_up), m.pitch = angle_of(ahead.z, level), m.yaw = angle_of(ahead.x, ahead.y);
     m.rollspeed = -at.rate.x, m.pitchspeed = at.rate.y, m.yawspeed = -at.rate.z;
-    return m;
-}
-
-inline mavlink_local_position_ned_t local_position(const Snapshot& now) {
-    const Estimate<float>& at = now.estimate;
-    mavlink_local_position_ned_t m{};
-    m.time_boot_ms = milliseconds(now);
-    m.x = at.y, m.y = at.x, m.z = at.depth;
-    m.vx = at.speed * at.facing.y + at.current[1], m.vy = at.speed * at.facing.x + at.current[0], m.vz = at.sink;
     return m;
 }
 
@@ -78,11 +40,6 @@ inline mavlink_hydraulics_t hydraulics(const Snapshot& now) {
         m.current[c] = centi(r.current[c]), m.current_34[c] = centi(r.current[c + 4]);
     }
     return m;
-}
-
-/// The state as a mode: `disarmed` is `rest` without the armed flag.
-inline std::uint32_t custom_mode(const Snapshot& now) {
-    return std::uint32_t(mode_base + int(now.armed() ? now.state : State::rest));
 }
 
 inline mavlink_gait_t gait(const Snapshot& now) {
@@ -237,5 +194,67 @@ inline mavlink_component_metadata_t component_metadata(const Vehicle& vehicle) {
     for (std::size_t k = 0; general.name[k] != 0; ++k) m.uri[sizeof scheme - 1 + k] = general.name[k];
     return m;
 }
+
+/// A telemetry message: its id, its interval at boot, and how it is made and sent.
+struct TelemetryMessage {
+    std::uint32_t id;
+    std::uint32_t interval;  // ticks of 10 ms; 0 for on request only
+    bool placed;             // it needs the origin of coordinates
+    void (*send)(Outbox&, Signing&, const Vehicle&, const Parser&);
+};
+
+/// Make a message of the vehicle, of its snapshot, or of the vehicle and the parser's counters.
+template <auto make>
+auto made(const Vehicle& vehicle, const Parser& parser) {
+    using Maker = decltype(make);
+    if constexpr (std::invocable<Maker, const Vehicle&>)
+        return make(vehicle);
+    else if constexpr (std::invocable<Maker, const Snapshot&>)
+        return make(snapshot(vehicle));
+    else
+        return make(vehicle, parser);
+}
+
+template <auto make>
+void send_made(Outbox& out, Signing& signing, const Vehicle& vehicle, const Parser& parser) {
+    send(out, signing, made<make>(vehicle, parser));
+}
+
+/// Row of the table: the message that `make` returns, every `interval` ticks.
+template <auto make>
+constexpr TelemetryMessage every(std::uint32_t interval, bool placed = false) {
+    using Message = decltype(made<make>(std::declval<const Vehicle&>(), std::declval<const Parser&>()));
+    return {kind_of<Message>.id, interval, placed, send_made<make>};
+}
+
+/// All telemetry. The heartbeat is first: it is never late for another message. Position comes once in local
+/// coordinates and once in degrees every two seconds. Whether there is a fix, and whether the robot is at the surface,
+/// changes within seconds; home seldom changes. The rest is on request: its numbers are in other messages, too.
+inline constexpr TelemetryMessage telemetry_messages[] = {
+    every<heartbeat>(100),
+    every<hydraulics>(20),
+    every<attitude>(25),
+    every<local_position>(200),
+    every<gait>(200),
+    every<pilot_state>(200),
+    every<servo_output>(200),
+    every<sys_status>(500),
+    every<battery_status>(1000),
+    every<mission_current>(1000),
+    every<global_position>(200, true),
+    every<gps_raw>(500),
+    every<extended_state>(500),
+    every<home_position>(2000, true),
+    every<hud>(0),
+    every<current_mode>(0),
+    every<modes_monitor>(0),
+    every<autopilot_version>(0),
+    every<protocol_version>(0),
+    every<component_metadata>(0),
+    every<global_origin>(0, true),
+    every<raw_imu>(0),
+    every<scaled_pressure>(0),
+};
+inline constexpr int streams = int(sizeof(telemetry_messages) / sizeof(telemetry_messages[0]));
 
 }  // namespace hypertuna::firmware

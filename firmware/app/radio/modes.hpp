@@ -1,7 +1,7 @@
 /// Modes of the robot as ground stations list and select them: the states that have an order.
 #pragma once
 
-#include "app/radio/messages.hpp"
+#include "app/radio/fields.hpp"
 
 namespace hypertuna::firmware {
 
@@ -41,6 +41,11 @@ inline mavlink_available_modes_t available_mode(int k) {
     const char* name = state_texts[int(state)].name;
     for (int c = 0; name[c] != 0; ++c) m.mode_name[c] = name[c];
     return m;
+}
+
+/// The state as a mode: `disarmed` is `rest` without the armed flag.
+inline std::uint32_t custom_mode(const Snapshot& now) {
+    return std::uint32_t(mode_base + int(now.armed() ? now.state : State::rest));
 }
 
 inline mavlink_current_mode_t current_mode(const Snapshot& now) {

@@ -4,9 +4,11 @@
 /// the satellites' altitude is used.
 #pragma once
 
-#include "app/radio/messages.hpp"
+#include "app/radio/fields.hpp"
 
 namespace hypertuna::firmware {
+
+inline constexpr std::uint32_t fix_lasts = 300;  // ticks that a fix counts as present
 
 /// Degrees of a place [1e-7 deg].
 struct Degrees {
@@ -23,6 +25,15 @@ inline Degrees degrees_of(const Origin& origin, const Place& at) {
 inline std::uint16_t heading(const Snapshot& now) {
     const float yaw = angle_of(now.estimate.facing.x, now.estimate.facing.y);
     return std::uint16_t(whole<std::uint16_t>(yaw < 0.0f ? yaw + float(2 * pi) : yaw, centidegree) % 36000);
+}
+
+inline mavlink_local_position_ned_t local_position(const Snapshot& now) {
+    const Estimate<float>& at = now.estimate;
+    mavlink_local_position_ned_t m{};
+    m.time_boot_ms = milliseconds(now);
+    m.x = at.y, m.y = at.x, m.z = at.depth;
+    m.vx = at.speed * at.facing.y + at.current[1], m.vy = at.speed * at.facing.x + at.current[0], m.vz = at.sink;
+    return m;
 }
 
 inline mavlink_global_position_int_t global_position(const Vehicle& vehicle) {

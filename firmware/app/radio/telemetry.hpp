@@ -1,80 +1,13 @@
-/// Telemetry: the messages that the robot sends by itself, and which of them is next.
+/// Telemetry: which of the messages that the robot sends by itself (messages.hpp) is next.
 ///
 /// Each message has an interval: at boot that of the table, then what MAV_CMD_SET_MESSAGE_INTERVAL asks (commands.hpp).
 /// Where the radio cannot carry all of them, every interval grows by the same factor: the message that is late by the
 /// largest fraction of its interval goes first.
 #pragma once
 
-#include <concepts>
-
-#include "app/radio/mission_download.hpp"
-#include "app/radio/modes.hpp"
-#include "app/radio/outbox.hpp"
-#include "app/radio/positions.hpp"
+#include "app/radio/messages.hpp"
 
 namespace hypertuna::firmware {
-
-/// A telemetry message: its id, its interval at boot, and how it is made and sent.
-struct TelemetryMessage {
-    std::uint32_t id;
-    std::uint32_t interval;  // ticks of 10 ms; 0 for on request only
-    bool placed;             // it needs the origin of coordinates
-    void (*send)(Outbox&, Signing&, const Vehicle&, const Parser&);
-};
-
-/// Make a message of the vehicle, of its snapshot, or of the vehicle and the parser's counters.
-template <auto make>
-auto made(const Vehicle& vehicle, const Parser& parser) {
-    using Maker = decltype(make);
-    if constexpr (std::invocable<Maker, const Vehicle&>)
-        return make(vehicle);
-    else if constexpr (std::invocable<Maker, const Snapshot&>)
-        return make(snapshot(vehicle));
-    else
-        return make(vehicle, parser);
-}
-
-template <auto make>
-void send_made(Outbox& out, Signing& signing, const Vehicle& vehicle, const Parser& parser) {
-    send(out, signing, made<make>(vehicle, parser));
-}
-
-/// Row of the table: the message that `make` returns, every `interval` ticks.
-template <auto make>
-constexpr TelemetryMessage every(std::uint32_t interval, bool placed = false) {
-    using Message = decltype(made<make>(std::declval<const Vehicle&>(), std::declval<const Parser&>()));
-    return {kind_of<Message>.id, interval, placed, send_made<make>};
-}
-
-/// All telemetry. The heartbeat is first: it is never late for another message. Position comes once in local
-/// coordinates and once in degrees every two seconds. Whether there is a fix, and whether the robot is at the surface,
-/// changes within seconds; home seldom changes. The rest is on request: its numbers are in other messages, too.
-inline constexpr TelemetryMessage telemetry_messages[] = {
-    every<heartbeat>(100),
-    every<hydraulics>(20),
-    every<attitude>(25),
-    every<local_position>(200),
-    every<gait>(200),
-    every<pilot_state>(200),
-    every<servo_output>(200),
-    every<sys_status>(500),
-    every<battery_status>(1000),
-    every<mission_current>(1000),
-    every<global_position>(200, true),
-    every<gps_raw>(500),
-    every<extended_state>(500),
-    every<home_position>(2000, true),
-    every<hud>(0),
-    every<current_mode>(0),
-    every<modes_monitor>(0),
-    every<autopilot_version>(0),
-    every<protocol_version>(0),
-    every<component_metadata>(0),
-    every<global_origin>(0, true),
-    every<raw_imu>(0),
-    every<scaled_pressure>(0),
-};
-inline constexpr int streams = int(sizeof(telemetry_messages) / sizeof(telemetry_messages[0]));
 
 struct TelemetryStream {
     std::uint32_t interval;     // ticks; 0 for never

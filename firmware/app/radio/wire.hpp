@@ -30,4 +30,12 @@ inline constexpr MessageKind kind_of{};
 #include <hypertuna/messages.inc>  // every message of the dialect
 #undef HYPERTUNA_MESSAGE
 
+template <class... Messages>
+struct MessageList {};
+#define HYPERTUNA_MESSAGE(type, NAME) mavlink_##type##_t,
+using Dialect = MessageList<
+#include <hypertuna/messages.inc>
+    void>;
+#undef HYPERTUNA_MESSAGE
+
 }  // namespace hypertuna::firmware

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from hypertuna import _core
 from hypertuna.arrays import Array, rounded_number, without_last_bit
 from hypertuna.description.robot import Robot, joint_key, parse, require
+from hypertuna.description.schema.base import Part
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.hydraulics import HOTTEST, Line, Oil, Pump, Servo
 from hypertuna.errors import InputError
@@ -17,13 +18,6 @@ from hypertuna.ranges import POSITIVE
 
 SIDES = ("left", "right")
 DRIVES = "piston pump"  # key `drives` of the servos of circuits
-# Quantities of a circuit that the tables of pump, servo, line and oil have under the same name.
-SAME = (
-    ("crank", "rod", "neutral"),
-    ("friction", "speed", "bandwidth", "voltage", "stall_current", "idle_current", "inertia"),
-    ("compliance",),
-    ("bulk_modulus", "air", "cavitation"),
-)
 SOFTER = "more air or compliance, a narrower or longer line, or heavier rotors"  # of a circuit that is too stiff
 LAMINAR_INERTIA = 4 / 3  # momentum of Poiseuille's profile over that of plug flow
 ASTM_OFFSET = 0.7  # cSt, of ASTM D341
@@ -102,7 +96,7 @@ def pump_servo(robot: Robot) -> Servo:
     servo = robot.servos[k]
     for name, info in type(servo).model_fields.items():
         require(getattr(servo, name), f"servos[{k}].{info.alias}", robot)
-    count = len(SIDES) * sum(not group.direct for group in robot.joints)
+    count = sum(len(group.drive.servos) for group in robot.joints if group.drive.oil)
     if servo.count != count:
         rule, fix = f"must be {count}, one per side of each joint group with muscles", "one servo drives one cylinder"
         raise InputError(rule, file=robot.file or None, key=f"servos[{k}].count", value=str(servo.count), fix=fix)
@@ -112,7 +106,7 @@ def pump_servo(robot: Robot) -> Servo:
 def rated_voltage(robot: Robot) -> float:
     """Return the voltage [V] that torque and speed of the joints' servos are given at: the lowest of theirs."""
     rated = [group.servo.voltage for group in robot.joints if group.servo is not None]
-    if len(rated) < len(robot.joints):
+    if has_oil(robot):
         rated.append(require(pump_servo(robot).voltage, "servos.voltage_v", robot))
     return min(rated)
 
@@ -126,10 +120,21 @@ def supply_voltage(robot: Robot) -> float:
     return nominal if battery.converter is None else min(nominal, battery.converter)
 
 
-def drive_names(robot: Robot) -> tuple[str, ...]:
-    """Return the names of the servos that move the joints, two places a joint: "I-left", "I-right"; "II", ""."""
-    pairs = ((group.name, "") if group.direct else (f"{group.name}-{side}" for side in SIDES) for group in robot.joints)
-    return tuple(name for pair in pairs for name in pair)
+def has_oil(robot: Robot) -> bool:
+    """Return whether oil moves any of the joints."""
+    return any(group.drive.oil for group in robot.joints)
+
+
+def drive_names(robot: Robot, *, oil: bool = False) -> tuple[str, ...]:
+    """Return the names of the servos that move the joints, two places a joint: "I-left", "I-right"; "II", "".
+
+    oil: those of circuits alone.
+    """
+    names: list[str] = []
+    for group in robot.joints:
+        own = [f"{group.name}{end}" for end in group.drive.servos if group.drive.oil or not oil]
+        names += (*own, "", "")[: len(SIDES)]
+    return tuple(names)
 
 
 def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
@@ -139,15 +144,14 @@ def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
     """
     columns, rows = tuple(_core.circuit_columns()), []
     at, nu = math.nan, math.nan
-    if not all(group.direct for group in robot.joints):
+    if has_oil(robot):
         require(robot.pump, "pump", robot)
         oil = require(robot.oil, "oil", robot)
         at = oil.temperature if temperature is None else temperature
         nu = rounded_number(float(viscosity(oil, at)))
     for group in robot.joints:
         if group.servo is not None:
-            servo = {name: getattr(group.servo, name) for name in SAME[1]} | {"stall_torque": group.servo.torque}
-            rows += [servo, {}]
+            rows += [_given(group.servo) | {"stall_torque": group.servo.torque}, {}]
         else:
             rows += [_circuit_of(robot, group, nu)] * len(SIDES)
     values = np.array([[row.get(name, 0.0) for name in columns] for row in rows], dtype=np.float64)
@@ -167,7 +171,7 @@ def _circuit_of(robot: Robot, group: JointGroup, nu: float) -> dict[str, float]:
 
 def require_oil(robot: Robot, key: str) -> None:
     """Refuse an option that is about oil for a robot without."""
-    if all(group.direct for group in robot.joints):
+    if not has_oil(robot):
         rule, fix = f"applies to oil, and servos turn all joints of {robot.name}", "leave it out"
         raise InputError(rule, file=robot.file or None, key=key, fix=fix)
 
@@ -178,7 +182,7 @@ def with_bore(robot: Robot, bore: float) -> Robot:
     POSITIVE.check(1e3 * bore, "bore", "give the inner diameter of the lines in mm")
     document = robot.document()
     for k, joint in enumerate(document["joints"]):
-        if robot.joints[k].direct:
+        if not robot.joints[k].drive.oil:
             continue
         line = require(joint.get("line"), f"joints[{k}].line", robot)
         line["bore_m"] = bore
@@ -200,6 +204,11 @@ def servo_angle(hydraulics: Circuits, volume: ArrayLike, circuit: int = 0) -> Ar
     return result
 
 
+def _given(*parts: Part) -> dict[str, float]:
+    """Return the quantities of a circuit that tables of the description have under the same name."""
+    return {name: getattr(part, name) for part in parts for name in _core.circuit_columns() if name in part.declared}
+
+
 def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: float) -> dict[str, float]:
     """Return one circuit by the names of the core."""
     area = np.pi / 4 * pump.bore**2
@@ -209,12 +218,10 @@ def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: fl
     held = rest + np.pi / 4 * line.bore**2 * line.length
     fill = line.fill_pressure
     swollen = 1 - fill / oil.bulk_modulus + oil.air * _core.ATMOSPHERE / (_core.ATMOSPHERE + fill)
-    parts = zip((pump, servo, line, oil), SAME, strict=True)
-    return {name: getattr(part, name) for part, names in parts for name in names} | {
+    return _given(pump, servo, line, oil) | {
         "area": area,
         "start": on,
         "chamber": chamber,
-        "seal": pump.seal_friction,
         "stall_torque": servo.torque,
         "resistance": line_resistance(line.length, line.bore, nu * oil.density),
         "loss": line_loss(line.bore, line.loss, oil.density),

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from hypertuna import _core
-from hypertuna.actuation.hydraulics import SOFTER, Circuits, circuits, servo_angle, supply_voltage, with_bore
+from hypertuna.actuation.hydraulics import SOFTER, Circuits, circuits, has_oil, servo_angle, supply_voltage, with_bore
 from hypertuna.actuation.soft_joint import SMALL, JointModel, joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.changes import changed
@@ -33,7 +33,6 @@ SETTLED = 0.5  # s, longer than servos take to a constant angle
 DURATION_MAX = 80.0  # s of a run
 LAMINAR = 2300  # Reynolds number up to which a line's flow is laminar
 DEEP_SUCTION = 0.8  # of the cavitation pressure: air expands there and the joint's passive side no longer follows
-POWERS = ("idle", "windings", "hydraulic", "gears", "seals", "rotor", "braking")
 MARGINS = ("torque_margin", "servo_speed_margin", "stroke_margin")
 
 
@@ -73,7 +72,7 @@ class Size:
     pressure_max: Annotated[float, Format("kPa")]  # Pa, of the cylinders
     pressure_min: Annotated[float, Format("kPa")]  # Pa
     limits: tuple[str, ...]  # what limits the bend: "pressure", "suction", "servo", "compliance", "line"
-    electrical_power: dict[str, float]  # W, mean electrical power of both servos: ``total`` and its shares `POWERS`
+    electrical_power: dict[str, float]  # W, mean electrical power of both servos: ``total`` and its shares
     values: Mapping[str, float] = field(default_factory=dict)  # of the keys of the robot's file that `size_over` varies
 
     @property
@@ -146,7 +145,7 @@ def size_pump(
     then temperatures, bores, frequencies. `progress` receives the number of finished cases and of all.
     """
     _check(robot, frequency, amplitude)
-    if all(group.direct for group in robot.joints):
+    if not has_oil(robot):
         rule, fix = "has no pump: servos turn all its joints", "name a robot with oil"
         raise InputError(rule, file=robot.file or None, key=f"robot {robot.name}", fix=fix)
     models = joint_models(robot)
@@ -156,7 +155,7 @@ def size_pump(
     sizes = Sizes(robot)
     for k, (f, d, t) in enumerate(cases):
         for j, angle in enumerate(amplitude):
-            if robot.joints[j].direct:
+            if not robot.joints[j].drive.oil:
                 continue
             sizes.append(_size(variants[d], built[d, t], models[j], j, f, angle))
         if progress is not None:
@@ -249,7 +248,7 @@ def _servo(
     """Compute loads and limits of a servo in a beat, at a fraction of its rated voltage."""
     slopes = _core.displaced(row, np.ascontiguousarray(target.ravel()))[:, 1]
     return {
-        "torque": (limit + column["seal"] / column["area"]) * float(slopes.max()) + column["friction"],
+        "torque": (limit + column["seal_friction"] / column["area"]) * float(slopes.max()) + column["friction"],
         "torque_limit": column["stall_torque"] * voltage,
         "servo_speed": float(np.abs(np.diff(target, axis=0)).max() / interval),
         "servo_speed_limit": column["speed"] * voltage,
@@ -286,7 +285,7 @@ def _beat(
     }
     if missed and not any(limits.values()):  # several small ones
         limits[min(kept, key=kept.__getitem__)] = True
-    shares = {"total": "power"} | {name: f"power_{name}" for name in POWERS}
+    shares = {"total": "power"} | {key.removeprefix("power_"): key for key in run if key.startswith("power_")}
     return {
         "bend": abs(harmonic),
         "lag": -float(np.angle(harmonic)),

@@ -114,7 +114,7 @@ def joint_group(robot: Robot, joint: str | int) -> tuple[JointGroup, Actuator]:
         fix = did_you_mean(str(joint), names)
         raise InputError("is not a joint of the robot", file=robot.file or None, key=f"joint {joint}", fix=fix)
     group = robot.joints[index]
-    if group.direct:
+    if not group.drive.oil:
         rule, fix = "has no muscles: a servo turns it", "name a joint with the table joints.actuator"
         raise InputError(rule, file=robot.file or None, key=f"joint {group.name}", fix=fix)
     require(group.drive_units, f"{joint_key(robot, group.name)}.drive_units", robot)
@@ -190,7 +190,7 @@ def joint_models(robot: Robot, material: str | None = None) -> tuple[JointModel,
 
 def _model(robot: Robot, g: int, material: str | None) -> JointModel:
     """Reduce one joint to one section."""
-    if robot.joints[g].direct:
+    if not robot.joints[g].drive.oil:
         return JointModel(robot.joints[g].name, np.zeros(len(_core.joint_columns())), 0.0, math.inf)
     group, actuator = joint_group(robot, g)
     unit, hose = drive_unit(robot), muscle(robot, material)

@@ -28,7 +28,7 @@ def with_room(robot: Robot, joint: int) -> Robot:
     if gap < 0:
         rule, fix = "must leave room for a film on the axis", "give a longer lever or thinner hoses"
         raise InputError(rule, key=f"joint {group.name}, lever_m", fix=fix)
-    behind = [other.line.bore for other in robot.joints[joint + 1 :] if other.line is not None and not other.direct]
+    behind = [other.line.bore for other in robot.joints[joint + 1 :] if other.line is not None]
     pipe = max(behind, default=0.0) / 2 + PIPE
     if not behind or gap >= pipe:
         return robot

@@ -280,8 +280,8 @@ class ModelOptions(RobotOptions):
 
 def with_rigid_hinge(robot: Robot) -> Robot:
     """Return a robot that a command swims by its gait alone, with a note where it has a hinge: it stays rigid."""
-    if robot.hinge is not None:
-        note(f"the passive hinge of link {robot.hinge.link} stays rigid here: only the twin of {robot.name} bends it.")
+    for hinge in robot.hinges:
+        note(f"the passive hinge of link {hinge.link} stays rigid here: only the twin of {robot.name} bends it.")
     return robot
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hypertuna import _core
-from hypertuna.actuation.hydraulics import SIDES, Circuits, circuits, rated_voltage, servo_angle, viscosity
+from hypertuna.actuation.hydraulics import SIDES, Circuits, circuits, has_oil, rated_voltage, servo_angle, viscosity
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.arrays import Array, rounded_number, rounded_parts, without_last_bit
 from hypertuna.description.robot import Robot, joint_key, require
@@ -171,7 +171,7 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
     """Compute the constants that the controller has once."""
     tick = 1 / control.rate
     rate = SETTLED / control.smoothing
-    oil = any(not group.direct for group in robot.joints)
+    oil = has_oil(robot)
     pressure = sensor_range(robot, "pressure") if oil else (0.0, 0.0)
     current, voltage, rate_range, acceleration = (
         sensor_range(robot, quantity) if oil or has_sensor(robot, quantity) else (0.0, 0.0)

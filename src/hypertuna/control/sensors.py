@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from hypertuna import _core
-from hypertuna.actuation.hydraulics import SIDES
+from hypertuna.actuation.hydraulics import has_oil
 from hypertuna.description.channels import CHANNELS
 from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.control import Sensor
@@ -61,8 +61,8 @@ def sensor_absent(robot: Robot, quantity: str) -> bool:
 
     The range of its model is 0 to 0, so that it reads 0; the controller leaves it out.
     """
-    directly = all(group.direct for group in robot.joints)
-    return directly and not CHANNELS[quantity].pilot and all(sensor.quantity != quantity for sensor in robot.sensors)
+    described = any(sensor.quantity == quantity for sensor in robot.sensors)
+    return not (has_oil(robot) or CHANNELS[quantity].pilot or described)
 
 
 def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
@@ -80,14 +80,12 @@ def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
         names[channel.part] = (names.get(channel.part, (first,))[0], last)
         for j, group in enumerate(robot.joints):
             name = f"{channel.part}-{group.name}"
-            if group.direct:
-                if channel.name == "current":
-                    names[name] = (first + 2 * j, first + 2 * j)
-            elif channel.per == "joint":
+            servos, oil = group.drive
+            if channel.per == "joint" and oil:
                 names[name] = (first + j, first + j)
-            elif channel.per == "circuit":
-                names[name] = (first + 2 * j, first + 2 * j + 1)
-                names |= {f"{name}-{side}": (first + 2 * j + s,) * 2 for s, side in enumerate(SIDES)}
+            elif channel.per == "circuit" and servos and (oil or channel.name == "current"):
+                names[name] = (first + 2 * j, first + 2 * j + len(servos) - 1)
+                names |= {f"{name}{end}": (first + 2 * j + s,) * 2 for s, end in enumerate(servos)}
     return names
 
 

@@ -120,6 +120,11 @@ class Robot(Part, Plotted, Tabular):
         return body.of(info.data["links"]) if "links" in info.data else body
 
     @property
+    def hinges(self) -> tuple[Hinge, ...]:
+        """The passive hinges, whose bends follow those of the joint groups among the coordinates of the tail."""
+        return () if self.hinge is None else (self.hinge,)
+
+    @property
     def file(self) -> str:
         """File of the robot, empty if none."""
         return self._file
@@ -244,8 +249,8 @@ class Robot(Part, Plotted, Tabular):
             yield from self.spatial.centers(links.length)
         if self.fins is not None:
             yield self.fins.on_head(links.length[0])
-        if self.hinge is not None:
-            yield self.hinge.in_tail(len(links.name))
+        for hinge in self.hinges:
+            yield hinge.in_tail(len(links.name))
         for name, gait in self.gaits.items():
             yield from same_length(gait, f"gaits.{name}", groups, "joint group")
         if self.gait_bounds is not None:
@@ -254,7 +259,7 @@ class Robot(Part, Plotted, Tabular):
             yield from self.guidance.check_robot(self.gaits, groups)
         if self.firmware is not None:
             quantities = {sensor.quantity for sensor in self.sensors if sensor.quantity is not None}
-            yield from self.firmware.sizes([group.direct for group in self.joints], quantities)
+            yield from self.firmware.sizes([group.drive for group in self.joints], quantities)
         if self.drive_unit is not None:
             yield from self.drive_unit.check_materials(self.materials)
         yield from sizes(self.body.length, self.joints, self.drive_unit, self.pump)

@@ -129,26 +129,20 @@ def _readings(robot: Robot, *, pilot: bool) -> Iterator[Variable]:
 def _of_channel(robot: Robot, channel: Channel) -> list[str | None]:
     """Name the places of a channel; None where the robot has no sensor."""
     if channel.per == "joint":
-        return [None if group.direct else group.name for group in robot.joints]
+        return [group.name if group.drive.oil else None for group in robot.joints]
     if channel.per == "circuit":
-        return [name or None for name in _drives(robot, oil=channel.name == "pressure")]
+        return [name or None for name in drive_names(robot, oil=channel.name == "pressure")]
     axes = POSITION if channel.name == "position" else LABELS["axis"]
     return [axis if channel.size > 1 else "" for axis in axes[: channel.size]]
-
-
-def _drives(robot: Robot, *, oil: bool) -> list[str]:
-    """Name the servos of joints, two places a joint; "" where there is none, or no oil."""
-    names = drive_names(robot)
-    return ["" if oil and robot.joints[c // 2].direct else name for c, name in enumerate(names)]
 
 
 def _truth(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
     """Yield what the record of the twin has."""
     left_out = (*OF_CONTROLLER, *OF_CONTROLLER_AT_SEA) if kind == "plant" else ()
-    drives, direct = _drives(robot, oil=False), [group.direct for group in robot.joints]
+    drives, oil = drive_names(robot), [group.drive.oil for group in robot.joints]
     places: dict[str, Any] = LABELS | {
         "joint": [group.name for group in robot.joints],
-        "circuit": _drives(robot, oil=True),
+        "circuit": drive_names(robot, oil=True),
         "drive": drives,
         "servo": [*drives, *(f"fin-{side}" for side in LABELS["side"] if sea)],
     }
@@ -156,7 +150,7 @@ def _truth(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
         if name in left_out:
             continue
         for place, label in enumerate(POSITION if name == "position" else places[dim]):
-            if (dim and not label) or (name == "angle_measured" and direct[place]):
+            if (dim and not label) or (name == "angle_measured" and not oil[place]):
                 continue
             column, factor = MIRRORED.get(name, name), -1.0 if name in MIRRORED else 1.0
             yield _output(_joined(name, label), unit, _joined(text, label, ": "), column, place, factor)

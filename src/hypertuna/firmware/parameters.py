@@ -162,10 +162,10 @@ def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
 def pins_of(robot: Robot) -> dict[str, list[int]]:
     """Return the pins of the servos and of every analog sensor by their places, -1 where nothing is wired."""
     wired = require(robot.firmware, "firmware", robot)
-    direct = [group.direct for group in robot.joints]
+    drives = [group.drive for group in robot.joints]
     sensors = {sensor.quantity for sensor in robot.sensors if sensor.quantity is not None}
     pins = {"servo": _placed(wired.servo_pins, [*map(bool, drive_names(robot)), True, True])}
-    return pins | {name: _placed(wired.analog_pins(name), channel_wired(name, direct, sensors)) for name in ANALOG}
+    return pins | {name: _placed(wired.analog_pins(name), channel_wired(name, drives, sensors)) for name in ANALOG}
 
 
 def _placed(pins: Sequence[int], there: Sequence[bool]) -> list[int]:

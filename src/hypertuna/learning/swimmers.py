@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna import _core
-from hypertuna.actuation.hydraulics import pump_servo
+from hypertuna.actuation.hydraulics import has_oil, pump_servo
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.description.twin import require_controller
@@ -150,14 +150,14 @@ class Swimmers:
 
 
 def _structure(robot: Robot) -> tuple[object, ...]:
-    return parts_of(robot, "water", None).plant.structure, [group.direct for group in robot.joints]
+    return parts_of(robot, "water", None).plant.structure, [group.drive for group in robot.joints]
 
 
 def _largest_power(robot: Robot) -> float:
     """Return the electrical power [W] of the servos that move the joints, all at stall."""
     axles = [group.servo for group in robot.joints if group.servo is not None]
     power = sum(servo.voltage * servo.stall_current for servo in axles)
-    if len(axles) < len(robot.joints):
+    if has_oil(robot):
         pump = pump_servo(robot)
         power += pump.count * (pump.voltage or 0) * (pump.stall_current or 0)  # which it has
     return power

@@ -17,7 +17,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.extras import need
 from hypertuna.io.files import shipped, write_atomically
 
-SILENT = 32767  # in a field of HYDRAULICS: the sensor does not answer
+SILENT = 32767  # in a field of a sensor that does not answer
 NAME = "pymavlink.dialects.v20.hypertuna"  # where mavutil looks for a dialect of this name
 
 

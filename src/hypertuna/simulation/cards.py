@@ -73,7 +73,7 @@ def twin_card(run: TwinRun) -> Card:
         summary["cost_of_transport_j_per_kg_m"] = quantity("cost_of_transport", "–")
     parts: list[Part] = [(f"{run.duration:g} s in {run.medium} from {run.start}, {loop}{oil}", "dim")]
     parts += [Facts(summary, digits=3), "", _joint_table(run)]
-    servos = [group.name for group in run.robot.joints if group.servo is not None]
+    servos = [group.name for group in run.robot.joints if not group.drive.oil]
     if servos and run.closed_loop:
         lag = "the swing error and the lag of the phase are the servo's own"
         uncorrected = f"No sensor reads the bend of {listed(servos)}, so the controller does not correct it"
@@ -284,7 +284,7 @@ def last_beats(run: TwinRun | SeaRun) -> str:
     step = water_step(run.robot, lines[:, 0], pose[:, 2]) / (seconds * frequency)
     film = film_svg(shapes, step, 1 / frequency, seconds, f"{run.robot.name} from above")
     span = f"{number(begin)} to {number(time[-1], 's')}"
-    hinge = "" if run.robot.hinge is None else "; its passive hinge is drawn straight"
+    hinge = "; its passive hinge is drawn straight" if run.robot.hinges else ""
     return captioned(film, f"The last {seconds * frequency:.2g} beats from above, {span}, in real time{hinge}.")
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hypertuna.actuation.hydraulics import has_oil
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.actuator import Hinge
@@ -112,11 +113,11 @@ def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
     edge = robot.water.strip is not None and robot.water.strip.edge_height > 0
     label = f"area of the caudal fin ({names[last]})" if edge else f"area of {names[last]}, by its height"
     yield Knob("fin", label, "m^2", document["links"]["lateral_area_m2"][last], fin, part=("height", last))
-    if robot.hinge is not None:
+    for hinge in robot.hinges:
         label, powers = "stiffness of the hinge", _followers("stiffness", 0, alias=True)
-        yield Knob("hinge", label, "N m/rad", robot.hinge.stiffness, powers, part=("stiffness", 0))
+        yield Knob("hinge", label, "N m/rad", hinge.stiffness, powers, part=("stiffness", 0))
     unit = robot.drive_unit
-    if unit is not None and not why_no_twin(robot) and not all(group.direct for group in robot.joints):
+    if unit is not None and not why_no_twin(robot) and has_oil(robot):
         moduli = ("modulus_100_pa", "modulus_fe_pa", "tensile_pa[0]", "tensile_pa[1]")
         keys = {f"materials.{name}.{key}": 1 for name in dict.fromkeys((unit.hose, unit.matrix)) for key in moduli}
         label, value = "stiffness of the silicones, in the twin", robot.materials[unit.matrix].modulus_100

@@ -80,13 +80,13 @@ def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) ->
         "joints": len(models),
         **{f"joint.{name}": [model[name] for model in models] for name in _core.joint_columns()},
         **{f"circuit.{name}": oil.column(name) for name in oil.columns},
-        "direct": [float(group.direct) for group in robot.joints],
+        "direct": [float(not group.drive.oil) for group in robot.joints],
         "armature": _armature(robot),
         **{f"battery.{name}": value for name, value in battery_columns(robot).items()},
         "idle": sum(servo.count * (servo.idle_current or 0.0) * (servo.voltage or 0.0) for servo in still),
     }
-    if robot.hinge is not None:
-        columns |= {"hinge.stiffness": robot.hinge.stiffness, "hinge.damping": robot.hinge.damping}
+    for hinge in robot.hinges:
+        columns |= {"hinge.stiffness": hinge.stiffness, "hinge.damping": hinge.damping}
     if robot.spatial is not None and robot.fins is not None:
         columns |= space_columns(robot)
     return columns
@@ -95,7 +95,7 @@ def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) ->
 def _viscous(robot: Robot) -> tuple[JointModel, ...]:
     """Return the joints, whose axes shorten against the viscosity of their silicones."""
     models = joint_models(robot)
-    viscosities = [m["axial_viscosity"] for m, group in zip(models, robot.joints, strict=True) if not group.direct]
+    viscosities = [m["axial_viscosity"] for m, group in zip(models, robot.joints, strict=True) if group.drive.oil]
     if min(viscosities, default=1.0) <= 0:
         key, fix = f"materials.{drive_unit(robot).matrix}.relaxation_s", "give 0.005, an estimate for silicone"
         raise InputError("must be positive in the twin", file=robot.file or None, key=key, value="0", fix=fix)
@@ -105,17 +105,17 @@ def _viscous(robot: Robot) -> tuple[JointModel, ...]:
 def _shares(robot: Robot) -> Array:
     """Part of each coordinate, joint groups and then the hinge, that a link's front joint takes (links, D)."""
     links, groups = len(robot.links.name), len(robot.joints)
-    share = np.zeros((links, groups + (robot.hinge is not None)))
+    share = np.zeros((links, groups + len(robot.hinges)))
     share[:, :groups] = group_shares(robot)
-    if robot.hinge is not None:
-        share[robot.hinge.link, groups] = 1.0
+    for d, hinge in enumerate(robot.hinges, groups):
+        share[hinge.link, d] = 1.0
     return share
 
 
 def _armature(robot: Robot) -> list[float]:
     """Inertia of the rotor that turns with each coordinate [kg m^2]: of the servo on a joint's axle."""
     rotors = [0.0 if group.servo is None else group.servo.inertia for group in robot.joints]
-    return rotors + [0.0] * (robot.hinge is not None)
+    return rotors + [0.0] * len(robot.hinges)
 
 
 def _fastest(
@@ -125,7 +125,7 @@ def _fastest(
 
     Beside the fastest stands the key of what makes it, and what to do about it.
     """
-    coordinates = len(models) + (robot.hinge is not None)
+    coordinates = len(models) + len(robot.hinges)
     mobility = plant.accelerations(  # rad/s^2 per N m of every coordinate of the straight tail
         _core.World({"clamped": float(clamped)}),
         bend=np.zeros((coordinates, 2, coordinates)),
@@ -141,10 +141,9 @@ def _fastest(
             rates[key] = _core.axle_stiffness(pair[0], float(mobility[j]))
         else:
             rates |= _oil_rates(robot, model, dict(zip(oil.columns, pair.T, strict=True)), pair, float(mobility[j]))
-    if robot.hinge is not None:
-        hinge, last = robot.hinge, float(mobility[-1])
-        rates["hinge.stiffness_n_m_per_rad", "a softer hinge, or none"] = math.sqrt(hinge.stiffness * last)
-        rates["hinge.damping_n_m_s_per_rad", "less damping"] = hinge.damping * last
+    for hinge, free in zip(robot.hinges, mobility[len(models) :].tolist(), strict=True):
+        rates["hinge.stiffness_n_m_per_rad", "a softer hinge, or none"] = math.sqrt(hinge.stiffness * free)
+        rates["hinge.damping_n_m_s_per_rad", "less damping"] = hinge.damping * free
     stiffest = max(rates, key=lambda name: rates[name])
     return float(rates[stiffest]), stiffest
 
@@ -312,13 +311,13 @@ def existing(data: dict[str, Array], robot: Robot) -> dict[str, Array]:
     """Cut a record to the robot's circuits and servos: a joint with a servo on its axle has no oil and one servo."""
     names = drive_names(robot)
     drives = [c for c, name in enumerate(names) if name]
-    oil = [c for c in drives if not robot.joints[c // 2].direct]
+    oil = [c for c, name in enumerate(drive_names(robot, oil=True)) if name]
     kept = {"circuit": oil, "drive": drives, "servo": [*drives, len(names), len(names) + 1]}
     for name, column in data.items():
         dim = VARIABLES.get(name, ("",))[0]
         if len(oil) < len(names) and dim in kept:
             data[name] = column[:, kept[dim]]
-    unread = [group.direct for group in robot.joints]
+    unread = [not group.drive.oil for group in robot.joints]
     if any(unread):
         data["angle_measured"] = np.where(unread, math.nan, data["angle_measured"])
     return data

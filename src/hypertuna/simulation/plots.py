@@ -56,7 +56,7 @@ def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
 @styled
 def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
     """Plot the pressures of one beat, in the pumps and in the drive units: a panel for each joint; `width` [inch]."""
-    joints = [group.name for group in run.robot.joints if not group.direct]
+    joints = [group.name for group in run.robot.joints if group.drive.oil]
     if not joints:
         raise InputError("has no oil: servos turn its joints", key=f"robot {run.robot.name}", fix="plot the run itself")
     beats = max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)) if run.settled else 1

@@ -56,8 +56,7 @@ class Run(Tabular, data=lambda run: run.dataset()):
     @property
     def circuits(self) -> tuple[str, ...]:
         """Names of the oil circuits: I-left, I-right, ..."""
-        groups = {group.name for group in self.robot.joints if group.direct}
-        return tuple(name for name in self.drives if name not in groups)
+        return tuple(name for name in drive_names(self.robot, oil=True) if name)
 
     @property
     def drives(self) -> tuple[str, ...]:

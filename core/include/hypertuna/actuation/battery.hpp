@@ -45,8 +45,7 @@ inline constexpr int battery_column_count = sizeof(battery_columns) / sizeof(bat
 
 template <class S, class T>
 Battery<S> read_battery(const T* row) {
-    const auto at = [row](int k) { return S(row[k]); };
-    return {at(0), at(1), at(2), at(3), at(4), at(5), at(6)};
+    return read_row<Battery<S>, S>(battery_columns, row);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -162,8 +162,8 @@ HYPERTUNA_INLINE CircuitRate<S> circuit_rate(const Circuit<S>& circuit, const Ci
     const OilPressure<S> pump = pump_pressure(circuit, state.passed, pushed);
     const OilPressure<S> unit = unit_pressure(circuit, state, unit_space);
     const S load = pump.pressure * (area * slope);
-    const S sealing = circuit.pump.seal * abs(slope);
-    const ServoDrive<S> drive = servo_drive(circuit.servo, supply, load, target, state.angle, state.rate, sealing);
+    const ServoDrive<S> drive =
+        servo_drive(circuit.servo, supply, load, target, state.angle, state.rate, sealing(circuit.pump, slope));
     const S drop = circuit.resistance * state.flow + circuit.loss * times_abs(state.flow);
     const S flow = (pump.pressure - unit.pressure - drop) / circuit.inertance;
     return {{state.rate, drive.acceleration, flow, state.flow},
@@ -180,7 +180,7 @@ S circuit_stiffness(const Circuit<S>& circuit, const S& pressure, const S& flow)
     const S unit = oil_compliance(circuit, circuit.oil_unit, pressure) + circuit.compliance;
     const S slope = displaced_slope(circuit.pump, S(0));
     Servo<S> servo = circuit.servo;
-    servo.friction += circuit.pump.seal * (slope / circuit.pump.area);
+    servo.friction += sealing(circuit.pump, slope / circuit.pump.area);
     const S lag = (circuit.resistance + S(2) * circuit.loss * abs(flow)) / circuit.inertance;
     const S ring = sqrt((S(1) / pump + S(1) / unit) / circuit.inertance);
     const S bounce = slope / sqrt(pump * circuit.servo.inertia);
@@ -188,28 +188,23 @@ S circuit_stiffness(const Circuit<S>& circuit, const S& pressure, const S& flow)
 }
 
 /// A circuit as a row of numbers, in this order: how it comes from Python.
-inline constexpr const char* circuit_columns[] = {
-    "area",         "crank",        "rod",       "neutral",   "start",    "chamber",       "seal",
-    "stall_torque", "speed",        "bandwidth", "friction",  "voltage",  "stall_current", "idle_current",
-    "inertia",      "resistance",   "loss",      "inertance", "oil_pump", "oil_unit",      "unit_rest",
-    "compliance",   "bulk_modulus", "air",       "cavitation"};
+inline constexpr const char* circuit_columns[] = {HYPERTUNA_PUMP_COLUMNS,
+                                                  HYPERTUNA_SERVO_COLUMNS,
+                                                  "resistance",
+                                                  "loss",
+                                                  "inertance",
+                                                  "oil_pump",
+                                                  "oil_unit",
+                                                  "unit_rest",
+                                                  "compliance",
+                                                  "bulk_modulus",
+                                                  "air",
+                                                  "cavitation"};
 inline constexpr int circuit_column_count = sizeof(circuit_columns) / sizeof(circuit_columns[0]);
 
 template <class S, class T>
 Circuit<S> read_circuit(const T* row) {
-    const auto at = [row](int k) { return S(row[k]); };
-    return {{at(0), at(1), at(2), at(3), at(4), at(5), at(6)},
-            {at(7), at(8), at(9), at(10), at(11), at(12), at(13), at(14)},
-            at(15),
-            at(16),
-            at(17),
-            at(18),
-            at(19),
-            at(20),
-            at(21),
-            at(22),
-            at(23),
-            at(24)};
+    return read_row<Circuit<S>, S>(circuit_columns, row);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

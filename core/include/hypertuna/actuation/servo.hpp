@@ -21,6 +21,8 @@ struct Servo {
     S idle_current;   // A: electronics and the motor's own losses
     S inertia;        // kg m^2 of rotor and gears, at the output
 };
+#define HYPERTUNA_SERVO_COLUMNS \
+    "stall_torque", "speed", "bandwidth", "friction", "voltage", "stall_current", "idle_current", "inertia"
 
 /// What a servo does at one instant.
 template <class S>
@@ -43,6 +45,9 @@ struct ServoPower {
     S rotor;     // W: into the rotor, negative while it slows down; a beat's mean is zero
     S braking;   // W: work of load and rotor that comes back and is not regained
 };
+/// LOSS(name) of every share that is lost, or stored in the rotor, and WORK(name, share) of what reaches the oil.
+#define HYPERTUNA_SERVO_POWERS(LOSS, WORK) \
+    LOSS(idle) LOSS(windings) WORK(hydraulic, load) LOSS(gears) LOSS(seals) LOSS(rotor) LOSS(braking)
 
 /// A rate this slow counts as rest for friction, rad/s: it sets in smoothly around it.
 inline constexpr double servo_rest = 0.05;

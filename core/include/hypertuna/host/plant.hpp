@@ -67,8 +67,6 @@ inline std::vector<int> structure_of(const PlantData& plant) {
 
 /// A plant in the plane as rows of numbers; they live as long as it does.
 inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
-    static_assert(sizeof(Circuit<double>) == circuit_column_count * sizeof(double));
-    static_assert(sizeof(Battery<double>) == battery_column_count * sizeof(double));
     return {&plant.model,
             plant.coordinates,
             plant.joints,

@@ -40,6 +40,15 @@ struct Base {
 template <class S>
 using base_t = typename Base<S>::type;
 
+/// A struct of numbers S alone from a row of them, in the order of its members, whose names are the columns.
+template <class Struct, class S, std::size_t columns, class T>
+Struct read_row(const char* const (&)[columns], const T* row) {
+    static_assert(sizeof(Struct) == columns * sizeof(S));
+    return [row]<std::size_t... k>(std::index_sequence<k...>) {
+        return Struct{S(row[k])...};
+    }(std::make_index_sequence<columns>{});
+}
+
 /// What a product of two scalars is, e.g. a Dual where one of them is a Dual and the other is what that is made of.
 template <class A, class B>
 using product_t = decltype(std::declval<A>() * std::declval<B>());

@@ -119,8 +119,11 @@ HYPERTUNA_INLINE S bend_moment(const Joint<S>& joint, const JointLoad<S>& load, 
 /// What a servo takes of its power.
 template <class S>
 HYPERTUNA_INLINE void add_servo(Losses<S>& to, const ServoPower<S>& power) {
-    to.idle += power.idle, to.windings += power.windings, to.gears += power.gears, to.seals += power.seals;
-    to.braking += power.braking, to.rotor += power.rotor;
+#define HYPERTUNA_LOSS(name) to.name += power.name;
+#define HYPERTUNA_WORK(name, share)
+    HYPERTUNA_SERVO_POWERS(HYPERTUNA_LOSS, HYPERTUNA_WORK)
+#undef HYPERTUNA_WORK
+#undef HYPERTUNA_LOSS
 }
 
 /// Where the work of both sides' oil goes, from the cylinders to a bend that turns at a rate and an axis that shortens

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from hypertuna.description.schema.actuator import Actuator, DriveUnit
 from hypertuna.description.schema.base import (
@@ -238,6 +238,17 @@ class Fins(Part, table="fins", how="ruler"):
         return Check(self.x <= head, "fins.x_m", text, fix, f"{self.x:g}")
 
 
+class Drive(NamedTuple):
+    """A kind of what moves a joint group, by what its sensors, pins, records and circuits ask of it."""
+
+    servos: tuple[str, ...]  # endings of their names behind the group's: as many servos, two at most
+    oil: bool  # in circuits, with sensors of bend and pressure
+
+
+MUSCLES = Drive(servos=("-left", "-right"), oil=True)
+AXLE = Drive(servos=("",), oil=False)
+
+
 class JointGroup(Part):
     """A joint group: one drive whose angle is shared by the joints at the front ends of its links."""
 
@@ -284,15 +295,15 @@ class JointGroup(Part):
     servo: JointServo | None = entry("table of the servo on its axle, in place of muscles", default=None)
 
     @property
-    def direct(self) -> bool:
-        """Whether a servo on its axle turns the joint, not oil."""
-        return self.servo is not None
+    def drive(self) -> Drive:
+        """What moves the joint."""
+        return MUSCLES if self.servo is None else AXLE
 
     def one_drive(self, key: str) -> Iterator[Check]:
         """Check that a joint with a servo on its axle has no muscles."""
         fix = "remove it, or the table servo: a joint is turned by muscles or by a servo"
         for name in ("drive_units", "actuator", "line"):
-            alone = not self.direct or getattr(self, name) is None
+            alone = self.servo is None or getattr(self, name) is None
             yield Check(alone, f"{key}.{name}", f"must not stand beside {key}.servo", fix)
 
 

@@ -16,6 +16,7 @@ from hypertuna.description.schema.base import (
     Radio,
     entry,
 )
+from hypertuna.description.schema.body import Drive
 
 MAX_ID = 250  # of MAVLink
 
@@ -141,17 +142,17 @@ class Firmware(Part, table="firmware", keys=_analog_pins(), how="as HyperTuna's;
                 yield Check(pin in pins, name, text, "choose another pin", f"{pin}")
                 yield _free(uses, pin, name)
 
-    def sizes(self, direct: Sequence[bool], sensors: Collection[str]) -> Iterator[Check]:
-        """Check that every servo and sensor has its pin, `direct` being whether a servo turns a joint group's axle."""
-        groups, counts = len(direct), {"servo_pins": (self.servo_pins, 2 + sum(1 if one else 2 for one in direct))}
+    def sizes(self, drives: Sequence[Drive], sensors: Collection[str]) -> Iterator[Check]:
+        """Check that every servo and sensor has its pin, with the drives of the joint groups."""
+        groups, counts = len(drives), {"servo_pins": (self.servo_pins, 2 + sum(len(one.servos) for one in drives))}
         for name in ANALOG:
-            counts[_pins_key(name)] = (self.analog_pins(name), sum(wired(name, direct, sensors)))
+            counts[_pins_key(name)] = (self.analog_pins(name), sum(wired(name, drives, sensors)))
         for name, (pins, count) in counts.items():
             text = f"must be {count} long, for {groups} joint group{'s' * (groups != 1)}"
             yield Check(len(pins) == count, f"firmware.{name}", text, f"give {count} pins", f"{len(pins)} long")
 
 
-def wired(quantity: str, direct: Sequence[bool], sensors: Collection[str]) -> list[bool]:
+def wired(quantity: str, drives: Sequence[Drive], sensors: Collection[str]) -> list[bool]:
     """Return whether each channel of a kind of analog sensor has a sensor.
 
     A joint group that a servo turns has one current sensor at most, no bend and no pressure sensor; a robot without
@@ -161,9 +162,9 @@ def wired(quantity: str, direct: Sequence[bool], sensors: Collection[str]) -> li
     if per == "robot":
         return [True] * CHANNELS[quantity].size
     if per == "joint":
-        return [not one for one in direct]
-    first = quantity == "current" and (not all(direct) or quantity in sensors)
-    return [here for one in direct for here in ((first, False) if one else (True, True))]
+        return [one.oil for one in drives]
+    read = quantity == "current" and (any(one.oil for one in drives) or quantity in sensors)
+    return [side < len(one.servos) and (one.oil or read) for one in drives for side in range(2)]
 
 
 def _free(uses: dict[int, str], pin: int, name: str) -> Check:
