@@ -73,8 +73,8 @@ static nb::typed<nb::dict, nb::str, nb::any> output_of(const ControllerOutput<do
         return to;
     };
     nb::typed<nb::dict, nb::str, nb::any> row;
-    row["pulse"] = array(out.pulse, 2 * joints + 2);
-    row["target"] = array(out.target, 2 * joints + 2);
+    row["pulse"] = array(out.pulse, servos_of(joints));
+    row["target"] = array(out.target, servos_of(joints));
     row["set"] = array(out.set, joints);
     row["pressure"] = array(out.pressure, 2 * joints);
     row["flags"] = out.status.flags;
@@ -94,7 +94,9 @@ static Row sense_row(LiveSensors& senses, const Row& truth, const std::vector<Fa
 void bind_control(nb::module_& m) {
     m.attr("MAX_JOINTS") = max_joints;
     m.attr("MAX_SERVOS") = max_servos;
-    m.def("fault_kinds", &fault_kinds, "Kinds of sensor faults, none first.");
+    m.def(
+        "fault_kinds", [] { return std::vector<std::string>(std::begin(fault_kinds), std::end(fault_kinds)); },
+        "Kinds of sensor faults, none first.");
     m.def(
         "channel_table", &channel_rows,
         "Kinds of sensors in the order of their channels: name, part that fails as one, column of logs, unit, meaning, "

@@ -2,6 +2,8 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
+#include <span>
+
 #include "app/vehicle/parameters.hpp"
 #include "controller.hpp"
 
@@ -22,8 +24,8 @@ static PilotRow pilot_row(const PilotStep<double>& step, int joints) {
     const auto list = [](const double* from, int count) { return std::vector<double>(from, from + count); };
     const Estimate<double>& at = step.estimate;
     PilotRow row;
-    row["pulse"] = list(step.output.pulse, 2 * joints + 2);
-    row["target"] = list(step.output.target, 2 * joints + 2);
+    row["pulse"] = list(step.output.pulse, servos_of(joints));
+    row["target"] = list(step.output.target, servos_of(joints));
     row["frequency"] = step.command.frequency;
     row["amplitude"] = list(step.command.amplitude, joints);
     row["bias"] = list(step.command.bias, joints);
@@ -43,30 +45,30 @@ static PilotRow pilot_row(const PilotStep<double>& step, int joints) {
 
 void bind_pilot(nb::module_& m) {
     m.attr("MAX_GAITS") = max_gaits;
+    const auto table = [&m](const char* name, std::span<const NamedText> texts, const char* meaning) {
+        m.def(
+            name,
+            [texts] {
+                std::vector<std::pair<std::string, std::string>> rows;
+                for (const NamedText& text : texts) rows.emplace_back(text.name, text.sentence);
+                return rows;
+            },
+            meaning);
+    };
+    table("mode_table", mode_texts, "Modes of the pilot in the order of their numbers: name and sentence.");
+    table("reason_table", reason_texts, "Reasons of the pilot in the order of their bits: name and sentence.");
+    table("ending_table", ending_texts, "Ends of a flight in the order of their numbers: name and sentence.");
     m.def(
-        "mode_table",
-        [] {
-            std::vector<std::pair<std::string, std::string>> rows;
-            for (const ModeText& text : mode_texts) rows.emplace_back(text.name, text.sentence);
-            return rows;
-        },
-        "Modes of the pilot in the order of their numbers: name and sentence.");
+        "ending", [](int mode, std::uint32_t reasons) { return int(ending_of(Mode(mode), Reasons{reasons})); },
+        nb::arg("mode"), nb::arg("reasons"), "How a flight ends in a mode of the pilot: place in `ending_table`.");
     m.def(
         "mode_names",
         [] {
             std::vector<std::string> names;
-            for (const ModeText& text : mode_texts) names.emplace_back(text.name);
+            for (const NamedText& text : mode_texts) names.emplace_back(text.name);
             return names;
         },
         "Names of the pilot's modes in the order of their numbers.");
-    m.def(
-        "reason_table",
-        [] {
-            std::vector<std::pair<std::string, std::string>> rows;
-            for (const ReasonText& text : reason_texts) rows.emplace_back(text.name, text.sentence);
-            return rows;
-        },
-        "Reasons of the pilot in the order of their bits: name and sentence.");
     m.def(
         "onboard_fields",
         [](int joints, int gaits) {

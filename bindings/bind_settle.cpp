@@ -227,6 +227,8 @@ void bind_settle(nb::module_& m) {
     m.attr("NEWTON_BEATS") = newton_beats;
     m.attr("APPROACH_BEATS") = approach_beats;
     m.attr("NEUTRAL") = neutral;
+    m.attr("NEARLY_STRAIGHT") = nearly_straight;
+    m.attr("STATE_SIZE") = int(Momentum<double>::size);
     m.def(
         "verdict",
         [](int status, double beats, double distance, double spectral_radius, double turn) {

@@ -112,7 +112,7 @@ static std::pair<NamedArrays, nb::bytes> simulate_pilot(
         flight.board = [&](const PilotReadings<double>& readings, double antenna, double* pulse) {
             const nb::gil_scoped_acquire locked;
             const auto sent = nb::cast<std::vector<double>>((*board)(shown(readings, joints), antenna));
-            check_extent("pulses", sent.size(), std::size_t(2 * joints + 2));
+            check_extent("pulses", sent.size(), std::size_t(servos_of(joints)));
             std::copy(sent.begin(), sent.end(), pulse);
         };
     const Run run = run_of(ticks, every, pilot.model.controller.tick, steps, twist, pose, charge);

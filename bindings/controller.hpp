@@ -29,18 +29,14 @@ struct LivePilot {
     PilotState<double> state;
 };
 
-/// Kinds of faults by the names of the command line, in the order of FaultKind.
-inline std::vector<std::string> fault_kinds() { return {"none", "stuck", "open", "spike", "nan"}; }
-
 using FaultRow = std::tuple<std::string, int, int, double, double>;  // kind, first and last channel, start and end [s]
 
 inline std::vector<Fault<double>> read_faults(const std::vector<FaultRow>& rows) {
-    const std::vector<std::string> kinds = fault_kinds();
     std::vector<Fault<double>> faults;
     for (const auto& [name, first, last, start, end] : rows) {
-        const auto kind = std::find(kinds.begin(), kinds.end(), name);
-        if (kind == kinds.end()) throw nb::value_error(("faults: no such kind: " + name).c_str());
-        faults.push_back({FaultKind(kind - kinds.begin()), first, last, start, end});
+        const auto kind = std::ranges::find(fault_kinds, name);
+        if (kind == std::end(fault_kinds)) throw nb::value_error(("faults: no such kind: " + name).c_str());
+        faults.push_back({FaultKind(kind - fault_kinds), first, last, start, end});
     }
     return faults;
 }

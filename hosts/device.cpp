@@ -53,7 +53,7 @@ void ht_device_command(ht_device* device, const double* gait, const double fins[
 }
 void ht_device_drive(ht_device* device, const double* pulses) {
     const Controller<double>& limits = device->parts->controller;
-    for (int k = 0; k < 2 * limits.joints + 2; ++k)
+    for (int k = 0; k < servos_of(limits.joints); ++k)
         device->live->pulse[k] = clamp(pulses[k], limits.pulse_min, limits.pulse_max);
 }
 int ht_device_steer(ht_device* device, int steered, double depth, double heading) {

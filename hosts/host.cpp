@@ -62,6 +62,7 @@ const char* ht_quantity(int index) { return quantity(index) ? quantity(index)->n
 const char* ht_quantity_label(int index) { return quantity(index) ? quantity(index)->label : nullptr; }
 const char* ht_quantity_unit(int index) { return quantity(index) ? quantity(index)->unit : nullptr; }
 int ht_quantity_shown(int index) { return quantity(index) ? int(quantity(index)->shown) : 0; }
+int ht_quantity_better(int index) { return quantity(index) ? int(quantity(index)->better) : 0; }
 const char* ht_derivative(int index) {
     for (int k = 0; quantity(k); ++k)
         if (quantity(k)->differentiable && index-- == 0) return quantity(k)->name;
@@ -72,11 +73,7 @@ void ht_swim(const ht_robot* robot, int model, const double* gaits, int count, i
     swim(robot->models[model], gaits, count, follow != 0, out);
 }
 void ht_verdict(const double* gait, const double* quantities, char* text, size_t room) {
-    const auto number = [&](std::string_view name) {
-        int k = 0;
-        while (quantity(k)->name != name) ++k;
-        return quantities[k];
-    };
+    const auto number = [&](std::string_view name) { return quantities[place_of(name, ht_quantity)]; };
     tell(verdict(BeatStatus(int(number("status"))), number("beats"), number("distance_to_settled"),
                  number("spectral_radius"), number("turn_rate") / gait[0]),
          text, room);
@@ -125,7 +122,7 @@ void ht_twin_command(ht_twin* twin, const double* gait, const double fins[2], in
 
 void ht_twin_break(ht_twin* twin, int kind, int first, int last) {
     std::vector<Fault<double>>& faults = twin->live->instruments.faults;
-    if (kind < 0 || int(FaultKind::nan) < kind) return;
+    if (kind < 0 || int(FaultKind::count) <= kind) return;
     faults.insert(faults.begin(), {FaultKind(kind), first, last, twin->live->time(), HUGE_VAL});
 }
 

@@ -44,10 +44,12 @@ HT_API int ht_robot_missions(const ht_robot* robot);
 
 /* Name of a quantity of a settled gait, of one that has derivatives; null after the last. */
 HT_API const char* ht_quantity(int index);
-/* Its label and unit in words, and where it is shown: in data alone (0), in records (1), in summaries too (2). */
+/* Its label and unit in words; where it is shown: in data alone (0), in records (1), in summaries too (2); and what an
+ * optimization seeks: nothing (0), large (1) or small (2) values. */
 HT_API const char* ht_quantity_label(int index);
 HT_API const char* ht_quantity_unit(int index);
 HT_API int ht_quantity_shown(int index);
+HT_API int ht_quantity_better(int index);
 HT_API const char* ht_derivative(int index);
 
 /* Settled beats of gaits (count, 1 + 3 G): quantities (count, as many as ht_quantity names). With `follow` a start from
@@ -66,7 +68,7 @@ HT_API void ht_path(const ht_robot* robot, int model, const double* gait, int st
 
 /* --- the twin: the whole robot from command to wake ------------------------------------------------------------ */
 
-typedef struct {
+typedef struct ht_start {
     int sea;           /* 0: the plane of still water; 1: in space, with a current and a bottom */
     uint64_t seed;     /* of the sensors' errors */
     double speed;      /* m/s at the start, ahead */

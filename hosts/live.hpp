@@ -135,11 +135,7 @@ class FlightTwin final : public BodyTwin<SpaceBody<Law, D>, FlightState<D>> {
     Ending ending() const {
         const GuidanceState<double>& at = now_.pilot.guidance;
         if (!plausible(now_.twin.plant)) return Ending::diverged;
-        if (at.mode == Mode::done) return Ending::done;
-        if (at.mode != Mode::ended && now_.ticks < mission_.ticks) return Ending::none;
-        if (at.mode == Mode::hold) return Ending::hold;
-        if (at.reasons.has(Reason::adrift)) return Ending::adrift;
-        return at.mode == Mode::ended ? Ending::home : Ending::given_up;
+        return has_ended(at.mode) || mission_.ticks <= now_.ticks ? ending_of(at.mode, at.reasons) : Ending::none;
     }
 
     const MissionParts& mission_;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <string_view>
 
 #include "hypertuna/host/beat_gradient.hpp"
@@ -15,30 +14,27 @@ namespace hypertuna {
 
 extern const Kernel kernel_portable;
 
-/// Largest modulus of the eigenvalues of a real 3 x 3 matrix (row by row), the roots of its characteristic polynomial.
-inline double spectral_radius(const double* m) {
-    const double trace = m[0] + m[4] + m[8];
-    const double minors = m[0] * m[4] - m[1] * m[3] + m[0] * m[8] - m[2] * m[6] + m[4] * m[8] - m[5] * m[7];
-    const double det =
-        m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
-    if (!std::isfinite(trace + minors + det)) return std::nan("");
-    // All three roots at once (Durand-Kerner): it converges from any distinct start, quadratically at simple roots.
-    using Complex = std::complex<double>;
-    const double bound = 1 + std::max({std::abs(trace), std::abs(minors), std::abs(det)});
-    Complex root[3] = {bound, bound * Complex(-0.5, 0.8), bound * Complex(-0.4, -0.9)};
-    for (int k = 0; k < 100; ++k) {
-        double change = 0;
-        for (int i = 0; i < 3; ++i) {
-            const Complex x = root[i];
-            const Complex step =
-                (((x - trace) * x + minors) * x - det) / ((x - root[(i + 1) % 3]) * (x - root[(i + 2) % 3]));
-            if (!std::isfinite(step.real() + step.imag())) continue;
-            root[i] -= step;
-            change = std::max(change, std::abs(step));
-        }
-        if (change < 1e-15 * bound) break;
+/// Largest modulus of the eigenvalues of a matrix: that of A^(2^k) is its 2^k-th power, and nearly its largest number.
+template <int N>
+double spectral_radius(Matrix<double, N> m) {
+    double power = 0;  // of 2, by which the root of A^(2^k) is larger than that of m
+    for (double root = 1; 1e-18 < root; root /= 2) {
+        double largest = 0, sum = 0;
+        for (const auto& row : m.a)
+            for (double x : row) largest = std::max(largest, std::abs(x)), sum += x;
+        if (!std::isfinite(sum)) return std::nan("");
+        if (largest == 0) return 0;
+        const int exponent = std::ilogb(largest);
+        power += exponent * root;
+        const Matrix<double, N> before = m;
+        for (int i = 0; i < N; ++i)
+            for (int j = 0; j < N; ++j) {
+                m.a[i][j] = 0;
+                for (int k = 0; k < N; ++k)
+                    m.a[i][j] += std::ldexp(before.a[i][k], -exponent) * std::ldexp(before.a[k][j], -exponent);
+            }
     }
-    return std::max({std::abs(root[0]), std::abs(root[1]), std::abs(root[2])});
+    return std::exp2(power);
 }
 
 /// A robot's swimmer: the model, its mass and its length.
@@ -56,6 +52,14 @@ inline const QuantityAbout* quantity(int k) {
         {"approach_beats", "", "beats from rest", "beats of that start", Shown::data, Better::neither, false}};
     if (k < 0 || count + int(std::size(more)) <= k) return nullptr;
     return k < count ? &quantities<double>[k].about : &more[k - count];
+}
+
+/// Place of a name among those that `name(k)` gives.
+template <class Name>
+int place_of(std::string_view wanted, const Name& name) {
+    int k = 0;
+    while (name(k) != wanted) ++k;
+    return k;
 }
 
 /// Gaits (count, 1 + 3 groups) as the kernel takes them.
@@ -82,16 +86,16 @@ class SettledRows {
         kernel_portable.settle(host.model, gaits, {beat_steps, -1, newton_beats, -1, approach, host.mass}, 0, count,
                                rows_.data());
         for (int k = 0; k < count; ++k) {
-            const double radius = *at(k, "spectral_radius") = spectral_radius(at(k, "m_00"));
+            Matrix<double, Momentum<double>::size> monodromy;
+            std::memcpy(&monodromy, at(k, "m_00"), sizeof(monodromy));
+            const double radius = *at(k, "spectral_radius") = spectral_radius(monodromy);
             double& status = *at(k, "status");
             status = int(status_of(status, radius));
         }
     }
     /// Where the column of a name begins in the row of a gait.
     double* at(int gait, std::string_view name) {
-        int k = 0;
-        while (kernel_portable.settle_column(k) != name) ++k;
-        return rows_.data() + std::size_t(gait) * width_ + k;
+        return rows_.data() + std::size_t(gait) * width_ + place_of(name, kernel_portable.settle_column);
     }
 
   private:

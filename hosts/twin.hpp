@@ -34,9 +34,6 @@ struct TwinParts {
     std::vector<MissionParts> missions;
 };
 
-/// How a flight ends; Python's mission/run.py has the same list.
-enum class Ending { none, done, home, adrift, hold, given_up, diverged };
-
 /// Give a plant coordinates that rest, up to the next size that there is code for: they move nothing, carry an inertia
 /// of one and get no moment.
 inline void pad(PlantData& plant) {

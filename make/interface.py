@@ -6,6 +6,7 @@ It is read from `hosts/hypertuna.h`, whose functions are bound or excluded here,
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
 TOP = Path(__file__).resolve().parents[1]
 HEADER = (TOP / "hosts/hypertuna.h").read_text(encoding="utf-8")
@@ -17,8 +18,14 @@ EXCLUDED = {
     "ht_twin_save": "no view goes back in time",
     "ht_twin_restore": "no view goes back in time",
 }
-LISTS = {"FaultKind": "simulation/sensors.hpp", "BeatStatus": "host/beat_status.hpp"}  # of the core, by enumeration
-SIZES = {"int": 4, "double": 8, "uint64_t": 8}  # in WebAssembly
+CORE = TOP / "core/include/hypertuna"
+LISTS = {
+    "FaultKind": "simulation/sensors.hpp",
+    "BeatStatus": "host/beat_status.hpp",
+    "Better": "swimming/quantities.hpp",
+}  # by enumeration
+NUMBERS = {"beat_steps": "host/beat_status.hpp", "nearly_straight": "swimming/quantities.hpp"}
+SIZES = {"char": 1, "int": 4, "uint32_t": 4, "double": 8, "uint64_t": 8}  # in WebAssembly
 
 
 def functions() -> dict[str, str]:
@@ -32,32 +39,41 @@ def functions() -> dict[str, str]:
 
 
 def layout(struct: str) -> dict[str, int]:
-    """Return the place of each field of a struct of the header, and its size [bytes]."""
-    (fields,) = re.findall(r"typedef struct \{([^}]*)\} " + struct, HEADER)
+    """Return the place of each field of a struct of hosts/, and its size [bytes]."""
+    text = HEADER + (TOP / "hosts/image.hpp").read_text(encoding="utf-8")
+    (fields,) = re.findall(rf"struct {struct} \{{([^}}]*)\}}", text)
     places, end = {}, 0
-    for kind, name, count in re.findall(r"^ +(\w+) (\w+)(?:\[(\d+)\])?;", fields, re.MULTILINE):
-        places[name] = -(-end // SIZES[kind]) * SIZES[kind]
-        end = places[name] + SIZES[kind] * int(count or 1)
+    for kind, names in re.findall(r"^ +(?:std::)?(\w+) ([\w\[\], ]+);", fields, re.MULTILINE):
+        for name, count in re.findall(r"(\w+)(?:\[(\d+)\])?(?:, |$)", names):
+            places[name] = -(-end // SIZES[kind]) * SIZES[kind]
+            end = places[name] + SIZES[kind] * int(count or 1)
     return places | {"size": -(-end // 8) * 8}
 
 
 def members(kind: str) -> dict[str, int]:
     """Return the members of an enumeration of the core."""
-    text = (TOP / "core/include/hypertuna" / LISTS[kind]).read_text(encoding="utf-8")
-    (found,) = re.findall(rf"enum class {kind}\b[^{{]*\{{([^}}]*)\}}", text)
-    return {name.strip(): k for k, name in enumerate(found.split(","))}
+    (found,) = re.findall(rf"enum class {kind}\b[^{{]*\{{([^}}]*)\}}", (CORE / LISTS[kind]).read_text(encoding="utf-8"))
+    names = [name.strip() for name in found.split(",")]
+    return {name: k for k, name in enumerate(names) if name != "count"}
+
+
+def numbers() -> dict[str, float]:
+    """Return numbers of the core by name."""
+    texts = {name: (CORE / place).read_text(encoding="utf-8") for name, place in NUMBERS.items()}
+    return {name: float(re.findall(rf"\b{name} = ([\d.e]+)", text)[0]) for name, text in texts.items()}
 
 
 def written() -> str:
     """Return the file."""
     bound = [f"  {line}" for name, line in functions().items() if name not in EXCLUDED]
-    tables = {"START": layout("ht_start")} | {kind: members(kind) for kind in LISTS}
+    tables: dict[str, dict[str, Any]] = {"START": layout("ht_start"), "IMAGE": layout("ImageHeader"), "CORE": numbers()}
+    tables |= {kind: members(kind) for kind in LISTS}
     rows = [
-        f"export const {name} = {{ {', '.join(f'{key}: {k}' for key, k in table.items())} }} as const;"
+        f"export const {name} = {{ {', '.join(f'{key}: {k:g}' for key, k in table.items())} }};"
         for name, table in tables.items()
     ]
     head = "// Written by make/interface.py from hosts/hypertuna.h and the core's lists."
-    start = "/** Places in an ht_start, and its size [bytes]; members of the core's enumerations. */"
+    start = "/** Places in structs, and their sizes [bytes]; numbers of the core; members of its enumerations. */"
     return "\n".join([head, "", "export interface Functions {", *bound, "}", "", start, *rows, ""])
 
 

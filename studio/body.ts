@@ -131,3 +131,10 @@ export function at(stations: readonly Station[], part: number): Station {
   const mix = (p: number, q: number): number => p + t * (q - p);
   return { x: mix(a.x, b.x), y: mix(a.y, b.y), angle: mix(a.angle, b.angle), half: mix(a.half, b.half), part };
 }
+
+/** A number from 0 to 1 that belongs to a cell of the water. */
+export function scatter(i: number, j = 0, salt = 0): number {
+  let h = Math.imul(i, 374761393) + Math.imul(j, 668265263) + Math.imul(salt, 1274126177);
+  h = Math.imul(h ^ (h >>> 13), 1274126177);
+  return ((h ^ (h >>> 16)) >>> 0) / 2 ** 32;
+}

@@ -4,11 +4,11 @@ import { changedToml, twinFollows, within } from "./changes.ts";
 import { button, element } from "./dom.ts";
 import { Drawing } from "./drawing.ts";
 import { saveText } from "./files.ts";
-import { digits, meaning, plain, type Quantities } from "./quantities.ts";
+import { Slider } from "./knobs.ts";
+import { digits, MAIN, meaning, plain, type Quantities } from "./quantities.ts";
 import type { BodyKnob, Robot } from "./robot.ts";
 import type { Page, Subject, View } from "./subject.ts";
 
-const COMPARED = ["speed", "mechanical_power", "cost_of_transport"];
 const GROUPS: [RegExp, string][] = [
   [/^length/, "Lengths"],
   [/^mass/, "Masses"],
@@ -20,8 +20,7 @@ const INTRO =
 
 interface Row {
   knob: BodyKnob;
-  range: HTMLInputElement;
-  number: HTMLInputElement;
+  slider: Slider;
   mark: HTMLElement;
   reset: HTMLButtonElement;
 }
@@ -61,14 +60,9 @@ export class BodyView implements View {
     if (other) this.layOut(robot);
     this.drawing.show(robot);
     const factors = robot.factors ?? {};
-    for (const { knob, range, number, mark, reset } of this.rows) {
+    for (const { knob, slider, mark, reset } of this.rows) {
       const factor = factors[knob.name] ?? 1;
-      const value = plain(knob.value * factor);
-      const [low, high] = knob.range;
-      range.value = String(factor);
-      range.style.setProperty("--at", String((factor - low) / (high - low)));
-      range.setAttribute("aria-valuetext", `${digits(value)} ${knob.unit}`);
-      if (document.activeElement !== number) number.value = String(Number(value.toPrecision(5)));
+      slider.show(factor, plain(knob.value * factor));
       mark.textContent = factor === 1 ? "" : signed(100 * (factor - 1));
       mark.title = `described: ${digits(knob.value)} ${knob.unit}`;
       reset.hidden = factor === 1;
@@ -122,7 +116,7 @@ export class BodyView implements View {
     const before = this.before.of === this.wanted() ? this.before.values : {};
     const changed = this.robot?.factors !== undefined;
     this.gains.replaceChildren(
-      ...COMPARED.map((name) => {
+      ...MAIN.map((name) => {
         const { label, unit } = meaning(name);
         const box = element("div");
         const [now, then] = [this.values[name] ?? Number.NaN, before[name] ?? Number.NaN];
@@ -177,37 +171,21 @@ export class BodyView implements View {
   }
 
   private knobRow(knob: BodyKnob): HTMLElement {
-    const row = element("div", "knob");
-    const id = `body-${knob.name}`;
-    const title = element("label", "", knob.label);
-    title.htmlFor = id;
-    const range = element("input");
-    const [low, high] = knob.range;
-    Object.assign(range, {
-      type: "range",
-      id,
-      step: knob.steps === undefined ? "any" : "0.1",
-      min: String(low),
-      max: String(high),
-    });
+    const step = knob.steps === undefined ? "any" : "0.1";
+    const slider = new Slider(`body-${knob.name}`, knob.label, knob.unit, knob.range, step);
+    const { row, range, number, field } = slider;
     range.dataset.body = knob.name;
-    const number = element("input");
-    Object.assign(number, { type: "number", step: "any" });
-    number.setAttribute("aria-label", `${knob.label} [${knob.unit}]`);
-    const field = element("span", "field");
-    field.append(number, element("span", "unit", knob.unit));
     const mark = element("output", "mark");
     const reset = button("↺");
     reset.title = "Reset";
     reset.setAttribute("aria-label", `Reset ${knob.label}`);
     field.prepend(mark, reset);
-    row.append(title, field, range);
     range.addEventListener("input", () => this.turn(knob, rounded(range.valueAsNumber)));
     number.addEventListener("change", () => {
       if (!Number.isNaN(number.valueAsNumber)) this.turn(knob, number.valueAsNumber / knob.value);
     });
     reset.addEventListener("click", () => this.turn(knob, 1));
-    this.rows.push({ knob, range, number, mark, reset });
+    this.rows.push({ knob, slider, mark, reset });
     return row;
   }
 }

@@ -1,4 +1,5 @@
 // Plots on a canvas: a frame with axes, in the colors of the page.
+import { colorOf } from "./dom.ts";
 import { digits } from "./quantities.ts";
 import type { Range } from "./robot.ts";
 import { drawing } from "./svg.ts";
@@ -23,13 +24,18 @@ export function colorAt(part: number): [number, number, number] {
   return [mix(0), mix(1), mix(2)];
 }
 
+/** The next of 1, 2 and 5 times powers of ten. */
+export function roundUp(value: number): number {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return ([1, 2, 5, 10].find((size) => size * power >= value) ?? 10) * power;
+}
+
 /** Round numbers within a range, about `count` of them. */
 export function ticks(range: Range, count = 5): number[] {
   const [low, high] = [Math.min(...range), Math.max(...range)]; // an axis may point down
   const raw = (high - low) / count;
   if (!(raw > 0) || !Number.isFinite(raw)) return [];
-  const power = 10 ** Math.floor(Math.log10(raw));
-  const step = ([1, 2, 5, 10].find((size) => size * power >= raw) ?? 10) * power;
+  const step = roundUp(raw);
   const first = Math.ceil(low / step - 1e-9);
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, k) =>
     Number(((first + k) * step).toPrecision(12)),
@@ -69,7 +75,7 @@ export class Chart {
   }
 
   color(name: string): string {
-    return getComputedStyle(this.canvas).getPropertyValue(`--${name}`).trim();
+    return colorOf(this.canvas, name);
   }
 
   /** Begin anew with these axes; false where the canvas is not shown. */

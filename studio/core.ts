@@ -1,8 +1,9 @@
 // The core in WebAssembly: calls of the C interface, hosts/hypertuna.h.
-import { type Functions, START } from "./interface.ts";
+import { CORE, type Functions, START } from "./interface.ts";
 
-/** Runge-Kutta steps of a beat. */
-export const STEPS = 128;
+const STEPS = CORE.beat_steps;
+/** Numbers in a path's row before the bends: time, place and heading. */
+export const POSE = 4;
 
 const FAULT_ROOM = 512; // bytes of a sentence
 
@@ -29,6 +30,7 @@ export interface Meaning {
   label: string;
   unit: string;
   shown: number; // 2 where a summary shows it
+  better: number; // of `Better`
 }
 
 /** One instance of the core. */
@@ -46,6 +48,7 @@ export class Core {
       label: this.text(wasm.ht_quantity_label(k)),
       unit: this.text(wasm.ht_quantity_unit(k)),
       shown: wasm.ht_quantity_shown(k),
+      better: wasm.ht_quantity_better(k),
     }));
   }
 
@@ -153,7 +156,7 @@ export class CoreRobot {
 
   /** Rows of time, x, y and heading of the nose, and the bend in front of each link, over a beat. */
   path(model: number, gait: Float64Array): Float64Array {
-    return this.with(gait, (STEPS + 1) * (4 + this.links), (from, to) =>
+    return this.with(gait, (STEPS + 1) * (POSE + this.links), (from, to) =>
       this.wasm.ht_path(this.place, model, from, STEPS, to),
     );
   }

@@ -7,6 +7,17 @@ export function part<E extends HTMLElement = HTMLElement>(id: string): E {
   return found as E;
 }
 
+/** Say a sentence in the page's alert; "" takes it away. */
+export function say(sentence: string): void {
+  part("alert").textContent = sentence;
+  part("alert").hidden = sentence === "";
+}
+
+/** A color of the page's theme. */
+export function colorOf(element: Element, name: string): string {
+  return getComputedStyle(element).getPropertyValue(`--${name}`).trim();
+}
+
 /** A new element with a class and a text. */
 export function element<K extends keyof HTMLElementTagNameMap>(
   name: K,
@@ -45,6 +56,19 @@ export function labeled(text: string, control: HTMLElement): HTMLElement {
   const label = element("label", "choice", text);
   label.append(control);
   return label;
+}
+
+/** A list to choose one of some texts from, by their values; `chosen` hears of another. */
+export function selection(
+  options: [string, unknown][],
+  now: unknown,
+  chosen: (value: string) => void,
+): HTMLSelectElement {
+  const list = element("select");
+  list.append(...options.map(([text, value]) => new Option(text, String(value))));
+  list.value = String(now);
+  list.addEventListener("change", () => chosen(list.value));
+  return list;
 }
 
 /** A value over its label, in a list of facts. */

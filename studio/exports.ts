@@ -1,12 +1,12 @@
 // A gait and a beat as files: the same names and units as the robot files and tables of hypertuna.
+import { POSE } from "./core.ts";
 import { plain } from "./quantities.ts";
-import { DEGREE, type Gait, KINDS, type Robot } from "./robot.ts";
+import { DEGREE, type Gait, kindsOf, type Robot } from "./robot.ts";
 
 /** A gait as a table of a robot's file, `[gaits.studio]`. */
 export function gaitToml(robot: Robot, gait: Gait): string {
-  const kinds = gait.bias.some((angle) => angle !== 0) ? KINDS : KINDS.slice(0, 2);
   const real = (value: number): string => (Number.isInteger(value) ? value.toFixed(1) : String(value));
-  const angles = kinds.map(
+  const angles = kindsOf(gait).map(
     (kind) => `${kind}_deg = [${gait[kind].map((angle) => real(plain(angle / DEGREE))).join(", ")}]`,
   );
   return [
@@ -20,7 +20,7 @@ export function gaitToml(robot: Robot, gait: Gait): string {
 
 /** A beat as CSV: place and heading of the nose, and the bend of each joint. */
 export function beatTable(robot: Robot, path: Float64Array): string {
-  const width = 4 + robot.links.length;
+  const width = POSE + robot.links.length;
   const names = ["time_s", "x_m", "y_m", "heading_deg", ...robot.joints.map(({ name }) => `bend_${name}_deg`)];
   const lines = [names.join(",")];
   for (let k = 0; k < path.length; k += width) {

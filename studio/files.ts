@@ -1,4 +1,5 @@
 // Files in and out of the page.
+import { colorOf } from "./dom.ts";
 
 /** Bytes of a text that holds them as base64. */
 export function plainBytes(text: string): Uint8Array<ArrayBuffer> {
@@ -36,7 +37,7 @@ export function savePicture(canvas: HTMLCanvasElement, text: string, name: strin
   const unit = canvas.width / canvas.clientWidth;
   pen.drawImage(canvas, 0, 0);
   pen.font = `${13 * unit}px system-ui, sans-serif`;
-  pen.fillStyle = getComputedStyle(canvas).getPropertyValue("--ink");
+  pen.fillStyle = colorOf(canvas, "ink");
   pen.fillText(text, 16 * unit, 26 * unit);
   copy.toBlob((content) => content && save(content, name));
 }

@@ -1,5 +1,6 @@
 // The picture: the robot from above in its water, to scale, with its path.
-import { at, beside, type Point, Shape, type Station } from "./body.ts";
+import { at, beside, type Point, Shape, type Station, scatter } from "./body.ts";
+import { colorOf } from "./dom.ts";
 import { type Beat, Motion } from "./motion.ts";
 import type { Robot } from "./robot.ts";
 import { drawing, group, pathFor } from "./svg.ts";
@@ -21,20 +22,6 @@ export interface Shown {
   path: boolean;
 }
 
-interface Colors {
-  high: string;
-  low: string;
-  speck: string;
-  ink: string;
-  faint: string;
-  back: string;
-  flank: string;
-  fin: string;
-  path: string;
-  shadow: string;
-  eye: string;
-}
-
 export class Stage {
   readonly shown: Shown = { tempo: 1, midlines: false, path: true };
   private readonly motion = new Motion();
@@ -46,13 +33,11 @@ export class Stage {
   private before = 0;
   private stale = true;
   private wide = 0; // px of the page
-  private colors: Colors;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     const pen = canvas.getContext("2d");
     if (pen === null) throw new Error("this browser draws no canvas");
     this.pen = pen;
-    this.colors = colorsOf(canvas);
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
     requestAnimationFrame((now) => this.frame(now));
@@ -82,7 +67,6 @@ export class Stage {
 
   /** Draw again, in the colors of the page's theme. */
   refresh(): void {
-    this.colors = colorsOf(this.canvas);
     this.stale = true;
   }
 
@@ -94,6 +78,10 @@ export class Stage {
       this.draw();
       this.pen = pen;
     });
+  }
+
+  private color(name: string): string {
+    return colorOf(this.canvas, name);
   }
 
   private resize(): void {
@@ -196,7 +184,7 @@ export class Stage {
   }
 
   private water(length: number): void {
-    const { pen, canvas, colors, camera, scale } = this;
+    const { pen, canvas, camera, scale } = this;
     const shade = pen.createRadialGradient(
       canvas.width * 0.5,
       canvas.height * 0.35,
@@ -205,14 +193,14 @@ export class Stage {
       canvas.height * 0.5,
       canvas.width * 0.75,
     );
-    shade.addColorStop(0, colors.high);
-    shade.addColorStop(1, colors.low);
+    shade.addColorStop(0, this.color("water-high"));
+    shade.addColorStop(1, this.color("water-low"));
     pen.fillStyle = shade;
     pen.fillRect(0, 0, canvas.width, canvas.height);
     // specks at rest in the water, one in each cell of a grid
     const cell = SPACING * length;
     const [wide, high] = [canvas.width / scale / 2, canvas.height / scale / 2];
-    pen.fillStyle = colors.speck;
+    pen.fillStyle = this.color("speck");
     for (let i = Math.floor((camera.x - wide) / cell); i <= (camera.x + wide) / cell; i++)
       for (let j = Math.floor((camera.y - high) / cell); j <= (camera.y + high) / cell; j++) {
         const [a, b, c] = [scatter(i, j, 1), scatter(i, j, 2), scatter(i, j, 3)];
@@ -227,10 +215,10 @@ export class Stage {
 
   /** The path of the tail tip, fading; and the mean path of the nose. */
   private paths(length: number): void {
-    const { pen, colors, scale, trail } = this;
+    const { pen, scale, trail } = this;
     pen.lineCap = "butt";
     pen.lineJoin = "round";
-    pen.strokeStyle = colors.path;
+    pen.strokeStyle = this.color("sky");
     pen.lineWidth = Math.max(1.2, 0.006 * length * scale);
     const group = Math.ceil(trail.length / 24);
     for (let k = 0; k + 1 < trail.length; k += group) {
@@ -238,7 +226,7 @@ export class Stage {
       pen.stroke(this.line(trail.slice(k, k + group + 1)));
     }
     pen.globalAlpha = 0.55;
-    pen.strokeStyle = colors.faint;
+    pen.strokeStyle = this.color("faint");
     pen.lineWidth = Math.max(1, 0.002 * length * scale);
     pen.setLineDash([6, 6].map((dash) => dash * Math.max(1, scale * length * 0.002)));
     pen.stroke(this.meanPath(length));
@@ -265,8 +253,8 @@ export class Stage {
 
   /** Midlines over a beat, in the frame that follows the mean motion. */
   private midlines(shape: Shape): void {
-    const { pen, colors, motion } = this;
-    pen.strokeStyle = colors.ink;
+    const { pen, motion } = this;
+    pen.strokeStyle = this.color("ink");
     pen.lineWidth = Math.max(1, 0.0022 * shape.length * this.scale);
     pen.globalAlpha = 0.45;
     for (let k = 0; k < GHOSTS; k++) {
@@ -285,20 +273,21 @@ export class Stage {
   }
 
   private shadow(stations: readonly Station[], length: number): void {
-    const { pen, colors, scale } = this;
+    const { pen, scale } = this;
     pen.save();
     pen.translate(0.03 * length * scale, 0.05 * length * scale);
-    pen.fillStyle = colors.shadow;
+    pen.fillStyle = this.color("shadow");
     for (let wide = 1.16; wide > 0.5; wide -= 0.1) pen.fill(this.outline(stations, wide, 0));
     pen.restore();
   }
 
   /** The body, shaded by nested outlines that lean to the light. */
   private body(stations: readonly Station[], shape: Shape): void {
-    const { pen, colors } = this;
+    const { pen } = this;
+    const [flank, back] = [this.color("flank"), this.color("back")];
     for (let k = 0; k < LAYERS; k++) {
       const t = k / (LAYERS - 1);
-      pen.fillStyle = mixed(colors.flank, colors.back, Math.min(1, 1.1 * t ** 0.9));
+      pen.fillStyle = mixed(flank, back, Math.min(1, 1.1 * t ** 0.9));
       pen.fill(this.outline(stations, Math.sqrt(1 - t * t * 0.97), 0.1 * t));
     }
     this.gloss(stations);
@@ -308,7 +297,7 @@ export class Stage {
 
   /** An upright fin from above, dorsal or caudal: a thin blade between two parts of the length, sharp at its ends. */
   private blade(stations: readonly Station[], front: number, end: number, shape: Shape): void {
-    const { pen, colors } = this;
+    const { pen } = this;
     const side = (way: number): Point[] =>
       Array.from({ length: 13 }, (_, k) => {
         const half = EDGE * shape.length * Math.sin((Math.PI * k) / 12) ** 0.5;
@@ -316,7 +305,7 @@ export class Stage {
       });
     const path = this.line([...side(1), ...side(-1).reverse()]);
     path.closePath();
-    pen.fillStyle = colors.fin;
+    pen.fillStyle = this.color("fin");
     pen.fill(path);
   }
 
@@ -335,11 +324,11 @@ export class Stage {
   }
 
   private eyes(stations: readonly Station[], length: number): void {
-    const { pen, colors, scale } = this;
+    const { pen, scale } = this;
     const head = at(stations, 0.075);
     for (const side of [-0.82, 0.82]) {
       const [x, y] = this.place(beside(head, side));
-      pen.fillStyle = colors.eye;
+      pen.fillStyle = this.color("eye");
       pen.beginPath();
       pen.ellipse(x, y, 0.0105 * length * scale, 0.0065 * length * scale, -head.angle, 0, 7);
       pen.fill();
@@ -351,8 +340,8 @@ export class Stage {
     fin: { x: number; y: number; span: number; chord: number },
     length: number,
   ): void {
-    const { pen, colors } = this;
-    pen.fillStyle = colors.fin;
+    const { pen } = this;
+    pen.fillStyle = this.color("fin");
     pen.globalAlpha = 0.8;
     for (const side of [-1, 1]) {
       const on = (along: number, across: number): [number, number] => {
@@ -372,12 +361,12 @@ export class Stage {
 
   /** A bar of 1, 2 or 5 times a power of ten, about a sixth of the body. */
   private scaleBar(length: number): void {
-    const { pen, canvas, colors, scale } = this;
+    const { pen, canvas, scale } = this;
     const power = 10 ** Math.floor(Math.log10(length / 5));
     const bar = Math.max(...[1, 2, 5].map((step) => step * power).filter((step) => step <= length / 5));
     const unit = canvas.width / this.wide;
     const [x, y] = [16 * unit, canvas.height - 18 * unit];
-    pen.fillStyle = colors.ink;
+    pen.fillStyle = this.color("ink");
     pen.fillRect(x, y, bar * scale, 2 * unit);
     pen.font = `${12 * unit}px system-ui, sans-serif`;
     pen.fillText(`${Math.round(bar * 1000)} mm`, x + bar * scale + 8 * unit, y + 5 * unit);
@@ -386,34 +375,9 @@ export class Stage {
 
 const distance = (a: Point, b: Point): number => Math.hypot(a.x - b.x, a.y - b.y);
 
-/** A number from 0 to 1 that belongs to a cell. */
-function scatter(i: number, j: number, salt: number): number {
-  let h = Math.imul(i, 374761393) + Math.imul(j, 668265263) + Math.imul(salt, 1274126177);
-  h = Math.imul(h ^ (h >>> 13), 1274126177);
-  return ((h ^ (h >>> 16)) >>> 0) / 2 ** 32;
-}
-
 /** A color between two of the form #rrggbb. */
 function mixed(a: string, b: string, part: number): string {
   const channel = (color: string, k: number): number => Number.parseInt(color.slice(1 + 2 * k, 3 + 2 * k), 16);
   const parts = [0, 1, 2].map((k) => Math.round(channel(a, k) + part * (channel(b, k) - channel(a, k))));
   return `rgb(${parts.join(",")})`;
-}
-
-function colorsOf(canvas: HTMLCanvasElement): Colors {
-  const style = getComputedStyle(canvas);
-  const color = (name: string): string => style.getPropertyValue(`--${name}`).trim();
-  return {
-    high: color("water-high"),
-    low: color("water-low"),
-    speck: color("speck"),
-    ink: color("ink"),
-    faint: color("faint"),
-    back: color("back"),
-    flank: color("flank"),
-    fin: color("fin"),
-    path: color("sky"),
-    shadow: color("shadow"),
-    eye: color("eye"),
-  };
 }

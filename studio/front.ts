@@ -4,6 +4,7 @@ import { Chart } from "./chart.ts";
 import { button, element, inFrame } from "./dom.ts";
 import { Box, type Found, type Goal, STEPS, search, type Watch } from "./optimize.ts";
 import { digits, gaitText, type Quantities } from "./quantities.ts";
+import { Latest } from "./questions.ts";
 import { gaitOf, type NamedGait, rowOf } from "./robot.ts";
 import { type Spread, spreadWords } from "./samples.ts";
 import type { Page, Subject, View } from "./subject.ts";
@@ -29,6 +30,7 @@ export class FrontView implements View {
   private trace: Quantities[] = []; // steps of the search
   private made: Set<string> | null = null; // gaits that the search went to
   private run = 0;
+  private readonly latest = new Latest();
   private readonly soon = inFrame(() => this.draw());
 
   constructor(
@@ -74,8 +76,8 @@ export class FrontView implements View {
     for (const one of this.buttons) one.disabled = !free;
     if (!free) this.status.textContent = "The robot's file has no [gait_bounds] to optimize within.";
     const { gaits } = subject.robot;
-    const found = await subject.sweep(gaits.map(rowOf));
-    if (subject !== this.subject && subject.model !== this.subject?.model) return;
+    const found = await this.latest.of(subject.sweep(gaits.map(rowOf)));
+    if (found === null) return;
     this.named = gaits.map((gait, k) => ({ gait, values: found[k] ?? {} }));
     const fastest = Math.max(0, ...this.named.map(({ values }) => values.speed ?? 0).filter(Number.isFinite));
     this.speed.value = String(Number((0.7 * fastest).toPrecision(1)));

@@ -1,7 +1,6 @@
 // A robot's image in the page: columns of numbers, read and written as hosts/image.hpp has them.
+import { IMAGE } from "./interface.ts";
 
-const HEADER = 32; // bytes: magic, version, checksum, sizes
-const COVERED = 16; // the checksum is of all from here on
 const ENTRY = 12; // bytes of a column's rows, width and length of name
 
 export interface Column {
@@ -18,11 +17,11 @@ export type Columns = Map<string, Float64Array>;
 export function columnsOf(image: Uint8Array): Column[] {
   const view = new DataView(image.buffer, image.byteOffset, image.byteLength);
   const size = (place: number): number => view.getUint32(place, true);
-  const [count, names, text] = [size(COVERED), size(COVERED + 4), size(COVERED + 8)];
-  let name = HEADER + ENTRY * count;
+  const [count, names, text] = [size(IMAGE.columns), size(IMAGE.names), size(IMAGE.text)];
+  let name = IMAGE.size + ENTRY * count;
   let first = Math.ceil((name + names + text) / 8) * 8;
   return Array.from({ length: count }, (_, k) => {
-    const entry = HEADER + ENTRY * k;
+    const entry = IMAGE.size + ENTRY * k;
     const [rows, width, length] = [size(entry), size(entry + 4), size(entry + 8)];
     const letters = image.subarray(name, name + length);
     const end = first + 8 * rows * width;
@@ -38,25 +37,24 @@ export function imageOf(header: Uint8Array, columns: Column[]): Uint8Array {
   const text = new TextEncoder().encode("{}");
   const letters = names.reduce((sum, { length }) => sum + length, 0);
   const numbers = columns.reduce((sum, { values }) => sum + values.length, 0);
-  let name = HEADER + ENTRY * columns.length;
+  let name = IMAGE.size + ENTRY * columns.length;
   let first = Math.ceil((name + letters + text.length) / 8) * 8;
   const made = new Uint8Array(first + 8 * numbers);
   const view = new DataView(made.buffer);
-  made.set(header.subarray(0, COVERED - 4));
-  [columns.length, letters, text.length, numbers].forEach((size, k) => {
-    view.setUint32(COVERED + 4 * k, size, true);
-  });
+  made.set(header.subarray(0, IMAGE.checksum));
+  const sizes = { columns: columns.length, names: letters, text: text.length, numbers };
+  for (const part of ["columns", "names", "text", "numbers"] as const) view.setUint32(IMAGE[part], sizes[part], true);
   made.set(text, name + letters);
   columns.forEach(({ rows, width, values }, k) => {
     const word = names[k] ?? new Uint8Array();
     [rows, width, word.length].forEach((size, part) => {
-      view.setUint32(HEADER + ENTRY * k + 4 * part, size, true);
+      view.setUint32(IMAGE.size + ENTRY * k + 4 * part, size, true);
     });
     made.set(word, name);
     made.set(new Uint8Array(values.buffer, values.byteOffset, values.byteLength), first);
     [name, first] = [name + word.length, first + values.byteLength];
   });
-  view.setUint32(COVERED - 4, crc32(made.subarray(COVERED)), true);
+  view.setUint32(IMAGE.checksum, crc32(made.subarray(IMAGE.columns)), true);
   return made;
 }
 

@@ -1,7 +1,7 @@
 // The twin live: the whole robot from command to wake, with the controller that the robot flies.
 import type { Column } from "./core.ts";
 import { twinFollows } from "./changes.ts";
-import { button, element, fact, labeled } from "./dom.ts";
+import { button, element, fact, labeled, selection } from "./dom.ts";
 import { drivesOf, hasOil, onAxle } from "./drives.ts";
 import { FaultKind } from "./interface.ts";
 import { JointTable } from "./jointtable.ts";
@@ -16,9 +16,8 @@ import { TwinPlots } from "./twinplots.ts";
 const KEPT = 4; // s of which the rows are kept: a beat and more
 const MOST = 200; // ticks in one question
 // faults of a sensor
-const FAULTS: Record<Exclude<keyof typeof FaultKind, "none">, string> = {
-  ...{ stuck: "stuck", open: "open", spike: "spikes", nan: "NaN" },
-};
+type Fault = Exclude<keyof typeof FaultKind, "none">;
+const FAULTS: Record<Fault, string> = { stuck: "stuck", open: "open", spike: "spikes", nan: "NaN" };
 const SLOW = 0.8; // part of the chosen tempo below which the page says so
 const HELD = 0.5; // s for which a condition is still shown
 const CALM = 8; // drawings from one look at the losses to the next
@@ -295,12 +294,9 @@ export class InsideView implements View {
       run.textContent = "Pause";
       void this.restart();
     });
-    const speed = element("select");
-    for (const times of TEMPOS) speed.append(new Option(`${times} x`, String(times)));
-    speed.value = String(this.speed);
-    speed.addEventListener("change", () => {
-      this.speed = Number(speed.value);
-      this.pace = Number.NaN;
+    const tempos = TEMPOS.map((times): [string, number] => [`${times} x`, times]);
+    const speed = selection(tempos, this.speed, (times) => {
+      [this.speed, this.pace] = [Number(times), Number.NaN];
     });
     const armed = element("label", "check");
     const box = element("input");
@@ -318,12 +314,9 @@ export class InsideView implements View {
     const channels = Object.entries(robot.twin?.channels ?? {});
     const single = channels.filter(([name]) => !channels.some(([other]) => other.startsWith(`${name}-`)));
     const box = element("div", "row left");
-    const kind = element("select");
-    for (const [name, label] of Object.entries(FAULTS))
-      kind.append(new Option(label, String(FaultKind[name as keyof typeof FAULTS])));
-    kind.value = String(this.kind);
-    kind.addEventListener("change", () => {
-      this.kind = Number(kind.value);
+    const faults = Object.entries(FAULTS).map(([name, label]): [string, number] => [label, FaultKind[name as Fault]]);
+    const kind = selection(faults, this.kind, (value) => {
+      this.kind = Number(value);
     });
     box.append(labeled("break a sensor: ", kind));
     for (const [name, [first, last]] of single) {

@@ -10,6 +10,7 @@ export interface Functions {
   ht_quantity_label(index: number): number;
   ht_quantity_unit(index: number): number;
   ht_quantity_shown(index: number): number;
+  ht_quantity_better(index: number): number;
   ht_derivative(index: number): number;
   ht_swim(robot: number, model: number, gaits: number, count: number, follow: number, quantities: number): void;
   ht_verdict(gait: number, quantities: number, text: number, room: number): void;
@@ -25,7 +26,10 @@ export interface Functions {
   ht_twin_read(twin: number, row: number): void;
 }
 
-/** Places in an ht_start, and its size [bytes]; members of the core's enumerations. */
-export const START = { sea: 0, seed: 8, speed: 16, depth: 24, heading: 32, current: 40, bottom: 56, size: 64 } as const;
-export const FaultKind = { none: 0, stuck: 1, open: 2, spike: 3, nan: 4 } as const;
-export const BeatStatus = { settled: 0, unsettled: 1, unstable: 2, diverged: 3 } as const;
+/** Places in structs, and their sizes [bytes]; numbers of the core; members of its enumerations. */
+export const START = { sea: 0, seed: 8, speed: 16, depth: 24, heading: 32, current: 40, bottom: 56, size: 64 };
+export const IMAGE = { magic: 0, version: 8, checksum: 12, columns: 16, names: 20, text: 24, numbers: 28, size: 32 };
+export const CORE = { beat_steps: 128, nearly_straight: 1000 };
+export const FaultKind = { none: 0, stuck: 1, open: 2, spike: 3, nan: 4 };
+export const BeatStatus = { settled: 0, unsettled: 1, unstable: 2, diverged: 3 };
+export const Better = { neither: 0, large: 1, small: 2 };

@@ -1,12 +1,44 @@
 // The knobs: a range, a number and the exact gradient for each parameter of a gait.
 import { element } from "./dom.ts";
 import { digits, plain } from "./quantities.ts";
-import type { Parameter } from "./robot.ts";
+import type { Parameter, Range } from "./robot.ts";
+
+/** A range, and a number in a unit, under a label. */
+export class Slider {
+  readonly row = element("div", "knob");
+  readonly range = element("input");
+  readonly number = element("input");
+  readonly field = element("span", "field");
+
+  constructor(
+    id: string,
+    label: string,
+    private readonly unit: string,
+    [low, high]: Range,
+    step = "any",
+  ) {
+    const title = element("label", "", label);
+    title.htmlFor = id;
+    Object.assign(this.range, { type: "range", id, step, min: String(low), max: String(high) });
+    Object.assign(this.number, { type: "number", step: "any", ariaLabel: `${label} [${unit}]` });
+    this.field.append(this.number, element("span", "unit", unit));
+    this.row.append(title, this.field, this.range);
+  }
+
+  /** Show a place on the range, and its number. */
+  show(place: number, value: number): void {
+    const { range, number } = this;
+    const [low, high] = [Number(range.min), Number(range.max)];
+    range.value = String(place);
+    range.style.setProperty("--at", String((place - low) / (high - low)));
+    range.ariaValueText = `${digits(value)} ${this.unit}`;
+    if (document.activeElement !== number) number.value = String(Number(value.toPrecision(5)));
+  }
+}
 
 interface Knob {
   parameter: Parameter;
-  range: HTMLInputElement;
-  number: HTMLInputElement;
+  slider: Slider;
   gradient: HTMLElement;
 }
 
@@ -33,15 +65,12 @@ export class Knobs {
 
   /** Show a gait. */
   show(row: ArrayLike<number>): void {
-    for (const { parameter, range, number } of this.knobs) {
+    for (const { parameter, slider } of this.knobs) {
       const value = plain((row[parameter.index] ?? 0) / parameter.size);
       const [low, high] = parameter.range;
-      range.min = String(Math.min(low, value));
-      range.max = String(Math.max(high, value));
-      range.value = String(value);
-      range.style.setProperty("--at", String((value - Number(range.min)) / (Number(range.max) - Number(range.min))));
-      range.setAttribute("aria-valuetext", `${digits(value)} ${parameter.unit}`);
-      if (document.activeElement !== number) number.value = String(Number(value.toPrecision(5)));
+      slider.range.min = String(Math.min(low, value));
+      slider.range.max = String(Math.max(high, value));
+      slider.show(value, value);
     }
     const turned = this.knobs.some(({ parameter }) => parameter.kind === "bias" && (row[parameter.index] ?? 0) !== 0);
     const more = this.room.querySelector("details");
@@ -72,27 +101,13 @@ export class Knobs {
   private knob(parameter: Parameter): HTMLElement {
     const { knob: name, label, unit, limits } = parameter;
     const id = `knob-${name}`;
-    const row = element("div", "knob");
-    const title = element("label", "", label);
-    title.htmlFor = id;
-    const range = element("input");
-    Object.assign(range, {
-      type: "range",
-      id,
-      step: "any",
-      min: String(parameter.range[0]),
-      max: String(parameter.range[1]),
-    });
+    const slider = new Slider(id, label, unit, parameter.range);
+    const { row, range, number } = slider;
     range.dataset.knob = name;
-    const number = element("input");
-    Object.assign(number, { type: "number", step: "any" });
-    number.setAttribute("aria-label", `${label} [${unit}]`);
     const gradient = element("output", "gradient");
     gradient.htmlFor.add(id);
     if (limits !== null && parameter.free) range.title = `${limits[0]} to ${limits[1]} ${unit} when optimized`;
-    const field = element("span", "field");
-    field.append(number, element("span", "unit", unit));
-    row.append(title, field, range, gradient);
+    row.append(gradient);
     range.addEventListener("input", () => this.turned(parameter.index, range.valueAsNumber * parameter.size));
     number.addEventListener("input", () => this.type(parameter, number.valueAsNumber));
     // what was typed beyond the range becomes its end, for all to see
@@ -104,7 +119,7 @@ export class Knobs {
       this.type(parameter, number.valueAsNumber);
     });
     number.title = `${parameter.range[0]} to ${parameter.range[1]} ${unit}`;
-    this.knobs.push({ parameter, range, number, gradient });
+    this.knobs.push({ parameter, slider, gradient });
     return row;
   }
 

@@ -1,7 +1,8 @@
 // The machine inside the robot, in place, as it is at this tick: servos on axles; servos, cylinders, lines and muscles.
 import { at, beside, type Point, Shape, type Station } from "./body.ts";
+import { colorOf } from "./dom.ts";
 import { type Drive, drivesOf, hasOil } from "./drives.ts";
-import type { Robot } from "./robot.ts";
+import { bendsOf, type Robot } from "./robot.ts";
 
 /** What is shown: angles [rad] of each joint; angles [rad], pressures [Pa] and torques [N m] of drives, two a joint. */
 export interface Moment {
@@ -47,12 +48,7 @@ export class Machine {
     [canvas.width, canvas.height] = [Math.round(this.width * ratio), Math.round(this.height * ratio)];
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.font = `12px ${getComputedStyle(canvas).fontFamily}`;
-    const bends = this.robot.links.map(() => 0);
-    this.robot.joints.forEach(({ links, share }, g) => {
-      links.forEach((link, k) => {
-        bends[link] = (share[k] ?? 0) * (moment.angle[g] ?? 0);
-      });
-    });
+    const bends = bendsOf(this.robot, moment.angle);
     const tip = this.shape.stations({ x: 0, y: 0, heading: 0 }, bends).at(-1) ?? { x: 1, y: 0 };
     const heading = -Math.atan2(tip.y, tip.x); // nose and tail tip are level, and the body within the picture
     const pose = { x: 0, y: 0, heading };
@@ -68,7 +64,7 @@ export class Machine {
   }
 
   private color(name: string): string {
-    return getComputedStyle(this.canvas).getPropertyValue(`--${name}`).trim();
+    return colorOf(this.canvas, name);
   }
 
   private get scale(): number {

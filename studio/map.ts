@@ -1,12 +1,11 @@
 // A map of a quantity over two parameters of the gait, finer and finer.
 import { Chart, colorAt, ticks } from "./chart.ts";
 import { element, inFrame, labeled } from "./dom.ts";
-import { digits, meaning, type Quantities, statusOf } from "./quantities.ts";
+import { Better } from "./interface.ts";
+import { digits, meaning, type Quantities, SUMMARY, statusOf } from "./quantities.ts";
 import { numbers } from "./hash.ts";
 import type { Kept, Page, Subject, View } from "./subject.ts";
 
-const QUANTITIES = ["speed", "cost_of_transport", "mechanical_power", "strouhal", "efficiency", "tail_excursion"];
-const LEAST = ["cost_of_transport", "mechanical_power", "strouhal"]; // best where they are small
 const COARSE = 8; // intervals of the first grid
 const LEVELS = 4; // each with half the interval
 const CHUNK = 48; // gaits in one question: a knob never waits long
@@ -48,7 +47,7 @@ export class MapView implements View {
       head.append(labeled(`${text} `, this.choices[key]));
       this.choices[key].addEventListener("change", () => this.choose());
     }
-    this.choices.quantity.append(...QUANTITIES.map((name) => new Option(meaning(name).label, name)));
+    this.choices.quantity.append(...sought().map(({ label, name }) => new Option(label, name)));
     room.replaceChildren(head, canvas, this.note);
     this.chart = new Chart(canvas);
     canvas.addEventListener("pointerdown", (event) => this.drag(event));
@@ -92,6 +91,11 @@ export class MapView implements View {
     this.draw();
   }
 
+  /** Whether small values are the best. */
+  private get least(): boolean {
+    return meaning(this.quantity).better === Better.small;
+  }
+
   private layOut(): void {
     const parameters = this.subject?.parameters ?? [];
     const [a, b] = this.over;
@@ -99,7 +103,7 @@ export class MapView implements View {
     const free = parameters.filter(({ free }) => free).map(({ index }) => index);
     const last = free.findLast((k) => parameters[k]?.kind === "phase") ?? free.at(-1) ?? 1;
     if (!known) this.over = [free[0] ?? 0, last];
-    if (!QUANTITIES.includes(this.quantity)) this.quantity = "speed";
+    if (!sought().some(({ name }) => name === this.quantity)) this.quantity = "speed";
     for (const [key, k] of [
       ["x", this.over[0]],
       ["y", this.over[1]],
@@ -210,7 +214,7 @@ export class MapView implements View {
     const values = [...this.cells.values()].filter(settled).map((cell) => cell[this.quantity] ?? Number.NaN);
     const sorted = values.filter(Number.isFinite).sort((a, b) => a - b);
     const [low = 0, most = 1] = [sorted[0], sorted.at(-1)];
-    const clipped = LEAST.includes(this.quantity) && most > 3 * (sorted[Math.floor(CLIPPED * sorted.length)] ?? most);
+    const clipped = this.least && most > 3 * (sorted[Math.floor(CLIPPED * sorted.length)] ?? most);
     const high = clipped ? (sorted[Math.floor(CLIPPED * sorted.length)] ?? most) : most;
     return { low, high: high > low ? high : low + 1, clipped };
   }
@@ -277,7 +281,7 @@ export class MapView implements View {
 
   /** Place of the best settled gait that swims ahead; -1 where none does. */
   private best(): number {
-    const sign = LEAST.includes(this.quantity) ? -1 : 1;
+    const sign = this.least ? -1 : 1;
     let [most, place] = [Number.NEGATIVE_INFINITY, -1];
     for (const [at, cell] of this.cells) {
       const value = sign * (cell[this.quantity] ?? Number.NaN);
@@ -310,7 +314,7 @@ export class MapView implements View {
   /** Say what the map shows, or what is under the pointer. */
   private tell(text = ""): void {
     const { label, unit } = meaning(this.quantity);
-    const best = LEAST.includes(this.quantity) ? "least" : "largest";
+    const best = this.least ? "least" : "largest";
     this.note.textContent =
       text ||
       `${label}${unit === "" ? "" : ` [${unit}]`} of settled gaits; ring: the knobs, cross: the ${best} on the map. Gray: not settled. Click or drag to go there.`;
@@ -361,6 +365,9 @@ export class MapView implements View {
     this.go(moved[0] ?? 0, moved[1] ?? 0);
   }
 }
+
+/** What a map may be of: all that an optimization seeks. */
+const sought = () => SUMMARY.filter(({ better }) => better !== Better.neither);
 
 const settled = (cell: Quantities): boolean => statusOf(cell) === "settled";
 

@@ -1,5 +1,6 @@
 // Where the robot is while it swims: settled beats one after another, without jumps where the gait changes.
 import type { Point } from "./body.ts";
+import { POSE } from "./core.ts";
 
 const EASE = 0.12; // s in which the drawn body follows a changed gait
 const ALIGN = 0.8; // s in which a straight path turns to the left of the picture
@@ -42,7 +43,7 @@ export class Beat {
     const first = this.row(0);
     return {
       pose: { x: value(1) - this.of(first, 1), y: value(2) - this.of(first, 2), heading: value(3) },
-      bends: Array.from({ length: this.width - 4 }, (_, link) => value(4 + link)),
+      bends: Array.from({ length: this.width - POSE }, (_, link) => value(POSE + link)),
     };
   }
 

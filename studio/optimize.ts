@@ -64,10 +64,8 @@ export class Box {
 
   /** Points spread over the box: a Halton sequence. */
   spread(count: number): Float64Array[] {
-    const primes = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
-    return Array.from({ length: count }, (_, k) =>
-      Float64Array.from(this.free, (_free, i) => radicalInverse(k + 1, primes[i % primes.length] ?? 2)),
-    );
+    const bases = primes(this.free.length);
+    return Array.from({ length: count }, (_, k) => Float64Array.from(bases, (base) => radicalInverse(k + 1, base)));
   }
 }
 
@@ -251,6 +249,13 @@ function largest(n: number, value: (k: number) => number): number {
 
 const identity = (n: number, size: number): number[][] =>
   Array.from({ length: n }, (_, i) => Array.from({ length: n }, (_, j) => (i === j ? size : 0)));
+
+/** The first prime numbers. */
+function primes(count: number): number[] {
+  const found: number[] = [];
+  for (let n = 2; found.length < count; n++) if (found.every((prime) => n % prime !== 0)) found.push(n);
+  return found;
+}
 
 /** Digits of a number in a base, mirrored behind the point. */
 function radicalInverse(count: number, base: number): number {

@@ -2,15 +2,15 @@
 import { Beats } from "./beats.ts";
 import { type Factors, known } from "./changes.ts";
 import { Choices, type Model } from "./choices.ts";
-import { Core } from "./core.ts";
-import { closeOutside, part } from "./dom.ts";
+import { Core, POSE } from "./core.ts";
+import { closeOutside, part, say } from "./dom.ts";
 import { packedBytes, plainBytes } from "./files.ts";
 import { Stage } from "./fish.ts";
 import * as hash from "./hash.ts";
 import { Knobs } from "./knobs.ts";
 import { Beat } from "./motion.ts";
 import * as words from "./quantities.ts";
-import { Calculator, type Names } from "./questions.ts";
+import { Calculator, Latest } from "./questions.ts";
 import { Results } from "./results.ts";
 import { type Gait, gaitOf, modelOf, type Parameter, parametersOf, type Robot, rowOf } from "./robot.ts";
 import { Robots } from "./robots.ts";
@@ -49,11 +49,11 @@ class Studio {
   private path: Float64Array = new Float64Array();
   private kept = 0; // timer of the address
   private shaped = 0; // timer of a changed body
+  private readonly latest = new Latest();
 
   constructor(
     private readonly robots: Robots,
     private readonly live: Calculator,
-    private readonly names: Names,
   ) {
     const page = {
       go: (row: Float64Array) => this.go(row),
@@ -62,7 +62,7 @@ class Studio {
       certain: (spread: Spread | null) => this.results.certain(spread),
       robot: async (name: string) => (robots.has(name) ? robots.read(name, live) : null),
     };
-    this.views = new Views(page, live.another(), names);
+    this.views = new Views(page, live.another());
     this.choices = new Choices({
       robot: (name) => void this.choose(name),
       gait: (name) => this.goTo(name),
@@ -73,28 +73,29 @@ class Studio {
       path: (shown) => this.stage.show({ path: shown }),
     });
     this.beats = new Beats(live, live.another(), {
-      numbers: ({ gait }, quantities) => this.showNumbers(gait, words.named(names.quantities, quantities)),
+      numbers: ({ gait }, quantities) => this.showNumbers(gait, words.named(quantities)),
       path: ({ gait }, path) => this.showPath(gait, path),
       gradient: (derivatives) => this.showGradient(derivatives),
-      fromRest: (quantities) => this.results.fromRest(this.row, words.named(names.quantities, quantities)),
+      fromRest: (quantities) => this.results.fromRest(this.row, words.named(quantities)),
     });
     const now = (): Shown => ({ robot: this.robot, row: this.row, values: this.values, path: this.path });
-    new Saves(this.stage, this.views, now, (sentence) => this.say(sentence));
+    new Saves(this.stage, this.views, now, say);
     this.listen();
   }
 
   /** Show what an address says, of the first robot where it names none. */
   async open(address: Partial<hash.Address>): Promise<void> {
     const { robot, of } = address;
-    if (of !== undefined && this.names.derivatives.includes(of)) this.of = of;
-    this.choices.quantities(this.names.derivatives, this.of);
+    const { derivatives } = words.core;
+    if (of !== undefined && derivatives.includes(of)) this.of = of;
+    this.choices.quantities(derivatives, this.of);
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.setTempo(address.tempo ?? (still ? 0 : 1));
     this.setMidlines(still);
     this.views.restore(address.view ?? "", address.kept ?? {});
     const known = this.robots.has(robot);
     if (robot !== undefined && !known)
-      this.say(`The link names the robot "${robot}", which this page does not have: drop its image here to see it.`);
+      say(`The link names the robot "${robot}", which this page does not have: drop its image here to see it.`);
     await this.choose(known ? robot : (this.robots.names[0] ?? ""), address);
     if (this.views.moved) part("views").scrollIntoView(); // a link to a view shows it
   }
@@ -103,13 +104,14 @@ class Studio {
 
   private async choose(name: string, address: Partial<hash.Address> = {}): Promise<void> {
     if (!this.robots.has(name)) return;
-    this.robot = await this.robots.read(name, this.live);
-    this.robot = this.robots.changed(this.robot, known(this.robot, address.body ?? {}));
+    const robot = await this.latest.of(this.robots.read(name, this.live));
+    if (robot === null) return;
+    this.robot = this.robots.changed(robot, known(robot, address.body ?? {}));
     this.model = Math.max(0, modelOf(this.robot, address.water ?? "", address.joints ?? ""));
     const parameters = parametersOf(this.robot);
     const given = address.gait && rowOf(address.gait);
     const fits = given?.length === parameters.length;
-    if (given !== undefined && !fits) this.say(`The link's gait does not fit ${name}: its own first gait is shown.`);
+    if (given !== undefined && !fits) say(`The link's gait does not fit ${name}: its own first gait is shown.`);
     const first = this.robot.gaits[0];
     this.row = given !== undefined && fits ? given : first ? rowOf(first) : middle(parameters);
     this.layOut(parameters);
@@ -209,7 +211,7 @@ class Studio {
       await navigator.clipboard.writeText(location.href);
       button.textContent = "Copied";
     } catch {
-      this.say(`This browser copies nothing for a page: the link is ${location.href}`);
+      say(`This browser copies nothing for a page: the link is ${location.href}`);
     }
     setTimeout(() => {
       button.textContent = "Copy link";
@@ -242,7 +244,7 @@ class Studio {
     this.path = path;
     if (path.every(Number.isFinite)) {
       const straight = !words.turns(this.values, this.robot);
-      this.stage.swim(this.robot, new Beat(path, path.length / 129, row[0] ?? 1, straight));
+      this.stage.swim(this.robot, new Beat(path, POSE + this.robot.links.length, row[0] ?? 1, straight));
     }
     if (document.documentElement.dataset.ready === "1") return;
     document.documentElement.dataset.ready = "1";
@@ -250,15 +252,7 @@ class Studio {
   }
 
   private showGradient(derivatives: Float64Array): void {
-    const place = this.names.derivatives.indexOf(this.of);
-    const count = this.row.length;
-    this.knobs.gradient(derivatives.subarray(place * count, (place + 1) * count), words.meaning(this.of).unit);
-  }
-
-  private say(sentence: string): void {
-    const box = part("alert");
-    box.textContent = sentence;
-    box.hidden = sentence === "";
+    this.knobs.gradient(words.ratesOf(derivatives, this.of), words.meaning(this.of).unit);
   }
 
   private recolor(): void {
@@ -294,7 +288,7 @@ class Studio {
   /** Open a robot image that was dropped or chosen. */
   async take(file: File | undefined): Promise<void> {
     if (file === undefined) return;
-    this.say("");
+    say("");
     try {
       if (/\.mcap$/i.test(file.name)) return this.views.log(file.name, new Uint8Array(await file.arrayBuffer()));
       await this.choose(await this.robots.open(file, this.live));
@@ -302,7 +296,7 @@ class Studio {
       const fix = /\.toml$/i.test(file.name)
         ? `A robot's file opens by \`hypertuna studio ${file.name}\`.`
         : "`hypertuna robot image NAME -o FILE` writes one.";
-      this.say(`${file.name}: ${(error as Error).message}. ${fix}`);
+      say(`${file.name}: ${(error as Error).message}. ${fix}`);
     }
   }
 }
@@ -337,9 +331,8 @@ async function open(): Promise<void> {
   if (ledger !== undefined) document.documentElement.dataset.ledger = ledger;
   const script = URL.createObjectURL(new Blob([WORKER], { type: "text/javascript" }));
   const module = await WebAssembly.compile(await packedBytes(part("core").textContent ?? ""));
-  const core = await Core.start(module);
-  words.learn(core);
-  const studio = new Studio(new Robots(given.robots), new Calculator(script, module), core);
+  words.learn(await Core.start(module));
+  const studio = new Studio(new Robots(given.robots), new Calculator(script, module));
   await studio.open({ ...fromStart(given.start), ...hash.read(location.hash) });
   const log = document.getElementById("log"); // that the page comes with
   if (log === null) return;
@@ -354,9 +347,7 @@ async function main(): Promise<void> {
       sentence = `The studio could not start: ${error.message}.`;
     });
   if (sentence === "") return;
-  const box = part("alert");
-  box.textContent = sentence;
-  box.hidden = false;
+  say(sentence);
   document.documentElement.dataset.busy = "0";
 }
 

@@ -1,14 +1,15 @@
 // Quantities of a swim in the words and digits of the command line.
 import type { Core, Meaning } from "./core.ts";
-import { BeatStatus } from "./interface.ts";
-import { DEGREE, type Gait, KINDS, type Robot } from "./robot.ts";
+import { BeatStatus, Better, CORE } from "./interface.ts";
+import { DEGREE, type Gait, kindsOf, type Robot } from "./robot.ts";
 
+export const MAIN = ["speed", "mechanical_power", "cost_of_transport"]; // compared, with their uncertainty
 const SLOW = 1e-3; // m/s below which a direction means little
 
 export type Quantities = Record<string, number>;
 
 /** The core that these words come from. */
-let core: Core;
+export let core: Core;
 /** What `hypertuna swim` prints, in its order. */
 export let SUMMARY: readonly Meaning[] = [];
 
@@ -18,16 +19,23 @@ export function learn(from: Core): void {
   SUMMARY = core.meanings.filter(({ label, shown }, k) => shown === 2 && label !== core.meanings[k - 1]?.label);
 }
 
-const STRAIGHT = 1e3; // body lengths: a larger turning radius is not shown
 const STATUSES = Object.keys(BeatStatus);
 
 export function meaning(name: string): Meaning {
-  return core.meanings.find((known) => known.name === name) ?? { name, label: name, unit: "", shown: 0 };
+  const other = { name, label: name, unit: "", shown: 0, better: Better.neither };
+  return core.meanings.find((known) => known.name === name) ?? other;
 }
 
-/** Names and values of a row. */
-export function named(names: readonly string[], row: ArrayLike<number>): Quantities {
-  return Object.fromEntries(names.map((name, k) => [name, row[k] ?? Number.NaN]));
+/** Names and values of the k-th of the core's rows. */
+export function named(rows: ArrayLike<number>, k = 0): Quantities {
+  const { quantities } = core;
+  return Object.fromEntries(quantities.map((name, i) => [name, rows[k * quantities.length + i] ?? Number.NaN]));
+}
+
+/** Derivatives of a quantity by the numbers of a gait. */
+export function ratesOf(derivatives: Float64Array, quantity: string): Float64Array {
+  const [count, place] = [derivatives.length / core.derivatives.length, core.derivatives.indexOf(quantity)];
+  return derivatives.subarray(place * count, (place + 1) * count);
 }
 
 export function statusOf(values: Quantities): string {
@@ -35,7 +43,7 @@ export function statusOf(values: Quantities): string {
 }
 
 export function turns(values: Quantities, robot: Robot): boolean {
-  return (values.turn_radius ?? Number.NaN) < STRAIGHT * robot.length;
+  return (values.turn_radius ?? Number.NaN) < CORE.nearly_straight * robot.length;
 }
 
 /** A number with four digits, as the command line writes it; a dash where there is none. */
@@ -79,8 +87,9 @@ const shortest = (value: number): string => String(Number(value.toPrecision(4)))
 
 /** A gait in a line: "6 Hz, amplitude 16, 25 deg, phase 0, 40 deg". */
 export function gaitText(gait: Gait): string {
-  const kinds = gait.bias.some((angle) => angle !== 0) ? KINDS : KINDS.slice(0, 2);
-  const angles = kinds.map((kind) => `${kind} ${gait[kind].map((angle) => shortest(angle / DEGREE)).join(", ")} deg`);
+  const angles = kindsOf(gait).map(
+    (kind) => `${kind} ${gait[kind].map((angle) => shortest(angle / DEGREE)).join(", ")} deg`,
+  );
   return [`${shortest(gait.frequency)} Hz`, ...angles].join(", ");
 }
 
@@ -89,12 +98,11 @@ export const plain = (value: number): number => Number(value.toPrecision(12));
 
 /** The command that swims the same. */
 export function command(robot: Robot, model: { water: string; joints: string }, gait: Gait): string {
-  const kinds = gait.bias.some((angle) => angle !== 0) ? KINDS : KINDS.slice(0, 2);
   const own = robot.models[0];
   const options = [
     `--robot ${robot.factors === undefined ? robot.robot : `${robot.robot}-changed.toml`}`,
     `--frequency ${plain(gait.frequency)}`,
-    ...kinds.map((kind) => `--${kind} ${gait[kind].map((angle) => plain(angle / DEGREE)).join(",")}`),
+    ...kindsOf(gait).map((kind) => `--${kind} ${gait[kind].map((angle) => plain(angle / DEGREE)).join(",")}`),
     ...(model.water === own?.water ? [] : [`--water ${model.water}`]),
     ...(model.joints === own?.joints ? [] : [`--joints ${model.joints}`]),
   ];

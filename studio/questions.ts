@@ -10,19 +10,12 @@ export type Question =
   | ({ kind: "path" } & Swimmer)
   | ({ kind: "gradient" } & Swimmer)
   | ({ kind: "point" } & Swimmer)
-  | { kind: "sweep"; robot: string; model: number; gaits: Float64Array }
   | { kind: "samples"; robot: string; images: Uint8Array[] } // of the coefficients, in place of those before
   | { kind: "spread"; robot: string; gaits: Float64Array } // quantities by sample, then by gait
   | { kind: "twin"; robot: string } // starts one, in place of the one before
   | { kind: "fly"; robot: string; mission: number; seed: number } // as well
   | { kind: "flown"; rows: number; every: number } // ticks from row to row
   | { kind: "tick"; gait: Float64Array; armed: boolean; broken: Broken[]; ticks: number };
-
-/** What the core calls the quantities that it returns. */
-export interface Names {
-  quantities: string[];
-  derivatives: string[];
-}
 
 /** Sensor channels with a fault from now on, of a kind of `FaultKind`. */
 export interface Broken {
@@ -39,7 +32,6 @@ export interface Answers {
   path: { path: Float64Array };
   gradient: { derivatives: Float64Array };
   point: { quantities: Float64Array; derivatives: Float64Array };
-  sweep: { quantities: Float64Array };
   samples: null;
   spread: { quantities: Float64Array };
   twin: { columns: Column[] };
@@ -50,6 +42,20 @@ export interface Answers {
 
 export type Answer = Answers[keyof Answers];
 export type Reply = { id: number; answer: Answer } | { id: number; fault: string };
+
+/** Keeps the answer to the last question alone: one that a newer question has overtaken is null. */
+export class Latest {
+  private asked = 0;
+
+  async of<T>(answer: Promise<T>): Promise<T | null> {
+    const own = ++this.asked;
+    const found = await answer.catch((error) => {
+      if (own === this.asked) throw error;
+      return null;
+    });
+    return own === this.asked ? found : null;
+  }
+}
 
 interface Waiting {
   resolve(answer: Answer): void;

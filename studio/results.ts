@@ -5,9 +5,6 @@ import * as words from "./quantities.ts";
 import { gaitOf, type Robot } from "./robot.ts";
 import { type Spread, spreadWords } from "./samples.ts";
 
-const CERTAIN = ["speed", "mechanical_power", "cost_of_transport"]; // whose uncertainty is shown
-const SHORT = ["speed", "mechanical_power", "cost_of_transport"]; // below the picture
-
 export class Results {
   private readonly note = element("p", "caption");
   private values: words.Quantities = {};
@@ -63,7 +60,9 @@ export class Results {
       box.textContent = ends.join(" – ");
       if (estimates && !box.hidden) band = ` (${ends.join(" to ")} by the estimates)`;
     }
-    const [speed, ...others] = SHORT.map((name) => `${words.digits(this.values[name], 3)} ${words.meaning(name).unit}`);
+    const [speed, ...others] = words.MAIN.map(
+      (name) => `${words.digits(this.values[name], 3)} ${words.meaning(name).unit}`,
+    );
     part("numbers").textContent = [`${speed}${band}`, ...others].join(" · ");
     this.note.hidden = spread === null;
     this.note.textContent = spread === null ? "" : `Small number${estimates ? "" : "s"}: ${spreadWords(spread)}.`;
@@ -90,7 +89,7 @@ function tile({ name, label, unit }: Meaning): HTMLElement {
   const interval = element("span", "second interval");
   interval.dataset.interval = name;
   interval.hidden = true;
-  if (CERTAIN.includes(name)) text.append(interval);
+  if (words.MAIN.includes(name)) text.append(interval);
   box.append(number, text);
   return box;
 }

@@ -108,7 +108,7 @@ export const bodyOf = (key: string): string => (key.includes(CHANGED) ? (key.spl
 export const sameRobot = (a: string | undefined, b: string | undefined): boolean =>
   a?.split(CHANGED)[0] === b?.split(CHANGED)[0];
 
-/** What swims: a robot by one of its models, and its gait as a row of numbers. */
+/** What swims: a robot by one of its models, and its gait as a row of numbers, or several rows. */
 export interface Swimmer {
   robot: string;
   model: number;
@@ -117,6 +117,10 @@ export interface Swimmer {
 
 export const KINDS = ["amplitude", "phase", "bias"] as const;
 export type Kind = (typeof KINDS)[number];
+
+/** The kinds of angles of a gait that turns, or of one that has no bias. */
+export const kindsOf = ({ bias }: Gait): Kind[] =>
+  KINDS.filter((kind) => kind !== "bias" || bias.some((angle) => angle !== 0));
 
 export const DEGREE = Math.PI / 180;
 
@@ -130,6 +134,17 @@ export function gaitOf(row: ArrayLike<number>): Gait {
   const groups = angles.length / 3;
   const part = (k: number): number[] => angles.slice(k * groups, (k + 1) * groups);
   return { frequency, amplitude: part(0), phase: part(1), bias: part(2) };
+}
+
+/** Bend in front of each link: a joint group's angle is shared by its links. */
+export function bendsOf({ links, joints }: Robot, angles: ArrayLike<number>): number[] {
+  const bends = links.map(() => 0);
+  joints.forEach(({ links, share }, group) => {
+    links.forEach((link, k) => {
+      bends[link] = (share[k] ?? 0) * (angles[group] ?? 0);
+    });
+  });
+  return bends;
 }
 
 /** One number of a gait: what a knob turns. */

@@ -1,8 +1,8 @@
 // Uncertainty of a fit or of estimates: numbers of a gait by samples of the coefficients, and where most of them lie.
 import { changedColumns, type Factors } from "./changes.ts";
 import { type Column, columnsOf, imageOf } from "./image.ts";
-import { named, type Quantities, statusOf } from "./quantities.ts";
-import type { Calculator, Names } from "./questions.ts";
+import { core, named, type Quantities, statusOf } from "./quantities.ts";
+import type { Calculator } from "./questions.ts";
 import type { Robot } from "./robot.ts";
 import type { Image } from "./robots.ts";
 
@@ -69,7 +69,6 @@ export class Samples {
 
   constructor(
     private readonly calculator: Calculator,
-    private readonly names: Names,
     private readonly image: (robot: Robot) => Image,
   ) {}
 
@@ -83,23 +82,19 @@ export class Samples {
   }
 
   private async ask(robot: Robot, count: number, rows: Float64Array[]): Promise<Spread[]> {
-    const { calculator, names } = this;
+    const { calculator } = this;
     if (this.loaded !== robot.key) {
       const described = robot.described ?? robot;
       const images = sampledImages(await this.image(described)(), described, robot.factors ?? {});
       await calculator.ask({ kind: "samples", robot: robot.key, images });
       this.loaded = robot.key;
     }
-    const gaits = new Float64Array(rows.flatMap((row) => [...row]));
+    const gaits = Float64Array.from(rows.flatMap((row) => [...row]));
     const { quantities } = await calculator.ask({ kind: "spread", robot: robot.key, gaits });
-    const width = names.quantities.length;
     const factors = robot.samples?.speed_factors;
     return rows.map((_, k) => {
-      const samples = Array.from({ length: count }, (_, sample) => {
-        const place = (sample * rows.length + k) * width;
-        return named(names.quantities, quantities.subarray(place, place + width));
-      });
-      return factors === undefined ? spreadOf(samples, names.quantities) : spreadOf(samples, ["speed"], factors);
+      const samples = Array.from({ length: count }, (_, sample) => named(quantities, sample * rows.length + k));
+      return factors === undefined ? spreadOf(samples, core.quantities) : spreadOf(samples, ["speed"], factors);
     });
   }
 }

@@ -1,7 +1,7 @@
 // What the views below the fish are about, and how they compute: robot, model and gait, in a worker of their own.
-import { named, type Quantities, statusOf } from "./quantities.ts";
+import { named, type Quantities, ratesOf, statusOf } from "./quantities.ts";
 import type { Factors } from "./changes.ts";
-import type { Calculator, Names } from "./questions.ts";
+import type { Calculator } from "./questions.ts";
 import type { Parameter, Robot } from "./robot.ts";
 import type { Samples, Spread } from "./samples.ts";
 
@@ -49,7 +49,6 @@ export class Subject {
     readonly parameters: Parameter[],
     readonly model: number,
     private readonly calculator: Calculator,
-    private readonly names: Names,
     private readonly samples: Samples,
   ) {}
 
@@ -59,28 +58,20 @@ export class Subject {
   }
 
   async swim(row: Float64Array): Promise<Computed> {
-    const { robot, model, parameters, names } = this;
+    const { robot, model } = this;
     const answer = await this.calculator.ask({ kind: "point", robot: robot.key, model, gait: row });
-    const values = named(names.quantities, answer.quantities);
-    const count = parameters.length;
+    const values = named(answer.quantities);
     return {
       values,
       settled: statusOf(values) === "settled",
-      rates(quantity) {
-        const place = names.derivatives.indexOf(quantity);
-        return answer.derivatives.subarray(place * count, (place + 1) * count);
-      },
+      rates: (quantity) => ratesOf(answer.derivatives, quantity),
     };
   }
 
   async sweep(rows: Float64Array[]): Promise<Quantities[]> {
-    const { robot, model, parameters, names } = this;
-    const gaits = new Float64Array(rows.length * parameters.length);
-    rows.forEach((row, k) => {
-      gaits.set(row, k * parameters.length);
-    });
-    const { quantities } = await this.calculator.ask({ kind: "sweep", robot: robot.key, model, gaits });
-    const width = names.quantities.length;
-    return rows.map((_, k) => named(names.quantities, quantities.subarray(k * width, (k + 1) * width)));
+    const { robot, model } = this;
+    const gait = Float64Array.from(rows.flatMap((row) => [...row]));
+    const { quantities } = await this.calculator.ask({ kind: "swim", robot: robot.key, model, gait, follow: false });
+    return rows.map((_, k) => named(quantities, k));
   }
 }

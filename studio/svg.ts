@@ -105,12 +105,11 @@ export function group(pen: unknown, name: string): void {
   if (pen instanceof SvgPen) pen.group(name);
 }
 
-class SvgPen {
+class SvgPen extends SvgPath {
   private readonly parts: string[] = [];
   private readonly defs: string[] = [];
   private readonly stack: State[] = [];
   private shades: { shade: Shade; head: string; tail: string }[] = [];
-  private path = new SvgPath();
   private state: State;
   private groups = 0;
 
@@ -118,6 +117,7 @@ class SvgPen {
     private readonly width: number,
     private readonly height: number,
   ) {
+    super();
     this.state = {
       ...{ fillStyle: "#000", strokeStyle: "#000", lineWidth: 1, lineCap: "butt", lineJoin: "miter", globalAlpha: 1 },
       ...{ font: "12px sans-serif", textAlign: "left", dash: [], matrix: [1, 0, 0, 1, 0, 0], clipped: "" },
@@ -189,49 +189,20 @@ class SvgPen {
   // --- shapes
 
   beginPath(): void {
-    this.path = new SvgPath();
-  }
-
-  moveTo(x: number, y: number): void {
-    this.path.moveTo(x, y);
-  }
-
-  lineTo(x: number, y: number): void {
-    this.path.lineTo(x, y);
-  }
-
-  quadraticCurveTo(x1: number, y1: number, x: number, y: number): void {
-    this.path.quadraticCurveTo(x1, y1, x, y);
-  }
-
-  closePath(): void {
-    this.path.closePath();
-  }
-
-  arc(x: number, y: number, radius: number, from: number, to: number): void {
-    this.path.arc(x, y, radius, from, to);
-  }
-
-  ellipse(x: number, y: number, rx: number, ry: number, turn: number, from: number, to: number): void {
-    this.path.ellipse(x, y, rx, ry, turn, from, to);
-  }
-
-  rect(x: number, y: number, width: number, height: number): void {
-    this.path.rect(x, y, width, height);
+    this.commands = [];
   }
 
   clip(): void {
     const id = `clip-${this.defs.length}`;
-    this.defs.push(`<clipPath id="${id}"><path d="${this.path.commands.join("")}"${this.transform()}/></clipPath>`);
+    this.defs.push(`<clipPath id="${id}"><path d="${this.commands.join("")}"${this.transform()}/></clipPath>`);
     this.state.clipped = ` clip-path="url(#${id})"`;
   }
 
-  fill(path?: SvgPath): void {
-    this.add(`<path d="${(path ?? this.path).commands.join("")}" ${this.paint("fill", this.state.fillStyle)}`);
+  fill({ commands }: SvgPath = this): void {
+    this.add(`<path d="${commands.join("")}" ${this.paint("fill", this.state.fillStyle)}`);
   }
 
-  stroke(path?: SvgPath): void {
-    const { commands } = path ?? this.path;
+  stroke({ commands }: SvgPath = this): void {
     if (commands.length > 0) this.add(`<path d="${commands.join("")}" fill="none" ${this.line()}`);
   }
 

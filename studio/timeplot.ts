@@ -1,6 +1,6 @@
 // Traces over time, by uPlot: values under the pointer in the legend, a series hidden by a click on its name.
 import uPlot from "uplot";
-import { element } from "./dom.ts";
+import { colorOf, element } from "./dom.ts";
 import { digits } from "./quantities.ts";
 
 const HEIGHT = 230; // px, without the legend
@@ -16,7 +16,6 @@ export class TimePlot {
   private plot: uPlot | null = null;
   private data: number[][] = [];
   private window = 4; // s
-  private readonly style = getComputedStyle(this.element);
 
   constructor(
     private readonly label: string,
@@ -58,8 +57,8 @@ export class TimePlot {
   }
 
   private made(width: number): uPlot {
-    const color = (name: string): string => this.style.getPropertyValue(`--${name}`).trim();
-    const font = `12px ${this.style.fontFamily}`;
+    const color = (name: string): string => colorOf(this.element, name);
+    const font = `12px ${getComputedStyle(this.element).fontFamily}`;
     const ink = { stroke: color("faint"), font, labelFont: font, ticks: { show: false } };
     const grid = { stroke: color("grid"), width: 1 };
     const value = (_: uPlot, at: number | null): string => (at === null ? "–" : `${digits(at, 3)} ${this.unit}`);

@@ -1,6 +1,7 @@
 // The robot's named gaits: what was published of them beside what is computed here.
 import { button, element, fact } from "./dom.ts";
 import { digits, gaitText, type Quantities, statusOf, verdict } from "./quantities.ts";
+import { Latest } from "./questions.ts";
 import { type NamedGait, type Published, type Robot, rowOf } from "./robot.ts";
 import type { Page, Subject, View } from "./subject.ts";
 import { ledgerNote, verdictsOn, wordOn } from "./verdicts.ts";
@@ -16,6 +17,7 @@ export class TourView implements View {
   private subject: Subject | null = null;
   private row: Float64Array = new Float64Array();
   private cards = new Map<string, HTMLElement>();
+  private readonly latest = new Latest();
 
   constructor(
     private readonly room: HTMLElement,
@@ -26,8 +28,8 @@ export class TourView implements View {
     if (this.subject?.robot === subject.robot && this.subject.model === subject.model) return;
     this.subject = subject;
     const { gaits, models, robot } = subject.robot;
-    const found = await subject.sweep(gaits.map(rowOf));
-    if (subject !== this.subject) return;
+    const found = await this.latest.of(subject.sweep(gaits.map(rowOf)));
+    if (found === null) return;
     const own = models[0];
     const now = models[subject.model];
     const known = gaits.some(({ published }) => Object.keys(published).length > 0);

@@ -5,16 +5,7 @@ import type { Published, Robot, Verdict } from "./robot.ts";
 
 const SAME = 1e-6; // relative difference of numbers that are one: digits that the ledger stores
 const AGREES = ["reproduced", "agrees", "holds"];
-const WORDS: Record<string, string> = {
-  reproduced: "reproduced",
-  agrees: "agrees",
-  holds: "holds",
-  deviates: "deviates",
-  violated: "violated",
-  contradicted: "contradicted",
-  undetermined: "undetermined",
-  "not-computed": "not computed",
-};
+const worded = (verdict: string): string => verdict.replaceAll("-", " ");
 
 /** The verdicts on a published number; the one on the number that the page computes comes first. */
 export function verdictsOn(robot: Robot, published: Published, model: number, computed: number | null): HTMLElement {
@@ -37,7 +28,7 @@ export function verdictsOn(robot: Robot, published: Published, model: number, co
 export function wordOn(robot: Robot, published: Published, model: number, computed: number | null): string | null {
   if (robot.ledger === null || computed === null) return null;
   const own = ownOf(robot, published.verdicts, model, computed);
-  return own === null ? null : (WORDS[own.verdict] ?? own.verdict);
+  return own === null ? null : worded(own.verdict);
 }
 
 /** The verdict on the model of the page, where the ledger computed the same number by it. */
@@ -63,7 +54,7 @@ function told(robot: Robot, one: Verdict, unit: string | null = null): HTMLEleme
         ? `, which proves little: ${reason}`
         : "";
   const seeds = one.seeds === null || one.seeds[0] === null ? "" : `, ${one.seeds[0]} of ${one.seeds[1]} seeds agree`;
-  const text = line(one.verdict, mark(robot, one), WORDS[one.verdict] ?? one.verdict, `${model}${seeds}${worth}`);
+  const text = line(one.verdict, mark(robot, one), worded(one.verdict), `${model}${seeds}${worth}`);
   if (unit !== null && one.note !== "") text.append(element("span", "note", `${one.note}.`));
   return text;
 }
@@ -82,8 +73,7 @@ function folded(robot: Robot, others: Verdict[], unit: string): HTMLElement {
 }
 
 function word(verdict: string, count: number): string {
-  const text = WORDS[verdict] ?? verdict;
-  return count > 1 && ["agrees", "holds", "deviates"].includes(verdict) ? text.slice(0, -1) : text;
+  return count > 1 && ["agrees", "holds", "deviates"].includes(verdict) ? verdict.slice(0, -1) : worded(verdict);
 }
 
 function line(verdict: string, mark: string, word: string, rest: string): HTMLElement {
@@ -116,7 +106,7 @@ function place(id: string): HTMLElement {
 export function ledgerNote(robot: Robot): HTMLElement | null {
   if (robot.ledger === null) return null;
   const text = element("p", "caption");
-  const marks = Object.entries(robot.ledger.marks).map(([verdict, sign]) => `${sign} ${WORDS[verdict] ?? verdict}`);
+  const marks = Object.entries(robot.ledger.marks).map(([verdict, sign]) => `${sign} ${worded(verdict)}`);
   text.append(`The verdicts are the ledger's, by rules that were fixed beforehand: ${marks.join(", ")}. Only a `);
   text.append("prediction counts as reproduced. ");
   if (document.documentElement.dataset.ledger === undefined)

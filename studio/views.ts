@@ -5,7 +5,7 @@ import { FrontView } from "./front.ts";
 import { InsideView } from "./inside.ts";
 import { MapView } from "./map.ts";
 import type { Quantities } from "./quantities.ts";
-import type { Calculator, Names } from "./questions.ts";
+import { type Calculator, Latest } from "./questions.ts";
 import { parametersOf, type Robot } from "./robot.ts";
 import type { Image } from "./robots.ts";
 import { Follower, Samples } from "./samples.ts";
@@ -39,14 +39,14 @@ export class Views {
   private readonly samples: Samples;
   private readonly follower: Follower;
   private subject: Subject | null = null;
+  private readonly latest = new Latest();
 
   /** Compute with a calculator of their own, beside the knobs. */
   constructor(
     private readonly page: Page,
     private readonly calculator: Calculator,
-    private readonly names: Names,
   ) {
-    this.samples = new Samples(calculator.another(), names, (robot) => this.image(robot));
+    this.samples = new Samples(calculator.another(), (robot) => this.image(robot));
     this.follower = new Follower(this.samples, (spread) => {
       for (const { view } of this.tabs) view.certain?.(spread);
       page.certain(spread);
@@ -85,13 +85,14 @@ export class Views {
 
   /** Turn to a robot and a model. */
   async about(robot: Robot, model: number, image: (robot: Robot) => Image): Promise<void> {
-    const { calculator, names, samples } = this;
+    const { calculator, samples } = this;
     this.image = image;
     for (const { view } of this.tabs) view.turnTo?.(robot);
     const both = [...new Set([robot, robot.described ?? robot])];
-    await Promise.all(both.map((one) => calculator.load(one.key, image(one))));
+    const loaded = await this.latest.of(Promise.all(both.map((one) => calculator.load(one.key, image(one)))));
+    if (loaded === null) return;
     const parameters = parametersOf(robot);
-    const subjects = both.map((one) => new Subject(one, parameters, model, calculator, names, samples));
+    const subjects = both.map((one) => new Subject(one, parameters, model, calculator, samples));
     const [subject, described = subject] = subjects as [Subject, Subject?];
     this.subject = subject;
     await Promise.all(this.tabs.map(({ view }) => view.about?.(subject, described)));

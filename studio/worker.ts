@@ -59,8 +59,6 @@ async function answer(question: Question): Promise<Answer> {
       const quantities = swimmer.swim(question.model, question.gait, false);
       return { quantities, derivatives: swimmer.gradient(question.model, question.gait) };
     }
-    case "sweep":
-      return { quantities: robot(question.robot).swim(question.model, question.gaits, false) };
     case "samples":
       for (const sample of sampled.samples) sample.free();
       sampled = { robot: question.robot, samples: question.images.map((image) => core.read(image)) };

@@ -110,6 +110,10 @@ APPROACH_BEATS: int = 2000
 
 NEUTRAL: float = 1.000001
 
+NEARLY_STRAIGHT: float = 1000.0
+
+STATE_SIZE: int = 3
+
 def verdict(status: int, beats: float, distance: float, spectral_radius: float, turn: float) -> str:
     """
     The verdict on a beat that turns the body by `turn` [rad], in words; `status` is one of `beat_statuses`.
@@ -362,11 +366,17 @@ MAX_GAITS: int = 12
 def mode_table() -> list[tuple[str, str]]:
     """Modes of the pilot in the order of their numbers: name and sentence."""
 
-def mode_names() -> list[str]:
-    """Names of the pilot's modes in the order of their numbers."""
-
 def reason_table() -> list[tuple[str, str]]:
     """Reasons of the pilot in the order of their bits: name and sentence."""
+
+def ending_table() -> list[tuple[str, str]]:
+    """Ends of a flight in the order of their numbers: name and sentence."""
+
+def ending(mode: int, reasons: int) -> int:
+    """How a flight ends in a mode of the pilot: place in `ending_table`."""
+
+def mode_names() -> list[str]:
+    """Names of the pilot's modes in the order of their numbers."""
 
 def onboard_fields(joints: int, gaits: int) -> list[tuple[str, str, int]]:
     """

@@ -11,7 +11,7 @@ import {
   SphereGeometry,
 } from "three";
 import { at, Shape, type Station } from "../body.ts";
-import type { Robot } from "../robot.ts";
+import { bendsOf, type Robot } from "../robot.ts";
 
 const AROUND = 20; // points of a section
 const ALONG = 12; // of a fin's edges
@@ -127,7 +127,7 @@ export class Body {
 
   /** Bend the joint groups [rad], and turn the port and the starboard fin [rad, leading edge up]. */
   bend(angles: ArrayLike<number>, fins: readonly [number, number]): void {
-    const stations = this.shape.stations({ x: 0, y: 0, heading: 0 }, this.bends(angles));
+    const stations = this.shape.stations({ x: 0, y: 0, heading: 0 }, bendsOf(this.robot, angles));
     this.hull.shape((i, j) => this.around(stations[i], (2 * Math.PI * j) / AROUND));
     this.lobes.forEach((sheet, k) => this.lobe(sheet, stations, k === 0 ? 1 : -1));
     if (this.ridge !== null) this.back(this.ridge, stations);
@@ -136,17 +136,6 @@ export class Body {
     this.eyes.forEach((eye, k) => {
       eye.position.set(head.x, (k === 0 ? -0.9 : 0.9) * head.half, 0.15 * this.high(head));
     });
-  }
-
-  /** Bend in front of each link: a joint group's angle is shared by its links. */
-  private bends(angles: ArrayLike<number>): number[] {
-    const bends = new Array<number>(this.robot.links.length).fill(0);
-    this.robot.joints.forEach(({ links, share }, group) => {
-      links.forEach((link, k) => {
-        bends[link] = (bends[link] ?? 0) + (angles[group] ?? 0) * (share[k] ?? 0);
-      });
-    });
-    return bends;
   }
 
   /** Half height of the body at a station: as much more than its half width as the link's there. */

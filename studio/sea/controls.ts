@@ -1,5 +1,5 @@
 // What is chosen in the Sea view: mission and seed, a log, colors of the track, camera.
-import { button, element, labeled } from "../dom.ts";
+import { button, element, labeled, selection } from "../dom.ts";
 import { BY, type By } from "./colors.ts";
 import type { Mission } from "./flight.ts";
 import { type Sight, STRETCHES } from "./picture.ts";
@@ -23,7 +23,11 @@ export class Controls {
   private readonly missions = element("select");
   private readonly seed = element("input");
   private readonly sights = element("div", "switch");
-  private readonly stretch = element("select");
+  private readonly stretch = selection(
+    STRETCHES.map((times) => [`x ${times}`, times]),
+    1,
+    (times) => this.heard.stretch(Number(times)),
+  );
 
   /** `space` where the picture is one in space. */
   constructor(
@@ -88,10 +92,11 @@ export class Controls {
   }
 
   private colors(): HTMLElement {
-    const by = element("select");
-    for (const name of BY) by.append(new Option(name, name));
-    by.addEventListener("change", () => this.heard.by(by.value as By));
-    return labeled("track by ", by);
+    const names = BY.map((name): [string, By] => [name, name]);
+    return labeled(
+      "track by ",
+      selection(names, BY[0], (name) => this.heard.by(name as By)),
+    );
   }
 
   private cameras(): HTMLElement {
@@ -115,8 +120,6 @@ export class Controls {
       zoom.append(nearer);
     }
     this.stretch.dataset.depths = "";
-    for (const times of STRETCHES) this.stretch.append(new Option(`x ${times}`, String(times)));
-    this.stretch.addEventListener("change", () => this.heard.stretch(Number(this.stretch.value)));
     row.append(this.sights, zoom, labeled("vertical scale ", this.stretch));
     return row;
   }

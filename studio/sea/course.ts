@@ -18,7 +18,7 @@ import {
   PlaneGeometry,
   Vector3,
 } from "three";
-import { ticks } from "../chart.ts";
+import { roundUp, ticks } from "../chart.ts";
 import type { Flight, Mission, Place } from "./flight.ts";
 import { cornersOf, type Extent, extentOf } from "./geometry.ts";
 import { dispose, type Label, type Space } from "./scene.ts";
@@ -42,7 +42,7 @@ export class Course {
     this.mission = mission;
     this.extent = extentOf(flight);
     const { low, high } = this.extent;
-    this.step = gridStep(Math.max(high[0] - low[0], high[1] - low[1]));
+    this.step = roundUp(Math.max(high[0] - low[0], high[1] - low[1]) / 14);
     this.ground();
     this.water();
     if (mission.fence.length > 0) this.fence();
@@ -260,9 +260,4 @@ export function circle(radius: number, color: Color, opacity: number): LineLoop 
   });
   const material = new LineBasicMaterial({ color, transparent: true, opacity });
   return new LineLoop(new BufferGeometry().setFromPoints(points), material);
-}
-
-function gridStep(size: number): number {
-  const power = 10 ** Math.floor(Math.log10(size / 10));
-  return ([1, 2, 5, 10].find((step) => step * power * 14 >= size) ?? 10) * power;
 }

@@ -48,6 +48,14 @@ export class Picture {
   private last = new Vector3(); // place of the robot in the picture before
   private leg = "";
 
+  get room(): HTMLElement {
+    return this.space.room;
+  }
+
+  get canvas(): HTMLCanvasElement {
+    return this.space.canvas;
+  }
+
   constructor(changed: () => void) {
     const { space } = this;
     space.scene.add(this.world, this.fish, this.specks.points);

@@ -26,7 +26,7 @@ export class Plan {
     new ResizeObserver(() => this.refresh()).observe(this.room);
   }
 
-  set(flight: Flight): void {
+  set(flight: Flight, _: unknown): void {
     this.flight = flight;
     this.refresh();
   }

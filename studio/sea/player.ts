@@ -1,5 +1,5 @@
 // Play and scrub: a button, a slider over the flight's time, a tempo.
-import { element } from "../dom.ts";
+import { element, labeled, selection } from "../dom.ts";
 import type { Flight } from "./flight.ts";
 import { clock, spoken } from "./words.ts";
 
@@ -26,15 +26,11 @@ export class Player {
     slider.setAttribute("aria-label", "Time of the flight");
     slider.addEventListener("input", () => this.go(slider.valueAsNumber));
     slider.addEventListener("keydown", (event) => this.press(event));
-    const tempo = element("select");
-    for (const times of TEMPI) tempo.append(new Option(`${times} x`, String(times)));
-    tempo.value = String(this.tempo);
-    tempo.addEventListener("change", () => {
-      this.tempo = Number(tempo.value);
+    const tempi = TEMPI.map((times): [string, number] => [`${times} x`, times]);
+    const tempo = selection(tempi, this.tempo, (times) => {
+      this.tempo = Number(times);
     });
-    const label = element("label", "choice", "tempo ");
-    label.append(tempo);
-    this.room.append(button, slider, this.text, label);
+    this.room.append(button, slider, this.text, labeled("tempo ", tempo));
     this.name();
   }
 

@@ -13,7 +13,7 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { element } from "../dom.ts";
+import { colorOf, element } from "../dom.ts";
 import { type Box, place, rankOf } from "./labels.ts";
 
 const FIELD = 40; // deg of the camera, upright
@@ -166,7 +166,7 @@ export class Space {
   }
 
   color(name: string): Color {
-    return new Color(getComputedStyle(this.room).getPropertyValue(`--${name}`).trim());
+    return new Color(colorOf(this.room, name));
   }
 
   private zoomable(on: boolean): void {

@@ -1,19 +1,13 @@
 // Specks at rest in the water around the robot: they show how it moves.
 import { BufferAttribute, BufferGeometry, type Color, Points, PointsMaterial, type Vector3 } from "three";
+import { scatter } from "../body.ts";
 
 const COUNT = 240;
 const CELL = 6; // m of the cube around the robot
 
-/** A number from 0 to 1 that belongs to a place in a list. */
-function scatter(k: number): number {
-  let h = Math.imul(k + 1, 374761393);
-  h = Math.imul(h ^ (h >>> 13), 1274126177);
-  return ((h ^ (h >>> 16)) >>> 0) / 2 ** 32;
-}
-
 export class Specks {
   readonly points: Points<BufferGeometry, PointsMaterial>;
-  private readonly home = Float32Array.from({ length: 3 * COUNT }, (_, k) => CELL * scatter(k));
+  private readonly home = Float32Array.from({ length: 3 * COUNT }, (_, k) => CELL * scatter(k + 1));
   private readonly places = new Float32Array(3 * COUNT);
 
   constructor() {

@@ -40,8 +40,8 @@ interface Shown {
 }
 
 export class SeaRoom {
-  private readonly picture: Picture | null;
-  private readonly plan: Plan | null;
+  private readonly picture: Picture | null; // in space
+  private readonly drawing: Picture | Plan;
   private readonly player = new Player(() => this.show());
   private readonly traces = new Traces((time) => this.player.go(time));
   private readonly controls: Controls;
@@ -68,7 +68,7 @@ export class SeaRoom {
     private readonly needs: Needs,
   ) {
     this.picture = draws() ? new Picture(() => this.press()) : null;
-    this.plan = this.picture === null ? new Plan() : null;
+    this.drawing = this.picture ?? new Plan();
     this.controls = new Controls(this.heard(), this.picture !== null);
     this.layOut();
     requestAnimationFrame((now) => this.frame(now));
@@ -115,8 +115,7 @@ export class SeaRoom {
 
   /** Draw again, in the colors of the page's theme. */
   refresh(): void {
-    this.picture?.refresh();
-    this.plan?.refresh();
+    this.drawing.refresh();
     this.paint();
     this.show();
   }
@@ -174,8 +173,7 @@ export class SeaRoom {
   private set(flight: Flight, robot: Robot | null, complete: boolean): void {
     this.flight = flight;
     this.shown.hidden = false;
-    this.picture?.set(flight, robot);
-    this.plan?.set(flight);
+    this.drawing.set(flight, robot);
     this.player.set(flight, complete);
     this.press();
     this.paint();
@@ -207,15 +205,13 @@ export class SeaRoom {
     if (this.grown && now / 1000 - this.drawn > REDRAWN) {
       this.grown = false;
       this.drawn = now / 1000;
-      this.picture?.grow();
-      this.plan?.grow();
+      this.drawing.grow();
       this.show();
     }
     this.player.pass(passed);
     this.traces.draw(this.flight, Math.max(1, this.flight.end));
     this.traces.mark(this.player.time);
-    this.picture?.draw();
-    this.plan?.draw();
+    this.drawing.draw();
   }
 
   /** Show the player's time. */
@@ -223,8 +219,7 @@ export class SeaRoom {
     const { flight, player } = this;
     if (flight === null || flight.count === 0) return;
     const k = flight.at(player.time);
-    this.picture?.show(player.time);
-    this.plan?.show(player.time);
+    this.drawing.show(player.time);
     const tiles = facts(flight, k);
     if (this.facts.childElementCount !== tiles.length) {
       this.facts.replaceChildren(
@@ -245,7 +240,7 @@ export class SeaRoom {
     this.reasons.dataset.quiet = String(flight.reasons(k).length === 0);
     const heard = `${flight.mode(k).name}: ${flight.mode(k).text}`;
     if (this.spoken.textContent !== heard) this.spoken.textContent = heard;
-    (this.picture?.space.canvas ?? this.plan?.canvas)?.setAttribute("aria-label", spoken(flight, k));
+    this.drawing.canvas.ariaLabel = spoken(flight, k);
   }
 
   // --- layout
@@ -258,13 +253,11 @@ export class SeaRoom {
     const beside = element("div", "sea-beside");
     beside.append(this.facts, this.reasons, this.spoken);
     const stage = element("div", "sea-stage");
-    const space = this.picture?.space.room ?? this.plan?.room;
-    if (space !== undefined) stage.append(space);
     const help = element("p", "caption sea-help", HELP);
     help.id = "sea-help";
     help.hidden = this.picture === null;
-    this.picture?.space.canvas.setAttribute("aria-describedby", help.id);
-    stage.append(this.legend, this.player.room);
+    this.picture?.canvas.setAttribute("aria-describedby", help.id);
+    stage.append(this.drawing.room, this.legend, this.player.room);
     const both = element("div", "sea-both");
     both.append(stage, beside);
     stage.append(help);
@@ -290,8 +283,7 @@ export class SeaRoom {
       file: async (file) => this.open(file.name, new Uint8Array(await file.arrayBuffer())),
       by: (by) => {
         this.by = by;
-        this.picture?.color(by);
-        this.plan?.color(by);
+        this.drawing.color(by);
         this.paint();
         this.show();
       },

@@ -1,27 +1,17 @@
 // The body: every knob to its ends, by sliders, numbers, handles and keys; what follows it; links, reset, the saved file.
 import assert from "node:assert/strict";
-import { readFileSync, rmSync, mkdtempSync, copyFileSync } from "node:fs";
+import { readFileSync, copyFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { browser, hypertuna, link, numbers, open, picture, SIZES, settled } from "./browser.mjs";
+import { test } from "node:test";
+import { hypertuna, link, numbers, open, picture, settled, SIZES, temporary } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-const folder = mkdtempSync(join(tmpdir(), "studio-"));
-
-let chrome;
-before(async () => {
-  chrome = await browser();
-});
-after(async () => {
-  await chrome.close();
-  rmSync(folder, { recursive: true });
-});
+const folder = temporary("studio-");
 
 /** Open the page at the body. */
 async function body(hash = "", options = {}) {
-  const studio = await open(chrome, { hash: `#robot=hypertuna&view=body${hash}`, ...options });
+  const studio = await open({ hash: `#robot=hypertuna&view=body${hash}`, ...options });
   await studio.page.locator("#body .gains dt").first().waitFor();
   return studio;
 }
@@ -62,7 +52,7 @@ async function saved(page) {
 }
 
 test("each knob goes to its ends, and the robot swims there", async () => {
-  const { page, faults, close } = await body();
+  const { page, close } = await body();
   const knobs = await page.locator("[data-body]").evaluateAll((all) => all.map(({ dataset }) => dataset.body));
   assert.equal(knobs.length, 18);
   const { speed: before } = await numbers(page);
@@ -80,12 +70,11 @@ test("each knob goes to its ends, and the robot swims there", async () => {
     await page.locator(`#body .knob:has([data-body="${knob}"]) button`).click();
     assert.equal((await numbers(page)).speed, before, `${knob} was reset`);
   }
-  assert.deepEqual(faults, []);
   await close();
 });
 
 test("the saved file swims as the page, marks what changed and keeps the rest", async () => {
-  const { page, faults, close } = await body();
+  const { page, close } = await body();
   await turn(page, "length-7", 1.2);
   await turn(page, "mass-0", 0.9);
   await turn(page, "fin", 1.4);
@@ -111,7 +100,6 @@ test("the saved file swims as the page, marks what changed and keeps the rest", 
   const described = hypertuna("swim", "--robot", "hypertuna", "--gait", "unoptimised-max", "--water", "strip");
   const changed = hypertuna("swim", "--robot", path, "--gait", "unoptimised-max", "--water", "strip");
   assert.ok(Math.abs(gain.speed - 100 * (changed.speed_m_s / described.speed_m_s - 1)) < 1e-7);
-  assert.deepEqual(faults, []);
   await close();
 });
 
@@ -122,7 +110,7 @@ test("a link keeps the body; reset takes it back", async () => {
   assert.deepEqual(await factors(page), { "length-7": "1.2", "mass-0": "0.6" });
   const there = await numbers(page);
   const hash = await link(page);
-  const again = await open(chrome, { hash });
+  const again = await open({ hash });
   assert.deepEqual(await numbers(again.page), there);
   assert.deepEqual(await factors(again.page), { "length-7": "1.2", "mass-0": "0.6" });
   await again.close();
@@ -132,13 +120,12 @@ test("a link keeps the body; reset takes it back", async () => {
   assert.ok(await page.getByRole("button", { name: "Reset all" }).isDisabled());
   const odd = await body("&body=length-7:99,tusk:2,mass-0:x,fin:-1,length-6:1");
   assert.deepEqual(await factors(odd.page), { "length-7": "1.6" });
-  assert.deepEqual(odd.faults, []);
   await odd.close();
   await close();
 });
 
 test("handles are dragged and pressed, numbers typed", async () => {
-  const { page, faults, close } = await body();
+  const { page, close } = await body();
   await page.locator(".drawing").scrollIntoViewIfNeeded();
   const drag = async (name, right, down) => {
     const box = await page.locator(`[data-handle="${name}"] circle:not(.reach)`).boundingBox();
@@ -167,15 +154,14 @@ test("handles are dragged and pressed, numbers typed", async () => {
   await settled(page);
   assert.equal((await factors(page))["mass-7"], String(0.06 / 0.049));
   assert.match(readFileSync(await saved(page), "utf8"), /^mass_kg {9}= \[.*0\.06\] {2}#/m);
-  assert.deepEqual(faults, []);
   await close();
 });
 
 test("map, cost over speed and twin follow; published gaits are the described robot's", async () => {
-  const { page, faults, close } = await body("&body=length-7:1.3,mass-7:1.4");
+  const { page, close } = await body("&body=length-7:1.3,mass-7:1.4");
   const { speed } = await numbers(page);
   await page.locator('[data-view="paper"]').click();
-  const described = await open(chrome, { hash: "#robot=hypertuna&view=paper" });
+  const described = await open({ hash: "#robot=hypertuna&view=paper" });
   const words = async (at) => at.locator("#paper .card").first().textContent();
   assert.equal(await words(page), await words(described.page));
   await described.close();
@@ -183,7 +169,6 @@ test("map, cost over speed and twin follow; published gaits are the described ro
   await page.locator("#inside").getByRole("button", { name: "Go on" }).click();
   await page.waitForFunction(() => parseFloat(document.querySelector("#inside .facts dt")?.textContent) > 1);
   assert.ok(speed > 0);
-  assert.deepEqual(faults, []);
   await close();
 });
 
@@ -202,7 +187,7 @@ for (const [size, viewport] of [
 ])
   for (const colorScheme of ["light", "dark"])
     test(`${size}, ${colorScheme}: the changed body is read by everyone`, async () => {
-      const { page, faults, close } = await body("&body=length-7:1.2,mass-0:0.9,fin:1.3", { viewport, colorScheme });
+      const { page, close } = await body("&body=length-7:1.2,mass-0:0.9,fin:1.3", { viewport, colorScheme });
       await gains(page);
       await picture(page, `${size}-${colorScheme}-body-changed`);
       await page.addScriptTag({ content: AXE });
@@ -214,6 +199,5 @@ for (const [size, viewport] of [
       );
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       assert.ok(wide <= 0, `${wide} px wider than the window`);
-      assert.deepEqual(faults, []);
       await close();
     });

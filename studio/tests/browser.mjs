@@ -1,6 +1,10 @@
 // What the tests share: a browser, the page opened from its file, and what one does and reads on it.
+import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync } from "node:fs";
+import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after } from "node:test";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
@@ -14,26 +18,36 @@ export const SIZES = {
 };
 const PATIENCE = 60_000; // ms: a busy machine of a tenth of the speed passes
 
-/** Start the browser of the machine. */
-export function browser() {
-  return chromium.launch({
-    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    args: ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"],
-  });
+/** The browser of the machine. */
+export const chrome = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  args: ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"],
+});
+after(() => chrome.close());
+
+/** Make a folder that goes when the tests of a file have ended. */
+export function temporary(name) {
+  const folder = mkdtempSync(join(tmpdir(), name));
+  after(() => rmSync(folder, { recursive: true }));
+  return folder;
 }
 
 /**
  * Open the page from its file and wait for the first fish.
- * What it says and asks for is in `faults`: messages of the console and requests to anywhere but itself.
+ * What it says and asks for is in `faults`, messages of the console and requests to anywhere but itself: `close` finds none.
  */
-export async function open(chrome, { hash = "", file = PAGE, ...options } = {}) {
+export async function open({ hash = "", file = PAGE, ...options } = {}) {
   const context = await chrome.newContext({ viewport: SIZES.wide, reducedMotion: "reduce", ...options });
   const page = await context.newPage();
   page.setDefaultTimeout(PATIENCE);
   const faults = watch(page);
   await page.goto(`file://${file}${hash}`);
   await settled(page);
-  return { page, faults, close: () => context.close() };
+  const close = async () => {
+    assert.deepEqual(faults, []);
+    await context.close();
+  };
+  return { page, faults, close };
 }
 
 /** Note what a page must not do. */

@@ -1,24 +1,17 @@
 // The page in a frame of another: the docs' front page says light or dark, by its own button.
 import assert from "node:assert/strict";
-import { copyFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { copyFileSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { browser, PAGE, settled, watch } from "./browser.mjs";
+import { before, test } from "node:test";
+import { chrome, PAGE, settled, temporary, watch } from "./browser.mjs";
 
-const folder = mkdtempSync(join(tmpdir(), "frame-"));
-let chrome;
+const folder = temporary("frame-");
 before(async () => {
-  chrome = await browser();
   const front = readFileSync(new URL("../../docs/index.md", import.meta.url), "utf8");
   const [, block] = /```\{raw\} html\n(.*?)```/s.exec(front); // what stands on the docs' front page
   const button = '<button onclick="document.body.dataset.theme = this.value">';
   writeFileSync(join(folder, "index.html"), `<!doctype html><body data-theme="auto">${button}</button>${block}</body>`);
   copyFileSync(PAGE, join(folder, "studio.html"));
-});
-after(async () => {
-  await chrome.close();
-  rmSync(folder, { recursive: true });
 });
 
 test("the button of the docs turns the studio light and dark", async () => {

@@ -1,17 +1,16 @@
 // Pages that the studio stands in, in a frame that may be as high as what is in it: they come to rest, and are seen whole.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { copyFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync, readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { browser, PAGE, picture, settled } from "./browser.mjs";
+import { chrome, PAGE, picture, settled, temporary } from "./browser.mjs";
 
 const WIDTHS = [390, 900, 1440];
 const HYPERTUNA = process.env.HYPERTUNA ?? "hypertuna";
 const PYTHON = process.env.PYTHON ?? "python";
-const folder = mkdtempSync(join(tmpdir(), "frames-"));
+const folder = temporary("frames-");
 const read = (file) => readFileSync(new URL(`../../docs/${file}`, import.meta.url), "utf8");
 
 // The docs' front page, as far as it frames the studio; a notebook's cell; another's page as high as what it frames.
@@ -33,11 +32,9 @@ document.querySelector("iframe").addEventListener("load", ({ target }) => {
 </script>`,
 };
 
-let chrome;
 let server;
 let at;
 before(async () => {
-  chrome = await browser();
   copyFileSync(PAGE, join(folder, "studio.html"));
   for (const [name, page] of Object.entries(PAGES)) writeFileSync(join(folder, name), `<!doctype html>${page()}`);
   execFileSync(HYPERTUNA, ["paper", "-o", join(folder, "demo")], { stdio: "ignore" });
@@ -52,9 +49,7 @@ before(async () => {
   at = `http://127.0.0.1:${server.address().port}`;
 });
 after(async () => {
-  await chrome.close();
   server.close();
-  rmSync(folder, { recursive: true });
 });
 
 /** Open a page of the folder, with its frame's fish. */

@@ -1,12 +1,10 @@
 // Published gaits: the ledger's stored verdicts in words, none of the page's own, and links to the ledger's rows.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { fileURLToPath } from "node:url";
-import { browser, open, PAGE, watch } from "./browser.mjs";
+import { test } from "node:test";
+import { open, PAGE, temporary, watch } from "./browser.mjs";
 
 const STORED = JSON.parse(readFileSync(new URL("../../data/published/verdicts.json", import.meta.url), "utf8"));
 const WORDS = {
@@ -15,17 +13,11 @@ const WORDS = {
 };
 const OWN = "joint bandwidth"; // the ledger's name of the robot's own model
 
-let chrome;
-let folder;
-before(async () => {
-  chrome = await browser();
-  folder = mkdtempSync(join(tmpdir(), "ledger-"));
-});
-after(() => chrome.close());
+const folder = temporary("ledger-");
 
 /** Open the page at the published gaits. */
 async function published(options = {}) {
-  const studio = await open(chrome, { hash: "#robot=hypertuna&view=paper", ...options });
+  const studio = await open({ hash: "#robot=hypertuna&view=paper", ...options });
   await studio.page.locator("#paper .card").first().waitFor();
   return studio;
 }
@@ -39,7 +31,7 @@ async function judged(page, gait) {
 }
 
 test("each gait has the ledger's stored verdict, with a mark and a word", async () => {
-  const { page, faults, close } = await published();
+  const { page, close } = await published();
   let seen = 0;
   for (const { id, model, verdict } of STORED.entries) {
     const gait = /^speed\/(.*-(?:0\.\d|max))$/.exec(id)?.[1];
@@ -59,12 +51,11 @@ test("each gait has the ledger's stored verdict, with a mark and a word", async 
   assert.ok((await box.textContent()).includes(said), said);
   assert.match(await page.locator("#paper").textContent(), /hypertuna paper -o demo/);
   assert.equal(await page.locator("#paper a").count(), 0); // nothing to link to
-  assert.deepEqual(faults, []);
   await close();
 });
 
 test("a model that the ledger has not, and a changed robot, have no verdict", async () => {
-  const { page, faults, close } = await published();
+  const { page, close } = await published();
   await page.locator('[data-joints="ideal"]').click();
   await page.waitForFunction(() => /ideal joints\./.test(document.querySelector("#paper .intro").textContent));
   assert.equal((await judged(page, "unoptimised-max")).verdict, "deviates"); // ideal joints are a model of the ledger
@@ -83,11 +74,10 @@ test("a model that the ledger has not, and a changed robot, have no verdict", as
   assert.equal(verdict, "none");
   assert.match(text, /no verdict: the ledger has none of this robot as it is here/);
   await other.close();
-  assert.deepEqual([...faults, ...other.faults], []);
 });
 
 test("inside the ledger's page a verdict leads to the row of its number", async () => {
-  const { page: context } = await open(chrome);
+  const { page: context } = await open();
   const studio = readFileSync(PAGE, "utf8").replace('"start":{}', '"start":{"ledger":""}');
   assert.match(studio, /"ledger":""/);
   const quoted = studio.replaceAll("&", "&amp;").replaceAll('"', "&quot;");

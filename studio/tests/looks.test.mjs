@@ -2,17 +2,11 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { after, before, test } from "node:test";
-import { browser, choose, open, picture, SIZES, settled } from "./browser.mjs";
+import { test } from "node:test";
+import { choose, open, picture, settled, SIZES } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const SERIOUS = ["serious", "critical"];
-
-let chrome;
-before(async () => {
-  chrome = await browser();
-});
-after(() => chrome.close());
 
 /** Faults for people who do not see or use a mouse, a line each. */
 async function barriers(page) {
@@ -46,7 +40,7 @@ async function live(page) {
 for (const [size, viewport] of Object.entries(SIZES))
   for (const colorScheme of ["light", "dark"]) {
     test(`${size}, ${colorScheme}: nothing is cut off, nobody is shut out`, async () => {
-      const { page, faults, close } = await open(chrome, { viewport, colorScheme, hash: "#robot=hypertuna" });
+      const { page, close } = await open({ viewport, colorScheme, hash: "#robot=hypertuna" });
       await drawn(page);
       await picture(page, `${size}-${colorScheme}-gait`);
       assert.deepEqual(await barriers(page), []);
@@ -65,7 +59,6 @@ for (const [size, viewport] of Object.entries(SIZES))
       await choose(page, "#robot", "rexeel");
       await drawn(page);
       await picture(page, `${size}-${colorScheme}-rexeel`);
-      assert.deepEqual(faults, []);
       await close();
     });
   }
@@ -75,7 +68,7 @@ test("the fish swims, and stands still for those who want less motion", async ()
     ["no-preference", true],
     ["reduce", false],
   ]) {
-    const { page, close } = await open(chrome, { reducedMotion });
+    const { page, close } = await open({ reducedMotion });
     const look = () => page.locator("#stage").evaluate((canvas) => canvas.toDataURL());
     await page.waitForTimeout(300);
     const first = await look();
@@ -86,7 +79,7 @@ test("the fish swims, and stands still for those who want less motion", async ()
 });
 
 test("every control is reached by the Tab key and has a name", async () => {
-  const { page, close } = await open(chrome);
+  const { page, close } = await open();
   const controls = await page.locator("button:visible, select:visible, input:visible, summary:visible").count();
   const reached = new Set();
   for (let k = 0; k < 3 * controls; k++) {

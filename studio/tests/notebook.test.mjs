@@ -1,14 +1,13 @@
 // A notebook's cell that ends with ht.studio(...): its output swims in a frame of the notebook's page.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { browser, numbers, settled, watch } from "./browser.mjs";
+import { test } from "node:test";
+import { chrome, numbers, settled, temporary, watch } from "./browser.mjs";
 
 const PYTHON = process.env.PYTHON ?? "python";
-const folder = mkdtempSync(join(tmpdir(), "notebook-"));
+const folder = temporary("notebook-");
 const CELL = 'import hypertuna as ht\nht.studio("hypertuna", "optimised-0.3", height=500)';
 // Run the cell by a kernel; write its output as JSON.
 const RUN = `
@@ -21,15 +20,6 @@ NotebookClient(nbformat.v4.new_notebook(cells=[cell]), timeout=120, kernel_name=
 json.dump(output["data"], sys.stdout)
 `;
 const lacking = spawnSync(PYTHON, ["-c", "import ipykernel, nbclient, nbformat"]).status !== 0;
-
-let chrome;
-before(async () => {
-  chrome = await browser();
-});
-after(async () => {
-  await chrome.close();
-  rmSync(folder, { recursive: true });
-});
 
 test("the fish swims in a notebook", { skip: lacking && "needs ipykernel, nbclient and nbformat" }, async () => {
   const done = spawnSync(PYTHON, ["-c", RUN], { encoding: "utf8", maxBuffer: 2 ** 26 });

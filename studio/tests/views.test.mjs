@@ -1,19 +1,13 @@
 // The views below the fish: a map to click on, searches that end where the program's do, published gaits to swim.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { browser, choose, hypertuna, link, numbers, open, setting, settled, turn } from "./browser.mjs";
+import { test } from "node:test";
+import { choose, hypertuna, knobs, link, numbers, open, setting, settled, turn } from "./browser.mjs";
 
 const FRAME = 50; // ms, of a machine with other work to do: 17 on a free one
 
-let chrome;
-before(async () => {
-  chrome = await browser();
-});
-after(() => chrome.close());
-
 /** Open the page at a view. */
 async function at(view, hash = "#robot=hypertuna") {
-  const studio = await open(chrome, { hash });
+  const studio = await open({ hash });
   await studio.page.locator(`[data-view="${view}"]`).click();
   await settled(studio.page);
   return studio;
@@ -32,7 +26,7 @@ async function ended(page) {
 }
 
 test("a click on the map goes there, and the map tells the number that the gait has", async () => {
-  const { page, faults, close } = await at("map");
+  const { page, close } = await at("map");
   const canvas = page.locator("#map canvas");
   const box = await canvas.boundingBox();
   const middle = { x: box.width / 2, y: box.height / 2 };
@@ -55,7 +49,6 @@ test("a click on the map goes there, and the map tells the number that the gait 
   await canvas.press("ArrowRight");
   await settled(page);
   assert.ok((await setting(page)).frequency > set.frequency);
-  assert.deepEqual(faults, []);
   await close();
 });
 
@@ -79,7 +72,7 @@ test("knobs answer while a map is computed", async (context) => {
 });
 
 test("the maximum speed is the program's", async (context) => {
-  const { page, faults, close } = await at("front");
+  const { page, close } = await at("front");
   await choose(page, "[data-gaits]", "unoptimised-0.3");
   await page.getByRole("button", { name: "Maximum speed" }).click();
   context.diagnostic(await ended(page));
@@ -87,12 +80,11 @@ test("the maximum speed is the program's", async (context) => {
   const { speed, status } = await numbers(page);
   assert.equal(status, "settled");
   assert.ok(Math.abs(speed / native.speed_m_s - 1) < 1e-4, `${speed}, but ${native.speed_m_s}`);
-  assert.deepEqual(faults, []);
   await close();
 });
 
 test("the least cost at a speed is the program's", async (context) => {
-  const { page, faults, close } = await at("front");
+  const { page, close } = await at("front");
   await page.getByLabel("speed [m/s] to swim at least cost").fill("0.4");
   await page.getByRole("button", { name: "Least cost at", exact: true }).click();
   context.diagnostic(await ended(page));
@@ -100,12 +92,11 @@ test("the least cost at a speed is the program's", async (context) => {
   const { speed, cost_of_transport: cost } = await numbers(page);
   assert.ok(Math.abs(speed - 0.4) < 1e-4, `${speed}`);
   assert.ok(Math.abs(cost / native.cost_of_transport_j_per_kg_m - 1) < 1e-3, `${cost}`);
-  assert.deepEqual(faults, []);
   await close();
 });
 
 test("a speed that no gait reaches is told, and a search can be stopped", async () => {
-  const { page, faults, close } = await at("front");
+  const { page, close } = await at("front");
   await page.getByLabel("speed [m/s] to swim at least cost").fill("9");
   await page.getByRole("button", { name: "Least cost at", exact: true }).click();
   assert.match(await ended(page), /No search reached 9 m\/s/);
@@ -114,7 +105,6 @@ test("a speed that no gait reaches is told, and a search can be stopped", async 
   await page.waitForFunction(() => /cancel/.test(document.querySelector("#front [role=status]").textContent));
   await turn(page, "frequency", 3);
   assert.equal((await setting(page)).frequency, 3);
-  assert.deepEqual(faults, []);
   await close();
 });
 
@@ -151,8 +141,31 @@ test("a knob that is turned while the page is slow stays where it was turned", a
   await close();
 });
 
+for (const late of ["page", "views"])
+  test(`a robot that loads slowly does not overtake one that was chosen after it: in the ${late}`, async () => {
+    const { page, close } = await at("paper");
+    await page.evaluate((late) => {
+      const { postMessage } = Worker.prototype;
+      let loads = 0; // of rexeel, the first by the page
+      Worker.prototype.postMessage = function (message) {
+        const { kind, robot } = message.question;
+        const slow = kind === "load" && robot === "rexeel" && (loads++ === 0) === (late === "page");
+        setTimeout(() => postMessage.call(this, message), slow ? 1000 : 0);
+      };
+    }, late);
+    await page.locator("#robot").selectOption("rexeel");
+    if (late === "views") await page.waitForSelector('[data-knob="amplitude-4"]', { state: "attached" });
+    await page.locator("#robot").selectOption("hypertuna");
+    await page.waitForTimeout(2500);
+    await settled(page);
+    assert.equal(await page.locator("#robot").inputValue(), "hypertuna");
+    assert.equal((await knobs(page)).length, 7);
+    assert.match(await page.locator("#paper .intro").textContent(), /hypertuna's gaits/);
+    await close();
+  });
+
 test("a published gait swims from its card, with what was published of it", async () => {
-  const { page, faults, close } = await at("paper");
+  const { page, close } = await at("paper");
   const card = page.locator("#paper .card").filter({ hasText: "unoptimised-max" });
   await card.waitFor();
   assert.match(await card.textContent(), /0\.56 m\/s/);
@@ -168,7 +181,6 @@ test("a published gait swims from its card, with what was published of it", asyn
   await choose(page, "#robot", "rexeel");
   await page.waitForFunction(() => /rexeel/.test(document.querySelector("#paper").textContent));
   assert.doesNotMatch(await page.locator("#paper").textContent(), /published \d/);
-  assert.deepEqual(faults, []);
   await close();
 });
 
@@ -177,7 +189,7 @@ test("arrow keys go from view to view, and the link keeps the view", async () =>
   await page.locator('[data-view="map"]').focus();
   await page.keyboard.press("ArrowRight");
   assert.equal(await page.locator('[data-view="front"]').getAttribute("aria-selected"), "true");
-  const again = await open(chrome, { hash: await link(page) });
+  const again = await open({ hash: await link(page) });
   assert.ok(await again.page.locator("#front").isVisible());
   await again.close();
   await close();
@@ -202,7 +214,7 @@ async function lived(page, seconds) {
 }
 
 test("the twin swims as the program's, and its controller tells what it does about a broken sensor", async (context) => {
-  const { page, faults, close } = await open(chrome, { hash: "#robot=hypertuna", reducedMotion: "no-preference" });
+  const { page, close } = await open({ hash: "#robot=hypertuna", reducedMotion: "no-preference" });
   await choose(page, "[data-gaits]", "optimised-0.3");
   await page.locator('[data-view="inside"]').click();
   await page.locator('#inside label:has-text("tempo") select').selectOption("20");
@@ -226,12 +238,11 @@ test("the twin swims as the program's, and its controller tells what it does abo
   await page.getByRole("button", { name: "Start again" }).click();
   await page.waitForFunction(() => parseFloat(document.querySelector("#inside .facts dt").textContent) < 20);
   await page.getByRole("button", { name: "Pause", exact: true }).click();
-  assert.deepEqual(faults, []);
   await close();
 });
 
 test("a robot without a twin says why, in a sentence", async () => {
-  const { page, faults, close } = await at("inside", "#robot=rexeel");
+  const { page, close } = await at("inside", "#robot=rexeel");
   await page.waitForFunction(() =>
     /rexeel has no twin: it has 5 joint groups, and/.test(document.querySelector("#inside").textContent),
   );
@@ -241,6 +252,5 @@ test("a robot without a twin says why, in a sentence", async () => {
   await page.waitForFunction(() =>
     /rexeel has no twin: it has 5 joint groups, and/.test(document.querySelector("#inside").textContent),
   );
-  assert.deepEqual(faults, []);
   await close();
 });

@@ -269,6 +269,7 @@ def test_the_studio_s_interface_is_of_the_present_header_and_lists() -> None:
     assert places == {name: getattr(Start, name).offset for name, *_ in Start._fields_}
     assert tuple(INTERFACE["members"]("FaultKind")) == tuple(_core.fault_kinds())
     assert tuple(INTERFACE["members"]("BeatStatus")) == STATUSES
+    assert INTERFACE["numbers"]() == {"beat_steps": _core.BEAT_STEPS, "nearly_straight": _core.NEARLY_STRAIGHT}
 
 
 # --- the text

@@ -87,18 +87,18 @@ static void fences_by_hand() {
 static void bias_by_hand() {
     const Steering<double> model = test_steering<double>();
     SteeringState<double> state{};
-    state.beat.mean[0] = 1;  // it faces east
+    state.beat.mean.x = 1;  // it faces east
     // 0.1 rad to port: 0.04 rad/s, half as much again for the rate that is missing; the tail bends to port, which is
     // negative.
     const double small = bias_for(model, state, {std::cos(0.1), std::sin(0.1)}, 0.3);
     CHECK_NEAR(small, -1.5 * 0.4 * 0.1 / (1.2 * 0.3), 1e-3);
     CHECK(state.turn_sum > 0);
     SteeringState<double> fresh{};
-    fresh.beat.mean[0] = 1;
+    fresh.beat.mean.x = 1;
     CHECK(bias_for(model, fresh, {-1.0, 0.01}, 0.3) == -1);
     CHECK(bias_for(model, fresh, {-1.0, -0.01}, 0.3) == 1);
-    CHECK(fresh.turn_sum == 0);  // at its limit it does not wind up
-    fresh.beat.mean[2] = 0.04;   // it turns as asked: nothing is missing
+    CHECK(fresh.turn_sum == 0);   // at its limit it does not wind up
+    fresh.beat.mean.turn = 0.04;  // it turns as asked: nothing is missing
     CHECK_NEAR(bias_for(model, fresh, {std::cos(0.1), std::sin(0.1)}, 0.3), -0.04 / 0.36, 1e-3);
     // The beat gives way to the bias.
     Command<double> command{};
@@ -142,7 +142,7 @@ static void means_over_a_beat() {
             at.facing = {std::cos(yaw), std::sin(yaw), 0};
             at.rate.z = 0.15 * 2 * pi * frequency * std::cos(2 * pi * phase);
             update(beat, at, std::floor(before) != std::floor(phase), 100);
-            if (k > 200) worst = std::fmax(worst, std::fabs(std::atan2(beat.mean[1], beat.mean[0]) - 0.5));
+            if (k > 200) worst = std::fmax(worst, std::fabs(std::atan2(beat.mean.y, beat.mean.x) - 0.5));
         }
         CHECK(worst < 0.02);
     }
@@ -158,7 +158,7 @@ static void steered_as_on_a_leg() {
     at.depth = 1.4, at.sink = 0.02, at.speed = 0.28, at.factor = 1, at.facing = {0.6, 0.79, 0.1};
     PilotState<double> on = init(pilot, mission);
     on.controller.supply = 15.5, on.guidance.rising = false;
-    on.guidance.steering.beat.mean[0] = 0.6, on.guidance.steering.beat.mean[1] = 0.8;
+    on.guidance.steering.beat.mean.x = 0.6, on.guidance.steering.beat.mean.y = 0.8;
     PilotState<double> by = on;
     Command<double> beat{};
     beat_into(pilot.guidance.steering, beat, 0.3, 0.0);

@@ -74,7 +74,7 @@ void visit_fields(Calibration& c, int joints, const Visit& visit) {
         for (int k = 0; k < channel.count(joints); ++k) visit(channel.name, k, c.zero[first + k]);
         for (int k = 0; k < channel.count(joints); ++k) visit(channel.name, k, c.scale[first + k]);
     });
-    for (int k = 0; k < 2 * joints + 2; ++k) visit("servo_trim", k, c.trim[k]);
+    for (int k = 0; k < servos_of(joints); ++k) visit("servo_trim", k, c.trim[k]);
 }
 
 }  // namespace hypertuna::firmware

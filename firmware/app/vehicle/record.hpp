@@ -16,7 +16,7 @@ constexpr void visit_record(const Snapshot& now, int joints, const Visit& visit)
         if (channel.converter != Converter::none)
             visit(channel.column, channel.of(now.readings), channel.count(joints));
     });
-    visit("pulse", now.output.pulse, 2 * joints + 2), visit("angle_set", now.output.set, joints);
+    visit("pulse", now.output.pulse, servos_of(joints)), visit("angle_set", now.output.set, joints);
     visit("frequency_commanded", command.frequency), visit("amplitude_commanded", command.amplitude, joints);
     visit("lag_commanded", command.phase, joints), visit("bias_commanded", command.bias, joints);
     visit("fin_commanded", command.fin, 2);

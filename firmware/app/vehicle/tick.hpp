@@ -229,7 +229,7 @@ int steps_due(Vehicle& vehicle, B& board) {
 template <Board B>
 void send_pulses(const Vehicle& vehicle, B& board) {
     const Controller<float>& controller = vehicle.model.pilot.controller;
-    const int servos = 2 * controller.joints + 2;
+    const int servos = servos_of(controller.joints);
     float pulse[max_servos] = {};
     bool moving = vehicle.now.armed();
     for (int k = 0; k < servos; ++k) {

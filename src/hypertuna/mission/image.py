@@ -73,6 +73,6 @@ def _mission(file: MissionFile, start: MissionStart) -> dict[str, Any]:
 
 def _pilot(robot: Robot) -> dict[str, Any]:
     """Return the names that a flight's numbers stand for, and the sensors and fins that can fail."""
-    lists = {"modes": _core.mode_table(), "reasons": _core.reason_table(), "endings": ENDINGS.items()}
+    lists = {"modes": _core.mode_table(), "reasons": _core.reason_table(), "endings": list(ENDINGS.items())[1:]}
     named = {key: [{"name": name, "text": text} for name, text in rows] for key, rows in lists.items()}
     return named | {"channels": channels(robot, pilot=True), "fin_faults": list(FIN_KINDS)}

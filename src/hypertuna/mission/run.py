@@ -33,15 +33,7 @@ FIN = re.compile(r"(?P<which>fin-port|fin-starboard|fins):(?P<kind>[^:@]+)@(?P<s
 FIN_KINDS = {"stuck": math.nan, "level": 0.0, "up": 1.0, "down": -1.0}  # parts of the largest angle
 FINS = {"fin-port": (0,), "fin-starboard": (1,), "fins": (0, 1)}
 DISTANCE_STEP = 2.0  # s between the places that a distance is summed over: whole beats of most gaits
-# How a flight ends, in the order of hosts/twin.hpp.
-ENDINGS = {
-    "done": "The mission is done: all waypoints reached, and home",
-    "home": "The robot is home, but the mission is not done",
-    "adrift": "The robot cannot tell whether it is home: its position is too uncertain",
-    "hold": "The robot holds: it cannot go home",
-    "given up": "The mission was given up",
-    "diverged": "The run diverged: the state of the twin is no longer that of a robot",
-}
+ENDINGS = dict(_core.ending_table())  # how a flight ends: name and sentence
 
 
 @dataclass(frozen=True)
@@ -214,11 +206,7 @@ def has_ended(mode: float) -> bool:
 
 def ending(mode: float, reasons: float) -> str:
     """Return how a mission ended, by the pilot's last mode and reasons: one of `ENDINGS`."""
-    name = _core.mode_names()[int(mode)]
-    adrift = [reason for reason, _ in _core.reason_table()].index("adrift")
-    if name in ("done", "hold"):
-        return name
-    return "adrift" if int(reasons) >> adrift & 1 else "home" if name == "ended" else "given up"
+    return list(ENDINGS)[_core.ending(int(mode), int(reasons))]
 
 
 def _rows(start: MissionStart, part: Part) -> int:

@@ -49,7 +49,9 @@ def check_steps(steps: int) -> None:
 
 
 _COLUMNS = _core.settle_columns()
-_TWIST, _MOMENTUM, _MONODROMY = (_COLUMNS.index(name) for name in ("u", "p_x", "m_00"))
+_SIZE = _core.STATE_SIZE  # of the state, as of a twist
+_TWIST, _MOMENTUM = (slice(k, k + _SIZE) for k in map(_COLUMNS.index, ("u", "p_x")))
+_MONODROMY = slice(_COLUMNS.index("m_00"), None)
 _PERIODIC = [STATUSES.index(status) for status in ("settled", "unstable")]
 
 
@@ -82,21 +84,18 @@ def settle(
         mass=robot.body.mass,
         threads=threads,
     )
-    row = dict(zip(_COLUMNS, rows.T[:_TWIST], strict=False))
-    multipliers = _multipliers(rows[:, _MONODROMY : _MONODROMY + 9].reshape(-1, 3, 3))
+    row = dict(zip(_COLUMNS, rows.T, strict=False))
+    multipliers = _multipliers(rows[:, _MONODROMY].reshape(-1, _SIZE, _SIZE))
     radius = np.abs(multipliers).max(axis=1)
     unstable = (row["status"] == 0) & (radius > NEUTRAL)
-    return (
-        {name: row[name] for name in (*QUANTITIES, "approach_beats")}
-        | {
-            "spectral_radius": radius,
-            "arrived": row["arrived"] == 1,
-            "status": np.where(unstable, STATUSES.index("unstable"), row["status"]).astype(np.int8),  # of `STATUSES`
-            "twist": rows[:, _TWIST : _TWIST + 3],
-            "momentum": rows[:, _MOMENTUM : _MOMENTUM + 3],
-            "multipliers": multipliers,
-        }
-    )
+    return {name: row[name] for name in (*QUANTITIES, "approach_beats")} | {
+        "spectral_radius": radius,
+        "arrived": row["arrived"] == 1,
+        "status": np.where(unstable, STATUSES.index("unstable"), row["status"]).astype(np.int8),  # of `STATUSES`
+        "twist": rows[:, _TWIST],
+        "momentum": rows[:, _MOMENTUM],
+        "multipliers": multipliers,
+    }
 
 
 def settle_from_rest(robot: Robot, gaits: Gaits, *, steps: int = DEFAULT_STEPS, threads: int = 1) -> dict[str, Any]:
@@ -129,11 +128,11 @@ def directional_derivatives(
 
 
 def _multipliers(monodromy: Array) -> NDArray[np.complex128]:
-    """Eigenvalues of each matrix (gaits, 3, 3); NaN where it is not finite."""
+    """Eigenvalues of each matrix (gaits, n, n); NaN where it is not finite."""
     try:
         return np.linalg.eigvals(monodromy).astype(np.complex128)
     except np.linalg.LinAlgError:  # some are not finite
         finite = np.isfinite(monodromy).all(axis=(1, 2))
-        multipliers = np.full((len(monodromy), 3), np.nan, dtype=np.complex128)
+        multipliers = np.full(monodromy.shape[:2], np.nan, dtype=np.complex128)
         multipliers[finite] = np.linalg.eigvals(monodromy[finite])
         return multipliers

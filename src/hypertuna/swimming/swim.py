@@ -41,7 +41,6 @@ if TYPE_CHECKING:
 MAX_BEATS = 10_000  # from rest: half a gigabyte of trajectory
 BEATS = Whole(min=1, max=MAX_BEATS)
 AT_REST = 1e-4  # from rest, a gait is settled when its last beat is this near the settled speed (relative)
-STRAIGHT = 1e3  # body lengths: a larger turning radius is not shown
 
 # What the terminal and JSON show of a swim: what only JSON has comes last.
 SUMMARY = {
@@ -112,7 +111,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         -------
         dict of Quantity
         """
-        straight = self.turn_radius >= STRAIGHT * self.robot.body.length
+        straight = self.turn_radius >= _core.NEARLY_STRAIGHT * self.robot.body.length
         hidden = {name: Format(unit, None) for name, (unit, _) in SUMMARY.items() if straight and name[:5] == "turn_"}
         return summarized(self, SUMMARY | hidden)
 

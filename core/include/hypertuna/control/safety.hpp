@@ -14,6 +14,8 @@ inline constexpr int max_joints = 4;
 inline constexpr int max_coordinates = max_joints + 1;  // of a tail: the joint groups and a hinge
 inline constexpr int max_circuits = 2 * max_joints;
 inline constexpr int max_servos = max_circuits + 2;
+/// Servos of a robot: two a joint, and those of the two pectoral fins.
+constexpr int servos_of(int joints) { return 2 * joints + 2; }
 
 /// A bit per joint, circuit or servo.
 using Places =

@@ -33,7 +33,7 @@ constexpr std::size_t extent_of(Extent extent, int coordinates, int joints) {
         case Extent::circuits:
             return 2 * joints;
         case Extent::servos:
-            return 2 * joints + 2;
+            return servos_of(joints);
         case Extent::conditions:
             return conditions;
         default:

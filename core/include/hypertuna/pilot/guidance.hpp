@@ -56,9 +56,13 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     const bool drained = onboard.voltage_lost || charge < mission.reserve;
     state.spent = state.spent || lasts(state.drained, drained, T(5), period);
     why.set(Reason::time_up, T(0) < mission.duration && mission.duration < seconds(model, state.ticks) + back);
-    const bool lost[4] = {!at.depths, !at.attitude, !at.compass, onboard.voltage_lost};
-    const Reason reason[4] = {Reason::depth_lost, Reason::imu_lost, Reason::compass_lost, Reason::battery_lost};
-    for (int k = 0; k < 4; ++k) why.set(reason[k], lasts(state.blind[k], lost[k], model.lost_after, period));
+    const auto lost = [&](Reason reason, int& ticks, bool now) {
+        why.set(reason, lasts(ticks, now, model.lost_after, period));
+    };
+    lost(Reason::depth_lost, state.blind.depth, !at.depths);
+    lost(Reason::imu_lost, state.blind.imu, !at.attitude);
+    lost(Reason::compass_lost, state.blind.compass, !at.compass);
+    lost(Reason::battery_lost, state.blind.battery, onboard.voltage_lost);
     why.set(Reason::tail_lost, onboard.joint_lost);
 }
 
@@ -74,7 +78,7 @@ T single_fin_limit(const Guidance<T>& model, const Reasons& why) {
 template <class T>
 void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
                 T wanted) {
-    const T period = model.steering.period, tilt = state.steering.beat.mean[3];
+    const T period = model.steering.period, tilt = state.steering.beat.mean.tilt;
     Reasons& why = state.reasons;
     const bool rolled = model.fin_tilt < abs(tilt) && model.fin_min < abs(state.fin) && at.attitude;
     const T sign = (T(0) < tilt) == (T(0) < state.fin) ? T(1) : T(-1);
@@ -175,12 +179,12 @@ Mode mode_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T
     if (has_ended(state.mode)) return state.mode;
     const Reasons& why = state.reasons;
     const bool up =
-        at.depths ? at.depth < model.surface_depth : at.fix || model.fix_timeout <= seconds(model, state.blind[0]);
+        at.depths ? at.depth < model.surface_depth : at.fix || model.fix_timeout <= seconds(model, state.blind.depth);
     if (why.has(Reason::stranded)) return Mode::hold;
     // Without IMU nothing steers: up, and wait there.
     if (why.has(Reason::imu_lost) && !at.attitude)
-        return up || model.fix_timeout <= seconds(model, state.blind[1]) ? Mode::hold : Mode::surface;
-    if (why.has(Reason::compass_lost) && !at.compass && model.compass_timeout <= seconds(model, state.blind[2]))
+        return up || model.fix_timeout <= seconds(model, state.blind.imu) ? Mode::hold : Mode::surface;
+    if (why.has(Reason::compass_lost) && !at.compass && model.compass_timeout <= seconds(model, state.blind.compass))
         return up ? Mode::hold : Mode::surface;
     // Against a current that is too strong as long as the charge lasts: then it drifts, and tells where.
     if (state.swept && state.spent) return up ? Mode::hold : Mode::surface;

@@ -46,23 +46,28 @@ void visit_fields(Guidance<T>& m, const Visit& visit) {
     visit("endurance", 0, m.endurance), visit("overhead", 0, m.overhead);
 }
 
+/// Ticks without each of the senses.
+struct Blind {
+    int depth, imu, compass, battery;
+};
+
 template <class T>
 struct GuidanceState {
     Mode mode;
     Reasons reasons;
     SteeringState<T> steering;
-    int leg;                      // current waypoint
-    Corner<T> from;               // m: where the leg began
-    int reached, passed;          // waypoints before this one; all others were skipped
-    int arriving, held, sought;   // ticks near or past the waypoint, of its time to hold; fixes sought for it
-    bool resting;                 // at the surface within a waypoint's radius
-    bool swept, spent;            // carried away from home now; the reserve of the charge is touched
-    int ticks;                    // decisions so far
-    int since_fix, waiting;       // ticks since the last fix, at the surface without one
-    int surfaced;                 // ticks at the surface for better fixes
-    bool rising;                  // for a fix
-    int retry;                    // ticks until rising again makes sense
-    int blind[4];                 // ticks without depth, IMU, compass, battery
+    int leg;                     // current waypoint
+    Corner<T> from;              // m: where the leg began
+    int reached, passed;         // waypoints before this one; all others were skipped
+    int arriving, held, sought;  // ticks near or past the waypoint, of its time to hold; fixes sought for it
+    bool resting;                // at the surface within a waypoint's radius
+    bool swept, spent;           // carried away from home now; the reserve of the charge is touched
+    int ticks;                   // decisions so far
+    int since_fix, waiting;      // ticks since the last fix, at the surface without one
+    int surfaced;                // ticks at the surface for better fixes
+    bool rising;                 // for a fix
+    int retry;                   // ticks until rising again makes sense
+    Blind blind;
     int poor, drained, carried;   // ticks of low charge, without a reserve, of a current too strong for the way home
     T fin_evidence;               // s: positive for the starboard fin
     int unanswered;               // ticks with fins at their limit

@@ -9,11 +9,10 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 enum class Mode : std::uint8_t { idle, transit, hold, surface, home, done, ended, count };
 inline constexpr int modes = int(Mode::count);
-struct ModeText {
-    const char* name;
-    const char* sentence;
+struct NamedText {
+    const char *name, *sentence;
 };
-inline constexpr ModeText mode_texts[modes] = {
+inline constexpr NamedText mode_texts[modes] = {
     {"idle", "no mission to fly"},
     {"transit", "on a leg to a waypoint"},
     {"hold", "the beat is stopped"},
@@ -55,11 +54,7 @@ enum class Reason : std::uint8_t {
 inline constexpr int reasons = int(Reason::count);
 inline constexpr int ending_reasons = int(Reason::all_reached);  // the ones before it end the mission
 
-struct ReasonText {
-    const char* name;
-    const char* sentence;
-};
-inline constexpr ReasonText reason_texts[reasons] = {
+inline constexpr NamedText reason_texts[reasons] = {
     {"low_battery", "the charge is what the way home and the reserve need"},
     {"battery_lost", "the battery's voltage cannot be read"},
     {"time_up", "the time left is what the way home needs"},
@@ -95,5 +90,25 @@ struct Reasons {
     void clear(Reason r) { flags &= ~(std::uint32_t(1) << int(r)); }
     bool end() const { return (flags & ((std::uint32_t(1) << ending_reasons) - 1)) != 0; }
 };
+
+/// How a flight ends; `none` while it goes on.
+enum class Ending : std::uint8_t { none, done, home, adrift, hold, given_up, diverged, count };
+inline constexpr NamedText ending_texts[int(Ending::count)] = {
+    {"none", "The mission goes on"},
+    {"done", "The mission is done: all waypoints reached, and home"},
+    {"home", "The robot is home, but the mission is not done"},
+    {"adrift", "The robot cannot tell whether it is home: its position is too uncertain"},
+    {"hold", "The robot holds: it cannot go home"},
+    {"given up", "The mission was given up"},
+    {"diverged", "The run diverged: the state of the twin is no longer that of a robot"},
+};
+
+/// How a flight ends that is not flown on from this mode.
+inline Ending ending_of(Mode mode, const Reasons& why) {
+    if (mode == Mode::done) return Ending::done;
+    if (mode == Mode::hold) return Ending::hold;
+    if (why.has(Reason::adrift)) return Ending::adrift;
+    return mode == Mode::ended ? Ending::home : Ending::given_up;
+}
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

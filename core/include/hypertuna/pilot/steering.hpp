@@ -80,22 +80,28 @@ void visit_fields(Steering<T>& m, const Visit& visit) {
     visit("pitch_damping", 0, m.pitch_damping), visit("fin_angle_max", 0, m.fin_max);
 }
 
-/// Means over the last whole beat: direction that the head faces, rate of turn, roll.
+/// Direction that the head faces, rate of turn [rad/s], sine of the roll.
+template <class T>
+struct Heading {
+    T x, y, turn, tilt;
+};
+
+/// Their means over the last whole beat.
 template <class T>
 struct BeatMean {
-    T sum[4], mean[4];
+    Heading<T> sum, mean;
     int ticks;
 };
 
 /// Take in one tick; at the end of a beat, or after a second without one, the mean is computed again.
 template <class T>
 void update(BeatMean<T>& beat, const Estimate<T>& at, bool ended, int limit) {
-    const T now[4] = {at.facing.x, at.facing.y, at.rate.z, at.tilt};
-    for (int k = 0; k < 4; ++k) beat.sum[k] += now[k];
-    ++beat.ticks;
+    Heading<T>& sum = beat.sum;
+    sum.x += at.facing.x, sum.y += at.facing.y, sum.turn += at.rate.z, sum.tilt += at.tilt;
+    const T ticks = T(++beat.ticks);
     if (!ended && beat.ticks < limit) return;
-    for (int k = 0; k < 4; ++k) beat.mean[k] = beat.sum[k] / T(beat.ticks), beat.sum[k] = T(0);
-    beat.ticks = 0;
+    beat.mean = {sum.x / ticks, sum.y / ticks, sum.turn / ticks, sum.tilt / ticks};
+    sum = {}, beat.ticks = 0;
 }
 
 template <class T>
@@ -155,16 +161,16 @@ Leg<T> line_of_sight(const Corner<T>& from, const Corner<T>& to, T x, T y, T loo
 /// Turning: r' ~ -curvature U bias. The loop asks for a rate of turn w e + integral, and adds what is missing of it.
 template <class T>
 T bias_for(const Steering<T>& model, SteeringState<T>& state, const Course<T>& wanted, T speed) {
-    const T(&mean)[4] = state.beat.mean;
-    const T flat = sqrt(mean[0] * mean[0] + mean[1] * mean[1]);
+    const Heading<T>& mean = state.beat.mean;
+    const T flat = sqrt(mean.x * mean.x + mean.y * mean.y);
     if (!(flat > T(0.05))) return T(0);
-    const T sine = (mean[0] * wanted.y - mean[1] * wanted.x) / flat;
-    const T cosine = (mean[0] * wanted.x + mean[1] * wanted.y) / flat;
+    const T sine = (mean.x * wanted.y - mean.y * wanted.x) / flat;
+    const T cosine = (mean.x * wanted.x + mean.y * wanted.y) / flat;
     // Twice the tangent of half the angle: the angle as long as it is small, and it never wraps.
     const T error = cosine > T(0) ? T(2) * sine / (T(1) + cosine) : sine < T(0) ? T(-2) : T(2);
     const T rate = clamp(model.heading_rate * error, -model.turn_max, model.turn_max);
     const T full = model.curvature * max(speed, model.speed_min);
-    const T asked = (rate + state.turn_sum + model.rate_gain * (rate - mean[2])) / full;
+    const T asked = (rate + state.turn_sum + model.rate_gain * (rate - mean.turn)) / full;
     const T given = clamp(asked, T(-1), T(1));
     // The sum grows only where the tail still answers, and only for what is left near the course.
     if (asked == given && abs(error) < T(0.5))

@@ -34,7 +34,8 @@ T normal(std::uint64_t bits) {
     return (sum - T(131070)) * T(2.6428950672e-05);
 }
 
-enum class FaultKind : std::uint8_t { none, stuck, open, spike, nan };
+enum class FaultKind : std::uint8_t { none, stuck, open, spike, nan, count };
+inline constexpr const char* fault_kinds[int(FaultKind::count)] = {"none", "stuck", "open", "spike", "nan"};
 
 /// A fault of the channels first..last from `start` until before `end`, in s.
 template <class T>

@@ -8,7 +8,8 @@
 
 namespace hypertuna {
 
-inline constexpr double straight = 1e6;  // body lengths: a larger turning radius is no turn
+// Turning radii in body lengths: a larger one is no turn; one that summaries do not show.
+inline constexpr double straight = 1e6, nearly_straight = 1e3;
 
 /// Where a quantity is shown: in data sets alone, in records of JSON too, or in summaries on a screen as well.
 enum class Shown { data, record, summary };
