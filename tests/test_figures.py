@@ -102,7 +102,9 @@ def test_a_sequence_goes_from_dark_to_light() -> None:
         ((2.0, 2.0 + 1e-9), (1.9, 2.1)),  # a twentieth of the size to both sides
         ((-4.0 - 1e-9, -4.0), (-4.2, -3.8)),
         ((1e-9, 1.9e-9), (1.45e-9 - 0.05 * 1.9e-9, 1.45e-9 + 0.05 * 1.9e-9)),
-        ((2.0, 2.0 + 4e-9), (2.0, 2.0 + 4e-9)),  # 2e-9 of the size are values
+        ((0.2e-9, 1.1e-9), (0.65e-9 - 0.055e-9, 0.65e-9 + 0.055e-9)),
+        ((0.2e-9, 1e-9), (0.6e-9 - 1, 0.6e-9 + 1)),  # a size of 1e-9 is zero
+        ((2.0, 2.0 + 2.2e-9), (2.0, 2.0 + 2.2e-9)),  # more than 1e-9 of the size are values
         ((0.0, 1e-9), (0.0, 1e-9)),
     ],
 )
