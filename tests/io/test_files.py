@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from hypertuna.cli.emit import attributes
-from hypertuna.io.files import columns_csv, dataset, rows_csv, variable_columns
+from hypertuna.errors import InputError
+from hypertuna.io.files import (
+    by_conventions,
+    columns_csv,
+    dataset,
+    read_bytes,
+    rows_csv,
+    variable_columns,
+    version,
+    write_atomically,
+)
+from hypertuna.io.quantity import key_of, scaled
 
 
 def test_columns_have_labels_and_units() -> None:
@@ -82,3 +95,84 @@ def test_attributes_are_what_netcdf_holds() -> None:
         "I_left_bias_deg": 1.0,
         "amplitude_deg": [16.0, 25.0],
     }
+
+
+def test_cells_are_written_to_digits_or_in_full() -> None:
+    columns: dict[str, list[Any]] = {"a": [1 / 3, -0.0, np.nan, 2], "b": ["x", "1.23456789", "", "y"]}
+    assert columns_csv({}, columns).text.splitlines()[1:] == ["0.333333,x", "0,1.23456789", ",", "2,y"]
+    assert columns_csv({}, columns, digits=2).text.splitlines()[1] == "0.33,x"
+    full = [f"{1 / 3},x", "-0.0,1.23456789", "nan,", "2,y"]
+    assert columns_csv({}, columns, digits=None).text.splitlines()[1:] == full
+
+
+def test_rows_have_one_head() -> None:
+    rows = [{"a": 1, "b": 2}, {"a": 3, "b": 4}, {"a": 5, "b": 6}]
+    assert rows_csv({}, rows).text == "a,b\n1,2\n3,4\n5,6\n"
+    assert rows_csv({}, []).text == ""
+
+
+def test_a_part_of_a_dataset_has_its_unit_and_meaning() -> None:
+    data = dataset({"a": ("t", [1.0], "m", "way"), "b": ("t", [2.0])}, {"t": ("t", [0.0], "s", "time")}, {"robot": "x"})
+    assert data.a.attrs == {"units": "m", "long_name": "way"}
+    assert data.t.attrs == {"units": "s", "long_name": "time"}
+    assert not data.b.attrs
+
+
+def test_a_file_by_the_conventions(tmp_path: Path) -> None:
+    """Coordinates have no value for what is missing; a date and the pressure of the air have other names."""
+    parts = {"a": (("time", "joint"), [[1.0]], "Wh", "energy")}
+    places = {"time": ("time", [0.0], "deg", "time"), "joint": ["I"], "x": ("time", [1.0])}
+    data = by_conventions(dataset(parts, places, {"robot": "fish"}))
+    assert set(data.variables) == {"a", "elapsed_time", "joint_name", "x"}
+    assert {name for name, one in data.variables.items() if "_FillValue" in one.encoding} == {*data.coords}
+    assert (data.a.attrs["units"], data.elapsed_time.attrs["units"]) == ("W h", "degree")
+    assert data.attrs["title"] == f"Robot fish, computed by hypertuna {version()}"
+    assert data.attrs["history"] == f"hypertuna {version()}: in Python"
+    assert by_conventions(data.assign_attrs(robot="")).attrs["title"] == f"Computed by hypertuna {version()}"
+
+
+def test_a_file_has_the_rights_that_the_user_gives(tmp_path: Path) -> None:
+    before = os.umask(0o027)
+    try:
+        written = write_atomically(tmp_path / "new" / "a", b"1")
+        assert os.umask(0o027) == 0o027  # and the mask stays
+    finally:
+        os.umask(before)
+    assert written.stat().st_mode & 0o777 == 0o640
+    assert [one.name for one in written.parent.iterdir()] == ["a"]
+
+
+@pytest.mark.parametrize(("limit", "refused"), [(None, False), (5, False), (4, True)])
+def test_a_file_is_read_to_its_limit(limit: int | None, refused: bool, tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"12345")
+    if refused:
+        with pytest.raises(InputError, match="must be at most 4e-06 MB, but is larger"):
+            read_bytes(tmp_path / "a", limit=limit)
+    else:
+        assert read_bytes(tmp_path / "a", limit=limit) == b"12345"
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "end"),
+    [
+        ("deg", np.pi / 180, "_deg"),
+        ("degC", 274.15, "_c"),
+        ("kPa", 1000, "_kpa"),
+        ("kPa deg", 1000 * np.pi / 180, "_kpa_deg"),
+        ("mm", 0.001, "_mm"),
+        ("mm^2/s", 1e-6, "_mm2_s"),
+        ("km", 1000, "_km"),
+        ("h", 3600, "_h"),
+        ("Wh", 3600, "_wh"),
+        ("m/s", 1, "_m_s"),
+        ("J/(kg m)", 1, "_j_per_kg_m"),
+        ("1/s", 1, "_s"),
+        ("", 1, ""),
+        ("1", 1, ""),
+    ],
+)
+def test_one_of_each_unit(unit: str, value: float, end: str) -> None:
+    assert scaled(value, unit) == pytest.approx(1, rel=1e-12)
+    assert scaled(None, unit) is None
+    assert scaled(2 * value, unit) == pytest.approx(1 + value if unit == "degC" else 2, rel=1e-12)
+    assert key_of("a", unit) == f"a{end}"

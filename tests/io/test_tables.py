@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from hypertuna.errors import InputError
-from hypertuna.io.tables import conversion, read_table, read_toml
+from hypertuna.errors import InputError, InputErrors
+from hypertuna.io.tables import MAX_NAMED, Table, conversion, parse_float, read_table, read_toml
 
 
 @pytest.mark.parametrize(
@@ -57,3 +57,144 @@ def test_a_table_must_be_separated_by_commas(mark: str, tmp_path: Path) -> None:
 )
 def test_another_unit_says_how_to_convert(column: str, near: str, text: str) -> None:
     assert conversion(column, near) == text
+
+
+KNOWN = {"time_s": "time", "speed_m_s": "speed", "speed_cm_s": "speed", "note": "note"}
+REQUIRED = {"time": "time_s", "speed": "speed_m_s"}
+
+
+@pytest.mark.parametrize(
+    ("head", "sentences"),
+    [
+        (["speed_m_s", "time_s", "note"], []),
+        (["time_s"], ["speed_m_s must be a column, but is missing: add it."]),
+        (
+            ["time_s", "speed_m_s", "speed_cm_s"],
+            ["line 2, speed_cm_s must appear only once, but is speed_m_s, too: remove one of the two."],
+        ),
+        # near to a column that is required: one mistake, not two
+        (["time_s", "sped_m_s"], ["line 2, sped_m_s is not a known column: did you mean speed_m_s?"]),
+        (
+            ["time_s", "speed_mm_s"],
+            ["line 2, speed_mm_s is not a known column: did you mean speed_m_s? Then divide the numbers by 1000."],
+        ),
+        (
+            ["time_s", "speed_m_s", "x", "y"],
+            [
+                "line 2, x is not a known column: use one of note.",
+                "line 2, y is not a known column: use one of those above.",
+            ],
+        ),
+        # more mistakes than columns and none is like ours, or one is ours: another file, of which the first is told
+        (["x"], ["line 2, x is not a known column: use one of time_s, speed_m_s, speed_cm_s, note."]),
+        # as many as columns: all are told
+        (
+            ["x", "time_s"],
+            [
+                "line 2, x is not a known column: use one of speed_m_s, speed_cm_s, note.",
+                "speed_m_s must be a column, but is missing: add it.",
+            ],
+        ),
+        # more than columns, but one is like ours
+        (
+            ["tim_s"],
+            [
+                "line 2, tim_s is not a known column: did you mean time_s?",
+                "speed_m_s must be a column, but is missing: add it.",
+            ],
+        ),
+    ],
+)
+def test_columns_are_known_given_once_and_not_missing(head: list[str], sentences: list[str]) -> None:
+    table = Table("a.csv", 2, head, [])
+    if not sentences:
+        assert table.keys(KNOWN, REQUIRED, fix="add it") == ["speed", "time", "note"]
+        return
+    with pytest.raises(InputError) as caught:
+        table.keys(KNOWN, REQUIRED, fix="add it")
+    errors = caught.value.errors if isinstance(caught.value, InputErrors) else [caught.value]
+    assert [str(error) for error in errors] == [f"a.csv: {sentence}" for sentence in sentences]
+
+
+def test_a_table_of_other_things_with_one_of_our_columns_is_another_file() -> None:
+    required = REQUIRED | {"note": "note"}
+    with pytest.raises(InputError) as caught:  # speed and note are missing, x and y unknown: 4 mistakes of 3 columns
+        Table("a.csv", 1, ["x", "time_s", "y"], []).keys(KNOWN, required, fix="add it", hint=lambda column: "skip it")
+    assert str(caught.value) == "a.csv: line 1, x is not a known column: skip it."
+
+
+def number_of(line: int, cells: dict[str, str]) -> tuple[int, float]:
+    """Return the line and its number; below 0 it is refused by the names of two keys."""
+    value = parse_float(cells["value"])
+    if value < 0:
+        raise InputError(
+            "must be positive", key="value" if value > -10 else "limit", value=cells["value"], fix="add 10"
+        )
+    return line, value
+
+
+@pytest.mark.parametrize(
+    ("cells", "sentence"),
+    [
+        ([["1"], ["2.5"]], ""),
+        ([["1"], ["-1"]], "line 4, v_m must be positive, but is -1: add 10."),
+        ([["-10"], ["1"]], "line 3, l_m must be positive, but is -10: add 10."),
+        ([["1"], ["1", "2"]], "line 4 must have 1 cells, like the line of names, but is 2 long: complete the line"),
+        (
+            [["-1"], ["-2"]],
+            "has 2 rows that cannot be used: line 3, v_m must be positive, but is -1; line 4, v_m",
+        ),
+        ([["-1"]] * MAX_NAMED, "line 7, v_m must be positive, but is -1."),
+        ([["-1"]] * (MAX_NAMED + 2), "line 7, v_m must be positive, but is -1; and 2 more."),
+    ],
+)
+def test_rows_that_cannot_be_used_are_told_together(cells: list[list[str]], sentence: str) -> None:
+    table = Table("a.csv", 2, ["v_m"], list(enumerate(cells, 3)))
+    if not sentence:
+        assert table.parse(number_of, ["value"]) == [(3, 1.0), (4, 2.5)]
+        return
+    with pytest.raises(InputError) as caught:
+        table.parse(number_of, ["value"], names={"limit": "l_m"})
+    assert sentence in str(caught.value)
+    assert str(caught.value).count("line ") == min(len(cells), MAX_NAMED) if len(cells) > 2 else True
+
+
+def test_without_keys_and_names_the_columns_are_their_own() -> None:
+    table = Table("a.csv", 1, ["value"], [(2, ["-1"])])
+    with pytest.raises(InputError, match=r"^a.csv: line 2, value must be positive, but is -1"):
+        table.parse(number_of)
+    with pytest.raises(InputError, match=r"^a.csv: line 2 must be positive, but is -10"):
+        Table("a.csv", 1, ["value"], [(2, ["-10"])]).parse(number_of)
+
+
+@pytest.mark.parametrize(
+    ("ends", "sizes"),
+    [
+        (("m_s", "cm_s", "mm_s"), (1000, 10, 1)),
+        (("km", "m", "cm", "mm"), (1e6, 1000, 10, 1)),
+        (("mpa", "bar", "kpa", "mbar", "pa"), (1e6, 1e5, 1000, 100, 1)),
+        (("min", "s", "ms"), (60_000, 1000, 1)),
+        (("m3", "l", "ml", "mm3"), (1e9, 1e6, 1000, 1)),
+        (("hz", "mhz"), (1000, 1)),
+        (("hz", "rpm"), (60, 1)),
+        (("m_s", "km_h"), (3.6, 1)),
+    ],
+)
+def test_units_of_columns_have_their_size(ends: tuple[str, ...], sizes: tuple[float, ...]) -> None:
+    for own, size in zip(ends, sizes, strict=True):
+        factor = size / sizes[-1]
+        text = f" Then multiply the numbers by {factor:.6g}" if factor > 1 else ""
+        assert conversion(f"x_{own}", f"x_{ends[-1]}") == text
+        assert conversion(f"x_{ends[-1]}", f"x_{own}") == text.replace("multiply", "divide")
+
+
+@pytest.mark.parametrize(
+    ("line", "refused"), [("a;b", True), ("a\tb", True), ("a;b,c", False), ("a,b\tc", False), ("a", False)]
+)
+def test_a_table_is_separated_by_other_marks_only_without_a_comma(line: str, refused: bool, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(f"{line}\n{line}\n")
+    if refused:
+        with pytest.raises(InputError, match="must be separated by commas"):
+            read_table(tmp_path / "a.csv")
+    else:
+        assert len(read_table(tmp_path / "a.csv").rows) == 1
