@@ -19,7 +19,7 @@ ZIGLANG = "$$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproj
 WERROR = $(if $(shell grep -s ziglang $(BIN)/c++),OFF,ON)
 
 # all that the wheel is made of
-SOURCES := $(shell find src core/include core/src bindings robots missions data firmware/mavlink CMakeLists.txt pyproject.toml \
+SOURCES := $(shell find src core/include core/src bindings robots missions data firmware/mavlink firmware/app/vehicle/parameters.hpp CMakeLists.txt pyproject.toml \
   -type f -not -name '*.pyc' -not -name '*.so')
 
 MACHINE_PATH := $(PATH)
