@@ -15,7 +15,6 @@ from hypertuna.description.schema.firmware import PORTS, Firmware
 from hypertuna.firmware.parameters import pins_of
 
 SUPPLY = 3.3  # V of the board's pins and of its converter, by PJRC's card; none takes more
-RATIOMETRIC = 5.0  # V of the supply of the other analog sensors
 IMU_BAUD, RECEIVER_BAUD, I2C_RATE = 115_200, 38_400, 400_000  # firmware/boards/teensy41/teensy.hpp
 DEPTH_PINS = {"SDA": 18, "SCL": 19}  # of the bus Wire
 E24 = (10, 11, 12, 13, 15, 16, 18, 20, 22, 24, 27, 30, 33, 36, 39, 43, 47, 51, 56, 62, 68, 75, 82, 91)

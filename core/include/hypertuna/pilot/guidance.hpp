@@ -58,7 +58,7 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     why.set(Reason::time_up, T(0) < mission.duration && mission.duration < seconds(model, state.ticks) + back);
     const bool lost[4] = {!at.depths, !at.attitude, !at.compass, onboard.voltage_lost};
     const Reason reason[4] = {Reason::depth_lost, Reason::imu_lost, Reason::compass_lost, Reason::battery_lost};
-    for (int k = 0; k < 4; ++k) why.set(reason[k], lasts(state.blind[k], lost[k], model.lost_after, period));
+    for (int k = 0; k < 4; ++k) why.set(reason[k], lasts(state.blind[k], lost[k], model.sensor_timeout, period));
     why.set(Reason::tail_lost, onboard.joint_lost);
 }
 
@@ -299,7 +299,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     if (at.attitude) {
         bias = bias_for(steering, state.steering, crab(course, at.current, max(speed, steering.speed_min)), at.speed);
     } else {
-        speed = model.slow;
+        speed = model.blind_speed;
     }
     // The gait's speed is as far off as the fixes said.
     beat_into(steering, command, max(speed, steering.speed_min) / at.factor, bias);
