@@ -43,9 +43,9 @@ Pilot<T> test_pilot() {
     Guidance<T>& g = m.guidance;
     g.steering = test_steering<T>();
     g.surface_depth = T(0.12), g.fence_margin = T(3), g.error_max = T(12), g.error_near = T(4);
-    g.error_lost = T(40), g.drift_error_max = T(0.02), g.fix_timeout = T(60), g.retry = T(180), g.lost_after = T(2);
+    g.error_lost = T(40), g.drift_error_max = T(0.02), g.fix_timeout = T(60), g.retry = T(180), g.sensor_timeout = T(2);
     g.compass_timeout = T(120), g.fin_tilt = T(0.02), g.fin_min = T(0.2), g.fin_after = T(8), g.single_fin_max = T(0.7);
-    g.response_time = T(25), g.response_depth = T(0.3), g.blind_fin = T(0.35), g.slow = T(0.25);
+    g.response_time = T(25), g.response_depth = T(0.3), g.blind_fin = T(0.35), g.blind_speed = T(0.25);
     g.battery_empty = T(12), g.battery_span = T(4.8), g.battery_drop = T(0.2), g.endurance = T(8000);
     g.overhead = T(30), g.error_fix = T(1.9), g.depth_tolerance = T(0.2), g.arrival_timeout = T(180);
     return m;

@@ -29,7 +29,7 @@ Controller<T> test_controller() {
     m.voltage_rated = T(7.2), m.voltage_low = T(12.8), m.voltage_min = T(0), m.voltage_max = T(20);
     m.frequency_max = T(8), m.fin_max = T(1), m.timeout = 50;
     m.pulse_center = T(1500e-6), m.pulse_per_rad = T(637e-6), m.pulse_min = T(800e-6), m.pulse_max = T(2200e-6);
-    m.slew = T(0.15);
+    m.slew = T(15);
     return m;
 }
 

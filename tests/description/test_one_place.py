@@ -93,7 +93,7 @@ def test_a_new_key_is_in_every_list(tuna: ht.Robot, monkeypatch: pytest.MonkeyPa
     assert "guidance.extra_m has 5 m; usual are 1 to 2" in " ".join(plausibility.implausible(robot))
     assert estimates.spreads(robot)["guidance.extra_m"].name == "extra length"
     assert Longer.scales("length", "mass").keys() - Guidance.scales("length", "mass").keys() == {"extra_m"}
-    assert Longer.scales("length")["extra_m"].of(5.0, length=0.5) == 2.5
+    assert Longer.scaled(document["guidance"] | {"extra_m": 5.0}, length=0.5)["extra_m"] == 2.5
     assert ("pilot", "extra", Radio(99)) in parameters._settable()
     assert metadata.describe("pilot", "extra", "extra") == ("length of no meaning", "m")
     assert image_body._followers("length", 3, alias=True)["guidance.extra_m"] == 2

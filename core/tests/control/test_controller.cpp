@@ -210,7 +210,7 @@ static void arbitrary_bits(int ticks) {
     ControllerStep<T> now{init(model), {}};
     T last[6] = {};
     bool good = true;
-    const T slack = model.slew * T(1e-4);
+    const T most = model.slew * model.tick * T(1.0001);
     for (int i = 0; i < ticks && good; ++i) {
         Readings<T> r;
         Command<T> c;
@@ -228,7 +228,7 @@ static void arbitrary_bits(int ticks) {
         for (int s = 0; s < 6; ++s) {
             const T pulse = now.output.pulse[s], target = now.output.target[s];
             good = good && model.pulse_min <= pulse && pulse <= model.pulse_max;
-            good = good && abs(target - last[s]) <= model.slew + slack;
+            good = good && abs(target - last[s]) <= most;
             last[s] = target;
         }
         good = good && all_finite(now.state);

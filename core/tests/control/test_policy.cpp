@@ -44,7 +44,7 @@ static ControllerStep<double> under(const Network2& net, double spoiled, int fro
         now = step(model, now.state, readings, command_of(net.policy, action));
         for (int s = 0; s < 4; ++s) {
             CHECK(model.pulse_min <= now.output.pulse[s] && now.output.pulse[s] <= model.pulse_max);
-            CHECK(std::abs(now.output.target[s] - last[s]) <= 1.0001 * model.slew);
+            CHECK(std::abs(now.output.target[s] - last[s]) <= 1.0001 * model.slew * model.tick);
             last[s] = now.output.target[s];
         }
     }

@@ -155,14 +155,14 @@ inline void begin_way_home(Vehicle& vehicle, State before) {
         if (!under_way) begin_mission(vehicle, false);
         vehicle.state.guidance.reasons.set(Reason::recalled);
     } else {
-        begin_detour(vehicle, vehicle.home, detour_radius, vehicle.model.pilot.guidance.slow);
+        begin_detour(vehicle, vehicle.home, detour_radius, vehicle.model.pilot.guidance.blind_speed);
     }
 }
 
 /// Ascend here.
 inline void begin_ascent(Vehicle& vehicle) {
     const Guidance<float>& guidance = vehicle.model.pilot.guidance;
-    begin_detour(vehicle, here(vehicle), 1e4f, guidance.slow);
+    begin_detour(vehicle, here(vehicle), 1e4f, guidance.blind_speed);
     const float limit = clamp(time_home(guidance, vehicle.now.estimate, vehicle.detour), 0.0f, 3600.0f);
     vehicle.ascent_deadline = vehicle.now.tick + std::uint32_t(limit / vehicle.model.pilot.controller.tick);
 }

@@ -149,11 +149,9 @@ def _hydraulics(document: dict[str, Any], shape: Shape) -> None:
     document |= {table: tuna[table] for table in ("materials", "drive_unit", "oil")}
     lengths = document["links"]["length_m"]
     bodies = [_soft_body(shape, lengths, group["links"]) for group in document["joints"]]
-    narrow, own = (
-        min(min(body["semi_minor_m"]) for body in each)
-        for each in (bodies, [group["actuator"] for group in tuna["joints"]])
-    )
-    hose = {key: scale.of(tuna["drive_unit"][key], width=narrow / own) for key, scale in HOSES.items()}
+    each = (bodies, [group["actuator"] for group in tuna["joints"]])
+    narrow, own = (min(min(body["semi_minor_m"]) for body in some) for some in each)
+    hose = DriveUnit.scaled(tuna["drive_unit"], width=narrow / own)
     document["drive_unit"] |= hose
     for group, body in zip(document["joints"], bodies, strict=True):
         pairs = max(1, round(0.8 * min(body["semi_major_m"]) / (1.25 * hose["outer_diameter_m"])))
@@ -167,12 +165,11 @@ def _hydraulics(document: dict[str, Any], shape: Shape) -> None:
         rule, value = "must fit the joints", "hydraulic, and the shortest joint has no room for hoses or hardly bends"
         fix = "give longer links behind the head or fewer joint groups, or take --actuation servo"
         raise InputError(rule, key="--actuation", value=value, fix=fix) from None
-    control, work = tuna["controller"], tuna["controller"]["pressure_work_pa"]
-    document["controller"] |= {key: scale.of(control[key], pressure=PRESSURE / work) for key, scale in LIMITS.items()}
+    control = tuna["controller"]
+    document["controller"] |= Controller.scaled(control, pressure=PRESSURE / control["pressure_work_pa"])
     document["sources"] |= SOURCES | dict.fromkeys(("materials", "oil"), AS_HYPERTUNA)
 
 
-HOSES, LIMITS = DriveUnit.scales("width"), Controller.scales("pressure")
 SOURCES = {
     "joints.actuator": "estimate: elliptical sections of the fish's shape, three fifths of the links of the group, "
     "in three segments, HyperTuna's proportions, which bend as far as its joints; longer segments bend farther",
@@ -184,7 +181,7 @@ SOURCES = {
     "joints.line": "estimate: from the head to the joint; bore 0.8 times the hose, as HyperTuna's; fill "
     "pressure and losses as HyperTuna's",
     "joints.line.compliance_m3_pa": "estimate: hoses, braid and fittings give 8 % of their volume at the limit",
-    **{f"controller.{key}": f"estimate: {scale.words}" for key, scale in LIMITS.items()},
+    **{f"controller.{key}": f"estimate: {scale.words}" for key, scale in Controller.scales("pressure").items()},
     "drive_unit": f"estimate: {HOSE.words}",
     "battery.cells": "estimate: HyperTuna's for every robot of its mass",
     "pump": "estimate: crank and rod by the length; 1.2 times the largest bend takes three fifths of the crank",

@@ -149,8 +149,6 @@ def _plain(pilot: Guidance) -> dict[str, float]:
     """Return the constants that depend on the table [guidance] alone."""
     return given_constants("pilot", pilot) | {
         **{name: rounded_number(math.sin(getattr(pilot, name))) for name in ("fin_tilt", "pitch_max", "climb_max")},
-        "lost_after": pilot.sensor_timeout,
-        "slow": pilot.blind_speed,
         "depth_tolerance": depth_tolerance(pilot),
         "arrival_timeout": pilot.retry,
         # At the surface depth the antenna may still be wet: fixes come from up to twice that depth.

@@ -19,7 +19,6 @@ HEEL, LONE = 2.6, 20.0  # deg: more than full turns heel such robots; fins from 
 ROLL = 0.6  # natural frequency of roll over that of the beat; 0.4 to 0.6 on HyperTuna
 DIVES = 0.65  # speed of cruise over that of inversion; 0.58 on HyperTuna at 2 Hz
 
-SCALES = Guidance.scales("length", "mass", "speed")
 SOURCES = {
     "spatial.com_height_m": f"estimate: ballast in the head, so low that roll has {ROLL:g} of the frequency of the "
     "beat: at the same frequency the robot would roll far; higher ballast would hold its pitch at low speeds only",
@@ -45,7 +44,10 @@ SOURCES = {
         f"estimate: between the heel of a full turn in a dive, about 2 deg, and the 3 deg by which a lone fin at "
         f"{LONE:g} deg rolls such robots",
     ),
-    **{f"guidance.{key}": f"estimate: {scale.words}" for key, scale in SCALES.items()},
+    **{
+        f"guidance.{key}": f"estimate: {scale.words}"
+        for key, scale in Guidance.scales("length", "mass", "speed").items()
+    },
     "firmware": "estimate: as HyperTuna's, see robots/hypertuna.toml; pins of a Teensy 4.1 in their order",
     "firmware.voltage_empty_v": "estimate: 15/16 of controller.voltage_low_v, as HyperTuna's",
 }
@@ -108,11 +110,8 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
     pilot |= {"fin_tilt_deg": HEEL, "fin_min_deg": LONE}
     bends = [(a, group["bend_max_deg"]) for a, group in zip(gait["amplitude_deg"], document["joints"], strict=True)]
     pilot |= {"gaits": ["slow", "cruise"], "bias_max_deg": [round(min(a / 2, bend - a), 1) for a, bend in bends]}
-    ratios = {
-        name: getattr(shape, name) / tuna["body"][key] for name, key in (("length", "length_m"), ("mass", "mass_kg"))
-    }
-    ratios["speed"] = speed / tuna["guidance"]["speed_m_s"][0]
-    pilot |= {key: scale.of(pilot[key], **ratios) for key, scale in SCALES.items()}
+    length, mass = shape.length / tuna["body"]["length_m"], shape.mass / tuna["body"]["mass_kg"]
+    pilot |= Guidance.scaled(pilot, length=length, mass=mass, speed=speed / tuna["guidance"]["speed_m_s"][0])
     document["guidance"] = pilot
     document["firmware"] = tuna["firmware"] | _pins(document["joints"])
     empty, low = tuna["firmware"]["voltage_empty_v"], tuna["controller"]["voltage_low_v"]

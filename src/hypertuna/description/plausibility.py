@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from hypertuna.description.robot import Robot, is_estimate
+from hypertuna.description.provenance import is_estimate
+from hypertuna.description.robot import Robot
 from hypertuna.description.schema.body import AROUND
 from hypertuna.description.validation import declared, plain
 

@@ -1,10 +1,11 @@
-"""Provenance of a result: version, instruction set, robot, model."""
+"""Provenance of a result: version, instruction set, robot, model; which of its values are estimates."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from hypertuna import _core
 from hypertuna.description.robot import Robot
+from hypertuna.description.validation import entry_of
 from hypertuna.io.files import version
 
 
@@ -28,3 +29,13 @@ def journal_header(kind: str, robot: Robot, options: Mapping[str, Any]) -> dict[
     """
     robot_facts = {"robot": robot.name, "robot_hash": robot.hash}
     return {"kind": kind, "version": version(), "isa": _core.isa()} | robot_facts | {"options": dict(options)}
+
+
+def is_estimate(robot: Robot, key: str) -> bool:
+    """Return whether no source says that a value is more than an estimate."""
+    return (robot.source(key) or "estimate").startswith("estimate")
+
+
+def factor_of(robot: Robot, key: str) -> float:
+    """Return the factor of an estimate in ``[uncertainty]``; 1 without one."""
+    return (entry_of(robot.uncertainty or {}, key) or 1.0) if is_estimate(robot, key) else 1.0

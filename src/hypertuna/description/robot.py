@@ -33,7 +33,7 @@ from hypertuna.description.schema.control import Controller, Guidance, Sensor
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.description.schema.water import LAWS, Choice, Water
-from hypertuna.description.validation import field_at, fix_for, unit_of, values, written
+from hypertuna.description.validation import entry_of, field_at, fix_for, unit_of, values, written
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import shipped
@@ -190,7 +190,7 @@ class Robot(Part, Plotted, Tabular):
         str or None
             The source, None without one.
         """
-        return _about(self.sources, key)
+        return entry_of(self.sources, key)
 
     def entries(self) -> tuple[Entry, ...]:
         """List all values of the robot with defaults.
@@ -296,23 +296,6 @@ class Robot(Part, Plotted, Tabular):
         for table, key in ((table, key) for table, keys in about.items() for key in keys):
             fix = "" if key in known else did_you_mean(key, known)
             yield Check(key in known, written((table, key)), "must be a key with a value", fix)
-
-
-def is_estimate(robot: Robot, key: str) -> bool:
-    """Return whether no source says that a value is more than an estimate."""
-    return (robot.source(key) or "estimate").startswith("estimate")
-
-
-def factor_of(robot: Robot, key: str) -> float:
-    """Return the factor of an estimate in ``[uncertainty]``; 1 without one."""
-    return (_about(robot.uncertainty or {}, key) or 1.0) if is_estimate(robot, key) else 1.0
-
-
-def _about(table: Mapping[str, T], key: str) -> T | None:
-    """Return the entry of a table by keys whose name is the longest start of a key, None without one."""
-    plain = re.sub(r"\[\d+\]", "", key)
-    starts = [start for start in table if plain == start or plain.startswith(f"{start}.")]
-    return table[max(starts, key=len)] if starts else None
 
 
 class _Cache(dict[Hashable, Any]):

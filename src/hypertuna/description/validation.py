@@ -4,13 +4,14 @@ import re
 import types
 from collections.abc import Iterator, Mapping
 from functools import cache
-from typing import Any, Union, get_args, get_origin
+from typing import Any, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hypertuna.description.schema.base import Key, Part
 
+T = TypeVar("T")
 Place = tuple[int | str, ...]  # place of a value in a document: keys and indices, outermost first
 _NOUNS = {
     "dictionary": "a table",
@@ -52,6 +53,13 @@ def declared(table: type[Part]) -> Mapping[str, Key]:
 def plain(key: str) -> str:
     """Return a key without indices and without the names of gaits and materials."""
     return re.sub(r'^(gaits|materials)\.("[^"]*"|[^.]+)\.', r"\1.", re.sub(r"\[\d+\]", "", key))
+
+
+def entry_of(table: Mapping[str, T], key: str) -> T | None:
+    """Return the entry of a table by keys whose name is the longest start of a key, None without one."""
+    plain = re.sub(r"\[\d+\]", "", key)
+    starts = [start for start in table if plain == start or plain.startswith(f"{start}.")]
+    return table[max(starts, key=len)] if starts else None
 
 
 def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseModel] | None, FieldInfo | None]:

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.description.robot import Robot, factor_of, is_estimate, parse
+from hypertuna.description.provenance import factor_of, is_estimate
+from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.base import Key, Spread
 from hypertuna.description.validation import declared
 from hypertuna.errors import InputError

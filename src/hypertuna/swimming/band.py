@@ -10,7 +10,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hypertuna.arrays import Array
-from hypertuna.description.robot import Robot, factor_of
+from hypertuna.description.provenance import factor_of
+from hypertuna.description.robot import Robot
 from hypertuna.description.validation import nested_model
 from hypertuna.swimming.beat import settle
 from hypertuna.swimming.gait import Gaits

@@ -57,7 +57,7 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     state.spent = state.spent || lasts(state.drained, drained, T(5), period);
     why.set(Reason::time_up, T(0) < mission.duration && mission.duration < seconds(model, state.ticks) + back);
     const auto lost = [&](Reason reason, int& ticks, bool now) {
-        why.set(reason, lasts(ticks, now, model.lost_after, period));
+        why.set(reason, lasts(ticks, now, model.sensor_timeout, period));
     };
     lost(Reason::depth_lost, state.blind.depth, !at.depths);
     lost(Reason::imu_lost, state.blind.imu, !at.attitude);
@@ -303,7 +303,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     if (at.attitude) {
         bias = bias_for(steering, state.steering, crab(course, at.current, max(speed, steering.speed_min)), at.speed);
     } else {
-        speed = model.slow;
+        speed = model.blind_speed;
     }
     // The gait's speed is as far off as the fixes said.
     beat_into(steering, command, max(speed, steering.speed_min) / at.factor, bias);

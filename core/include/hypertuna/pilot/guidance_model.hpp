@@ -17,13 +17,13 @@ struct Guidance {
     T arrival_timeout;                            // s near or past a waypoint until the robot goes on
     T drift_error_max;                            // m/s: error of the way per second that a dive is begun with
     T fix_timeout, retry;                         // s at the surface without a fix; s until the next attempt
-    T lost_after;                                 // s without a sensor
+    T sensor_timeout;                             // s without a sensor
     T compass_timeout;                            // s home without a compass
     T fin_tilt, fin_min, fin_after;               // sine, rad, s: roll against a fin command that tells a lost fin
     T single_fin_max;                             // rad: largest angle of a fin that is left alone
     T response_time, response_depth;              // s with fins at their limit, m of progress that is an answer
     T blind_fin;                                  // rad: up without depth or IMU
-    T slow;                                       // m/s at which it comes up without IMU
+    T blind_speed;                                // m/s at which it comes up without IMU
     T battery_empty, battery_span, battery_drop;  // V
     T endurance;                                  // s that a full battery lasts at full speed
     T overhead;                                   // s added to every way home
@@ -37,10 +37,11 @@ void visit_fields(Guidance<T>& m, const Visit& visit) {
     visit("error_fix", 0, m.error_fix), visit("depth_tolerance", 0, m.depth_tolerance);
     visit("arrival_timeout", 0, m.arrival_timeout);
     visit("drift_error_max", 0, m.drift_error_max), visit("fix_timeout", 0, m.fix_timeout), visit("retry", 0, m.retry);
-    visit("lost_after", 0, m.lost_after), visit("compass_timeout", 0, m.compass_timeout);
+    visit("sensor_timeout", 0, m.sensor_timeout), visit("compass_timeout", 0, m.compass_timeout);
     visit("fin_tilt", 0, m.fin_tilt), visit("fin_min", 0, m.fin_min), visit("fin_after", 0, m.fin_after);
     visit("single_fin_max", 0, m.single_fin_max), visit("response_time", 0, m.response_time);
-    visit("response_depth", 0, m.response_depth), visit("blind_fin", 0, m.blind_fin), visit("slow", 0, m.slow);
+    visit("response_depth", 0, m.response_depth), visit("blind_fin", 0, m.blind_fin),
+        visit("blind_speed", 0, m.blind_speed);
     visit("battery_empty", 0, m.battery_empty);
     visit("battery_span", 0, m.battery_span), visit("battery_drop", 0, m.battery_drop);
     visit("endurance", 0, m.endurance), visit("overhead", 0, m.overhead);

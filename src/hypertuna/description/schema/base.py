@@ -93,12 +93,6 @@ class Scale(NamedTuple):
     powers: Mapping[str, int]
     digits: int = 2
 
-    def of(self, value: float, **ratios: float) -> float:
-        """Return a robot's value from HyperTuna's."""
-        return float(
-            f"{math.prod(ratios[name] ** power for name, power in self.powers.items()) * value:.{self.digits}g}"
-        )
-
 
 class Radio(NamedTuple):
     """A parameter of the firmware: range in which the radio may set a number, as fractions of its value.
@@ -208,6 +202,14 @@ class Part(BaseModel):
         """Return how the keys of the file scale whose values follow HyperTuna's by these ratios alone."""
         scales = {cls.model_fields[name].alias or name: key.scale for name, key in cls.declared.items()}
         return {key: scale for key, scale in scales.items() if scale and scale.powers.keys() <= {*ratios}}
+
+    @classmethod
+    def scaled(cls, values: Mapping[str, float], **ratios: float) -> dict[str, float]:
+        """Return the values of another robot at these ratios from HyperTuna's, by keys of the file."""
+        return {
+            key: float(f"{math.prod(ratios[name] ** power for name, power in powers.items()) * values[key]:.{digits}g}")
+            for key, (_, powers, digits) in cls.scales(*ratios).items()
+        }
 
     def _checks(self) -> Iterable[Check]:
         """List the checks of the table; of each key, the first that fails is an error."""

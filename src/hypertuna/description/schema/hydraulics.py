@@ -26,6 +26,13 @@ HOTTEST = ZERO_CELSIUS + 100  # K: the higher of the two temperatures with a giv
 SOFTEST = 1e8  # Pa, bulk modulus: less than any liquid has
 SPEED = Spread(6, "speed of the servos", 0.9, 1.1)  # of data sheets
 BANDWIDTH = Spread(7, "bandwidth of the servos", 0.5, 2.0)  # of cheap and good ones
+GEARS = entry(
+    "friction torque of its gears, at the output",
+    "N m",
+    default=0.0,
+    how="ammeter: current without load over the stall current, times the stall torque",
+    usual=(1e-4, 20.0),
+)
 INERTIA = Spread(8, "inertia of the servos", 0.7, 3.0)  # up to iron cores
 THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is undefined there and below
 
@@ -205,13 +212,7 @@ class JointServo(Part, table="joints.servo", how="data sheet of the servo"):
     idle_current: NotNegative = entry(
         "current without load, at rest", "A", default=0.0, how="ammeter with the servo at rest", usual=(0.001, 2.0)
     )
-    friction: NotNegative = entry(
-        "friction torque of its gears, at the output",
-        "N m",
-        default=0.0,
-        how="ammeter: current without load over the stall current, times the stall torque",
-        usual=(1e-4, 20.0),
-    )
+    friction: NotNegative = GEARS
     inertia: Positive = entry(
         "moment of inertia of rotor and gears, at the output (default: speed reached in 5 ms, a coreless motor)",
         "kg m^2",
@@ -241,13 +242,7 @@ class Servo(Part, how="data sheet of the servo"):
     idle_current: NotNegative | None = entry(
         "current without load, at rest", "A", default=None, how="ammeter with the servo at rest", usual=(0.001, 2.0)
     )
-    friction: NotNegative = entry(
-        "friction torque of its gears, at the output",
-        "N m",
-        default=0.0,
-        how="ammeter: current without load over the stall current, times the stall torque",
-        usual=(1e-4, 20.0),
-    )
+    friction: NotNegative = GEARS
     inertia: Positive | None = entry(
         "moment of inertia of rotor and gears, at the output", "kg m^2", default=None, usual=(1e-7, 1.0), spread=INERTIA
     )
