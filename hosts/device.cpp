@@ -12,28 +12,15 @@ struct ht_device {
     std::unique_ptr<LiveTwin> live;
 };
 
-namespace {
-
-/// Read the parts of a robot's twin.
-std::unique_ptr<TwinParts> read_parts(const Image& image, std::string& fault) {
-    const std::optional<HostModel> model = read_model(image.part("models.0."), fault);
-    if (!model) return nullptr;
-    if (image.part("plant.").empty()) {
-        fault = "twin: the robot has no controller; describe one and write the image again";
-        return nullptr;
-    }
-    return read_twin(image, model->model, fault);
-}
-
-}  // namespace
-
 extern "C" {
 
 ht_device* ht_device_create(const unsigned char* bytes, size_t size, const ht_start* start, int plant, char* fault,
                             size_t room) {
     std::string wrong;
     const std::optional<Image> image = take(read_image(bytes, size), wrong);
-    std::unique_ptr<TwinParts> parts = image ? read_parts(*image, wrong) : nullptr;
+    const std::optional<HostModel> model = image ? read_model(image->part("models.0."), wrong) : std::nullopt;
+    if (model && image->part("plant.").empty()) wrong = no_controller;
+    std::unique_ptr<TwinParts> parts = wrong.empty() ? read_twin(*image, model->model, wrong) : nullptr;
     Run run{};
     World world{};
     if (wrong.empty()) wrong = read_start(*start, *parts, image->part("world."), run, world);

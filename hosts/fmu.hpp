@@ -240,25 +240,19 @@ class Fmu {
     /// Find the places of the outputs in a row.
     bool find_outputs() {
         std::size_t next = 0;
-        int size = 0;
-        std::vector<std::pair<std::string, int>> columns;  // with their ends
-        for (int k = 0, width; const char *name = ht_device_column(device_.get(), k, &width); ++k)
-            columns.emplace_back(name, size += width);
+        int size = 0, width;
+        for (int k = 0; ht_device_column(device_.get(), k, &width); ++k) size += width;
         row_.resize(std::size_t(size));
-        const bool first = !names_.empty();
         for (Variable& variable : variables_) {
-            if (variable.role != Role::output || !first) continue;
+            if (names_.empty() || variable.role != Role::output) continue;
             const std::string& name = names_[next++];
+            const char* column;
             int begin = 0;
-            bool found = false;
-            for (const auto& [column, end] : columns) {
-                if (column == name && 0 <= variable.place && begin + variable.place < end) {
-                    variable.place += begin, found = true;
-                    break;
-                }
-                begin = end;
-            }
-            if (!found) return refuse("resources/variables: has an output " + name + " that the twin lacks");
+            for (int k = 0; (column = ht_device_column(device_.get(), k, &width)) && column != name; ++k)
+                begin += width;
+            if (!column || variable.place < 0 || width <= variable.place)
+                return refuse("resources/variables: has an output " + name + " that the twin lacks");
+            variable.place += begin;
         }
         names_.clear();
         ht_device_read(device_.get(), row_.data());

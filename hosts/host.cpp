@@ -90,7 +90,7 @@ ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* faul
         tell(sentence, fault, room);
         return nullptr;
     };
-    if (!robot->twin) return refused("twin: the robot has no controller; describe one and write the image again");
+    if (!robot->twin) return refused(no_controller);
     const TwinParts& parts = *robot->twin;
     World world{};
     Run run{};

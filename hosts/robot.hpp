@@ -16,6 +16,8 @@ inline void tell(const std::string& sentence, char* fault, std::size_t room) {
     fault[size] = '\0';
 }
 
+inline constexpr char no_controller[] = "twin: the robot has no controller; describe one and write the image again";
+
 /// Take what a loader returns, or keep the first of its faults.
 template <class T>
 inline std::optional<T> take(Loaded<T>&& loaded, std::string& fault) {

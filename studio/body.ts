@@ -31,7 +31,7 @@ function slender(part: number): number {
 }
 
 /** Value between points (x, y) of rising x, constant beyond them. */
-function between(xs: readonly number[], ys: readonly number[], x: number): number {
+export function between(xs: readonly number[], ys: readonly number[], x: number): number {
   let k = 1;
   while (k < xs.length - 1 && (xs[k] ?? 0) < x) k++;
   const [x0 = 0, x1 = 1, y0 = 0, y1 = y0] = [xs[k - 1], xs[k], ys[k - 1], ys[k]];
@@ -39,23 +39,33 @@ function between(xs: readonly number[], ys: readonly number[], x: number): numbe
   return y0 + part * (y1 - y0);
 }
 
+/** A quadratic Bezier curve in a plane. */
+export function curve(
+  from: readonly number[],
+  bend: readonly number[],
+  to: readonly number[],
+  t: number,
+): [number, number] {
+  const mix = (k: number): number =>
+    (1 - t) ** 2 * (from[k] ?? 0) + 2 * t * (1 - t) * (bend[k] ?? 0) + t * t * (to[k] ?? 0);
+  return [mix(0), mix(1)];
+}
+
 /** What of a body does not change while it swims. */
 export class Shape {
   readonly links: number[]; // lengths [m]
+  readonly fronts = [0]; // of the links, and the body's end [m]
   readonly length: number; // m
   readonly fin: number; // part of the length where the caudal fin begins; 1 without one
-  private readonly middles: number[]; // of links [m]
+  readonly middles: number[]; // of links [m]
   private readonly parts: number[];
   private readonly halves: number[]; // of thickness at the stations [m]
 
   constructor(robot: Robot) {
     this.links = robot.links.map((link) => link.length);
-    this.length = this.links.reduce((sum, length) => sum + length, 0);
-    let front = 0;
-    this.middles = this.links.map((length) => {
-      front += length;
-      return front - length / 2;
-    });
+    for (const length of this.links) this.fronts.push((this.fronts.at(-1) ?? 0) + length);
+    this.length = this.fronts.at(-1) ?? 0;
+    this.middles = this.links.map((length, k) => (this.fronts[k] ?? 0) + length / 2);
     this.fin = robot.tail.edge_height === null ? 1 : 1 - (0.85 * (this.links.at(-1) ?? 0)) / this.length;
     this.parts = Array.from({ length: STATIONS + 1 }, (_, k) => (1 - Math.cos((Math.PI * k) / STATIONS)) / 2);
     this.halves = this.parts.map((part) => this.half(part, this.fullness(robot)));
@@ -83,11 +93,9 @@ export class Shape {
 
   /** Ratio of each link's width to the streamlined body's there: the drawn body is as wide as the links. */
   private fullness(robot: Robot): number[] {
-    let front = 0;
-    const ratios = robot.links.map((link) => {
+    const ratios = robot.links.map((link, k) => {
       const width = link.width ?? FLAT * (link.height ?? this.length / 6);
-      const places = [0.1, 0.3, 0.5, 0.7, 0.9].map((t) => (front + t * link.length) / this.length);
-      front += link.length;
+      const places = [0.1, 0.3, 0.5, 0.7, 0.9].map((t) => ((this.fronts[k] ?? 0) + t * link.length) / this.length);
       return width / 2 / (places.reduce((sum, place) => sum + this.section(place), 0) / places.length);
     });
     const last = ratios.length - 1;

@@ -44,9 +44,8 @@ export class BodyView implements View {
     private readonly page: Page,
   ) {
     this.drawing = new Drawing((knob, factor) => this.turn(knob, rounded(factor)));
-    this.buttons = { reset: button("Reset all"), save: button("Save the robot (TOML)") };
-    this.buttons.reset.addEventListener("click", () => page.body({}));
-    this.buttons.save.addEventListener("click", () => this.save());
+    const reset = button("Reset all", () => page.body({}));
+    this.buttons = { reset, save: button("Save the robot (TOML)", () => this.save()) };
     const head = element("div", "row left");
     head.append(this.buttons.reset, this.buttons.save);
     this.note.setAttribute("role", "status");
@@ -176,7 +175,7 @@ export class BodyView implements View {
     const { row, range, number, field } = slider;
     range.dataset.body = knob.name;
     const mark = element("output", "mark");
-    const reset = button("↺");
+    const reset = button("↺", () => this.turn(knob, 1));
     reset.title = "Reset";
     reset.setAttribute("aria-label", `Reset ${knob.label}`);
     field.prepend(mark, reset);
@@ -184,7 +183,6 @@ export class BodyView implements View {
     number.addEventListener("change", () => {
       if (!Number.isNaN(number.valueAsNumber)) this.turn(knob, number.valueAsNumber / knob.value);
     });
-    reset.addEventListener("click", () => this.turn(knob, 1));
     this.rows.push({ knob, slider, mark, reset });
     return row;
   }

@@ -43,17 +43,13 @@ export class Choices {
   }
 
   robots(names: string[], now: string): void {
-    list("robot", names, (option, name) => {
-      option.dataset.robot = name;
-    }).value = now;
+    list("robot", names).value = now;
   }
 
   gaits(names: string[]): void {
     const own = new Option("custom", "");
     own.hidden = true;
-    list("gait", names, (option, name) => {
-      option.dataset.gait = name;
-    }).prepend(own);
+    list("gait", names).prepend(own);
   }
 
   /** Mark the named gait that the knobs are at. */
@@ -86,12 +82,8 @@ export class Choices {
   }
 }
 
-function list(id: string, names: string[], mark: (option: HTMLOptionElement, name: string) => void): HTMLSelectElement {
+function list(id: string, names: string[]): HTMLSelectElement {
   const found = part<HTMLSelectElement>(id);
-  const options = names.map((name) => new Option(name, name));
-  options.forEach((option) => {
-    mark(option, option.value);
-  });
-  found.replaceChildren(...options);
+  found.replaceChildren(...names.map((name) => new Option(name, name)));
   return found;
 }

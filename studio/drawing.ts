@@ -1,5 +1,5 @@
 // The robot from the side and from above, with handles that are dragged: lengths, the tail's height, masses.
-import { at, Shape } from "./body.ts";
+import { at, between, curve, Shape } from "./body.ts";
 import { digits } from "./quantities.ts";
 import type { BodyKnob, Robot } from "./robot.ts";
 
@@ -139,9 +139,8 @@ export class Drawing {
     const { robot, svg, scale } = this;
     if (robot === null) return;
     svg.setAttribute("height", String(Math.ceil(scale.height)));
-    const joints = [0];
-    for (const { length } of robot.links) joints.push((joints.at(-1) ?? 0) + length);
     const shape = new Shape(robot);
+    const joints = shape.fronts;
     const parts = [...this.views(robot, joints, shape), ...this.masses(robot, joints), ...this.place(robot, joints)];
     const held: Element[] = this.handles.map(({ group }) => group);
     for (const old of [...svg.children]) if (!held.includes(old)) old.remove();
@@ -245,20 +244,15 @@ function reach(robot: Robot): number {
 function profileHalf(robot: Robot, joints: number[], x: number): number {
   const last = robot.links.length - 1;
   const ends = robot.tail.edge_height === null ? last : last - 1; // a fin is drawn by itself
-  const middles = robot.links.map(({ length }, i) => (joints[i] ?? 0) + length / 2);
-  let k = 0;
-  while (k < ends && (middles[k] ?? 0) < x) k++;
-  const [a, b] = [Math.max(0, k - 1), k];
-  const [xa, xb] = [middles[a] ?? 0, middles[b] ?? 0];
-  const [ha, hb] = [robot.links[a]?.height ?? 0, robot.links[b]?.height ?? 0];
-  const t = xb === xa ? 0 : Math.min(1, Math.max(0, (x - xa) / (xb - xa)));
+  const middles = robot.links.slice(0, ends + 1).map(({ length }, i) => (joints[i] ?? 0) + length / 2);
+  const heights = robot.links.map(({ height }) => height ?? 0);
   const nose = Math.min(1, x / (0.16 * robot.length));
   const round = Math.sqrt(Math.max(0, 1 - (1 - nose) ** 2));
   const fin =
     robot.tail.edge_height === null
       ? 1
       : Math.min(1, Math.max(0, (robot.length - x) / (robot.links[last]?.length ?? 1)));
-  return (round * Math.sqrt(fin) * (ha + t * (hb - ha))) / 2;
+  return (round * Math.sqrt(fin) * between(middles, heights, x)) / 2;
 }
 
 function profile(robot: Robot, joints: number[]): Pair[] {
@@ -273,15 +267,11 @@ function tailFin(robot: Robot, shape: Shape): Pair[] {
   if (height === null) return [];
   const root = robot.length * (shape.fin + 0.1 * (1 - shape.fin));
   const long = robot.length - root;
-  const curve = (from: Pair, bend: Pair, to: Pair): Pair[] =>
-    Array.from({ length: 12 }, (_, k) => {
-      const t = k / 11;
-      const mix = (i: 0 | 1): number => (1 - t) ** 2 * from[i] + 2 * t * (1 - t) * bend[i] + t * t * to[i];
-      return [mix(0), mix(1)];
-    });
+  const edge = (...points: [Pair, Pair, Pair]): Pair[] =>
+    Array.from({ length: 12 }, (_, k) => curve(...points, k / 11));
   const upper = [
-    ...curve([root, 0.03 * height], [root + 0.35 * long, 0.3 * height], [root + long, height / 2]),
-    ...curve([root + long, height / 2], [root + 0.68 * long, 0.22 * height], [root + 0.72 * long, 0]),
+    ...edge([root, 0.03 * height], [root + 0.35 * long, 0.3 * height], [root + long, height / 2]),
+    ...edge([root + long, height / 2], [root + 0.68 * long, 0.22 * height], [root + 0.72 * long, 0]),
   ];
   return mirrored(upper);
 }

@@ -19,7 +19,9 @@ export class FrontView implements View {
   private readonly status = element("p", "caption");
   private readonly note = element("p", "caption");
   private readonly speed = element("input");
-  private readonly cancel = button("Cancel");
+  private readonly cancel = button("Cancel", () => {
+    this.stop("The search was cancelled: the knobs are at its last step.");
+  });
   private readonly buttons: HTMLButtonElement[];
   private subject: Subject | null = null;
   private row: Float64Array = new Float64Array();
@@ -40,9 +42,11 @@ export class FrontView implements View {
     const canvas = element("canvas", "chart");
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", "Cost of transport over speed");
-    const fastest = button("Maximum speed");
-    const cheapest = button("Least cost at");
-    const front = button("Least cost at all speeds");
+    const fastest = button("Maximum speed", () => void this.optimize({ quantity: "speed", speed: null }));
+    const cheapest = button("Least cost at", () => {
+      void this.optimize({ quantity: "cost_of_transport", speed: this.speed.valueAsNumber });
+    });
+    const front = button("Least cost at all speeds", () => void this.all());
     this.buttons = [fastest, cheapest, front];
     Object.assign(this.speed, { type: "number", step: "any", min: "0" });
     this.speed.setAttribute("aria-label", "speed [m/s] to swim at least cost");
@@ -54,12 +58,6 @@ export class FrontView implements View {
     this.cancel.disabled = true;
     room.replaceChildren(head, canvas, this.note, this.status);
     this.chart = new Chart(canvas);
-    fastest.addEventListener("click", () => void this.optimize({ quantity: "speed", speed: null }));
-    cheapest.addEventListener("click", () => {
-      void this.optimize({ quantity: "cost_of_transport", speed: this.speed.valueAsNumber });
-    });
-    front.addEventListener("click", () => void this.all());
-    this.cancel.addEventListener("click", () => this.stop("The search was cancelled: the knobs are at its last step."));
     canvas.addEventListener("click", (event) => this.pick(event));
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
@@ -267,18 +265,12 @@ export class FrontView implements View {
     const most = (values: number[]): number => 1.08 * Math.max(1e-6, ...values);
     const x = most([...shown.map(({ speed = 0 }) => speed), ...published, ...ends("speed")]);
     const y = most(shown.map(({ cost_of_transport: cost = 0 }) => cost).concat(ends("cost_of_transport")));
-    const axes = [
-      { label: "speed [m/s]", range: [0, x] as const },
-      { label: "cost of transport [J/(kg m)]", range: [0, y] as const },
-    ] as const;
-    if (!chart.begin(axes[0], axes[1])) return;
+    const cost = { label: "cost of transport [J/(kg m)]", range: [0, y] as const };
+    if (!chart.begin({ label: "speed [m/s]", range: [0, x] }, cost)) return;
     chart.axes(true);
     const { named, front, knobs } = spreads;
-    drawBand(
-      chart,
-      front,
-      this.front.map(({ computed }) => computed.values),
-    );
+    const least = this.front.map(({ computed }) => computed.values);
+    drawBand(chart, front, least);
     named.forEach((spread, k) => drawBars(chart, spread, this.named[k]?.values ?? {}, "blue"));
     if (knobs !== null) drawBars(chart, knobs, this.values, "ink");
     this.drawFront();
@@ -337,22 +329,18 @@ export class FrontView implements View {
   }
 
   private dot(x: number, y: number, size: number): void {
-    this.chart.pen.beginPath();
-    this.chart.pen.arc(x, y, size, 0, 7);
-    this.chart.pen.fill();
+    const { pen } = this.chart;
+    pen.beginPath();
+    pen.arc(x, y, size, 0, 7);
+    pen.fill();
   }
 
   private diamond(x: number, y: number, filled: boolean): void {
     const { chart } = this;
     const { pen } = chart;
     pen.beginPath();
-    for (const [dx, dy] of [
-      [0, -5],
-      [5, 0],
-      [0, 5],
-      [-5, 0],
-    ] as const)
-      pen.lineTo(x + dx, y + dy);
+    for (const quarter of [0, 1, 2, 3])
+      pen.lineTo(x + 5 * Math.sin((quarter * Math.PI) / 2), y - 5 * Math.cos((quarter * Math.PI) / 2));
     pen.closePath();
     pen.fillStyle = chart.color(filled ? "orange" : "paper");
     pen.fill();
@@ -362,20 +350,18 @@ export class FrontView implements View {
   private legend(): void {
     const { chart } = this;
     const published = this.named.some(({ gait }) => gait.published.speed !== undefined);
-    const lines: [string, (x: number, y: number) => void][] = [
-      ["named gait, computed", (x, y) => this.dot(x, y, 5)],
-      ...(published
-        ? ([
-            ["published speed, measured", (x, y) => this.diamond(x, y, true)],
-            ["published speed, target", (x, y) => this.diamond(x, y, false)],
-          ] as [string, (x: number, y: number) => void][])
-        : []),
+    const lines: [string, string, (x: number, y: number) => void][] = [
+      ["named gait, computed", "blue", (x, y) => this.dot(x, y, 5)],
     ];
-    if (this.front.length > 0) lines.push(["least cost, computed", (x, y) => this.dot(x, y, 3)]);
+    if (published) {
+      lines.push(["published speed, measured", "orange", (x, y) => this.diamond(x, y, true)]);
+      lines.push(["published speed, target", "orange", (x, y) => this.diamond(x, y, false)]);
+    }
+    if (this.front.length > 0) lines.push(["least cost, computed", "green", (x, y) => this.dot(x, y, 3)]);
     const box = chart.inside;
-    lines.forEach(([text, mark], k) => {
+    lines.forEach(([text, color, mark], k) => {
       const [x, y] = [box.x + 16, box.y + 16 + 18 * k];
-      chart.pen.fillStyle = chart.color(k === 0 ? "blue" : text.startsWith("least") ? "green" : "orange");
+      chart.pen.fillStyle = chart.color(color);
       chart.pen.strokeStyle = chart.color("orange");
       chart.pen.lineWidth = 1.5;
       mark(x, y - 4);

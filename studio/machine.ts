@@ -87,7 +87,7 @@ export class Machine {
 
   /** The part of the length where a link begins. */
   private front(link: number): number {
-    return this.shape.links.slice(0, link).reduce((sum, length) => sum + length, 0) / this.shape.length;
+    return (this.shape.fronts[link] ?? 0) / this.shape.length;
   }
 
   private hull(): void {

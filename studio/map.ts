@@ -8,6 +8,7 @@ import type { Kept, Page, Subject, View } from "./subject.ts";
 
 const COARSE = 8; // intervals of the first grid
 const LEVELS = 4; // each with half the interval
+const FINEST = COARSE << (LEVELS - 1);
 const CHUNK = 48; // gaits in one question: a knob never waits long
 const QUIET = 120; // ms without a change before a map begins
 const CLIPPED = 0.93; // part of the gaits whose values the colors tell apart
@@ -38,16 +39,11 @@ export class MapView implements View {
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", "Map: arrow keys move the gait");
     this.choices = { quantity: element("select"), x: element("select"), y: element("select") };
+    const { quantity, x, y } = this.choices;
     const head = element("div", "row left");
-    for (const [key, text] of [
-      ["quantity", "map of"],
-      ["x", "over"],
-      ["y", "and"],
-    ] as const) {
-      head.append(labeled(`${text} `, this.choices[key]));
-      this.choices[key].addEventListener("change", () => this.choose());
-    }
-    this.choices.quantity.append(...sought().map(({ label, name }) => new Option(label, name)));
+    head.append(labeled("map of ", quantity), labeled("over ", x), labeled("and ", y));
+    head.addEventListener("change", () => this.choose());
+    quantity.append(...sought().map(({ label, name }) => new Option(label, name)));
     room.replaceChildren(head, canvas, this.note);
     this.chart = new Chart(canvas);
     canvas.addEventListener("pointerdown", (event) => this.drag(event));
@@ -104,12 +100,9 @@ export class MapView implements View {
     const last = free.findLast((k) => parameters[k]?.kind === "phase") ?? free.at(-1) ?? 1;
     if (!known) this.over = [free[0] ?? 0, last];
     if (!sought().some(({ name }) => name === this.quantity)) this.quantity = "speed";
-    for (const [key, k] of [
-      ["x", this.over[0]],
-      ["y", this.over[1]],
-    ] as const) {
+    for (const [axis, key] of (["x", "y"] as const).entries()) {
       this.choices[key].replaceChildren(...parameters.map(({ label, index }) => new Option(label, String(index))));
-      this.choices[key].value = String(k);
+      this.choices[key].value = String(this.over[axis]);
     }
     this.choices.quantity.value = this.quantity;
   }
@@ -147,10 +140,9 @@ export class MapView implements View {
 
   private async compute(subject: Subject, row: Float64Array, run: number): Promise<void> {
     const cells = new Map<number, Quantities>();
-    const finest = COARSE << (LEVELS - 1);
     for (let level = 0; level < LEVELS; level++) {
-      const stride = (finest >> level) >> 3;
-      const places = grid(finest, stride).filter((place) => !cells.has(place));
+      const stride = FINEST / (COARSE << level);
+      const places = grid(stride).filter((place) => !cells.has(place));
       for (let k = 0; k < places.length; k += CHUNK) {
         const chunk = places.slice(k, k + CHUNK);
         const found = await subject.sweep(chunk.map((place) => this.gaitAt(place, row, subject)));
@@ -159,7 +151,7 @@ export class MapView implements View {
           cells.set(place, found[i] ?? {});
         });
       }
-      [this.cells, this.size, this.painted] = [cells, finest / stride, null];
+      [this.cells, this.size, this.painted] = [cells, FINEST / stride, null];
       this.soon();
     }
     this.room.ariaBusy = "false";
@@ -168,27 +160,18 @@ export class MapView implements View {
   /** The gait at a place of the finest grid; what the map is not over is as in `base`. */
   private gaitAt(place: number, base: Float64Array, subject: Subject): Float64Array {
     const row = base.slice();
-    const finest = COARSE << (LEVELS - 1);
-    const [i, j] = [place % (finest + 1), Math.floor(place / (finest + 1))];
-    for (const [k, part] of [
-      [this.over[0], i / finest],
-      [this.over[1], j / finest],
-    ] as const) {
-      const parameter = subject.parameters[k];
-      if (parameter === undefined) continue;
-      const [low, high] = parameter.range;
-      row[k] = (low + part * (high - low)) * parameter.size;
-    }
+    const steps = [place % (FINEST + 1), Math.floor(place / (FINEST + 1))];
+    this.over.forEach((k, axis) => {
+      const { range, size } = subject.parameters[k] ?? { range: [0, 0], size: 0 };
+      row[k] = (range[0] + ((steps[axis] ?? 0) / FINEST) * (range[1] - range[0])) * size;
+    });
     return row;
   }
 
   // --- drawing
 
   private get parts(): [number, number] {
-    const part = (k: number): number => {
-      const parameter = this.subject?.parameters[k];
-      return (this.row[k] ?? 0) / (parameter?.size ?? 1);
-    };
+    const part = (k: number): number => (this.row[k] ?? 0) / (this.subject?.parameters[k]?.size ?? 1);
     return [part(this.over[0]), part(this.over[1])];
   }
 
@@ -222,12 +205,11 @@ export class MapView implements View {
   /** Colors of the cells, and the best of them. */
   private colored(): NonNullable<MapView["painted"]> {
     const { size, quantity } = this;
-    const finest = COARSE << (LEVELS - 1);
     const { low, high, clipped } = this.reach();
     const data = new ImageData(size + 1, size + 1);
     for (let j = 0; j <= size; j++)
       for (let i = 0; i <= size; i++) {
-        const cell = this.cells.get(((j * finest) / size) * (finest + 1) + (i * finest) / size);
+        const cell = this.cells.get(((j * FINEST) / size) * (FINEST + 1) + (i * FINEST) / size);
         const value = cell?.[quantity];
         if (cell === undefined || value === undefined || !settled(cell) || !Number.isFinite(value)) continue;
         data.data.set([...colorAt((value - low) / (high - low)), 255], 4 * ((size - j) * (size + 1) + i));
@@ -324,12 +306,9 @@ export class MapView implements View {
 
   private go(x: number, y: number): void {
     const row = this.row.slice();
-    for (const [k, value] of [
-      [this.over[0], x],
-      [this.over[1], y],
-    ] as const) {
-      row[k] = value * (this.subject?.parameters[k]?.size ?? 1);
-    }
+    this.over.forEach((k, axis) => {
+      row[k] = (axis === 0 ? x : y) * (this.subject?.parameters[k]?.size ?? 1);
+    });
     this.page.go(row);
   }
 
@@ -344,10 +323,9 @@ export class MapView implements View {
     const { size } = this;
     const [a, b] = this.over.map((k) => this.subject?.parameters[k]);
     if (a === undefined || b === undefined || size === 0) return;
-    const finest = COARSE << (LEVELS - 1);
     const step = (value: number, [low, high]: readonly [number, number]): number =>
-      (Math.round(((value - low) / (high - low)) * size) * finest) / size;
-    const cell = this.cells.get(step(y, b.range) * (finest + 1) + step(x, a.range));
+      (Math.round(((value - low) / (high - low)) * size) * FINEST) / size;
+    const cell = this.cells.get(step(y, b.range) * (FINEST + 1) + step(x, a.range));
     const { label, unit } = meaning(this.quantity);
     const value =
       cell === undefined || !settled(cell) ? "not settled" : `${label} ${digits(cell[this.quantity])} ${unit}`;
@@ -372,8 +350,8 @@ const sought = () => SUMMARY.filter(({ better }) => better !== Better.neither);
 const settled = (cell: Quantities): boolean => statusOf(cell) === "settled";
 
 /** Places of a square grid with a stride, row by row. */
-function grid(finest: number, stride: number): number[] {
+function grid(stride: number): number[] {
   const places: number[] = [];
-  for (let j = 0; j <= finest; j += stride) for (let i = 0; i <= finest; i += stride) places.push(j * (finest + 1) + i);
+  for (let j = 0; j <= FINEST; j += stride) for (let i = 0; i <= FINEST; i += stride) places.push(j * (FINEST + 1) + i);
   return places;
 }

@@ -69,19 +69,13 @@ class Shade {
 
 type Matrix = [number, number, number, number, number, number];
 
-interface State {
-  fillStyle: string | Shade;
-  strokeStyle: string | Shade;
-  lineWidth: number;
-  lineCap: string;
-  lineJoin: string;
-  globalAlpha: number;
-  font: string;
-  textAlign: string;
-  dash: number[];
-  matrix: Matrix;
-  clipped: string;
-}
+/** The settings of a pen, as of a canvas, with what it has beside them. */
+const INITIAL = {
+  ...{ fillStyle: "#000" as string | Shade, strokeStyle: "#000" as string | Shade, lineWidth: 1 },
+  ...{ lineCap: "butt", lineJoin: "miter", globalAlpha: 1, font: "12px sans-serif", textAlign: "left" },
+  ...{ dash: [] as number[], matrix: [1, 0, 0, 1, 0, 0] as Matrix, clipped: "" },
+};
+type State = typeof INITIAL;
 
 /** What `draw` draws with the pen of a canvas of some size. */
 export function drawing(
@@ -105,12 +99,12 @@ export function group(pen: unknown, name: string): void {
   if (pen instanceof SvgPen) pen.group(name);
 }
 
+interface SvgPen extends State {}
 class SvgPen extends SvgPath {
   private readonly parts: string[] = [];
   private readonly defs: string[] = [];
   private readonly stack: State[] = [];
   private shades: { shade: Shade; head: string; tail: string }[] = [];
-  private state: State;
   private groups = 0;
 
   constructor(
@@ -118,10 +112,7 @@ class SvgPen extends SvgPath {
     private readonly height: number,
   ) {
     super();
-    this.state = {
-      ...{ fillStyle: "#000", strokeStyle: "#000", lineWidth: 1, lineCap: "butt", lineJoin: "miter", globalAlpha: 1 },
-      ...{ font: "12px sans-serif", textAlign: "left", dash: [], matrix: [1, 0, 0, 1, 0, 0], clipped: "" },
-    };
+    Object.assign(this, INITIAL);
   }
 
   /** The drawing, with a title. */
@@ -147,27 +138,21 @@ class SvgPen extends SvgPath {
   // --- state
 
   save(): void {
-    this.stack.push({ ...this.state, dash: [...this.state.dash], matrix: [...this.state.matrix] });
+    const kept = Object.keys(INITIAL).map((key) => [key, this[key as keyof State]]);
+    this.stack.push(Object.fromEntries(kept) as State);
   }
 
   restore(): void {
-    this.state = this.stack.pop() ?? this.state;
+    Object.assign(this, this.stack.pop());
   }
 
   setLineDash(dash: number[]): void {
-    this.state.dash = dash;
+    this.dash = dash;
   }
 
   private multiply([a, b, c, d, e, f]: Matrix): void {
-    const [g, h, i, j, k, l] = this.state.matrix;
-    this.state.matrix = [
-      g * a + i * b,
-      h * a + j * b,
-      g * c + i * d,
-      h * c + j * d,
-      g * e + i * f + k,
-      h * e + j * f + l,
-    ];
+    const [g, h, i, j, k, l] = this.matrix;
+    this.matrix = [g * a + i * b, h * a + j * b, g * c + i * d, h * c + j * d, g * e + i * f + k, h * e + j * f + l];
   }
 
   translate(x: number, y: number): void {
@@ -183,7 +168,7 @@ class SvgPen extends SvgPath {
   }
 
   setTransform(a: number, b: number, c: number, d: number, e: number, f: number): void {
-    this.state.matrix = [a, b, c, d, e, f];
+    this.matrix = [a, b, c, d, e, f];
   }
 
   // --- shapes
@@ -195,11 +180,11 @@ class SvgPen extends SvgPath {
   clip(): void {
     const id = `clip-${this.defs.length}`;
     this.defs.push(`<clipPath id="${id}"><path d="${this.commands.join("")}"${this.transform()}/></clipPath>`);
-    this.state.clipped = ` clip-path="url(#${id})"`;
+    this.clipped = ` clip-path="url(#${id})"`;
   }
 
   fill({ commands }: SvgPath = this): void {
-    this.add(`<path d="${commands.join("")}" ${this.paint("fill", this.state.fillStyle)}`);
+    this.add(`<path d="${commands.join("")}" ${this.paint("fill", this.fillStyle)}`);
   }
 
   stroke({ commands }: SvgPath = this): void {
@@ -207,7 +192,7 @@ class SvgPen extends SvgPath {
   }
 
   fillRect(x: number, y: number, width: number, height: number): void {
-    this.add(`<rect ${box(x, y, width, height)} ${this.paint("fill", this.state.fillStyle)}`);
+    this.add(`<rect ${box(x, y, width, height)} ${this.paint("fill", this.fillStyle)}`);
   }
 
   strokeRect(x: number, y: number, width: number, height: number): void {
@@ -215,12 +200,9 @@ class SvgPen extends SvgPath {
   }
 
   fillText(text: string, x: number, y: number): void {
-    const anchor = { center: "middle", right: "end", end: "end" }[this.state.textAlign] ?? "start";
-    const style = `style="font: ${escaped(this.state.font)}" text-anchor="${anchor}"`;
-    this.add(
-      `<text x="${SHORT(x)}" y="${SHORT(y)}" ${style} ${this.paint("fill", this.state.fillStyle)}`,
-      escaped(text),
-    );
+    const anchor = { center: "middle", right: "end", end: "end" }[this.textAlign] ?? "start";
+    const style = `style="font: ${escaped(this.font)}" text-anchor="${anchor}"`;
+    this.add(`<text x="${SHORT(x)}" y="${SHORT(y)}" ${style} ${this.paint("fill", this.fillStyle)}`, escaped(text));
   }
 
   /** A picture, embedded as PNG. */
@@ -254,40 +236,25 @@ class SvgPen extends SvgPath {
   }
 
   private line(): string {
-    const { strokeStyle, lineWidth, lineCap, lineJoin, dash } = this.state;
+    const { strokeStyle, lineWidth, lineCap, lineJoin, dash } = this;
     const dashed = dash.length === 0 ? "" : ` stroke-dasharray="${dash.map(SHORT).join(" ")}"`;
     const width = `stroke-width="${SHORT(lineWidth)}" stroke-linecap="${lineCap}" stroke-linejoin="${lineJoin}"`;
     return `${this.paint("stroke", strokeStyle)} ${width}${dashed}`;
   }
 
   private transform(): string {
-    const { matrix } = this.state;
+    const { matrix } = this;
     const plain = matrix.join() === "1,0,0,1,0,0";
     return plain ? "" : ` transform="matrix(${matrix.map((value) => Number(value.toFixed(6))).join(" ")})"`;
   }
 
   private add(head: string, content = ""): void {
-    const { globalAlpha, clipped } = this.state;
+    const { globalAlpha, clipped } = this;
     const alpha = globalAlpha === 1 ? "" : ` opacity="${SHORT(globalAlpha)}"`;
     const tag = /^<(\w+)/.exec(head)?.[1] ?? "g";
     const part = `${head}${alpha}${this.transform()}>${content}</${tag}>`;
     this.parts.push(clipped === "" ? part : `<g${clipped}>${part}</g>`);
   }
-}
-
-// The settings of a pen are those of its state, as on a canvas.
-for (const key of [
-  ...["fillStyle", "strokeStyle", "lineWidth", "lineCap", "lineJoin"],
-  ...["globalAlpha", "font", "textAlign"],
-] as const) {
-  Object.defineProperty(SvgPen.prototype, key, {
-    get(this: { state: Record<string, unknown> }) {
-      return this.state[key];
-    },
-    set(this: { state: Record<string, unknown> }, value: unknown) {
-      this.state[key] = value;
-    },
-  });
 }
 
 const box = (x: number, y: number, width: number, height: number): string =>

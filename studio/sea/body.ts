@@ -10,7 +10,7 @@ import {
   type Object3D,
   SphereGeometry,
 } from "three";
-import { at, Shape, type Station } from "../body.ts";
+import { at, between, curve, Shape, type Station } from "../body.ts";
 import { bendsOf, type Robot } from "../robot.ts";
 
 const AROUND = 20; // points of a section
@@ -71,12 +71,6 @@ class Sheet {
       }
     this.mesh.geometry.setAttribute("color", new BufferAttribute(colors, 3));
   }
-}
-
-/** A quadratic Bezier curve in a plane. */
-function curve(a: readonly number[], b: readonly number[], c: readonly number[], t: number): [number, number] {
-  const mix = (k: number): number => (1 - t) ** 2 * (a[k] ?? 0) + 2 * t * (1 - t) * (b[k] ?? 0) + t * t * (c[k] ?? 0);
-  return [mix(0), mix(1)];
 }
 
 /** The robot at true size; its nose is the origin, x runs to the tail, y to starboard, z up. */
@@ -140,19 +134,8 @@ export class Body {
 
   /** Half height of the body at a station: as much more than its half width as the link's there. */
   private high({ part, half }: Station): number {
-    let front = 0;
-    let [before, ratio] = [0, 1];
-    for (const { length, width, height } of this.robot.links) {
-      const own = width === null || height === null ? 1.6 : height / width;
-      const middle = (front + length / 2) / this.length;
-      if (part <= middle) {
-        const t = before === 0 ? 1 : (part - before) / (middle - before);
-        return half * (ratio + t * (own - ratio));
-      }
-      [before, ratio] = [middle, own];
-      front += length;
-    }
-    return half * ratio;
+    const ratios = this.robot.links.map(({ width, height }) => (width && height ? height / width : 1.6));
+    return half * between(this.shape.middles, ratios, part * this.length);
   }
 
   private around(station: Station | undefined, turn: number): Place {

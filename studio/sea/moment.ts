@@ -16,17 +16,11 @@ function through(a: number, b: number, c: number, d: number, t: number): number 
   return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
 }
 
-/** The row at a part between rows, and those around it. */
-function around(flight: Flight, row: number): { rows: readonly [number, number, number, number]; part: number } {
-  const [first, last] = [Math.floor(row), flight.count - 1];
-  const inside = (k: number): number => Math.min(last, Math.max(0, k));
-  return { rows: [inside(first - 1), inside(first), inside(first + 1), inside(first + 2)], part: row - first };
-}
-
+/** Value at a part between rows. */
 function between(flight: Flight, row: number, value: (k: number) => number): number {
-  const { rows, part } = around(flight, row);
-  const [a, b, c, d] = rows.map(value) as [number, number, number, number];
-  return through(a, b, c, d, part);
+  const first = Math.floor(row);
+  const near = (k: number): number => value(Math.min(flight.count - 1, Math.max(0, first + k)));
+  return through(near(-1), near(0), near(1), near(2), row - first);
 }
 
 /** Place of the nose at a part between rows [m]. */

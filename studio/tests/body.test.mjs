@@ -4,7 +4,7 @@ import { readFileSync, copyFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 import { test } from "node:test";
-import { hypertuna, link, numbers, open, picture, settled, SIZES, temporary } from "./browser.mjs";
+import { hypertuna, link, lived, numbers, open, picture, settled, SIZES, temporary } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const folder = temporary("studio-");
@@ -167,7 +167,7 @@ test("map, cost over speed and twin follow; published gaits are the described ro
   await described.close();
   await page.locator('[data-view="inside"]').click();
   await page.locator("#inside").getByRole("button", { name: "Go on" }).click();
-  await page.waitForFunction(() => parseFloat(document.querySelector("#inside .facts dt")?.textContent) > 1);
+  await lived(page, 1);
   assert.ok(speed > 0);
   await close();
 });

@@ -70,6 +70,18 @@ export async function settled(page) {
   await page.waitForSelector('html[data-ready="1"][data-busy="0"]', { state: "attached" });
 }
 
+/** Wait until an element of the page says what a pattern matches. */
+export function says(page, element, { source }, timeout = PATIENCE) {
+  const match = ([element, source]) => new RegExp(source).test(document.querySelector(element)?.textContent);
+  return page.waitForFunction(match, [element, source], { timeout });
+}
+
+/** Wait until the twin inside has run for some seconds of its own time. */
+export function lived(page, seconds) {
+  const reached = (seconds) => parseFloat(document.querySelector("#inside .facts dt")?.textContent) >= seconds;
+  return page.waitForFunction(reached, seconds, { timeout: 2 * PATIENCE });
+}
+
 /** Wait until the page has drawn what it was told before, however long its frames take. */
 export async function redrawn(page) {
   await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));

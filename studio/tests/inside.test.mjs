@@ -4,7 +4,7 @@ import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { before, test } from "node:test";
-import { crowded, open, picture, settled, SIZES, temporary, turn, watchTexts } from "./browser.mjs";
+import { crowded, lived, open, picture, settled, SIZES, temporary, turn, watchTexts } from "./browser.mjs";
 
 const HYPERTUNA = process.env.HYPERTUNA ?? "hypertuna";
 const folder = temporary("inside-");
@@ -44,10 +44,7 @@ async function inside(name, options = {}) {
 
 async function live(page, until) {
   await page.locator("#inside").getByRole("button", { name: "Go on" }).click();
-  await page.waitForFunction(
-    (until) => Number.parseFloat(document.querySelector("#inside .facts dt")?.textContent) > until,
-    until,
-  );
+  await lived(page, until);
   await page.locator("#inside").getByRole("button", { name: "Pause" }).click();
 }
 

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { test } from "node:test";
-import { choose, open, picture, settled, SIZES } from "./browser.mjs";
+import { choose, lived, open, picture, settled, SIZES } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const SERIOUS = ["serious", "critical"];
@@ -33,7 +33,7 @@ async function drawn(page) {
 /** Let the twin run for a moment: it stands still where less motion is wanted. */
 async function live(page) {
   await page.locator("#inside").getByRole("button", { name: "Go on" }).click();
-  await page.waitForFunction(() => parseFloat(document.querySelector("#inside .facts dt")?.textContent) > 1.5);
+  await lived(page, 1.5);
   await page.locator("#inside").getByRole("button", { name: "Pause" }).click();
 }
 

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { join } from "node:path";
 import { test } from "node:test";
-import { choose, hypertuna, numbers, open, picture, settled, SIZES, temporary, turn } from "./browser.mjs";
+import { choose, hypertuna, numbers, open, picture, says, settled, SIZES, temporary, turn } from "./browser.mjs";
 
 const SWIMS = `
 import json, sys
@@ -28,6 +28,12 @@ async function intervals(page) {
   );
 }
 
+/** Wait until another interval of the speed is shown. */
+function others(page, low) {
+  const other = (low) => Number(document.querySelector('[data-interval="speed"]').dataset.low) !== low;
+  return page.waitForFunction(other, low);
+}
+
 /** Number of points of the canvas that are of a color, painted with an opacity of at most `most` of 255. */
 function painted(page, color, most) {
   return page.locator("#front canvas").evaluate(
@@ -50,10 +56,7 @@ test("the intervals beside the numbers are those of Python's samples", async () 
   await before.dispose();
   const was = (await intervals(page)).speed[0];
   await turn(page, "frequency", 0.7);
-  await page.waitForFunction(
-    (low) => Number(document.querySelector('[data-interval="speed"]').dataset.low) !== low,
-    was,
-  );
+  await others(page, was);
   const program = process.env.PYTHON ?? "python";
   const native = JSON.parse(execFileSync(program, ["-c", SWIMS], { encoding: "utf8" }));
   const shown = await intervals(page);
@@ -76,13 +79,7 @@ test("bars and band are drawn around the gaits and the least cost; other robots 
   await page.waitForFunction(() => /64 samples/.test(document.querySelector("#front .caption").textContent));
   const bars = [0, 0x72, 0xb2];
   await page.getByRole("button", { name: "Least cost at all speeds" }).click();
-  await page.waitForFunction(
-    () => /The line is/.test(document.querySelector("#front [role=status]").textContent),
-    null,
-    {
-      timeout: 120_000,
-    },
-  );
+  await says(page, "#front [role=status]", /The line is/, 120_000);
   const band = [0, 0x87, 0x5f];
   for (let k = 0; k < 40 && (await painted(page, band, 60)) <= 500; k++) await page.waitForTimeout(500);
   await picture(page, "front-of-a-fit");
@@ -105,10 +102,7 @@ test("a changed body has intervals of its own", async () => {
     input.value = input.max;
     input.dispatchEvent(new Event("input", { bubbles: true }));
   });
-  await page.waitForFunction(
-    (low) => Number(document.querySelector('[data-interval="speed"]').dataset.low) !== low,
-    was[0],
-  );
+  await others(page, was[0]);
   await choose(page, "#robot", "rexeel-theory");
   await page.waitForFunction(() => document.querySelector('[data-interval="speed"]').hidden);
   await close();

@@ -1,7 +1,7 @@
 // The views below the fish: a map to click on, searches that end where the program's do, published gaits to swim.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { choose, hypertuna, knobs, link, numbers, open, setting, settled, turn } from "./browser.mjs";
+import { choose, hypertuna, knobs, link, lived, numbers, open, says, setting, settled, turn } from "./browser.mjs";
 
 const FRAME = 50; // ms, of a machine with other work to do: 17 on a free one
 
@@ -16,11 +16,7 @@ async function at(view, hash = "#robot=hypertuna") {
 /** Wait until a search has ended; return its sentence. */
 async function ended(page) {
   const status = page.locator("#front [role=status]");
-  await page.waitForFunction(
-    () => /ended|No search|No gait/.test(document.querySelector("#front [role=status]").textContent),
-    null,
-    { timeout: 120_000 },
-  );
+  await says(page, "#front [role=status]", /ended|No search|No gait/, 120_000);
   await settled(page);
   return status.textContent();
 }
@@ -204,15 +200,6 @@ function facts(page) {
     );
 }
 
-/** Wait until the twin has run for some seconds of its own time. */
-async function lived(page, seconds) {
-  await page.waitForFunction(
-    (seconds) => parseFloat(document.querySelector("#inside .facts dt")?.textContent) >= seconds,
-    seconds,
-    { timeout: 120_000 },
-  );
-}
-
 test("the twin swims as the program's, and its controller tells what it does about a broken sensor", async (context) => {
   const { page, close } = await open({ hash: "#robot=hypertuna", reducedMotion: "no-preference" });
   await choose(page, "[data-gaits]", "optimised-0.3");
@@ -230,9 +217,7 @@ test("the twin swims as the program's, and its controller tells what it does abo
   assert.match(await guard.textContent(), /reports nothing|limit|servo/);
   await page.locator('#inside label:has-text("break a sensor") select').selectOption("open");
   await page.getByRole("button", { name: "bend I", exact: true }).click();
-  await page.waitForFunction(() =>
-    /joint I: the bend sensor's reading is not plausible\./.test(document.querySelector("#inside .guard").textContent),
-  );
+  await says(page, "#inside .guard", /joint I: the bend sensor's reading is not plausible\./);
   await page.getByRole("button", { name: "bend I", exact: true }).click();
   await page.waitForFunction(() => !/bend sensor/.test(document.querySelector("#inside .guard").textContent));
   await page.getByRole("button", { name: "Start again" }).click();
@@ -243,14 +228,10 @@ test("the twin swims as the program's, and its controller tells what it does abo
 
 test("a robot without a twin says why, in a sentence", async () => {
   const { page, close } = await at("inside", "#robot=rexeel");
-  await page.waitForFunction(() =>
-    /rexeel has no twin: it has 5 joint groups, and/.test(document.querySelector("#inside").textContent),
-  );
+  await says(page, "#inside", /rexeel has no twin: it has 5 joint groups, and/);
   await choose(page, "#robot", "hypertuna");
   await page.getByRole("button", { name: "bend I", exact: true }).waitFor();
   await choose(page, "#robot", "rexeel");
-  await page.waitForFunction(() =>
-    /rexeel has no twin: it has 5 joint groups, and/.test(document.querySelector("#inside").textContent),
-  );
+  await says(page, "#inside", /rexeel has no twin: it has 5 joint groups, and/);
   await close();
 });
