@@ -193,9 +193,9 @@ test-processors: $(VENV)/.installed-test ## goldens of the documentation as on o
 test-fe: $(VENV)/.installed-test $(VENV)/.installed-fe ## tests with finite elements; installs the extra fe
 	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal -m fe tests/fe tests/cli tests/paper validation/fe
 
-ROOM ?= ranges
+ROOM ?= all
 SEED ?= 1
-mutants: $(VENV)/.installed-test ## do the tests of ROOM notice ten changes of its code, drawn by SEED?
+mutants: $(VENV)/.installed-test ## do the tests of ROOM (or all) notice ten changes of its code, drawn by SEED?
 	@$(BIN)/python validation/mutants/judge.py $(ROOM) --seed $(SEED)
 
 bench: $(VENV)/.installed-bench build/bench ## speed against the peers, as tables

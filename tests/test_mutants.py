@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from judge import KILLED, SURVIVED, TIMEOUT, outcome, suite
+from judge import FIRST, KILLED, SURVIVED, TIMEOUT, Trace, chosen, modules, outcome, rooms
 from mutants import Mutant, drawn, mutants, mutated
 
 ROOT = Path(__file__).parents[1]
@@ -86,8 +86,58 @@ def test_a_mutant_is_killed_by_a_test_that_imports_it_and_fails(tmp_path: Path) 
     assert outcome([str(file)], one, limit=2) == TIMEOUT
 
 
-def test_tests_nearest_to_a_mutant_come_first() -> None:
-    one = next(m for m in mutants(ROOT, "src/hypertuna/trials/smoothing.py") if m.function == "smooth")
-    order, plain = suite("trials", one), suite("trials")
-    assert Path(order[0]).name == "test_smoothing.py" != Path(plain[0]).name
-    assert sorted(order) == plain
+def test_a_mutant_has_the_lines_of_its_statement(module: Path) -> None:
+    lines = {one.name.removeprefix("small.py: "): one.lines for one in mutants(module, "small.py")}
+    assert lines == {
+        ": LIMIT: int = 3 -> LIMIT: int = 4": None,  # at import
+        "small: def small(x: float, open: bool=True) -> bool: -> def small(x: float, open: bool=False) -> bool:": (
+            6,
+            9,
+        ),
+        "small: if not open: -> if open:": (7, 7),
+        "small: return -x < LIMIT -> return x < LIMIT": (9, 9),
+        "small: return -x < LIMIT -> return -x <= LIMIT": (9, 9),
+    }
+
+
+def test_those_that_execute_a_mutant_judge_it_the_fastest_first(module: Path) -> None:
+    at_import, _, branch, *_ = mutants(module, "small.py")
+    assert (at_import.lines, branch.lines) == (None, (7, 7))
+    tests = {
+        "": Trace(lines={"small.py": {2}}),
+        "a.py": Trace(lines={"other.py": {7}}),
+        "a.py::slow": Trace(2.0, {"small.py": {7, 9}}),
+        "a.py::fast": Trace(1.0, {"small.py": {7}}),
+        "a.py::same_file": Trace(0.1, {"small.py": {9}}),
+        "b.py::other": Trace(0.1, {"other.py": {7}}),
+    }
+    assert chosen(tests, branch) == [["a.py::fast", "a.py::slow"], ["a.py::same_file"]]
+    assert chosen(tests, at_import) == [["a.py::same_file", "a.py::fast", "a.py::slow"], ["b.py::other"]]
+    assert chosen({"b.py::other": tests["b.py::other"]}, branch) == []  # survives at once
+    many = {f"a.py::{k}": Trace(float(k), {"small.py": {7}}) for k in range(FIRST + 1)}
+    assert [len(group) for group in chosen(many, branch)] == [FIRST, 1]
+
+
+def test_lines_of_a_test_are_those_of_its_process_and_of_those_that_it_starts(tmp_path: Path) -> None:
+    file = tmp_path / "test_ranges.py"
+    here = "from hypertuna.ranges import POSITIVE; POSITIVE.check(1.0, 'speed')"
+    there = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {here!r}], check=True)"
+    forked = "from multiprocessing import get_context as c; p = c('fork').Process(target=there); p.start(); p.join()"
+    file.write_text(
+        f"def there():\n    {here}\n\n\ndef test_none():\n    pass\n\n\ndef test_here():\n    {here}\n\n\n"
+        f"def test_there():\n    {there}\n\n\ndef test_forked():\n    {forked}\n"
+    )
+    lines = tmp_path / "lines"
+    lines.mkdir()
+    assert outcome([str(file)], lines=str(lines)) == SURVIVED
+    rows = [json.loads(row) for part in lines.iterdir() for row in part.read_text().splitlines()]
+    found = {row["test"].partition("::")[2] for row in rows if "::" in row["test"] and "ranges.py" in row["lines"]}
+    assert found == {"test_here", "test_there", "test_forked"}
+
+
+def test_every_module_is_of_one_room() -> None:
+    """Rooms with tests of their own, and what they leave."""
+    of_rooms = [module for room in rooms() for module in modules(room)]
+    assert len(of_rooms) == len(set(of_rooms))
+    left = {str(path.relative_to(ROOT)) for path in (ROOT / "src/hypertuna").rglob("*.py")} - set(of_rooms)
+    assert {Path(path).stem for path in left} <= {"__init__", "__main__", "arrays", "errors", "figures", "pictures"}

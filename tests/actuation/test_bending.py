@@ -17,7 +17,7 @@ from scipy.special import ellipe
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.actuation.bending import bend, misprints
+from hypertuna.actuation.bending import bend, misprints, straightness
 from hypertuna.actuation.soft_joint import (
     MATERIAL_SETS,
     joint_group,
@@ -176,6 +176,26 @@ def test_any_joint_bends_toward_its_side_and_drags_behind(
     np.testing.assert_allclose(angle[0], 0, atol=1e-12)
     assert (angle[:11] >= -1e-12).all()
     assert (angle[11:][::-1] >= angle[:11] - 1e-12).all()
+
+
+def test_a_curve_is_straight_where_the_paper_looks() -> None:
+    """From 100 to 250 kPa: what it does outside of them is as it may; three points at least."""
+    pressure = np.array([0.0, 99e3, 100e3, 150e3, 200e3, 250e3, 251e3])
+    angle = np.array([5.0, 4.0, 1.0, 1.5, 2.0, 2.5, 9.0])
+    assert straightness(pressure, angle) == pytest.approx(1)
+    for k, kept in enumerate(angle):
+        kinked = np.where(pressure == pressure[k], kept + 1, angle)
+        assert (straightness(pressure, kinked) < 0.99) == (2 <= k <= 5)
+    assert straightness(pressure[2:5], angle[2:5]) == pytest.approx(1)
+    assert math.isnan(straightness(pressure[:4], angle[:4]))
+
+
+def test_friction_is_that_of_a_robot_with_a_coefficient(tuna: ht.Robot) -> None:
+    frictionless = changed(tuna, {"drive_unit.friction": 0.0})
+    assert bend(tuna, "I", [1e5]).friction
+    assert not bend(tuna, "I", [1e5], friction=False).friction
+    assert not bend(tuna, "I", [1e5], law="as_printed").friction
+    assert not bend(frictionless, "I", [1e5]).friction
 
 
 def test_sides_mirror_each_other_but_for_the_asymmetry(tuna: ht.Robot) -> None:

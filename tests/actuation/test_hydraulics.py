@@ -152,6 +152,9 @@ def test_size_by_its_parts(tuna: ht.Robot, sizes: list[Size]) -> None:
         total, *shares = size.electrical_power.values()
         assert sum(shares) == pytest.approx(total)
         assert next(iter(size.electrical_power)) == "total"
+        for part in ("torque", "servo_speed", "stroke"):  # the margin is to spare, as a part of what is needed
+            needed, limit = getattr(size, part), getattr(size, f"{part}_limit")
+            assert needed * (1 + getattr(size, f"{part}_margin")) == pytest.approx(limit)
         row = circuits(tuna).row(0)
         slope = _core.displaced(circuits(tuna).values[0], np.linspace(-size.stroke, size.stroke, 101))[:, 1]
         against = working_pressure(tuna) + row["seal_friction"] / row["area"]  # Pa on the piston

@@ -20,7 +20,7 @@ from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.designs import NO_ROOM, designs
 from hypertuna.characterization.family import Family, chosen_robot, family
 from hypertuna.characterization.fit import fit_bench
-from hypertuna.characterization.population import populate
+from hypertuna.characterization.population import _step, populate
 from hypertuna.characterization.problem import blocked_moment, computed, elements, shortening
 from hypertuna.characterization.room import with_room
 from hypertuna.characterization.unknowns import with_unknowns
@@ -58,6 +58,21 @@ def test_forces_moments_and_shortenings_are_read_beside_bends(tuna: ht.Robot, tm
     assert [len(loop.rows) for loop in bench.loops] == [1, 1]  # held joints are in no loop
     assert bench.sides(0) == (0,)
     assert elements(bench).kind.tolist() == ["angle", "volume", "shortening", "shortening", "moment", "moment"]
+
+
+@pytest.mark.parametrize(
+    ("row", "end"),
+    [
+        ("I,left,{},18,,,,,,", 2000),
+        ("I,left,250,{},,,,,,", 180),
+        ("I,left,250,,,,2,{},,", 10000),
+    ],
+)
+def test_ranges_end_where_another_unit_is_likely(tuna: ht.Robot, tmp_path: Path, row: str, end: float) -> None:
+    """At 2 MPa, half a turn, and an arm of 10 m."""
+    read_bench(written(tmp_path, f"{HEAD}{row.format(end)}\n"), tuna)
+    with pytest.raises(ht.InputError, match=f"must be at most {end}"):
+        read_bench(written(tmp_path, f"{HEAD}{row.format(1.001 * end)}\n"), tuna)
 
 
 @pytest.mark.parametrize(
@@ -133,6 +148,16 @@ def test_a_fit_takes_all_kinds_of_rows(tuna: ht.Robot, tmp_path: Path) -> None:
 
 
 # --- room
+
+
+def test_a_power_rises_until_half_of_the_points_count() -> None:
+    """With e = exp(-step) for three of four points, (1 + 3 e)^2 / (1 + 3 e^2) / 4 count: 0.9 of before at least."""
+    lower = np.array([0.0, -1.0, -1.0, -1.0])
+    assert _step(0 * lower, lower, 0.5) == 0.5  # all the rest
+    for before in (0.0, 1.2, 3.0):
+        step = _step(before * lower, lower, 100.0)
+        first, last = ((1 + 3 * e) ** 2 / (1 + 3 * e**2) / 4 for e in (math.exp(-before), math.exp(-before - step)))
+        assert last == pytest.approx(min(0.5, 0.9 * first))
 
 
 def test_muscles_that_find_no_room_are_refused(tuna: ht.Robot) -> None:

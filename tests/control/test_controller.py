@@ -1,6 +1,7 @@
 """The controller from a robot's description: volume maps, limits, status, and that it beats."""
 
 import math
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import circuits
+from hypertuna.actuation.new import first_robot
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.control.controller import controller_columns, pump_map
 from hypertuna.description.changes import changed
@@ -70,6 +72,40 @@ def test_the_joint_with_a_blind_circuit_beats_less_the_faster(robot: ht.Robot) -
             assert before[j] > safe[0] > safe[1] > safe[2] > 0
             assert columns["amplitude"][j] > safe[1]
             before[j] = min(safe[0], columns["amplitude"][j])
+
+
+def test_constants_by_hand(robot: ht.Robot, columns: dict[str, list[float]]) -> None:
+    """Rates of robots/hypertuna.toml per tick of 10 ms, ranges of its sensors, and the choices of docs/control.md."""
+    smoothing = 4.7439 * 0.01 / 0.3  # (1 + x) e^-x = 0.05 at x = 4.7439
+    expected = {
+        "joints": 2, "tick": 0.01, "relax": math.exp(-0.2), "couple": math.exp(-0.1), "timeout": 50, "slew": 0.15,
+        "smoothing_rate": smoothing, "smoothing_decay": math.exp(-smoothing),
+        "missing": 0.25, "limited": 0.1, "moving": 0.05, "amplitude_min": math.radians(3),
+        "pressure_low": -100e3, "pressure_high": 1e6, "current_low": -5, "current_high": 5,
+        "rate_high": 34.9, "acceleration_high": 157, "voltage_min": 0, "voltage_max": 20,
+        "pressure_work": 440e3, "pressure_soft": 550e3, "pressure_hard": 660e3, "pressure_step": 440e3,
+    }  # fmt: skip
+    assert {name: columns[name] for name in expected} == {name: [pytest.approx(x)] for name, x in expected.items()}
+
+
+def test_a_robot_without_oil_has_no_pressures() -> None:
+    columns = controller_columns(parse(tomllib.loads(first_robot("eel", joints=["J1", "J2"], actuation="servo"))))
+    names = [name for name in columns if name.startswith("pressure_") and len(columns[name]) == 1]
+    assert {"pressure_work", "pressure_soft", "pressure_hard", "pressure_step", "pressure_low"} <= set(names)
+    assert {name: columns[name] for name in names} == {name: [0.0] for name in names}
+
+
+def test_the_oil_of_a_circuit_gives_by_hand(robot: ht.Robot, columns: dict[str, list[float]]) -> None:
+    """A servo turns by what hose, oil and its air give per pressure, over the volume per angle where it is largest."""
+    for circuit in range(4):
+        at = circuits(robot).row(circuit)
+        turn = np.linspace(-0.5, 0.5, 51)
+        volume = _core.displaced(circuits(robot).values[circuit], turn)[:, 0]
+        slope = np.diff(volume).max() / (turn[1] - turn[0])
+        air = at["air"] * 101325 / (101325 + 550e3) ** 2
+        gives = at["compliance"] + (at["oil_pump"] + at["oil_unit"]) * (1 / at["bulk_modulus"] + air)
+        assert columns["compliance"][circuit] == pytest.approx(gives / slope, rel=1e-3)
+        assert columns["servo_stall"][circuit] == pytest.approx(at["stall_torque"] / slope, rel=1e-3)
 
 
 def test_a_robot_without_pump_is_told_what_it_lacks() -> None:

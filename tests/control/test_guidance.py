@@ -10,7 +10,7 @@ import hypertuna as ht
 from hypertuna import _core, frames
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.guidance import curvature, gait_table, glide, mission_columns, pilot_columns
-from hypertuna.control.mission import Mission, Waypoint
+from hypertuna.control.mission import Mission, Waypoint, fence_distance
 from hypertuna.control.sensors import channels, faults, pilot_sensor_columns
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
@@ -105,7 +105,19 @@ def test_what_cannot_be_used_is_told(robot: ht.Robot, change: dict[str, object],
         changed(robot, **change)
 
 
+def test_distances_to_a_fence_by_hand() -> None:
+    """A rectangle 4 m by 10 m: within and outside of a side, at the height of neither corner, and off a corner."""
+    fence = ((10.0, 20.0), (14.0, 20.0), (14.0, 30.0), (10.0, 30.0))
+    places = np.array([[11.0, 25.0], [12.0, 28.5], [9.0, 25.0], [7.0, 16.0], [12.0, 33.0]])
+    for corners in (fence, fence[::-1]):
+        distance = fence_distance(Mission((Waypoint(12.0, 25.0, 1.0, 0.3, 2.0),), fence=corners), places)
+        np.testing.assert_allclose(distance, [1.0, 1.5, -1.0, -5.0, -3.0])
+    assert fence_distance(Mission((Waypoint(12.0, 25.0, 1.0, 0.3, 2.0),)), places).tolist() == [math.inf] * 5
+
+
 def test_decisions_divide_the_control_rate(robot: ht.Robot) -> None:
+    columns = pilot_columns(robot)  # ten decisions a second, of a hundred ticks
+    assert (columns["every"], columns["tick"], columns["period"]) == ([10.0], [0.01], [0.1])
     with pytest.raises(InputError, match=r"divide controller\.rate_hz"):
         pilot_columns(changed(robot, decisions_hz=30.0))
 

@@ -1,11 +1,15 @@
 """Sensors from a robot's description, and faults as the command line spells them."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.control.sensors import channels, faults, sensor_columns
+from hypertuna.actuation.new import first_robot
+from hypertuna.control.sensors import channels, fault_times, faults, sensor_columns
+from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 
 TRUTH = {"bend": [0.1, -0.2], "pressure": [6e4] * 4, "current": [0.3] * 4, "rate": [0.0] * 3}
@@ -44,6 +48,24 @@ def test_faults_are_read_as_they_are_spelled(robot: ht.Robot) -> None:
     assert fault == ("open", *known["pressure-I-left"], 3.0, 4.5)
     assert known["imu"][1] - known["imu"][0] == 5
     assert faults((), robot) == ()
+
+
+def test_a_joint_with_a_servo_has_one_current() -> None:
+    """Two places a joint, as for the two circuits of one with oil: the first is read."""
+    eel = parse(tomllib.loads(first_robot("eel", joints=["J1", "J2"], actuation="servo")))
+    known = channels(eel, pilot=False)
+    first = known["current"][0]
+    assert [known[f"current-{group.name}"] for group in eel.joints] == [
+        (first + 2 * j, first + 2 * j) for j in range(len(eel.joints))
+    ]
+
+
+def test_a_fault_may_start_at_once() -> None:
+    assert fault_times("", "0") == (0.0, float("inf"))
+    assert fault_times("", "0-0.5") == (0.0, 0.5)
+    for times in ("-1", "5-5"):
+        with pytest.raises(InputError, match="end after the start"):
+            fault_times("", times)
 
 
 @pytest.mark.parametrize(

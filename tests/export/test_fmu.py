@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -339,3 +340,18 @@ def test_robots_with_servos_on_their_axles_have_one_pulse_a_joint(tmp_path: Path
     inputs = [name for name, one in unit.variables.items() if one.causality == "input"]
     assert inputs == [f"pulse_command_{group.name}" for group in fish.joints]
     unit.close()
+
+
+def test_units_are_products_of_base_units() -> None:
+    """By the definitions of newton, pascal, watt, coulomb, volt and hertz; FMI writes N.m and m/s2."""
+    base = {"s": "s", "m": "m", "rad": "rad", "A": "A", "Hz": "s-1", "N": "kg m s-2", "Pa": "kg m-1 s-2"}
+    base |= {"W": "kg m2 s-3", "C": "A s", "V": "kg m2 s-3 A-1", "J": "kg m2 s-2", "K": "K", "kg": "kg"}
+    for unit, (name, exponents) in module.UNITS.items():
+        assert name == unit.replace("^", "").replace(" ", ".")
+        found: Counter[str] = Counter()
+        for part, sign in zip(unit.split("/"), (1, -1), strict=False):
+            for factor in part.split():
+                symbol, _, power = factor.partition("^")
+                for letters, number in re.findall(r"([A-Za-z]+)(-?\d*)", base[symbol]):
+                    found[letters] += sign * int(power or 1) * int(number or 1)
+        assert found == exponents, unit

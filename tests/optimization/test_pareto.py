@@ -173,6 +173,22 @@ def test_stationarity_by_hand() -> None:
     assert residual[3] == pytest.approx(2 / 4)
 
 
+def test_a_point_without_gradients_is_stationary_and_one_without_numbers_is_not_known() -> None:
+    toy, at = Toy(), np.zeros((1, 3))
+    for gradient, residual in ((0.0, 0.0), (np.nan, np.nan)):
+        slopes = np.full((1, 2, 3), gradient)
+        found = Evaluation(at, np.zeros((1, 2)), -np.ones((1, 1)), {}, slopes, np.zeros((1, 1, 3)))
+        np.testing.assert_equal(stationarity(toy, found, np.ones(2)), [residual])
+
+
+def test_stationarity_does_not_depend_on_the_width_of_the_box() -> None:
+    """A limit that crosses the coordinates: its gradient is scaled by the box as the objectives' are."""
+    wide = Box(np.zeros(2), np.array([1.0, 10.0]))  # in the unit box the gradients are (1, 10) and (-1, -10)
+    at, limit = np.array([[0.5, 5.0]]), np.array([[[-1.0, -1.0]]])
+    found = Evaluation(at, np.zeros((1, 1)), np.zeros((1, 1)), {}, np.ones((1, 1, 2)), limit)
+    np.testing.assert_allclose(stationarity(Toy(wide), found, np.ones(1)), [0.0], atol=1e-12)
+
+
 def test_a_limit_balances_gradients() -> None:
     toy = Spheres(most=-0.5)  # both objectives fall towards x = 0, but x <= -0.5
     found = toy.evaluate(np.array([[-0.5, 0, 0], [-0.6, 0, 0]]), derivatives=True)

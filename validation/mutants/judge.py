@@ -4,24 +4,29 @@
     python validation/mutants/judge.py trials --seed 1 2 --count 10
 
 Each mutant is one change of one operator or number (`mutants.py`), imported in place of its module by every process of
-the tests (`path/sitecustomize.py`). Without a mutant the tests must pass. Those that mention the mutated function and
-module come first, and the first that fails ends a run. A mutant is killed if a test fails after some process imported
-it. A run may take three times as long as one without a mutant, and a minute more: a timeout is neither killed nor
-survived. What cannot be noticed stands in `equivalent.toml` with its reason, and is not drawn. Killed ones are on disk
-at once, and the same command goes on after `kill -9`; remove build/mutants to judge them anew. The output of the last
-run is in build/mutants/ROOM.log. The exit code is 1 if not all were killed.
+the tests (`path/sitecustomize.py`). First the tests run without a mutant and must pass; the lines that each executes
+are kept in build/mutants/ROOM.lines until its file or the package changes (`path/lines_by_test.py`). Only the tests
+that execute a mutant judge it, the fastest forty first, then the others of their files; those that imports execute, all
+tests of the room. The first that fails ends a run. A mutant is killed if a test fails after some process imported it.
+A run may take three times as long as without a mutant, and a minute more: a timeout is neither killed nor survived.
+What cannot be noticed stands in `equivalent.toml` with its reason, and is not drawn. Killed ones are on disk at once,
+and the same command goes on after `kill -9`; remove build/mutants to judge them anew. The output of the last run is in
+build/mutants/ROOM.log. The room "all" is every room with tests of its own. The exit code is 1 if not all were killed.
 """
 
 import argparse
+import functools
+import hashlib
+import importlib.util
 import json
 import os
 import signal
 import subprocess
 import sys
-import time
 import tomllib
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -33,6 +38,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PLACE = ROOT / "build" / "mutants"
 PATHS = (str(Path(__file__).with_name("path")), os.environ.get("PYTHONPATH", ""))
 TIMES, MORE = 3.0, 60.0  # of a run without a mutant; s
+FIRST = 40  # tests
 KILLED, SURVIVED, TIMEOUT = "killed", "survived", "timeout"
 
 
@@ -43,24 +49,99 @@ def modules(room: str) -> list[str]:
     return [str(path.relative_to(ROOT)) for path in found if path.is_file()]
 
 
-def suite(room: str, mutant: Mutant | None = None) -> list[str]:
-    """Return the files of a room's tests, those nearest to a mutant first."""
+def suite(room: str) -> list[str]:
+    """Return the files of a room's tests, by their paths from the repository's root."""
     files = sorted((ROOT / "tests" / room).rglob("test_*.py"))
-    files += [path for path in [ROOT / "tests" / f"test_{room}.py"] if path.is_file()]
-    if mutant is not None:
-        stem = Path(mutant.module).stem
-        words = [stem, *mutant.function.split(".")]
-        text = {path: path.read_text(encoding="utf-8") for path in files}
-        files.sort(key=lambda path: (path.name != f"test_{stem}.py", -sum(word in text[path] for word in words)))
-    return [str(path) for path in files]
+    return [str(path.relative_to(ROOT)) for path in [*files, ROOT / "tests" / f"test_{room}.py"] if path.is_file()]
 
 
-def outcome(files: list[str], mutant: Mutant | None = None, limit: float | None = None, log: Path | None = None) -> str:
-    """Run tests with a mutant, in at most `limit` seconds: killed, survived or timeout."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, PATHS))}
-    line = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *files]
+def rooms() -> list[str]:
+    """Return all rooms with tests of their own."""
+    return [path.stem for path in sorted((ROOT / "src" / "hypertuna").glob("[a-z]*")) if suite(path.stem)]
+
+
+@functools.cache
+def core() -> str:
+    """Return the extension's file, after a build if its sources changed, so that no run builds it again."""
+    spec = importlib.util.find_spec("hypertuna._core")
+    assert spec is not None
+    assert spec.origin is not None
+    return spec.origin
+
+
+@dataclass
+class Trace:
+    """What a test executes; one without seconds is a file of tests, at collection, or with no name all imports."""
+
+    seconds: float = 0.0
+    lines: dict[str, set[int]] = field(default_factory=lambda: defaultdict(set))  # by module
+
+    def meets(self, mutant: Mutant) -> bool:
+        """Return whether it executes a mutant's lines, any of its module if those are executed at import."""
+        lines = self.lines.get(mutant.module.removeprefix("src/hypertuna/"), set())
+        return any(mutant.lines is None or mutant.lines[0] <= line <= mutant.lines[1] for line in lines)
+
+
+def traced(room: str) -> dict[str, Trace]:
+    """Return what each test executes, from the last run of its file if nothing has changed since."""
+    tests: dict[str, Trace] = defaultdict(Trace)
+    folder = PLACE / f"{room}.lines"
+    common = [path for part in ("src", "core/include", "bindings") for path in (ROOT / part).rglob("*.[hcp][pty]*")]
+    common += [*(ROOT / "tests").glob("*.py"), *(ROOT / "tests" / room).glob("conftest.py")]
+    base = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(common)))
+    for file in suite(room):
+        key = base.copy()
+        key.update((ROOT / file).read_bytes())
+        place = folder / f"{Path(file).stem}-{key.hexdigest()[:16]}.jsonl"
+        if not place.is_file():
+            folder.mkdir(parents=True, exist_ok=True)
+            for old in folder.glob(f"{Path(file).stem}-*"):
+                old.unlink()
+            with TemporaryDirectory() as parts:
+                outcome([file], log=PLACE / f"{room}.log", lines=parts)
+                text = "".join(part.read_text(encoding="utf-8") for part in Path(parts).iterdir())
+            new = place.with_suffix(".new")
+            new.write_text(text, encoding="utf-8")
+            new.rename(place)
+        for row in map(json.loads, place.read_text(encoding="utf-8").splitlines()):
+            test = tests[row["test"]]
+            test.seconds += row["seconds"]
+            for module, lines in row["lines"].items():
+                test.lines[module].update(lines)
+    return tests
+
+
+def chosen(tests: dict[str, Trace], mutant: Mutant) -> list[list[str]]:
+    """Return the tests to run one group after the other: those that execute the mutant, fastest first, then the others.
+
+    The others are those of the same files, which may share a fixture, or all if imports execute the mutant.
+    """
+    met = [name for name, test in tests.items() if test.meets(mutant)]
+    everywhere = mutant.lines is None or "" in met
+    files = {name.partition("::")[0] for name in met}
+    order = sorted((name for name, test in tests.items() if "::" in name), key=lambda name: tests[name].seconds)
+    first = [name for name in order if name in met]
+    others = [name for name in order if name not in met and (everywhere or name.partition("::")[0] in files)]
+    return [group for group in (first[:FIRST], first[FIRST:] + others) if group]
+
+
+def outcome(
+    tests: list[str],
+    mutant: Mutant | None = None,
+    limit: float | None = None,
+    log: Path | None = None,
+    lines: str | None = None,
+) -> str:
+    """Run tests with a mutant, in at most `limit` seconds: killed, survived or timeout; note lines in a folder."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, PATHS)), "HYPERTUNA_CORE": core()}
+    line = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly"]
+    if lines:
+        environment["HYPERTUNA_LINES"] = lines
+        line += ["-p", "lines_by_test"]
     with TemporaryDirectory() as folder, open(log or os.devnull, "w") as output:
-        imported = Path(folder) / "imported"
+        imported, names = Path(folder) / "imported", Path(folder) / "tests"
+        names.write_text("\n".join(tests), encoding="utf-8")
+        line.append(f"@{names}")
         if mutant is not None:
             name = mutant.module.removeprefix("src/").removesuffix(".py").replace("/", ".").removesuffix(".__init__")
             told = {"name": name, "file": str(ROOT / mutant.module), "place": mutant.place, "imported": str(imported)}
@@ -77,7 +158,7 @@ def outcome(files: list[str], mutant: Mutant | None = None, limit: float | None 
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
         if code and not imported.is_file():
-            sys.exit(f"error: tests must pass without a mutant, but fail: see {log or files}")
+            sys.exit(f"error: tests must pass without a mutant, but fail: see {log or tests}")
         return KILLED if code else SURVIVED
 
 
@@ -87,16 +168,19 @@ def judged(room: str, seeds: list[int], count: int) -> Iterator[tuple[int, Mutan
     PLACE.mkdir(parents=True, exist_ok=True)
     journal, log = PLACE / f"{room}.killed", PLACE / f"{room}.log"
     known = set(journal.read_text(encoding="utf-8").splitlines()) if journal.is_file() else set()
-    limit = None
+    tests: dict[str, Trace] = {}
     for seed in seeds:
         order = [one for one in drawn(ROOT, modules(room), seed) if one.name not in equivalent]
         for one in order[:count]:
             key = json.dumps([one.name, one.place])
-            if limit is None and key not in known:
-                start = time.monotonic()
-                outcome(suite(room), log=log)
-                limit = TIMES * (time.monotonic() - start) + MORE
-            result = KILLED if key in known else outcome(suite(room, one), one, limit, log)
+            result = KILLED if key in known else SURVIVED
+            if result == SURVIVED:
+                tests = tests or traced(room)
+                for group in chosen(tests, one):
+                    limit = TIMES * sum(tests[name].seconds for name in group) + MORE
+                    result = outcome(group, one, limit, log)
+                    if result != SURVIVED:
+                        break
             if result == KILLED and key not in known:
                 known.add(key)
                 with journal.open("a", encoding="utf-8") as file:
@@ -111,21 +195,31 @@ def main() -> int:
     parser.add_argument("--seed", type=int, nargs="+", default=[1])
     parser.add_argument("--count", type=int, default=10)
     asked = parser.parse_args()
+    asked_rooms = rooms() if asked.room == "all" else [asked.room]
     for what, found in (("a folder or module of src/hypertuna", modules), ("with tests of its own", suite)):
-        if not found(asked.room):
-            print(f"error: ROOM must be {what}, but is {asked.room}", file=sys.stderr)
+        if not all(map(found, asked_rooms)):
+            print(f"error: ROOM must be {what}, or all, but is {asked.room}", file=sys.stderr)
             return 2
-    counts: dict[int, Counter[str]] = {seed: Counter() for seed in asked.seed}
+    total: Counter[str] = Counter()
     with progress_bar(f"mutants of {asked.room}", slow=True) as progress:
-        for done, (seed, one, result) in enumerate(judged(asked.room, asked.seed, asked.count), start=1):
-            counts[seed][result] += 1
-            progress(done, asked.count * len(asked.seed))
-            if result != KILLED:
-                print(f"{result}: {one.name}", flush=True)
-    for seed, count in counts.items():
-        numbers = f"{count[KILLED]} killed of {count.total()}, {count[TIMEOUT]} timeouts"
-        print(f"{asked.room}, seed {seed}: {numbers}")
-    return int(any(count[KILLED] < count.total() for count in counts.values()))
+        for room in asked_rooms:
+            counts: dict[int, Counter[str]] = {seed: Counter() for seed in asked.seed}
+            for seed, one, result in judged(room, asked.seed, asked.count):
+                counts[seed][result] += 1
+                total[result] += 1
+                progress(total.total(), asked.count * len(asked.seed) * len(asked_rooms))
+                if result != KILLED:
+                    print(f"{result}: {one.name}", flush=True)
+            for seed, count in counts.items():
+                print(f"{room}, seed {seed}: {described(count)}", flush=True)
+    if len(asked_rooms) > 1:
+        print(f"all: {described(total)}, {total[KILLED] / total.total():.0%}")
+    return int(total[KILLED] < total.total())
+
+
+def described(count: Counter[str]) -> str:
+    """Return a sentence."""
+    return f"{count[KILLED]} killed of {count.total()}, {count[TIMEOUT]} timeouts"
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 SWAPPED: dict[type[ast.AST], type[ast.AST]] = {
     **{ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq},
@@ -14,6 +15,7 @@ SWAPPED: dict[type[ast.AST], type[ast.AST]] = {
     **{ast.Pow: ast.Mult, ast.Mod: ast.Mult},
 }
 LEFT = (ast.AnnAssign, ast.arg, ast.FunctionDef, ast.AsyncFunctionDef)  # whose annotations change nothing
+Tree = TypeVar("Tree", bound=ast.AST)
 Place = tuple[tuple[str, int], ...]  # fields and indices from the module to a node
 
 
@@ -26,6 +28,7 @@ class Mutant:
     place: Place
     before: str  # the statement's line, and what stands in its place
     after: str
+    lines: tuple[int, int] | None  # first and last one of what executes it; None: at import
 
     @property
     def name(self) -> str:
@@ -37,11 +40,12 @@ def mutants(root: Path, module: str) -> Iterator[Mutant]:
     """Yield all mutants of a module."""
     tree = ast.parse((root / module).read_text(encoding="utf-8"))
     for place, function in _places(tree, (), ""):
-        statement = place[: 1 + max(k for k, _ in enumerate(place) if isinstance(_at(tree, place[: k + 1]), ast.stmt))]
-        changed = mutated(tree, place)
-        lines = zip(*(ast.unparse(_at(one, statement)).split("\n") for one in (tree, changed)), strict=True)
+        size = 1 + max(k for k, _ in enumerate(place) if isinstance(_at(tree, place[: k + 1]), ast.stmt))
+        statement = _at(tree, place[:size])
+        changed = mutated(statement, place[size:])
+        lines = zip(*(ast.unparse(one).split("\n") for one in (statement, changed)), strict=True)
         before, after = next((old, new) for old, new in lines if old != new)
-        yield Mutant(module, function, place, before.strip(), after.strip())
+        yield Mutant(module, function, place, before.strip(), after.strip(), _lines(tree, place))
 
 
 def drawn(root: Path, modules: list[str], seed: int) -> list[Mutant]:
@@ -50,7 +54,7 @@ def drawn(root: Path, modules: list[str], seed: int) -> list[Mutant]:
     return sorted(found, key=lambda one: hashlib.sha256(f"{seed} {one.name} {one.place}".encode()).hexdigest())
 
 
-def mutated(tree: ast.Module, place: Place) -> ast.Module:
+def mutated(tree: Tree, place: Place) -> Tree:
     """Return a tree with the node at a place changed."""
     tree = copy.deepcopy(tree)
     parent, (field, index) = _at(tree, place[:-1]), place[-1]
@@ -61,7 +65,21 @@ def mutated(tree: ast.Module, place: Place) -> ast.Module:
         setattr(parent, field, new)
     else:
         nodes[index] = new
-    return ast.fix_missing_locations(tree)
+    ast.fix_missing_locations(tree)
+    return tree
+
+
+def _lines(tree: ast.Module, place: Place) -> tuple[int, int] | None:
+    """Return the lines of the statement around a place, without the block below it; of the body for a default."""
+    nodes = [_at(tree, place[: size + 1]) for size in range(len(place))]
+    if not any(isinstance(node, ast.FunctionDef) for node in nodes):
+        return None
+    *_, node = (node for node in nodes if isinstance(node, ast.stmt))
+    if isinstance(node, ast.FunctionDef):
+        return node.body[0].lineno, node.body[-1].end_lineno or 0
+    if isinstance(node, ast.If | ast.For | ast.While | ast.With):
+        return node.lineno, max(node.lineno, node.body[0].lineno - 1)
+    return node.lineno, node.end_lineno or 0
 
 
 def _changed(node: ast.AST) -> ast.AST | None:
