@@ -197,7 +197,7 @@ class Plotted(Displayed):
 
 
 class Tabular:
-    """A result that is a table: the class is given the function that returns a dataset or columns, or a card's is."""
+    """A result that is a table: the class is given what returns a dataset, columns or rows, or a card's module does."""
 
     _data: ClassVar[Callable[[Any], Any] | None] = None
 
@@ -217,7 +217,7 @@ class Tabular:
         import pandas as pd  # slow to import
 
         data = (type(self)._data or tables[type(self)])(self)
-        return pd.DataFrame(data) if isinstance(data, dict) else to_pandas(data)
+        return to_pandas(data) if hasattr(data, "data_vars") else pd.DataFrame(data)
 
 
 def card_of(result: Any) -> Card:
@@ -250,11 +250,6 @@ def to_pandas(data: Any) -> pd.DataFrame:
     table = pd.DataFrame(data_columns(data))
     table.attrs = dict(data.attrs)
     return table
-
-
-def columns_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
-    """Return the columns of rows, those of the first by name."""
-    return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
 
 
 def in_notebooks(figure: Figure) -> Figure:

@@ -15,7 +15,7 @@ from hypertuna.actuation.soft_joint import SMALL, JointModel, joint_models
 from hypertuna.arrays import Array
 from hypertuna.description.changes import changed
 from hypertuna.description.robot import Robot, joint_key, require
-from hypertuna.display import Plotted, Tabular, columns_of
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Format, columns
 from hypertuna.ranges import POSITIVE, Range
@@ -112,7 +112,7 @@ class Size:
         )
 
 
-class Sizes(Plotted, Tabular, list[Size], data=lambda sizes: columns_of([size.record() for size in sizes])):
+class Sizes(Plotted, Tabular, list[Size], data=lambda sizes: [size.record() for size in sizes]):
     """Sizes of many cases of a robot."""
 
     def __init__(self, robot: Robot, sizes: Iterable[Size] = ()) -> None:

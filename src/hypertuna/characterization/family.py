@@ -18,7 +18,7 @@ from hypertuna.characterization.problem import computed
 from hypertuna.characterization.unknowns import BORDER, keys_of, sourced
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
-from hypertuna.display import Plotted, Tabular, columns_of
+from hypertuna.display import Plotted, Tabular
 from hypertuna.ranges import Range, Whole
 
 MEMBERS = 300
@@ -60,7 +60,7 @@ class Next:
 
 
 @dataclass(frozen=True)
-class Family(Plotted, Tabular, data=lambda family: columns_of(family.rows)):
+class Family(Plotted, Tabular, data=lambda family: family.rows):
     """A sample of the designs that meet a bench; all members count alike."""
 
     space: Designs

@@ -17,7 +17,7 @@ from hypertuna.characterization.unknowns import BORDER, Unknown, keys_of, source
 from hypertuna.characterization.unknowns import KINDS as UNKNOWNS
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
-from hypertuna.display import Plotted, Tabular, columns_of
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.identification import estimator
 from hypertuna.identification.estimator import Direction
@@ -44,7 +44,7 @@ PARTS = 100  # of a stage, for the progress
 
 
 @dataclass(frozen=True)
-class BenchFit(Plotted, Tabular, data=lambda fit: columns_of(fit.parameters)):
+class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
     """A fit of an actuator's unknowns to bench runs."""
 
     robot: Robot  # with the fitted values and their sources

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
 from rich.console import Console
 from rich.live import Live
@@ -20,6 +20,7 @@ from hypertuna.cli.options import AsJson, RobotOptions, file, grouped, text
 from hypertuna.cli.radio import Connect, Key
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
+from hypertuna.io.files import Closing
 from hypertuna.radio.client import Client, connect
 from hypertuna.radio.drive import EVENT, Stick, gamepad, keys, moved, pressed, view
 from hypertuna.radio.log import RadioLogWriter, check_new
@@ -155,7 +156,7 @@ def _raw() -> Iterator[None]:
             termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
 
 
-class Pad:
+class Pad(Closing):
     """A gamepad that may go away: the stick then rests."""
 
     def __init__(self, path: str, texts: list[str]) -> None:
@@ -169,12 +170,6 @@ class Pad:
             self.close()
             raise InputError("must be a joystick device", key="--gamepad", value=path, fix=fix)
         self._rest, self._texts = b"", texts
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Close the device."""

@@ -8,7 +8,7 @@ import typer
 
 from hypertuna.cli.console import command_line, print_json, print_lines, print_written
 from hypertuna.cli.streams import state
-from hypertuna.display import card_of
+from hypertuna.display import card_of, plots
 from hypertuna.errors import InputError, InputErrors
 
 if TYPE_CHECKING:
@@ -40,9 +40,9 @@ def emit(
     result's summary and what made it), `dataset` the content of `output` (default: the result's own, or the result
     itself). A CSV file has its variables `columns`, maybe with the names of their columns, to so many `digits` (see
     `variable_columns` and `columns_csv`), or is the file that `csv` makes; NAME.csv.json beside it says what made it.
-    `facts` are attributes of either file beside those of the dataset. `figure` plots the result (default: as it plots
-    itself). `written` names files that are written already. A result that `failed` is printed first, since it may have
-    nothing to draw, and ends with exit code 1.
+    `facts` are attributes of either file beside those of the dataset. `figure` plots the result (default: as those of
+    its class are plotted). `written` names files that are written already. A result that `failed` is printed first,
+    since it may have nothing to draw, and ends with exit code 1.
     """
 
     def show() -> None:
@@ -55,7 +55,7 @@ def emit(
     if failed:
         show()
     if plot is not None:
-        save(result.plot() if figure is None else figure(result), plot)  # type: ignore[attr-defined]  # or figure
+        save(plots[type(result)](result) if figure is None else figure(result), plot)
     if output is not None:
         if csv is not None and output.lower().endswith(".csv"):
             csv(result).write(output)

@@ -69,7 +69,6 @@ def wiring(
         csv=lambda wiring: rows_csv({}, _wires(wiring)),
         output=output,
         plot=plot,
-        figure=_figure,
         as_json=as_json,
     )
 
@@ -79,12 +78,10 @@ def faults(as_json: opt.AsJson = False) -> None:
     """List the faults that the supervisor on board detects, and the response of the robot to each."""
     keys = ("name", "sentence", "answer", "latched", "forbids_arming", "severity")
     rows: list[dict[str, Any]] = [dict(zip(keys, row, strict=True)) for row in _core.fault_table()]
-    if as_json:
-        print_json({"faults": rows})
-        return
     heads = ["fault", "meaning", "answer", "latched", "forbids arming", "severity"]
     cells = [[*map(row.get, keys[:3]), *("yes" if row[key] else "" for key in keys[3:5]), row[keys[5]]] for row in rows]
-    print_lines([Table(heads, cells, left=range(6))])
+    table = Table(heads, cells, left=range(6))
+    emit(rows, record=lambda rows: {"faults": rows}, lines=lambda _: [table], as_json=as_json)
 
 
 def _wires(wiring: Wiring) -> list[dict[str, Any]]:
@@ -97,13 +94,6 @@ def _wiring_record(wiring: Wiring) -> dict[str, Any]:
     """Return the JSON record."""
     divider = {f"{name}_ohm": value for name, value in wiring.divider._asdict().items()}
     return {"wires": _wires(wiring), "battery_divider": divider} | made_by(wiring.robot)
-
-
-def _figure(wiring: Wiring) -> Any:
-    """Plot the wiring."""
-    from hypertuna.firmware.plots import plot_wiring  # slow to import
-
-    return plot_wiring(wiring)
 
 
 def _wiring_lines(wiring: Wiring) -> Iterator[Any]:

@@ -13,11 +13,6 @@ from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.optimize import METHODS
 
-Strouhal = Annotated[
-    Sequence[float] | None,
-    opt.interval("--strouhal", "1", "Range of the Strouhal number."),
-]
-
 
 @dataclass(frozen=True)
 class SearchOptions:
@@ -101,7 +96,7 @@ class SwimLimits(GaitLimits):
     """Limits of a gait and of its swim."""
 
     max_torque: Annotated[float | None, opt.number("--max-torque", "N m", "Maximum torque of a joint in N m.")] = None
-    strouhal: Strouhal = None
+    strouhal: Annotated[Sequence[float] | None, opt.interval("--strouhal", "1", "Range of the Strouhal number.")] = None
 
     def make(self, robot: Robot, **limits: Any) -> tuple[Limit, ...]:
         """Return the limits, with more of `gait_limits` in SI units."""

@@ -12,7 +12,8 @@ from typing import Annotated, Any
 import typer
 
 from hypertuna.cli import options as opt
-from hypertuna.cli.console import print_json, print_lines, print_written, progress_bar
+from hypertuna.cli.console import progress_bar
+from hypertuna.cli.emit import emit
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import counted
 from hypertuna.parallel.executors import cluster
@@ -67,13 +68,10 @@ def write_shards(
     shards = open_shards(str(output))
     missing = len(shards.missing())
     facts = {"folder": output, "items": shards.total, "shards": len(shards), "made": made, "missing": missing}
-    if as_json:
-        print_json(facts)
-        return True
     there = f"{counted(made, 'shard')} made, {missing} of {len(shards)} missing"
     merge = f"hypertuna shards merge {shlex.quote(str(output))} -o FILE.nc"
-    print_lines([(there, "bold"), "Other parts make them." if missing else f"Merge them: {merge}"])
-    print_written(output)
+    lines = [(there, "bold"), "Other parts make them." if missing else f"Merge them: {merge}"]
+    emit(facts, record=dict, lines=lambda _: lines, written=(output,), as_json=as_json)
     return True
 
 
@@ -91,11 +89,9 @@ def merge_command(
     check_text(shards.total, output, False)
     with progress_bar("reading") as progress:
         write_merged(shards, output, progress)
-    if as_json:
-        print_json({"folder": folder, "items": shards.total, "shards": len(shards), "written": output, **shards.header})
-        return
-    print_lines([(f"{counted(len(shards), 'shard')} of {folder}, {shards.total} results: all there and whole", "bold")])
-    print_written(output)
+    facts = {"folder": folder, "items": shards.total, "shards": len(shards), "written": output, **shards.header}
+    there = f"{counted(len(shards), 'shard')} of {folder}, {shards.total} results: all there and whole"
+    emit(facts, record=dict, lines=lambda _: [(there, "bold")], written=(output,), as_json=as_json)
 
 
 def _placeless(words: Sequence[str]) -> str:

@@ -19,7 +19,7 @@ from hypertuna.actuation.soft_joint import drive_unit, joint_group
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot
-from hypertuna.display import Plotted, Tabular, columns_of
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
 from hypertuna.fe.measure import Measured, measure
 from hypertuna.fe.model import FeModel, FeOptions, equilibrium, fe_model
@@ -43,7 +43,7 @@ Each = Callable[[FeModel, int, Measured], None]
 
 
 @dataclass(frozen=True)
-class FeBend(Plotted, Tabular, data=lambda bend: columns_of(bend.record()["steps"])):
+class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
     """Bend of a joint under the pressure of one side, in three dimensions and without friction."""
 
     robot: Robot

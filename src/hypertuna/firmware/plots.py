@@ -4,6 +4,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
+from hypertuna.display import plots
 from hypertuna.figures import BODY, COLORS, EDGE, FAINT, INK, WIDTH, styled
 from hypertuna.firmware.wiring import Wire, Wiring
 
@@ -14,6 +15,7 @@ BUSES = ("pulses", "analog", "digital", "Serial", "I2C")
 HALF, REACH = 1.0, 4.6  # width of half the board; how far the figure reaches from its middle
 
 
+@plots.of(Wiring)
 @styled
 def plot_wiring(wiring: Wiring, *, width: float = WIDTH) -> Figure:
     """Plot the board from above with the part at every used pin: `width` [inch]."""

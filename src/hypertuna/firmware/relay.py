@@ -4,10 +4,11 @@ import contextlib
 import socket
 import time
 from dataclasses import fields
-from typing import Any, Self
+from typing import Any
 
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.firmware.channel import Air, RadioModel
+from hypertuna.io.files import Closing
 from hypertuna.ranges import FINITE
 
 HOST = "127.0.0.1"
@@ -33,7 +34,7 @@ def radio_model(text: str) -> RadioModel:
     return RadioModel(**attributes)
 
 
-class Relay:
+class Relay(Closing):
     """Carry bytes between a board and a ground station (UDP, `port`) over the modeled radio."""
 
     def __init__(self, board: str, port: int, model: RadioModel, *, seed: int = 0) -> None:
@@ -48,10 +49,8 @@ class Relay:
         if self.stream:
             self._board.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Close both ends."""
         self.ground.close()
         self._board.close()
 

@@ -14,7 +14,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.description.schema.water import LAWS
-from hypertuna.display import Plotted, Tabular, columns_of
+from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, InputErrors, shown
 from hypertuna.identification.coefficients import Free, free, from_scale, with_fit
 from hypertuna.identification.experiment import Experiment, experiment
@@ -43,7 +43,7 @@ SNAP = 1e-6  # of the allowed range: a value closer than this to a bound is set 
 
 
 @dataclass(frozen=True)
-class Fit(Plotted, Tabular, data=lambda fit: columns_of(fit.parameters)):
+class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
     """A fit of free coefficients to trials."""
 
     robot: Robot  # with the fitted values, and a table [fit]

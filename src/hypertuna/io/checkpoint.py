@@ -15,10 +15,10 @@ import warnings
 import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from hypertuna.errors import DamageWarning, InputError, shown
-from hypertuna.io.files import read_bytes, unwritable
+from hypertuna.io.files import Closing, read_bytes, unwritable
 
 MARK = "hypertuna journal"
 ANOTHER = "give another file, or remove this one to start over"
@@ -30,7 +30,7 @@ def read_header(path: str | Path) -> dict[str, Any]:
     return _header(str(path), read_bytes(path).splitlines(keepends=True))[0]
 
 
-class Journal:
+class Journal(Closing):
     """A file of JSON lines: the header, then one record per question with its answer.
 
     Each record is on the disk before work continues. A torn last line is dropped; a damaged line is dropped with all
@@ -67,12 +67,6 @@ class Journal:
         except BaseException:
             self.close()
             raise
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     @property
     def known(self) -> int:

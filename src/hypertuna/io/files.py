@@ -11,15 +11,30 @@ import os
 import re
 import tempfile
 import tomllib
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import suffix
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+class Closing(ABC):
+    """A context that closes itself."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give back what it holds."""
 
 
 @functools.cache

@@ -7,11 +7,11 @@ import io
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import IO, Any, Self
+from typing import IO, Any
 
 from hypertuna.errors import InputError
 from hypertuna.io.extras import need
-from hypertuna.io.files import read_bytes, unwritable
+from hypertuna.io.files import Closing, read_bytes, unwritable
 
 CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
 NANO = 1_000_000_000
@@ -52,7 +52,7 @@ class _Memory(io.RawIOBase):
         return content
 
 
-class McapWriter:
+class McapWriter(Closing):
     """A log that is being written: a context that closes it.
 
     The library writes to memory, for it cannot handle a full disk; `flush` writes to the file, and raises InputError.
@@ -74,12 +74,6 @@ class McapWriter:
         self._memory = _Memory()
         self._file = foxglove.open_mcap(self._memory, context=self._context, writer_options=options)
         self.channels: dict[str, Any] = {}  # by topic
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def channel(self, topic: str, make: Callable[..., Any], **options: Any) -> Any:
         """Return the channel of a topic, made at the first call."""

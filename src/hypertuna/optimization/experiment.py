@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import Journal, read_header
+from hypertuna.io.files import Closing
 from hypertuna.optimization.constraints import Limit, gait_quantities
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.optimize import choose_objective, make_optimizer
@@ -24,7 +25,7 @@ GOALS = ("maximize", "minimize", "speed", "weight")
 OPTIONS = ("robot", *GOALS, "bounds", "limits", "method", "particles", "iterations", "seed")
 
 
-class TankSearch:
+class TankSearch(Closing):
     """A search whose points a tank evaluates. The journal is its whole state: opened again, the search goes on.
 
     A new journal needs the options of the search; an old one holds them.
@@ -47,10 +48,8 @@ class TankSearch:
             self._journal.close()
             raise
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Close the journal."""
         self._journal.close()
 
     @property

@@ -6,10 +6,11 @@ import contextlib
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, NoReturn, Self
+from typing import Any, NoReturn
 
 from hypertuna import _core
 from hypertuna.errors import InputError, shown
+from hypertuna.io.files import Closing
 from hypertuna.radio.dialect import dialect, mavutil
 from hypertuna.swimming.gait import Gait, lags
 
@@ -79,7 +80,7 @@ def _hung_up() -> NoReturn:
     raise ConnectionResetError("the other end closed the connection")
 
 
-class Client:
+class Client(Closing):
     """A robot at the other end of a connection; heartbeats are sent while waiting.
 
     The robot is the first vehicle that sends a heartbeat. Messages of others, such as a tank's camera or another
@@ -95,12 +96,6 @@ class Client:
         self.messages = 0  # number of the robot's messages
         self.texts: list[str] = []  # of STATUSTEXT
         self.last: dict[str, Any] = {}  # the robot's latest message of each kind
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Close the connection."""

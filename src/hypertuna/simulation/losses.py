@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from hypertuna.actuation.battery import battery_columns
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.display import Plotted, Tabular, columns_of
+from hypertuna.display import Plotted, Tabular
 from hypertuna.io.quantity import Quantity
 from hypertuna.ranges import check_choice
 from hypertuna.simulation.recorded import LOSSES
@@ -32,7 +32,7 @@ class Loss(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Losses(Plotted, Tabular, data=lambda losses: columns_of(losses.rows)):
+class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
     """Mean losses over a part of a run; they add up to the power that the battery's cells give."""
 
     title: str  # robot and gait

@@ -173,14 +173,11 @@ ERRORS = (0, 0.25, 0.5, 1, 2, 5, 10, 20, 40)  # deg, that are marked
 
 @plots.of(PostureTest)
 @styled
-def plot_posture(test: PostureTest, *, example: float | None = None, width: float = WIDTH) -> Figure:
-    """Plot the paper's Fig. 8: how a joint's bend grows to its set angle, and the error of its peaks.
-
-    `example` [Hz], `width` [inch].
-    """
+def plot_posture(test: PostureTest, *, width: float = WIDTH) -> Figure:
+    """Plot the paper's Fig. 8: how a joint's bend grows to its set angle, and its peaks' error: `width` [inch]."""
     joints = list(dict.fromkeys(one.joint for one in test.held))
     frequencies = sorted({one.frequency for one in test.held})
-    shown = example if example in frequencies else frequencies[min(1, len(frequencies) - 1)]
+    shown = frequencies[min(1, len(frequencies) - 1)]
     rows = 3 if test.reach else 2
     beside = width > 6 and len(joints) > 1  # else one joint below the other
     tall = rows if beside else rows * len(joints)
@@ -204,7 +201,6 @@ def plot_limits(
     ratio: Mapping[str, ArrayLike],
     bandwidth: float,
     *,
-    label: str = "amplitude reached over set",
     width: float = WIDTH,
 ) -> Figure:
     """Plot the amplitude that joints reach against the frequency, beside a first-order lag.
@@ -219,7 +215,7 @@ def plot_limits(
     axes.plot(fine, lag, color=INK, lw=1.1, ls=(0, (4, 2)), label=f"first-order lag of {bandwidth:g} Hz")
     for k, (name, values) in enumerate(ratio.items()):
         axes.plot(hertz, values, color=COLORS[k], marker=SHAPES[k], **POINTS, label=name)
-    axes.set(xlabel="frequency [Hz]", ylabel=label, xlim=(0, fine[-1]), ylim=(0, None))
+    axes.set(xlabel="frequency [Hz]", ylabel="amplitude reached over set", xlim=(0, fine[-1]), ylim=(0, None))
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
 
