@@ -348,7 +348,11 @@ def test_text_is_escaped_and_cut() -> None:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.1234, "0.123"), (1234.5, "1234"), (-0.0, "-0"), (float("nan"), "–"), (1e-9, "1e-09"), (99.96, "100.0")],
+    [
+        *((0.1234, "0.123"), (1234.5, "1234"), (-0.0, "-0"), (float("nan"), "–"), (1e-9, "1e-09"), (99.96, "100.0")),
+        *((None, "–"), (0.0, "0"), (1e-4, "0.000100"), (9.99e-5, "9.99e-05"), (1.1e-4, "0.000110")),
+        *((1e6, "1e+06"), (999999.0, "999999"), (-0.5, "-0.500")),
+    ],
 )
 def test_numbers_are_written_to_three_digits(value: float, text: str) -> None:
     assert number(value) == text
@@ -388,3 +392,135 @@ def test_a_card_names_a_bound_with_its_unit() -> None:
     page = best._repr_html_()
     assert "<span>phase II</span><b>20 deg (upper bound)</b>" in page
     assert "<span>frequency</span><b>6 Hz (upper bound)</b>" in page
+
+
+def test_a_figure_is_as_wide_as_two_columns_unless_told(made: dict[str, Any]) -> None:
+    assert made["gradient"].plot().get_figwidth() == 7.2
+    assert made["gradient"].plot(width=5).get_figwidth() == 5
+    content = made["gradient"].plot(width=5)._repr_png_()
+    assert int.from_bytes(content[16:20], "big") == 720  # 144 dots per inch
+
+
+def test_a_table_is_set_left_in_its_first_column_and_gives_way_nowhere() -> None:
+    plain = Table(("a",), ())
+    assert (plain.left, plain.fold, plain.whole, plain.tight) == ((0,), -1, -1, False)
+    assert Table(("a", "long"), [("abc", "x"), ("b", ("y", "bold"))]).width() == 3 + 2 + 4 + 2
+
+
+@pytest.mark.parametrize(
+    ("facts", "rows", "lines"),
+    [
+        (0, 4, ["t", "r0", "r1", "r2", "r3"]),
+        (0, 5, ["t", "r0", "r1", "r2", "... and 2 more"]),
+        (1, 3, ["t", "f0", "r0", "r1", "r2"]),
+        (1, 4, ["t", "f0", "r0", "r1", "... and 2 more"]),
+        (2, 2, ["t", "f0", "f1", "r0", "r1"]),
+        (3, 1, ["t", "f0", "f1", "f2", "r0"]),
+        (3, 2, ["t", "f0", "f1", "f2"]),  # a line has no room for "more"
+        (4, 1, ["t", "f0", "f1", "...", "r0"]),
+        (4, 0, ["t", "f0", "f1", "..."]),
+    ],
+)
+def test_a_text_of_five_lines_leaves_out_facts_before_rows(facts: int, rows: int, lines: list[str]) -> None:
+    wide = {f"f{k}": "x" * 96 for k in range(facts)}  # a line each
+    text = card_text(Card("t", [Facts(wide), Table(("a",), [(f"r{k}",) for k in range(rows)])]))
+    assert [line.split(" x")[0] for line in text.splitlines()] == lines
+
+
+def test_lines_are_cut_at_a_hundred_letters() -> None:
+    for last, end in (("longe", "longe"), ("longer", "word ...")):  # 100 and 101 letters
+        line = card_text(Card("t", [f"{'word ' * 19}{last}"])).splitlines()[1]
+        assert len(line) <= 100
+        assert line.endswith(end)
+
+
+def test_sentences_are_shown_but_for_faint_ones_in_text() -> None:
+    card = Card("t", ["One.", ("Two.", "bold"), ("Three.", "dim"), ""])
+    assert card_text(card) == "t\nOne. Two."
+    page = card_html(card)
+    assert re.findall("<p>(.*?)</p>", page) == ["One.", "Two.", "Three."]
+
+
+def test_a_page_has_title_picture_and_parts_in_order() -> None:
+    rows = [("a", "1.5 m"), ("b", ("–", "dim")), ("c", "-2e-05")]
+    card = Card("t", [Facts({"length": "2 m"}), Table(("name", "of\nwhat"), rows), Facts({})], lambda: "<svg></svg>")
+    page = card_html(card)
+    assert page.startswith('<div class="ht-card"><style>')
+    head = '<tr><th class="ht-left">name</th><th >of what</th></tr>'
+    body = "".join(
+        f'<tr><td class="ht-left">{k}</td><td >{v}</td></tr>'
+        for k, v in zip("abc", ("1.5 m", "–", "-2e-05"), strict=True)
+    )
+    assert page.partition("</style>")[2] == (
+        '<div class="ht-title">t</div><svg></svg>'
+        '<div class="ht-facts"><div><span>length</span><b>2 m</b></div></div>'
+        f'<div class="ht-wide"><table class="ht-table"><thead>{head}</thead><tbody>{body}</tbody></table></div></div>'
+    )
+    assert '<td class="ht-left">n/a</td>' in card_html(Card("t", [Table(("a", "b"), [("x", "1"), ("y", "n/a")])]))
+
+
+@pytest.mark.parametrize(("rows", "more"), [(8, None), (9, "1 more rows"), (11, "3 more rows")])
+def test_a_table_of_more_than_eight_rows_is_folded(rows: int, more: str | None) -> None:
+    page = card_html(Card("t", [Table(("a",), [(f"{k}",) for k in range(rows)])]))
+    assert re.findall("<summary>(.*?)</summary>", page) == ([more] if more else [])
+    assert page.partition("<details>")[0].count("<tr>") == 1 + min(rows, 8)
+    assert page.count("<tr>") == 1 + rows + (rows > 8)
+
+
+class Clock:
+    """A clock that is set."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        """Return the time."""
+        return self.now
+
+
+def test_progress_is_shown_after_half_a_second_and_ten_times_a_second(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = Clock()
+    monkeypatch.setattr("time.monotonic", clock)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    report = ht.progress_bar("gaits")
+    shown = []
+    for now, count in ((100.45, 1), (100.5, 2), (100.59, 3), (100.61, 4), (104.0, 0), (104.05, 10)):
+        clock.now = now
+        report(count, 10)
+        shown.append(capsys.readouterr().err)
+    texts = [text.strip("\r\n ") for text in shown]
+    assert texts == [
+        *("", "2 of 10 gaits, 2 s left", "", "4 of 10 gaits, 1 s left", "0 of 10 gaits, 4 s", "10 of 10 gaits, 4 s"),
+    ]
+    assert [text[-1:] for text in shown] == ["", " ", "", " ", " ", "\n"]
+    assert len(shown[1]) == 61
+
+
+def test_progress_in_a_notebook_is_one_line_that_vanishes(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, calls = Clock(), []
+    monkeypatch.setattr("time.monotonic", clock)
+
+    class Handle:
+        def update(self, content: dict[str, str], raw: bool = False) -> None:
+            calls.append(("update", raw, content["text/html"]))
+
+    def place(content: dict[str, str], raw: bool = False, display_id: bool = False) -> Handle | None:
+        calls.append((f"place {display_id}", raw, content["text/html"]))
+        return Handle() if display_id else None
+
+    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=1)))
+    monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=place))
+    report = ht.progress_bar("gaits")
+    for count in (1, 2, 4):
+        clock.now += 1
+        report(count, 4)
+    bar = '<progress value="{0}" max="4"></progress> {0} of 4 gaits, {1} s left'
+    assert calls == [("place True", True, bar.format(1, 3)), ("update", True, bar.format(2, 2)), ("update", True, "")]
+    calls.clear()
+    report = ht.progress_bar("gaits")
+    report(4, 4)  # at once: nothing to take away
+    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: SimpleNamespace()))
+    clock.now += 1
+    ht.progress_bar("gaits")(1, 4)  # a shell without notebook
+    assert not calls

@@ -11,7 +11,7 @@ import hypertuna as ht
 from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission
 from hypertuna.errors import InputError
-from hypertuna.mission.file import parse_mission
+from hypertuna.mission.file import _joined, parse_mission
 from hypertuna.mission.run import fly_part, mission_start
 from hypertuna.simulation.sea import DIP
 
@@ -127,3 +127,8 @@ def test_a_robot_is_held_until_it_is_released(robot: ht.Robot) -> None:
     assert heights[0] == pytest.approx(0.086, abs=1e-3)
     assert heights[-1] < -0.1
     assert record["acceleration_measured"][50:100].mean(axis=0) == pytest.approx([0, 0, 9.81], abs=0.1)
+
+
+def test_gaps_that_meet_are_one() -> None:
+    assert _joined([(0, 1), (1, 2), (3, 3), (4, 6), (5, 5.5)]) == ((0, 2), (4, 6))
+    assert _joined([(0, 1), (1.5, 2)]) == ((0, 1), (1.5, 2))

@@ -4,6 +4,7 @@ import json
 import math
 import runpy
 import sys
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -278,3 +279,8 @@ def test_markers_give_the_coefficients_back_within_their_intervals(tmp_path):
     for truth, low, high in zip((1.3, 1.3, 1.0), fit.uncertainty.low, fit.uncertainty.high, strict=True):
         assert low < truth < high
         assert high - low < 0.7 * truth
+
+
+def test_markers_are_in_meters_y_up_and_half_sure_unless_told() -> None:
+    defaults = {name: one.default for name, one in signature(read_markers).parameters.items() if name != "path"}
+    assert defaults == {"scale": 1.0, "frame_rate": None, "y_down": False, "min_likelihood": 0.5, "individual": None}

@@ -15,7 +15,7 @@ from hypertuna.trials.comparison import compare_recording, how_begun, replay_rec
 from hypertuna.trials.manifest import Recording, parse_manifest
 from hypertuna.trials.replay import head_center, joint_grid, replay, replay_jacobian
 from hypertuna.trials.smoothing import smooth
-from hypertuna.trials.start import Velocity, beat_of, begin_together, begins_in_motion
+from hypertuna.trials.start import Unknown, Velocity, beat_of, begin_together, begins_in_motion
 from hypertuna.trials.tracks import JointSeries, Track, lag_of
 from hypertuna.trials.trials import Trials
 
@@ -235,3 +235,19 @@ def test_a_run_ends_where_the_nose_comes_near_a_wall(tmp_path):
     assert (track.pose[:, 0] + 0.06 * np.cos(track.pose[:, 2])).min() >= low + 0.05
     with pytest.raises(ht.InputError, match="lower wall_distance_m, or correct the walls"):
         manifest(tmp_path, tank=tank | {"wall_distance_m": 3.0})
+
+
+def test_the_velocity_of_the_head_s_center_is_that_of_the_nose_half_a_link_ahead():
+    fish = ht.load("hypertuna")
+    half = fish.links.length[0] / 2
+    np.testing.assert_allclose(Velocity(0.2, 0.1, 0.5).twist(fish), [-0.2, -0.1 - 0.5 * half, 0.5])
+    np.testing.assert_array_equal(Velocity().twist(fish), [0, 0, 0])
+
+
+def test_the_noise_of_frames_grows_with_the_residual_beyond_white_noise():
+    least = np.array([1.0, 2.0, 0.5])
+    for runs in (1, 2):  # of 8 frames together
+        told = Unknown(np.repeat(np.arange(runs), 8 // runs), np.zeros((8, 3)), np.tile(least, (runs, 1)), True, False)
+        for size, factor in ((0.0, 1.0), (1.0, 1.0), (2.0, math.sqrt(1 + 8 / runs * 3))):
+            np.testing.assert_allclose(told.noise(size * np.tile(least, (8, 1)), None), factor * least)
+        np.testing.assert_array_equal(told.noise(np.zeros((8, 3)), np.array([3.0, 1.0, 0.1])), [3.0, 2.0, 0.5])
