@@ -36,7 +36,8 @@ def naming(pattern: str, *under: str) -> list[str]:
     [
         ("braking", 2),  # of a servo, from numbers that are there
         ("windings", 3),  # and an example in a docstring
-        (r"seals|seal_friction(?:_n)?", 6),  # with a key of its own, which `hypertuna pump` adds to the torque
+        # Of the pump, with a key that the core calls otherwise, and that `hypertuna pump` adds to the torque.
+        (r"seals?|seal_friction(?:_n)?", 7),
     ],
 )
 def test_a_loss_is_named_by_few_files(loss: str, most: int) -> None:

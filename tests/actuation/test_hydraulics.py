@@ -157,7 +157,7 @@ def test_size_by_its_parts(tuna: ht.Robot, sizes: list[Size]) -> None:
             assert needed * (1 + getattr(size, f"{part}_margin")) == pytest.approx(limit)
         row = circuits(tuna).row(0)
         slope = _core.displaced(circuits(tuna).values[0], np.linspace(-size.stroke, size.stroke, 101))[:, 1]
-        against = working_pressure(tuna) + row["seal_friction"] / row["area"]  # Pa on the piston
+        against = working_pressure(tuna) + row["seal"] / row["area"]  # Pa on the piston
         assert against * slope[50] <= size.torque - row["friction"] <= against * slope.max()
 
 

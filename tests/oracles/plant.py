@@ -198,7 +198,7 @@ class Circuit:
     rod: float
     neutral: float
     chamber: float
-    seal_friction: float
+    seal: float
     stall_torque: float
     speed: float
     bandwidth: float
@@ -248,7 +248,7 @@ class Circuit:
         """Acceleration of the servo [rad/s^2]: a critically damped loop within the torque-speed line."""
         loop = 2 * np.pi * self.bandwidth / np.sqrt(np.sqrt(2) - 1)
         lever = abs(self.lever(angle)) / self.area  # m of the piston per rad
-        rubbed = (self.friction + self.seal_friction * lever) * rate / np.hypot(rate, 0.05)
+        rubbed = (self.friction + self.seal * lever) * rate / np.hypot(rate, 0.05)
         motor = [self.stall_torque * (sign * supply / self.voltage - rate / self.speed) for sign in (-1, 1)]
         least, most = ((torque - load - rubbed) / self.inertia for torque in motor)
         return float(np.clip(loop**2 * (target - angle) - 2 * loop * rate, least, most))

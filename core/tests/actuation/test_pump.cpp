@@ -41,7 +41,7 @@ static void crank_by_hand() {
         Dual<double, 1> x(angle);
         x.d[0] = 1;
         const auto dual =
-            displaced(Pump<Dual<double, 1>>{p.area, p.crank, p.rod, p.neutral, p.start, p.chamber, p.seal_friction}, x);
+            displaced(Pump<Dual<double, 1>>{p.area, p.crank, p.rod, p.neutral, p.start, p.chamber, p.seal}, x);
         CHECK_NEAR(dual.d[0], displaced_slope(p, angle), 1e-19);
     }
 }
@@ -134,7 +134,7 @@ static void seals_by_hand() {
     const CircuitState<double> turning{0.4, 4.0, 1e-5, 1e-6}, back{0.4, -4.0, 1e-5, 1e-6};
     const double slope = travel(c.pump, 0.4).slope;
     CHECK(power(turning).seals == 0);
-    c.pump.seal_friction = 15;
+    c.pump.seal = 15;
     for (const CircuitState<double>& at : {turning, back}) {
         CHECK_NEAR(power(at).seals, 15 * slope * 4, 5e-4);
         CHECK_NEAR(power(at).gears, 0.3 * 4, 5e-4);
@@ -256,7 +256,7 @@ static void rows_and_floats() {
     double row[circuit_column_count];
     for (int k = 0; k < circuit_column_count; ++k) row[k] = k + 1;
     const Circuit<double> counted = read_circuit<double>(row);
-    CHECK(counted.pump.area == 1 && counted.pump.seal_friction == 7 && counted.servo.stall_torque == 8);
+    CHECK(counted.pump.area == 1 && counted.pump.seal == 7 && counted.servo.stall_torque == 8);
     CHECK(counted.servo.inertia == 15 && counted.resistance == 16 && counted.oil_pump == 19);
     CHECK(counted.air == 24 && counted.cavitation == 25 && circuit_column_count == 25);
 
@@ -267,7 +267,7 @@ static void rows_and_floats() {
                                               c.pump.neutral,
                                               c.pump.start,
                                               c.pump.chamber,
-                                              c.pump.seal_friction,
+                                              c.pump.seal,
                                               c.servo.stall_torque,
                                               c.servo.speed,
                                               c.servo.bandwidth,

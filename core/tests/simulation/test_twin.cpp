@@ -236,7 +236,7 @@ static void losses_add_up(bool first, bool second) {
     Robot<Law> robot;
     robot.direct[0] = first, robot.direct[1] = second;
     for (int j = 0; j < 2; ++j) robot.armature[j] = robot.direct[j] ? robot.circuit[2 * j].servo.inertia : 0;
-    for (Circuit<double>& circuit : robot.circuit) circuit.pump.seal_friction = 10, circuit.loss = 1e12;
+    for (Circuit<double>& circuit : robot.circuit) circuit.pump.seal = 10, circuit.loss = 1e12;
     TwinState<double, 3> state = robot.run(60);
     for (int k = 60; k < 110; ++k) {
         double target[6] = {};

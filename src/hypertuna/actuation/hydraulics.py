@@ -130,11 +130,8 @@ def drive_names(robot: Robot, *, oil: bool = False) -> tuple[str, ...]:
 
     oil: those of circuits alone.
     """
-    names: list[str] = []
-    for group in robot.joints:
-        own = [f"{group.name}{end}" for end in group.drive.servos if group.drive.oil or not oil]
-        names += (*own, "", "")[: len(SIDES)]
-    return tuple(names)
+    own = ([f"{one.name}{end}" for end in one.drive.servos if one.drive.oil or not oil] for one in robot.joints)
+    return tuple(name for names in own for name in (*names, "", "")[: len(SIDES)])
 
 
 def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
@@ -222,6 +219,7 @@ def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: fl
         "area": area,
         "start": on,
         "chamber": chamber,
+        "seal": pump.seal_friction,
         "stall_torque": servo.torque,
         "resistance": line_resistance(line.length, line.bore, nu * oil.density),
         "loss": line_loss(line.bore, line.loss, oil.density),

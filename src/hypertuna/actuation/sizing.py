@@ -248,7 +248,7 @@ def _servo(
     """Compute loads and limits of a servo in a beat, at a fraction of its rated voltage."""
     slopes = _core.displaced(row, np.ascontiguousarray(target.ravel()))[:, 1]
     return {
-        "torque": (limit + column["seal_friction"] / column["area"]) * float(slopes.max()) + column["friction"],
+        "torque": (limit + column["seal"] / column["area"]) * float(slopes.max()) + column["friction"],
         "torque_limit": column["stall_torque"] * voltage,
         "servo_speed": float(np.abs(np.diff(target, axis=0)).max() / interval),
         "servo_speed_limit": column["speed"] * voltage,

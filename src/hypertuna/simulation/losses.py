@@ -15,11 +15,6 @@ from hypertuna.simulation.recorded import LOSSES
 
 SMALL = 5e-3  # part of the power below which a loss is not named
 PLACES = ("battery", "servos", "oil", "joints", "water")  # in the order of the power's path
-OF_BATTERY = {
-    "resistance": "inner resistance of the cells",
-    "converter": "converter of the servos",
-    "electronics": "board, sensors and radio",
-}
 
 
 class Loss(NamedTuple):
@@ -104,13 +99,15 @@ def losses_of(robot: Robot, title: str, data: dict[str, Array], rows: slice) -> 
     battery = battery_columns(robot)
     voltage, current = data["battery_voltage"][rows], data["battery_current"][rows]
     given = float((voltage * current).mean())
-    of_battery = {
-        "resistance": battery["resistance"] * float((current**2).mean()),
-        "converter": given - battery["electronics"] - float(data["power"][rows].mean()),
-        "electronics": battery["electronics"],
-    }
-    losses = [Loss(name, "battery", of_battery[name], text) for name, text in OF_BATTERY.items()]
-    losses += [
+    heat, board = battery["resistance"] * float((current**2).mean()), battery["electronics"]
+    converted = given - board - float(data["power"][rows].mean())
+    of_servos = (
         Loss(name, place, float(data[f"loss_{name}"][rows].mean()), text) for name, (place, text) in LOSSES.items()
-    ]
-    return Losses(title, tuple(losses))
+    )
+    losses = (
+        Loss("resistance", "battery", heat, "inner resistance of the cells"),
+        Loss("converter", "battery", converted, "converter of the servos"),
+        Loss("electronics", "battery", board, "board, sensors and radio"),
+        *of_servos,
+    )
+    return Losses(title, losses)

@@ -9,15 +9,15 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 template <class S>
 struct Pump {
-    S area;           // m^2 of the piston
-    S crank;          // m
-    S rod;            // m, longer than the crank
-    S neutral;        // rad of the crank from full retraction, servo at zero
-    S start;          // m of travel from full retraction there
-    S chamber;        // m^3 in the cylinder there
-    S seal_friction;  // N that the piston's seals rub away in motion, and hold at rest
+    S area;     // m^2 of the piston
+    S crank;    // m
+    S rod;      // m, longer than the crank
+    S neutral;  // rad of the crank from full retraction, servo at zero
+    S start;    // m of travel from full retraction there
+    S chamber;  // m^3 in the cylinder there
+    S seal;     // N that the piston's seals rub away in motion, and hold at rest
 };
-#define HYPERTUNA_PUMP_COLUMNS "area", "crank", "rod", "neutral", "start", "chamber", "seal_friction"
+#define HYPERTUNA_PUMP_COLUMNS "area", "crank", "rod", "neutral", "start", "chamber", "seal"
 
 /// Travel of the piston from full retraction and its derivative by the crank's angle.
 template <class S>
@@ -50,7 +50,7 @@ HYPERTUNA_INLINE S displaced_slope(const Pump<S>& pump, const S& angle) {
 /// Torque of the seals' friction on the servo where the piston moves `slope` per angle, N m.
 template <class S>
 HYPERTUNA_INLINE S sealing(const Pump<S>& pump, const S& slope) {
-    return pump.seal_friction * abs(slope);
+    return pump.seal * abs(slope);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
