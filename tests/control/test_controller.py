@@ -91,7 +91,11 @@ def test_constants_by_hand(robot: ht.Robot, columns: dict[str, list[float]]) -> 
 
 def test_the_load_of_the_water_is_that_of_a_whole_beat(robot: ht.Robot) -> None:
     """Both joints beat in phase at their largest bends, ten times as many instants of the beat."""
-    amplitude, zero, clock = [group.bend_max for group in robot.joints], [0.0, 0.0], np.linspace(0, 2 * math.pi, 641)
+    amplitude, zero, clock = (
+        [group.bend_max or 0.0 for group in robot.joints],
+        [0.0, 0.0],
+        np.linspace(0, 2 * math.pi, 641),
+    )
     model = core_model(robot, {"joints.bandwidth": [math.inf] * 2})
     motion = _core.joint_motion(model, frequency=2.0, amplitude=amplitude, phase=zero, bias=zero, clock=clock)
     torque = _core.dynamics(model, motion, np.zeros((641, 3)))["torque"]
