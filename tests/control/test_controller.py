@@ -12,11 +12,12 @@ from hypertuna import _core
 from hypertuna.actuation.hydraulics import circuits
 from hypertuna.actuation.new import first_robot
 from hypertuna.actuation.soft_joint import joint_models
-from hypertuna.control.controller import controller_columns, pump_map
+from hypertuna.control.controller import _water_load, controller_columns, pump_map
 from hypertuna.description.changes import changed
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
+from hypertuna.swimming.model import core_model
 
 # Pa, limits of HyperTuna's controller that its gaits reach.
 LOW_LIMITS = {"work": 200e3, "soft": 250e3, "hard": 300e3}
@@ -86,6 +87,20 @@ def test_constants_by_hand(robot: ht.Robot, columns: dict[str, list[float]]) -> 
         "pressure_work": 440e3, "pressure_soft": 550e3, "pressure_hard": 660e3, "pressure_step": 440e3,
     }  # fmt: skip
     assert {name: columns[name] for name in expected} == {name: [pytest.approx(x)] for name, x in expected.items()}
+
+
+def test_the_load_of_the_water_is_that_of_a_whole_beat(robot: ht.Robot) -> None:
+    """Both joints beat in phase at their largest bends, ten times as many instants of the beat."""
+    amplitude, zero, clock = (
+        [group.bend_max or 0.0 for group in robot.joints],
+        [0.0, 0.0],
+        np.linspace(0, 2 * math.pi, 641),
+    )
+    model = core_model(robot, {"joints.bandwidth": [math.inf] * 2})
+    motion = _core.joint_motion(model, frequency=2.0, amplitude=amplitude, phase=zero, bias=zero, clock=clock)
+    torque = _core.dynamics(model, motion, np.zeros((641, 3)))["torque"]
+    largest = [abs(torque[:, list(group.links)] @ np.array(group.share)).max() for group in robot.joints]
+    np.testing.assert_allclose(_water_load(robot, 2.0), largest, rtol=5e-3)
 
 
 def test_a_robot_without_oil_has_no_pressures() -> None:

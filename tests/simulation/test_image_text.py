@@ -5,9 +5,12 @@ from typing import Any
 import pytest
 
 import hypertuna as ht
+from hypertuna.description.changes import changed
+from hypertuna.description.robot import parse
+from hypertuna.description.shape import ASPECT
 from hypertuna.io.files import verdicts
 from hypertuna.simulation import image_text
-from hypertuna.simulation.image_text import VERDICT, robot_facts
+from hypertuna.simulation.image_text import VERDICT, body_text, robot_facts
 
 
 def published_of(robot: ht.Robot, gait: str) -> dict[str, Any]:
@@ -62,3 +65,26 @@ def test_robots_without_published_numbers_have_no_ledger() -> None:
     facts = robot_facts(fish, [fish])
     assert facts["ledger"] is None
     assert not any(gait["published"] for gait in facts["gaits"])
+
+
+def test_links_without_a_space_are_ellipses_as_high_as_their_area() -> None:
+    """The eel's links are as high as their area over their length, and narrower by the usual ratio of fish."""
+    eel = ht.load("rexeel")
+    assert eel.spatial is None
+    for i, link in enumerate(body_text(eel)["links"]):
+        height = eel.links.lateral_area[i] / eel.links.length[i]
+        assert (link["height"], link["width"]) == pytest.approx((height, ASPECT * height))
+        assert (link["length"], link["mass"]) == (eel.links.length[i], eel.links.mass[i])
+
+
+def test_a_gait_of_another_name_has_no_published_numbers() -> None:
+    """Nor has one of the same name with other numbers, nor one of another robot."""
+    tuna = ht.load("hypertuna")
+    other = changed(tuna, {"gaits.optimised-max.frequency_hz": 5.0})
+    document = tuna.document()
+    mine = parse(document | {"gaits": document["gaits"] | {"mine": document["gaits"]["optimised-max"]}})
+    renamed = parse(document | {"name": "another"})
+    assert published_of(tuna, "optimised-max")
+    assert not published_of(other, "optimised-max")
+    assert not published_of(mine, "mine")
+    assert not published_of(renamed, "optimised-max")

@@ -22,7 +22,7 @@ from hypertuna.figures import save, sequence, styled
 from hypertuna.optimization.plots import plot_convergence
 from hypertuna.swimming.animation import animate_swim
 from hypertuna.swimming.gait import named_gait
-from hypertuna.swimming.outline import FRAMES, last_beat, outlines, slowed, swimming_svg
+from hypertuna.swimming.outline import FRAMES, last_beat, outlines, slowed, specks, swimming_svg
 from hypertuna.swimming.plots import plot_ledger, plot_sweep, plot_swim, unroll
 from hypertuna.swimming.plots_turn import plot_turning
 
@@ -256,3 +256,16 @@ def test_axes_do_not_show_rounding(mean: float, tick: str) -> None:
     assert tick in texts
     assert axes.yaxis.get_offset_text().get_text() == ""
     assert not [text for text in texts if "e" in text]
+
+
+@pytest.mark.parametrize(("step", "spacing"), [(0.25, 0.25 / 3), (-0.25, 0.25 / 3), (0.01, 0.08)])
+def test_specks_look_the_same_after_a_beat(step: float, spacing: float) -> None:
+    """A whole number of specks about 0.08 apart lies on the way of a beat; on a shorter one they are 0.08 apart."""
+    dots = specks(np.array([step, 0.0]), 0.2)
+    rows = [dots[dots[:, 1] == y, 0] for y in np.unique(dots[:, 1])]
+    assert_allclose(np.diff(np.unique(dots[:, 1])), 0.08)
+    assert (dots[:, 1].min(), dots[:, 1].max()) == pytest.approx((-0.16, 0.16))  # half a row from the reach
+    for k, row in enumerate(rows):
+        assert_allclose(np.diff(row), spacing)
+        assert row[0] == pytest.approx(-0.3 - abs(step) + spacing * (0.618 * k % 1))
+        assert row[-1] > 1.3 + abs(step) - spacing

@@ -19,6 +19,7 @@ import hypertuna as ht
 from hypertuna.cli.main import main
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.plots_turn import plot_turn
+from hypertuna.swimming.trajectory import center_of
 from hypertuna.swimming.turn import Turning, fit_circle, nose_path, point_radius, tightest, turn
 
 Run = Callable[..., tuple[int, str, str]]
@@ -80,6 +81,16 @@ def test_the_distances_are_least_in_every_direction() -> None:
 
     for shift, wider in ((1e-3, 0), (-1e-3, 0), (1e-3j, 0), (-1e-3j, 0), (0, 1e-3), (0, -1e-3)):
         assert cost(shift, wider) > cost(0, 0)
+
+
+def test_a_beat_turns_about_the_center_of_its_ends() -> None:
+    """A nose that ends where a turn about 3 + 4i takes its start; between, the beat swings it off the circle."""
+    angle = np.array([0.3, 0.5, 0.6, 0.9])
+    nose = 3 + 4j + np.array([2, 2.2, 1.7, 2]) * np.exp(1j * angle)
+    heading = 1 + angle + [0, 0.2, -0.1, 0]
+    parts = {"x": nose.real, "y": nose.imag, "heading": heading}
+    motion = xr.Dataset({name: ("time", values) for name, values in parts.items()})
+    assert center_of(motion) == pytest.approx(3 + 4j)
 
 
 def test_points_on_a_line_have_no_circle() -> None:
