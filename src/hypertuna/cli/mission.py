@@ -91,10 +91,9 @@ def mission_command(
     output: Annotated[
         str | None,
         opt.file_or_shards(
-            *("-o", "--output"),
-            help="Write the log to this .mcap file; with --seeds a table to a .nc or .csv file, or to shards in a "
+            "Write the log to this .mcap file; with --seeds a table to a .nc or .csv file, or to shards in a "
             ".shards folder, which resumes.",
-            suffixes=(".mcap", ".nc", ".csv"),
+            *(".mcap", ".nc", ".csv"),
         ),
     ] = None,
     as_json: opt.AsJson = False,

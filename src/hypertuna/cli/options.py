@@ -110,15 +110,15 @@ def file(name: str, what: str, *suffixes: str) -> Any:
     return option(names, help, "FILE", lambda text, key: parsing.output_file(text, suffixes, key))
 
 
-def file_or_shards(*names: str, help: str, suffixes: Sequence[str]) -> Any:
-    """Declare an option that takes the name of a file, or of a folder of shards, to write."""
+def file_or_shards(help: str, *suffixes: str) -> Any:
+    """Declare --output, which takes the name of a file, or of a folder of shards, to write."""
 
     def read(text: str, key: str) -> str:
         if text.rstrip("/").endswith(SHARDS):
             return parsing.shard_folder(text.rstrip("/"), key)
         return parsing.output_file(text, (*suffixes, SHARDS), key)
 
-    return option(names, help, "FILE", read)
+    return option(("-o", "--output"), help, "FILE", read)
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
@@ -371,10 +371,7 @@ TableOutput = Annotated[str | None, file("--output", "the data", ".nc", ".csv")]
 ShardsOutput = Annotated[
     str | None,
     file_or_shards(
-        "-o",
-        "--output",
-        help="Write the data to this .nc or .csv file, or to shards in this .shards folder, which resumes.",
-        suffixes=(".nc", ".csv"),
+        "Write the data to this .nc or .csv file, or to shards in this .shards folder, which resumes.", ".nc", ".csv"
     ),
 ]
 Force = Annotated[bool, flag("--force", "Replace a file that exists.")]
