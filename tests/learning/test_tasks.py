@@ -98,7 +98,7 @@ def test_an_action_is_a_gait() -> None:
         (2 * low, 0.0, 0.0, 0.0, -0.5),
     ):
         found = span.gait(action)
-        expected = ([frequency], [bend * span.bend], [lag * LAG * np.arange(3)], [bias * span.bend])
+        expected: tuple[Any, ...] = ([frequency], [bend * span.bend], [lag * LAG * np.arange(3)], [bias * span.bend])
         for one, value in zip(found, expected, strict=True):
             np.testing.assert_allclose(one, value)
     each = span.gait(np.array([[-1, -0.5, 0, 0.5, 0, 1, 0, 0, 1]]))

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import hypertuna as ht
 from hypertuna.cli.main import app
 from hypertuna.identification.identify import identify
-from hypertuna.trials.chain import chain_of, check_rank, fit_chain
+from hypertuna.trials.chain import TUKEY, _losses, chain_of, check_rank, fit_chain
 from hypertuna.trials.marker_import import read_marker_run, write_marker_runs
 from hypertuna.trials.marker_places import equal_spacing, read_places
 from hypertuna.trials.markers import read_markers
@@ -284,3 +284,8 @@ def test_markers_give_the_coefficients_back_within_their_intervals(tmp_path):
 def test_markers_are_in_meters_y_up_and_half_sure_unless_told() -> None:
     defaults = {name: one.default for name, one in signature(read_markers).parameters.items() if name != "path"}
     assert defaults == {"scale": 1.0, "frame_rate": None, "y_down": False, "min_likelihood": 0.5, "individual": None}
+
+
+def test_the_loss_of_a_residual_is_zero_at_zero_and_flat_beyond_tukey_s_limit() -> None:
+    loss, _ = _losses(np.array([0.0, TUKEY / 2, TUKEY, 2 * TUKEY]), tukey=True)
+    np.testing.assert_allclose(loss, TUKEY**2 / 6 * np.array([0, 1 - 0.75**3, 1, 1]))
