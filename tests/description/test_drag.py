@@ -84,3 +84,16 @@ def test_the_words_of_a_nose_choose_the_drag_area_its_source_and_its_factor(nose
     area = document["water"]["strip"]["blunt_area_m2"]
     assert area[1:] == [0.0, 0.0]
     assert area[0] > 0
+
+
+def test_the_recoil_of_a_beat_has_neither_momentum_nor_spin() -> None:
+    """One joint in the middle: head and tail recoil as a line that balances the bending by mass and added mass."""
+    shape, lengths = shape_of(lengths=(0.2, 0.2))
+    x, height, width = shape.sections(0.0, 0.4)
+    area = np.where(x < shape.fin_start * 0.4, math.pi / 4, 1.0) * height * width  # ellipses, and a plate for the fin
+    mass = area + math.pi / 4 * height**2
+    bend = 0.3 * np.maximum(x - 0.2, 0.0)
+    rows = np.array([[mass.sum(), (mass * x).sum()], [(mass * x).sum(), (mass * x**2).sum()]])
+    shift, turn = np.linalg.solve(rows, [(mass * bend).sum(), (mass * x * bend).sum()])
+    middle = np.searchsorted(x, (1 + shape.fin_start) / 2 * 0.4)  # of the fin
+    assert swing(shape, lengths, [0.3], [0.7]) == pytest.approx(abs(bend - shift - turn * x)[middle])
