@@ -79,7 +79,7 @@ def test_constants_by_hand(robot: ht.Robot, columns: dict[str, list[float]]) -> 
     """Rates of robots/hypertuna.toml per tick of 10 ms, ranges of its sensors, and the choices of docs/control.md."""
     smoothing = 4.7439 * 0.01 / 0.3  # (1 + x) e^-x = 0.05 at x = 4.7439
     expected = {
-        "joints": 2, "tick": 0.01, "relax": math.exp(-0.2), "couple": math.exp(-0.1), "timeout": 50, "slew": 0.15,
+        "joints": 2, "tick": 0.01, "relax": math.exp(-0.2), "couple": math.exp(-0.1), "timeout": 50, "slew": 15.0,
         "smoothing_rate": smoothing, "smoothing_decay": math.exp(-smoothing),
         "missing": 0.25, "limited": 0.1, "moving": 0.05, "amplitude_min": math.radians(3),
         "pressure_low": -100e3, "pressure_high": 1e6, "current_low": -5, "current_high": 5,

@@ -18,7 +18,7 @@ from hypertuna.description.schema.control import Controller, Guidance
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.description.schema.hydraulics import Oil
 from hypertuna.firmware import metadata, parameters
-from hypertuna.firmware.parameters import TABLES, firmware_table
+from hypertuna.firmware.parameters import EXTRA, TABLES, firmware_table
 from hypertuna.simulation import estimates, image_body
 
 TOP = Path(__file__).parents[2]
@@ -129,5 +129,6 @@ def test_a_parameter_is_a_key_with_a_range_or_one_of_few_computed_ones(tuna: ht.
         declared = {name for name, key in TABLES[part].declared.items() if key.radio is not None}
         assert declared <= columns
         assert len(columns - declared) == 1  # amplitude, curvature, sign
-        places = [key.radio.place for key in TABLES[part].declared.values() if key.radio is not None]
+        declared_places = [key.radio.place for key in TABLES[part].declared.values() if key.radio is not None]
+        places = declared_places + [radio.place for radio in EXTRA[part].values()]
         assert len(set(places)) == len(places)

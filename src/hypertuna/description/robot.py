@@ -21,7 +21,6 @@ from hypertuna.description.schema.base import Check, Name, Named, Part, Text, en
 from hypertuna.description.schema.body import (
     Body,
     Fins,
-    Fitted,
     GaitBounds,
     JointGroup,
     Links,
@@ -31,6 +30,7 @@ from hypertuna.description.schema.body import (
 )
 from hypertuna.description.schema.control import Controller, Guidance, Sensor
 from hypertuna.description.schema.firmware import Firmware
+from hypertuna.description.schema.fit import Fitted
 from hypertuna.description.schema.hydraulics import Battery, Oil, Pump, Servo
 from hypertuna.description.schema.water import LAWS, Choice, Water
 from hypertuna.description.validation import entry_of, field_at, fix_for, unit_of, values, written
