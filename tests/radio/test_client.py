@@ -32,6 +32,7 @@ class StandIn:
         self.answers: dict[str, tuple[Any, ...]] = {}
         self.heard: list[object] = []
         self.ends = False
+        self.near = False  # another robot, which comes later: a first burst may be cut off by the opening line
         self._thread = Thread(target=self._run)
         self._thread.start()
 
@@ -42,7 +43,8 @@ class StandIn:
     def _run(self) -> None:
         parser = dialect().MAVLink(None)
         while not self.ends:
-            for kind, autopilot, source in ((*STATION, 254), (*STATION, CAMERA), (*VEHICLE, ROBOT), (*VEHICLE, OTHER)):
+            sources = [(*STATION, 254), (*STATION, CAMERA), (*VEHICLE, ROBOT)]
+            for kind, autopilot, source in sources + [(*VEHICLE, OTHER)] * self.near:
                 self.say("heartbeat", source, kind, autopilot, 0, 0, 4, 3)
             try:
                 content = self.line.recv(4096)
@@ -65,6 +67,7 @@ def pair() -> Iterator[tuple[StandIn, Client]]:
     robot = StandIn(port)
     try:
         with connect(f"udp:{port}") as client:
+            robot.near = True
             yield robot, client
     finally:
         robot.close()
