@@ -1,5 +1,6 @@
 """CONTRIBUTING.md names every folder, room and header, and rooms in the order of the linter's contract."""
 
+import ast
 import re
 import subprocess
 import tomllib
@@ -42,6 +43,19 @@ def test_every_folder_is_listed() -> None:
     folders = {f"{path.split('/')[0]}/" for path in tracked() if "/" in path} - {".ci/"}  # named beside .github
     assert folders == {f"{name.split('/')[0]}/" for name in names("folder")}
     assert [name for name in names("folder") if not tracked(name)] == []
+
+
+EACH_ITS_OWN = ("cli", "chapters", "templates")  # the docstring says that each file is a command or a chapter
+
+
+def test_every_module_is_listed_by_its_room() -> None:
+    missing = []
+    for path in map(Path, tracked("src/hypertuna/*.py")):
+        room = ROOT / path.parent / "__init__.py"
+        if path.parent.name not in ("hypertuna", *EACH_ITS_OWN) and not path.stem.startswith("_"):
+            listed = re.findall(r"\w+", ast.get_docstring(ast.parse(room.read_text())) or "")
+            missing += [str(path)] if path.stem not in listed else []
+    assert missing == []
 
 
 def test_every_header_of_the_core_is_listed_once() -> None:

@@ -6,5 +6,6 @@ sampling, combinations: randomized fits, and the products of powers that the ben
 experiment_design: the expected information gain of another measurement. plots: the figure of a fit.
 room: whether muscles and pipes fit in a joint. designs, population: designs that meet a bench, solved for and drawn.
 family: a sample of all of them, what they leave open, and what to measure next. plots_family: its figure.
+checked: the chosen design by finite elements.
 cards: what is shown.
 """

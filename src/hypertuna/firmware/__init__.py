@@ -2,5 +2,5 @@
 
 parameters (numbers from the description), metadata (descriptions of the parameters), header (C++ header of a robot),
 lockstep (messages with a twin), boards, scenario, channel and relay (the modeled radio), in_the_loop, black_box, and
-failures, wiring of the board.
+failures, wiring of the board; plots (its figure).
 """
