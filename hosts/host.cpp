@@ -70,7 +70,7 @@ const char* ht_derivative(int index) {
 }
 
 void ht_swim(const ht_robot* robot, int model, const double* gaits, int count, int follow, double* out) {
-    swim(robot->models[model], gaits, count, follow != 0, out);
+    swim_rows(robot->models[model], gaits, count, follow != 0, out);
 }
 void ht_verdict(const double* gait, const double* quantities, char* text, size_t room) {
     const auto number = [&](std::string_view name) { return quantities[place_of(name, ht_quantity)]; };

@@ -42,7 +42,7 @@ HT_API int ht_robot_missions(const ht_robot* robot);
 
 /* --- swimming: settled gaits ------------------------------------------------------------------------------------ */
 
-/* Name of a quantity of a settled gait, of one that has derivatives; null after the last. */
+/* Name of a quantity of a settled gait; null after the last. */
 HT_API const char* ht_quantity(int index);
 /* Its label and unit in words; where it is shown: in data alone (0), in records (1), in summaries too (2); and what an
  * optimization seeks: nothing (0), large (1) or small (2) values. */
@@ -50,6 +50,7 @@ HT_API const char* ht_quantity_label(int index);
 HT_API const char* ht_quantity_unit(int index);
 HT_API int ht_quantity_shown(int index);
 HT_API int ht_quantity_better(int index);
+/* Name of a quantity that has derivatives; null after the last. */
 HT_API const char* ht_derivative(int index);
 
 /* Settled beats of gaits (count, 1 + 3 G): quantities (count, as many as ht_quantity names). With `follow` a start from

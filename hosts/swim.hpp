@@ -38,7 +38,7 @@ double spectral_radius(Matrix<double, N> m) {
     return std::exp2(power);
 }
 
-/// A robot's swimmer: the model, its mass and its length.
+/// A robot's swimmer: the model, and the mass of the whole body.
 struct HostModel {
     Model model;
     double mass;  // kg
@@ -104,7 +104,7 @@ class SettledRows {
     std::vector<double> rows_;
 };
 
-inline void swim(const HostModel& host, const double* gaits, int count, bool follow, double* out) {
+inline void swim_rows(const HostModel& host, const double* gaits, int count, bool follow, double* out) {
     const GaitColumns columns(gaits, count, host.model.groups);
     SettledRows rows(host, columns.batch(), count, follow);
     for (int k = 0; k < count; ++k)
