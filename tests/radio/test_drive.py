@@ -250,7 +250,7 @@ def test_a_drive_from_a_terminal(tmp_path: Path) -> None:
                     except OSError:  # the program has ended
                         return
 
-        typed(b"", b"deg")
+        typed(b"", b"frequency")  # from a message that comes every few seconds
         typed(b"\n", b"yes")
         typed(b"2", b"gait ")  # as the state, from a heartbeat
         typed(b"wwwd", b"manual")
@@ -262,6 +262,7 @@ def test_a_drive_from_a_terminal(tmp_path: Path) -> None:
         os.close(master)
     assert told["messages"] > 0
     assert b"frequency" in screen
+    assert b"deg" in screen
     from hypertuna.radio.log import read_radio_log
 
     found = read_radio_log(log)
