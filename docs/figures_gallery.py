@@ -13,12 +13,14 @@ ENTRY = re.compile(r"```python\n(.*?)```\n\n!\[.*?\]\((gallery/.*?)\)", re.DOTAL
 
 
 def _pictures() -> dict[str, Callable[[], Figure]]:
-    entries = ENTRY.findall((ROOT / "docs/gallery.md").read_text())
-    names: dict[str, Any] = {}  # of the page, from its top
+    page = (ROOT / "docs/gallery.md").read_text()
+    entries = ENTRY.findall(page)
+    imports = "\n".join(re.findall(r"^import .*", page, re.MULTILINE))  # all that pieces take from those above
 
     def run(code: str) -> Figure:
+        names: dict[str, Any] = {}
         with contextlib.chdir(ROOT):
-            exec(code, names)
+            exec(f"{imports}\n{code}", names)
         figure: Figure = names["figure"]
         return figure
 
