@@ -1,6 +1,7 @@
 """The pilot from a robot's description: gait table, constants, reasons, and that it sends pulses."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import hypertuna as ht
 from hypertuna import _core, frames
 from hypertuna.control.controller import controller_columns
 from hypertuna.control.guidance import curvature, gait_table, glide, mission_columns, pilot_columns
-from hypertuna.control.mission import Mission, Waypoint, fence_distance
+from hypertuna.control.mission import Mission, Waypoint, cross, fence_distance
 from hypertuna.control.sensors import channels, faults, pilot_sensor_columns
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
@@ -58,6 +59,15 @@ def test_a_table_that_cannot_be_looked_up_is_refused(
 ) -> None:
     with pytest.raises(InputError, match=said):
         gait_table(robot, [ht.named_gait(robot, name) for name in names], speed)
+
+
+def test_a_table_has_as_many_gaits_as_the_core_takes(robot: ht.Robot) -> None:
+    gait = ht.named_gait(robot, robot.guidance.gaits[0])  # type: ignore[union-attr]  # the robot has guidance
+    gaits = [replace(gait, frequency=1 + 0.1 * k) for k in range(_core.MAX_GAITS + 1)]
+    speed = [0.1 + 0.01 * k for k in range(len(gaits))]
+    assert len(gait_table(robot, gaits[:-1], speed[:-1]).gaits) == _core.MAX_GAITS
+    with pytest.raises(InputError, match=f"must have 1 to {_core.MAX_GAITS} gaits"):
+        gait_table(robot, gaits, speed)
 
 
 def test_the_glide_by_hand(robot: ht.Robot) -> None:
@@ -113,6 +123,26 @@ def test_distances_to_a_fence_by_hand() -> None:
         distance = fence_distance(Mission((Waypoint(12.0, 25.0, 1.0, 0.3, 2.0),), fence=corners), places)
         np.testing.assert_allclose(distance, [1.0, 1.5, -1.0, -5.0, -3.0])
     assert fence_distance(Mission((Waypoint(12.0, 25.0, 1.0, 0.3, 2.0),)), places).tolist() == [math.inf] * 5
+
+
+@pytest.mark.parametrize(
+    ("second", "crossing"),
+    [
+        (((0.0, 2.0), (2.0, 0.0)), True),
+        (((0.0, 0.5), (1.0, 2.0)), False),  # both ends on one side
+        (((1.0, 1.0), (3.0, 0.0)), True),  # one touches the other
+        (((3.0, 3.0), (4.0, 4.0)), False),  # on the same line
+    ],
+)
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (10.0, -7.0), (-3.0, 5.0)])
+def test_segments_cross_wherever_they_are(
+    second: tuple[tuple[float, float], tuple[float, float]], crossing: bool, shift: tuple[float, float]
+) -> None:
+    (a, b), (c, d) = (
+        tuple((p[0] + shift[0], p[1] + shift[1]) for p in segment) for segment in (((0.0, 0.0), (2.0, 2.0)), second)
+    )
+    for one, other in (((a, b), (c, d)), ((c, d), (a, b)), ((b, a), (d, c))):
+        assert cross(one, other) == crossing
 
 
 def test_decisions_divide_the_control_rate(robot: ht.Robot) -> None:

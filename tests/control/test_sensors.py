@@ -50,6 +50,15 @@ def test_faults_are_read_as_they_are_spelled(robot: ht.Robot) -> None:
     assert faults((), robot) == ()
 
 
+def test_a_joint_with_oil_has_two_currents(robot: ht.Robot) -> None:
+    known = channels(robot, pilot=False)
+    first = known["current"][0]
+    assert known["current"] == (first, first + 3)
+    for j, group in enumerate(robot.joints):
+        assert known[f"current-{group.name}"] == (first + 2 * j, first + 2 * j + 1)
+        assert known[f"current-{group.name}-right"] == (first + 2 * j + 1, first + 2 * j + 1)
+
+
 def test_a_joint_with_a_servo_has_one_current() -> None:
     """Two places a joint, as for the two circuits of one with oil: the first is read."""
     eel = parse(tomllib.loads(first_robot("eel", joints=["J1", "J2"], actuation="servo")))
