@@ -155,7 +155,8 @@ static void test_times() {
     CHECK(bench.app.radio.refused == before);
 }
 
-/// What forbids arming is reported by name; the gyroscope is calibrated at rest; accelerometer and compass are not here.
+/// What forbids arming is reported by name; the gyroscope is calibrated at rest; accelerometer and compass are not
+/// here.
 static void test_preparations() {
     Bench bench;
     bench.board.leak = true;

@@ -1,5 +1,5 @@
-/// Quantities of a settled beat, each declared once: name, unit, label, meaning and formula. Evaluated with dual numbers,
-/// the formula gives the derivative. Python, the C interface and the studio read this table.
+/// Quantities of a settled beat, each declared once: name, unit, label, meaning and formula. Evaluated with dual
+/// numbers, the formula gives the derivative. Python, the C interface and the studio read this table.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,8 @@ namespace hypertuna {
 // Turning radii in body lengths: a larger one is no turn; one that summaries do not show.
 inline constexpr double straight = 1e6, nearly_straight = 1e3;
 
-/// Where a quantity is shown: in data sets of sweeps alone, in records of JSON too, or in summaries on a screen as well.
+/// Where a quantity is shown: in data sets of sweeps alone, in records of JSON too, or in summaries on a screen as
+/// well.
 enum class Shown { data, record, summary };
 /// Whether an optimization seeks large or small values, or cannot have the quantity as its objective.
 enum class Better { neither, large, small };
