@@ -62,14 +62,6 @@ void bind_pilot(nb::module_& m) {
         "ending", [](int mode, std::uint32_t reasons) { return int(ending_of(Mode(mode), Reasons{reasons})); },
         nb::arg("mode"), nb::arg("reasons"), "How a flight ends in a mode of the pilot: place in `ending_table`.");
     m.def(
-        "mode_names",
-        [] {
-            std::vector<std::string> names;
-            for (const NamedText& text : mode_texts) names.emplace_back(text.name);
-            return names;
-        },
-        "Names of the pilot's modes in the order of their numbers.");
-    m.def(
         "onboard_fields",
         [](int joints, int gaits) {
             Pilot<float> pilot{};

@@ -16,4 +16,4 @@ def changeable(room: str) -> list[str]:
     own = (
         kind for kind in classes if is_dataclass(kind) and kind.__module__ in {module.__name__ for module in modules}
     )
-    return sorted(kind.__name__ for kind in own if not kind.__dataclass_params__.frozen)  # type: ignore[attr-defined]
+    return sorted(kind.__name__ for kind in own if not kind.__dataclass_params__.frozen)  # type: ignore[attr-defined]  # of is_dataclass

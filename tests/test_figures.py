@@ -9,6 +9,7 @@ import pytest
 from matplotlib import pyplot as plt
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from hypertuna import figures
 from hypertuna.display import Plotted
@@ -34,12 +35,12 @@ def test_a_figure_is_in_the_style_whatever_the_user_set() -> None:
         assert plt.rcParams["font.size"] == 30  # and the user's settings stay
     axes = figure.axes[0]
     sizes = {"title": 9.5, "label": 9, "tick": 9, "legend": 8.5}  # points
-    title = axes.get_title(loc="left")
+    (title,) = (text for text in axes.get_children() if isinstance(text, Text) and text.get_text() == "a")
     legend = axes.get_legend()
-    assert title == "a"
+    assert axes.get_title(loc="left") == "a"
     assert legend is not None
     assert {
-        "title": axes._left_title.get_fontsize(),  # type: ignore[attr-defined]
+        "title": title.get_fontsize(),
         "label": axes.xaxis.label.get_fontsize(),
         "tick": axes.get_xticklabels()[0].get_fontsize(),
         "legend": legend.get_texts()[0].get_fontsize(),

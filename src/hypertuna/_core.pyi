@@ -375,9 +375,6 @@ def ending_table() -> list[tuple[str, str]]:
 def ending(mode: int, reasons: int) -> int:
     """How a flight ends in a mode of the pilot: place in `ending_table`."""
 
-def mode_names() -> list[str]:
-    """Names of the pilot's modes in the order of their numbers."""
-
 def onboard_fields(joints: int, gaits: int) -> list[tuple[str, str, int]]:
     """
     Every number of controller, pilot, mission and limits in the order that core and firmware take them in: part, column, index.

@@ -62,7 +62,8 @@ def test_a_table_that_cannot_be_looked_up_is_refused(
 
 
 def test_a_table_has_as_many_gaits_as_the_core_takes(robot: ht.Robot) -> None:
-    gait = ht.named_gait(robot, robot.guidance.gaits[0])  # type: ignore[union-attr]  # the robot has guidance
+    assert robot.guidance is not None
+    gait = ht.named_gait(robot, robot.guidance.gaits[0])
     gaits = [replace(gait, frequency=1 + 0.1 * k) for k in range(_core.MAX_GAITS + 1)]
     speed = [0.1 + 0.01 * k for k in range(len(gaits))]
     assert len(gait_table(robot, gaits[:-1], speed[:-1]).gaits) == _core.MAX_GAITS
@@ -196,7 +197,7 @@ def test_the_page_has_every_mode_and_reason() -> None:
     text = PAGE.read_text()
     rows = [f"| `{name}` | {sentence} |" for name, sentence in _core.reason_table()]
     assert [row for row in rows if row not in text] == []
-    assert [name for name in _core.mode_names() if f"`{name}`" not in text] == []
+    assert [name for name, _ in _core.mode_table() if f"`{name}`" not in text] == []
 
 
 def test_headings_are_learned_from_field_and_gravity(robot: ht.Robot) -> None:

@@ -261,17 +261,17 @@ def test_the_origin_comes_with_the_mission_or_by_the_first_fix() -> None:
 def test_a_mission_that_comes_home_early_is_not_done(fish: ht.Robot, pc: Path) -> None:
     run = firmware_in_the_loop(fish, find_scenario("box"), ticks=20)
     answers = run.answers[-4:].copy()
-    names = [name for name, *_ in _core.state_table()]
+    names, modes = ([name for name, *_ in table] for table in (_core.state_table(), _core.mode_table()))
     for way, status in ((("mission", "home", "rest"), "home"), (("mission", "surface", "rest"), "up")):
         answers["state"] = [names.index(name) for name in ("rest", *way)]
         assert replace(run, answers=answers).status == status
-        answers["mode"][-1] = _core.mode_names().index("done")
+        answers["mode"][-1] = modes.index("done")
         assert replace(run, answers=answers).status == "done"
         answers["mode"][-1] = 0
     last = run.answers[-1:].copy()
     adrift = 1 << [name for name, _ in _core.reason_table()].index("adrift")
     for mode, reasons, status in (("ended", 0, "home"), ("ended", adrift, "adrift"), ("done", 0, "done")):
-        last["mode"], last["reasons"] = _core.mode_names().index(mode), reasons
+        last["mode"], last["reasons"] = modes.index(mode), reasons
         assert replace(run, answers=last).status == status
 
 

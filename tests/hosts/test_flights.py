@@ -192,7 +192,7 @@ def test_text_describes_the_missions() -> None:
         assert one["fence"] == [list(corner) for corner in file.mission.fence]
         assert (one["start"], one["home"]) == ([*file.mission.start], [*file.mission.home])
         assert (one["current"], one["bottom"]) == ([*file.mission.current], file.mission.bottom)
-    assert [one["name"] for one in text["pilot"]["modes"]] == _core.mode_names()
+    assert [(one["name"], one["text"]) for one in text["pilot"]["modes"]] == _core.mode_table()
     assert [(one["name"], one["text"]) for one in text["pilot"]["reasons"]] == _core.reason_table()
     assert text["pilot"]["channels"].keys() > text["twin"]["channels"].keys() | {"depth", "field"}
     assert text["pilot"]["fin_faults"] == [*FIN_KINDS]

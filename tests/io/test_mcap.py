@@ -7,14 +7,16 @@ import pytest
 
 from hypertuna.errors import InputError
 
-foxglove = pytest.importorskip("foxglove", reason="needs the extra log")
-import lz4.frame  # noqa: E402
-import zstandard  # noqa: E402
-from mcap.data_stream import RecordBuilder  # noqa: E402
-from mcap.records import Channel, Chunk, Header, Message, Metadata  # noqa: E402
-from mcap.stream_reader import StreamReader  # noqa: E402
+pytest.importorskip("foxglove", reason="needs the extra log")
 
-from hypertuna.io.mcap import MAGIC, McapWriter, Messages, is_radio_log, read_messages  # noqa: E402
+import foxglove
+import lz4.frame
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.records import Channel, Chunk, Header, Message, Metadata
+from mcap.stream_reader import StreamReader
+
+from hypertuna.io.mcap import MAGIC, McapWriter, Messages, is_radio_log, read_messages
 
 MIB = 1 << 20
 PACK = {"zstd": zstandard.ZstdCompressor().compress, "lz4": lz4.frame.compress, "": bytes}

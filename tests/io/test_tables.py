@@ -85,9 +85,9 @@ REQUIRED = {"time": "time_s", "speed": "speed_m_s"}
                 "line 2, y is not a known column: use one of those above.",
             ],
         ),
-        # more mistakes than columns and none is like ours, or one is ours: another file, of which the first is told
+        # more mistakes than columns, none of which is like ours: a file of another kind, so only the first is reported
         (["x"], ["line 2, x is not a known column: use one of time_s, speed_m_s, speed_cm_s, note."]),
-        # as many as columns: all are told
+        # as many mistakes as columns: all are reported
         (
             ["x", "time_s"],
             [

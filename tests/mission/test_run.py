@@ -207,7 +207,7 @@ def test_a_current_against_which_there_is_no_way_home_is_refused(robot: ht.Robot
 
 
 def test_a_mission_ends_as_the_pilot_says() -> None:
-    modes, reasons = _core.mode_names(), [name for name, _ in _core.reason_table()]
+    modes, reasons = ([name for name, _ in table] for table in (_core.mode_table(), _core.reason_table()))
     adrift = 1 << reasons.index("adrift")
     for mode, flags, status in [
         ("done", 0, "done"),

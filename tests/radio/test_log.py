@@ -97,7 +97,7 @@ def test_the_dialect_has_the_tables_on_board() -> None:
         return [entry.name.removeprefix(f"{prefix}_").lower() for _, entry in entries if "ENUM_END" not in entry.name]
 
     assert names("HYPERTUNA_STATE") == [row[0] for row in _core.state_table()]
-    assert names("HYPERTUNA_MODE") == _core.mode_names()
+    assert names("HYPERTUNA_MODE") == [row[0] for row in _core.mode_table()]
     assert names("HYPERTUNA_REASON") == [row[0] for row in _core.reason_table()]
     assert names("HYPERTUNA_CONDITION") == [row[0] for row in _core.condition_table()]
     assert names("HYPERTUNA_FAULT") == [row[0] for row in _core.fault_table()]

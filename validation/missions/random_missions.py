@@ -130,7 +130,7 @@ def fly_one(seed: int) -> dict[str, Any]:
 
 def _rests(part: Any) -> bool:
     """Return whether a part ends a mission, or held all through."""
-    modes = {ht._core.mode_names()[int(mode)] for mode in part["mode"]}
+    modes = {ht._core.mode_table()[int(mode)][0] for mode in part["mode"]}
     return bool(modes & {"done", "ended"}) or modes == {"hold"}
 
 

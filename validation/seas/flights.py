@@ -116,7 +116,7 @@ def _truth(mission: Mission, on: Loop, run: MissionRun) -> Truth:
     last = at[ends[-1]] if len(ends) else at[-1]
     early = [row[0] for row in _core.reason_table()]
     early = early[: early.index("all_reached")]
-    ended = _core.mode_names()[last["mode"]] == "done" or "all_reached" in _reasons(last)
+    ended = _core.mode_table()[last["mode"]][0] == "done" or "all_reached" in _reasons(last)
     done = ended and int(last["leg"]) >= len(mission.waypoints) and not _reasons(last) & set(early)
     place = np.column_stack([at["position"], -at["depth"]]).astype(float)
     return Truth(

@@ -122,7 +122,7 @@ def _record(run: FirmwareRun) -> dict[str, Any]:
         "real_time_factor": run.real_time_factor,
         "air": run.air or None,
         "refused": {reason: len(ticks) for reason, ticks in run.refused.items()},
-        "mode": _core.mode_names()[last["mode"]],
+        "mode": _core.mode_table()[last["mode"]][0],
         "state": _core.state_table()[last["state"]][0],
         "faults": [row[0] for bit, row in enumerate(_core.fault_table()) if int(last["faults"]) >> bit & 1],
     }

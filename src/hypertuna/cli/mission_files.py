@@ -26,7 +26,7 @@ def new_command(
     """Write a mission that a robot can swim: a square scaled to its speed, its turns and its depths."""
     from hypertuna.mission.new import new_mission
 
-    path, fish = parsing.new_file(file, ".toml", "FILE", force), robot.load()
+    path, fish = parsing.new_file(parsing.output_file(file, (".toml",), "FILE"), force), robot.load()
     write_atomically(path, new_mission(fish, Path(path).stem).encode())
     mission = read_mission(path).mission
     side = max(point.y for point in mission.waypoints)
@@ -69,7 +69,7 @@ def import_command(
     from hypertuna.description.robot import load
     from hypertuna.mission.import_plan import check_plan, plan_document, plan_text, read_plan
 
-    parsing.new_file(output, ".toml", "--output", force)
+    parsing.new_file(output, force)
     fish: Robot | None = None if robot is None else load(robot)
     found = read_plan(plan, depth=depth)
     document = plan_document(found, Path(output).stem, fish, speed)

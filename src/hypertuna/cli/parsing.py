@@ -129,9 +129,8 @@ def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
     return path
 
 
-def new_file(path: str, suffix: str, key: str, force: bool) -> str:
-    """Check a file that is not there yet, unless `force` replaces it."""
-    output_file(path, (suffix,), key)
+def new_file(path: str, force: bool) -> str:
+    """Check that a file is not there yet, unless `force` replaces it."""
     if Path(path).exists() and not force:
         raise InputError("exists already", file=path, fix="give another name, or replace it with --force")
     return path

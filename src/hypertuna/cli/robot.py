@@ -91,7 +91,7 @@ def new(
     from hypertuna.actuation.new import first_robot
     from hypertuna.io.files import write_atomically
 
-    path = Path(parsing.new_file(file, ".toml", "FILE", force))
+    path = Path(parsing.new_file(parsing.output_file(file, (".toml",), "FILE"), force))
     names = [] if joints is None else [name.strip() for name in joints.split(",")]
     text = first_robot(path.stem, joints=names, actuation=actuation, sea=sea, **size.sizes)
     write_atomically(path, text.encode())

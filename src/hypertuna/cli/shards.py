@@ -77,7 +77,7 @@ def write_shards(
 
 def merge_command(
     folder: Annotated[str, typer.Argument(metavar="DIR", help="Folder of shards.")],
-    output: Annotated[str | None, opt.file("--output", "the data", ".nc", ".csv")] = None,
+    output: opt.TableOutput = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Check that all shards are there, whole, and of the same work, and merge them into one file.

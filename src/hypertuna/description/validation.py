@@ -57,8 +57,8 @@ def plain(key: str) -> str:
 
 def entry_of(table: Mapping[str, T], key: str) -> T | None:
     """Return the entry of a table by keys whose name is the longest start of a key, None without one."""
-    plain = re.sub(r"\[\d+\]", "", key)
-    starts = [start for start in table if plain == start or plain.startswith(f"{start}.")]
+    bare = re.sub(r"\[\d+\]", "", key)
+    starts = [start for start in table if bare == start or bare.startswith(f"{start}.")]
     return table[max(starts, key=len)] if starts else None
 
 

@@ -290,7 +290,7 @@ def names_of(robot: Robot) -> dict[str, tuple[str, ...]]:
     return {
         "joints": joints,
         "circuits": tuple(name or f"{joints[c // 2]}-unused" for c, name in enumerate(drive_names(robot))),
-        "modes": tuple(_core.mode_names()),
+        "modes": tuple(row[0] for row in _core.mode_table()),
         "reasons": tuple(row[0] for row in _core.reason_table()),
         "states": tuple(row[0] for row in _core.state_table()),
         "faults": tuple(row[0] for row in _core.fault_table()),

@@ -201,7 +201,7 @@ def joined_parts(start: MissionStart, parts: Sequence[Part]) -> MissionRun:
 
 def has_ended(mode: float) -> bool:
     """Return whether a mode of the pilot ends the mission."""
-    return _core.mode_names()[int(mode)] in ("done", "ended")
+    return _core.mode_table()[int(mode)][0] in ("done", "ended")
 
 
 def ending(mode: float, reasons: float) -> str:

@@ -19,8 +19,7 @@ struct Beat {
     S excursion;  // m, of the tail tip across the mean path, peak to peak
     S arc;        // m, length of the mean path: of the circle at the nose's mean distance from the center
     S radius;     // m, mean distance of the nose from the center of the turn; infinite when straight
-    S advance;  // m, motion of the nose along its axis over the beat, positive toward the head; its sign is that of the
-                // speed
+    S advance;    // m, motion of the nose along its axis over the beat, positive toward the head, as the speed is
 };
 
 /// Scratch memory for measuring a beat.

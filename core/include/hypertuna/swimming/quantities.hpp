@@ -11,8 +11,7 @@ namespace hypertuna {
 // Turning radii in body lengths: a larger one is no turn; one that summaries do not show.
 inline constexpr double straight = 1e6, nearly_straight = 1e3;
 
-/// Where a quantity is shown: in data sets of sweeps alone, in records of JSON too, or in summaries on a screen as
-/// well.
+/// Where a quantity is shown: in data sets of sweeps alone, in records of JSON too, or also in summaries on screens.
 enum class Shown { data, record, summary };
 /// Whether an optimization seeks large or small values, or cannot have the quantity as its objective.
 enum class Better { neither, large, small };
