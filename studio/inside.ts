@@ -17,7 +17,15 @@ const KEPT = 4; // s of which the rows are kept: a beat and more
 const MOST = 200; // ticks in one question
 // faults of a sensor
 type Fault = Exclude<keyof typeof FaultKind, "none">;
-const FAULTS: Record<Fault, string> = { stuck: "stuck", open: "open", spike: "spikes", nan: "NaN" };
+const FAULTS: Record<Fault, string> = {
+  stuck: "stuck",
+  open: "open",
+  spike: "spikes",
+  nan: "NaN",
+  drift: "drifts",
+  shift: "shifted",
+  clogged: "clogged",
+};
 const SLOW = 0.8; // part of the chosen tempo below which the page says so
 const HELD = 0.5; // s for which a condition is still shown
 const CALM = 8; // drawings from one look at the losses to the next

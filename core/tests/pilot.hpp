@@ -20,7 +20,7 @@ Controller<T> test_controller() {
         m.map[c] = {T(-0.5), T(0.5), {T(1), T(-0.3), T(1), T(0), T(0.7), T(0)}};
         SupervisorModel<T>& s = m.circuit[c];
         s.speed = T(7.5), s.stall = T(1.2e6), s.fill = T(6e4), s.compliance = T(3e-7);
-        s.line = T(3e5), s.hammer = T(7e4);
+        s.line = T(3e5), s.hammer = T(7e4), s.draw = T(20), s.smooth = T(4), s.hold[0] = T(2e5);
     }
     m.pressure_work = T(2e5), m.pressure_soft = T(2.5e5), m.pressure_hard = T(3e5), m.pressure_low = T(-1e5),
     m.pressure_high = T(5e5);
@@ -58,7 +58,10 @@ Readings<T> tail_readings(const ControllerOutput<T>& out, double gain, int tick,
         return normal<T>(random_bits(3, std::uint64_t(channel), std::uint64_t(tick)));
     };
     for (int j = 0; j < 2; ++j) r.bend[j] = T(gain) * out.target[2 * j] + T(noise) * draw(j);
-    for (int c = 0; c < 4; ++c) r.pressure[c] += T(300) * draw(4 + c), r.current[c] += T(0.02) * draw(8 + c);
+    for (int c = 0; c < 4; ++c) {
+        r.pressure[c] += (c % 2 == 0 ? T(2e5) : T(-2e5)) * r.bend[c / 2] + T(300) * draw(4 + c);
+        r.current[c] += T(0.02) * draw(8 + c);
+    }
     for (int k = 0; k < 3; ++k) r.rate[k] += T(0.01) * draw(12 + k), r.acceleration[k] += T(0.02) * draw(16 + k);
     r.voltage += T(0.02) * draw(20);
     return r;

@@ -63,7 +63,19 @@ def test_the_table_says_the_same(run: Run, short: TwinRun) -> None:
         assert f"{swing:.1f}" in line
     for c, name in enumerate(short.circuits):
         (line,) = [line for line in output.splitlines() if line.startswith(name)]
-        assert f"{short.pressure_max[c] / 1e3:.0f}" in line
+        assert line.split()[2:] == [f"{kpa / 1e3:.0f}" for kpa in (short.pressure_max[c], short.pressure_highest[c])]
+
+
+def test_the_largest_pressure_is_that_of_the_whole_run(run: Run) -> None:
+    """A surge before the last beats, above the hard limit: in the table, in JSON and in a sentence."""
+    surge = ("twin", "--robot", "hypertuna", "--frequency", "1", "--amplitude", "2,2", "--duration", "4")
+    low = (*surge, "--set", "controller.pressure_work_pa=131e3", "--set", "controller.pressure_soft_pa=132e3")
+    code, output, _ = run(*low, "--set", "controller.pressure_hard_pa=140e3", "--json")
+    told = json.loads(output)
+    highest = max(circuit["pressure_highest_kpa"] for circuit in told["circuits"])
+    assert code == 0
+    assert highest > 140 > max(circuit["pressure_max_kpa"] for circuit in told["circuits"])
+    assert f"The pressure rose to {highest:.0f} kPa" in " ".join(told["status_text"])
 
 
 def test_losses_are_told_drawn_and_stored(run: Run, short: TwinRun, tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """Pressures of random twins, for README.md. Run: python validation/control/pressures.py [RUNS [FIRST_SEED]] [-j JOBS].
 
-Each run is a line of a file in build/ for this robot, and not repeated; the summary is stored in pressures.json.
+Each run is a line of a file in build/ for this controller, and not repeated; the summary is stored in pressures.json.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import argparse
 import csv
 import json
 import math
+import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -20,28 +21,39 @@ import numpy as np
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.control.sensors import KINDS, channels
+from hypertuna.actuation.hydraulics import drive_names
+from hypertuna.actuation.new import first_robot
+from hypertuna.control.sensors import KINDS, channels, sensor_of
 from hypertuna.control.sensors import faults as read_faults
+from hypertuna.description.changes import changed
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot, parse
 from hypertuna.simulation.plant import controller_of, parts_of, steps_of
 
 HERE = Path(__file__).parent
-ROBOT = ht.load("hypertuna")
-TABLE, RECORD = HERE.parents[1] / "build" / f"pressures-{ROBOT.hash[:12]}.csv", HERE / "pressures.json"
-LIMIT = (ROBOT.controller.pressure_hard or math.nan) / 1e3 if ROBOT.controller else math.nan  # kPa: the hard limit
-HARD = 1.05 * LIMIT
+HOUSE = HERE.parents[1]
+DEFAULT = ht.load("hypertuna")
+TABLE, RECORD = HOUSE / "build" / f"pressures-{DEFAULT.hash[:12]}.csv", HERE / "pressures.json"
+FAMILY = HOUSE / "data" / "twin" / "family.json"
+OWN = 30  # robots by `robot new`
+ROBOTS = {"hypertuna": 0.25, "low": 0.15, "family": 0.2, "own": 0.4}  # share of the runs
+LOW = {"work": 200e3, "soft": 250e3, "hard": 300e3}  # Pa: limits that healthy beats of HyperTuna pass by far
+BOUND = 1.05  # of the hard limit
 STIFFNESS = {"modulus_100_pa", "modulus_fe_pa", "tensile_pa"}  # of a silicone, by any set
-SECONDS, TICK = 6.0, 0.01  # of a run, and of control [s]
+SECONDS, BEATS, LONGEST, TICK = 6.0, 1.5, 24.0, 0.01  # of a run at least, in beats, at most, and of control [s]
+SLOWEST, FASTEST = 0.05, 8.0  # Hz
 KELVIN, SILICONE_AT = 273.15, 293.15
 # Of oil and silicone [C]: from the oil's pour point to 60.
 TEMPERATURES = (-9.0, *np.arange(-5.0, 61.0, 5.0).tolist())
-SUPPLIES = (7.4, 6.8, 6.2, 5.6, 5.0)  # V: of the converter, the first its own
-SENSORS = {"pressure": 0.55, "bend": 0.25, "current": 0.1, "battery": 0.1}  # share of the faults
-CIRCUITS = ("I-left", "I-right", "II-left", "II-right")
+SUPPLIES = (1.0, 0.92, 0.84, 0.76, 0.68)  # of the converter's voltage
+SENSORS = {"pressure": 0.7, "bend": 0.16, "current": 0.07, "battery": 0.07}  # share of the faults
+WRONG = 30e3  # Pa: a reading this far from the truth must be told
+TOLD, TOLD_BEAT = 2.0, 0.1  # s, or a part of a beat where that is longer
+KEPT = 2 / 3  # of the swing that a fault without a word must leave
 COLUMNS = (
-    *("seed", "temperature_c", "medium", "supply_v", "commands", "faults", "peak_kpa", "unit_kpa", "time_s", "circuit"),
-    *("frequency_hz", "hard_stop_s", "flags", "status"),
+    *("seed", "robot", "temperature_c", "medium", "supply", "commands", "faults", "hard_kpa", "peak_kpa", "unit_kpa"),
+    *("time_s", "circuit", "frequency_hz", "hard_stop_s", "flags", "wrong", "late", "blamed", "harm", "false"),
+    "status",
 )
 
 
@@ -59,59 +71,84 @@ class Order(NamedTuple):
 class Sample(NamedTuple):
     """A run."""
 
+    robot: str  # "hypertuna", "low", "family N" or "own N"
     temperature: float  # C
     air: bool
-    supply: float  # V at the servos
+    supply: float  # part of the servos' voltage
     orders: tuple[Order, ...]
     faults: tuple[str, ...]
+    seconds: float
 
 
 def sample(seed: int) -> Sample:
-    """Sample a run: medium, temperature, supply, a gait with steps of its command, and none to two sensor faults."""
+    """Sample a run: robot, medium, temperature, supply, a gait with steps of its command, and sensor faults."""
     random = np.random.default_rng(seed)
+    name = str(random.choice(list(ROBOTS), p=list(ROBOTS.values())))
+    if name in ("family", "own"):
+        name += f" {int(random.integers(OWN if name == 'own' else len(family())))}"
+    robot = robot_of(name)
     place, air = int(random.integers(len(TEMPERATURES))), bool(random.random() < 0.5)
     supply = float(random.choice(SUPPLIES, p=(0.5, 0.125, 0.125, 0.125, 0.125)))
-    orders = tuple(_orders(random))
-    named = channels(ROBOT, pilot=False)
+    slow = _frequency(random, robot)
+    seconds = min(LONGEST, max(SECONDS, BEATS / slow))
+    orders = tuple(_orders(random, robot, slow, seconds))
+    faults = tuple(_faults(random, robot, seconds))
+    return Sample(name, TEMPERATURES[place], air, supply, orders, faults, seconds)
+
+
+def _frequency(random: np.random.Generator, robot: Robot) -> float:
+    fastest = min(FASTEST, robot.controller.frequency_max if robot.controller else FASTEST)
+    return float(SLOWEST * (fastest / SLOWEST) ** random.random())
+
+
+def _faults(random: np.random.Generator, robot: Robot, seconds: float) -> Iterator[str]:
+    """Sample none to two faults, a fifth of them early; a fault lasts, ends, or comes and goes."""
+    named = channels(robot, pilot=False)
     share = random.random()
-    faults = []
-    for _ in range(0 if share < 0.25 else 1 if share < 0.85 else 2):
+    for _ in range(0 if share < 0.2 else 1 if share < 0.75 else 2):
         part = random.choice(list(SENSORS), p=list(SENSORS.values()))
-        name = random.choice([name for name in named if name.split("-")[0] == part])
-        start = random.uniform(0, SECONDS - TICK)
-        end = "" if random.random() < 0.8 else f"-{start + random.uniform(0.05, 2):.2f}"
-        faults.append(f"{name}:{random.choice(list(KINDS))}@{start:.2f}{end}")
-    return Sample(TEMPERATURES[place], air, supply, orders, tuple(faults))
+        fault = f"{random.choice([name for name in named if name.split('-')[0] == part])}:{random.choice(list(KINDS))}"
+        start = float(random.uniform(0, 1 if random.random() < 0.2 else seconds - TICK))
+        lasts = random.random()
+        if lasts < 0.7:
+            yield f"{fault}@{start:.2f}"
+        elif lasts < 0.85:
+            yield f"{fault}@{start:.2f}-{start + random.uniform(0.05, 2):.2f}"
+        else:
+            while start < seconds - TICK:
+                end = start + float(random.uniform(0.02, 0.5))
+                yield f"{fault}@{start:.2f}-{end:.2f}"
+                start = end + float(random.uniform(0.02, 1))
 
 
-def _orders(random: np.random.Generator) -> Iterator[Order]:
-    """Sample a gait of up to 8 Hz within the joints' bends, and up to three steps of its command."""
-    bends = [float(group.bend_max or 0.0) for group in ROBOT.joints]
+def _orders(random: np.random.Generator, robot: Robot, slow: float, seconds: float) -> Iterator[Order]:
+    """Sample a gait within the joints' bends, the slowest of the run, and up to three steps of its command."""
+    bends = [float(group.bend_max or 0.0) for group in robot.joints]
 
     def frequency() -> float:
-        return float(random.uniform(0.2, 8))
+        return max(slow, _frequency(random, robot))
 
     def amplitude() -> tuple[float, ...]:
         return tuple(random.uniform(0, bend) for bend in bends) if random.random() < 0.7 else tuple(bends)
 
     def phase() -> tuple[float, ...]:
-        return 0.0, math.radians(random.uniform(0, 180))
+        return 0.0, *(math.radians(random.uniform(-180, 180)) for _ in bends[1:])
 
     def bias() -> tuple[float, ...]:
         return tuple(random.uniform(-bend, bend) for bend in bends)
 
-    def rarely_biased() -> tuple[float, ...]:
-        return bias() if random.random() < 0.3 else (0.0,) * len(bends)
+    def often_biased() -> tuple[float, ...]:
+        return bias() if random.random() < 0.5 else (0.0,) * len(bends)
 
-    order = Order(0.0, frequency(), amplitude(), phase(), rarely_biased(), True)
+    order = Order(0.0, slow, amplitude(), phase(), often_biased(), True)
     yield order
-    for time in sorted(random.uniform(0.5, SECONDS, int(random.integers(4)))):
+    for time in sorted(random.uniform(0.5, seconds, int(random.integers(4)))):
         change: dict[str, Any] = (
             lambda: {"frequency": frequency()},
             lambda: {"amplitude": amplitude()},
             lambda: {"phase": phase()},
             lambda: {"bias": bias()},
-            lambda: {"frequency": frequency(), "amplitude": amplitude(), "phase": phase(), "bias": rarely_biased()},
+            lambda: {"frequency": frequency(), "amplitude": amplitude(), "phase": phase(), "bias": often_biased()},
             lambda armed=order.armed: {"armed": not armed},
         )[int(random.integers(6))]()
         order = order._replace(since=float(time), **change)
@@ -119,19 +156,42 @@ def _orders(random: np.random.Generator) -> Iterator[Order]:
 
 
 @cache
-def robot_at(temperature: float, supply: float) -> Robot:
-    """Return the robot at a temperature [C] and a supply of its servos [V].
+def family() -> list[dict[str, Any]]:
+    """Return the stored members of HyperTuna's family."""
+    members: list[dict[str, Any]] = json.loads(FAMILY.read_text(encoding="utf-8"))["members"]
+    return members
+
+
+@cache
+def robot_of(name: str) -> Robot:
+    """Return HyperTuna, also with low limits, a member of its family, or one of the robots that `robot new` writes."""
+    kind, _, number = name.partition(" ")
+    if kind == "hypertuna":
+        return DEFAULT
+    if kind == "low":
+        return changed(DEFAULT, {f"controller.pressure_{limit}_pa": value for limit, value in LOW.items()})
+    if kind == "family":
+        return changed(DEFAULT, family()[int(number)]["changes"])
+    random = np.random.default_rng(int(number))
+    links, length = int(random.integers(2, 6)), float(0.15 * (3.0 / 0.15) ** random.random())
+    text = first_robot(f"own-{number}", links=links, length=length, actuation="hydraulic")
+    return parse(tomllib.loads(text), file=name)
+
+
+@cache
+def robot_at(name: str, temperature: float, supply: float) -> Robot:
+    """Return a robot at a temperature [C] and with a part of its servos' voltage.
 
     Silicones are as stiff as rubber is: in proportion to the absolute temperature.
     """
-    document = ROBOT.document()
+    document = robot_of(name).document()
     factor = (temperature + KELVIN) / SILICONE_AT
     for material in document["materials"].values():
         for key in STIFFNESS & material.keys():
             value = material[key]
             material[key] = [factor * part for part in value] if isinstance(value, list) else factor * value
-    document["battery"]["converter_v"] = supply
-    return parse(document, file=ROBOT.file)
+    document["battery"]["converter_v"] *= supply
+    return parse(document, file=robot_of(name).file)
 
 
 def run_of(seed: int, run: Sample) -> tuple[dict[str, np.ndarray], bool]:
@@ -139,15 +199,15 @@ def run_of(seed: int, run: Sample) -> tuple[dict[str, np.ndarray], bool]:
 
     The controller is that of the robot's own description: it knows neither temperature nor supply.
     """
-    robot, ticks = robot_at(run.temperature, run.supply), round(SECONDS / TICK)
+    own, robot, ticks = robot_of(run.robot), robot_at(*run[:2], run.supply), round(run.seconds / TICK)
     parts = parts_of(robot, "air" if run.air else "water", run.temperature + KELVIN)
     columns = {name: np.array([getattr(order, name) for order in run.orders], dtype=float) for name in Order._fields}
     record = _core.simulate(
         parts.plant,
-        _core.GaitCommand(_core.LiveController(controller_of(ROBOT)), columns, lost_at=math.inf),
+        _core.GaitCommand(_core.LiveController(controller_of(own)), columns, lost_at=math.inf),
         _core.World({"clamped": float(run.air)}),
         sensors=_core.Sensors(parts.sensors, seed),
-        faults=list(read_faults(run.faults, ROBOT, SECONDS)),
+        faults=list(read_faults(run.faults, own, run.seconds)),
         twist=np.zeros(6),
         ticks=ticks,
         steps=steps_of(TICK, parts, robot),
@@ -156,21 +216,76 @@ def run_of(seed: int, run: Sample) -> tuple[dict[str, np.ndarray], bool]:
     return record, int(record["ticks"][0]) == ticks
 
 
+class Told(NamedTuple):
+    """What a run says of its pressure sensors."""
+
+    wrong: tuple[str, ...]  # circuits whose readings were wrong for longer than it may take to tell
+    late: tuple[str, ...]  # those that were told too late, or never
+    blamed: tuple[str, ...]  # those of which another circuit of the joint was told
+    false: bool  # a fault that is told of a circuit without one
+
+
+def told(run: Sample, record: dict[str, np.ndarray]) -> Told:
+    """Judge what was told of each circuit's pressure sensor."""
+    robot, wrong, late, blamed, false = robot_of(run.robot), [], [], [], False
+    places = record["status_at"][:, CONDITIONS.index("pressure_fault")].astype(np.int64)
+    sensor = sensor_of(robot, "pressure")
+    off = ~(abs(record["pressure_measured"] - np.clip(record["pump_pressure"], sensor.low, sensor.high)) <= WRONG)
+    faulty = [(fault.first, fault.last) for fault in read_faults(run.faults, robot, run.seconds)]
+    first = channels(robot, pilot=False)["pressure"][0]
+    for c, name in enumerate(drive_names(robot)):
+        has = any(low <= first + c <= high for low, high in faulty)
+        seen = places >> c & 1
+        false |= not has and bool(seen.any())
+        since = np.flatnonzero(off[:, c])
+        if not (has and since.size):
+            continue
+        frequency = max(order.frequency for order in run.orders)
+        end = since[0] + round(max(TOLD, TOLD_BEAT / frequency) / TICK)
+        lasts = [f for f in read_faults(run.faults, robot, run.seconds) if f.first <= first + c <= f.last]
+        if end >= len(off) or len(lasts) > 1 or lasts[0].end < (end + 1) * TICK:
+            continue
+        wrong.append(name)
+        if not seen[: end + 1].any():
+            other = places[: end + 1] >> (c ^ 1) & 1
+            (blamed if other.any() else late).append(name)
+    return Told(tuple(wrong), tuple(late), tuple(blamed), false)
+
+
+def harmed(seed: int, run: Sample, record: dict[str, np.ndarray]) -> bool:
+    """Return whether a fault without a word passed the hard limit, or took more of the swing than `KEPT` leaves."""
+    control = robot_of(run.robot).controller
+    assert control is not None
+    if np.maximum(record["pump_pressure_high"], record["unit_pressure_high"]).max() > (control.pressure_hard or 0):
+        return True
+    healthy, _ = run_of(seed, run._replace(faults=()))
+    swing, whole = (np.ptp(one["angle"][len(one["angle"]) // 2 :], axis=0) for one in (record, healthy))
+    return bool((swing < KEPT * whole - math.radians(0.5)).any())
+
+
+CONDITIONS = [name for name, _, _ in _core.condition_table()]
+
+
 def row(seed: int) -> dict[str, Any]:
     """Run a seed and return its line."""
     run = sample(seed)
     record, whole = run_of(seed, run)
+    robot = robot_of(run.robot)
+    assert robot.controller is not None
     pump, unit = (record[f"{part}_pressure_high"] for part in ("pump", "unit"))
     tick, circuit = np.unravel_index(np.maximum(pump, unit).argmax(), pump.shape)
     flags = record["status"].astype(np.int64)
-    names = [name for name, _, _ in _core.condition_table()]
-    stops = np.flatnonzero(flags >> names.index("hard_stop") & 1)
+    stops = np.flatnonzero(flags >> CONDITIONS.index("hard_stop") & 1)
     order = next(order for order in reversed(run.orders) if order.since <= tick * TICK)
+    words = told(run, record)
+    harm = bool(words.late) and harmed(seed, run, record)
     values = (
-        *(seed, f"{run.temperature:g}", "air" if run.air else "water", f"{run.supply:g}", len(run.orders)),
-        *(" ".join(run.faults), f"{pump.max() / 1e3:.1f}", f"{unit.max() / 1e3:.1f}", f"{tick * TICK:.2f}"),
-        *(CIRCUITS[circuit], f"{order.frequency:.2f}", f"{stops[0] * TICK:.2f}" if stops.size else ""),
-        *(f"{int(np.bitwise_or.reduce(flags)):05x}", "completed" if whole else "diverged"),
+        *(seed, run.robot, f"{run.temperature:g}", "air" if run.air else "water", f"{run.supply:g}", len(run.orders)),
+        *(" ".join(run.faults), f"{(robot.controller.pressure_hard or 0) / 1e3:g}", f"{pump.max() / 1e3:.1f}"),
+        *(f"{unit.max() / 1e3:.1f}", f"{tick * TICK:.2f}", drive_names(robot)[circuit], f"{order.frequency:.3g}"),
+        *(f"{stops[0] * TICK:.2f}" if stops.size else "", f"{int(np.bitwise_or.reduce(flags)):05x}"),
+        *(" ".join(part) for part in (words.wrong, words.late, words.blamed)),
+        *(int(harm), int(words.false), "completed" if whole else "diverged"),
     )
     return dict(zip(COLUMNS, values, strict=True))
 

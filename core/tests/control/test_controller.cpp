@@ -67,6 +67,51 @@ static void faults_are_told_and_survived() {
     CHECK(stuck.output.status.flags >> int(Condition::hard_stop) == 0);
 }
 
+/// A pressure sensor that is off by 100 kPa contradicts bend and model, to either side and on every circuit; a bend
+/// sensor that is off by 0.4 rad contradicts pressures, model and what its pumps were sent to.
+static void sensors_that_are_off_are_told_apart() {
+    for (int c = 0; c < 4; ++c)
+        for (double off : {-1e5, 1e5}) {
+            const auto shifted = run<double>(600, [&](int i, auto& r, auto& command) {
+                command.frequency = 0.1, command.amplitude[0] = command.amplitude[1] = 0.1;
+                if (i > 300) r.pressure[c] += off;
+            });
+            for (int other = 0; other < 4; ++other)
+                CHECK(shifted.output.status.has(Condition::pressure_fault, other) == (other == c));
+            CHECK(!shifted.output.status.has(Condition::bend_fault));
+        }
+    for (int j = 0; j < 2; ++j) {
+        const auto bent = run<double>(600, [&](int i, auto& r, auto& command) {
+            command.frequency = 0.1, command.amplitude[0] = command.amplitude[1] = 0.1;
+            if (i > 300) r.bend[j] += 0.4;
+        });
+        CHECK(bent.output.status.has(Condition::bend_fault, j) && !bent.output.status.has(Condition::bend_fault, 1 - j));
+        CHECK(!bent.output.status.has(Condition::pressure_fault));
+    }
+}
+
+/// However a pump is sent, its rate changes smoothly, and it draws no faster than so that its cylinder stays full.
+static void a_pump_turns_smoothly() {
+    const Controller<double> model = test_controller<double>();
+    const double smooth = model.circuit[0].smooth * model.tick;
+    ControllerStep<double> now{init(model), {}};
+    double before[4] = {};
+    for (int i = 0; i < 600; ++i) {
+        Command<double> command = beat_command<double>();
+        if (i % 100 < 50) command.frequency = 8, command.bias[0] = i % 200 < 100 ? 0.3 : -0.3;
+        command.armed = i % 150 < 140;
+        Readings<double> readings = tail_readings(now.output, 0.9, i);
+        if (i % 170 > 165) readings.pressure[0] = 3.4e5 + i;  // a release, too
+        now = step(model, now.state, readings, command);
+        for (int c = 0; c < 4; ++c) {
+            const double change = now.state.circuit[c].servo.change;
+            CHECK(std::fabs(change - before[c]) < smooth * 1.001);
+            CHECK(-model.circuit[c].draw * model.tick * 1.001 < change);
+            before[c] = change;
+        }
+    }
+}
+
 /// What a good beat taught stays when the bend sensor fails: the last correction is kept.
 static void the_last_good_correction_is_kept() {
     const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -242,6 +287,8 @@ int main() {
     the_pump_map();
     a_healthy_tail_beats_without_complaint();
     faults_are_told_and_survived();
+    sensors_that_are_off_are_told_apart();
+    a_pump_turns_smoothly();
     the_last_good_correction_is_kept();
     the_hard_stop_is_latched_until_armed_anew();
     the_hard_stop_believes_any_sensor();

@@ -38,15 +38,47 @@ static void a_reading_is_stuck_only_where_the_robot_moves() {
     CHECK(moving.faulty);
 }
 
+/// A slow robot's readings repeat more often before they tell: by how far it moved, not by how fast.
+static void a_slow_sensor_is_stuck_as_soon_as_the_robot_moved_as_far() {
+    const Plausible<double> limits{-1, 1, 0.5, repeats_fast};
+    for (double motion : {1.0, 0.5, 0.125}) {
+        Health<double> health{};
+        int count = 0;
+        while (judge(limits, health, 0.1, 0.1, motion).usable && count < 1000) ++count;
+        CHECK(count == int(repeats_fast / motion));
+    }
+}
+
+/// What contradicts a reading makes a fault of it, as if it were no number.
+static void a_contradicted_sensor_is_faulty() {
+    Health<double> health{};
+    int ticks = 0;
+    while (!health.faulty && ++ticks < 100)
+        judge(Plausible<double>{-1, 1, 0.5, repeats_fast}, health, 0.1 + 1e-3 * (ticks % 3), 0.1, 1, false);
+    CHECK(ticks == 5);
+}
+
 /// Below the soft limit a pump goes where it will; beyond it, back by what takes the pressure off: 0.015 rad for 50
-/// kPa.
+/// kPa. In a long line whose hammer takes 1 MPa for 1 rad/s, by 0.05 rad/s.
 static void a_pump_goes_back_from_the_soft_limit() {
-    const SupervisorModel<double> s = test_controller<double>().circuit[0];
-    const double soft = 2.5e5, hard = 3e5;
-    CHECK(furthest(s, 0.2, 2.4e5, soft, hard) > 100);
-    CHECK_NEAR(furthest(s, 0.2, soft, soft, hard), 0.2, 1e-15);
-    CHECK_NEAR(furthest(s, 0.2, hard, soft, hard), 0.185, 1e-15);
-    CHECK_NEAR(furthest(s, 0.2, 5e5, soft, hard), 0.185, 1e-15);  // no further: a sensor may lie
+    SupervisorModel<double> s = test_controller<double>().circuit[0];
+    s.hammer = 2e4;
+    const double soft = 2.5e5, hard = 3e5, tick = 0.01;
+    CHECK(furthest(s, 0.2, 2.4e5, soft, hard, tick) > 100);
+    CHECK_NEAR(furthest(s, 0.2, soft, soft, hard, tick), 0.2, 1e-15);
+    CHECK_NEAR(furthest(s, 0.2, hard, soft, hard, tick), 0.185, 1e-15);
+    CHECK_NEAR(furthest(s, 0.2, 5e5, soft, hard, tick), 0.185, 1e-15);  // no further: a sensor may lie
+    s.hammer = 1e6;
+    CHECK_NEAR(furthest(s, 0.2, hard, soft, hard, tick), 0.2 - 0.05 * tick, 1e-15);
+}
+
+/// 60 kPa of fill, and four powers of a bend of 0.5 rad: 1 + 0.5 + 0.25 + 0.125 times 10 kPa.
+static void the_pressure_of_a_bend_by_hand() {
+    SupervisorModel<double> s{};
+    s.fill = 6e4;
+    for (int k = 0; k < hold_terms; ++k) s.hold[k] = 2e4;
+    CHECK_NEAR(held(s, 0.5), 6e4 + 1e4 * (1 + 0.5 + 0.25 + 0.125), 1e-9);
+    CHECK(held(s, 0.0) == 6e4);
 }
 
 /// A beat of a joint that bends by 1 rad and 100 rad/s at most.
@@ -138,6 +170,9 @@ static void every_condition_has_its_text() {
 int main() {
     implausible_readings();
     a_reading_is_stuck_only_where_the_robot_moves();
+    a_slow_sensor_is_stuck_as_soon_as_the_robot_moved_as_far();
+    a_contradicted_sensor_is_faulty();
+    the_pressure_of_a_bend_by_hand();
     a_pump_goes_back_from_the_soft_limit();
     the_governor_by_hand();
     the_governor_sees_more_than_pressure();

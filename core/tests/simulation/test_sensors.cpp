@@ -121,11 +121,44 @@ static void faults_by_hand() {
     CHECK(150 < spikes && spikes < 250);  // every fifth
 }
 
+/// By hand: 5 % of the range in a second of drift, 20 % of it in a shift, to one side for good; and a clogged sensor
+/// keeps its value and its noise.
+static void wrong_by_degrees() {
+    Sensors<double> s = perfect();
+    const SensorModel<double>& model = s.of("pressure");
+    const double range = model.high - model.low;
+    const int first = first_channel("pressure");
+    const Fault<double> faults[] = {{FaultKind::drift, first, first, 1, 100},
+                                    {FaultKind::shift, first + 1, first + 1, 1, 100},
+                                    {FaultKind::clogged, first + 2, first + 2, 1, 100}};
+    s.of("pressure").noise = 100;
+    SensorsState<double> sound{}, faulty{};
+    double sum = 0, squares = 0;
+    for (int i = 0; i < 1100; ++i) {
+        const double time = 0.01 * i;
+        Readings<double> rising = truth();
+        rising.pressure[2] += 10.0 * i;
+        const auto a = sense(s, sound, rising, (Fault<double>*)nullptr, 0, time);
+        const auto b = sense(s, faulty, rising, faults, 3, time);
+        sound = a.state, faulty = b.state;
+        if (time < 1) continue;
+        const double drifted = std::fabs(b.readings.pressure[0] - a.readings.pressure[0]);
+        CHECK(drifted <= 0.05 * range * (time - 1) + 1e-6);
+        if (time < 2) CHECK_NEAR(drifted, 0.05 * range * (time - 1), 1e-6);
+        CHECK_NEAR(std::fabs(b.readings.pressure[1] - a.readings.pressure[1]), 0.2 * range, 1e-6);
+        const double off = b.readings.pressure[2] - (truth().pressure[2] + 10.0 * 99);
+        sum += off, squares += off * off;
+    }
+    CHECK(std::fabs(sum / 1000) < 400);  // the last reading before the fault had noise of its own
+    CHECK_NEAR(std::sqrt(squares / 1000 - sum * sum / 1e6), 100, 15);
+}
+
 int main() {
     normal_numbers();
     a_perfect_sensor_tells_the_truth();
     errors_by_hand();
     deviations();
     faults_by_hand();
+    wrong_by_degrees();
     return failures();
 }

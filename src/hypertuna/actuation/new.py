@@ -29,6 +29,8 @@ HEADER = """\
 # "measured" and how into [sources], and run `hypertuna robot check`.
 """
 LEAST_SHARE = 20  # % of the amplitudes: smaller ones hardly move a robot
+FASTER = 2.0  # than the gait bounds: the highest frequency of a command
+STALLED = 1.2  # range of a current sensor over what a stalled servo draws
 RESERVE = 3.0  # stall torque over the largest of the beat: a usual rule for lasting loads
 SERVO_V, SERVO_SPEED = 7.4, 7.5  # V and rad/s, of data sheets
 PRESSURE = 250e3  # Pa, up to which HyperTuna's joints were tested
@@ -100,12 +102,22 @@ def _drive(document: dict[str, Any], actuation: str) -> None:
         group |= {"amplitude_max_deg": largest, "bend_max_deg": largest}
     document["battery"] = tuna["battery"]
     document["sensors"] = [sensor for sensor in tuna["sensors"] if sensor["quantity"] in SENSORS[actuation]]
-    document["controller"] = tuna["controller"]
+    highest = min(FASTER * document["gait_bounds"]["frequency_hz"][1], tuna["controller"]["frequency_max_hz"])
+    document["controller"] = tuna["controller"] | {"frequency_max_hz": float(f"{highest:.2g}")}
     document["sources"] |= dict.fromkeys(("battery", "sensors", "controller"), AS_HYPERTUNA)
     document["sources"] |= {
         "joints.amplitude_max_deg": "estimate: 1.5 times the amplitude of the gait",
         "joints.bend_max_deg": "estimate: as the largest amplitude",
+        "controller.frequency_max_hz": f"estimate: {FASTER:g} times the highest of gait_bounds, at most HyperTuna's",
     }
+
+
+def _current_sensor(document: dict[str, Any], stall: float) -> None:
+    """Let the sensor of the servos' current read a stalled servo [A]: HyperTuna's, scaled where its range ends before."""
+    sensor = next(sensor for sensor in document["sensors"] if sensor["quantity"] == "current")
+    if (ratio := float(f"{STALLED * stall / sensor['high']:.2g}")) > 1:
+        scaled = {key: ratio * sensor[key] for key in ("low", "high", "noise", "resolution", "bias")}
+        document["sensors"][document["sensors"].index(sensor)] = sensor | scaled | {"part": "of this range"}
 
 
 def _servos(document: dict[str, Any]) -> None:
@@ -121,6 +133,7 @@ def _servos(document: dict[str, Any]) -> None:
     for group, torque in zip(document["joints"], _torques(document), strict=True):
         servo = {"torque_n_m": torque, "speed_rad_s": SERVO_SPEED, "voltage_v": SERVO_V}
         group["servo"] = servo | {"idle_current_a": 0.05, "friction_n_m": float(f"{0.04 * torque:.2g}")}
+        _current_sensor(document, torque * SERVO_SPEED / SERVO_V)
     document["sources"] |= {
         "battery": "estimate: two cells of lithium polymer in series, for servos of 7.4 V; data sheets: 3.7 V, 4.2 V "
         "full, 0.04 ohm A h, nine tenths of the charge usable",
@@ -178,8 +191,8 @@ SOURCES = {
     "joints.bend_max_deg": "estimate: bend by these muscles at the pressure limit, without load; at most 90 deg",
     "joints.amplitude_max_deg": "estimate: 0.85 times the largest bend",
     "joints.pressure_max_pa": "estimate: up to which HyperTuna's joints were tested",
-    "joints.line": "estimate: from the head to the joint; bore 0.8 times the hose, as HyperTuna's; fill "
-    "pressure and losses as HyperTuna's",
+    "joints.line": "estimate: from the head to the joint; bore 0.8 times the hose and losses as "
+    "HyperTuna's; filled to 60 kPa, a quarter of the pressure limit",
     "joints.line.compliance_m3_pa": "estimate: hoses, braid and fittings give 8 % of their volume at the limit",
     **{f"controller.{key}": f"estimate: {scale.words}" for key, scale in Controller.scales("pressure").items()},
     "drive_unit": f"estimate: {HOSE.words}",
@@ -236,6 +249,7 @@ def _size(document: dict[str, Any]) -> None:
     servo |= {"idle_current_a": 0.05, "friction_n_m": 0.04 * torque, "inertia_kg_m2": 0.005 * torque / SERVO_SPEED}
     rounded = {key: float(f"{value:.2g}") if isinstance(value, float) else value for key, value in servo.items()}
     document["servos"] = [rounded | {"bandwidth_hz": 10.0}]
+    _current_sensor(document, torque * SERVO_SPEED / SERVO_V)
 
 
 def _displaced(compliance: float, model: JointModel, bend: float) -> float:

@@ -28,8 +28,11 @@ SUCTION = 0.2  # fraction of the cavitation pressure down to which a pump draws 
 FREE = 1e-6  # largest difference of the two sides' mean pressure from the fill, over it, where no limit acts
 REACH = 1.2  # largest bend that control may command over the joint's largest bend, to make up for losses
 NO_LIMIT = 1e9  # Pa of a servo without oil that stalls it, and rad/s of its joint
-MAP_TERMS = 6  # of a pump map, core controller_model.hpp
+MAP_TERMS, HOLD_TERMS = 6, 4  # of a pump map and of the pressure at rest, core controller_model.hpp and safety.hpp
 HAMMER_AT = 100e3  # Pa: pressure in a cylinder that hammer is reckoned at
+SMOOTH = 0.15  # hammer of the largest change of a servo's rate within a tick, over the room from fill to soft limit;
+RING = 3.0  # less where the line rings more slowly than within so many ticks,
+RUNG = 0.5  # and hammer counts for up to so much more: it adds to what rings already
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
 # Choices of the posture control, which docs/control.md explains (core posture.hpp)
 MISSING = 0.25  # part of a beat's readings that may be missing
@@ -84,15 +87,38 @@ def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
 
 def _no_oil(servo: JointServo) -> dict[str, Any]:
     """Return the constants of a circuit without oil."""
-    no = dict.fromkeys(("fill", "map_low", "map_high", "compliance", "line", "hammer"), 0.0)
-    return {**no, "map": np.zeros(MAP_TERMS), "servo_speed": servo.speed, "servo_stall": NO_LIMIT}
+    no = dict.fromkeys(("fill", "map_low", "map_high", "compliance", "line", "hammer", "draw", "smooth"), 0.0)
+    return {**no, "map": np.zeros(MAP_TERMS), "hold": np.zeros(HOLD_TERMS), "servo_speed": servo.speed, "servo_stall": NO_LIMIT}
 
 
 def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> dict[str, Any]:
     """Compute the constants of a circuit: pump map and supervisor."""
     one = pump_map(robot, hydraulics, c)
     known = {"fill": _fill(robot, c // 2), "map": one.terms, "map_low": one.low, "map_high": one.high}
-    return known | _supervisor(robot, hydraulics, c) | _flow(thickest, c)
+    flow, tick = _flow(thickest, c), 1 / require_controller(robot).rate
+    room = soft_limit(robot) - _fill(robot, c // 2)
+    slower = min(1.0, RING * tick / _ring(hydraulics, c))
+    flow["hammer"] *= 1.0 + RUNG * (1.0 - slower)
+    flow["draw"] = rounded_number(_suction(robot, hydraulics, c) / (math.sqrt(slower) * flow["hammer"]))
+    flow["smooth"] = rounded_number(SMOOTH * slower * room / flow["hammer"])
+    return known | _supervisor(robot, hydraulics, c) | flow | {"hold": _hold(robot, hydraulics, c)}
+
+
+def _suction(robot: Robot, hydraulics: Circuits, circuit: int) -> float:
+    """Return how far the pressure of a filled circuit may fall before its oil cavitates [Pa]."""
+    return _fill(robot, circuit // 2) - float(hydraulics.column("cavitation")[circuit])
+
+
+def _hold(robot: Robot, hydraulics: Circuits, circuit: int) -> Array:
+    """Fit powers of a bend to the pressure that holds it at rest, above the fill [Pa/rad to Pa/rad^4]."""
+    group = robot.joints[circuit // 2]
+    bend = np.linspace(-1, 1, 201) * _reach(robot, group)
+    _, pressure, _ = _side_at_rest(robot, hydraulics, circuit, bend)
+    powers = np.stack([bend**power for power in range(1, HOLD_TERMS + 1)], axis=1)
+    weight = np.where(abs(bend) <= (group.bend_max or 0.0), 1.0, 0.5)  # beyond, only corrections go
+    fit = np.linalg.lstsq(powers * weight[:, None], weight * (pressure - _fill(robot, circuit // 2)))[0]
+    scale = _fill(robot, circuit // 2)
+    return scale * rounded_parts(np.asarray(fit, dtype=np.float64) / scale)
 
 
 def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
@@ -132,6 +158,14 @@ def _bend_powers(bend: Array, low: float, high: float) -> Array:
 
 def _reach(robot: Robot, group: JointGroup) -> float:
     return REACH * require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
+
+
+def _held_reach(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> float:
+    """Return the largest bend that a joint is sent to: its reach, as far as the working pressure holds it at rest."""
+    bend = np.linspace(0, _reach(robot, robot.joints[j]), 201)[1:]
+    _, pressure, _ = _side_at_rest(robot, hydraulics, 2 * j, bend)
+    inside = bend[pressure <= (control.works_at or math.inf)]
+    return rounded_number(float(inside.max(initial=bend[0])))
 
 
 def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array) -> tuple[Array, Array, Array]:
@@ -225,7 +259,7 @@ def _joint(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> d
     static, rate, square = _pressure_of_beat(robot, control, hydraulics, j)
     return {
         "direct": 0.0,
-        "reach": _reach(robot, group),
+        "reach": _held_reach(robot, control, hydraulics, j),
         "amplitude": bend_max,
         "bend_range": sensor_range(robot, "bend")[1],
         "bend_step": BEND_STEP * 2 * math.pi * control.frequency_max * bend_max / control.rate,
@@ -284,15 +318,26 @@ def _flow(thickest: Circuits, circuit: int) -> dict[str, float]:
     Hammer is sqrt(L / C) of the line's inertance and the compliance of the oil in the cylinder at `HAMMER_AT`.
     """
     at, slope = thickest.row(circuit), _slope(thickest, circuit)
+    hammer = slope * math.sqrt(at["inertance"] / _gives(at))
+    return {"line": slope * at["resistance"], "hammer": hammer}
+
+
+def _gives(at: dict[str, float]) -> float:
+    """Return the compliance of the oil in a circuit's cylinder at `HAMMER_AT` [m^3/Pa]."""
     absolute = _core.ATMOSPHERE + HAMMER_AT
-    gives = at["oil_pump"] * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / absolute**2)
-    return {"line": slope * at["resistance"], "hammer": slope * math.sqrt(at["inertance"] / gives)}
+    return at["oil_pump"] * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / absolute**2)
+
+
+def _ring(hydraulics: Circuits, circuit: int) -> float:
+    """Return the period at which a circuit's line rings against its cylinder [s]."""
+    at = hydraulics.row(circuit)
+    return 2 * math.pi * math.sqrt(at["inertance"] * _gives(at))
 
 
 def _rate_max(robot: Robot, circuit: dict[str, Any]) -> float:
-    """Compute the largest rate of a joint's bend [rad/s], whose oil hammers up to the soft limit."""
-    room = soft_limit(robot) - circuit["fill"]
-    return rounded_number(room / (circuit["hammer"] * circuit["map"][0]))
+    """Compute the largest rate of a joint's bend [rad/s], whose oil hammers up to the soft limit or down to a cavity."""
+    push = (soft_limit(robot) - circuit["fill"]) / circuit["hammer"]
+    return rounded_number(min(push, circuit["draw"]) / circuit["map"][0])
 
 
 def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:

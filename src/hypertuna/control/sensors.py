@@ -23,7 +23,7 @@ SPELLING = re.compile(r"(?P<channel>[^:@]+):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
 class Fault(NamedTuple):
     """A fault of consecutive sensor channels."""
 
-    kind: str  # stuck, open, spike or nan
+    kind: str  # of KINDS
     first: int  # channel
     last: int  # channel
     start: float  # s
@@ -104,8 +104,7 @@ def faults(
 ) -> tuple[Fault, ...]:
     """Read sensor faults as the command line spells them: ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END`` in s.
 
-    ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on. Kinds: stuck, open, spike, nan. Each must
-    start within the duration of the run [s]. Sensors of the pilot can fail only where a pilot reads them.
+    ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on. Kinds: `KINDS`. Each must start within the duration of the run [s]. Sensors of the pilot can fail only where a pilot reads them.
     """
     known = channels(robot, pilot=pilot)
     return tuple(_fault(text, known, duration) for text in fault_texts(spelled))

@@ -50,7 +50,8 @@ def joint_rows(run: TwinRun) -> list[dict[str, Any]]:
 
 def circuit_rows(run: TwinRun) -> list[dict[str, Any]]:
     """Return the pressures of each oil circuit."""
-    return _rows(run.circuits, pressure_max_kpa=run.pressure_max / 1e3, pressure_min_kpa=run.pressure_min / 1e3)
+    pressures = {"max": run.pressure_max, "min": run.pressure_min, "highest": run.pressure_highest}
+    return _rows(run.circuits, **{f"pressure_{name}_kpa": values / 1e3 for name, values in pressures.items()})
 
 
 def _rows(names: Sequence[str], **columns: Any) -> list[dict[str, Any]]:
@@ -92,10 +93,9 @@ def twin_card(run: TwinRun) -> Card:
 def _pressures(run: TwinRun) -> Iterator[Part]:
     """Lay out the pressures of the oil circuits."""
     yield f"cylinder pressure, peaks within ticks, {_beats(run)}", "dim"
-    rows = [
-        (row["name"], f"{row['pressure_min_kpa']:.0f}", f"{row['pressure_max_kpa']:.0f}") for row in circuit_rows(run)
-    ]
-    yield Table(["\ncircuit", "min\n[kPa]", "max\n[kPa]"], rows)
+    names = ("min", "max", "highest")
+    rows = [(row["name"], *(f"{row[f'pressure_{name}_kpa']:.0f}" for name in names)) for row in circuit_rows(run)]
+    yield Table(["\ncircuit", "min\n[kPa]", "max\n[kPa]", "whole run\n[kPa]"], rows)
     yield ""
 
 

@@ -240,10 +240,15 @@ class TwinRun(Run, Plotted):
         return np.asarray(self.data["pump_pressure_low"][self.beats].min(axis=0))
 
     @property
+    def pressure_highest(self) -> Array:
+        """Largest pressure of each circuit, in its cylinder or units, at any time of the run (circuits,) [Pa]."""
+        pump, unit = (self.data[f"{part}_pressure_high"] for part in ("pump", "unit"))
+        return np.asarray(np.maximum(pump, unit).max(axis=0))
+
+    @property
     def pressure_peak(self) -> float:
-        """Largest pressure of any cylinder or drive unit at any time of the run [Pa]; NaN without oil."""
-        ends = (self.data[f"{part}_pressure_high"] for part in ("pump", "unit"))
-        return max((float(end.max()) for end in ends if end.size), default=math.nan)
+        """Largest pressure of any circuit at any time of the run [Pa]; NaN without oil."""
+        return float(self.pressure_highest.max()) if self.circuits else math.nan
 
     @property
     def flags(self) -> int:
@@ -296,6 +301,10 @@ class TwinRun(Run, Plotted):
                 here = [name for k, name in enumerate(names.get(place, ())) if where >> k & 1]
                 at = f" ({', '.join(here)})" if here else ""
                 sentences.append(f"{text[0].upper()}{text[1:]}{at}: {_percent(held.mean())} of the ticks.")
+        hard = require_controller(self.robot).pressure_hard
+        if hard is not None and self.pressure_peak > hard:
+            place, most = self.circuits[int(self.pressure_highest.argmax())], f"{self.pressure_peak / 1e3:.0f}"
+            sentences.append(f"The pressure rose to {most} kPa ({place}), above the hard limit of {hard / 1e3:g} kPa.")
         if "cavitation" in self.acting:
             fraction = _percent(self.acting["cavitation"])
             sentences.append(f"The oil cavitated in a cylinder: {fraction} of the last beats' ticks.")

@@ -79,9 +79,11 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     PostureState<T>& posture = state.posture[j];
     Governor<T>& governor = state.governor[j];
     const JointModel<T>& joint = model.joint[j];
-    const bool moving = moves(model, state.circuit[2 * j]);
-    const ReadingQuality<T> quality = judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast},
-                                            state.bend[j], reading, state.bend[j].last, moving);
+    const ReadingQuality<T> quality =
+        judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast}, state.bend[j], reading,
+              state.bend[j].last, motion_of(model, state.circuit[2 * j]),
+              !(state.circuit[2 * j].bent || state.circuit[2 * j + 1].bent));
+    state.slip[j] += model.tick / T(astray_time) * (state.bend[j].last - state.bend_sent[j] - state.slip[j]);
     const BeatShape<T> sent = allowed(model, state, j);
     if (quality.usable) {
         add_reading(posture, state.oscillator[j], reading);
@@ -160,24 +162,33 @@ bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
 }
 
 /// Within a tick: the furthest angle that a circuit's servo may be sent to. Above the soft limit it goes back, and it
-/// turns no faster than what the pressure in the drive units leaves of the limit to its flow.
+/// turns no faster than what the pressure in the drive units leaves of the limit to its flow. Forward the higher of two
+/// readings counts, backward the lower one: a line that rings, or a spike, would make the pump jerk, and ring more.
 template <class T>
 T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const SupervisorState<T>& circuit = state.circuit[c];
     const T viscosity = state.viscosity.value, line = supervisor.line * viscosity;
-    // One reading of a sensor that is doubted may be a spike, and a pump that jerks back hammers as it comes again.
-    const T pressure = state.pressure[c].bucket == 0 ? circuit.pressure : min(circuit.pressure, circuit.before);
-    const T bent = blind(state, c / 2) || repeats(state.pressure[c])
-                       ? model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2])
-                       : T(0);
-    const T held = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
-    const T unit = max(supervisor.fill + held, pressure - line * circuit.servo.change / model.tick);
+    const T high = max(circuit.pressure, circuit.before), low = min(circuit.pressure, circuit.before);
+    const T bent = model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2]);
+    const T least = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
+    const T unit = max(supervisor.fill + least, high - line * circuit.servo.change / model.tick);
     const T room = max(T(0), model.pressure_soft - unit);
-    const T change = room / pressure_per_rate(supervisor, state.viscosity.largest) * model.tick;
+    const T rate = room / pressure_per_rate(supervisor, state.viscosity.largest) * model.tick;
+    const T change = min(rate, circuit.servo.change + supervisor.smooth * model.tick);
     const T target = furthest_target(model.servo, circuit.servo, change);
-    if (pressure <= model.pressure_soft) return target;
-    return min(target, furthest(supervisor, state.sent[c], pressure, model.pressure_soft, model.pressure_hard));
+    if (low <= model.pressure_soft) return target;
+    return min(target, furthest(supervisor, state.sent[c], low, model.pressure_soft, model.pressure_hard, model.tick));
+}
+
+/// Within a tick: how far back a pump may be sent, smoothly, and so slowly that its cylinder does not run empty: the oil
+/// that fills it again hammers.
+template <class T>
+T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
+    const SupervisorModel<T>& supervisor = model.circuit[c];
+    const Follower<T>& servo = state.circuit[c].servo;
+    const T change = max(servo.change - supervisor.smooth * model.tick, -supervisor.draw * model.tick);
+    return furthest_target(model.servo, servo, change);
 }
 
 /// One joint: from the bend that is asked to the angles of its two servos.
@@ -192,22 +203,24 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     const auto angle_of = [&](int side, T bend) {
         return stopped ? T(0) : servo_angle(model.map[2 * j + side], side == 0 ? bend : -bend);
     };
-    T angle[2], limit[2], part = T(1);
+    T angle[2], nearest[2], furthest[2], part = T(1);
     bool pressed = false, followed = true;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
-        angle[side] = angle_of(side, asked), limit[side] = furthest_angle(model, state, c);
-        if (angle[side] <= limit[side]) continue;
+        angle[side] = angle_of(side, asked);
+        nearest[side] = nearest_angle(model, state, c), furthest[side] = furthest_angle(model, state, c);
+        if (nearest[side] <= angle[side] && angle[side] <= furthest[side]) continue;
         const T last = angle_of(side, state.bend_sent[j]);
-        part = min(part, max(T(0), (limit[side] - last) / max(angle[side] - last, T(1e-6))));
+        const T way = furthest[side] < angle[side] ? furthest[side] - last : last - nearest[side];
+        part = min(part, max(T(0), way / max(abs(angle[side] - last), T(1e-6))));
         output.status.set(Condition::pressure_limit, c), pressed = true;
     }
     state.bend_sent[j] = pressed ? state.bend_sent[j] + part * (asked - state.bend_sent[j]) : asked;
     state.governor[j].sent = max(state.governor[j].sent, abs(state.bend_sent[j]));
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
-        const T sent = min(pressed ? angle_of(side, state.bend_sent[j]) : angle[side], limit[side]);
-        followed = drive_circuit(model, state, output, c, sent, supply) && followed;
+        const T sent = min(pressed ? angle_of(side, state.bend_sent[j]) : angle[side], furthest[side]);
+        followed = drive_circuit(model, state, output, c, max(sent, nearest[side]), supply) && followed;
     }
     if (pressed || !followed) ++state.posture[j].limited;
 }
@@ -229,10 +242,10 @@ void advance(const Controller<T>& model, ControllerState<T>& state, const Readin
     status = {};
     take_command(model, state, command, status);
     generate(model, state, state.armed && state.age <= model.timeout);
-    const bool moving = any_moves(model, state);
-    read_robot(model, state, readings, moving, status);
+    const T motion = motion_of(model, state);
+    read_robot(model, state, readings, motion, status);
     for (int c = 0; c < 2 * model.joints; ++c)
-        if (!direct(model, c / 2)) read_pressure(model, state, c, readings.pressure[c], moving, status);
+        if (!direct(model, c / 2)) read_pressure(model, state, c, readings.pressure[c], motion, status);
     weigh(state.viscosity, model.viscosity_min, model.viscosity_own);
     state.swing = state.viscosity.rate / (T(2 * pi) * max(state.frequency.value, T(0.1)));
     for (int j = 0; j < model.joints; ++j) {

@@ -56,27 +56,27 @@ bool blind(const ControllerState<T>& state, int j) {
     return state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
 }
 
-/// Whether a circuit's servo moves, so that its joint's sensors must show it.
+/// How far a circuit's servo moves, so that its joint's sensors must show it: 1 from 0.2 rad/s on.
 template <class T>
-bool moves(const Controller<T>& model, const SupervisorState<T>& circuit) {
-    return T(0.2) * model.tick < abs(circuit.change);
+T motion_of(const Controller<T>& model, const SupervisorState<T>& circuit) {
+    return min(T(1), abs(circuit.change) * (T(5) / model.tick));
 }
 
-/// Whether any circuit's servo moves, so that the body moves, and every pressure with it.
+/// Largest motion of any circuit's servo: the body moves with it, and every pressure.
 template <class T>
-bool any_moves(const Controller<T>& model, const ControllerState<T>& state) {
-    bool moving = false;
-    for (int c = 0; c < 2 * model.joints; ++c) moving = moving || moves(model, state.circuit[c]);
-    return moving;
+T motion_of(const Controller<T>& model, const ControllerState<T>& state) {
+    T motion = T(0);
+    for (int c = 0; c < 2 * model.joints; ++c) motion = max(motion, motion_of(model, state.circuit[c]));
+    return motion;
 }
 
 /// Currents, IMU and battery: they steer nothing but the voltage, which the servos' speed depends on.
 template <class T>
-void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, bool moving,
+void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, T motion,
                 Status& status) {
     const auto range = [](T low, T high, T part) { return Plausible<T>{low, high, part * (high - low), repeats_slow}; };
     const auto plain = [&](const Plausible<T>& limits, Health<T>& health, T reading) {
-        return judge(limits, health, reading, health.last, moving).usable;
+        return judge(limits, health, reading, health.last, motion).usable;
     };
     // A range without extent: the robot has no such sensor.
     const Plausible<T> current = range(model.current_low, model.current_high, T(0.24));
@@ -112,15 +112,35 @@ void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, 
     circuit.pressure = reading;
 }
 
+/// Whether a reading agrees with what the joint's bend and the pump's stroke make of the pressure, but for the loads of
+/// the water, and for a drop along the line of oil that is no thicker than it may be. Where the bend sensor is as far
+/// from the bend that the pumps were sent to, to the side that explains it, that sensor is to blame.
+template <class T>
+bool agrees(const Controller<T>& model, ControllerState<T>& state, int c, T reading) {
+    const SupervisorModel<T>& supervisor = model.circuit[c];
+    SupervisorState<T>& circuit = state.circuit[c];
+    const T side = c % 2 == 0 ? T(1) : T(-1), reach = model.joint[c / 2].reach;
+    const T rest = held(supervisor, side * clamp(state.bend[c / 2].last, -reach, reach));
+    const T drop = supervisor.line * state.viscosity.largest * circuit.servo.change / model.tick, off = reading - rest;
+    if (model.pressure_low <= reading && reading <= model.pressure_high)
+        circuit.astray +=
+            model.tick / T(astray_time) * (off - clamp(off, min(T(0), drop), max(T(0), drop)) - circuit.astray);
+    const T most = T(astray_room) * (model.pressure_soft - supervisor.fill) +
+                   T(astray_held) * abs(rest - supervisor.fill);
+    const bool near = abs(circuit.astray) <= most;
+    const T slipped = side * supervisor.hold[0] * state.slip[c / 2];
+    circuit.bent = !near && T(0.5) * most < abs(slipped) && (T(0) < slipped) == (circuit.astray < T(0));
+    return near || circuit.bent;
+}
+
 /// Take in the pressure of a circuit, and stop it where that has passed the hard limit.
 template <class T>
-void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, bool moving,
-                   Status& status) {
+void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, T motion, Status& status) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
     const ReadingQuality<T> quality =
         judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast}, state.pressure[c], reading,
-              state.pressure[c].last, moving);
+              state.pressure[c].last, motion, agrees(model, state, c, reading));
     Governor<T>& governor = state.governor[c / 2];
     const bool trusted = state.pressure[c].bucket == 0;
     if (quality.usable) {

@@ -101,6 +101,7 @@ struct ControllerState {
     Viscosity<T> viscosity;   // of the oil
     T swing;                  // s: amplitude over the rate of a bend, at the frequency and with what the oil leaves
     T bend_sent[max_joints];  // rad: bends that the pumps were last sent to
+    T slip[max_joints];       // rad: what the bend sensor reads beyond them, a mean
     T sent[max_servos];       // rad: last angles sent
 };
 
@@ -167,6 +168,8 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         visit("servo_speed", c, m.circuit[c].speed), visit("servo_stall", c, m.circuit[c].stall);
         visit("fill", c, m.circuit[c].fill), visit("compliance", c, m.circuit[c].compliance);
         visit("line", c, m.circuit[c].line), visit("hammer", c, m.circuit[c].hammer);
+        visit("draw", c, m.circuit[c].draw), visit("smooth", c, m.circuit[c].smooth);
+        for (int k = 0; k < hold_terms; ++k) visit("hold", hold_terms * c + k, m.circuit[c].hold[k]);
     }
     visit("pressure_work", 0, m.pressure_work);
     visit("pressure_soft", 0, m.pressure_soft), visit("pressure_hard", 0, m.pressure_hard);

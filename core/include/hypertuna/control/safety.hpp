@@ -106,14 +106,15 @@ template <class T>
 struct Plausible {
     T low, high;  // range of the sensor, SI
     T step;       // largest change within a tick
-    int repeats;  // number of equal readings in a row, while the robot moves, that make a fault
+    int repeats;  // equal readings in a row that make a fault, of a robot in full motion: more of them where it is slow
 };
 
 /// The past of one sensor. `bucket` fills where readings are bad and drains where they are good.
 template <class T>
 struct Health {
-    T last;  // last finite reading within range
-    int repeats, bucket;
+    T last;     // last finite reading within range
+    T repeats;  // of that reading, each as far as the robot moved
+    int bucket;
     bool faulty, seen;
 };
 
@@ -128,9 +129,11 @@ struct ReadingQuality {
     bool repeated;  // the very same number as before
 };
 
-/// Judge one reading. `expected` is what it may be one step away from: the last reading, or a prediction.
+/// Judge one reading. `expected` is what it may be one step away from: the last reading, or a prediction. `motion` of
+/// the robot is from 0, at rest, to 1; `agrees` is whether nothing else contradicts the reading.
 template <class T>
-ReadingQuality<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T expected, bool moving) {
+ReadingQuality<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T expected,
+                        std::type_identity_t<T> motion, bool agrees = true) {
     const bool inside = limits.low <= reading && reading <= limits.high;  // false for what is no number
     bool near = false, repeated = false;
     if (inside) {
@@ -138,8 +141,8 @@ ReadingQuality<T> judge(const Plausible<T>& limits, Health<T>& health, T reading
         repeated = reading == health.last && health.seen;
         health.last = reading, health.seen = true;
     }
-    health.repeats = !repeated ? 0 : moving && health.repeats < limits.repeats ? health.repeats + 1 : health.repeats;
-    const bool usable = near && health.repeats < limits.repeats;
+    health.repeats = repeated ? min(health.repeats + motion, T(limits.repeats)) : T(0);
+    const bool usable = near && agrees && health.repeats < T(limits.repeats);
     if (usable && health.bucket == 0) return {true, repeated};  // as nearly always: not faulty, nothing to drain
     const int bucket = health.bucket + (usable ? -1 : bucket_bad);
     health.bucket = bucket < bucket_max ? bucket : bucket_max;
@@ -150,8 +153,10 @@ ReadingQuality<T> judge(const Plausible<T>& limits, Health<T>& health, T reading
 /// Whether a sensor shows the same number for the third time: it may be stuck, long before that counts as a fault.
 template <class T>
 bool repeats(const Health<T>& health) {
-    return 1 < health.repeats;
+    return T(1) < health.repeats;
 }
+
+inline constexpr int hold_terms = 4;
 
 /// What the supervisor knows of one circuit.
 template <class T>
@@ -162,7 +167,22 @@ struct SupervisorModel {
     T compliance;  // rad/Pa: how far the servo turns for a pressure at the soft limit, where the joint is held
     T line;        // Pa s/rad: drop along the line per rate of the servo, with the thickest oil that flows
     T hammer;      // Pa s/rad: hammer of the line's oil per rate of the servo
+    T draw;        // rad/s: largest rate of the servo that draws oil, whose hammer leaves no cavity
+    T smooth;      // rad/s: largest change of its rate within a tick, of which the line does not ring
+    T hold[hold_terms];  // Pa/rad to Pa/rad^4: by powers of a bend to its side, what holds it at rest, above the fill
 };
+
+/// Pressure that holds a bend at rest, Pa.
+template <class T>
+T held(const SupervisorModel<T>& model, T bend) {
+    const T* term = model.hold;
+    return model.fill + (((term[3] * bend + term[2]) * bend + term[1]) * bend + term[0]) * bend;
+}
+
+/// A sensor is astray whose mean over `astray_time` differs from the model's pressure by more than this part of the room
+/// from fill to soft limit, and of what the bend takes. The mean has little of the water's loads.
+inline constexpr double astray_time = 0.3;  // s
+inline constexpr double astray_room = 0.18, astray_held = 0.25;
 
 /// Two readings of a trusted sensor in a row above the hard limit release a joint, and this many of any sensor.
 inline constexpr int hard_trusted = 2, hard_any = 5;
@@ -174,16 +194,19 @@ struct SupervisorState {
     T change;           // rad: of the servo's angle that the last tick commanded
     Follower<T> servo;  // rad: where the servo is, as long as no load slows it down
     T turned[2];        // rad: its change in the two ticks before
+    T astray;           // Pa: how far the sensor reads from what bend and stroke make of the pressure, a mean
+    bool bent;          // the bend sensor is to blame for that
     int hard;           // readings in a row above the hard limit, trusted or not
     bool stopped;       // released by the hard limit
 };
 
 /// Within a tick: the furthest angle a pump may be sent to. Beyond the soft limit it goes back by what takes the
-/// pressure off, but for no more than the hard limit's: a sensor may lie.
+/// pressure off, but for no more than the hard limit's: a sensor may lie; and no faster than so that the hammer of
+/// going back takes it off: in a long line it would come again.
 template <class T>
-T furthest(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard) {
+T furthest(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard, T tick) {
     const T over = min(pressure, hard) - soft;
-    return over < T(0) ? T(1e3) : sent - model.compliance * over;
+    return over < T(0) ? T(1e3) : sent - min(model.compliance, tick / model.hammer) * over;
 }
 
 /// From beat to beat: the widest bend of a joint, amplitude and bias, that its pressures allow.

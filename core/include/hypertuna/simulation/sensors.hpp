@@ -34,8 +34,11 @@ T normal(std::uint64_t bits) {
     return (sum - T(131070)) * T(2.6428950672e-05);
 }
 
-enum class FaultKind : std::uint8_t { none, stuck, open, spike, nan, count };
-inline constexpr const char* fault_kinds[int(FaultKind::count)] = {"none", "stuck", "open", "spike", "nan"};
+enum class FaultKind : std::uint8_t { none, stuck, open, spike, nan, drift, shift, clogged, count };
+inline constexpr const char* fault_kinds[int(FaultKind::count)] = {"none", "stuck", "open",  "spike",
+                                                                   "nan",  "drift", "shift", "clogged"};
+inline constexpr double drift_rate = 0.05;   // 1/s: part of its range that a drifting sensor goes astray
+inline constexpr double shift_height = 0.2;  // part of its range that a shifted sensor is off
 
 /// A fault of the channels first..last from `start` until before `end`, in s.
 template <class T>
@@ -90,14 +93,17 @@ T line_error(const SensorModel<T>& model, T truth) {
 /// Round to the sensor's step. Adding and taking away a large number rounds without leaving arithmetic.
 template <class T>
 T quantized(T step, T x) {
+    if (!(T(0) < step)) return x;
     const T count = x / step, large = Reduction<T>::round;
     return (count + large - large) * step;
 }
 
-/// What a faulty sensor shows in place of `reading`; `held` is the last one before the fault.
+/// What a faulty sensor shows in place of `reading`; `held` is the last one before the fault, `since` its age, s.
+/// Bits of the channel decide to which side it drifts or shifts.
 template <class T>
-T failed(const SensorModel<T>& model, FaultKind kind, T reading, T held, std::uint64_t bits) {
-    const T range = model.high - model.low;
+T failed(const SensorModel<T>& model, FaultKind kind, T reading, T held, T since, std::uint64_t side,
+         std::uint64_t bits) {
+    const T range = model.high - model.low, way = (side & 1) != 0 ? range : -range;
     switch (kind) {
         case FaultKind::stuck:
             return held;
@@ -108,6 +114,12 @@ T failed(const SensorModel<T>& model, FaultKind kind, T reading, T held, std::ui
             const T spiked = reading + ((bits & 1) != 0 ? height : -height);
             return T(0.2) <= uniform<T>(bits) ? reading : clamp(spiked, model.low, model.high);
         }
+        case FaultKind::drift:
+            return clamp(reading + T(drift_rate) * since * way, model.low, model.high);
+        case FaultKind::shift:
+            return clamp(reading + T(shift_height) * way, model.low, model.high);
+        case FaultKind::clogged:  // what it measures no longer reaches it: its own noise goes on
+            return quantized(model.resolution, clamp(held + model.noise * normal<T>(bits), model.low, model.high));
         case FaultKind::nan:
             return (reading - reading) / (reading - reading);
         default:
@@ -116,10 +128,10 @@ T failed(const SensorModel<T>& model, FaultKind kind, T reading, T held, std::ui
 }
 
 /// One reading of one channel: the truth with nonlinearity, offset, walk and noise, clamped and rounded, then its
-/// fault.
+/// fault, if it has one.
 template <class T>
 T read_channel(const Sensors<T>& sensors, SensorsState<T>& state, const SensorModel<T>& model, int channel, T truth,
-               FaultKind fault) {
+               const Fault<T>* fault, T time) {
     const auto draw = [&](std::uint64_t what, std::uint64_t count) {
         return random_bits(sensors.seed, stream_of(what, channel), count);
     };
@@ -127,20 +139,20 @@ T read_channel(const Sensors<T>& sensors, SensorsState<T>& state, const SensorMo
     if (model.drift > T(0)) state.walk[channel] += model.drift * sensors.root_tick * normal<T>(draw(1, state.count));
     T reading = truth + line_error(model, truth) + offset + state.walk[channel];
     if (model.noise > T(0)) reading += model.noise * normal<T>(draw(2, state.count));
-    reading = clamp(reading, model.low, model.high);
-    if (model.resolution > T(0)) reading = quantized(model.resolution, reading);
-    if (fault == FaultKind::none || state.count == 0) state.held[channel] = reading;
-    return fault == FaultKind::none ? reading
-                                    : failed(model, fault, reading, state.held[channel], draw(3, state.count));
+    reading = quantized(model.resolution, clamp(reading, model.low, model.high));
+    if (fault == nullptr || state.count == 0) state.held[channel] = reading;
+    return fault == nullptr ? reading
+                            : failed(model, fault->kind, reading, state.held[channel], time - fault->start, draw(0, 1),
+                                     draw(3, state.count));
 }
 
-/// The fault of a channel at a time; the first in the list wins.
+/// The fault of a channel at a time, if any; the first in the list wins, and `none` heals.
 template <class T>
-FaultKind fault_of(const Fault<T>* faults, int count, int channel, T time) {
+const Fault<T>* fault_of(const Fault<T>* faults, int count, int channel, T time) {
     for (int k = 0; k < count; ++k)
         if (faults[k].first <= channel && channel <= faults[k].last && faults[k].start <= time && time < faults[k].end)
-            return faults[k].kind;
-    return FaultKind::none;
+            return faults[k].kind == FaultKind::none ? nullptr : faults + k;
+    return nullptr;
 }
 
 template <class R, class T>
@@ -159,7 +171,7 @@ void read_channels(const Sensors<T>& sensors, SensorsState<T>& state, Reader rea
         if (channel.reader != reader) return;
         for (int k = 0; k < channel.count(sensors.joints); ++k)
             channel.of(readings)[k] = read_channel(sensors, state, model, first + k, channel.of(truth)[k],
-                                                   fault_of(faults, fault_count, first + k, time));
+                                                   fault_of(faults, fault_count, first + k, time), time);
     });
 }
 
@@ -183,9 +195,9 @@ Sensed<PilotReadings<T>, T> sense(const Sensors<T>& sensors, const SensorsState<
     PilotReadings<T> readings{};
     for (const Reader reader : {Reader::controller, Reader::pilot})
         read_channels(sensors, state, reader, truth, readings, faults, fault_count, time);
-    const FaultKind fault = fault_of(faults, fault_count, first_channel("position"), time);
-    const bool due = state.count % std::uint64_t(sensors.fix_every) == 0;
-    readings.fixed = truth.fixed && due && fault != FaultKind::open && fault != FaultKind::nan;
+    const Fault<T>* fault = fault_of(faults, fault_count, first_channel("position"), time);
+    const bool lost = fault != nullptr && (fault->kind == FaultKind::open || fault->kind == FaultKind::nan);
+    readings.fixed = truth.fixed && state.count % std::uint64_t(sensors.fix_every) == 0 && !lost;
     readings.accuracy = truth.accuracy;
     ++state.count;
     return {state, readings};

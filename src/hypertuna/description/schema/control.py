@@ -65,7 +65,10 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
         radio=Radio(8, 1.0, 1.2),
     )
     pressure_step: Positive | None = entry(
-        "largest change within a tick beside the pump's; a larger one is a faulty sensor", "Pa", default=None
+        "largest change within a tick beside the pump's; a larger one is a faulty sensor",
+        "Pa",
+        default=None,
+        scale=Scale("as the working pressure", PRESSURE, digits=4),
     )
     pressure_work: Positive | None = entry(
         "largest pressure of a steady beat, to which the amplitude is governed (default: 0.8 of the soft limit)",
