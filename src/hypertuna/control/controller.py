@@ -99,7 +99,7 @@ def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> 
     room = soft_limit(robot) - _fill(robot, c // 2)
     slower = min(1.0, RING * tick / _ring(hydraulics, c))
     flow["hammer"] *= 1.0 + RUNG * (1.0 - slower)
-    flow["draw"] = rounded_number(_suction(robot, hydraulics, c) / (math.sqrt(slower) * flow["hammer"]))
+    flow["draw"] = rounded_number(_suction(robot, hydraulics, c) / flow["hammer"])
     flow["smooth"] = rounded_number(SMOOTH * slower * room / flow["hammer"])
     return known | _supervisor(robot, hydraulics, c) | flow | {"hold": _hold(robot, hydraulics, c)}
 
