@@ -34,6 +34,7 @@ static void check(const App& app) {
     const Outbox& out = app.radio.out;
     must(0 <= out.fill && out.fill <= outbox_size && 0 <= out.answers && out.answers <= max_answers);
     must(out.allowance <= float(max_frame) + out.rate && -float(max_frame + packet_cost) <= out.allowance);
+    must(-float(max_frame + packet_cost) <= app.radio.telemetry.allowance);
     must(is_finite(now.command.frequency) && 0 <= now.command.frequency && now.command.frequency <= 8);
     const Mission<float>& m = mission(app.vehicle);
     must(0 <= m.waypoints && m.waypoints <= max_waypoints && 0 <= m.corners && m.corners <= max_corners);
