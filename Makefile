@@ -74,7 +74,7 @@ $(VENV)/.installed-sb3: $(VENV)/.installed-test
 
 # --- what to run
 
-.PHONY: dev demo test mutants test-cpp test-studio hosts mujoco-plugin test-sanitized test-python test-processors test-fe test-firmware bench bench-json firmware firmware-teensy system-deps lint format stub
+.PHONY: dev demo test mutants test-cpp test-studio hosts mujoco-plugin test-sanitized test-hosts-sanitized test-firmware-sanitized test-python test-processors test-fe test-firmware bench bench-json firmware firmware-teensy system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -175,8 +175,15 @@ test-studio: $(VENV)/.installed studio/node_modules/.package-lock.json ## tests 
 	  { echo 'Chromium is not installed: `apt-get install chromium`, or CHROMIUM=/path/to/it' >&2; exit 1; }
 	@node --test --test-concurrency=1 --test-reporter=spec studio/tests/*.test.mjs
 
-test-sanitized: $(VENV)/.tools ## C++ tests with the address and undefined-behavior sanitizers
+test-sanitized: $(VENV)/.tools ## C++ tests of the core with the address and undefined-behavior sanitizers
 	$(call run-cpp-tests,build/sanitized,-DHYPERTUNA_SANITIZE=ON)
+
+# ASan must be loaded before Python, which leaks by its own lights.
+test-hosts-sanitized: $(VENV)/.installed-test ## the same for the C interface, run from Python
+	@cmake -S . -B build/hosts-sanitized -G Ninja -DHYPERTUNA_BUILD_HOSTS=ON -DHYPERTUNA_SANITIZE=ON > /dev/null
+	@cmake --build build/hosts-sanitized --target hypertuna >&2
+	@HYPERTUNA_HOSTS=build/hosts-sanitized LD_PRELOAD="$$(c++ -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 \
+	  $(BIN)/python -m pytest -q tests/hosts/test_interface.py tests/hosts/test_device.py -k "not wasm"
 
 # One more worker than processors: some tests wait for clocks and processes.
 WORKERS ?= $(shell expr $(JOBS) + 1)
@@ -248,6 +255,12 @@ build/teensy/core/core_pins.h: $(TEENSY)
 test-firmware: firmware-pc ## C++ tests of the firmware; those that run it, on the emulated Cortex-M7 too, are in test-python
 	@cmake --build build/firmware/pc >&2
 	@ctest --test-dir build/firmware/pc --output-on-failure --no-tests=error -j $(JOBS)
+
+test-firmware-sanitized: $(VENV)/.installed-test ## the same, and the radio in lock-step, with the sanitizers of test-sanitized
+	@cmake -S . -B build/firmware/sanitized -G Ninja -DHYPERTUNA_BUILD_FIRMWARE=ON -DHYPERTUNA_SANITIZE=ON > /dev/null
+	@cmake --build build/firmware/sanitized >&2
+	@ctest --test-dir build/firmware/sanitized --output-on-failure --no-tests=error -j $(JOBS) -E firmware_headers
+	@HYPERTUNA_BENCH=build/firmware/sanitized $(BIN)/python -m pytest -q tests/radio/test_radio_cpp.py
 
 system-deps: ## Arm compiler and emulator by apt, for firmware: 430 MB to fetch, 2.6 GB on disk; as root
 	apt-get update -qq

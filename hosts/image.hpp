@@ -4,12 +4,14 @@
 /// column, the names one after another, a text for the host, and, from a multiple of 8 on, the numbers.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
 #include <cstring>
 
 #include "hypertuna/host/columns.hpp"
+#include "ranges.hpp"
 
 namespace hypertuna {
 
@@ -75,15 +77,23 @@ inline Loaded<Image> read_image(const unsigned char* bytes, std::size_t size) {
     std::memcpy(image.numbers.data(), bytes + start, 8 * image.numbers.size());
     const char* const names = reinterpret_cast<const char*>(bytes + sizeof(header) + entries);
     image.text.assign(names + header.names, header.text);
+    const auto printable = [](char c) { return '!' <= c && c <= '~'; };
+    if (!std::all_of(names, names + header.names, printable))
+        return refused("image: has names of columns that are not plain; write it again");
     std::uint64_t name = 0, number = 0;
     for (std::uint32_t k = 0; k < header.columns; ++k) {
         Entry entry;
         std::memcpy(&entry, bytes + sizeof(header) + k * sizeof(entry), sizeof(entry));
         const auto [rows, width, length] = entry;
         const std::uint64_t count = std::uint64_t(rows) * width;
-        if (length > header.names - name || count > header.numbers - number)
+        if (length > header.names - name || count > header.numbers - number || std::max(rows, width) > header.numbers)
             return refused("image: has columns beyond its end; write it again");
         image.columns.push_back({std::string(names + name, length), image.numbers.data() + number, rows, width});
+        const NamedColumn& column = image.columns.back();
+        const NumberRange& range = range_of(column.name);
+        for (std::uint64_t i = 0; i < count; ++i)
+            if (!in_range(range, column.data[i]))
+                return {std::nullopt, out_of_range(column.name, range, column.data[i])};
         name += length;
         number += count;
     }

@@ -46,11 +46,8 @@ inline std::optional<MissionParts> read_mission(const NamedColumns& columns, std
     std::optional<MissionData> data = take(load_mission(columns), fault);
     std::optional<World> world = take(load_world(columns), fault);
     if (world && !world->sea) in.refuse("sea.density: is missing");
-    const double hash = in.number("scatter.hash");
-    if (!(0 <= hash && hash < 4294967296.0)) in.refuse("scatter.hash: must be a whole number of 32 bits");
-    Scatter scatter{in.number("scatter.current"), in.whole("scatter.gaps", 0, 1000), in.number("scatter.gap"),
-                    in.number("scatter.span"), 0};
-    if (in.fault().empty()) scatter.hash = std::uint32_t(hash);
+    const Scatter scatter{in.number("scatter.current"), in.whole("scatter.gaps", 0, 1000), in.number("scatter.gap"),
+                          in.number("scatter.span"), std::uint32_t(in.number("scatter.hash"))};
     const int ticks = in.whole("ticks", 1, 1 << 30);
     const std::vector<double> pose = in.numbers("pose", 7);
     const double charge = in.number("charge");

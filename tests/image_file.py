@@ -2,6 +2,7 @@
 
 import json
 import struct
+import zlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -39,3 +40,17 @@ def _columns(image: bytes) -> Iterator[tuple[str, Array]]:
         rows, width, length = struct.unpack_from("<3I", image, HEADER + ENTRY * k)
         yield image[name : name + length].decode(), np.frombuffer(image, "<f8", rows * width, at)
         name, at = name + length, at + 8 * rows * width
+
+
+def with_bytes(image: bytes, at: int, content: bytes) -> bytes:
+    """Return an image with other bytes at a place, and the right checksum."""
+    changed = bytearray(image)
+    changed[at : at + len(content)] = content
+    struct.pack_into("<I", changed, 12, zlib.crc32(changed[16:]))
+    return bytes(changed)
+
+
+def with_number(image: bytes, at: int, number: float) -> bytes:
+    """Return an image with another number at a place among all, and the right checksum."""
+    (count,) = struct.unpack_from("<I", image, 28)
+    return with_bytes(image, len(image) - 8 * (count - at), struct.pack("<d", number))

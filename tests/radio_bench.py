@@ -2,6 +2,7 @@
 
 import fcntl
 import functools
+import os
 import shutil
 import socket
 import struct
@@ -19,7 +20,7 @@ from hypertuna.errors import InputError
 from hypertuna.firmware.boards import find_firmware, missing
 
 ROOT = Path(__file__).parents[1]
-BUILD = ROOT / "build" / "firmware" / "bench"
+BUILD = ROOT / os.environ.get("HYPERTUNA_BENCH", "build/firmware/bench")  # another: make test-firmware-sanitized
 TICK = 0.01
 
 

@@ -23,12 +23,12 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
 from hypertuna.optimization.design_space import gait_bounds
-from hypertuna.simulation.image import VERSION
+from hypertuna.simulation.image import VERSION, pack
 from hypertuna.simulation.recorded import CONDITIONS
 from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import KINDS, Gait, Gaits
 from hypertuna.swimming.model import core_model
-from image_file import columns_of
+from image_file import columns_of, with_bytes, with_number
 
 SAME = 1e-10  # relative: both are the same arithmetic but for its order
 ITERATED = {
@@ -229,6 +229,33 @@ def test_images_with_good_checksums_and_damaged_columns_are_refused_or_read(host
         if isinstance(read, Robot) and read.count("groups") == 2:
             read.swim(0, [gait])
     assert 50 < refused < 1000
+
+
+def test_every_number_has_a_range(host: Host) -> None:
+    """A number that no robot has is refused by its column's name, wherever it stands; what is refused is never read."""
+    image = robot_image(ht.load("hypertuna"))
+    tried, at = set(), 0
+    for name, numbers in columns_of(image).items():
+        kind = re.sub(r"\.\d+\.", ".#.", name)
+        for wrong in (math.nan, -1e300, 1e300) if len(numbers) and kind not in tried else ():
+            read = Robot.read(with_number(image, at, wrong), host)
+            assert isinstance(read, str), (name, wrong)
+            assert read.startswith(f"image: {name}: must be a "), read
+        tried.add(kind)
+        at += len(numbers)
+    assert isinstance(Robot.read(with_number(image, 0, 0.05), host), Robot)
+    assert len(tried) > 300
+
+
+def test_sizes_without_numbers_take_no_memory(host: Host) -> None:
+    """A column of no rows may claim any width, and one of no width any rows."""
+    columns = columns_of(robot_image(ht.load("examples/servofish.toml")))
+    for name in ("models.0.joint_group", "models.0.bandwidth", "plant.share", "plant.armature"):
+        for shape in ((0, 2**32 - 1), (2**32 - 1, 0), (0, 10**6), (10**6, 0)):
+            image = pack({**columns, name: np.empty(0)}, "{}")
+            place = list(columns).index(name)
+            read = Robot.read(with_bytes(image, 32 + 12 * place, struct.pack("<2I", *shape)), host)
+            assert isinstance(read, str), (name, shape)
 
 
 def test_other_versions_are_named(host: Host) -> None:

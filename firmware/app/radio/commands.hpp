@@ -51,16 +51,12 @@ inline Refusal gait_command(Vehicle& vehicle, Peer from, const mavlink_command_l
     return set_gait(vehicle, from, command);
 }
 
-inline Refusal arm_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
-    const int on = whole_of(m.param1, 1);
-    return on < 0 ? Refusal::out_of_range : give(vehicle, on == 1 ? Order::arm : Order::disarm, from);
-}
-
-/// Select a mode by its number in HEARTBEAT. Numbers of other autopilots are refused: theirs mean something else.
-inline Refusal mode_command(Vehicle& vehicle, Peer from, int base, float custom) {
+/// Order that selects a mode by its number in HEARTBEAT. Numbers of other autopilots select none: theirs mean something
+/// else.
+inline Order order_of_mode(int base, float custom) {
     const int mode = whole_of(custom, mode_base + states);
-    if (base < 0 || (base & MAV_MODE_FLAG_CUSTOM_MODE_ENABLED) == 0) return Refusal::unknown;
-    return mode < 0 ? Refusal::unknown : give(vehicle, order_of_mode(std::uint32_t(mode)), from);
+    const bool own = 0 <= base && (base & MAV_MODE_FLAG_CUSTOM_MODE_ENABLED) != 0;
+    return own && 0 <= mode ? order_of_mode(std::uint32_t(mode)) : Order::count;
 }
 
 /// MAVSDK names its modes to every autopilot as PX4 does: main mode AUTO in param2, a sub-mode in param3, which no
@@ -81,11 +77,36 @@ inline Order order_of_submode(const mavlink_command_long_t& m) {
     }
 }
 
-inline Refusal standard_mode_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
-    if (m.param1 == float(MAV_STANDARD_MODE_MISSION)) return give(vehicle, Order::mission, from);
-    if (m.param1 == float(MAV_STANDARD_MODE_SAFE_RECOVERY)) return give(vehicle, Order::home, from);
-    return Refusal::unknown;
+inline Order order_of_standard_mode(float mode) {
+    return mode == float(MAV_STANDARD_MODE_MISSION)         ? Order::mission
+           : mode == float(MAV_STANDARD_MODE_SAFE_RECOVERY) ? Order::home
+                                                            : Order::count;
 }
+
+/// `order_of` a message is the order that it gives without data of its own; Order::count if it gives none.
+inline Order order_of(const mavlink_command_long_t& m) {
+    const int choice = whole_of(m.param1, 1);
+    const auto either = [choice](Order no, Order yes) { return choice < 0 ? Order::count : choice == 0 ? no : yes; };
+    switch (m.command) {
+        case MAV_CMD_COMPONENT_ARM_DISARM:
+            return either(Order::disarm, Order::arm);
+        case MAV_CMD_DO_PAUSE_CONTINUE:
+            return either(Order::pause, Order::go_on);
+        case MAV_CMD_DO_SET_MODE:
+            if (const Order order = order_of_submode(m); order != Order::count) return order;
+            return order_of_mode(whole_of(m.param1, 255), m.param2);
+        case MAV_CMD_DO_SET_STANDARD_MODE:
+            return order_of_standard_mode(m.param1);
+        case MAV_CMD_NAV_RETURN_TO_LAUNCH:
+            return Order::home;
+        case MAV_CMD_NAV_LAND:
+            return Order::surface;
+        default:
+            return Order::count;
+    }
+}
+inline Order order_of(const mavlink_set_mode_t& m) { return order_of_mode(m.base_mode, float(m.custom_mode)); }
+inline Order order_of(const mavlink_manual_control_t&) { return Order::sticks; }
 
 /// Set the waypoint that the mission begins or resumes at, by the number of its item or of one before it.
 inline Refusal leg_command(Vehicle& vehicle, Peer from, float item) {
@@ -99,33 +120,19 @@ inline Refusal start_command(Vehicle& vehicle, Peer from, const mavlink_command_
     return refusal != Refusal::none ? refusal : give(vehicle, Order::mission, from);
 }
 
-inline Refusal pause_command(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
-    const int go_on = whole_of(m.param1, 1);
-    return go_on < 0 ? Refusal::out_of_range : give(vehicle, go_on == 1 ? Order::go_on : Order::pause, from);
-}
-
 /// Orders that change the state.
 inline Refusal execute_order(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
+    if (const Order order = order_of(m); order != Order::count) return give(vehicle, order, from);
     switch (m.command) {
-        case MAV_CMD_COMPONENT_ARM_DISARM:
-            return arm_command(vehicle, from, m);
-        case MAV_CMD_DO_SET_MODE:
-            if (const Order order = order_of_submode(m); order != Order::count) return give(vehicle, order, from);
-            return mode_command(vehicle, from, whole_of(m.param1, 255), m.param2);
-        case MAV_CMD_DO_SET_STANDARD_MODE:
-            return standard_mode_command(vehicle, from, m);
         case MAV_CMD_MISSION_START:
             return start_command(vehicle, from, m);
         case MAV_CMD_DO_SET_MISSION_CURRENT:
             return leg_command(vehicle, from, m.param1);
-        case MAV_CMD_DO_PAUSE_CONTINUE:
-            return pause_command(vehicle, from, m);
-        case MAV_CMD_NAV_RETURN_TO_LAUNCH:
-            return give(vehicle, Order::home, from);
-        case MAV_CMD_NAV_LAND:
-            return give(vehicle, Order::surface, from);
         case HYPERTUNA_CMD_GAIT:
             return gait_command(vehicle, from, m);
+        case MAV_CMD_COMPONENT_ARM_DISARM:
+        case MAV_CMD_DO_PAUSE_CONTINUE:
+            return Refusal::out_of_range;
         default:
             return Refusal::unknown;
     }
@@ -184,6 +191,7 @@ inline mavlink_command_long_t long_of(const mavlink_command_int_t& m) {
     out.param5 = number(m.x), out.param6 = number(m.y), out.param7 = m.z;
     return out;
 }
+inline Order order_of(const mavlink_command_int_t& m) { return order_of(long_of(m)); }
 
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
     acknowledge(radio, vehicle, from, m.command, execute(radio, vehicle, from, m));
@@ -194,17 +202,9 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_comm
     handle(radio, vehicle, from, long_of(m));
 }
 
-inline bool is_disarm(const Frame& frame) {
-    const bool is_int = frame.id == MAVLINK_MSG_ID_COMMAND_INT;
-    if (!is_int && frame.id != MAVLINK_MSG_ID_COMMAND_LONG) return false;
-    const mavlink_command_long_t m =
-        is_int ? long_of(message_of<mavlink_command_int_t>(frame)) : message_of<mavlink_command_long_t>(frame);
-    return m.command == MAV_CMD_COMPONENT_ARM_DISARM && m.param1 == 0.0f;
-}
-
 /// Older messages of the same orders, without an acknowledgement.
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_set_mode_t& m) {
-    report_refusal(radio, vehicle, mode_command(vehicle, from, m.base_mode, float(m.custom_mode)));
+    report_refusal(radio, vehicle, give(vehicle, order_of(m), from));
 }
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_set_current_t& m) {
     report_refusal(radio, vehicle, leg_command(vehicle, from, m.seq));

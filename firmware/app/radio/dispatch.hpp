@@ -57,8 +57,8 @@ inline void notice(Radio& radio, Vehicle& vehicle, Peer, mavlink_timesync_t m) {
 }
 /// The robot has no use for the time of day.
 inline void notice(Radio&, Vehicle&, Peer, const mavlink_system_time_t&) {}
-inline void notice(Radio& radio, Vehicle& vehicle, Peer, const mavlink_radio_status_t& m) {
-    adapt(radio.telemetry, m.txbuf, snapshot(vehicle).tick);
+inline void notice(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_radio_status_t& m) {
+    if (from == modem) adapt(radio.telemetry, m.txbuf, snapshot(vehicle).tick);
 }
 
 /// A message that anybody may send has a `notice`: signs of life, times, the radio modem's own status. A command, which
@@ -91,10 +91,20 @@ bool visit_message(MessageList<Messages...>, const Frame& frame, const Act& act)
     return (visit.template operator()<Messages>() || ...);
 }
 
+/// Whether a command is followed. Disarming may be late. What makes the robot safer does not wait for a place for its
+/// answer, and the sticks have none; any other command waits, and its sender repeats it.
+HYPERTUNA_NOINLINE inline bool admits(Radio& radio, std::uint32_t tick, bool fresh, Order order) {
+    if (!fresh && order != Order::disarm) return ++radio.replayed, report_rarely(radio, tick, Refusal::replayed), false;
+    if (makes_safer(order) || order == Order::sticks || has_room(radio.out, max_answers_per_command)) return true;
+    return ++radio.no_room, false;
+}
+
 /// Act on a command that is for this robot: then the ground is in contact.
-inline void command(Radio& radio, Vehicle& vehicle, const Frame& frame) {
+inline void command(Radio& radio, Vehicle& vehicle, const Frame& frame, bool fresh) {
     visit_message(Dialect{}, frame, [&](const Directed auto& m) {
-        if (!is_for(radio, m)) return;
+        Order order = Order::count;
+        if constexpr (requires { order_of(m); }) order = order_of(m);
+        if (!admits(radio, snapshot(vehicle).tick, fresh, order) || !is_for(radio, m)) return;
         ++radio.commands;
         const Peer from{frame.system, frame.component};
         handle(radio, vehicle, from, m);
@@ -102,27 +112,21 @@ inline void command(Radio& radio, Vehicle& vehicle, const Frame& frame) {
     });
 }
 
-/// Act on a frame that is signed where it must be, new, and whose answers have room. Disarming needs neither order nor
-/// room. A companion computer may have the robot's system id.
+/// Act on a frame that is signed where it must be. A companion computer may have the robot's system id.
 inline void on_frame(Radio& radio, Vehicle& vehicle, const Frame& frame) {
     const std::uint32_t tick = snapshot(vehicle).tick;
     if (frame.system == radio.out.sender.system && frame.component == own_component) return;  // an echo
+    const Peer from{frame.system, frame.component};
     // A modem does not sign its status: the frame must not count as its sender's last.
-    const bool modem = frame.id == MAVLINK_MSG_ID_RADIO_STATUS;
-    if (!modem && !verify(radio.signing, frame))
+    const bool status = frame.id == MAVLINK_MSG_ID_RADIO_STATUS;
+    if (!status && !verify(radio.signing, frame))
         return ++radio.not_signed, report_rarely(radio, tick, Refusal::not_signed);
     store_stamp(radio.signing, vehicle);
-    const bool fresh = modem || radio.signing.on || is_new(radio.run, frame, tick);  // signatures have their own order
+    const bool fresh = status || radio.signing.on || is_new(radio.run, frame, tick);  // signatures have their own order
     const bool noticed = visit_message(Dialect{}, frame, [&](const Notice auto& m) {
-        if (fresh) notice(radio, vehicle, Peer{frame.system, frame.component}, m);
+        if (fresh) notice(radio, vehicle, from, m);
     });
-    if (noticed) return;
-    if (!is_disarm(frame)) {
-        if (!fresh) return ++radio.replayed, report_rarely(radio, tick, Refusal::replayed);
-        // A command whose answers have no room is not executed: its sender repeats it.
-        if (!has_room(radio.out, max_answers_per_command)) return void(++radio.no_room);
-    }
-    command(radio, vehicle, frame);
+    if (!noticed) command(radio, vehicle, frame, fresh);
 }
 
 }  // namespace hypertuna::firmware

@@ -1,8 +1,7 @@
 /// Parse and write frames of MAVLink 2. mavlink.io/en/guide/serialization.html
 ///
-/// Of a frame that fails its checksum only the first byte is dropped: a valid frame that begins inside it is found. A
-/// message that the robot does not accept is no frame, so noise never makes the parser wait for more bytes than the
-/// longest accepted message has.
+/// Of a frame that fails its checksum only the first byte is dropped: a valid frame that begins inside it is found, and
+/// it is not waited for. A message that the robot does not accept is no frame.
 #pragma once
 
 #include <cstring>
@@ -85,19 +84,24 @@ inline Check check_frame(const std::uint8_t* bytes, int fill, int& length, std::
     return Check::no_frame;
 }
 
-/// Find the next complete frame in the buffer. Bytes that begin no frame are dropped.
+/// Find the next complete frame in the buffer. Bytes that begin no frame are dropped, and those of an incomplete frame
+/// once a complete one follows: whoever sends the beginning of a frame must not hold up another's.
 inline bool next(Parser& parser, Frame& frame) {
     drop(parser, parser.used);
-    int at = 0, length = 0;
+    int at = 0, begun = 0, length = 0;  // bytes that begin no frame; of them, those before an incomplete one
+    bool waits = false;
     Check check = Check::no_frame;
-    while (at < parser.fill) {
-        check = check_frame(parser.bytes + at, parser.fill - at, length, parser.bad);
-        if (check != Check::no_frame) break;
-        ++at, ++parser.skipped;
+    for (std::uint32_t ignored = 0; at < parser.fill; ++at) {
+        check = check_frame(parser.bytes + at, parser.fill - at, length, waits ? ignored : parser.bad);
+        if (check == Check::valid) break;
+        waits = waits || check == Check::incomplete;
+        begun += !waits;
     }
-    drop(parser, at);
-    parser.used = check == Check::valid ? length : 0;
-    if (check != Check::valid) return false;
+    const bool found = at < parser.fill;
+    parser.skipped += std::uint32_t(found ? at : begun);
+    drop(parser, found ? at : begun);
+    parser.used = found ? length : 0;
+    if (!found) return false;
     ++parser.frames;
     const std::uint8_t* b = parser.bytes;
     frame = {id_of(b), b[5], b[6], b[4], (b[2] & signed_flag) != 0, b, length, b[1]};

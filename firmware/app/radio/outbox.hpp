@@ -1,7 +1,6 @@
 /// Outbox: bytes for the board to send, within the radio's data rate.
 ///
-/// Telemetry is made when there is room for it and never waits. Answers wait in a short queue; a command that finds it
-/// full is not executed, and its sender repeats it.
+/// Telemetry is made when there is room for it and never waits. Answers wait in a short queue.
 #pragma once
 
 #include "app/radio/signing.hpp"
@@ -31,11 +30,18 @@ struct Outbox {
     std::uint32_t frames, sent;  // since boot: frames, bytes
 };
 
-/// Add a tick's share of the data rate. The allowance is limited to the longest frame.
-inline void allow(Outbox& out) {
-    const float limit = out.rate > float(max_frame) ? out.rate : float(max_frame);
-    out.allowance = out.allowance + out.rate < limit ? out.allowance + out.rate : limit;
+/// Add a tick's share of a data rate to an allowance, which is limited to the longest frame.
+inline void allow(float& allowance, float rate) {
+    const float limit = rate > float(max_frame) ? rate : float(max_frame);
+    allowance = allowance + rate < limit ? allowance + rate : limit;
 }
+
+/// Bytes that the longest frame of a message takes of the data rate.
+template <class Message>
+inline constexpr int cost_of = head_length + kind_of<Message>.max_length + crc_length + signature_length + packet_cost;
+
+/// Least data rate: a heartbeat and the answer to a command in a second [bytes/s].
+inline constexpr int least_rate = cost_of<mavlink_heartbeat_t> + cost_of<mavlink_command_ack_t>;
 
 /// Whether one more frame may be made: the allowance is positive, and the buffer has room.
 inline bool may_send(const Outbox& out) { return 0.0f < out.allowance && out.fill + max_frame <= outbox_size; }

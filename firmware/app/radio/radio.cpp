@@ -49,21 +49,41 @@ static bool send_next_of_list(Radio& radio, const Vehicle& vehicle) {
     return send_next_parameter(radio, vehicle) || send_next_mode(radio) || send_next_piece(radio, vehicle);
 }
 
-/// Fill the outbox: a due heartbeat first, then answers, then lists and telemetry in turn.
-static void fill_outbox(Radio& radio, const Vehicle& vehicle) {
+/// Add a tick's share to the allowances: the radio's full buffer takes from telemetry and lists, not from answers.
+static void allow(Radio& radio, const Vehicle& vehicle) {
     Outbox& out = radio.out;
     const Limits& limit = limits(vehicle);
     Telemetry& telemetry = radio.telemetry;
     if (radio_status_lasts < snapshot(vehicle).tick - telemetry.radio_status_at) telemetry.throttle = 100;
-    out.rate = limit.link_rate / 8.0f / ticks_per_second * limit.link_share * float(telemetry.throttle) / 100.0f;
-    out.sender.system = std::uint8_t(limit.system_id);
-    allow(out);
+    const float line = limit.link_rate / 8.0f / ticks_per_second;
+    out.rate = max(line * limit.link_share, min(line, float(least_rate) / ticks_per_second));
+    allow(out.allowance, out.rate);
+    allow(telemetry.allowance, out.rate * float(telemetry.throttle) / 100.0f);
+}
+
+/// Send telemetry or the next of a list, in turn; false if there is none.
+static bool send_in_turn(Radio& radio, const Vehicle& vehicle) {
+    Outbox& out = radio.out;
+    const float before = out.allowance;
+    const bool sent = ((out.frames & 1) != 0 && send_next_of_list(radio, vehicle)) ||
+                      send_telemetry(radio.telemetry, out, radio.signing, vehicle, radio.parser) ||
+                      send_next_of_list(radio, vehicle);
+    radio.telemetry.allowance += out.allowance - before;
+    radio.telemetry.sent = radio.telemetry.sent || sent;
+    return sent;
+}
+
+/// Fill the outbox: a due heartbeat first, then answers, then lists and telemetry.
+static void fill_outbox(Radio& radio, const Vehicle& vehicle) {
+    Outbox& out = radio.out;
+    out.sender.system = std::uint8_t(limits(vehicle).system_id);
+    allow(radio, vehicle);
     for (int k = 0; k < max_frames && may_send(out); ++k) {
-        const bool beats = heartbeat_is_due(telemetry, snapshot(vehicle).tick);
-        if (!beats && send_answer(out, radio.signing)) continue;
-        const bool listed = !beats && (out.frames & 1) != 0 && send_next_of_list(radio, vehicle);
-        if (listed || send_telemetry(telemetry, out, radio.signing, vehicle, radio.parser)) continue;
-        if (!send_next_of_list(radio, vehicle)) break;
+        if (heartbeat_is_due(radio.telemetry, snapshot(vehicle).tick)) {
+            send_telemetry(radio.telemetry, out, radio.signing, vehicle, radio.parser);
+        } else if (!send_answer(out, radio.signing)) {
+            if (radio.telemetry.allowance <= 0.0f || !send_in_turn(radio, vehicle)) break;
+        }
     }
 }
 

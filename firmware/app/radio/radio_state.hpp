@@ -29,6 +29,9 @@ struct Upload {
 /// Address of an answer.
 using Peer = Station;
 
+/// Ids of the radio's own frames, as SiK radios and those after them have: '3' and 'D'.
+inline constexpr Peer modem{51, 68};
+
 /// A file that is open, and the piece of it that is being sent.
 struct Transfer {
     bool open, on;  // there is a session; a request is being answered

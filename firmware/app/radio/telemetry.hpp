@@ -18,6 +18,8 @@ struct TelemetryStream {
 
 struct Telemetry {
     TelemetryStream stream[streams];
+    float allowance;                // bytes that telemetry and lists may use now
+    bool sent;                      // since the last RADIO_STATUS
     int throttle;                   // share of the data rate left by a radio with a full buffer [percent]
     std::uint32_t radio_status_at;  // tick of the last RADIO_STATUS
 };
@@ -76,10 +78,11 @@ inline bool send_telemetry(Telemetry& telemetry, Outbox& out, Signing& signing, 
 
 inline constexpr std::uint32_t radio_status_lasts = 1000;  // ticks
 
-/// Lower the data rate while the radio's buffer fills up, and raise it again. room: RADIO_STATUS.txbuf [percent].
+/// Lower the telemetry's rate while the radio's buffer fills up, and raise it again. room: RADIO_STATUS.txbuf
+/// [percent]. It says something of telemetry only if there was some since the last.
 inline void adapt(Telemetry& telemetry, int room, std::uint32_t tick) {
-    if (room > 100) return;
-    telemetry.radio_status_at = tick;
+    if (room > 100 || !telemetry.sent) return;
+    telemetry.radio_status_at = tick, telemetry.sent = false;
     const int change = room < 20 ? -20 : room < 50 ? -5 : room > 90 ? 5 : 0;
     const int throttle = telemetry.throttle + change;
     telemetry.throttle = throttle < 10 ? 10 : throttle > 100 ? 100 : throttle;

@@ -206,4 +206,10 @@ inline constexpr struct Rules {
 
 constexpr const Rule& rule_of(Order order) { return rules.row[int(order)]; }
 
+/// Whether an order makes the robot safer: any station may give it, or it ends what the robot does.
+constexpr bool makes_safer(Order order) {
+    return order == Order::rest || order == Order::manual ||
+           (order < Order::count && rule_of(order).who == Who::anyone);
+}
+
 }  // namespace hypertuna::firmware

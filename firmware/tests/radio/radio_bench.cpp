@@ -25,7 +25,7 @@ struct Told {
 };
 static_assert(sizeof(Told) == 56);
 
-static bool read_all(void* to, std::size_t count) { return std::fread(to, 1, count, stdin) == count; }
+static bool read_all(void* to, std::size_t count) { return count == 0 || std::fread(to, 1, count, stdin) == count; }
 
 static Told told() {
     const Snapshot& now = snapshot(app.vehicle);
@@ -58,7 +58,7 @@ static int lock_step() {
         count = std::uint16_t(board.said.size());
         const Told state = told();
         std::fwrite(&count, 2, 1, stdout);
-        std::fwrite(board.said.data(), 1, count, stdout);
+        if (count != 0) std::fwrite(board.said.data(), 1, count, stdout);
         std::fwrite(&state, sizeof state, 1, stdout);
         std::fflush(stdout);
         board.said.clear();

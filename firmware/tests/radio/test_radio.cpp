@@ -192,25 +192,46 @@ static void test_raw_readings() {
     for (const auto& m : pressure) CHECK_NEAR(reading("depth", 0, 10 * m.press_abs), 0.05, 0.03);
 }
 
-/// A radio whose buffer fills up gets less, and more again when it is empty.
+/// A radio whose buffer fills up gets less telemetry, and more again when it is empty; heartbeats and answers stay.
 static void test_radio_status() {
     Bench bench;
-    mavlink_radio_status_t status{};
-    status.txbuf = 10;
-    for (int k = 0; k < 10; ++k) bench.say(status, 100);
+    const Telemetry& telemetry = bench.app.radio.telemetry;
+    const auto report = [&](int room, int times, int ticks, Sender from) {
+        mavlink_radio_status_t status{};
+        status.txbuf = std::uint8_t(room);
+        std::swap(bench.ground, from);
+        for (int k = 0; k < times; ++k) bench.say(status, ticks);
+        std::swap(bench.ground, from);
+    };
+    const Sender radio{modem.system, modem.component, 0};
+    report(0, 100, 10, {7, 7, 0}), report(0, 100, 10, {1, 68, 0}), report(0, 100, 10, {51, 1, 0});  // of no radio
+    CHECK(telemetry.throttle == 100);
+    report(10, 10, 100, radio);
+    CHECK(telemetry.throttle == 10);
+    bench.board.said.clear();
     const std::uint32_t before = bench.app.radio.out.sent;
-    bench.run(1000);
+    bench.run(900);
     CHECK(bench.app.radio.out.sent - before < 600);
     CHECK(bench.app.radio.out.sent - before > 200);
-    status.txbuf = 100;
-    for (int k = 0; k < 20; ++k) bench.say(status, 10);
-    CHECK(bench.app.radio.telemetry.throttle == 100);
+    CHECK(said<mavlink_heartbeat_t>(bench.board.said).size() >= 8);
+    for (int k = 0; k < 20; ++k) bench.say(command(MAV_CMD_NAV_LAND), 30);
+    CHECK(said<mavlink_command_ack_t>(bench.board.said).size() == 20);
+    report(100, 80, 100, radio);
+    CHECK(telemetry.throttle == 100);
     // A radio that does not report any more may be another one.
-    status.txbuf = 0;
-    for (int k = 0; k < 10; ++k) bench.say(status, 10);
-    CHECK(bench.app.radio.telemetry.throttle == 10);
+    report(0, 10, 100, radio);
+    CHECK(telemetry.throttle == 10);
     bench.run(1100);
-    CHECK(bench.app.radio.telemetry.throttle == 100);
+    CHECK(telemetry.throttle == 100);
+    // Of a robot that sends no telemetry, nothing can fill a buffer.
+    for (const TelemetryMessage& message : telemetry_messages)
+        if (message.id != MAVLINK_MSG_ID_HEARTBEAT)
+            bench.say(command(MAV_CMD_SET_MESSAGE_INTERVAL, float(message.id), -1));
+    bench.run(200);
+    report(0, 1, 1, radio);  // what was sent before
+    const int last = telemetry.throttle;
+    report(0, 5, 100, radio);
+    CHECK(telemetry.throttle == last && last >= 80);
 }
 
 /// A heartbeat a second, however much is asked for: clients report a lost link after three without one.

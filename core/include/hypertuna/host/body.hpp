@@ -30,9 +30,11 @@ struct BodyData {
 inline BodyData read_body_data(ColumnReader& in, const Model& model) {
     BodyData body{model, 1, {}, {}, {}};
     if (const NamedColumn* share = in.find("share")) body.coordinates = int(share->width);
-    if (body.coordinates < 1 || body.coordinates > max_coordinates)
+    if (body.coordinates < 1 || body.coordinates > max_coordinates) {
         in.refuse("share: must have from 1 to " + std::to_string(max_coordinates) + " coordinates, but has " +
                   std::to_string(body.coordinates));
+        body.coordinates = 1;
+    }
     body.share = in.numbers("share", model.links, body.coordinates);
     body.armature =
         in.has("armature") ? in.numbers("armature", body.coordinates) : std::vector<double>(body.coordinates);
