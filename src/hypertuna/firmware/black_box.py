@@ -238,7 +238,8 @@ def mission_record(
             layout = layout.replace("as in the", f"but {table.layout:08x} in the")
             layout += ": the firmware was built from another"
     source = provenance(robot, water=False) | {"source": "black box", "status_text": box.sentence, "parameters": layout}
-    data = {name: box.ticks[name].astype(float) for name in box.ticks.dtype.names or () if name in COLUMNS}
+    with np.errstate(invalid="ignore"):  # of a NaN that signals
+        data = {name: box.ticks[name].astype(float) for name in box.ticks.dtype.names or () if name in COLUMNS}
     start = tuple(data["position_estimated"][0].tolist())
     return MissionRecord(
         name="black box" if file is None else file.name,

@@ -120,13 +120,14 @@ class Table:
                 place = f"line {line}, {column}" if column else f"line {line}"
                 errors.append(InputError(error.rule, file=self.file, key=place, value=error.value, fix=error.fix))
                 if len(errors) > MAX_BAD:
-                    raise InputError(
-                        f"has more than {MAX_BAD} rows that cannot be used", file=self.file, fix=str(errors[0])
-                    ) from None
+                    break
         if len(errors) > 1:
-            rows = (f"{error.key} {error.rule}" + f", but is {error.value}" * bool(error.value) for error in errors)
-            texts = [*list(rows)[:MAX_NAMED], *([f"and {len(errors) - MAX_NAMED} more"] * (len(errors) > MAX_NAMED))]
-            raise InputError(f"has {len(errors)} rows that cannot be used", file=self.file, fix="; ".join(texts))
+            texts = [
+                str(InputError(one.rule, key=one.key, value=one.value)).removesuffix(".") for one in errors[:MAX_NAMED]
+            ]
+            texts += [f"and {len(errors) - MAX_NAMED} more"] * (len(errors) > MAX_NAMED)
+            count = f"{len(errors)}" if len(errors) <= MAX_BAD else f"more than {MAX_BAD}"
+            raise InputError(f"has {count} rows that cannot be used", file=self.file, fix="; ".join(texts))
         if errors:
             raise errors[0]
         return values
