@@ -62,6 +62,7 @@ CELLS = 5_000_000  # of a table
 LONGEST = 100_000  # characters of its lines
 MEMBERS, UNPACKED = 1_000, 64 * MB  # files of an archive, and their bytes
 NPY_HEADER = 10_000  # bytes
+PIECE = 65_536  # bytes
 
 QUOTED = re.compile(  # texts and comments of TOML
     r'"""(?:[^"\\]|\\.|"(?!""))*"{3,5}|\'\'\'.*?\'{3,5}|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*', re.DOTALL
@@ -109,7 +110,10 @@ def read_bytes(path: str | Path, kind: str, *, file: str | None = None) -> bytes
     largest = KINDS[kind].largest
     try:
         with opened(path, kind, file=file) as stream:
-            content: bytes | None = stream.read(largest + 1)
+            size = os.fstat(stream.fileno()).st_size  # by which memory is taken
+            content: bytes | None = stream.read(size + 1)
+            while content and size < len(content) <= largest and (more := stream.read(PIECE)):
+                content += more
     except OSError as error:
         raise _unreadable(file or str(path), kind, error) from None
     if content is None:  # /proc has pipes that say they are regular files; this one is empty now
