@@ -9,6 +9,9 @@ import pytest
 from mutations.cases import CASES, Case, judged, whole
 from mutations.damage import of_bytes, of_table, of_text
 from mutations.judge import answer
+from mutations.strangers import READERS, Reader
+from mutations.strangers import judged as read
+from mutations.strangers import whole as sound
 
 
 @pytest.mark.filterwarnings("default")  # the program decides what to do about a warning
@@ -17,6 +20,22 @@ def test_damaged_files_end_in_an_answer_or_a_sentence(case: Case) -> None:
     assert answer(case.commands[0], Path(whole(case)[0].name)).code in (0, 1)  # the whole file
     seeds = range(0, 3 * case.every, case.every)
     assert {seed: problems for seed in seeds if (problems := judged(case, seed).problems)} == {}
+
+
+@pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
+def test_readers_return_or_raise_one_sentence(reader: Reader, tmp_path: Path) -> None:
+    path = tmp_path / reader.file
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(sound(reader))
+    if reader.name != "scheduler file":  # no scheduler answers
+        reader.read(path)
+    assert {seed: problems for seed in range(12) if (problems := read(reader, seed).problems)} == {}
+
+
+@pytest.mark.parametrize("error", [KeyError("hose"), MemoryError(), RecursionError()])
+def test_what_a_reader_must_not_raise_is_found(error: Exception) -> None:
+    reader = Reader("any", b"x = 1".strip, Mock(side_effect=error), (of_text,))
+    assert read(reader, 0).problems[0].startswith(type(error).__name__)
 
 
 def test_what_no_user_should_meet_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -127,7 +127,7 @@ def test_files_of_a_log(run: Run, file: str, record: MissionRecord, tmp_path: Pa
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (("info", "nowhere.mcap"), "nowhere.mcap must be a readable file"),
+        (("info", "nowhere.mcap"), "nowhere.mcap must be a file, but is missing"),
         (("plot", "FILE", "-o", "a.gif"), "--output must end in .svg, .png or .pdf"),
         (("to-csv", "FILE", "-o", "a.nc"), "--output must end in .csv"),
         (("to-gpx", "FILE", "-o", "/nowhere/a.gpx"), "must be in a folder that exists"),

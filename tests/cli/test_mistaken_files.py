@@ -87,8 +87,7 @@ MISTAKES = {
     "mission tank.toml": "tank.toml is a manifest of trials, not a mission: `hypertuna identify tank.toml` reads it.",
     "mission box --robot own.toml": "own.toml: [battery], [controller], [spatial], [fins], [guidance], "
     f"{SENSORS} are missing: {AT_SEA}",
-    "log info flight.mcap": "flight.mcap must be a readable file, but is not (No such file or directory): give the "
-    "path of a .mcap file.",
+    "log info flight.mcap": "flight.mcap must be a file, but is missing: give the path of a .mcap file.",
     "log info tank.csv": "tank.csv must be an MCAP file, but is something else: give a .mcap file.",
     "firmware params --robot own.toml": "own.toml: [battery], [controller], [guidance], [firmware], "
     f"{SENSORS} are missing: {AT_SEA}",

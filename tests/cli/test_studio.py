@@ -359,10 +359,7 @@ def test_what_is_no_log_of_a_mission_is_one_sentence(run: Run, tmp_path: Path) -
         assert not (tmp_path / "x.html").exists()
         return told.replace(f"{tmp_path}/", "")
 
-    assert refused(None) == (
-        "error: x.mcap must be a readable file, but is not (No such file or directory): give the path of a .mcap "
-        "file.\n"
-    )
+    assert refused(None) == ("error: x.mcap must be a file, but is missing: give the path of a .mcap file.\n")
     assert refused(b"<title>no log</title>") == (
         "error: x.mcap must be an MCAP file, but is something else: give a .mcap file.\n"
     )

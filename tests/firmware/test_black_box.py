@@ -142,7 +142,7 @@ def test_ticks_out_of_order_are_damage(tmp_path: Path) -> None:
 def test_what_is_no_box_is_told(tmp_path: Path, content: bytes, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         read(tmp_path / "box.bin", content)
-    with pytest.raises(InputError, match="must be a readable file"):
+    with pytest.raises(InputError, match="must be a file, but is missing"):
         read_black_box(tmp_path / "none.bin")
 
 

@@ -219,7 +219,7 @@ def test_one_run_at_a_time(tmp_path: Path) -> None:
 def test_places_that_cannot_be_written_are_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="must be a writable file"):
         Journal(tmp_path, HEADER)
-    with pytest.raises(InputError, match="must be a readable file"):
+    with pytest.raises(InputError, match="must be a file, but is missing"):
         read_header(tmp_path / "none.jsonl")
 
 

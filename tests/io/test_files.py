@@ -12,12 +12,10 @@ import pandas as pd
 import pytest
 
 from hypertuna.cli.emit import attributes
-from hypertuna.errors import InputError
 from hypertuna.io.files import (
     by_conventions,
     columns_csv,
     dataset,
-    read_bytes,
     rows_csv,
     variable_columns,
     version,
@@ -140,16 +138,6 @@ def test_a_file_has_the_rights_that_the_user_gives(tmp_path: Path) -> None:
         os.umask(before)
     assert written.stat().st_mode & 0o777 == 0o640
     assert [one.name for one in written.parent.iterdir()] == ["a"]
-
-
-@pytest.mark.parametrize(("limit", "refused"), [(None, False), (5, False), (4, True)])
-def test_a_file_is_read_to_its_limit(limit: int | None, refused: bool, tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"12345")
-    if refused:
-        with pytest.raises(InputError, match="must be at most 4e-06 MB, but is larger"):
-            read_bytes(tmp_path / "a", limit=limit)
-    else:
-        assert read_bytes(tmp_path / "a", limit=limit) == b"12345"
 
 
 @pytest.mark.parametrize(

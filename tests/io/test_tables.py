@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from hypertuna.errors import InputError, InputErrors
-from hypertuna.io.tables import MAX_NAMED, Table, conversion, parse_float, read_table, read_toml
+from hypertuna.io.door import read_toml
+from hypertuna.io.tables import MAX_NAMED, Table, conversion, parse_float, read_table
 
 
 @pytest.mark.parametrize(

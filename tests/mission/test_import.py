@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna.io.door import KINDS
 from hypertuna.mission.file import MissionFile, parse_mission, read_mission
 from hypertuna.mission.geodesy import from_local
-from hypertuna.mission.import_plan import MAX_BYTES, check_plan, plan_document, plan_text, read_plan
+from hypertuna.mission.import_plan import check_plan, plan_document, plan_text, read_plan
 from program import Run
 
 HOME = (43.854, 125.302)
@@ -226,12 +227,15 @@ def test_a_plan_that_is_no_mission_is_one_sentence(content: str | bytes, sentenc
 
 
 def test_a_file_without_end_is_bounded(tmp_path: Path) -> None:
-    with pytest.raises(ht.InputError, match=r"/dev/zero must be at most 10 MB, but is larger: cut it, or thin it out"):
+    with pytest.raises(ht.InputError, match=r"/dev/zero must be a regular file, but is a pipe or a device"):
         read_plan("/dev/zero")
-    (tmp_path / "exact").write_bytes(b" " * MAX_BYTES)
+    (tmp_path / "exact").write_bytes(b" " * KINDS["plan"].largest)
     with pytest.raises(ht.InputError, match="must be a plan"):
         read_plan(tmp_path / "exact")
-    with pytest.raises(ht.InputError, match="must be a readable file"):
+    (tmp_path / "longer").write_bytes(b" " * (KINDS["plan"].largest + 1))
+    with pytest.raises(ht.InputError, match=r"must be at most 10 MB, but is larger: cut it, or thin it out"):
+        read_plan(tmp_path / "longer")
+    with pytest.raises(ht.InputError, match="is a folder: give the path of a plan"):
         read_plan(tmp_path)
 
 

@@ -354,7 +354,7 @@ def test_what_was_written_before_a_kill_is_there(tmp_path: Path) -> None:
 
 
 def test_other_files_are_told(tmp_path: Path) -> None:
-    with pytest.raises(ht.InputError, match=r"nowhere.mcap must be a readable file, but is not \(No such file"):
+    with pytest.raises(ht.InputError, match=r"nowhere.mcap must be a file, but is missing"):
         read_log(tmp_path / "nowhere.mcap")
     (tmp_path / "text.mcap").write_text("not this")
     with pytest.raises(ht.InputError, match=r"text.mcap must be an MCAP file, but is something else"):

@@ -36,6 +36,14 @@ def of_table(content: bytes, chance: random.Random) -> bytes:
     return _repeat(content, chance, TEXT if chance.random() < 0.4 else TABLE)
 
 
+def of_structure(content: bytes, chance: random.Random) -> bytes:
+    """Damage a text as one does who knows how it is parsed: depth, digits, length, repeats, encodings."""
+    text = content.decode(errors="surrogateescape")
+    for _ in range(chance.choice((1, 1, 2))):
+        text = chance.choice(STRUCTURE)(text, chance)
+    return text.encode(chance.choice(("utf-8",) * 20 + ("utf-16", "utf-8-sig", "utf-32")), errors="replace")
+
+
 def of_bytes(content: bytes, chance: random.Random) -> bytes:
     """Damage a binary file once or twice: bits, lost, repeated and strange bytes, its end."""
     for _ in range(chance.randint(1, 2)):
@@ -150,5 +158,47 @@ def _cells(text: str, chance: random.Random, count: int | None) -> str:
     return "\n".join(map(",".join, rows))
 
 
+def _extreme(text: str, chance: random.Random) -> str:
+    """Replace a number by one that is too long, too deep or none."""
+    places = list(NUMBER.finditer(text))
+    at = chance.choice(places) if places else None
+    begin, end = (at.start(), at.end()) if at else (len(text), len(text))
+    depth, width = chance.choice((30, 200, 1000, 20_000)), chance.choice((100, 1000, 1000, 1000, 100_000))
+    value = chance.choice((
+        "9" * 400, "9" * 5000, "1" * 50_000, "-" + "9" * 400, "1e999", "-1e999", "0." + "0" * 400 + "1", "NaN", "nan",
+        "Infinity", "1" + "0" * 99, "18446744073709551616", "-9223372036854775809", "null", "true", "1e308", "5e-324",
+        "[" * depth + "]" * depth, "[" * depth, '{"a":' * depth + "1" + "}" * depth, "{a = " * depth + "}" * depth,
+        "<a>" * depth + "</a>" * depth, "<a>" * depth, "[" + "1," * width + "1]", "[" + "[]," * width + "[]]",
+        "[" + '{"a":1},' * width + "1]", '"' + "x" * width + '"', '"' * width, "'" * 3 + "\\" * width,
+    ))  # fmt: skip
+    return text[:begin] + value + text[end:]
+
+
+def _dotted(text: str, chance: random.Random) -> str:
+    """Put a key of many parts, a table of them, or many headings, into a line of its own."""
+    lines, parts = text.split("\n"), chance.choice((23, 30, 1000, 20_000))
+    key = chance.choice(("a", '"a"', "'b'")) + chance.choice((".", " . ")).join(["", *["a"] * parts])
+    heading = next((line for line in chance.sample(lines, len(lines)) if line.startswith("[")), "[a]")
+    count = chance.choice((10, 100, 100, 1000, 1000, 40_000))
+    new = chance.choice((
+        f"{key} = 1", f"[{key}]", f"[[{key}]]", "\n".join([heading] * count), "[[joints]]\n" * count,
+        "\n".join(f"k{k} = {k}" for k in range(count)), f"x = {{{key} = 1}}",
+        "\n".join(f"[t.{k}]" for k in range(count)),
+    ))  # fmt: skip
+    at = chance.randrange(len(lines) + 1)
+    return "\n".join([*lines[:at], new, *lines[at:]])
+
+
+def _grown(text: str, chance: random.Random) -> str:
+    """Repeat a piece of the text until it is large."""
+    begin = chance.randrange(len(text) + 1)
+    piece = text[begin : begin + chance.choice((1, 10, 100, 1000))] or ","
+    return (
+        text[:begin] + piece * (chance.choice((1000,) * 6 + (100_000,) * 3 + (2_000_000,)) // len(piece)) + text[begin:]
+    )
+
+
+LONG = "x" * 100_000
+STRUCTURE: tuple[TextDamage, ...] = (_extreme, _extreme, _extreme, _dotted, _grown)
 TEXT: tuple[TextDamage, ...] = (_number, _number, _number, _number, _line, _sign, _word, _name, _end)
 TABLE: tuple[TextDamage, ...] = (_cell, _cell, _column)

@@ -40,7 +40,7 @@ class Answer:
 
 
 @contextlib.contextmanager
-def _limited(seconds: float) -> Iterator[None]:
+def limited(seconds: float) -> Iterator[None]:
     """Raise TimeoutError in Python that takes longer."""
 
     def ring(*_: object) -> None:
@@ -69,7 +69,7 @@ def answer(command: str, folder: Path, *, longest: float = LONGEST) -> Answer:
         contextlib.redirect_stderr(errors),
     ):
         try:
-            with _limited(30 * longest):
+            with limited(30 * longest):
                 main()
         except SystemExit as exit_:
             code = exit_.code if isinstance(exit_.code, int) else 0
@@ -120,6 +120,9 @@ def _steady(value: Any) -> Any:
     return [_steady(part) for part in value] if isinstance(value, list) else value
 
 
-def limit_memory(size: int) -> None:
-    """Limit the memory of this process, in bytes; a file that needs more is counted as a fault."""
-    resource.setrlimit(resource.RLIMIT_DATA, (size, size))
+def limit_memory(size: int, *, above: bool = False) -> None:
+    """Limit the memory of this process, in bytes, maybe above what it has; a file that needs more is a fault."""
+    if not above:
+        return resource.setrlimit(resource.RLIMIT_DATA, (size, size))
+    now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (now + size, now + size))

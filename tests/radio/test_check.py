@@ -68,7 +68,7 @@ def test_a_key_is_a_file_of_32_bytes(run: Run, tmp_path: Path) -> None:
     place = ("--connect", f"udp:{free_port()}")
     for options, wanted in (
         ((str(short),), "must have 32 bytes, but is 31 bytes long"),
-        ((str(tmp_path / "none"),), "must be a readable file"),
+        ((str(tmp_path / "none"),), "must be a file, but is missing"),
         ((), "FILE or --off must be given"),
         ((str(zeros), "--off"), "FILE or --off must be given"),
     ):

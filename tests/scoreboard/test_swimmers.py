@@ -11,8 +11,9 @@ import pytest
 import tomlkit
 
 from hypertuna.errors import InputError
+from hypertuna.io.door import KINDS
 from hypertuna.io.files import shipped
-from hypertuna.scoreboard.swimmers import FOLDER, LARGEST, read_swimmer, swimmers
+from hypertuna.scoreboard.swimmers import FOLDER, read_swimmer, swimmers
 
 FISH: dict[str, Any] = {
     "name": "Fish",
@@ -126,13 +127,13 @@ def test_a_mistake_is_one_sentence_with_key_and_rule(changes: dict[str, Any], wo
 
 def test_a_file_is_bounded_before_it_is_read(tmp_path: Path) -> None:
     path = tmp_path / "fish.toml"
-    path.write_text("#" * (LARGEST + 1))
-    with pytest.raises(InputError, match=r"must be at most 0.2 MB"):
+    path.write_text("#" * (KINDS["toml"].largest + 1))
+    with pytest.raises(InputError, match=r"must be at most 1 MB"):
         read_swimmer(path)
 
 
 def test_unknown_swimmers_and_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="did you mean tunabot"):
         read_swimmer("tunabott")
-    with pytest.raises(InputError, match="must be a readable file"):
+    with pytest.raises(InputError, match="must be a file, but is missing"):
         read_swimmer(tmp_path / "none.toml")

@@ -8,6 +8,7 @@ is wrong. Summary in results.json.
 """
 
 import argparse
+import contextlib
 import csv
 import hashlib
 import itertools
@@ -28,12 +29,16 @@ sys.path.insert(0, str(ROOT / "tests"))
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ[name] = "1"
 
-from mutations.cases import CASES, judged  # noqa: E402  # above, the folder is put on the path
+from mutations import cases, strangers  # noqa: E402  # above, the folder is put on the path
+from mutations.cases import CASES  # noqa: E402
 from mutations.judge import limit_memory  # noqa: E402
+from mutations.strangers import READERS  # noqa: E402
 
 FILES = 20_000
 HANGS = 120.0  # s by the clock, after which a worker is ended
-MEMORY = 3 << 30  # bytes that a worker may have
+MEMORY = 3 << 30  # bytes that a worker of commands may have
+ABOVE = 1 << 30  # bytes that a worker of readers may take for a file
+KINDS: list[Any] = [*CASES, *READERS]
 COLUMNS = ("kind", "seed", "outcome", "seconds", "slowest_s", "problem")
 Row = dict[str, Any]
 
@@ -47,17 +52,38 @@ def state() -> str:
 
 def work(line: Connection, folder: str, parent: int) -> None:
     """Judge the files that come through a pipe, until the parent has ended."""
-    limit_memory(MEMORY)
     tempfile.tempdir = folder
+    started = False
     while os.getppid() == parent:
         if not line.poll(5.0):
             continue
         k, seed = line.recv()
+        if not started:
+            start(KINDS[k])
+            started = True
         begin = time.process_time()
-        verdict = judged(CASES[k], seed)
+        verdict = judged(k, seed)
         outcome = "wrong" if verdict.problems else "accepted" if verdict.accepted else "refused"
         problem = "; ".join(verdict.problems).replace("\n", " ")
         line.send((outcome, time.process_time() - begin, verdict.seconds, problem))
+
+
+def start(kind: Any) -> None:
+    """Limit the memory of this process; a reader has all its libraries before."""
+    if kind in CASES:
+        return limit_memory(MEMORY)
+    for reader in READERS:
+        with tempfile.TemporaryDirectory() as folder, contextlib.suppress(Exception):
+            (path := Path(folder) / reader.file).parent.mkdir(exist_ok=True)
+            path.write_bytes(strangers.whole(reader))
+            reader.read(path)
+    return limit_memory(ABOVE, above=True)
+
+
+def judged(k: int, seed: int) -> cases.Reaction:
+    """Judge a file of a kind."""
+    kind = KINDS[k]
+    return cases.judged(kind, seed) if kind in CASES else strangers.judged(kind, seed)
 
 
 @dataclass
@@ -83,7 +109,7 @@ class Worker:
     def row(self, outcome: str, seconds: float, slowest: float, problem: str) -> Row:
         """Return the row of the file that is done."""
         assert self.job is not None
-        values = (CASES[self.job[0]].name, self.job[1], outcome, f"{seconds:.3f}", f"{slowest:.3f}", problem)
+        values = (KINDS[self.job[0]].name, self.job[1], outcome, f"{seconds:.3f}", f"{slowest:.3f}", problem)
         return dict(zip(COLUMNS, values, strict=True))
 
 
@@ -132,10 +158,12 @@ def read_journal(path: Path) -> list[Row]:
 def summary(rows: list[Row]) -> dict[str, Any]:
     """Return files by kind: accepted, refused, wrong, and the processor time of the slowest command."""
     kinds = {}
-    for case in CASES:
+    for case in KINDS:
         own = [row for row in rows if row["kind"] == case.name]
         counts = {key: sum(row["outcome"] == key for row in own) for key in ("accepted", "refused", "wrong")}
         slowest = max((float(row["slowest_s"]) for row in own), default=0.0)
+        if not own:
+            continue
         kinds[case.name] = {"files": len(own), **counts, "slowest_command_s": round(slowest, 2)}
     total = {key: sum(kind[key] for kind in kinds.values()) for key in ("files", "accepted", "refused", "wrong")}
     mean = sum(float(row["seconds"]) for row in rows) / max(len(rows), 1)
@@ -154,18 +182,22 @@ def main() -> None:
     parser.add_argument("--files", type=int, default=FILES, help="number of files")
     parser.add_argument("--first", type=int, default=0, help="first seed of each kind")
     parser.add_argument("--kind", action="append", help="kinds to run, by name")
+    parser.add_argument("--readers", action="store_true", help="readers in process, in place of commands")
     parser.add_argument("--seed", type=int, help="run one seed, and show what is wrong")
     parser.add_argument("-j", type=int, default=1, dest="workers", help="workers")
     parser.add_argument("--journal", type=Path, default=ROOT / "build/mutations.csv", help="what is done")
     parser.add_argument("--results", type=Path, default=Path(__file__).with_name("results.json"), help="summary")
     options = parser.parse_args()
-    kinds = [k for k, case in enumerate(CASES) if case.there and (not options.kind or case.name in options.kind)]
+    chosen = READERS if options.readers else CASES
+    named = [k for k, one in enumerate(KINDS) if one in chosen and (not options.kind or one.name in options.kind)]
+    kinds = [k for k in named if KINDS[k].there]
     if options.seed is not None:
+        start(KINDS[kinds[0]])
         sys.exit(sum(show(k, options.seed) for k in kinds) > 0)
     rows = read_journal(options.journal)
     done = {(row["kind"], row["seed"]) for row in rows}
-    seeds = ((k, seed) for seed in itertools.count(options.first) for k in kinds if seed % CASES[k].every == 0)
-    jobs = [(k, seed) for k, seed in itertools.islice(seeds, options.files) if (CASES[k].name, seed) not in done]
+    seeds = ((k, seed) for seed in itertools.count(options.first) for k in kinds if seed % KINDS[k].every == 0)
+    jobs = [(k, seed) for k, seed in itertools.islice(seeds, options.files) if (KINDS[k].name, seed) not in done]
     begin = told = time.monotonic()
     with tempfile.TemporaryDirectory() as folder, options.journal.open("a", buffering=1) as journal:
         writer = csv.DictWriter(journal, COLUMNS, lineterminator="\n")
@@ -187,8 +219,8 @@ def main() -> None:
 
 def show(k: int, seed: int) -> bool:
     """Judge one file, and print what is wrong; return whether anything is."""
-    verdict = judged(CASES[k], seed)
-    print(f"{CASES[k].name}, seed {seed}: {'; '.join(verdict.problems) or 'nothing is wrong'}")
+    verdict = judged(k, seed)
+    print(f"{KINDS[k].name}, seed {seed}: {'; '.join(verdict.problems) or 'nothing is wrong'}")
     return bool(verdict.problems)
 
 

@@ -18,8 +18,8 @@ from hypertuna.description.schema.actuator import HOSE, DriveUnit
 from hypertuna.description.schema.control import Controller
 from hypertuna.description.shape import Shape
 from hypertuna.errors import InputError
+from hypertuna.io.door import read_toml
 from hypertuna.io.files import shipped
-from hypertuna.io.tables import read_toml
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
 

@@ -13,8 +13,8 @@ from hypertuna.display import Table
 from hypertuna.firmware.header import header
 from hypertuna.firmware.parameters import FirmwareTable, firmware_table
 from hypertuna.firmware.wiring import Wire, Wiring, wiring_of
+from hypertuna.io.door import read_text
 from hypertuna.io.files import rows_csv, write_atomically
-from hypertuna.io.tables import read_text
 
 firmware_app = opt.group("Firmware: parameters and wiring from a robot's description, list of faults.")
 
@@ -45,7 +45,7 @@ def params(
         print_written(output)
     if check is None:
         return
-    if read_text(check, "a C++ header") != header(parameters):
+    if read_text(check, "header") != header(parameters):
         fix = f"write it again with hypertuna firmware params --robot {robot} -o {check}"
         typer.echo(f"{check} differs: {fix}", err=True)
         raise typer.Exit(1)

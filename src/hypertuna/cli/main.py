@@ -235,6 +235,7 @@ def _sentence(error: BaseException) -> str:
         file = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
         return f"{file}: {error.strerror or error}.".removeprefix(": ")
     if isinstance(error, MemoryError):
-        return "there is not enough memory: ask for fewer gaits, steps or seconds."
+        needed = f" ({error})" if str(error) else ""  # what NumPy says: how much, for which array
+        return f"there is not enough memory{needed}: give the process more, or this command less to do at once."
     isa = isinstance(error, ValueError) and str(error).startswith("HYPERTUNA_ISA")
     return f"{error}." if isa else ""

@@ -14,7 +14,8 @@ from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import Setting
 from hypertuna.display import Table
 from hypertuna.errors import InputError
-from hypertuna.io.files import read_bytes, rows_csv
+from hypertuna.io.door import KINDS, read_bytes
+from hypertuna.io.files import rows_csv
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.magnetic import declination
 from hypertuna.mission.upload import download, upload
@@ -28,10 +29,9 @@ from hypertuna.ranges import POSITIVE
 
 def _read_key(path: str, _: str) -> bytes:
     """Read a key."""
-    fix = "make one: openssl rand -out key 32"
-    content = read_bytes(path, fix)
+    content = read_bytes(path, "key")
     if len(content) != 32:
-        raise InputError("must have 32 bytes", file=path, value=f"{len(content)} bytes long", fix=fix)
+        raise InputError("must have 32 bytes", file=path, value=f"{len(content)} bytes long", fix=KINDS["key"].fix)
     return content
 
 

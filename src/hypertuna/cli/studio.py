@@ -11,7 +11,6 @@ import webbrowser
 from collections.abc import Iterator
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -20,9 +19,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli import streams
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GaitOptions
-from hypertuna.description.robot import load
 from hypertuna.errors import InputError
-from hypertuna.mission.read_log import read_log
 from hypertuna.ranges import Whole
 
 HERE = "127.0.0.1"  # the page is for this machine alone
@@ -63,6 +60,7 @@ def studio_command(
             show_default=False,
         ),
     ] = opt.ROBOT,
+    log: Annotated[str | None, opt.text("--log", "Log of a mission to play with ROBOT.", "FILE")] = None,
     joints: opt.JointLaw = None,
     areas: opt.Areas = None,
     water: opt.WaterLaw = None,
@@ -74,15 +72,14 @@ def studio_command(
     """Turn the knobs of a swimming robot in the browser: a page of this machine alone, until Ctrl-C.
 
     It begins with the gait of the options, or the robot's first. A log of a mission is played in the view Sea, which
-    needs the extra log.
+    needs the extra log; alone, it is played with the robot of its name that comes with hypertuna.
     """
-    from hypertuna.reports.studio import LOG, Studio, robot_in
+    from hypertuna.reports.studio import Studio, robot_and_log
 
-    log = Path(robot) if robot.endswith(LOG) else None
-    subject = (load(robot) if log is None else robot_in(read_log(log))).using(joints=joints, areas=areas, water=water)
-    subject = opt.with_rigid_hinge(subject)
+    subject, played = robot_and_log(robot, log)
+    subject = opt.with_rigid_hinge(subject.using(joints=joints, areas=areas, water=water))
     start = gait.make(subject) if gait.gait is not None or gait.given else None
-    studio = Studio(subject, start, 0, log)
+    studio = Studio(subject, start, 0, played)
     if output is not None:
         _check_output(port, no_open)
         studio.save(output)

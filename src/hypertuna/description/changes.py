@@ -1,13 +1,13 @@
 """Values of a robot set by key, as `--set` and the sizing of a pump take them."""
 
 import re
-import tomllib
 from collections.abc import Mapping
 from typing import Any
 
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.validation import written
 from hypertuna.errors import InputError, InputErrors, did_you_mean
+from hypertuna.io.door import parse_toml
 
 NAMES = ("name", "drives", "quantity")  # keys that name a table of a list: of a joint group, a servo, a sensor
 
@@ -66,8 +66,8 @@ def toml_value(text: str) -> Any:
     """Read a value as TOML has it; numbers with commas are a list, other words are text."""
     for form in (text, f"[{text}]" if "," in text else text):
         try:
-            return tomllib.loads(f"value = {form}")["value"]
-        except tomllib.TOMLDecodeError:
+            return parse_toml(f"value = {form}")["value"]
+        except InputError:
             continue
     try:
         return float(text)  # of forms that TOML lacks: .5

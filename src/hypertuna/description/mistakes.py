@@ -18,6 +18,7 @@ KINDS = {
     "a mission": ({"waypoints", "stay"}, "`hypertuna mission {file}` flies it"),
     "a manifest of trials": ({"recordings", "steady"}, "`hypertuna identify {file}` reads it"),
 }
+MOST = 200  # mistakes that are told: a file with more is none of ours
 ROUNDS = 12  # of mending: tables in tables, each with mistakes that hide those behind it
 # Of a document: what `hypertuna robot new` writes for its shape, and a valid one with all tables.
 Example = Callable[[Mapping[str, Any]], tuple[dict[str, Any], Mapping[str, Any]]]
@@ -37,6 +38,8 @@ def translate(
         return other
     found: dict[str, InputError] = {}
     missing: list[Place] = []
+    if error.error_count() > MOST:
+        example = None
     replaced: list[str] = []  # keys whose values are those of the example
     mended = copy.deepcopy(dict(document))
     first, valid = example(_spelled(document, model)) if example is not None else ({}, {})
@@ -48,13 +51,15 @@ def translate(
             for mistake in new:
                 found.setdefault(mistake.key or "", mistake)
             missing += [one["loc"]] * (one["type"] == "missing" and bool(new))
-        if sum(_mend(one, told, mended, model, valid, replaced) for one, told in mistakes) < len(mistakes):
+        if example is None or sum(_mend(*one, mended, model, valid, replaced) for one in mistakes) < len(mistakes):
             break
         try:
             model.model_validate(mended)
             break
         except ValidationError as next_error:
             error = next_error
+        if error.error_count() > MOST:
+            break
     if (whole := _whole(missing, mended, model, first)) is not None:
         return InputErrors([*found.values()], commented(whole, model, hints={}), whole=True)
     paste = _paste(missing, model, first, valid)
@@ -75,7 +80,7 @@ def _in_order(error: ValidationError) -> list[Any]:
     errors = [one for one in error.errors(include_url=False) if one["type"] != "default_factory_not_called"]
     bad = {one["loc"][:n] for one in errors for n in range(len(one["loc"]))}
     errors = [one for one in errors if one["type"] != "too_short" or one["loc"] not in bad]  # bad items are not counted
-    return sorted(errors, key=lambda one: one["type"] != "extra_forbidden")
+    return sorted(errors, key=lambda one: one["type"] != "extra_forbidden")[:MOST]
 
 
 def _mistakes(one: Any, document: Any, model: Model, file: str | None) -> list[InputError]:
@@ -187,7 +192,7 @@ def _keys(owner: Model | None) -> list[str]:
 
 def _meant(table: Any, owner: Model | None) -> dict[str, str]:
     """Return which absent key each unknown key of a table is likely to mean."""
-    if not isinstance(table, Mapping):
+    if not isinstance(table, Mapping) or len(table) > MOST:
         return {}
     known = _keys(owner)
     renamed = getattr(owner, "renamed", {})
@@ -208,7 +213,7 @@ def _spelled(table: Mapping[str, Any], model: Model, place: Place = ()) -> dict[
 
 def _whole(missing: list[Place], mended: Any, model: Model, first: dict[str, Any]) -> dict[str, Any] | None:
     """Return a nearly empty document as a whole, mended and completed; None of others, for which parts are enough."""
-    if not {("links",), ("joints",), ("water",)} & {*missing} or not mended.keys() <= first.keys():
+    if not first or not {("links",), ("joints",), ("water",)} & {*missing} or not mended.keys() <= first.keys():
         return None
     own = copy.deepcopy(mended)
     for place in missing:

@@ -10,8 +10,8 @@ from hypertuna.description.drag import NOSES, STRIDE, beating, blunt_area, frict
 from hypertuna.description.schema.base import NAME
 from hypertuna.description.shape import DENSITY, FIN_DRAG, FULL, Shape, edge, ellipse_drag, link_columns, link_lengths
 from hypertuna.errors import InputError
+from hypertuna.io.door import read_toml
 from hypertuna.io.files import shipped
-from hypertuna.io.tables import read_toml
 from hypertuna.ranges import Range, Whole, check_choice
 
 GIVEN = "as given to `hypertuna robot new`"

@@ -36,8 +36,8 @@ from hypertuna.description.schema.water import LAWS, Choice, Water
 from hypertuna.description.validation import entry_of, field_at, fix_for, unit_of, values, written
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.door import read_toml
 from hypertuna.io.files import shipped
-from hypertuna.io.tables import read_toml
 from hypertuna.ranges import Range
 
 T = TypeVar("T")

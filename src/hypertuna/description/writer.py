@@ -2,12 +2,12 @@
 
 import contextlib
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from hypertuna.description.robot import Robot, parse, robot_path
+from hypertuna.io.door import parse_toml, read_text
 from hypertuna.io.files import write_atomically
 
 SAME = 1e-13  # relative tolerance of the same number in another notation
@@ -21,9 +21,9 @@ def robot_text(robot: Robot, *, note: str | None = None) -> str:
     import tomlkit  # slow to import
 
     with contextlib.suppress(Exception):  # no file, or a layout that tomlkit cannot change
-        document = tomlkit.parse(robot_path(robot.file).read_text(encoding="utf-8-sig"))
+        document = tomlkit.parse(read_text(robot_path(robot.file), "toml"))
         _merge(document, robot.document(), note=note or ("identified, see [fit]" if robot.fit else "changed"))
-        if parse(tomllib.loads(tomlkit.dumps(document))).hash == robot.hash:  # else it was read from something else
+        if parse(parse_toml(tomlkit.dumps(document))).hash == robot.hash:  # else it was read from something else
             return _ended(tomlkit.dumps(document))
     return _ended(tomlkit.dumps(_merge(tomlkit.document(), robot.document())))
 

@@ -24,6 +24,7 @@ from hypertuna.errors import InputError
 from hypertuna.fe.measure import Measured, measure
 from hypertuna.fe.model import FeModel, FeOptions, equilibrium, fe_model
 from hypertuna.io.checkpoint import Journal
+from hypertuna.io.door import read_bytes
 from hypertuna.io.files import dataset, write_atomically
 
 if TYPE_CHECKING:
@@ -257,10 +258,7 @@ def _restore(model: FeModel, place: Path | None, k: int, loads: tuple[float, flo
     if place is None:
         raise RuntimeError("a journal in memory has no stored states")
     path, fix = _state(place, k), "remove the folder to start over"
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError("must be readable", file=str(path), value=f"not ({error.strerror})", fix=fix) from None
+    content = read_bytes(path, "state")
     count = len(model.problem.state.vec)
     if len(content) != 8 * count:
         rule = f"must hold {count} finite numbers of 8 bytes"

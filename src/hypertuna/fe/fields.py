@@ -1,12 +1,11 @@
 """Fields of a finite-element model as VTU files for ParaView and pictures: displacement, stress, strain."""
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from hypertuna.fe.energies import solid_energy
 from hypertuna.fe.model import FeModel
-from hypertuna.io.files import write_atomically
+from hypertuna.io.files import scratch, write_atomically
 
 # Names of the fields in the files.
 DISPLACEMENT, FACE = "displacement [m]", "face [1]"
@@ -53,8 +52,8 @@ def _write(mesh: Any, fields: dict[str, Any], path: Path, where: Any, finer: int
     """Write fields on elements or faces, whole or not at all."""
     from ngsolve import VTKOutput
 
-    with tempfile.TemporaryDirectory() as folder:
-        draft = Path(folder) / "draft"
+    with scratch() as folder:
+        draft = folder / "draft"
         names, options = list(fields), {"subdivision": finer, "legacy": False, "floatsize": "double"}
         VTKOutput(mesh, coefs=list(fields.values()), names=names, filename=str(draft), **options).Do(vb=where)
         write_atomically(path, draft.with_suffix(".vtu").read_bytes())

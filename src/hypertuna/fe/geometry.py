@@ -18,7 +18,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe.extra import need_fe, need_pictures
-from hypertuna.io.files import write_atomically
+from hypertuna.io.files import scratch, write_atomically
 
 MM = 1e3  # drawings are in mm, as STEP is by default
 WALL = 0.0005  # m, minimum matrix between hoses, and between hose and water
@@ -241,8 +241,6 @@ def _face_name(face: Any, body: JointBody, length: float, plate: float) -> str:
 def write_geometry(body: JointBody, path: str | Path) -> None:
     """Write the whole body with both plates as STEP or STL, in mm."""
     need_fe()
-    import tempfile
-
     from netgen.occ import Compound
 
     path, kind = Path(path), Path(path).suffix.lower()
@@ -250,8 +248,8 @@ def write_geometry(body: JointBody, path: str | Path) -> None:
         raise InputError("must end in .step, .stp or .stl", key="path", value=str(path), fix="rename the file")
     connector = _ellipse(body, 0, -MM * body.plate).Face().Extrude(MM * body.plate)
     matrix, tip = _solids(body, 1.0, body.channels)
-    with tempfile.TemporaryDirectory() as folder:
-        draft = str(Path(folder) / f"draft{kind}")
+    with scratch() as folder:
+        draft = str(folder / f"draft{kind}")
         if kind == ".stl":  # as one solid: shared faces would leave gaps between triangles
             _surface(connector + matrix + tip, MM * body.radius).save(draft)
         else:

@@ -6,7 +6,6 @@ same at all pressures.
 
 import io
 import itertools
-import json
 import math
 import os
 from collections.abc import Callable
@@ -29,6 +28,7 @@ from hypertuna.fe.bend import SUMMARY
 from hypertuna.fe.extra import need_pictures
 from hypertuna.fe.fields import DISPLACEMENT, FACE, FACE_NUMBERS, STRAIN, STRESS, surface_path
 from hypertuna.figures import FAINT, SEQUENCE, WIDTH, styled
+from hypertuna.io.door import opened, parse_json, read_bytes
 from hypertuna.io.files import write_atomically
 
 PARTS = {
@@ -94,7 +94,7 @@ def read_film(folder: str | Path) -> Film:
     need_pictures()
     summary = Path(folder) / SUMMARY
     try:
-        record = json.loads(summary.read_text())
+        record = parse_json(read_bytes(summary, "stored"))
         side, steps = str(record["side"]), record["steps"]
         title = f"{record['robot']}, joint {record['joint']}, pressure on the {side} side"
         pressure = np.array([1e3 * step["pressure_kpa"] for step in steps])
@@ -193,9 +193,7 @@ def _faces(path: Path) -> dict[str, Any]:
     """Read the faces of the upper half by kind."""
     import pyvista as pv
 
-    if not path.is_file():
-        fix = "remove the folder and run `hypertuna fe bend` again"
-        raise InputError("is missing for the pictures", file=str(path), fix=fix)
+    opened(path, "surface").close()
     whole = pv.read(path)
     number = np.rint(whole.point_data_to_cell_data()[FACE]).astype(int)
 

@@ -19,7 +19,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.firmware.parameters import firmware_table
-from hypertuna.io.files import read_bytes
+from hypertuna.io.door import read_bytes
 from hypertuna.mission.file import MissionFile
 from hypertuna.mission.record import COLUMNS, MissionRecord, names_of
 
@@ -80,7 +80,7 @@ def record_dtype(joints: int) -> np.dtype[Any]:
 def read_black_box(path: str | Path, report: Callable[[int, int], None] | None = None) -> list[Box]:
     """Read a black box boot by boot; damaged bytes are skipped and counted. `report(bytes read, all bytes)`."""
     file = str(path)
-    content = _written(read_bytes(path, "give the path of a .bin file from the robot's card"))
+    content = _written(read_bytes(path, "box"))
     boots: list[_Boot] = []
     first = b""  # bytes before the first record
     for piece in _pieces(content, report):
@@ -238,7 +238,8 @@ def mission_record(
             layout = layout.replace("as in the", f"but {table.layout:08x} in the")
             layout += ": the firmware was built from another"
     source = provenance(robot, water=False) | {"source": "black box", "status_text": box.sentence, "parameters": layout}
-    data = {name: box.ticks[name].astype(float) for name in box.ticks.dtype.names or () if name in COLUMNS}
+    with np.errstate(invalid="ignore"):  # of a NaN that signals
+        data = {name: box.ticks[name].astype(float) for name in box.ticks.dtype.names or () if name in COLUMNS}
     start = tuple(data["position_estimated"][0].tolist())
     return MissionRecord(
         name="black box" if file is None else file.name,

@@ -5,7 +5,6 @@ import os
 import shutil
 import socket
 import subprocess
-import tempfile
 import threading
 import time
 from collections.abc import Iterator
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from hypertuna.errors import InputError
 from hypertuna.firmware.lockstep import FROM_BOARD
-from hypertuna.io.files import write_atomically
+from hypertuna.io.files import scratch, write_atomically
 
 BOARDS = {"pc": "pc", "qemu": "qemu_mps2.elf"}
 EMULATOR = "qemu-system-arm"
@@ -87,7 +86,7 @@ def started(
     if board == "qemu" and radio is not None:
         _check_free(radio)
     firmware = firmware.absolute()  # it runs in a folder of its own
-    with tempfile.TemporaryDirectory() as place:
+    with scratch() as place:
         if board == "pc":
             options = [] if radio is None else ["--udp", str(radio)]
             options += [] if black_box is None else ["--box", BOX]
@@ -98,13 +97,13 @@ def started(
             from_board: IO[bytes] = process.stdout
         else:
             for name in ("to_board", "from_board"):
-                os.mkfifo(Path(place) / name)
+                os.mkfifo(place / name)
             serial = "null" if radio is None else f"tcp:127.0.0.1:{radio},server=on,wait=off"
             machine = ["-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", serial, "-icount", "shift=6"]
             hosting = ["-semihosting-config", "enable=on,target=native", "-kernel", str(firmware)]
             process = subprocess.Popen([EMULATOR, *machine, *hosting], cwd=place, stdin=subprocess.DEVNULL)
-            to_board = _opened(Path(place) / "to_board", process)
-            from_board = (Path(place) / "from_board").open("rb")
+            to_board = _opened(place / "to_board", process)
+            from_board = (place / "from_board").open("rb")
         try:
             yield Board(process, to_board, from_board)
         finally:
@@ -113,8 +112,8 @@ def started(
             from_board.close()
             with contextlib.suppress(BrokenPipeError):  # unread messages
                 to_board.close()
-            if black_box is not None and (Path(place) / BOX).exists():
-                write_atomically(black_box, (Path(place) / BOX).read_bytes())
+            if black_box is not None and (place / BOX).exists():
+                write_atomically(black_box, (place / BOX).read_bytes())
 
 
 def _check_free(port: int) -> None:

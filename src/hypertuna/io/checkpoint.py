@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from hypertuna.errors import DamageWarning, InputError, shown
-from hypertuna.io.files import Closing, read_bytes, unwritable
+from hypertuna.io.door import check_regular, parse_json, read_bytes
+from hypertuna.io.files import Closing, unwritable
 
 MARK = "hypertuna journal"
 ANOTHER = "give another file, or remove this one to start over"
@@ -27,7 +28,7 @@ SUM = re.compile(rb', "crc32": "([0-9a-f]{8})"}\n')  # end of a line
 
 def read_header(path: str | Path) -> dict[str, Any]:
     """Return the header of a journal."""
-    return _header(str(path), read_bytes(path).splitlines(keepends=True))[0]
+    return _header(str(path), read_bytes(path, "journal").splitlines(keepends=True))[0]
 
 
 class Journal(Closing):
@@ -54,7 +55,8 @@ class Journal(Closing):
             return
         try:
             # Created by opening and started under the lock: of two simultaneous runs one is refused.
-            self._file = io.FileIO(self._path, "r+", opener=lambda file, how: os.open(file, how | os.O_CREAT, 0o666))
+            self._file = io.FileIO(self._path, "r+", opener=_created)
+            check_regular(self._file.fileno(), str(path), "journal")
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             self.close()
@@ -62,6 +64,9 @@ class Journal(Closing):
             raise InputError("is in use by another run", file=str(path), fix=fix) from None
         except OSError as error:
             raise unwritable(path, error) from None
+        except InputError:
+            self.close()
+            raise
         try:
             self.records = self._resume(self._file, header, measured)
         except BaseException:
@@ -105,7 +110,7 @@ class Journal(Closing):
 
     def _resume(self, file: io.FileIO, header: Mapping[str, Any], measured: bool) -> list[dict[str, Any]]:
         """Check the header and read the records; drop the torn or damaged end of the file."""
-        content, head = file.readall(), _line({"journal": MARK} | dict(header))
+        content, head = file.readall() or b"", _line({"journal": MARK} | dict(header))
         first = _summed(head, 0)[0]
         if content != first and first.startswith(content):  # empty, or a torn header
             file.seek(0)
@@ -157,6 +162,11 @@ class Journal(Closing):
         return f"{self._path}:{record + 2}"
 
 
+def _created(file: str, how: int) -> int:
+    """Open a journal, created where there is none, without waiting for the other end of a pipe."""
+    return os.open(file, how | os.O_CREAT | os.O_NONBLOCK, 0o666)
+
+
 def check_same_header(file: str, there: Mapping[str, Any], header: Mapping[str, Any], fix: str) -> None:
     """Check that the header in a file is that of the present work."""
     old, new = _flat(json.loads(_line(there))), _flat(json.loads(_line(header)))
@@ -184,15 +194,18 @@ def _checked(line: bytes, before: int) -> tuple[dict[str, Any] | None, int]:
     checksum = zlib.crc32(body, before)
     if end is None or not body or int(end[1], 16) != checksum:
         return None, before
-    record: dict[str, Any] = json.loads(body)
-    return record, checksum
+    try:
+        record = parse_json(body)
+    except ValueError:
+        record = None
+    return (record, checksum) if isinstance(record, dict) else (None, before)
 
 
 def _header(file: str, lines: list[bytes]) -> tuple[dict[str, Any], int]:
     """Return the header of the first line, and its checksum."""
     try:
-        header = json.loads(lines[0]) if lines else None
-    except (ValueError, RecursionError):
+        header = parse_json(lines[0]) if lines else None
+    except ValueError:
         header = None
     if not isinstance(header, dict) or header.get("journal") != MARK or not isinstance(header.get("options", {}), dict):
         raise InputError("must be a journal of hypertuna", file=file, fix="give another file")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import errno
 import functools
 import io
 import json
@@ -64,11 +65,12 @@ class Csv(NamedTuple):
     facts: Mapping[str, Any]
 
     def write(self, path: str | Path) -> None:
-        """Write NAME.csv and, if there are facts, NAME.csv.json; each whole or not at all."""
-        if self.facts:
-            facts = json.dumps(self.facts, indent=2, ensure_ascii=False, default=lambda value: value.tolist())
-            write_atomically(f"{path}.json", f"{facts}\n".encode())
-        write_atomically(path, self.text.encode())
+        """Write NAME.csv and, if there are facts, NAME.csv.json: both whole, or neither."""
+        with contextlib.ExitStack() as files:  # neither takes its place before both are on the disk
+            files.enter_context(replaced(path)).write_bytes(self.text.encode())
+            if self.facts:
+                facts = json.dumps(self.facts, indent=2, ensure_ascii=False, default=lambda value: value.tolist())
+                files.enter_context(replaced(f"{path}.json")).write_bytes(f"{facts}\n".encode())
 
 
 def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[Any]], *, digits: int | None = 6) -> Csv:
@@ -150,11 +152,19 @@ def _csv(facts: Mapping[str, Any], rows: Iterable[Iterable[Any]]) -> Csv:
     return Csv(text.getvalue(), facts)
 
 
+def check_replaceable(path: str | Path) -> None:
+    """Check that what a new file would replace is a file: never a device or a pipe."""
+    if os.path.exists(path) and not os.path.isfile(path):
+        value = "a folder" if os.path.isdir(path) else "a pipe or a device"
+        raise InputError("must be a file", file=str(path), value=value, fix="choose another path")
+
+
 @contextlib.contextmanager
 def replaced(path: str | Path) -> Iterator[Path]:
     """Yield a temporary name beside a path, whose file then takes its place: whole or not at all."""
     path = Path(path)
     try:
+        check_replaceable(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     except OSError as error:
@@ -173,6 +183,28 @@ def replaced(path: str | Path) -> Iterator[Path]:
         raise
 
 
+@contextlib.contextmanager
+def scratch() -> Iterator[Path]:
+    """Yield a temporary folder; where it cannot be written, the error names it."""
+    try:
+        place = tempfile.TemporaryDirectory()
+    except OSError as error:
+        raise _no_room(os.environ.get("TMPDIR", "the temporary folder"), error) from None
+    with place as name:
+        try:
+            yield Path(name)
+        except OSError as error:
+            if error.errno not in FULL and "No space left" not in str(error):  # HDF5 has it in its text alone
+                raise
+            raise _no_room(str(Path(name).parent), error) from None
+
+
+def _no_room(folder: str, error: OSError) -> InputError:
+    """Return the error of a temporary folder that cannot be written."""
+    value, fix = f"not ({error.strerror or error})", "make room there, or set TMPDIR to another folder"
+    return InputError("must be a folder that can be written", file=folder, value=value, fix=fix)
+
+
 def write_atomically(path: str | Path, content: bytes) -> Path:
     """Write a file whole or not at all."""
     with replaced(path) as file:
@@ -180,6 +212,7 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
     return Path(path)
 
 
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # what a full disk is called
 CONVENTIONS = "CF-1.11"
 # Coordinates that CF names: its `time` is a date, its `pressure` that of the air.
 CF_UNITS = {"deg": "degree", "Wh": "W h"}  # as UDUNITS knows them
@@ -190,8 +223,8 @@ def write_netcdf(dataset: xr.Dataset | xr.DataTree, path: str | Path) -> Path:
     """Write a dataset, or a tree as groups, as NetCDF by the CF conventions, whole or not at all."""
     tree: Any = dataset
     data: Any = tree.map_over_datasets(by_conventions) if hasattr(dataset, "groups") else by_conventions(tree)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "result.nc"
+    with scratch() as folder:
+        file = folder / "result.nc"
         data.to_netcdf(file, engine="h5netcdf")
         return write_atomically(path, file.read_bytes())
 
@@ -224,19 +257,6 @@ def unwritable(path: object, error: OSError) -> InputError:
     """Return the error of a file that cannot be written."""
     value, fix = f"not ({error.strerror or error})", "choose a path that can be written"
     return InputError("must be a writable file", file=str(path), value=value, fix=fix)
-
-
-def read_bytes(path: str | Path, fix: str | None = None, *, limit: int | None = None) -> bytes:
-    """Read a file whole; one of more than `limit` bytes is refused before it is read to its end."""
-    try:
-        with open(path, "rb") as file:
-            content = file.read(-1 if limit is None else limit + 1)
-    except OSError as error:
-        raise InputError("must be a readable file", file=str(path), value=f"not ({error.strerror})", fix=fix) from None
-    if limit is not None and len(content) > limit:
-        rule, smaller = f"must be at most {limit / 1e6:g} MB", "cut it, or thin it out"
-        raise InputError(rule, file=str(path), value="larger", fix=smaller)
-    return content
 
 
 def shipped(name: str) -> Path:

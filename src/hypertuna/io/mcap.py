@@ -3,6 +3,7 @@
 Chunks are checked by their checksums, also those of a file that was cut short. Needs the extra `log`.
 """
 
+import fcntl
 import io
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -10,8 +11,9 @@ from pathlib import Path
 from typing import IO, Any
 
 from hypertuna.errors import InputError
+from hypertuna.io.door import read_bytes
 from hypertuna.io.extras import need
-from hypertuna.io.files import Closing, read_bytes, unwritable
+from hypertuna.io.files import Closing, check_replaceable, unwritable
 
 CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
 NANO = 1_000_000_000
@@ -20,6 +22,8 @@ LINK = "link"  # metadata key of a radio log
 MAGIC = b"\x89MCAP0\r\n"
 # A file is unpacked to at most this, against bombs: logs of missions shrink to a third.
 MAX_CHUNK, MAX_UNPACKED, MAX_RATIO = 4 << 20, 4 << 20, 30  # bytes; bytes for each byte of the file
+MOST = 200 << 20  # bytes that are unpacked in all: a gigabyte of memory as numbers
+LAST = 2**63  # ns: a time beyond it is none
 
 
 def need_log() -> None:
@@ -68,7 +72,7 @@ class McapWriter(Closing):
         self._target: Any = target
         try:
             if isinstance(target, Path):
-                self._target = io.FileIO(target, "w" if overwrite else "x")
+                self._target = _locked(target, overwrite)
         except OSError as error:
             raise unwritable(target, error) from None
         self._memory = _Memory()
@@ -113,6 +117,22 @@ class McapWriter(Closing):
             raise unwritable(self._target.name, error) from None
 
 
+def _locked(path: Path, overwrite: bool) -> io.FileIO:
+    """Open an empty file for writing, which no other process writes meanwhile."""
+    check_replaceable(path)
+    file = io.FileIO(path, "a" if overwrite else "x")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        file.truncate(0)
+    except BlockingIOError:
+        file.close()
+        fix = "wait until that run ends, or give another file"
+        raise InputError("is being written by another run", file=str(path), fix=fix) from None
+    except OSError:  # a file system without locks
+        file.truncate(0)
+    return file
+
+
 @dataclass
 class Messages:
     """Messages of a file until its end or its first fault."""
@@ -127,7 +147,7 @@ class Messages:
 def read_messages(path: str | Path, name: Callable[[str, bytes], str] | None = None) -> Messages:
     """Read the messages of all whole chunks of a file by topic, or by the `name` of a topic and a message's content."""
     need_log()
-    content = read_bytes(path, "give the path of a .mcap file")
+    content = read_bytes(path, "log")
     if not content.startswith(MAGIC):
         raise InputError("must be an MCAP file", file=str(path), value="something else", fix="give a .mcap file")
     from mcap.records import Channel, Message
@@ -136,12 +156,15 @@ def read_messages(path: str | Path, name: Callable[[str, bytes], str] | None = N
     topics: dict[int, str] = {}
     for part in _chunks(content, messages):
         topics |= {record.id: record.topic for record in part if isinstance(record, Channel)}
-        for record in part:
-            if isinstance(record, Message) and record.channel_id in topics:
-                topic = topics[record.channel_id]
-                topic = topic if name is None else name(topic, record.data)
-                messages.times.setdefault(topic, []).append(record.log_time)
-                messages.contents.setdefault(topic, []).append(record.data)
+        heard = [record for record in part if isinstance(record, Message) and record.channel_id in topics]
+        if any(record.log_time >= LAST for record in heard):
+            messages.fault = "damaged (a time beyond 2262)"
+            break
+        for record in heard:
+            topic = topics[record.channel_id]
+            topic = topic if name is None else name(topic, record.data)
+            messages.times.setdefault(topic, []).append(record.log_time)
+            messages.contents.setdefault(topic, []).append(record.data)
         messages.chunks += 1
     return messages
 
@@ -150,7 +173,7 @@ def is_radio_log(path: str | Path) -> bool:
     """Return whether a file is a log of the radio: its metadata comes before the first chunk."""
     need_log()
     messages = Messages({}, {})
-    next(_chunks(read_bytes(path, "give the path of a .mcap file"), messages), None)
+    next(_chunks(read_bytes(path, "log"), messages), None)
     return LINK in (messages.metadata or {})
 
 
@@ -160,7 +183,7 @@ def _chunks(content: bytes, messages: Messages) -> Iterator[list[Any]]:
     from mcap.stream_reader import StreamReader, breakup_chunk
 
     stream, size = io.BytesIO(content), len(content)
-    room = MAX_UNPACKED + MAX_RATIO * size
+    room = min(MAX_UNPACKED + MAX_RATIO * size, max(size, MOST))
     try:
         for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size).records:
             if isinstance(record, Metadata) and record.name == METADATA:
@@ -176,6 +199,8 @@ def _chunks(content: bytes, messages: Messages) -> Iterator[list[Any]]:
                 yield breakup_chunk(unpacked, validate_crc=True)
         if behind := len(stream.read()):
             messages.fault = f"damaged ({behind} bytes behind its end)"
+    except MemoryError:
+        raise
     except Exception as error:  # a damaged file may raise anything in the reader
         messages.fault = f"damaged ({type(error).__name__})" if stream.read(1) else "cut short"
 

@@ -1,19 +1,18 @@
-"""Text files: TOML and tables of comma-separated values."""
+"""Tables of comma-separated values."""
 
 import csv
 import math
-import os
-import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from hypertuna.errors import InputError, InputErrors, did_you_mean
+from hypertuna.io.door import CELLS, LONGEST, read_text
 
 R = TypeVar("R")
 
-MAX_NAMED = 5  # bad rows in an error
+MAX_NAMED, MAX_BAD = 5, 1000  # bad rows in an error; after which a file is given up
 # Ends of names of columns, by what they measure: the size of a unit in one of them.
 UNITS: tuple[dict[str, float], ...] = (
     {"m_s": 1, "cm_s": 1e-2, "mm_s": 1e-3, "km_h": 1 / 3.6},
@@ -24,37 +23,6 @@ UNITS: tuple[dict[str, float], ...] = (
     {"s": 1, "ms": 1e-3, "min": 60},
     {"ml": 1, "l": 1e3, "mm3": 1e-3, "m3": 1e6},
 )
-# What to do about errors of `tomllib`, which names the line where it gave up.
-TOML_FIXES = {
-    "Unclosed array": "close the bracket that opens there or on a line above, and write decimals with a point",
-    "Cannot overwrite a value": "a key is there twice: delete one of the two lines",
-    "Expected newline": "write one key a line, and decimals with a point",
-    "Cannot declare": "a table is there twice: put its keys under one heading",
-}
-
-
-def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
-    """Read a text file in UTF-8; errors name it by `file`, the path by default, and `kind`: "a CSV file"."""
-    file = file or str(path)
-    try:
-        return Path(path).read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError("must be a file", file=file, value="missing", fix="check the path") from None
-    except (OSError, ValueError) as error:
-        if os.path.isdir(path):
-            raise InputError("is a folder", file=file, fix=f"give the path of {kind}") from None
-        value = f"not ({error.strerror if isinstance(error, OSError) else type(error).__name__})"
-        raise InputError("must be readable", file=file, value=value, fix=f"give {kind} in UTF-8") from None
-
-
-def read_toml(path: str | Path, *, file: str | None = None) -> dict[str, Any]:
-    """Read a TOML file; errors name it by `file`, the path by default."""
-    content = read_text(path, "a TOML file", file=file)
-    try:
-        return tomllib.loads(content)
-    except (ValueError, RecursionError) as error:
-        fix = next((fix for words, fix in TOML_FIXES.items() if words in str(error)), "correct that line")
-        raise InputError("must be valid TOML", file=file or str(path), value=f"not ({error})", fix=fix) from None
 
 
 @dataclass(frozen=True)
@@ -108,6 +76,19 @@ class Table:
             raise InputErrors(errors) if len(errors) > 1 and not foreign else errors[0]
         return keys
 
+    def checked(self, rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
+        """Return rows, after a check that each has a cell for each column."""
+        for line, row in rows:
+            if len(row) != len(self.head):
+                error = self._wrong_length(row)
+                raise InputError(error.rule, file=self.file, key=f"line {line}", value=error.value, fix=error.fix)
+        return rows
+
+    def _wrong_length(self, row: list[str]) -> InputError:
+        """Return the error of a row with more or fewer cells than columns."""
+        rule, fix = f"must have {len(self.head)} cells, like the line of names", "complete the line or remove it"
+        return InputError(rule, value=f"{len(row)} long", fix=fix)
+
     def check_once(self, names: Iterable[str]) -> None:
         """Check that none of the columns that are used is there twice: nobody knows which of them is meant."""
         for name in names:
@@ -132,17 +113,21 @@ class Table:
         for line, row in self.rows:
             try:
                 if len(row) != len(self.head):
-                    rule = f"must have {len(self.head)} cells, like the line of names"
-                    raise InputError(rule, value=f"{len(row)} long", fix="complete the line or remove it")
+                    raise self._wrong_length(row)
                 values.append(make(line, dict(zip(keys, row, strict=True))))
             except InputError as error:
                 column = columns.get(error.key or "")
                 place = f"line {line}, {column}" if column else f"line {line}"
                 errors.append(InputError(error.rule, file=self.file, key=place, value=error.value, fix=error.fix))
+                if len(errors) > MAX_BAD:
+                    break
         if len(errors) > 1:
-            rows = (f"{error.key} {error.rule}" + f", but is {error.value}" * bool(error.value) for error in errors)
-            texts = [*list(rows)[:MAX_NAMED], *([f"and {len(errors) - MAX_NAMED} more"] * (len(errors) > MAX_NAMED))]
-            raise InputError(f"has {len(errors)} rows that cannot be used", file=self.file, fix="; ".join(texts))
+            texts = [
+                str(InputError(one.rule, key=one.key, value=one.value)).removesuffix(".") for one in errors[:MAX_NAMED]
+            ]
+            texts += [f"and {len(errors) - MAX_NAMED} more"] * (len(errors) > MAX_NAMED)
+            count = f"{len(errors)}" if len(errors) <= MAX_BAD else f"more than {MAX_BAD}"
+            raise InputError(f"has {count} rows that cannot be used", file=self.file, fix="; ".join(texts))
         if errors:
             raise errors[0]
         return values
@@ -151,7 +136,10 @@ class Table:
 def read_table(path: str | Path) -> Table:
     """Read a CSV file; empty lines and comments (#) are skipped."""
     file = str(path)
-    lines = enumerate(read_text(path, "a CSV file").split("\n"), 1)
+    text = read_text(path, "csv")
+    if text.count(",") + text.count("\n") > CELLS:
+        raise InputError(f"must have at most {CELLS} cells", file=file, value="larger", fix="cut it, or thin it out")
+    lines = enumerate(text.split("\n"), 1)
     content = [(n, line) for n, line in lines if line.strip() and line.lstrip()[0] != "#"]
     if len(content) < 2:
         fix = "give a line of column names, then one line per sample"
@@ -160,6 +148,9 @@ def read_table(path: str | Path) -> Table:
         if mark in content[0][1] and "," not in content[0][1]:
             rule, fix = "must be separated by commas", "save it with commas, and decimal points in numbers"
             raise InputError(rule, file=file, value=f"separated by {name}", fix=fix)
+    if long := next((n for n, line in content if len(line) > LONGEST), None):
+        rule, fix = f"must have at most {LONGEST} characters", "give one sample a line"
+        raise InputError(rule, file=file, key=f"line {long}", value="longer", fix=fix)
     (line, head), *rows = ((n, _cells(line, file, n)) for n, line in content)
     return Table(file, line, head, rows)
 

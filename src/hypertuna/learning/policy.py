@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +13,7 @@ from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
+from hypertuna.io.door import KINDS, read_npz
 from hypertuna.learning.environments import SwimmerVectorEnv
 from hypertuna.learning.spans import LAG
 from hypertuna.learning.swimmers import Swimmers
@@ -57,16 +56,12 @@ def read_policy(path: str | Path) -> Policy:
     InputError
         If the file cannot be read, or its layers do not follow each other.
     """
-    fix = "give the .npz file that examples/learning/train_goto.py writes"
+    stored = read_npz(path)
+    task = str(stored.pop("task")) if "task" in stored else None
     try:
-        with np.load(path, allow_pickle=False) as file:
-            stored = dict(file)
-        task = str(stored.pop("task")) if "task" in stored else None
         arrays = {name: np.asarray(value, dtype=float) for name, value in stored.items()}
-    except OSError as error:
-        raise InputError(f"cannot be read: {error}", file=str(path), fix=fix) from None
-    except (ValueError, TypeError, EOFError, zipfile.BadZipFile, zlib.error):
-        raise InputError("must be a whole .npz file of numbers", file=str(path), fix=fix) from None
+    except ValueError:  # texts
+        raise InputError("must be a whole .npz file of numbers", file=str(path), fix=KINDS["policy"].fix) from None
     step = None
     if "step" in arrays:
         step = POSITIVE.check(arrays.pop("step").tolist(), "step", "store it in seconds", file=str(path))

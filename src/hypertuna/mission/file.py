@@ -20,8 +20,8 @@ from hypertuna.description.reference import markdown
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import pose_from
+from hypertuna.io.door import read_toml
 from hypertuna.io.files import shipped
-from hypertuna.io.tables import read_toml
 from hypertuna.mission.geodesy import MAX_DISTANCE, to_local
 from hypertuna.mission.schema import Document, Place, Scatter
 from hypertuna.ranges import NOT_NEGATIVE

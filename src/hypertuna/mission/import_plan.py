@@ -11,7 +11,7 @@ import numpy as np
 from hypertuna.description.commented import commented
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, escaped, shown
-from hypertuna.io.files import read_bytes
+from hypertuna.io.door import read_bytes
 from hypertuna.io.tables import parse_float
 from hypertuna.mission.checks import check_fit
 from hypertuna.mission.file import MissionFile, parse_mission
@@ -25,7 +25,6 @@ from hypertuna.mission.schema import Document
 ALTITUDES = ("absolute", "relativeToGround")  # of KML: other modes ignore altitudes, or count from the ground below
 KINDS = {"rte": "routes (rte)", "wpt": "waypoints (wpt)", "trk": "tracks (trk)"}
 Node = tuple[str, str | None, str | None, str | None]  # name, latitude, longitude, altitude or None for the surface
-MAX_BYTES = 10_000_000
 SPEED, RADIUS = 0.3, 3.0  # m/s and m, where neither plan nor robot states them: as in a mission file
 BELOW = 0.5  # m from the deepest waypoint to the limit of depth
 GROUND = 20.0  # m, default of a mission file
@@ -39,7 +38,7 @@ def read_plan(path: str | Path, *, depth: float | None = None) -> Plan:
     InputError
         If it is no plan, or has what a mission cannot keep: the item, the rule, the value and the fix.
     """
-    content = read_bytes(path, "give a .plan, .waypoints, .gpx or .kml file", limit=MAX_BYTES)
+    content = read_bytes(path, "plan")
     start = content.removeprefix(b"\xef\xbb\xbf").lstrip()[:7]
     read: Callable[[bytes, float | None], Plan]
     if start.startswith(b"{"):

@@ -1,6 +1,5 @@
 """Plans that are lists of MAVLink items: .plan of QGroundControl and .waypoints of ArduPilot's ground stations."""
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -8,6 +7,7 @@ from typing import Any
 
 from hypertuna.control.mission import Point
 from hypertuna.errors import InputError, shown
+from hypertuna.io.door import parse_json
 from hypertuna.mission.plans import Plan, Stop, check_count, checked_number, checked_place, depth_of
 from hypertuna.mission.schema import MAX_DURATION, MAX_SPEED, MAX_WAYPOINTS
 
@@ -41,8 +41,8 @@ class Item:
 def read_qgroundcontrol(content: bytes, depth: float | None) -> Plan:
     """Read a .plan file; docs.qgroundcontrol.com, file formats, Plan."""
     try:
-        document = json.loads(content.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
+        document = parse_json(content)
+    except ValueError as error:
         raise InputError("must be valid JSON", value=f"not ({shown(str(error))})", fix="export it again") from None
     if document.get("fileType") != "Plan":
         fix = "save the plan in QGroundControl"

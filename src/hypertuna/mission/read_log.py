@@ -1,6 +1,5 @@
 """Reading of logs: every chunk is checked by its checksum; of a file that was cut short, all whole chunks are read."""
 
-import json
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from hypertuna.arrays import Array
 from hypertuna.control.mission import Mission
 from hypertuna.errors import InputError
 from hypertuna.frames import attitude_from
+from hypertuna.io.door import parse_json
 from hypertuna.io.mcap import LINK, NANO, Messages, read_messages
 from hypertuna.mission.log_fields import Field, fields
 from hypertuna.mission.record import COLUMNS, MissionRecord
@@ -115,10 +115,12 @@ def _data(content: Messages, topics: dict[str, list[Field]], count: int) -> dict
     """Read the numbers of all topics but the transforms."""
     columns: dict[str, list[Array]] = {}
     for topic, rows in topics.items():
-        messages = [json.loads(text) for text in content.contents[topic][:count]]
-        for row in rows:
-            values = np.array([message[row.key] for message in messages], dtype=np.float64) / row.factor
-            columns.setdefault(row.name, []).append(values)
+        table = np.empty((count, len(rows)))
+        for k, text in enumerate(content.contents[topic][:count]):
+            message = parse_json(text)
+            table[k] = [message[row.key] for row in rows]
+        for row, values in zip(rows, table.T, strict=True):
+            columns.setdefault(row.name, []).append(values / row.factor)
     single = {row.name for rows in topics.values() for row in rows if row.part is None}
     return {name: parts[0] if name in single else np.column_stack(parts) for name, parts in columns.items()}
 

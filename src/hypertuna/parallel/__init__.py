@@ -1,1 +1,1 @@
-"""Work in shards, over any executor: executors, layout of the results, the folder of shards, merging."""
+"""Work in shards, over any executor: executors, checks, layout of the results, the folder of shards, merging."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import reprlib
 import sys
@@ -18,6 +17,7 @@ from typing import Any, Generic, TypeAlias, TypeVar, cast
 
 from hypertuna import _core
 from hypertuna.errors import InputError
+from hypertuna.io.door import parse_json, read_bytes
 from hypertuna.io.extras import need
 from hypertuna.io.files import version
 from hypertuna.ranges import POSITIVE_WHOLE
@@ -175,7 +175,7 @@ def _checked(place: str) -> str:
     """Return the address, or that in a scheduler file, if it can be one: a client of another hangs at its end."""
     from distributed.comm.addressing import get_address_host_port, resolve_address
 
-    address: str = json.loads(Path(place).read_bytes())["address"] if Path(place).is_file() else place
+    address: str = parse_json(read_bytes(place, "scheduler"))["address"] if Path(place).is_file() else place
     _, port = cast(Any, get_address_host_port)(cast(Any, resolve_address)(address))
     if not 0 < port < 2**16:
         raise ValueError

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
-import tempfile
-import zipfile
-import zlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,15 +15,10 @@ from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import check_same_header
+from hypertuna.io.door import damage, parse_json, read_bytes
 from hypertuna.io.extras import need
-from hypertuna.io.files import (
-    by_conventions,
-    columns_csv,
-    read_bytes,
-    replaced,
-    variable_columns,
-    write_atomically,
-)
+from hypertuna.io.files import by_conventions, columns_csv, replaced, scratch, variable_columns, write_atomically
+from hypertuna.parallel.checks import check_shard, checksum, is_sound
 from hypertuna.parallel.executors import Executors, map_shards
 from hypertuna.parallel.layout import NO_LAYOUT, Layout
 from hypertuna.ranges import Whole
@@ -43,7 +34,10 @@ SMALLEST, USUAL = 256, 64  # by default items of a shard at least, and shards of
 SIZES = Whole(min=1, max=10_000_000)  # items of a shard: 2 GB of gaits in memory
 MOST = 1_000_000  # shards of a folder
 LISTED = 10  # shards that an error names
+# What makes missing shards. A manifest may be a stranger's: its command is shown to nobody as one to paste.
+AGAIN = f"run the command again that made the folder; {MANIFEST} has it, for you to read before"
 IN_FLIGHT = 2048  # a written shard returns a number only
+WHOLE = {"write_empty_chunks": True}  # zeros are stored, so that a piece that is missing is told
 TEXT = np.dtypes.StringDType()  # as Zarr stores it
 
 Columns = Mapping[str, Array]
@@ -58,7 +52,8 @@ class Shards:
     total: int  # items
     size: int  # items of a shard, of the last maybe fewer
     layout: Layout
-    command: str  # that makes missing shards
+    command: str  # that made the folder, as its manifest says
+    digest: str = ""  # checksum of the manifest, which each shard carries
 
     def __len__(self) -> int:
         return -(-self.total // self.size)
@@ -75,24 +70,18 @@ class Shards:
         """Shards without a file; of part I of N parts every N-th, from the I-th."""
         return [shard for shard in range(part[0] - 1, len(self), part[1]) if not self.path(shard).exists()]
 
-    @property
-    def digest(self) -> str:
-        """Checksum of the manifest, which each shard carries."""
-        facts = {"header": self.header, "total": self.total, "size": self.size}
-        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
-
     def write(self, shard: int, columns: Columns) -> int:
         """Write a shard; return its bytes."""
         import zarr
 
         about = {"manifest": self.digest, "shard": shard, "range": list(self.range(shard))}
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "shard.zip"
+        with scratch() as folder:
+            file = folder / "shard.zip"
             with zarr.storage.ZipStore(file, mode="w") as store:
                 group = zarr.create_group(store, attributes=about)
                 for name, values in columns.items():
                     stored = values.astype(TEXT) if values.dtype.kind in "UO" else values
-                    group.create_array(name, data=stored, chunks=values.shape, compressors=None)
+                    group.create_array(name, data=stored, chunks=values.shape, compressors=None, config=WHOLE)
             content = file.read_bytes()
         write_atomically(self.path(shard), content)
         return len(content)
@@ -102,21 +91,24 @@ class Shards:
         import zarr
 
         path, first, last = self.path(shard), *self.range(shard)
-        again = f"remove it, then run {self.command}"
+        again = f"remove it, then {AGAIN}"
+        sizes = self.layout.sizes.values()
         try:
-            zipfile.ZipFile(path).close()  # its error, where the store's own is no sentence
+            columns_there = check_shard(path, names, last - first, math.prod(sizes) // self.total if sizes else None)
             with zarr.storage.ZipStore(path, mode="r") as store:
                 group: Any = zarr.open_group(store, mode="r")
                 about = dict(group.attrs)
-                columns = {name: group[name][...] for name in (sorted(group.array_keys()) if names is None else names)}
+                columns = {name: group[name][...] for name in columns_there}
                 columns |= {name: values.astype(object) for name, values in columns.items() if values.dtype == TEXT}
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile, zlib.error) as error:
+        except InputError as error:
+            raise InputError(error.rule, file=str(path), value=error.value, fix=again) from None
+        except damage() as error:
             raise InputError(f"is damaged ({error})", file=str(path), fix=again) from None
         if about.get("manifest") != self.digest:
             raise InputError(
                 "must be a shard of the manifest in its folder", file=str(path), value="of another", fix=again
             )
-        if about.get("shard") != shard or any(len(values) != last - first for values in columns.values()):
+        if about.get("shard") != shard:
             value = f"shard {about.get('shard')}"
             raise InputError(f"must be shard {shard}", file=str(path), value=value, fix=again)
         return columns
@@ -140,35 +132,30 @@ def open_shards(folder: str | Path) -> Shards:
     need("cluster", "zarr", by="a folder of shards")
     path = Path(folder) / MANIFEST
     fix = f"give the folder that a command wrote with -o NAME{SUFFIX}"
-    content = read_bytes(path, fix)
     try:
-        manifest = json.loads(content)
+        content = read_bytes(path, "manifest")
+    except InputError as error:
+        raise InputError(error.rule, file=str(path), value=error.value, fix=fix) from None
+    try:
+        manifest = parse_json(content)
         if manifest.pop("mark") != MARK:
             raise ValueError
-        shards = Shards(Path(folder), layout=Layout(**manifest.pop("layout")), **manifest)
-        if not _is_sound(shards):
-            raise ValueError
-        return shards
     except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError("must be a manifest of shards", file=str(path), fix=fix) from None
-
-
-def _is_sound(shards: Shards) -> bool:
-    """Whether the facts of a manifest are of their types and agree."""
-    layout = shards.layout
-    counts = (shards.total, shards.size, *layout.sizes.values())
-    maps = (shards.header, *vars(layout).values(), *layout.variables.values())
-    return (
-        all(type(count) is int and count > 0 for count in counts)
-        and math.prod(layout.sizes.values()) % shards.total == 0  # an item may have several entries
-        and isinstance(shards.command, str)
-        and all(isinstance(one, dict) for one in maps)
-        and all(
-            len(values) == layout.sizes[dim] and isinstance(about, dict)
-            for dim, values, about in layout.coordinates.values()
-        )
-        and layout.table.keys() <= layout.variables.keys()
-    )
+    digest, new = manifest.pop("sha256", None), "start over in another folder"
+    if digest is None:
+        raise InputError("must be a manifest with a checksum, which earlier versions lack", file=str(path), fix=new)
+    if digest != checksum(manifest):
+        raise InputError("is damaged", file=str(path), fix=new)
+    try:
+        shards = Shards(Path(folder), layout=Layout(**manifest.pop("layout")), **manifest, digest=digest)
+        counts = all(type(count) is int and count > 0 for count in (shards.total, shards.size))
+        texts = isinstance(shards.header, dict) and isinstance(shards.command, str)
+        if not (counts and texts and len(shards) <= MOST and is_sound(shards.layout, shards.total)):
+            raise ValueError
+        return shards
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
+        raise InputError("must be a manifest of shards", file=str(path), fix=fix) from None
 
 
 @dataclass(frozen=True)
@@ -216,7 +203,8 @@ def _started(folder: str | Path, cases: Cases, size: int | None, command: str) -
             rule, fix = "must be a new or empty folder, or one of shards", "choose another folder"
             raise InputError(rule, file=str(folder), fix=fix)
         facts = {name: getattr(shards, name) for name in ("header", "total", "size", "command")}
-        text = json.dumps({"mark": MARK, **facts, "layout": vars(cases.layout)}, indent=1, default=np.ndarray.tolist)
+        facts = json.loads(json.dumps({**facts, "layout": vars(cases.layout)}, default=np.ndarray.tolist))
+        text = json.dumps({"mark": MARK, "sha256": checksum(facts), **facts}, indent=1)
         write_atomically(path, text.encode())
     there = open_shards(folder)  # of whoever was first
     sizes = {"items": shards.total, "shard size": there.size if size is None else shards.size}
@@ -305,4 +293,4 @@ def check_complete(shards: Shards) -> None:
         listed = ", ".join(map(str, missing[:LISTED])) + f" and {len(missing) - LISTED} more" * (len(missing) > LISTED)
         lacking = f"{len(missing)} {'are' if missing[1:] else 'is'} missing ({listed})"
         rule = f"must have all {len(shards)} shards, but {lacking}"
-        raise InputError(rule, file=str(shards.folder), fix=f"run {shards.command}, which makes them")
+        raise InputError(rule, file=str(shards.folder), fix=AGAIN)

@@ -6,7 +6,6 @@ import importlib.util
 import os
 import subprocess
 import sys
-import tempfile
 import warnings
 from importlib.metadata import version
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 
 from hypertuna.errors import InputError
 from hypertuna.io.extras import need
-from hypertuna.io.files import shipped, write_atomically
+from hypertuna.io.files import scratch, shipped, write_atomically
 
 SILENT = 32767  # in a field of a sensor that does not answer
 NAME = "pymavlink.dialects.v20.hypertuna"  # where mavutil looks for a dialect of this name
@@ -75,8 +74,8 @@ def _cache() -> Path:
 
 def _make(source: Path, path: Path) -> None:
     """Generate the module atomically."""
-    with tempfile.TemporaryDirectory() as folder:
-        module = Path(folder) / "dialect.py"
+    with scratch() as folder:
+        module = folder / "dialect.py"
         command = [sys.executable, str(source.parent / "generate.py"), str(source), "Python3", str(module)]
         result = subprocess.run(command, capture_output=True, text=True, check=False)
         if result.returncode:

@@ -14,6 +14,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
+from hypertuna.io.door import parse_json
 from hypertuna.io.files import version
 from hypertuna.io.mcap import LINK, METADATA, NANO, McapWriter, read_messages
 
@@ -88,8 +89,8 @@ def read_radio_log(path: str | Path) -> RadioLog:
     stamps = {name: np.array(messages.times[topic], dtype=np.int64) for name, topic in topics.items()}
     first = min((int(times[0]) for times in stamps.values()), default=0)
     try:
-        robot = str(json.loads(messages.metadata[LINK]).get("robot", ""))
-        fields = {name: _columns([*map(json.loads, messages.contents[topic])]) for name, topic in topics.items()}
+        robot = str(parse_json(messages.metadata[LINK]).get("robot", ""))
+        fields = {name: _columns(messages.contents[topic]) for name, topic in topics.items()}
     except MALFORMED:
         rule = "must have messages in hypertuna's format"
         raise InputError(rule, file=str(path), key="topics", fix="record the log again") from None
@@ -97,10 +98,15 @@ def read_radio_log(path: str | Path) -> RadioLog:
     return RadioLog(robot, seconds, fields, not messages.fault, str(path))
 
 
-def _columns(messages: list[dict[str, Any]]) -> dict[str, Array]:
-    """Return the numeric fields, each with one row per message."""
-    numbers = {key for key, value in messages[0].items() if not isinstance(value, str)}
-    return {key: np.array([message[key] for message in messages], dtype=np.float64) for key in numbers}
+def _columns(texts: list[bytes]) -> dict[str, Array]:
+    """Return the numeric fields of messages, each with one row per message."""
+    first = {key: value for key, value in parse_json(texts[0]).items() if not isinstance(value, str)}
+    columns = {key: np.empty((len(texts), *np.shape(value))) for key, value in first.items()}
+    for k, text in enumerate(texts):
+        message = parse_json(text)
+        for key, column in columns.items():
+            column[k] = message[key]
+    return columns
 
 
 def _plain(value: Any) -> Any:

@@ -16,16 +16,16 @@ from typing import Any
 import numpy as np
 
 from hypertuna.arguments import checked
-from hypertuna.description.robot import Robot, load, robot_of
-from hypertuna.errors import InputError
+from hypertuna.description.robot import Robot, load, robot_of, robots
+from hypertuna.errors import InputError, shown
 from hypertuna.identification.image import sampled_image
-from hypertuna.io.files import read_bytes, shipped, write_atomically
-from hypertuna.mission.read_log import Log, read_log
+from hypertuna.io.door import read_bytes
+from hypertuna.io.files import shipped, write_atomically
+from hypertuna.mission.read_log import read_log
 from hypertuna.ranges import Whole
 from hypertuna.swimming.gait import KINDS, NEEDED, Gait, gait_of, gait_text
 
 PAGE = "studio.html"
-FIRST = "hypertuna"  # of the robots in the page
 LOG = ".mcap"
 MODEL = ("water", "joints", "areas")
 HEIGHTS = Whole(min=200, max=4000)  # px, of a frame in a notebook
@@ -77,7 +77,9 @@ class Studio:
 
 
 @checked
-def studio(robot: Robot | str | Path, gait: Gait | str | None = None, *, height: int = 720) -> Studio:
+def studio(
+    robot: Robot | str | Path, gait: Gait | str | None = None, *, log: str | Path | None = None, height: int = 720
+) -> Studio:
     """Show a robot that swims in a notebook, with a knob for each part of its gait.
 
     The page computes in the browser, by the same core as Python, and needs no network.
@@ -86,9 +88,11 @@ def studio(robot: Robot | str | Path, gait: Gait | str | None = None, *, height:
     ----------
     robot : Robot, str or Path
         Robot, its name or the path of its file; or the path of a mission's log, a .mcap file, which the page plays with
-        the robot that it is of.
+        the robot of its name that comes with hypertuna.
     gait : Gait or str, optional
         Gait at the start, or the name of one of the robot's; left out, it is the robot's first.
+    log : str or Path, optional
+        Mission's log that the page plays with `robot`.
     height : int
         Height of the frame [px].
 
@@ -100,22 +104,34 @@ def studio(robot: Robot | str | Path, gait: Gait | str | None = None, *, height:
     Raises
     ------
     InputError
-        If the gait does not fit the robot, the file is not a mission's log, or an argument is out of range.
+        If the gait does not fit the robot, the file is not a mission's log, the log is of a robot that does not come
+        with hypertuna or of another than the given one, or an argument is out of range.
     """
-    log = None if isinstance(robot, Robot) or Path(robot).suffix != LOG else Path(robot)
-    robot = robot_of(robot if log is None else robot_in(read_log(log)))
+    robot, played = robot_and_log(robot, log)
     known = None if gait is None else gait_of(robot, gait)
-    return Studio(robot, known, HEIGHTS.check(height, "height", "give the height of the frame in pixels"), log)
+    return Studio(robot, known, HEIGHTS.check(height, "height", "give the height of the frame in pixels"), played)
 
 
-def robot_in(log: Log) -> Robot:
-    """Return the robot that a log is of, by its name or its file; the first of the page where it is not here."""
-    name, file = log.record.robot, log.record.facts.get("robot_file", "")
-    for known in (file, name):
-        with contextlib.suppress(InputError):
-            if known and (robot := load(known)).name == name:
-                return robot
-    return load(FIRST)
+def robot_and_log(robot: Robot | str | Path, log: str | Path | None = None) -> tuple[Robot, Path | None]:
+    """Return a robot and the log to play with it; `robot` may be the path of a log.
+
+    A log may be a stranger's: of what it names, only robots that come with hypertuna are opened.
+    """
+    if isinstance(robot, Robot) or Path(robot).suffix != LOG:
+        robot = robot_of(robot)
+        if log is not None and (name := read_log(log).record.robot) != robot.name:
+            fix = "give the robot of the log before it"
+            raise InputError(f"must be of the robot {robot.name}", file=str(log), value=f"of {shown(name)}", fix=fix)
+        return robot, None if log is None else Path(log)
+    if log is not None:
+        raise InputError("must be a robot, not a log", key="robot", value=str(robot), fix="give one log")
+    name = read_log(robot).record.robot
+    if name not in robots():
+        rule = f"is of the robot {shown(name)}, which does not come with hypertuna"
+        raise InputError(
+            rule, file=str(robot), fix="give the robot's file first, and the log as --log (log= in Python)"
+        )
+    return load(name), Path(robot)
 
 
 def studio_command(robot: Robot, gait: Gait) -> str:
@@ -161,7 +177,7 @@ def _log_part(log: Path | None) -> str:
     """Return the part of a page that holds a log."""
     if log is None:
         return ""
-    content = base64.b64encode(read_bytes(log)).decode()
+    content = base64.b64encode(read_bytes(log, "log")).decode()
     return f'\n<script type="text/plain" id="log" data-name="{html.escape(log.name)}">{content}</script>'
 
 

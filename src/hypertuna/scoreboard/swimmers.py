@@ -25,11 +25,10 @@ from hypertuna.description.schema.base import (
     unique,
 )
 from hypertuna.errors import InputError, did_you_mean
-from hypertuna.io.files import read_bytes, shipped
-from hypertuna.io.tables import read_toml
+from hypertuna.io.door import read_toml
+from hypertuna.io.files import shipped
 
 FOLDER = "data/swimmers"
-LARGEST = 200_000  # bytes of a file
 MOST = 100  # runs of a swimmer
 LONGEST = 60  # characters of the name of a run
 
@@ -176,7 +175,6 @@ def read_swimmer(swimmer: str | Path) -> Swimmer:
         fix = did_you_mean(str(swimmer), swimmers())
         raise InputError("must be a known swimmer or the path of a .toml file", key=str(swimmer), fix=fix)
     path = shipped(FOLDER) / f"{swimmer}.toml" if by_name else Path(swimmer)
-    read_bytes(path, "give the path of a swimmer's .toml file", limit=LARGEST)
     document = read_toml(path)
     try:
         return Swimmer.model_validate(document)

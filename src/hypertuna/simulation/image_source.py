@@ -1,7 +1,6 @@
 """Source of a robot image: the robot's file as text, and where each of its numbers stands."""
 
 import re
-import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, cast
@@ -9,6 +8,7 @@ from typing import Any, cast
 from hypertuna.description.robot import Robot, parse, robot_path
 from hypertuna.description.writer import robot_text
 from hypertuna.errors import InputError
+from hypertuna.io.door import parse_toml, read_text
 
 NUMBER = r"[+-]?\d[\d_]*(?:\.[\d_]+)?(?:[eE][+-]?\d+)?(?![\w:.-])"
 TOKEN = re.compile(
@@ -37,8 +37,8 @@ class Source:
 def source_of(robot: Robot) -> Source:
     """Return the text of a robot's file; of a robot without a file, or changed since, a text of what it is now."""
     try:
-        text = robot_path(robot.file).read_text(encoding="utf-8-sig") if robot.file else ""
-        same = bool(text) and parse(tomllib.loads(text)).hash == robot.hash
+        text = read_text(robot_path(robot.file), "toml") if robot.file else ""
+        same = bool(text) and parse(parse_toml(text)).hash == robot.hash
     except (OSError, ValueError, InputError):
         same = False
     if not same:
@@ -54,8 +54,8 @@ def checked_places(text: str) -> dict[str, int]:
         parts += [text[end:at], str(number)]
         end = at + len(cast(re.Match[str], TOKEN.match(text, at))[0])
     try:
-        found = dict(_numbers(tomllib.loads("".join([*parts, text[end:]]))))
-    except ValueError:  # a layout that is not understood
+        found = dict(_numbers(parse_toml("".join([*parts, text[end:]]))))
+    except InputError:  # a layout that is not understood
         return {}
     return {key: at for number, (key, at) in enumerate(places.items()) if found.get(key) == number}
 

@@ -26,7 +26,7 @@ from hypertuna.description.schema.base import (
 )
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
-from hypertuna.io.tables import read_toml
+from hypertuna.io.door import read_toml
 from hypertuna.ranges import CELL
 from hypertuna.trials.replay import Pose
 from hypertuna.trials.smoothing import smooth

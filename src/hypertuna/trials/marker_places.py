@@ -42,6 +42,9 @@ def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Place
     if "marker" not in table.head or not (by_link or "from_nose_m" in table.head):
         rule, fix = "must have the columns marker, and link and along_m or from_nose_m", "add them"
         raise InputError(rule, file=table.file, key=f"line {table.line}", value=", ".join(table.head), fix=fix)
+    if len(table.rows) > len(markers):
+        rule, fix = f"must have at most a line for each of the {len(markers)} tracked markers", "remove the others"
+        raise InputError(rule, file=table.file, value=f"{len(table.rows)} lines long", fix=fix)
     lengths, links = robot.links.length, robot.links.name
 
     def row(_: int, cells: dict[str, str]) -> tuple[str, int, float, float]:

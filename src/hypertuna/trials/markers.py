@@ -19,6 +19,7 @@ AXIS = r"x|y|likelihood|score|confidence|visible|visibility|p"
 NAMED = re.compile(rf"(?P<name>.+)[_. ](?P<axis>{AXIS})(?:[_. ](?P<unit>m|cm|mm|px))?", re.IGNORECASE)
 NUMBERED = re.compile(r"(?P<axis>x|y|p)[_. ]?(?P<name>.+?)(?:[_. ](?P<unit>m|cm|mm|px))?", re.IGNORECASE)
 MISSING = ("", "nan", "na", "none", "null", "-")
+LISTED = 300  # characters of names that an error lists
 HEADS = ("individuals", "bodyparts", "coords")  # lines of names in a file of DeepLabCut, below that of the scorer
 MIN_FRAMES = 12
 
@@ -93,7 +94,7 @@ def read_markers(
 
 def _deeplabcut(table: Table, individual: str | None) -> tuple[Table, _Columns]:
     """Return the rows of frames and the columns of a file of DeepLabCut: three lines of names, or four."""
-    names = {row[0].lower(): row for _, row in table.rows[:3] if row[0].lower() in HEADS}
+    names = {row[0].lower(): row for _, row in table.checked(table.rows[:3]) if row[0].lower() in HEADS}
     if not {"bodyparts", "coords"} <= set(names):
         fix = "give the file as DeepLabCut wrote it, with its lines scorer, bodyparts and coords"
         raise InputError("must have lines of bodyparts and coords", file=table.file, value="without", fix=fix)
@@ -116,7 +117,7 @@ def _sleap(table: Table, individual: str | None) -> tuple[Table, _Columns]:
     """Return the rows of one track and the columns of an analysis file of SLEAP."""
     table.check_once(filter(None, table.head))
     track = table.head.index("track")
-    own = _individual(table, [row[track] for _, row in table.rows], individual)
+    own = _individual(table, [row[track] for _, row in table.checked(table.rows)], individual)
     rows = [(line, row) for line, row in table.rows if row[track] == own]
     of: dict[str, dict[str, int]] = {}
     for k, name in enumerate(table.head):
@@ -132,8 +133,9 @@ def _individual(table: Table, names: Sequence[str], chosen: str | None) -> str:
     if chosen is None and len(known) == 1:
         return known[0]
     if chosen not in known:
-        rule = f"must be one of {', '.join(known)}"
-        fix = "choose the animal" if chosen is None else did_you_mean(chosen, known)
+        few = len(", ".join(known)) <= LISTED
+        rule = f"must be one of {', '.join(known)}" if few else f"must be one of the {len(known)} of the file"
+        fix = "choose the animal" if chosen is None and few else did_you_mean(chosen or "", known)
         value = None if chosen is None else shown(chosen)
         raise InputError(rule, file=table.file, key="--individual", value=value, fix=fix)
     return chosen
@@ -175,6 +177,10 @@ def _markers(
     if len(columns.of) < 2:
         fix = "name columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ..."
         raise InputError("must have at least two markers", file=table.file, value=f"{len(columns.of)}", fix=fix)
+    for name, of in columns.of.items():
+        if axis := next((axis for axis in "xy" if axis not in of), None):
+            fix = "export the file again"
+            raise InputError(f"must have a column of {axis}", file=table.file, key=f"marker {name}", fix=fix)
     axes = [(of["x"], of["y"], of.get("weight")) for of in columns.of.values()]
     clock, values = [], []
     for order, (line, row) in enumerate(table.rows):

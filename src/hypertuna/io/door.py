@@ -1,0 +1,303 @@
+"""The door: the only place where files of others are opened, within limits that hold before anything is parsed.
+
+A file must be a regular one: a pipe or a device may never end. Each kind has its largest size in `KINDS`; texts have
+limits of depth, numbers and values, archives limits of what they unpack to. Whatever breaks one is an `InputError`.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import os
+import re
+import stat
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, NamedTuple
+
+from hypertuna.errors import InputError
+
+if TYPE_CHECKING:
+    import zipfile
+
+    from hypertuna.arrays import Array
+
+MB = 1_000_000
+
+
+class Kind(NamedTuple):
+    """A kind of file."""
+
+    name: str  # with its article, as errors have it
+    largest: int  # bytes
+    fix: str = "check the path"  # where there is no such file
+
+
+# The largest size of each kind, and why: what honest files need, and what a gigabyte of memory can read.
+KINDS = {
+    "toml": Kind("a TOML file", MB),  # HyperTuna's own has 30 kB, a manifest of 1,000 recordings 300 kB
+    "csv": Kind("a CSV file", 64 * MB),  # an hour of 12 markers at 60 Hz has 40 MB
+    "plan": Kind("a plan", 10 * MB, "give a .plan, .waypoints, .gpx or .kml file"),  # 1,000 waypoints have 0.5 MB
+    "log": Kind("an MCAP file", 256 * MB, "give the path of a .mcap file"),  # 20 hours of a mission
+    "box": Kind("a black box", 128 * MB, "give the path of a .bin file from the robot's card"),  # 4 hours of ticks
+    "journal": Kind("a journal", 64 * MB),  # a record of a search has 1 kB
+    "manifest": Kind("a manifest of shards", 64 * MB),  # has the labels of all results
+    "shard": Kind("a shard", 4000 * MB),  # not compressed: read only as far as its manifest says
+    "policy": Kind("a policy", 16 * MB, "give the .npz file that examples/learning/train_goto.py writes"),
+    "header": Kind("a C++ header", MB),  # HyperTuna's has 20 kB
+    "key": Kind("a key", 1000, "make one: openssl rand -out key 32"),
+    "scheduler": Kind("a scheduler file of Dask", MB),
+    "state": Kind("a stored state", 1000 * MB, "remove the folder to start over"),  # of the finest mesh
+    "surface": Kind("a surface", 1000 * MB, "remove the folder and run `hypertuna fe bend` again"),
+    "stored": Kind("a stored result", 100 * MB),  # by another program of this package
+}
+DEPTH = 24  # tables and lists in each other, parts of a dotted key
+DIGITS = 100  # of a whole number: a float holds it, and the state of a random generator has 39
+VALUES = 3_000_000  # of a text: of 250 bytes each in memory
+ENTRIES = 100_000  # of a TOML file
+TABLES = 5_000  # of a list in a TOML file
+CELLS = 5_000_000  # of a table
+LONGEST = 100_000  # characters of its lines
+MEMBERS, UNPACKED = 1_000, 64 * MB  # files of an archive, and their bytes
+NPY_HEADER = 10_000  # bytes
+PIECE = 65_536  # bytes
+
+QUOTED = re.compile(  # texts and comments of TOML
+    r'"""(?:[^"\\]|\\.|"(?!""))*"{3,5}|\'\'\'.*?\'{3,5}|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*', re.DOTALL
+)
+DOTTED = re.compile(rf"(?<![\w.-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEPTH},}}")
+# What to do about errors of `tomllib`, which names the line where it gave up.
+TOML_FIXES = {
+    "Unclosed array": "close the bracket that opens there or on a line above, and write decimals with a point",
+    "Cannot overwrite a value": "a key is there twice: delete one of the two lines",
+    "Expected newline": "write one key a line, and decimals with a point",
+    "Cannot declare": "a table is there twice: put its keys under one heading",
+}
+
+
+def opened(path: str | Path, kind: str, *, file: str | None = None) -> IO[bytes]:
+    """Open a regular file of a kind (a key of `KINDS`) for reading; errors name it by `file`, the path by default."""
+    name, fix = file or str(path), KINDS[kind].fix
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOCTTY | os.O_NONBLOCK)  # waits for no writer
+    except FileNotFoundError:
+        raise InputError("must be a file", file=name, value="missing", fix=fix) from None
+    except (OSError, ValueError) as error:
+        raise _unreadable(name, kind, error) from None
+    try:
+        check_regular(handle, name, kind)
+        return os.fdopen(handle, "rb")
+    except BaseException:
+        os.close(handle)
+        raise
+
+
+def check_regular(handle: int, file: str, kind: str) -> None:
+    """Check that an open file is a regular one of at most the size of its kind."""
+    about, what = os.fstat(handle), KINDS[kind].name
+    if stat.S_ISDIR(about.st_mode):
+        raise InputError("is a folder", file=file, fix=f"give the path of {what}")
+    if not stat.S_ISREG(about.st_mode):
+        raise _endless(file, kind)
+    if about.st_size > KINDS[kind].largest:
+        raise _too_large(file, kind)
+
+
+def read_bytes(path: str | Path, kind: str, *, file: str | None = None) -> bytes:
+    """Read a file whole."""
+    largest = KINDS[kind].largest
+    try:
+        with opened(path, kind, file=file) as stream:
+            size = os.fstat(stream.fileno()).st_size  # by which memory is taken
+            content: bytes | None = stream.read(size + 1)
+            while content and size < len(content) <= largest and (more := stream.read(PIECE)):
+                content += more
+    except OSError as error:
+        raise _unreadable(file or str(path), kind, error) from None
+    if content is None:  # /proc has pipes that say they are regular files; this one is empty now
+        raise _endless(file or str(path), kind)
+    if len(content) > largest:  # of those that state no size, as in /proc
+        raise _too_large(file or str(path), kind)
+    return content
+
+
+def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
+    """Read a text file in UTF-8."""
+    content = read_bytes(path, kind, file=file)
+    try:
+        return io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig").read()  # all ends of lines as \n
+    except ValueError as error:
+        raise _unreadable(file or str(path), kind, error) from None
+
+
+def read_toml(path: str | Path, *, file: str | None = None) -> dict[str, Any]:
+    """Read a TOML file."""
+    return parse_toml(read_text(path, "toml", file=file), file=file or str(path))
+
+
+def parse_toml(text: str, *, file: str | None = None) -> dict[str, Any]:
+    """Parse TOML of a sane depth and size."""
+    try:
+        _check_toml(text)
+        document = tomllib.loads(text)
+        _check_values(document, ENTRIES, TABLES)
+        return document
+    except (ValueError, RecursionError) as error:
+        fix = next((fix for words, fix in TOML_FIXES.items() if words in str(error)), "correct that line")
+        raise InputError("must be valid TOML", file=file, value=f"not ({error})", fix=fix) from None
+
+
+def parse_json(content: str | bytes) -> Any:
+    """Parse JSON of a sane depth and size; ValueError says what is wrong."""
+    text = content if isinstance(content, str) else content.decode("utf-8-sig")
+    if text.count(",") > VALUES:
+        raise ValueError(f"more than {VALUES} values")
+    try:
+        value = DECODER.decode(text)
+    except RecursionError:
+        raise ValueError(f"more than {DEPTH} lists and objects in each other") from None
+    if text.count("[") + text.count("{") > DEPTH:
+        _check_depth(value)
+    return value
+
+
+def read_npz(path: str | Path) -> dict[str, Array]:
+    """Read the arrays of a policy, whose headers must fit what is unpacked."""
+    import zipfile  # slow to import, as NumPy
+
+    import numpy as np
+
+    arrays = {}
+    rule, fix = "must be a whole .npz file of numbers", KINDS["policy"].fix
+    try:
+        with zipfile.ZipFile(io.BytesIO(read_bytes(path, "policy"))) as archive:
+            for member in members(archive):
+                content = archive.read(member)
+                _check_npy(content)
+                arrays[member.filename.removesuffix(".npy")] = np.load(io.BytesIO(content), allow_pickle=False)
+    except InputError as error:
+        raise InputError(error.rule, file=str(path), value=error.value, fix=error.fix or fix) from None
+    except damage():
+        raise InputError(rule, file=str(path), fix=fix) from None
+    return arrays
+
+
+def damage() -> tuple[type[Exception], ...]:
+    """Return what reading a damaged archive may raise."""
+    import zipfile
+    import zlib
+
+    of_values = (ValueError, KeyError, TypeError, OverflowError, AttributeError, SyntaxError)
+    return (OSError, EOFError, RuntimeError, *of_values, zipfile.BadZipFile, zlib.error)
+
+
+def members(archive: zipfile.ZipFile, largest: int = UNPACKED, *, stored: bool = False) -> list[zipfile.ZipInfo]:
+    """Return the files of an archive: none twice, and of a sane number and size; maybe all of them `stored` as is."""
+    import zipfile
+
+    files = archive.infolist()
+    if len(files) > MEMBERS or sum(file.file_size for file in files) > largest:
+        rule = f"must unpack to at most {MEMBERS} files and {largest / MB:.0f} MB"
+        raise InputError(rule, value="larger", fix="make it again")
+    if len({file.filename for file in files}) < len(files):
+        raise ValueError("a file is there twice")
+    methods = {zipfile.ZIP_STORED} if stored else {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
+    if any(file.compress_type not in methods or file.flag_bits & 1 for file in files):
+        raise ValueError("a file is compressed in another way")
+    return files
+
+
+def _check_npy(content: bytes) -> None:
+    """Check that the header of an array states numbers, as many as follow it."""
+    from numpy.lib import format as npy
+
+    stream = io.BytesIO(content)
+    version = npy.read_magic(stream)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError("a file of another version")
+    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    try:
+        shape, _, dtype = read(stream, NPY_HEADER)
+    except Exception:  # NumPy parses it as Python, and may raise whatever its tokens do
+        raise ValueError("its header is damaged") from None
+    size = math.prod(shape) * dtype.itemsize
+    if dtype.hasobject or dtype.kind not in "biufU" or size != len(content) - stream.tell():
+        raise ValueError("its shape is not that of its content")
+
+
+def _check_toml(text: str) -> None:
+    """Check how deep TOML goes, before it is parsed: dotted keys take memory by the square of their parts."""
+    bare = QUOTED.sub(lambda found: "" if found[0][0] == "#" else "q", text)
+    depth = 0
+    for bracket in re.findall(r"[\[{\]}]", bare):
+        depth += 1 if bracket in "[{" else -1
+        if depth > DEPTH:
+            break
+    if depth > DEPTH or DOTTED.search(bare):
+        raise ValueError(f"more than {DEPTH} tables and lists in each other")
+
+
+def _check_depth(value: Any) -> None:
+    """Check how deep the lists and objects of JSON go."""
+    level = [value]
+    for _ in range(DEPTH + 1):
+        level = [part for one in level if isinstance(one, dict | list) for part in _parts(one)]
+        if not level:
+            return
+    raise ValueError(f"more than {DEPTH} lists and objects in each other")
+
+
+def _parts(value: dict[str, Any] | list[Any]) -> Iterable[Any]:
+    """Return what a table or a list holds."""
+    return value.values() if isinstance(value, dict) else value
+
+
+def _whole(text: str) -> int:
+    """Read a whole number."""
+    if len(text) > DIGITS:
+        raise ValueError(f"a number of {len(text)} digits")
+    return int(text)
+
+
+DECODER = json.JSONDecoder(parse_int=_whole)
+
+
+def _check_values(document: dict[str, Any], entries: int, tables: int) -> None:
+    """Check depth, number of values and digits of a TOML document."""
+    level: list[Any] = [document]
+    for _ in range(DEPTH):
+        parts: list[Any] = []
+        for one in level:
+            if isinstance(one, list) and len(one) > tables and any(isinstance(part, dict) for part in one):
+                raise ValueError(f"a list of more than {tables} tables")
+            parts += _parts(one)
+        entries -= len(parts)
+        if entries < 0:
+            raise ValueError(f"more than {ENTRIES} values")
+        if any(isinstance(part, int) and abs(part) >= 10**DIGITS for part in parts):
+            raise ValueError(f"a number of more than {DIGITS} digits")
+        level = [part for part in parts if isinstance(part, dict | list)]
+        if not level:
+            return
+    raise ValueError(f"more than {DEPTH} tables and lists in each other")
+
+
+def _unreadable(file: str, kind: str, error: Exception) -> InputError:
+    """Return the error of a file that cannot be read."""
+    text = isinstance(error, UnicodeError)
+    value = f"not ({error.strerror if isinstance(error, OSError) else type(error).__name__})"
+    return InputError("must be readable", file=file, value=value, fix=f"give {KINDS[kind].name}{' in UTF-8' * text}")
+
+
+def _endless(file: str, kind: str) -> InputError:
+    """Return the error of what may never end."""
+    fix = f"copy what it gives into a file, and give the path of {KINDS[kind].name}"
+    return InputError("must be a regular file", file=file, value="a pipe or a device", fix=fix)
+
+
+def _too_large(file: str, kind: str) -> InputError:
+    """Return the error of a file that is too large."""
+    rule = f"must be at most {KINDS[kind].largest / MB:g} MB"
+    return InputError(rule, file=file, value="larger", fix="cut it, or thin it out")

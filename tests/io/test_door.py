@@ -1,0 +1,296 @@
+"""The door: what is no file of its kind is refused in a sentence, before it takes memory or time."""
+
+import ast
+import io
+import json
+import os
+import threading
+import zipfile
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hypertuna as ht
+from disk import full_disk
+from hypertuna.errors import InputError
+from hypertuna.io import door
+from hypertuna.io.checkpoint import Journal
+from hypertuna.io.door import DEPTH, DIGITS, KINDS, parse_json, parse_toml, read_bytes, read_npz
+from hypertuna.io.files import Csv, replaced, write_netcdf
+from hypertuna.io.mcap import McapWriter
+from hypertuna.io.tables import read_table
+
+SOURCES = Path(door.__file__).parents[1]
+
+# What opens or parses a file: a call by its last name, or with the name of its module.
+OPENERS = {
+    *("open", "FileIO", "fdopen", "read_text", "read_bytes", "readall", "getlines", "mmap", "memmap"),
+    *("loadtxt", "genfromtxt", "fromfile", "read_csv", "ZipFile", "ZipStore", "open_group", "open_array"),
+    *("open_dataset", "load_dataset", "open_datatree", "open_zarr", "open_mfdataset", "unpack_archive", "get_reader"),
+    *(
+        "np.load",
+        "numpy.load",
+        "pickle.load",
+        "pickle.loads",
+        "json.load",
+        "json.loads",
+        "tomllib.load",
+        "tomllib.loads",
+    ),
+    *("tomlkit.parse", "tomlkit.load", "tomlkit.loads", "ElementTree.parse", "ElementTree.fromstring", "pv.read"),
+    *("csv.reader", "csv.DictReader", "h5py.File"),
+}
+# Calls outside the door, by file: how many, and why no stranger's file comes there unchecked.
+ALLOWED = {
+    "cli/console.py": {"json.loads": 1},  # what it has just written
+    "cli/drive.py": {"open": 1},  # a gamepad is a device; read without waiting, 1 kB at a time
+    "cli/streams.py": {"open": 1},  # nothing, in place of a closed stream
+    "cli/studio.py": {"open": 1},  # a browser
+    "description/writer.py": {"tomlkit.parse": 1},  # text from the door
+    "export/fmu.py": {"read_bytes": 1, "ZipFile": 1},  # binaries of the package; the archive that it writes
+    "fe/fields.py": {"read_bytes": 1},  # what it has just written
+    "fe/geometry.py": {"read_bytes": 1},
+    "fe/pictures.py": {"pv.read": 1},  # after the door
+    "firmware/boards.py": {"open": 2, "fdopen": 1, "read_bytes": 1},  # pipes and a file of its own folder
+    "firmware/in_the_loop.py": {"read_bytes": 1},  # a program, which then runs
+    "identification/names.py": {"tomllib.loads": 1, "read_text": 1},  # shipped
+    "io/checkpoint.py": {
+        "FileIO": 1,
+        "open": 1,
+        "readall": 1,
+        "json.loads": 5,
+    },  # after the door's check; what it wrote
+    "io/files.py": {"json.loads": 1, "tomllib.loads": 1, "read_text": 2, "read_bytes": 1},  # shipped; what it wrote
+    "io/mcap.py": {"FileIO": 1},  # for writing
+    "io/tables.py": {"csv.reader": 1},  # a line from the door
+    "mission/gpx.py": {"ElementTree.fromstring": 1},  # content from the door
+    "paper/chapters/budget.py": {"json.loads": 1, "read_text": 1, "read_bytes": 1},  # shipped
+    "paper/chapters/finite_elements.py": {"json.loads": 3, "read_text": 3, "read_bytes": 1},
+    "paper/chapters/lake.py": {"json.loads": 1, "read_text": 1},
+    "paper/seeds.py": {"json.loads": 1, "read_text": 1},
+    "parallel/checks.py": {"open": 1, "ZipFile": 1},  # of a file that the door has opened
+    "parallel/shards.py": {"json.loads": 1, "read_bytes": 1, "open_group": 1, "ZipStore": 2},  # own; after its check
+    "radio/dialect.py": {"read_bytes": 3},  # shipped; what it has just written
+    "reports/studio.py": {"json.loads": 1, "read_text": 1},  # shipped
+}
+
+
+def calls(tree: ast.AST, own: set[str]) -> Counter[str]:
+    """Count the calls of OPENERS in a module but those that it imports from the door."""
+    found: Counter[str] = Counter()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and (name := ast.unparse(node.func)) not in own:
+            found.update(one for one in {name.split(".")[-1], ".".join(name.split(".")[-2:])} if one in OPENERS)
+    return found
+
+
+def test_no_other_module_opens_the_file_of_a_stranger() -> None:
+    unknown = {}
+    for path in sorted(SOURCES.rglob("*.py")):
+        name = path.relative_to(SOURCES).as_posix()
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        of_door = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.module == "hypertuna.io.door"]
+        own = {alias.asname or alias.name for node in of_door for alias in node.names}
+        extra = calls(tree, own) - Counter(ALLOWED.get(name, {}))
+        if extra and name != "io/door.py":
+            unknown[name] = extra
+    assert unknown == {}
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["Path(x).read_text()", "open(x)", "np.load(x)", "self.path.open('rb')", "json.load(f)", "xr.open_dataset(x)"],
+)
+def test_a_reader_beside_the_door_is_found(line: str) -> None:
+    assert calls(ast.parse(line), set())
+
+
+# --- what is no regular file
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS))
+def test_pipes_devices_and_folders_are_refused_at_once(kind: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to("/dev/zero")
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    for name in ("pipe", "link"):
+        with pytest.raises(InputError, match=f"{name} must be a regular file, but is a pipe or a device: copy"):
+            read_bytes(tmp_path / name, kind)
+    for name, words in ((".", "is a folder"), ("loop", "must be readable"), ("none", "must be a file, but is missing")):
+        with pytest.raises(InputError, match=words):
+            read_bytes(tmp_path / name, kind)
+
+
+def test_a_file_is_bounded_by_its_size_and_by_what_it_gives(tmp_path: Path) -> None:
+    with (tmp_path / "hole").open("wb") as file:
+        file.truncate(KINDS["toml"].largest + 1)
+    with pytest.raises(InputError, match="hole must be at most 1 MB, but is larger"):
+        read_bytes(tmp_path / "hole", "toml")
+    with pytest.raises(InputError, match="must be at most 0.001 MB"):
+        read_bytes("/proc/self/maps", "key")  # states no size
+
+
+def test_a_journal_and_outputs_are_no_pipes(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.mcap")
+    with pytest.raises(InputError, match="must be a regular file"):
+        Journal(tmp_path / "pipe.mcap", {})
+    with pytest.raises(InputError, match="must be a regular file"):
+        Journal("/dev/zero", {})
+    for write in (lambda path: replaced(path).__enter__(), McapWriter):
+        with pytest.raises(InputError, match=r"pipe.mcap must be a file, but is a pipe or a device: choose another"):
+            write(tmp_path / "pipe.mcap")
+    assert (tmp_path / "pipe.mcap").is_fifo()
+
+
+# --- texts
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a" + ".a" * 1000 + " = 1", "tables and lists in each other"),
+        ("[a" + " . 'b'" * 20_000 + "]", "tables and lists in each other"),
+        ("a = " + "[" * 1000 + "]" * 1000, "tables and lists in each other"),
+        ("a = " + "{a=" * 1000 + "1" + "}" * 1000, "tables and lists in each other"),
+        (("a" + ".a" * 20 + " = {") * 8 + "b = 1" + "}" * 8, "tables and lists in each other"),
+        ("a = " + "9" * 400, "a number of more than 100 digits"),
+        ("a = " + "9" * 9000, "4300"),
+        ("[[joints]]\n" * 50_000, "a list of more than 5000 tables"),
+        ("a = [" + "1," * 200_000 + "]", "more than 100000 values"),
+    ],
+)
+def test_toml_is_bounded(text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        parse_toml(text)
+
+
+@pytest.mark.parametrize(
+    "text", ["# " + "[" * 99, 'a = "' + "x.y." * 99 + '"', "a = '''\n" + "{" * 99 + "'''", 'a = """"q""""']
+)
+def test_texts_and_comments_of_toml_are_not_counted(text: str) -> None:
+    assert set(parse_toml(text)) <= {"a"}
+
+
+def test_long_words_of_toml_take_no_time() -> None:
+    parse_toml("k" * 500_000 + " = 1\n" + "k" + " " * 400_000 + "= 1")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[" * 100_000, "[" * (DEPTH + 2) + "]" * (DEPTH + 2), "9" * (DIGITS + 1), '{"a":' * 2000 + "1" + "}" * 2000],
+)
+def test_json_is_bounded(text: str) -> None:
+    with pytest.raises(ValueError, match="more than|digits"):
+        parse_json(text)
+
+
+def test_json_is_as_it_was() -> None:
+    state = json.dumps([2**127, 1e300, None, {"a": ["x"] * 99}])
+    assert parse_json(state) == parse_json(state.encode()) == json.loads(state)
+
+
+def test_a_table_is_bounded(tmp_path: Path) -> None:
+    (tmp_path / "wide.csv").write_text("a\n" + "1," * 200_000)
+    with pytest.raises(InputError, match="wide.csv: line 2 must have at most 100000 characters"):
+        read_table(tmp_path / "wide.csv")
+    (tmp_path / "long.csv").write_text("a\n" + "\n" * 5_000_001)
+    with pytest.raises(InputError, match="long.csv must have at most 5000000 cells"):
+        read_table(tmp_path / "long.csv")
+
+
+# --- archives
+
+
+def npz(path: Path, **members: bytes) -> Path:
+    """Write an archive."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in members.items():
+            archive.writestr(f"{name}.npy", content)
+    return path
+
+
+def npy(array: Any) -> bytes:
+    out = io.BytesIO()
+    np.lib.format.write_array(out, array, allow_pickle=True)
+    return out.getvalue()
+
+
+def test_an_archive_unpacks_to_what_its_headers_say(tmp_path: Path) -> None:
+    small = npy(np.zeros(5))
+    assert read_npz(npz(tmp_path / "a.npz", w=small))["w"].shape == (5,)
+    huge = npz(tmp_path / "huge.npz", w=small.replace(b"(5,)", b"(400000000,)"[:12]))
+    for path in (
+        huge,
+        npz(tmp_path / "object.npz", w=npy(np.array([{}], dtype=object))),
+        npz(tmp_path / "b.npz", w=b"x"),
+    ):
+        with pytest.raises(InputError, match=r"must be a whole .npz file of numbers"):
+            read_npz(path)
+    with pytest.raises(InputError, match="must unpack to at most 1000 files and 64 MB"):
+        read_npz(npz(tmp_path / "bomb.npz", w=npy(np.zeros(10_000_000))))
+
+
+# --- writing
+
+
+def test_a_table_and_its_facts_are_there_together_or_not_at_all(tmp_path: Path) -> None:
+    (tmp_path / "a.csv.json").mkdir()
+    with pytest.raises(InputError, match=r"a.csv.json must be a file, but is a folder"):
+        Csv("x\n1\n", {"seed": 1}).write(tmp_path / "a.csv")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv.json"]
+
+
+def test_a_full_disk_leaves_neither_a_table_nor_its_facts(tmp_path: Path) -> None:
+    with full_disk(1000), pytest.raises(InputError, match="a.csv must be a writable file"):
+        Csv("x\n" * 1000, {"seed": 1}).write(tmp_path / "a.csv")
+    with full_disk(1000), pytest.raises(InputError, match=r"a.csv.json must be a writable file"):
+        Csv("x\n", {"seed": "1" * 2000}).write(tmp_path / "a.csv")
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_log_has_one_writer(tmp_path: Path) -> None:
+    with McapWriter(tmp_path / "a.mcap") as writer:
+        writer.write_metadata("a", {"b": "c"})
+        writer.flush()
+        before = (tmp_path / "a.mcap").read_bytes()
+        with pytest.raises(InputError, match=r"a.mcap is being written by another run: wait"):
+            McapWriter(tmp_path / "a.mcap")
+        assert (tmp_path / "a.mcap").read_bytes() == before != b""
+    McapWriter(tmp_path / "a.mcap").close()
+
+
+def test_a_full_temporary_folder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    data = xr.Dataset({"speed": 0.3})
+    monkeypatch.setattr("xarray.Dataset.to_netcdf", full)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(InputError, match=f"{tmp_path} must be a folder that can be written.*set TMPDIR"):
+        write_netcdf(data, tmp_path / "a.nc")
+    assert not [*tmp_path.iterdir()]
+
+
+def test_readers_wait_for_no_writer(tmp_path: Path) -> None:
+    """Robots, missions and logs by the public functions, each with a pipe, in a thread that must end."""
+    for name, read in (("a.toml", ht.load), ("a.toml", ht.read_mission), ("a.mcap", ht.studio)):
+        path = tmp_path / read.__name__ / name
+        path.parent.mkdir()
+        os.mkfifo(path)
+        told: list[str] = []
+
+        def call(read: Any = read, path: Path = path, told: list[str] = told) -> None:
+            try:
+                read(path)
+            except InputError as error:
+                told.append(str(error))
+
+        thread = threading.Thread(target=call, daemon=True)
+        thread.start()
+        thread.join(10)
+        assert told
+        assert "must be a regular file" in told[0]

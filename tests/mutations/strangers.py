@@ -1,0 +1,241 @@
+"""Readers of files that strangers may send, called in this process: each ends in a result or an `InputError`.
+
+A reader has whole files, and damage that knows their structure: checksums are made right again, so that what is wrong
+reaches the code behind them. Now and then the path is that of no regular file.
+"""
+
+import functools
+import json
+import os
+import random
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import hypertuna as ht
+from hypertuna.errors import DamageWarning, InputError
+from mutations import forged
+from mutations.cases import CALIBRATION, EXAMPLES, MARKERS, PLACES, ROBOTS, ROOT, RUNS, TANK, TENSILE, Reaction
+from mutations.damage import Damage, of_bytes, of_structure, of_table, of_text
+from mutations.judge import LONGEST, limited
+
+HANGS = 60.0  # s by the clock, of a machine that others use as well
+SPECIAL = 0.01  # of the paths are of no regular file
+RIGHT = (InputError,)  # what a reader may raise
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A reader, a whole file of its kind, and the ways to damage it."""
+
+    name: str
+    whole: Callable[[], bytes]
+    read: Callable[[Path], Any]
+    damages: tuple[Damage, ...]
+    file: str = "file"  # its name
+    every: int = 1
+    there: bool = True
+
+
+def judged(reader: Reader, seed: int) -> Reaction:
+    """Damage a file by a seed, read it, and judge what comes of it."""
+    chance = random.Random(f"{reader.name} {seed}")
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / reader.file
+        if chance.random() < SPECIAL:
+            special(path, chance)
+        else:
+            content = chance.choice(reader.damages)(whole(reader), chance)
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(content)
+        problem, accepted, begin = "", False, time.process_time()
+        try:
+            with limited(HANGS), warnings.catch_warnings(action="error"):
+                warnings.simplefilter("ignore", DamageWarning)
+                reader.read(path)
+                accepted = True
+        except RIGHT as error:
+            problem = "a sentence of several lines" if len(str(error)) > 8000 else ""
+        except TimeoutError:
+            problem = "hangs"
+        except BaseException as error:  # all of them are tracebacks for the user
+            problem = f"{type(error).__name__}: {error}"[:300]
+        spent = time.process_time() - begin
+    if spent > LONGEST:
+        problem = problem or f"takes {spent:.0f} s of processor"
+    return Reaction((problem,) if problem else (), accepted, spent)
+
+
+@functools.cache
+def whole(reader: Reader) -> bytes:
+    """Return the whole file of a reader."""
+    return reader.whole()
+
+
+def special(path: Path, chance: random.Random) -> None:
+    """Put something at a path that is no regular file."""
+    kind = chance.randrange(5)
+    path.parent.mkdir(exist_ok=True)
+    if kind == 0:
+        os.mkfifo(path)
+    elif kind == 1:
+        path.symlink_to(chance.choice(("/dev/zero", "/dev/urandom", "/dev/full", "/proc/kmsg", "/dev/tty")))
+    elif kind == 2:
+        path.symlink_to(path)
+    elif kind == 3:
+        path.mkdir()
+    elif kind == 4:
+        with path.open("wb") as file:
+            file.truncate(1 << 40)  # a hole
+
+
+@functools.cache
+def tuna() -> ht.Robot:
+    """Return the robot that files are read for."""
+    return ht.load("hypertuna")
+
+
+def _robot(path: Path) -> Any:
+    robot = ht.load(path)
+    return robot.hash, repr(robot)
+
+
+def _plan(path: Path) -> Any:
+    from hypertuna.mission.import_plan import check_plan, plan_document, plan_text, read_plan
+
+    plan = read_plan(path)
+    document = plan_document(plan, "plan")
+    return plan_text(document, plan, str(path)), check_plan(document, plan, str(path))
+
+
+def _log(path: Path) -> Any:
+    from hypertuna.mission.log_fields import record_columns
+    from hypertuna.mission.read_log import read_log
+    from hypertuna.reports.studio import robot_and_log
+
+    log = read_log(path)
+    robot_and_log(path)
+    return log.record.summary(), record_columns(log.record)
+
+
+def _radio(path: Path) -> Any:
+    from hypertuna.io.mcap import is_radio_log
+    from hypertuna.radio.log import read_radio_log
+
+    return is_radio_log(path), read_radio_log(path), ht.read_trials(path, tuna())
+
+
+def _box(path: Path) -> Any:
+    from hypertuna.firmware.black_box import mission_record, read_black_box
+
+    return [mission_record(box, tuna()) for box in read_black_box(path)]
+
+
+def _policy(path: Path) -> Any:
+    from hypertuna.learning.policy import read_policy
+
+    return read_policy(path)
+
+
+def _journal(path: Path) -> Any:
+    from hypertuna.io.checkpoint import Journal, read_header
+
+    header = read_header(path)
+    with Journal(path, header) as journal:
+        return journal.records
+
+
+def _merged(path: Path) -> Any:
+    forged.unpack(path)
+    return ht.merge_shards(path.parent)
+
+
+def _swimmer(path: Path) -> Any:
+    from hypertuna.scoreboard.swimmers import read_swimmer
+
+    return read_swimmer(path)
+
+
+def _table(module: str, name: str, *arguments: Any, **options: Any) -> Callable[[Path], Any]:
+    """Return the call of a reader of tables, with the robot in place of ROBOT."""
+
+    def read(path: Path) -> Any:
+        function = getattr(__import__(f"hypertuna.{module}", fromlist=[name]), name)
+        return function(path, *(tuna() if one == "ROBOT" else one for one in arguments), **options)
+
+    return read
+
+
+def _markers(path: Path) -> Any:
+    from hypertuna.trials.markers import read_markers
+
+    return read_markers(path, scale=1e-3, frame_rate=30.0)
+
+
+def _places(path: Path) -> Any:
+    from hypertuna.trials.marker_places import read_places
+
+    return read_places(path, ht.load("rexeel"), [f"{k + 1}" for k in range(12)])
+
+
+def _manifest(path: Path) -> Any:
+    for file in TANK.glob("*.csv"):
+        (path.parent / file.name).write_bytes(file.read_bytes())
+    return ht.read_trials(path, tuna())
+
+
+def _scheduler(path: Path) -> Any:
+    from hypertuna.parallel.executors import cluster
+
+    with cluster(str(path)):
+        pass
+
+
+TEXTS = (of_text, of_structure)
+TABLES = (of_table, of_structure)
+LOGS = (forged.of_log, forged.of_log, forged.of_log, of_bytes)
+
+
+def _text(path: Path) -> Callable[[], bytes]:
+    return path.read_bytes
+
+
+def _toml(name: str, path: Path, read: Callable[[Path], Any]) -> Reader:
+    return Reader(name, path.read_bytes, read, TEXTS, f"{name.replace(' ', '-')}.toml")
+
+
+READERS = (
+    _toml("robot", ROBOTS / "hypertuna.toml", _robot),
+    _toml("small robot", EXAMPLES / "myfish.toml", _robot),
+    _toml("mission", ROOT / "missions/lake.toml", ht.read_mission),
+    _toml("manifest", TANK / "tank.toml", _manifest),
+    _toml("swimmer", ROOT / "data/swimmers/bistable-swimmer.toml", _swimmer),
+    *(Reader(f"plan {form}", text.encode().strip, _plan, TEXTS) for form, text in forged.PLANS.items()),
+    Reader(
+        "steady runs",
+        RUNS.encode().strip,
+        _table("trials.steady", "read_steady", ht.load(EXAMPLES / "minnow.toml")),
+        TABLES,
+        "file.csv",
+    ),
+    Reader("markers", MARKERS.encode().strip, _markers, TABLES, "file.csv"),
+    Reader("markers of DeepLabCut", forged.DEEPLABCUT.encode().strip, _markers, TABLES, "file.csv"),
+    Reader("markers of SLEAP", forged.SLEAP.encode().strip, _markers, TABLES, "file.csv"),
+    Reader("places", PLACES.encode().strip, _places, TABLES, "file.csv"),
+    Reader(
+        "bench", _text(EXAMPLES / "bench/bench.csv"), _table("characterization.data", "read_bench", "ROBOT"), TABLES
+    ),
+    Reader("tensile test", TENSILE.encode().strip, _table("actuation.silicone", "read_tensile"), TABLES, "file.csv"),
+    Reader("calibration", CALIBRATION.encode().strip, _table("radio.calibration", "read_pairs"), TABLES, "file.csv"),
+    Reader("log", forged.log, _log, LOGS, "log.mcap"),
+    Reader("radio log", forged.radio_log, _radio, LOGS, "log.mcap"),
+    Reader("black box", forged.box, _box, (of_bytes, forged.of_box), "box.bin"),
+    Reader("policy", _text(EXAMPLES / "learning/goto.npz"), _policy, (of_bytes, forged.of_npz), "policy.npz"),
+    Reader("shards", forged.shards, _merged, (forged.of_shards, forged.of_shards, of_bytes), "a.shards/packed"),
+    Reader("journal", forged.journal, _journal, (forged.of_journal, of_text), "j.jsonl"),
+    Reader("scheduler file", json.dumps({"address": "tcp://127.0.0.1:1"}).encode().strip, _scheduler, (of_structure,)),
+)
