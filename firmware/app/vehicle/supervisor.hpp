@@ -12,6 +12,7 @@ inline constexpr float trim_after = 10.0f;   // s in which a disarmed robot may 
 inline constexpr float stroke_bend = 0.65f;  // of the swing asked: a joint that bends less does not follow
 inline constexpr float stroke_pressure =
     0.25f;  // of the working pressure: a stroke brings more, its end leaves less than twice that
+inline constexpr float stroke_bias = 0.25f;  // of the amplitude: with more bias a joint is not judged
 inline constexpr int stroke_beats = 3;
 inline constexpr float snag_reach = 0.25f;    // of snag_distance: what stays within this of a fix makes no way
 inline constexpr float snag_straight = 0.7f;  // of the way swum: what circles is not on a course
@@ -108,8 +109,10 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
         dead = dead || seen.high < fill + part || fill + 2 * part < seen.low;
     }
     if (!state.posture[j].ended) return stroke_beats <= stroke.missing;
+    // A bias takes its part of what a joint can bend, and holds one side's pressure.
+    const bool even = abs(state.bias[j].value) < stroke_bias * state.amplitude[j].value;
     const bool asked =
-        2 * model.posture.amplitude_min < stroke.asked.swing() && !state.bend[j].faulty && !blind(state, j);
+        even && 2 * model.posture.amplitude_min < stroke.asked.swing() && !state.bend[j].faulty && !blind(state, j);
     const bool follows = stroke_bend * stroke.asked.swing() < stroke.bend.swing();
     stroke.missing = asked && dead && !follows ? stroke.missing + 1 : 0;
     stroke.ticks = 0;
