@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -58,11 +59,12 @@ GROUPS = {"entangled": ("body:tethered", "body:held")}  # kinds of which a run m
 
 def kinds_of(seeds: range, asked: Mapping[str, int]) -> list[str]:
     """Return the kind of failure of each seed: a number of seas of each group, spread over all; the others in turn."""
-    special = [GROUPS[group][k % len(GROUPS[group])] for group, count in asked.items() for k in range(count)]
+    special = [GROUPS[group][k % len(GROUPS[group])] for group, number in asked.items() for k in range(number)]
     if len(special) > len(seeds):
         raise InputError("must fit into the seeds", key="--group", value=f"{len(special)}", fix="ask for more seeds")
     places = {len(seeds) * k // len(special): kind for k, kind in enumerate(special)} if special else {}
-    return [places.get(k, KINDS[seed % len(KINDS)]) for k, seed in enumerate(seeds)]
+    others = count(seeds.start)
+    return [places.get(k) or KINDS[next(others) % len(KINDS)] for k in range(len(seeds))]
 
 
 @dataclass(frozen=True)

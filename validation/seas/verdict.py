@@ -18,7 +18,8 @@ SWING = 0.5  # m by which the nose swings and the body reaches beyond a place
 STATE = "state "  # before a state among the words that the robot told
 DETECTION = 20.0  # s within which a failure must be told, or it came too late in the flight to matter
 ENTANGLED = 200.0  # s: fixes must show that no way is made, or the depth that the fins do not help
-SUNK = ("fins:level", *GROUPS["entangled"])  # what cannot rise without fins, or from a line, must say where it is
+# What cannot rise without fins, from a line, or with one joint must say where it is.
+SUNK = ("fins:level", "oil-I-left:lost", "servo-II-right:stuck", *GROUPS["entangled"])
 SWEPT = ("current", "swept", "adrift", "drift", "carried", "stranded")  # words for a current that it cannot swim
 
 
