@@ -23,14 +23,28 @@ void bind_firmware(nb::module_& m) {
     m.def(
         "fault_table",
         [] {
-            std::vector<std::tuple<std::string, std::string, std::string, bool, bool, std::string>> rows;
-            for (const firmware::FaultText& text : firmware::fault_texts)
+            std::vector<std::tuple<std::string, std::string, std::string, bool, bool, std::string, std::string>> rows;
+            firmware::Limits limits{};
+            for (const firmware::FaultText& text : firmware::fault_texts) {
+                std::string choice;
+                firmware::visit_fields(limits, [&](const char* name, int, const float& field) {
+                    if (text.choice != nullptr && &field == &(limits.*text.choice)) choice = name;
+                });
                 rows.emplace_back(text.name, text.sentence, firmware::answer_names[int(text.answer)], text.latched,
-                                  text.forbids_arming, firmware::severity_name(text.severity));
+                                  text.forbids_arming, firmware::severity_name(text.severity), choice);
+            }
             return rows;
         },
         "Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is latched "
-        "until the robot is armed again, whether it forbids arming, and its severity.");
+        "until the robot is armed again, whether it forbids arming, its severity, and the parameter that may choose "
+        "another answer.");
+    m.def(
+        "answer_table",
+        [] {
+            return std::vector<std::string>(firmware::answer_names,
+                                            firmware::answer_names + int(firmware::max_choice) + 1);
+        },
+        "Answers to a fault that a parameter may choose, in the order of their numbers.");
     m.def(
         "record_fields",
         [](int joints) {

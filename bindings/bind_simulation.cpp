@@ -98,16 +98,20 @@ static std::vector<double> shown(const PilotReadings<double>& readings, int join
     return out;
 }
 
-using FinFaultRow = std::tuple<int, double, double, double>;  // fin, rad or NaN, s, s
+using ServoFaultRow = std::tuple<int, double, double, double>;  // servo, rad or NaN, s, s
+using OilLossRow = std::tuple<int, double, double>;             // circuit, s, s
 
 static std::pair<NamedArrays, nb::bytes> simulate_pilot(
     const PlantData& plant, const LivePilot& pilot, const World& world, const LiveSensors& sensors,
-    const std::vector<FaultRow>& faults, const std::vector<FinFaultRow>& fin_faults, const Input<1>& twist,
-    const Input<1>& pose, double charge, std::size_t ticks, int steps, std::size_t every,
-    const std::optional<nb::bytes>& state, const std::optional<BoardCall>& board) {
+    const std::vector<FaultRow>& faults, const std::vector<ServoFaultRow>& servo_faults,
+    const std::vector<OilLossRow>& oil_losses, const Input<1>& twist, const Input<1>& pose, double charge,
+    std::size_t ticks, int steps, std::size_t every, const std::optional<nb::bytes>& state,
+    const std::optional<BoardCall>& board) {
     const int joints = pilot.model.controller.joints;
-    Flight flight{pilot.model, pilot.mission.mission, {}, {}};
-    for (const auto& [fin, angle, start, end] : fin_faults) flight.fin_faults.push_back({fin, angle, start, end});
+    Flight flight{pilot.model, pilot.mission.mission, {}, {}, {}};
+    for (const auto& [servo, angle, start, end] : servo_faults)
+        flight.servo_faults.push_back({servo, angle, start, end});
+    for (const auto& [circuit, start, end] : oil_losses) flight.oil_losses.push_back({circuit, start, end});
     if (board)
         flight.board = [&](const PilotReadings<double>& readings, double antenna, double* pulse) {
             const nb::gil_scoped_acquire locked;
@@ -190,12 +194,14 @@ void bind_simulation(nb::module_& m) {
           "one row every `every` ticks. Faults are (kind, first channel, last channel, start, end) [s].");
     m.def(
         "simulate", &simulate_pilot, nb::arg("plant"), nb::arg("command"), nb::arg("world"), nb::kw_only(),
-        nb::arg("sensors"), nb::arg("faults"), nb::arg("fin_faults"), nb::arg("twist"), nb::arg("pose"),
-        nb::arg("charge"), nb::arg("ticks"), nb::arg("steps"), nb::arg("every"), nb::arg("state") = nb::none(),
-        nb::arg("board") = nb::none(),
+        nb::arg("sensors"), nb::arg("faults"), nb::arg("servo_faults"), nb::arg("oil_losses"), nb::arg("twist"),
+        nb::arg("pose"), nb::arg("charge"), nb::arg("ticks"), nb::arg("steps"), nb::arg("every"),
+        nb::arg("state") = nb::none(), nb::arg("board") = nb::none(),
         "Fly a pilot's mission from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier "
-        "part left: the record and the state at the end. `fin_faults` are servos that stand, (fin, angle [rad] or NaN "
-        "for where it is, from, to [s]). `board` takes the pilot's place: a function of what the sensors show (bends, "
+        "part left: the record and the state at the end. `servo_faults` are servos that stand, (servo in the order "
+        "of the pulses, angle [rad] or NaN for where it is, from, to [s]), `oil_losses` circuits with a hole, "
+        "(circuit, "
+        "from, to [s]). `board` takes the pilot's place: a function of what the sensors show (bends, "
         "pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) and of the height "
         "of its antenna above the surface [m] that returns the servo pulses [s].");
 }

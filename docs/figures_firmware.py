@@ -56,10 +56,21 @@ def need_table() -> str:
 def fault_table() -> str:
     """Tabulate the faults."""
     body = [
-        [f"`{name}`", sentence, answer, "yes" if latched else "", "yes" if forbids else "", severity]
-        for name, sentence, answer, latched, forbids, severity in _core.fault_table()
+        [
+            f"`{name}`",
+            sentence,
+            answer,
+            choice and f"`{choice}`",
+            *("yes" if is_so else "" for is_so in flags),
+            severity,
+        ]
+        for name, sentence, answer, *flags, severity, choice in _core.fault_table()
     ]
-    return rows(["fault", "meaning", "response", "latched until armed again", "forbids arming", "severity"], body, 6)
+    return rows(
+        ["fault", "meaning", "response", "chosen by", "latched until armed again", "forbids arming", "severity"],
+        body,
+        7,
+    )
 
 
 def lockstep_table() -> str:

@@ -102,7 +102,7 @@ class FlightTwin final : public BodyTwin<SpaceBody<Law, D>, FlightState<D>> {
         : Base(parts, seed, *world.sea, parts.controller.tick),
           mission_(mission),
           world_(world),
-          flight_{*parts.pilot, mission.data.mission, {}, {}} {
+          flight_{*parts.pilot, mission.data.mission, {}, {}, {}} {
         now_ = start_flight(twin_, flight_, world_, instruments,
                             {0, 1, parts.controller.tick, parts.steps, {}, mission.pose, mission.charge});
         pilot_at_ = add_columns(row, pilot_columns, 1, parts.coordinates, parts.plant.joints);
@@ -124,9 +124,10 @@ class FlightTwin final : public BodyTwin<SpaceBody<Law, D>, FlightState<D>> {
         return made;
     }
     void jam(int fin, double angle, bool stands) override {
-        std::vector<FinFault>& faults = flight_.fin_faults;
-        std::erase_if(faults, [fin](const FinFault& fault) { return fault.fin == fin; });
-        if (stands) faults.push_back({fin, angle, time(), HUGE_VAL});
+        std::vector<ServoFault>& faults = flight_.servo_faults;
+        const int servo = 2 * flight_.pilot.controller.joints + fin;
+        std::erase_if(faults, [servo](const ServoFault& fault) { return fault.servo == servo; });
+        if (stands) faults.push_back({servo, angle, time(), HUGE_VAL});
     }
 
   private:

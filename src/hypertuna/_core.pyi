@@ -496,7 +496,8 @@ def simulate(
     *,
     sensors: Sensors,
     faults: Sequence[tuple[str, int, int, float, float]],
-    fin_faults: Sequence[tuple[int, float, float, float]],
+    servo_faults: Sequence[tuple[int, float, float, float]],
+    oil_losses: Sequence[tuple[int, float, float]],
     twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     charge: float,
@@ -507,7 +508,7 @@ def simulate(
     board: Callable[[Sequence[float], float], Sequence[float]] | None = None,
 ) -> tuple[dict[str, NDArray[numpy.float64]], bytes]:
     """
-    Fly a pilot's mission from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record and the state at the end. `fin_faults` are servos that stand, (fin, angle [rad] or NaN for where it is, from, to [s]). `board` takes the pilot's place: a function of what the sensors show (bends, pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) and of the height of its antenna above the surface [m] that returns the servo pulses [s].
+    Fly a pilot's mission from its start (twist (6), pose (9), charge taken [C]) or from a state that an earlier part left: the record and the state at the end. `servo_faults` are servos that stand, (servo in the order of the pulses, angle [rad] or NaN for where it is, from, to [s]), `oil_losses` circuits with a hole, (circuit, from, to [s]). `board` takes the pilot's place: a function of what the sensors show (bends, pressures, currents, rates, accelerations, battery, depth, field, and a fix where one came) and of the height of its antenna above the surface [m] that returns the servo pulses [s].
     """
 
 def simulate_batch(
@@ -570,9 +571,14 @@ def refusal_table() -> list[tuple[str, str]]:
     Refusals of the firmware in the order of their numbers: name and sentence.
     """
 
-def fault_table() -> list[tuple[str, str, str, bool, bool, str]]:
+def fault_table() -> list[tuple[str, str, str, bool, bool, str, str]]:
     """
-    Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is latched until the robot is armed again, whether it forbids arming, and its severity.
+    Faults that the firmware knows in the order of their bits: name, sentence, answer, whether it is latched until the robot is armed again, whether it forbids arming, its severity, and the parameter that may choose another answer.
+    """
+
+def answer_table() -> list[str]:
+    """
+    Answers to a fault that a parameter may choose, in the order of their numbers.
     """
 
 def record_fields(joints: int) -> list[tuple[str, bool, int]]:
@@ -580,7 +586,7 @@ def record_fields(joints: int) -> list[tuple[str, bool, int]]:
     Fields of a black box record of a tick, in order: name, whether it is a float, and count. A field with four names has a byte for each.
     """
 
-MAX_PARAMETERS: int = 120
+MAX_PARAMETERS: int = 128
 
 RECORD_MARK: int = 2970353664
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from flights import WildLoop, fly
-from sampled_sea import FAULTS, KINDS, sampled
+from sampled_sea import FAULTS, GROUPS, KINDS, kinds_of, sampled
 from verdict import Truth, judge
 
 import hypertuna as ht
@@ -99,3 +99,12 @@ def test_seas_resume_after_a_kill(robot: ht.Robot, tmp_path: Path) -> None:
     again = subprocess.run([*command, tmp_path / "b.csv"], capture_output=True, text=True)
     assert again.returncode == first.returncode
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_a_run_has_as_many_seas_of_a_group_as_it_asks_for() -> None:
+    kinds = kinds_of(range(300), {"entangled": 50})
+    assert sum(kind in GROUPS["entangled"] for kind in kinds) >= 50
+    assert set(kinds) == set(KINDS)
+    assert kinds_of(range(30), {}) == list(KINDS)
+    with pytest.raises(InputError, match="must fit into the seeds"):
+        kinds_of(range(3), {"entangled": 4})

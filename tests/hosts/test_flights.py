@@ -17,7 +17,8 @@ from hypertuna.mission import image
 from hypertuna.mission.file import missions, parse_mission, randomized, read_mission
 from hypertuna.mission.flight import fly
 from hypertuna.mission.image import robot_image
-from hypertuna.mission.run import FIN_KINDS, fly_part, mission_start
+from hypertuna.mission.mishaps import FIN_KINDS
+from hypertuna.mission.run import fly_part, mission_start
 
 
 @pytest.fixture(scope="module", params=[Native, InNode], ids=["native", "wasm"])

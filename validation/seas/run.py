@@ -2,6 +2,7 @@
 
     python validation/seas/run.py                        # seeds 0 to 99, on one processor
     python validation/seas/run.py --seeds 7:8 -j 1       # one sea, its table on stdout
+    python validation/seas/run.py --seeds 0:300 --group entangled=50 -o validation/seas/seas.csv
 
 Every sea is on disk when it has ended: the same command resumes after any interruption, `kill -9` among them. The table
 goes to seas.csv beside this file, with what made it and a summary in seas.csv.json.
@@ -21,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from flights import fly
-from sampled_sea import FAULTS, ROBOT, sampled
+from sampled_sea import FAULTS, GROUPS, ROBOT, kinds_of, sampled
 from verdict import judge
 
 import hypertuna as ht
@@ -33,9 +34,9 @@ HERE = Path(__file__).resolve().parent
 PRESSURE = 1.05  # part of the hard limit that no part of a circuit may exceed
 
 
-def sail(seed: int, firmware: Path | None = None) -> dict[str, Any]:
-    """Fly through the sea of a seed; return the row of its table."""
-    sea = sampled(seed)
+def sail(seed: int, kind: str, firmware: Path | None = None) -> dict[str, Any]:
+    """Fly through the sea of a seed with a kind of failure; return the row of its table."""
+    sea = sampled(seed, kind)
     began = time.perf_counter()
     truth = fly(sea, ht.load(ROBOT), firmware)
     verdict = judge(truth, sea)
@@ -85,16 +86,24 @@ def main() -> None:
     parser.add_argument("--journal", type=Path, default=HERE.parents[1] / "build" / "seas.journal")
     parser.add_argument("--firmware", type=Path, help="folder of the program (default: build/firmware)")
     parser.add_argument("-o", type=Path, help="table (default: seas.csv beside this file for 0:100, else stdout)")
+    parser.add_argument(
+        "--group",
+        action="append",
+        default=[],
+        help=f"NAME=COUNT: so many seas of a group of failures: {', '.join(GROUPS)}",
+    )
     options = parser.parse_args()
+    asked = {name: int(count) for name, _, count in (text.partition("=") for text in options.group)}
     first, last = (int(part) for part in options.seeds.split(":"))
     seeds = list(range(first, last))
+    kinds = dict(zip(seeds, kinds_of(range(first, last), asked), strict=True))
     out = HERE / "seas.csv" if options.o is None and options.seeds == "0:100" else options.o
     options.journal.parent.mkdir(parents=True, exist_ok=True)
-    header = journal_header("seas", ht.load(ROBOT), {"seeds": seeds})
+    header = journal_header("seas", ht.load(ROBOT), {"seeds": seeds, "groups": asked})
     rows: list[dict[str, Any]] = []
     pool = ProcessPoolExecutor(options.j)
     with Journal(options.journal, header) as journal:
-        work = {seed: pool.submit(sail, seed, options.firmware) for seed in seeds[journal.known :]}
+        work = {seed: pool.submit(sail, seed, kinds[seed], options.firmware) for seed in seeds[journal.known :]}
         try:
             for seed in seeds:
                 row = journal.answer(seed, lambda seed=seed: work[seed].result())
@@ -109,7 +118,11 @@ def main() -> None:
     else:
         write_atomically(out, table(rows))
         facts = {key: str(value) for key, value in provenance(ht.load(ROBOT)).items()}
-        facts |= {"command": f"python validation/seas/run.py --seeds {options.seeds}"}
+        facts |= {
+            "command": " ".join(
+                ["python validation/seas/run.py --seeds", options.seeds, *(f"--group {one}" for one in options.group)]
+            )
+        }
         write_atomically(Path(f"{out}.json"), (json.dumps(facts | result, indent=1) + "\n").encode())
     print(json.dumps(result), file=sys.stderr)
     sys.exit(result["ok"] < result["seas"])

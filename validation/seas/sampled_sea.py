@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import count
 from typing import Any
 
 import numpy as np
 
 from hypertuna.control.guidance import gait_table
 from hypertuna.description.robot import load
+from hypertuna.errors import InputError
 
 ROBOT = "hypertuna"
 SWIMS = gait_table(load(ROBOT)).speed[-1]  # m/s
@@ -45,8 +48,23 @@ FAULTS: dict[str, tuple[str, ...]] = {
     "stick:noise": (),
     "receiver cold": (),
     "receiver lying": (),
+    "oil-I-left:lost": ("no_stroke",),
+    "servo-II-right:stuck": ("no_stroke", "no_progress", "bend"),
+    "body:tethered": ("no_progress", "stranded", "no_answer", "swept"),
+    "body:held": ("no_progress", "stranded", "no_answer", "swept"),
 }
 KINDS = tuple(FAULTS)
+GROUPS = {"entangled": ("body:tethered", "body:held")}  # kinds of which a run may ask for a number of seas
+
+
+def kinds_of(seeds: range, asked: Mapping[str, int]) -> list[str]:
+    """Return the kind of failure of each seed: a number of seas of each group, spread over all; the others in turn."""
+    special = [GROUPS[group][k % len(GROUPS[group])] for group, number in asked.items() for k in range(number)]
+    if len(special) > len(seeds):
+        raise InputError("must fit into the seeds", key="--group", value=f"{len(special)}", fix="ask for more seeds")
+    places = {len(seeds) * k // len(special): kind for k, kind in enumerate(special)} if special else {}
+    others = count(seeds.start)
+    return [places.get(k) or KINDS[next(others) % len(KINDS)] for k in range(len(seeds))]
 
 
 @dataclass(frozen=True)
@@ -61,10 +79,10 @@ class Sea:
     too_fast: bool  # whether the current is above what the robot swims
 
 
-def sampled(seed: int) -> Sea:
-    """Return the sea of a seed; consecutive seeds go through all kinds of failures."""
+def sampled(seed: int, kind: str | None = None) -> Sea:
+    """Return the sea of a seed with a kind of failure; by default consecutive seeds go through all kinds."""
     random = np.random.default_rng([seed, 26])
-    kind = KINDS[seed % len(KINDS)]
+    kind = KINDS[seed % len(KINDS)] if kind is None else kind
     document = _mission(random)
     too_fast = bool(random.uniform() < TOO_FAST)
     _water(random, document, too_fast)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sampled_sea import FAULTS, SWIMS, Sea
+from sampled_sea import FAULTS, GROUPS, SWIMS, Sea
 
 from hypertuna.control.mission import Mission, fence_distance
 
@@ -17,7 +17,9 @@ SIGMAS = 3.0  # standard deviations that the robot tells of its position within 
 SWING = 0.5  # m by which the nose swings and the body reaches beyond a place
 STATE = "state "  # before a state among the words that the robot told
 DETECTION = 20.0  # s within which a failure must be told, or it came too late in the flight to matter
-SUNK = ("fins:level",)  # without both fins a robot of its own density cannot rise: it must say where it is
+ENTANGLED = 200.0  # s: fixes must show that no way is made, or the depth that the fins do not help
+# What cannot rise without fins, from a line, or with one joint must say where it is.
+SUNK = ("fins:level", "oil-I-left:lost", "servo-II-right:stuck", *GROUPS["entangled"])
 SWEPT = ("current", "swept", "adrift", "drift", "carried", "stranded")  # words for a current that it cannot swim
 
 
@@ -67,7 +69,7 @@ def judge(truth: Truth, sea: Sea) -> Verdict:
     at_goal = away <= radius + SIGMAS * sigma + SWING
     up = float(depth[max(0, last - 10) : last + 10].min()) <= SURFACE
     ending = "refused" if last < 0 else "home" if at_goal and up else "up" if up else "lost"
-    if ending == "lost" and sea.kind in SUNK and "stranded" in truth.told:
+    if ending == "lost" and sea.kind in SUNK and truth.told & {"stranded", "no_progress"}:
         off = truth.place[last] - truth.position[last]
         if np.hypot(*off[:2]) <= SIGMAS * sigma + SWING and abs(off[2]) <= SURFACE:
             ending = "where told"
@@ -102,7 +104,8 @@ def _swept(truth: Truth, sea: Sea) -> bool:
 def _tells(truth: Truth, sea: Sea, ending: str, end: float) -> bool:
     """Return whether the robot told of what failed, or of why it did not do its mission."""
     words = FAULTS[sea.kind]
-    if words and sea.start + DETECTION < end:
+    detection = ENTANGLED if sea.kind in GROUPS["entangled"] else DETECTION
+    if words and sea.start + detection < end:
         return any(word in name for name in truth.told for word in words)
     complete = truth.done and ending == "home"
     return complete or any(not name.startswith(STATE) for name in truth.told)

@@ -48,12 +48,12 @@ inline mavlink_global_position_int_t global_position(const Vehicle& vehicle) {
     return m;
 }
 
-/// Whether the receiver has a fix, and the last one.
+/// Whether the receiver has a fix, and the last one with its time.
 inline mavlink_gps_raw_int_t gps_raw(const Vehicle& vehicle) {
     const LastFix& fix = vehicle.fix;
     const bool present = fix.any && snapshot(vehicle).tick - fix.tick <= fix_lasts;
     mavlink_gps_raw_int_t m{};
-    m.time_usec = snapshot(vehicle).tick * 10000ull;
+    m.time_usec = (fix.any ? fix.tick : snapshot(vehicle).tick) * 10000ull;
     m.fix_type = std::uint8_t(present ? GPS_FIX_TYPE_3D_FIX : GPS_FIX_TYPE_NO_FIX);
     m.lat = fix.place[0], m.lon = fix.place[1], m.eph = m.epv = m.vel = m.cog = 0xFFFF;
     m.satellites_visible = present && fix.satellites != 0 ? fix.satellites : std::uint8_t(present ? 0xFF : 0);

@@ -42,8 +42,17 @@ inline bool heartbeat_is_due(const Telemetry& telemetry, std::uint32_t tick) {
     return heart.interval <= tick - heart.last;
 }
 
-/// Stream to be sent now; -1 for none. placed: the origin of coordinates is known.
-inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick, bool placed) {
+/// Ticks from beacon to beacon of a robot that rests after a failsafe and hears nobody: it saves its battery; otherwise
+/// 0.
+inline std::uint32_t beacon_ticks(const Vehicle& vehicle) {
+    const Snapshot& now = snapshot(vehicle);
+    const bool lost = now.state == State::rest && Answer::home <= now.answer && now.faults.has(Fault::link_lost);
+    return lost ? std::uint32_t(limits(vehicle).beacon_interval / pilot(vehicle)->controller.tick) : 0;
+}
+
+/// Stream to be sent now; -1 for none. placed: the origin of coordinates is known; `least` ticks pass between two
+/// messages of a kind, but for heartbeats.
+inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick, bool placed, std::uint32_t least) {
     int urgent = -1;
     float latest = 1.0f;
     for (int k = 0; k < streams; ++k) {
@@ -51,7 +60,8 @@ inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick, bool place
         if (telemetry_messages[k].placed && !placed) continue;
         if (stream.requested) return k;
         if (stream.interval == 0) continue;
-        const float late = float(tick - stream.last) / float(stream.interval);
+        const std::uint32_t interval = k == 0 || least < stream.interval ? stream.interval : least;
+        const float late = float(tick - stream.last) / float(interval);
         if (late < latest) continue;
         if (k == 0) return k;
         urgent = k, latest = late;
@@ -63,7 +73,7 @@ inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick, bool place
 inline bool send_telemetry(Telemetry& telemetry, Outbox& out, Signing& signing, const Vehicle& vehicle,
                            const Parser& parser) {
     const std::uint32_t tick = snapshot(vehicle).tick;
-    const int k = max_urgent(telemetry, tick, origin(vehicle).known);
+    const int k = max_urgent(telemetry, tick, origin(vehicle).known, beacon_ticks(vehicle));
     if (k < 0) return false;
     TelemetryStream& stream = telemetry.stream[k];
     const std::uint32_t before = out.sent;

@@ -38,9 +38,11 @@ inline void follow_recall(Vehicle& vehicle) {
 
 /// Come up, and stay there. With an empty battery, disarm at the surface, or where the ascent failed.
 inline void follow_call_up(Vehicle& vehicle, bool disarm) {
-    const bool over = is_up(vehicle) || vehicle.ascent_failed;
+    const Snapshot& now = vehicle.now;
+    const bool rests = now.state == State::rest && now.estimate.depths && now.estimate.depth < radio_depth;
+    const bool over = is_up(vehicle) || rests || vehicle.ascent_failed;
     if (!over) return give(vehicle, Order::ascend);
-    give(vehicle, disarm ? Order::spend : Order::stop);
+    give(vehicle, disarm ? Order::spend : Order::halt);
 }
 
 /// Store what the sensor shows at the surface: a robot that hears the ground has its antenna out of the water.
@@ -83,6 +85,8 @@ inline void respond(Vehicle& vehicle) {
     if (now.answer < Answer::home) vehicle.recalled = false;
     if (now.answer == Answer::surface || now.answer == Answer::disarm)
         follow_call_up(vehicle, now.answer == Answer::disarm);
+    else if (now.answer == Answer::stop)
+        give(vehicle, Order::halt);
     else if (now.answer == Answer::home && now.state != State::held)
         follow_recall(vehicle);
 }

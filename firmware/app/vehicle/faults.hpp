@@ -1,7 +1,7 @@
 /// Faults that the supervisor detects, and the robot's response to each.
 #pragma once
 
-#include <cstdint>
+#include "app/vehicle/parameters.hpp"
 
 namespace hypertuna::firmware {
 
@@ -26,16 +26,21 @@ enum class Fault : std::uint8_t {
     key_lost,
     depth_sensor,
     too_deep,
+    no_progress,
+    no_stroke,
+    unguarded,
+    sinks,
     count
 };
 inline constexpr int faults = int(Fault::count);
 
 /// Responses; the last of all present faults applies.
 ///
-/// warn: report only. home: swim home; without a way home ascend, and rest. surface: ascend, and rest. disarm: ascend,
-/// and disarm at the surface. rest: keep the tail at rest until upright.
-enum class Answer : std::uint8_t { warn, home, surface, disarm, rest, count };
-inline constexpr const char* answer_names[int(Answer::count)] = {"warn", "home", "surface", "disarm", "rest"};
+/// warn: report only. home: swim home; without a way home ascend, and rest. stop: rest here. surface: ascend, and rest.
+/// disarm: ascend, and disarm at the surface. rest: keep the tail at rest until upright.
+enum class Answer : std::uint8_t { warn, home, stop, surface, disarm, rest, count };
+inline constexpr const char* answer_names[int(Answer::count)] = {"warn", "home", "stop", "surface", "disarm", "rest"};
+inline constexpr Answer max_choice = Answer::surface;  // of the responses that a parameter may choose
 
 /// How a fault is reported, as MAVLink's MAV_SEVERITY.
 enum class Severity : std::uint8_t { critical = 2, warning = 4, notice = 5 };
@@ -48,8 +53,9 @@ struct FaultText {
     const char* sentence;  // at most the 50 characters of a STATUSTEXT
     Answer answer;
     Severity severity;
-    bool latched;         // until the robot is armed again
-    bool forbids_arming;  // while the cause lasts
+    bool latched;                      // until the robot is armed again
+    bool forbids_arming;               // while the cause lasts
+    float Limits::* choice = nullptr;  // parameter with the response, of which `answer` is the default
 };
 inline constexpr FaultText fault_texts[faults] = {
     {"over_pressure", "a joint was released: pressure above its limit", Answer::warn, Severity::critical, true, false},
@@ -64,7 +70,7 @@ inline constexpr FaultText fault_texts[faults] = {
     {"link_lost", "no contact with the ground station", Answer::warn, Severity::notice, false, false},
     {"link_gone", "no contact with the ground station for long", Answer::home, Severity::warning, true, false},
     {"tilt", "roll or pitch is above its limit", Answer::rest, Severity::warning, false, true},
-    {"leak", "there is water in the hull", Answer::home, Severity::critical, true, true},
+    {"leak", "there is water in the hull", Answer::surface, Severity::critical, true, true, &Limits::leak_answer},
     {"watchdog", "the watchdog restarted the firmware", Answer::warn, Severity::warning, true, false},
     {"overrun", "control ticks come late", Answer::warn, Severity::warning, false, false},
     {"defaults", "no stored parameters: the defaults are used", Answer::warn, Severity::notice, false, false},
@@ -73,6 +79,13 @@ inline constexpr FaultText fault_texts[faults] = {
     {"key_lost", "the signing key cannot be read: locked", Answer::warn, Severity::critical, false, true},
     {"depth_sensor", "the depth sensor failed", Answer::warn, Severity::critical, false, true},
     {"too_deep", "deeper than the depth limit", Answer::surface, Severity::critical, false, false},
+    {"no_progress", "no way is made: entangled, or aground", Answer::surface, Severity::critical, true, false,
+     &Limits::snag_answer},
+    {"no_stroke", "a joint does not bend: no oil, or its servo stands", Answer::warn, Severity::critical, true, false,
+     &Limits::stroke_answer},
+    {"unguarded", "sticks or gait without IMU or battery voltage", Answer::home, Severity::warning, true, false,
+     &Limits::guard_answer},
+    {"sinks", "it sinks at rest: trim it", Answer::surface, Severity::critical, false, true},
 };
 
 /// A set of faults, one bit each.
@@ -87,11 +100,18 @@ struct Faults {
     bool operator==(const Faults&) const = default;
 };
 
+/// Response to a fault: the table's, or that of its parameter.
+inline Answer answer_to(const FaultText& text, const Limits& limits) {
+    return text.choice == nullptr ? text.answer : Answer(int(limits.*text.choice));
+}
+
 /// Most severe response to the faults of a set.
-inline Answer answer_to(const Faults& set) {
+inline Answer answer_to(const Faults& set, const Limits& limits) {
     Answer strongest = Answer::warn;
-    for (int f = 0; f < faults; ++f)
-        if (set.has(Fault(f)) && strongest < fault_texts[f].answer) strongest = fault_texts[f].answer;
+    for (int f = 0; f < faults; ++f) {
+        const Answer answer = answer_to(fault_texts[f], limits);
+        if (set.has(Fault(f)) && strongest < answer) strongest = answer;
+    }
     return strongest;
 }
 

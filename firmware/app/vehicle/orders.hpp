@@ -37,9 +37,11 @@ inline Faults arming_faults(const Vehicle& vehicle) {
 inline const char* sentence(const Vehicle& vehicle, Refusal refusal) {
     if (refusal != Refusal::faulty) return sentence(refusal);
     const Answer answer = vehicle.now.answer;
-    const Fault fault = vehicle.now.armed() ? first_fault(vehicle.now.faults,
-                                                          [&](const FaultText& text) { return text.answer == answer; })
-                                            : forbidding(arming_faults(vehicle));
+    const Fault fault =
+        vehicle.now.armed()
+            ? first_fault(vehicle.now.faults,
+                          [&](const FaultText& text) { return answer_to(text, limits(vehicle)) == answer; })
+            : forbidding(arming_faults(vehicle));
     return fault == Fault::count ? sentence(refusal) : fault_texts[int(fault)].sentence;
 }
 
@@ -113,7 +115,7 @@ inline void evaluate_faults(Vehicle& vehicle) {
     now.faults.set(Fault::memory, vehicle.store.failed || vehicle.missions.failed || vehicle.stamps.failed ||
                                       vehicle.keys.failed || vehicle.surfaces.failed);
     now.faults.set(Fault::key_lost, vehicle.locked);
-    now.answer = answer_to(now.faults);
+    now.answer = answer_to(now.faults, limits(vehicle));
 }
 
 /// The mission that the pilot follows.

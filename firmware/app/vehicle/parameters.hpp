@@ -10,7 +10,7 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int max_parameters = 68 + 13 * max_joints;  // a robot has 64, and 13 for each joint
+inline constexpr int max_parameters = 76 + 13 * max_joints;  // a robot has 71, and 13 for each joint
 
 /// Limits of supervisor and radio.
 struct Limits {
@@ -24,6 +24,10 @@ struct Limits {
     float link_rate, link_share;         // bit/s of the radio; fraction for telemetry
     float system_id;                     // in MAVLink
     float sign;                          // 1: commands must be signed
+    float leak_answer, snag_answer, stroke_answer, guard_answer;  // to these faults: an Answer
+    float snag_distance;    // m swum on a course without way over ground; 0 for any
+    float sink_depth;       // m that a robot at rest may sink
+    float beacon_interval;  // s between two beacons of a robot that has ended
 };
 
 /// All constants of the firmware.
@@ -42,6 +46,10 @@ void visit_fields(Limits& m, const Visit& visit) {
     visit("rise_depth", 0, m.rise_depth), visit("depth_max", 0, m.depth_max);
     visit("link_rate", 0, m.link_rate), visit("link_share", 0, m.link_share);
     visit("system_id", 0, m.system_id), visit("sign", 0, m.sign);
+    visit("leak_answer", 0, m.leak_answer), visit("snag_answer", 0, m.snag_answer);
+    visit("stroke_answer", 0, m.stroke_answer), visit("guard_answer", 0, m.guard_answer);
+    visit("snag_distance", 0, m.snag_distance), visit("sink_depth", 0, m.sink_depth);
+    visit("beacon_interval", 0, m.beacon_interval);
 }
 
 /// Call visit(name, index, field) for every number of the model. Joints and gaits are set before.

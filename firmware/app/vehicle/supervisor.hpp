@@ -8,19 +8,61 @@
 namespace hypertuna::firmware {
 
 inline constexpr float sensor_after = 1.0f;  // s until a depth, or its absence, is believed
-inline constexpr float radio_depth = 0.3f;   // m of the nose from which water over the antenna stops the radio
+inline constexpr float trim_after = 10.0f;   // s in which a disarmed robot may sink: hands may move it
+inline constexpr float stroke_bend = 0.65f;  // of the swing asked: a joint that bends less does not follow
+inline constexpr float stroke_pressure =
+    0.25f;  // of the working pressure: a stroke brings more, its end leaves less than twice that
+inline constexpr float stroke_bias = 0.25f;  // of the amplitude: with more bias a joint is not judged
+inline constexpr int stroke_beats = 3;
+inline constexpr float snag_reach = 0.25f;    // of snag_distance: what stays within this of a fix makes no way
+inline constexpr float snag_straight = 0.7f;  // of the way swum: what circles is not on a course
+inline constexpr float radio_depth = 0.3f;    // m of the nose from which water over the antenna stops the radio
+
+/// Lowest and highest value within a beat.
+struct Extent {
+    float low, high;
+    void add(float x, bool first) { low = first ? x : min(low, x), high = first ? x : max(high, x); }
+    float swing() const { return high - low; }
+};
+
+/// Way swum since a fix, to tell that none of it is way over ground.
+struct Headway {
+    float from[2];      // m
+    float straight[2];  // m through the water, as a vector
+    float swum;         // m, along its path
+    bool begun;
+};
+
+/// The least depth of a robot at rest, and for how long it has been.
+struct Rest {
+    float depth;  // m
+    int ticks;
+    bool sank;  // in the seconds before, while disarmed
+};
+
+/// What was asked of a joint and what it showed within a beat.
+struct Stroke {
+    Extent asked, bend, pressure[2];  // rad, Pa
+    int ticks, missing;               // of the beat; beats in a row in which the joint did not follow
+};
 
 struct SupervisorState {
     Faults present, latched;
-    int low, empty, tilted, leaking, blind, deep;  // ticks that the condition has lasted
+    int low, empty, tilted, leaking, blind, deep, unguarded;  // ticks that the condition has lasted
+    Headway way;
+    Rest rest;
+    Stroke stroke[max_joints];
+    bool released[max_joints];  // joints that do not follow
 };
 
 /// Input of a tick.
 struct SupervisorInput {
     const ControllerState<float>& controller;
-    const Status& status;
+    const ControllerOutput<float>& output;
     const Estimate<float>& at;
+    const PilotReadings<float>& readings;
     bool leak, overrun, lost_records;
+    bool still, driven;  // the tail rests; the beat is to make way
     State state;
     float silence;  // s without the ground station, where it could be received
 };
@@ -31,13 +73,71 @@ inline bool lasting(int& ticks, bool holds, float seconds, float tick) {
     return holds && seconds <= float(ticks) * tick;
 }
 
+/// Whether the robot swims on a course and stays where it is: fixes say so, or nothing does.
+inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInput& input, float tick) {
+    const Estimate<float>& at = input.at;
+    if (input.state == State::disarmed) way = {};
+    if (input.driven) {
+        const float step = at.speed / at.factor * tick;
+        way.swum += abs(step);
+        way.straight[0] += step * at.facing.x, way.straight[1] += step * at.facing.y;
+    }
+    const PilotReadings<float>& seen = input.readings;
+    const float reach = snag_reach * limits.snag_distance;
+    if (!seen.fixed || reach < seen.accuracy) return false;
+    const auto square = [](float x, float y) { return x * x + y * y; };
+    const float straight = square(way.straight[0], way.straight[1]), course = snag_straight * way.swum;
+    const bool far = limits.snag_distance * limits.snag_distance < straight;
+    const bool held = way.begun && square(seen.fix[0] - way.from[0], seen.fix[1] - way.from[1]) < reach * reach;
+    if (held && far && course * course < straight) return true;
+    if (!held || 2 * limits.snag_distance < way.swum) way = {{seen.fix[0], seen.fix[1]}, {}, 0, true};
+    return false;
+}
+
+/// Whether a joint with oil does not follow for some beats, although nothing limits it: it bends by much less than was
+/// asked, and a side's pressure does not rise, as without oil, or does not fall, as where its servo stands.
+inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const SupervisorInput& input, int j) {
+    const ControllerState<float>& state = input.controller;
+    const bool first = stroke.ticks++ == 0;
+    stroke.asked.add(input.output.set[j], first), stroke.bend.add(input.readings.robot.bend[j], first);
+    bool dead = false;
+    for (int side = 0; side < 2; ++side) {
+        const int c = 2 * j + side;
+        stroke.pressure[side].add(input.output.pressure[c], first);
+        const float fill = model.circuit[c].fill, part = stroke_pressure * (model.pressure_work - fill);
+        const Extent& seen = stroke.pressure[side];
+        dead = dead || seen.high < fill + part || fill + 2 * part < seen.low;
+    }
+    if (!state.posture[j].ended) return stroke_beats <= stroke.missing;
+    // A bias takes its part of what a joint can bend, and holds one side's pressure.
+    const bool even = abs(state.bias[j].value) < stroke_bias * state.amplitude[j].value;
+    const bool asked =
+        even && 2 * model.posture.amplitude_min < stroke.asked.swing() && !state.bend[j].faulty && !blind(state, j);
+    const bool follows = stroke_bend * stroke.asked.swing() < stroke.bend.swing();
+    stroke.missing = asked && dead && !follows ? stroke.missing + 1 : 0;
+    stroke.ticks = 0;
+    return stroke_beats <= stroke.missing;
+}
+
+/// Whether a robot at rest sinks: from its least depth since it came to rest, or of the last seconds while disarmed.
+inline bool sinks(Rest& rest, const Limits& limits, const SupervisorInput& input, float tick) {
+    const Estimate<float>& at = input.at;
+    if (!input.still || !at.depths) return rest = {}, false;
+    const bool anew = input.state == State::disarmed && trim_after <= float(rest.ticks) * tick;
+    const bool down = limits.sink_depth < at.depth - rest.depth && 0 < rest.ticks;
+    if (rest.ticks == 0 || anew) rest = {at.depth, 0, down};
+    rest.depth = min(rest.depth, at.depth);
+    ++rest.ticks;
+    return down || rest.sank;
+}
+
 /// One tick: update the present faults, and those latched since arming.
 inline void detect_faults(const Model& model, SupervisorState& memory, const SupervisorInput& input) {
     const Controller<float>& controller = model.pilot.controller;
     const Limits& limits = model.limits;
     const float tick = controller.tick;
     Faults& now = memory.present;
-    const auto says = [&](Condition c) { return input.status.has(c); };
+    const auto says = [&](Condition c) { return input.output.status.has(c); };
     bool bend = false, pressure = false, current = false;
     for (int j = 0; j < controller.joints; ++j) bend = bend || input.controller.bend[j].faulty;
     for (int c = 0; c < 2 * controller.joints; ++c) {
@@ -47,7 +147,19 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     const Health<float>& battery = input.controller.voltage;
     const bool known = battery.seen && !battery.faulty;
     const float supply = input.controller.supply;
-    now.set(Fault::over_pressure, says(Condition::hard_stop));
+    bool stroke = true, pressed = false;
+    for (int j = 0; j < controller.joints; ++j) {
+        bool& released = memory.released[j];
+        if (input.state == State::disarmed) released = false, memory.stroke[j] = {};
+        const Status& status = input.output.status;
+        const bool stopped = status.has(Condition::hard_stop, 2 * j) || status.has(Condition::hard_stop, 2 * j + 1);
+        pressed = pressed || (stopped && !released);
+        if (!direct(controller, j) && !stopped)
+            released = has_no_stroke(controller, memory.stroke[j], input, j) || released;
+        stroke = stroke && !released;
+    }
+    now.set(Fault::no_stroke, !stroke);
+    now.set(Fault::over_pressure, says(Condition::hard_stop) && pressed);
     now.set(Fault::bend_sensor, bend);
     now.set(Fault::pressure_sensor, pressure);
     now.set(Fault::current_sensor, current);
@@ -71,6 +183,11 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     const bool too_deep = hull && input.at.depths && limits.depth_max < input.at.depth;
     now.set(Fault::too_deep, lasting(memory.deep, too_deep, sensor_after, tick));
     now.set(Fault::black_box, input.lost_records);
+    const bool by_hand = input.state == State::manual || input.state == State::gait;
+    const bool unknown = now.has(Fault::imu) || now.has(Fault::battery_sensor);
+    now.set(Fault::unguarded, lasting(memory.unguarded, by_hand && unknown, sensor_after, tick));
+    now.set(Fault::no_progress, makes_no_way(memory.way, limits, input, tick));
+    now.set(Fault::sinks, sinks(memory.rest, limits, input, tick));
     for (int f = 0; f < faults; ++f)
         if (fault_texts[f].latched && now.has(Fault(f))) memory.latched.set(Fault(f), true);
 }

@@ -16,6 +16,7 @@ namespace hypertuna::firmware {
 inline constexpr float late_tick = 1.5f;           // ticks since the last one started
 inline constexpr std::uint32_t late_report = 100;  // ticks for which a late one is reported
 inline constexpr int max_steps = 5;                // of control in a tick
+inline constexpr float still_speed = 0.15f;        // m/s through the water of what has come to rest
 
 /// What survives a reset without loss of power, in a word: whether the robot was armed, and the zero of its depth [m].
 struct Kept {
@@ -149,6 +150,22 @@ inline bool could_receive(const Vehicle& vehicle) {
     return !by_pilot || vehicle.mission.silence_below || !at.depths || at.depth < radio_depth;
 }
 
+/// Whether the tail rests, and the robot has lost its way.
+inline bool rests(const Vehicle& vehicle) {
+    const Command<float>& command = vehicle.now.command;
+    bool still = vehicle.now.estimate.speed < still_speed;
+    for (int j = 0; j < vehicle.model.pilot.controller.joints; ++j) still = still && command.amplitude[j] == 0.0f;
+    return still;
+}
+
+/// Whether the beat is to make way: on a course of the pilot, or by order of the ground.
+inline bool makes_way(const Vehicle& vehicle) {
+    const Snapshot& now = vehicle.now;
+    const Mode mode = vehicle.state.guidance.mode;
+    const bool piloted = is_guided(now.state) && (mode == Mode::transit || mode == Mode::home);
+    return now.estimate.attitude && (piloted || now.state == State::manual || now.state == State::gait);
+}
+
 /// Detect faults, evaluate the response, estimate the charge.
 inline void supervise(Vehicle& vehicle) {
     Snapshot& now = vehicle.now;
@@ -156,11 +173,14 @@ inline void supervise(Vehicle& vehicle) {
     vehicle.silence += could_receive(vehicle);
     const float silence = float(vehicle.silence) * tick;
     const bool late = 0 < std::int32_t(vehicle.late_until - now.tick);
+    const bool still = rests(vehicle), driven = !still && makes_way(vehicle);
     const SupervisorInput input{
-        vehicle.state.controller,         now.output.status, now.estimate, vehicle.raw.leak, late,
-        vehicle.box.lost != vehicle.lost, now.state,         silence};
+        vehicle.state.controller,         now.output, now.estimate, now.readings, vehicle.raw.leak, late,
+        vehicle.box.lost != vehicle.lost, still,      driven,       now.state,    silence};
     vehicle.lost = vehicle.box.lost;
     detect_faults(vehicle.model, vehicle.memory, input);
+    for (int j = 0; j < vehicle.model.pilot.controller.joints; ++j)
+        if (vehicle.memory.released[j]) vehicle.state.controller.circuit[2 * j].stopped = true;
     evaluate_faults(vehicle);
     const Guidance<float>& guidance = vehicle.model.pilot.guidance;
     const float above = vehicle.state.controller.supply + guidance.battery_drop - guidance.battery_empty;

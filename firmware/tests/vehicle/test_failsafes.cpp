@@ -173,7 +173,7 @@ static void the_surface() {
     CHECK(v.now.state == State::surface);
     // In a tank at 1 m the zero stays.
     begin(), float_on(v, board, 300);
-    board.depth = 1.05f, float_on(v, board, 800);
+    board.depth = 1.05f, float_on(v, board, 2100);
     CHECK(give(v, Order::arm, ground) == Refusal::none);
     float_on(v, board, 100);
     CHECK_NEAR(v.now.estimate.depth, 1, 0.03);
@@ -332,11 +332,184 @@ static void erasures_are_not_late() {
     for (std::uint32_t erasing : {4'500u, 40'000u}) CHECK(!stores(erasing, 1000) && stores(erasing, 2000));
 }
 
+/// Choose the response to a fault.
+static void choose(const char* parameter, Answer answer) {
+    begin();
+    set_parameter(v, ground, index_of(parameter), float(answer));
+    float_on(v, board, 300);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+}
+
+/// A leak brings the robot up where it is, not home; a parameter may choose otherwise, within the choices.
+static void a_leak() {
+    const struct {
+        Answer answer;
+        State state;
+    } choices[] = {{Answer::warn, State::gait},
+                   {Answer::home, State::home},
+                   {Answer::stop, State::rest},
+                   {Answer::surface, State::surface}};
+    for (const auto& [answer, state] : choices) {
+        choose("leak_answer", answer);
+        fix(500000000, 80000000);
+        CHECK(set_gait(v, ground, beat()) == Refusal::none);
+        board.depth = 3, contact(300);
+        board.raw.leak = true, contact(130);
+        CHECK(v.now.faults.has(Fault::leak) && v.now.answer == answer && v.now.state == state);
+        CHECK((set_gait(v, ground, beat()) == Refusal::none) == (answer == Answer::warn));
+        CHECK((give(v, Order::home, ground) == Refusal::none) == (answer <= Answer::home));
+        CHECK(give(v, Order::surface, ground) == Refusal::none && v.now.state == State::surface);
+    }
+    begin();
+    CHECK(v.value[index_of("leak_answer")] == float(Answer::surface));  // of the description, as in the table
+    for (float wrong : {4.0f, 1.5f, -1.0f})
+        CHECK(set_parameter(v, ground, index_of("leak_answer"), wrong) == Refusal::out_of_range);
+}
+
+/// Without IMU or battery voltage nothing guards what the ground steers: neither armed nor steered.
+static void unguarded() {
+    const auto fail = [](int channel, int ticks) {
+        for (int k = 0; k < ticks; ++k) {
+            on_ground_contact(v, ground), float_upright(board, v, int(v.now.tick));
+            board.raw.channel[channel] = {};
+            tick(v, board);
+        }
+    };
+    for (const char* sensor : {"rate", "acceleration", "voltage"})
+        for (Order order : {Order::manual, Order::gait, Order::mission}) {
+            const int channel = std::strcmp(sensor, "rate") == 0           ? hypertuna::first_channel("rate")
+                                : std::strcmp(sensor, "acceleration") == 0 ? hypertuna::first_channel("acceleration")
+                                                                           : hypertuna::first_channel("voltage");
+            begin_armed(), fix(500000000, 80000000);
+            CHECK(set_mission(v, ground, plan()) == Refusal::none && give(v, order, ground) == Refusal::none);
+            fail(channel, 50);
+            CHECK(!v.now.faults.has(Fault::unguarded));
+            fail(channel, 150);
+            const bool steered = order != Order::mission;  // a mission has the pilot's own rules
+            CHECK(v.now.faults.has(Fault::unguarded) == steered);
+            if (!steered) continue;
+            CHECK(v.now.state == State::home && v.now.answer == Answer::home);
+            float_on(v, board, 600);  // latched, where the sensor recovers
+            CHECK(v.now.faults.has(Fault::unguarded) && set_gait(v, ground, beat()) == Refusal::faulty);
+            give(v, Order::disarm, ground), contact(200);
+            CHECK(give(v, Order::arm, ground) == Refusal::none && !v.now.faults.has(Fault::unguarded));
+            give(v, Order::disarm, ground), fail(channel, 150);
+            CHECK(give(v, Order::arm, ground) == Refusal::faulty);
+        }
+}
+
+/// A robot that sinks at rest comes up each time, and is not armed while it sinks; waves and hands are no sinking.
+static void it_sinks_at_rest() {
+    const auto sink = [](float rate, int ticks) {
+        for (int k = 0; k < ticks; ++k) board.depth += 0.01f * rate, contact(1);
+    };
+    for (float rate : {0.005f, 0.1f}) {
+        begin_armed(), contact(100);
+        sink(rate, int(35 / rate));
+        CHECK(!v.now.faults.has(Fault::sinks) && v.now.state == State::rest);
+        sink(rate, int(10 / rate) + 100);
+        CHECK(v.now.state == State::surface && beats() && !v.now.faults.has(Fault::sinks));
+        board.depth = 0.05f, contact(1500);
+        CHECK(v.now.state == State::rest);
+        sink(rate, int(45 / rate) + 100);
+        CHECK(v.now.state == State::surface);
+    }
+    begin(), contact(300);
+    sink(0.06f, 1500);
+    CHECK(v.now.faults.has(Fault::sinks) && give(v, Order::arm, ground) == Refusal::faulty);
+    CHECK(std::strcmp(sentence(v, Refusal::faulty), fault_texts[int(Fault::sinks)].sentence) == 0);
+    contact(2100);
+    CHECK(!v.now.faults.has(Fault::sinks) && give(v, Order::arm, ground) == Refusal::none);
+    for (int k = 0; k < 6000; ++k) board.depth = 0.15f + 0.15f * std::sin(0.03f * float(k)), contact(1);
+    CHECK(v.now.state == State::rest);
+    board.depth = 0.05f, contact(200);
+    CHECK(set_gait(v, ground, beat()) == Refusal::none);
+    board.depth = 3, contact(300);
+    CHECK(v.now.state == State::gait);  // a dive is no sinking
+}
+
+/// Beat under way with fixes of a robot that makes this part of its way, its course turning at a rate [rad/s], for
+/// some seconds; whether it is told that it makes none.
+static bool swims(float part, float drift, int seconds) {
+    float north = 0, east = 0;
+    for (int k = 0; k < 100 * seconds && !v.now.faults.has(Fault::no_progress); ++k) {
+        on_ground_contact(v, ground), float_upright(board, v, int(v.now.tick));
+        const auto& at = v.now.estimate;
+        const float step = 0.01f * part * at.speed / at.factor;
+        north += step * at.facing.y + 0.01f * drift, east += step * at.facing.x;
+        if (k % 100 == 0) {
+            board.raw.fixed = true, board.raw.accuracy = 1500;
+            board.raw.fix[0] = 500000000 + std::int32_t(north / 0.0111f);
+            board.raw.fix[1] = 80000000 + std::int32_t(east / (0.0111f * 0.643f));
+        }
+        tick(v, board), board.raw.fixed = false;
+    }
+    return v.now.faults.has(Fault::no_progress);
+}
+
+/// A robot that is entangled or aground does not beat until its battery is empty.
+static void no_progress() {
+    for (Answer answer : {Answer::warn, Answer::stop, Answer::surface}) {
+        choose("snag_answer", answer);
+        CHECK(set_gait(v, ground, beat()) == Refusal::none);
+        CHECK(swims(0, 0, 200));
+        CHECK(v.now.tick < 20'000);
+        contact(10);
+        CHECK(v.now.state == (answer == Answer::warn ? State::gait : State::rest));
+        CHECK(beats() == (answer == Answer::warn));
+    }
+    for (float part : {0.3f, 1.0f}) {
+        choose("snag_answer", Answer::surface);
+        CHECK(set_gait(v, ground, beat()) == Refusal::none && !swims(part, 0, 300));
+    }
+    choose("snag_answer", Answer::surface);  // a current alone is no way made, nor lost
+    CHECK(!swims(0, 0.2f, 300) && v.now.state == State::rest);
+    begin();
+    CHECK(set_parameter(v, ground, index_of("snag_distance"), 0) == Refusal::none);
+    float_on(v, board, 300), give(v, Order::arm, ground);
+    CHECK(set_gait(v, ground, beat()) == Refusal::none && !swims(0, 0, 300));
+}
+
+/// A joint that does not follow is released, and told within some beats, by response also brought up; what its pressure
+/// or a sensor limits is not. Arming gives it another chance.
+static void no_stroke() {
+    for (Answer answer : {Answer::warn, Answer::surface})
+        for (int joint : {0, 1}) {
+            choose("stroke_answer", answer);
+            CHECK(set_gait(v, ground, beat()) == Refusal::none);
+            contact(600);
+            CHECK(!v.now.faults.has(Fault::no_stroke));
+            board.limp[joint] = true, contact(250);
+            CHECK(v.now.faults.has(Fault::no_stroke) && !v.now.faults.has(Fault::over_pressure));
+            CHECK(v.state.controller.circuit[2 * joint].stopped && !v.state.controller.circuit[2 - 2 * joint].stopped);
+            CHECK(v.now.state == (answer == Answer::warn ? State::gait : State::rest));
+            contact(300), give(v, Order::disarm, ground), contact(300);
+            board.limp[joint] = false;
+            CHECK(give(v, Order::arm, ground) == Refusal::none && set_gait(v, ground, beat()) == Refusal::none);
+            contact(600);
+            CHECK(!v.now.faults.has(Fault::no_stroke) && !v.state.controller.circuit[2 * joint].stopped);
+        }
+    begin_armed();
+    CHECK(set_gait(v, ground, beat()) == Refusal::none);
+    board.limp[0] = true;
+    for (int k = 0; k < 600; ++k) {
+        on_ground_contact(v, ground), float_upright(board, v, int(v.now.tick));
+        board.raw.channel[hypertuna::first_channel("pressure")] = {};
+        tick(v, board);
+    }
+    CHECK(v.now.faults.has(Fault::pressure_sensor) && !v.now.faults.has(Fault::no_stroke));
+}
+
 int main() {
     restart_under_water();
     an_empty_battery();
     a_dead_depth_sensor();
     the_depth_limit();
+    a_leak();
+    unguarded();
+    it_sinks_at_rest();
+    no_progress();
+    no_stroke();
     the_surface();
     silence_under_water();
     recalled_is_not_done();

@@ -26,9 +26,9 @@ static void faults_and_responses() {
     float_on(v, board, 90);
     CHECK(!snapshot(v).faults.has(Fault::leak));
     float_on(v, board, 20);
-    CHECK(snapshot(v).faults.has(Fault::leak) && snapshot(v).answer == Answer::home);
+    CHECK(snapshot(v).faults.has(Fault::leak) && snapshot(v).answer == Answer::surface);
     float_on(v, board, 20);
-    CHECK(snapshot(v).reasons.has(Reason::recalled));
+    CHECK(snapshot(v).state == State::rest);  // it is up
     give(v, Order::disarm, ground), float_on(v, board, 5);
     CHECK(give(v, Order::arm, ground) == Refusal::faulty);
 
@@ -139,8 +139,9 @@ static void arming_again_after_a_call_home() {
 /// Called home without a mission: from deeper than rise_depth it comes up, slowly, and rests there; in a tank it rests.
 static void ascent_without_a_mission() {
     for (float deep : {1.2f, 3.0f}) {
-        begin_armed();
-        board.depth = deep;
+        begin(), float_on(v, board, 200);
+        board.depth = deep, float_on(v, board, 2100);
+        CHECK(give(v, Order::arm, ground) == Refusal::none);
         float_on(v, board, 5990);
         CHECK(!beats());
         float_on(v, board, 300);
@@ -154,7 +155,7 @@ static void ascent_without_a_mission() {
     CHECK(beats());  // once on its way it comes up
     board.depth = 0.05f, float_on(v, board, 300);
     CHECK(!beats() && snapshot(v).mode == Mode::idle && snapshot(v).command.fin[0] == 0);
-    board.depth = 1.0f, float_on(v, board, 300);
+    board.depth = 0.25f, float_on(v, board, 300);
     CHECK(!beats());
     board.depth = 2.0f, float_on(v, board, 300);
     CHECK(beats());  // it sank
@@ -165,6 +166,7 @@ static void ascent_without_a_mission() {
 
     // A leak at depth, and the depth cannot be read any more: up for as long as the way may take, then it rests.
     begin_armed();
+    CHECK(set_gait(v, ground, beat()) == Refusal::none);
     board.depth = 3, float_on(v, board, 200);
     board.raw.leak = true;
     const auto blind = [](int ticks) {

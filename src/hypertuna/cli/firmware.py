@@ -76,11 +76,14 @@ def wiring(
 @firmware_app.command()
 def faults(as_json: opt.AsJson = False) -> None:
     """List the faults that the supervisor on board detects, and the response of the robot to each."""
-    keys = ("name", "sentence", "answer", "latched", "forbids_arming", "severity")
+    keys = ("name", "sentence", "answer", "latched", "forbids_arming", "severity", "choice")
     rows: list[dict[str, Any]] = [dict(zip(keys, row, strict=True)) for row in _core.fault_table()]
-    heads = ["fault", "meaning", "answer", "latched", "forbids arming", "severity"]
-    cells = [[*map(row.get, keys[:3]), *("yes" if row[key] else "" for key in keys[3:5]), row[keys[5]]] for row in rows]
-    table = Table(heads, cells, left=range(6))
+    heads = ["fault", "meaning", "answer", "latched", "forbids arming", "severity", "answer chosen by"]
+    cells = [
+        [*map(row.get, keys[:3]), *("yes" if row[key] else "" for key in keys[3:5]), row[keys[5]], row[keys[6]]]
+        for row in rows
+    ]
+    table = Table(heads, cells, left=range(7))
     emit(rows, record=lambda rows: {"faults": rows}, lines=lambda _: [table], as_json=as_json)
 
 

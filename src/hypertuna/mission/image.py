@@ -10,7 +10,8 @@ from hypertuna.control.sensors import channels, pilot_sensor_columns
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.mission.file import MissionFile, missions, read_mission, scatter_seed, scatter_span
-from hypertuna.mission.run import ENDINGS, FIN_KINDS, MissionStart, flight_columns, mission_start
+from hypertuna.mission.mishaps import FIN_KINDS
+from hypertuna.mission.run import ENDINGS, MissionStart, flight_columns, mission_start
 from hypertuna.simulation.image import twin_image
 
 Ready = tuple[MissionFile, MissionStart]

@@ -1,7 +1,6 @@
 """Missions of the twin at sea under its pilot: the arguments of the core, and its runs part by part."""
 
 import math
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -14,13 +13,14 @@ from hypertuna.actuation.battery import battery_columns
 from hypertuna.arrays import Array
 from hypertuna.control.guidance import GaitTable, gait_table, mission_columns, pilot_columns
 from hypertuna.control.mission import Mission
-from hypertuna.control.sensors import fault_texts, fault_times, pilot_sensor_columns
+from hypertuna.control.sensors import fault_texts, pilot_sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.robot import Robot
 from hypertuna.description.twin import require_controller
 from hypertuna.mission.checks import PILOTED, check_fit
-from hypertuna.ranges import POSITIVE_WHOLE, Range, check_name
+from hypertuna.mission.mishaps import split_mishaps
+from hypertuna.ranges import POSITIVE_WHOLE, Range
 from hypertuna.simulation.plant import SEEDS, controller_of, parts_of, steps_of
 from hypertuna.simulation.sea import Sea, world_columns
 
@@ -29,9 +29,6 @@ Part = dict[str, Array]  # what the core recorded: (T,) or (T, n) by name [SI], 
 MAX_DURATION = 1e5  # s of a mission: at 10 rows a second half a gigabyte of record
 PART = 30.0  # s, flown at a time
 SLACK = 2.0  # times the course at its speeds, plus ten minutes: default duration
-FIN = re.compile(r"(?P<which>fin-port|fin-starboard|fins):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
-FIN_KINDS = {"stuck": math.nan, "level": 0.0, "up": 1.0, "down": -1.0}  # parts of the largest angle
-FINS = {"fin-port": (0,), "fin-starboard": (1,), "fins": (0, 1)}
 DISTANCE_STEP = 2.0  # s between the places that a distance is summed over: whole beats of most gaits
 ENDINGS = dict(_core.ending_table())  # how a flight ends: name and sentence
 
@@ -104,19 +101,18 @@ def mission_start(
     fix = "give the seconds after which to give up"
     given_up = min(usual, MAX_DURATION) if duration is None else duration
     limit = Range(min=tick, max=MAX_DURATION, unit="s").check(given_up, "duration", fix)
-    given = fault_texts(faults)
-    fins = [fault for fault in given if FIN.fullmatch(fault.strip())]
-    sensors = tuple(fault for fault in given if fault not in fins)
+    sensors, mishaps = split_mishaps(robot, fault_texts(faults), control.fin_max)
     capacity = battery_columns(robot)["charge"]
     controller = _core.LiveController(controller_of(robot))
-    held = {"resets": np.array(resets, dtype=np.float64), "released": released}
+    held = {"resets": np.array(resets, dtype=np.float64), "released": released, "snags": np.array(mishaps.snags)}
     core: dict[str, Any] = {
         "plant": parts.plant,
         "command": _core.Pilot(controller, pilot_columns(robot, table), mission_columns(mission)),
         "world": _core.World(flight_columns(robot, mission) | held),
         "sensors": _core.Sensors(pilot_sensor_columns(robot), SEEDS.check(seed, "seed")),
         "faults": list(read_faults(sensors, robot, limit, pilot=True)),
-        "fin_faults": [row for fault in fins for row in _fin_fault(fault, control.fin_max)],
+        "servo_faults": mishaps.servos,
+        "oil_losses": mishaps.oil,
         "twist": np.zeros(6),
         "pose": _pose(mission),
         "charge": (1 - mission.battery) * capacity,
@@ -224,12 +220,3 @@ def _pose(mission: Mission) -> Array:
     """Position, attitude and fins at the start: upright, the axis from nose to tail along the heading."""
     attitude = np.array([math.cos(mission.heading / 2), 0.0, 0.0, math.sin(mission.heading / 2)])
     return np.concatenate([[*mission.start, -mission.depth], attitude, [0.0, 0.0]])
-
-
-def _fin_fault(spelled: str, limit: float) -> list[tuple[int, float, float, float]]:
-    """Read the fault of a fin's servo: which, angle, from, to."""
-    match = FIN.fullmatch(spelled.strip())
-    assert match is not None
-    kind = check_name(match["kind"], FIN_KINDS, "fault", "kind")
-    times = fault_times(spelled, match["start"])
-    return [(fin, FIN_KINDS[kind] * limit, *times) for fin in FINS[match["which"]]]

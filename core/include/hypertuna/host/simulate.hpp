@@ -191,12 +191,19 @@ inline Record simulate(const PlantData& plant, const GaitCommand& command, const
 
 // --- a pilot on its mission, at sea
 
-/// A fin's servo that stands from a time until before another; at its own angle where none is given.
-struct FinFault {
-    int fin;
+/// A servo, in the order of the pulses, that stands from a time until before another; where it is if no angle is given.
+struct ServoFault {
+    int servo;
     double angle;       // rad or NaN
     double start, end;  // s
 };
+
+/// A circuit whose units lose oil into the water, and draw water, through a hole, from a time until before another.
+struct OilLoss {
+    int circuit;
+    double start, end;  // s
+};
+inline constexpr double hole = 2e-10;  // m^3/(s Pa): a filled circuit has lost its pressure in some tenths of a second
 
 /// A board in the pilot's place: readings and the height of its antenna above the surface [m] in, servo pulses [s] out.
 using Board = std::function<void(const PilotReadings<double>&, double antenna, double* pulse)>;
@@ -205,7 +212,8 @@ using Board = std::function<void(const PilotReadings<double>&, double antenna, d
 struct Flight {
     const Pilot<double>& pilot;
     const Mission<double>& mission;
-    std::vector<FinFault> fin_faults;
+    std::vector<ServoFault> servo_faults;
+    std::vector<OilLoss> oil_losses;
     Board board;
 };
 
@@ -216,7 +224,9 @@ struct FlightState {
     PilotState<double> pilot;
     SensorsState<double> sensing;
     ReceiverState<double> receiver;
-    double fin[2];  // rad at which a fin's servo stuck
+    double servo[2 * D + 2];  // rad at which a servo stuck
+    double spilled[2 * D];    // m^3 of oil that each circuit has lost
+    Vector<double> snagged;   // m: where the nose was caught
     std::uint64_t ticks;
 };
 
@@ -226,8 +236,11 @@ inline std::string check_flight(const PlantData& plant, const Flight& flight, co
     if (!world.sea) return "world: a pilot needs a sea";
     if (flight.pilot.controller.joints != plant.joints) return "controller: must have as many joints as the plant";
     if (instruments.sensors.joints != plant.joints) return "sensors: must have as many joints as the plant";
-    for (const FinFault& fault : flight.fin_faults)
-        if (fault.fin < 0 || fault.fin > 1) return "fin_faults: must be of fin 0 or 1";
+    for (const ServoFault& fault : flight.servo_faults)
+        if (fault.servo < 0 || servos_of(plant.joints) <= fault.servo) return "servo_faults: must be of a servo";
+    for (const OilLoss& loss : flight.oil_losses)
+        if (loss.circuit < 0 || 2 * plant.joints <= loss.circuit || plant.direct[std::size_t(loss.circuit / 2)])
+            return "oil_losses: must be of a circuit with oil";
     bool fits = size == 0;
     with_coordinates(plant.coordinates, [&](auto d) { fits = fits || size == sizeof(FlightState<d.value>); });
     return fits ? check_world(plant, world) : "state: must be one of this mission's";
@@ -258,11 +271,48 @@ FlightState<D> start_flight(const Twin<Body6<double, Law, D>>& twin, const Fligh
     return on;
 }
 
-/// One tick of a flight.
+/// Catch the nose where it is when a line begins to hold it.
+template <int D>
+void snag(Sea<double>& sea, FlightState<D>& on, const Vector<double>& nose, const World& world, double time,
+          double tick) {
+    for (std::size_t k = 0; k + 2 < world.snags.size(); k += 3) {
+        const double *now = &world.snags[k], start = now[0];
+        if (time < start || now[1] <= time) continue;
+        if (time < start + tick) on.snagged = nose;
+        sea.snag = {snag_stiffness, now[2], on.snagged};
+    }
+}
+
+/// A plant's circuits without what they have lost.
+inline std::vector<Circuit<double>> filled(const PlantData& plant, const double* spilled) {
+    std::vector<Circuit<double>> circuits = plant.circuit;
+    for (std::size_t c = 0; c < circuits.size(); ++c) circuits[c].oil_unit -= spilled[c];
+    return circuits;
+}
+
+/// Let oil flow through the holes of the units' side for a tick, at the pressures of its start.
+template <class Plant, class State>
+void spill(Circuit<double>* circuits, const Plant& plant, const State& at, const Flight& flight, double* spilled,
+           double time, double tick) {
+    for (const auto& [c, start, end] : flight.oil_losses) {
+        Circuit<double>& circuit = circuits[c];
+        if (start <= time && time < end) {
+            const int j = c / 2;
+            const JointOil<double> oil{plant.circuit + 2 * j, at.circuit + 2 * j, plant.unit_rest + 2 * j};
+            const auto load = joint_load(plant.joint[j], at.bend.angle[j], at.strain[j], oil);
+            const double pressure =
+                unit_pressure(circuit, at.circuit[c], load.volume[c % 2] - plant.unit_rest[c]).pressure;
+            const double flow = hole * pressure * tick;
+            circuit.oil_unit -= flow, spilled[c] += flow;
+        }
+    }
+}
+
+/// One tick of a flight; `circuits` are the plant's where oil is lost.
 template <class Law, int D>
 PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<D>& on,
                                  TwinState<double, D, InSpace>& state, const Flight& flight, const World& world,
-                                 const Instruments& instruments) {
+                                 const Instruments& instruments, Circuit<double>* circuits = nullptr) {
     const Controller<double>& controller = flight.pilot.controller;
     const double time = controller.tick * double(on.ticks);
     PilotTick<double, D> out{};
@@ -270,6 +320,8 @@ PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<
     const bool held = time < world.released;
     const PlantState<double, D, InSpace> start = state.plant;
     twin.plant.body.sea = sea_at(*world.sea, world.weather, seed, time);
+    snag(twin.plant.body.sea, on, state.plant.pose.position, world, time, controller.tick);
+    spill(circuits, twin.plant, state.plant, flight, on.spilled, time, controller.tick);
     const double antenna = antenna_height(twin.plant.body, state.plant.pose);
     const auto read = [&](PilotReadings<double> truth) {
         const Reception<double> got = receive(world, on.receiver, truth.fixed, time, controller.tick, seed);
@@ -289,11 +341,12 @@ PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<
             out.step = fly(flight.pilot, on.pilot, readings, flight.mission);
         on.pilot = out.step.state;
         ControllerOutput<double> sent = out.step.output;
-        for (const auto& [fin, angle, start, end] : flight.fin_faults) {
+        for (const auto& [servo, angle, start, end] : flight.servo_faults) {
             if (time < start || end <= time) continue;
-            if (time < start + 1.5 * controller.tick)
-                on.fin[fin] = std::isnan(angle) ? state.plant.pose.fin[fin] : angle;
-            sent.pulse[2 * controller.joints + fin] = controller.pulse_center + controller.pulse_per_rad * on.fin[fin];
+            const int fin = servo - 2 * controller.joints;
+            const double own = 0 <= fin ? state.plant.pose.fin[fin] : state.plant.circuit[servo].angle;
+            if (time < start + 1.5 * controller.tick) on.servo[servo] = std::isnan(angle) ? own : angle;
+            sent.pulse[servo] = controller.pulse_center + controller.pulse_per_rad * on.servo[servo];
         }
         return sent;
     };
@@ -314,9 +367,12 @@ inline Record simulate(const PlantData& plant, const Flight& flight, const World
             twin.controller = flight.pilot.controller;
             FlightState<D> on = start_flight(twin, flight, world, instruments, run);
             if (!saved.empty()) std::memcpy(&on, saved.data(), sizeof(on));
+            std::vector<Circuit<double>> circuits = filled(plant, on.spilled);
+            twin.plant.circuit = circuits.data();
             add_columns(piloted, pilot_columns, (run.ticks + run.every - 1) / run.every, D, plant.joints);
             record = record_run(twin, on.twin, run, [&](TwinStateOf<Body>& state, std::size_t k) {
-                const PilotTick<double, D> tick = flight_tick(twin, on, state, flight, world, instruments);
+                const PilotTick<double, D> tick =
+                    flight_tick(twin, on, state, flight, world, instruments, circuits.data());
                 if (k % run.every == 0) write_row(piloted, 0, pilot_columns, k / run.every, tick.step);
                 on.twin = state;
                 return tick.tick;

@@ -13,17 +13,19 @@ struct World {
     Receiver<double> receiver{};
     std::vector<double> gaps;    // s, pairs: from and until when there are no satellites
     std::vector<double> resets;  // s: times at which the robot loses power for an instant, and its receiver, too
+    std::vector<double> snags;   // s, s, m, triples: from and until when a line of a length holds the nose
     double released = 0;         // s until which someone holds the robot where it starts
 };
 
-/// A world from `clamped` (0 or 1), `gaps` (n, 2), `resets` (n), `released`, the sea's columns `sea.NAME`,
-/// `weather.NAME` and `receiver.NAME`; each may be left out.
+/// A world from `clamped` (0 or 1), `gaps` (n, 2), `resets` (n), `snags` (n, 3), `released`, the sea's columns
+/// `sea.NAME`, `weather.NAME` and `receiver.NAME`; each may be left out.
 inline Loaded<World> load_world(const NamedColumns& columns) {
     ColumnReader in(columns);
     World world{};
     world.clamped = in.has("clamped") && in.number("clamped") != 0;
     if (const NamedColumn* gaps = in.find("gaps")) world.gaps = in.numbers("gaps", gaps->rows, 2);
     if (const NamedColumn* resets = in.find("resets")) world.resets = in.numbers("resets", resets->rows);
+    if (const NamedColumn* snags = in.find("snags")) world.snags = in.numbers("snags", snags->rows, 3);
     if (in.has("released")) world.released = in.number("released");
     if (in.has("sea.density")) world.sea = read_sea<double>(in.row("sea", sea_columns).data());
     if (in.has("weather.tide_east")) world.weather = read_weather(in.row("weather", weather_columns).data());

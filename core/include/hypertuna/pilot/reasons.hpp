@@ -66,7 +66,7 @@ inline constexpr NamedText reason_texts[reasons] = {
      "the starboard fin does not follow its command: level the fin, home at the surface with the other"},
     {"no_answer", "the depth does not answer to the fins: home at the surface"},
     {"stranded", "the depth does not answer on the way up either: the beat stops and the robot floats"},
-    {"tail_lost", "the controller released a joint at the hard pressure limit: home with the other"},
+    {"tail_lost", "a joint was released, by its pressure or because it does not follow: home with the other"},
     {"recalled", "the ground or the supervisor on board called the robot home"},
     {"swept", "the current carries the robot away: home at the surface as long as the charge lasts, then hold"},
     {"all_reached", "all waypoints are reached"},

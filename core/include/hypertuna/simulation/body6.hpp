@@ -194,7 +194,12 @@ HYPERTUNA_INLINE void push_head(const Body6<S, Law, D>& body, const Pose6<S>& po
         push(sum, Vector<S>{share * f.x, S(0), share * f.z}, at);
     }
     const S floor = bottom_force(body.sea, out.z, dot(out.up, xi.linear));
-    if (S(0) < floor) push(sum, floor * out.up, Vector<S>{S(0), S(0), S(0)});
+    const Vector<S> nose{S(0), S(0), S(0)};
+    if (S(0) < floor) push(sum, floor * out.up, nose);
+    if (!(S(0) < body.sea.snag.stiffness)) return;
+    const Rotation<S> r = rotation(pose.attitude);
+    const Vector<S> velocity = to_world(r, xi.linear) + current(body.sea, pose.position.z);
+    push(sum, to_body(r, snag_force(body.sea.snag, pose.position, velocity)), nose);
 }
 
 /// The bottom under the tail end.

@@ -5,6 +5,15 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
+/// A line from the nose to a fixed place; it pulls where it is taut. Of length 0 it holds the robot as a net or the
+/// ground does.
+template <class S>
+struct Snag {
+    S stiffness;      // N/m; 0 for none
+    S length;         // m
+    Vector<S> place;  // m
+};
+
 template <class S>
 struct Sea {
     S density;        // kg/m^3
@@ -16,6 +25,7 @@ struct Sea {
     S air;            // Pa, at the surface
     S gust[2];        // m/s toward east and north: what the wind adds at the surface
     S gust_fade;      // 1/m: part of it that is lost per depth, down to none
+    Snag<S> snag;     // what the robot is entangled in
 };
 
 /// A sea as a row of numbers, in this order: how it comes from Python.
@@ -27,8 +37,11 @@ inline constexpr int sea_column_count = sizeof(sea_columns) / sizeof(sea_columns
 template <class S, class T>
 Sea<S> read_sea(const T* row) {
     const auto at = [row](int k) { return S(base_t<S>(row[k])); };
-    return {at(0), {at(1), at(2)}, {at(3), at(4)}, at(5), at(6), {at(7), at(8), at(9)}, at(10), {S(0), S(0)}, S(0)};
+    return {at(0), {at(1), at(2)}, {at(3), at(4)}, at(5), at(6), {at(7), at(8), at(9)}, at(10), {S(0), S(0)}, S(0), {}};
 }
+
+inline constexpr double snag_stiffness = 200;  // N/m: the robot's thrust stretches it by a centimeter
+inline constexpr double snag_damping = 20;     // N s/m
 
 /// Damping of the bottom, s/m: it pushes (1 - damping rise) times as hard on what rises from it, and never pulls.
 inline constexpr double bottom_damping = 4;
@@ -74,6 +87,17 @@ HYPERTUNA_INLINE S bottom_force(const Sea<S>& sea, const S& z, const S& rise) {
     const S dip = S(0) - z - sea.bottom;
     if (!(S(0) < dip)) return S(0);
     return sea.stiffness * dip * max(S(0), S(1) - S(base_t<S>(bottom_damping)) * rise);
+}
+
+/// Pull of a taut line on the nose at a place that moves, both in the world; its damping resists what stretches it.
+template <class S>
+HYPERTUNA_INLINE Vector<S> snag_force(const Snag<S>& snag, const Vector<S>& place, const Vector<S>& velocity) {
+    const Vector<S> off = place - snag.place;
+    const S away = sqrt(dot(off, off)), stretch = away - snag.length;
+    if (!(S(0) < stretch)) return {S(0), S(0), S(0)};
+    const Vector<S> out = (S(1) / away) * off;
+    const S pull = snag.stiffness * stretch + S(base_t<S>(snag_damping)) * dot(out, velocity);
+    return (S(0) - max(S(0), pull)) * out;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -1,14 +1,19 @@
 """The table of the firmware in a robot description: pins of the microcontroller, limits of the supervisor."""
 
 from collections.abc import Collection, Iterator, Sequence
-from typing import Any
+from typing import Annotated, Any
 
+from pydantic import Field
+
+from hypertuna import _core
 from hypertuna.description.channels import ANALOG, CHANNELS
 from hypertuna.description.schema.base import (
     Check,
     Count,
     Fraction,
     Index,
+    Key,
+    NotNegative,
     Part,
     Positive,
     PositiveDegrees,
@@ -46,7 +51,27 @@ def _analog_pins() -> dict[str, tuple[Any, Any]]:
     return keys
 
 
-class Firmware(Part, table="firmware", keys=_analog_pins(), how="as HyperTuna's; limits for your water"):
+ANSWERS = _core.answer_table()  # to a fault, in the order of their numbers
+FIRST_ANSWER = 15  # place of the first response among the parameters
+
+
+def _answers() -> dict[str, tuple[Any, Key]]:
+    """Return type and key of the response to every fault that leaves the choice."""
+    choices = [(key, name, answer) for name, _, answer, *_, key in _core.fault_table() if key]
+    spelled = ", ".join(f"{number} {answer}" for number, answer in enumerate(ANSWERS))
+    most = len(ANSWERS) - 1
+    kind = Annotated[int, Field(strict=True, ge=0, le=most)]
+    return {
+        key: (kind, entry(
+            f"response to the fault {name}: {spelled}",
+            default=ANSWERS.index(answer),
+            radio=Radio(FIRST_ANSWER + k, 0, most, bounds=True, whole=True),
+        ))
+        for k, (key, name, answer) in enumerate(choices)
+    }  # fmt: skip
+
+
+class Firmware(Part, table="firmware", keys=_analog_pins() | _answers(), how="as HyperTuna's; limits for your water"):
     """The firmware: pins, and limits of the supervisor on board; without influence on simulations."""
 
     servo_pins: tuple[Index, ...] = entry(
@@ -113,6 +138,25 @@ class Firmware(Part, table="firmware", keys=_analog_pins(), how="as HyperTuna's;
     )
     system_id: Count = entry(
         "number of the robot in MAVLink, 1 to 250", radio=Radio(10, 1, 250, bounds=True, whole=True)
+    )
+
+    snag_distance: NotNegative = entry(
+        "distance swum on a course without way over ground after which the robot counts as entangled or aground; 0 for "
+        "never",
+        "m",
+        default=30.0,
+        usual=(5.0, 500.0),
+        radio=Radio(12, 0.0, 500.0, bounds=True),
+    )
+    sink_depth: Positive = entry(
+        "depth by which a robot at rest may sink", "m", default=0.4, radio=Radio(13, 0.1, 10.0, bounds=True)
+    )
+    beacon_interval: Positive = entry(
+        "time between two beacons of a robot that rests after a failsafe",
+        "s",
+        default=30.0,
+        usual=(1.0, 600.0),
+        radio=Radio(14, 1.0, 600.0, bounds=True),
     )
 
     def analog_pins(self, quantity: str) -> tuple[int, ...]:

@@ -1,0 +1,65 @@
+"""Faults of the twin's machine, spelled as those of sensors: servos that stand, oil that is lost, a line that holds."""
+
+import math
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hypertuna.actuation.hydraulics import drive_names
+from hypertuna.arrays import Array
+from hypertuna.control.sensors import fault_times
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.ranges import check_name
+
+PARTS = r"fin-port|fin-starboard|fins|body|(?:servo|oil)-[^:@]+"
+SPELLING = re.compile(rf"(?P<part>{PARTS}):(?P<kind>[^:@]+)@(?P<times>[^:@]+)")
+FIN_KINDS = {"stuck": math.nan, "level": 0.0, "up": 1.0, "down": -1.0}  # parts of the largest angle
+FINS = {"fin-port": (0,), "fin-starboard": (1,), "fins": (0, 1)}
+SNAGS = {"tethered": 1.0, "held": 0.0}  # lengths [m] of the line that ties the nose to where it is
+
+
+class Mishaps(NamedTuple):
+    """What fails in the machine, each from a time until another [s]."""
+
+    servos: list[tuple[int, float, float, float]]  # servo, angle [rad] or NaN, from, to
+    oil: list[tuple[int, float, float]]  # circuit, from, to
+    snags: Array  # (n, 3): from, to, length [m]
+
+
+def split_mishaps(robot: Robot, spelled: Sequence[str], fin_max: float) -> tuple[tuple[str, ...], Mishaps]:
+    """Part faults into those of sensors, as texts, and those of the machine."""
+    sensors: list[str] = []
+    snags: list[tuple[float, float, float]] = []
+    found = Mishaps([], [], np.zeros((0, 3)))
+    for text in spelled:
+        match = SPELLING.fullmatch(text.strip())
+        if match is None:
+            sensors.append(text)
+            continue
+        part, kind, times = match["part"], match["kind"], fault_times(text, match["times"])
+        if part == "body":
+            snags.append((*times, SNAGS[check_name(kind, SNAGS, "fault", "kind")]))
+        elif part in FINS:
+            angle = FIN_KINDS[check_name(kind, FIN_KINDS, "fault", "kind")] * fin_max
+            found.servos.extend((2 * len(robot.joints) + fin, angle, *times) for fin in FINS[part])
+        elif part.startswith("servo-"):
+            check_name(kind, ("stuck",), "fault", "kind")
+            found.servos.append((_circuit(robot, text, part, oil=False), math.nan, *times))
+        else:
+            check_name(kind, ("lost",), "fault", "kind")
+            found.oil.append((_circuit(robot, text, part, oil=True), *times))
+    return tuple(sensors), found._replace(snags=np.array(snags, dtype=np.float64).reshape(-1, 3))
+
+
+def _circuit(robot: Robot, text: str, part: str, *, oil: bool) -> int:
+    """Return the circuit that a fault names, such as ``servo-I-left``."""
+    kind, _, name = part.partition("-")
+    known = {one: circuit for circuit, one in enumerate(drive_names(robot, oil=oil)) if one}
+    if name not in known:
+        fix = did_you_mean(part, [f"{kind}-{one}" for one in known])
+        rule = f"must name {'a circuit with oil' if oil else 'a servo'}"
+        raise InputError(rule, key="fault", value=shown(text), fix=fix)
+    return known[name]
