@@ -39,6 +39,7 @@ struct AttitudeState {
     Vector<T> drift;  // rad/s: offset of the gyroscope
     int age;          // ticks that gravity was averaged for
     bool known;       // gravity and field were seen together once
+    T pulled;         // rad/s at which the field turns it against the gyroscope, a mean over a second
 };
 
 /// Attitude whose vertical and north are where two readings see them; none where those are parallel.
@@ -116,6 +117,9 @@ AttitudeState<T> attitude_step(const AttitudeModel<T>& model, const AttitudeStat
     const Pull<T> pull = pull_of(state, in);
     const T young = T(1) / (T(state.age + 1) * model.tick);
     if (in.gravity && min(model.tilt_rate, model.heading_rate) < young) ++state.age;
+    // A young attitude may be far off: then the field is right to turn it.
+    const T pulled = model.heading_rate < young ? T(0) : model.heading_rate * dot(pull.heading, rotation(state.q).up);
+    state.pulled += model.tick * (pulled - state.pulled);
     const Vector<T> push = max(model.tilt_rate, young) * pull.tilt + max(model.heading_rate, young) * pull.heading;
     if (in.gyro) {
         // A quarter of the rate's square: critically damped.
