@@ -74,6 +74,7 @@ struct AttitudeInput {
 template <class T>
 struct Pull {
     Vector<T> tilt, heading;
+    T turn;  // sine of the angle to north
 };
 template <class T>
 Pull<T> pull_of(const AttitudeState<T>& state, const AttitudeInput<T>& in) {
@@ -90,8 +91,8 @@ Pull<T> pull_of(const AttitudeState<T>& state, const AttitudeInput<T>& in) {
         const T flat = sqrt(east * east + north * north);
         if (flat > T(0.05)) {
             // Sine of the angle to north; beyond a right angle all of it.
-            const T error = T(0) < north ? east / flat : east < T(0) ? T(-1) : T(1);
-            pull.heading = error * frame.up;
+            pull.turn = T(0) < north ? east / flat : east < T(0) ? T(-1) : T(1);
+            pull.heading = pull.turn * frame.up;
         }
     }
     return pull;
@@ -118,7 +119,7 @@ AttitudeState<T> attitude_step(const AttitudeModel<T>& model, const AttitudeStat
     const T young = T(1) / (T(state.age + 1) * model.tick);
     if (in.gravity && min(model.tilt_rate, model.heading_rate) < young) ++state.age;
     // A young attitude may be far off: then the field is right to turn it.
-    const T pulled = model.heading_rate < young ? T(0) : model.heading_rate * dot(pull.heading, rotation(state.q).up);
+    const T pulled = model.heading_rate < young ? T(0) : model.heading_rate * pull.turn;
     state.pulled += model.tick * (pulled - state.pulled);
     const Vector<T> push = max(model.tilt_rate, young) * pull.tilt + max(model.heading_rate, young) * pull.heading;
     if (in.gyro) {

@@ -119,7 +119,7 @@ struct WaySlope {
     T of[2][way_states - way_current];
 
     WaySlope(T time, T x, T y) : of{{time, T(0), x, -y}, {T(0), time, y, x}} {}
-    T along(int i, const T* row) const {
+    HYPERTUNA_NOINLINE T along(int i, const T* row) const {
         T sum = T(0);
         for (int j = 0; j < way_states - way_current; ++j) sum += of[i][j] * row[j];
         return sum;
@@ -134,19 +134,15 @@ template <class T>
 void carry(const Estimator<T>& model, WayState<T>& way) {
     const T dt = T(way.ticks) * model.attitude.tick;
     const WaySlope<T> slope(dt, way.moved[0], way.moved[1]);
-    T added[2][way_states];
-    for (int i = 0; i < 2; ++i) {
-        way.at[i] += slope.along(i, way.at + way_current);
-        for (int k = 0; k < way_states; ++k) added[i][k] = slope.along(i, way.spread[k] + way_current);
+    for (int i = 0; i < 2; ++i) way.at[i] += slope.along(i, way.at + way_current);
+    for (const bool columns : {false, true}) {  // after the rows
+        T added[2][way_states];
+        for (int i = 0; i < 2; ++i)
+            for (int k = 0; k < way_states; ++k) added[i][k] = slope.along(i, way.spread[k] + way_current);
+        for (int i = 0; i < 2; ++i)
+            for (int k = 0; k < way_states; ++k) (columns ? way.spread[k][i] : way.spread[i][k]) += added[i][k];
     }
-    for (int i = 0; i < 2; ++i)
-        for (int k = 0; k < way_states; ++k) way.spread[i][k] += added[i][k];
-    for (int i = 0; i < 2; ++i)
-        for (int k = 0; k < way_states; ++k) added[i][k] = slope.along(i, way.spread[k] + way_current);
-    for (int i = 0; i < 2; ++i)
-        for (int k = 0; k < way_states; ++k) way.spread[k][i] += added[i][k];
-    const T part = min(T(1), T(swim_rate) * dt);
-    for (int i = 0; i < 2 && T(0) < dt; ++i) way.swim[i] += part * (way.moved[i] / dt - way.swim[i]);
+    for (int i = 0; i < 2; ++i) way.swim[i] += T(swim_rate) * (way.moved[i] - dt * way.swim[i]);
     const T noise[3] = {model.position_walk, model.current_walk, model.factor_walk};
     for (int k = 0; k < way_states; ++k) way.spread[k][k] += noise[k / 2] * noise[k / 2] * dt;
     way.moved[0] = way.moved[1] = T(0);
@@ -202,10 +198,10 @@ T drift_error(const WayState<T>& way, T ahead_x, T ahead_y) {
 
 // --- the compass
 
-/// Of the variance of the factors that would explain a whole current; sine and cosine of the angle, 20 deg, beyond
-/// which a compass is off, in standard deviations; rad of it against the gyroscope.
-inline constexpr float suspected_part = 0.25f, off_sine = 0.342f, off_cosine = 0.94f, off_deviations = 3,
-                       off_turn = 0.35f;
+inline constexpr float suspected_part = 0.25f;  // of the variance of the factors that would explain a whole current
+/// Tangent of the angle to the course beyond which a compass is off, 20 deg; by how many standard deviations; rad of it
+/// against the gyroscope.
+inline constexpr float off_slope = 0.364f, off_deviations = 3, off_turn = 0.35f;
 
 /// On one heading a compass that is off looks like a current, v over ground less U f: a current stays where it is, the
 /// other turns with the robot. So the factors become uncertain by what looks like a current, and the current with them,
@@ -221,15 +217,12 @@ void suspect_compass(WayState<T>& way) {
     const T more = T(suspected_part) * min(seen, T(4)) - way.suspected;
     if (!(T(0) < more)) return;
     way.suspected += more;
-    T(&spread)[way_states][way_states] = way.spread;
-    for (int i = 0; i < 2; ++i) {
-        spread[way_current + i][way_current + i] += more * square;
-        spread[way_along + i][way_along + i] += more;
-        for (int j = 0; j < 2; ++j) {
-            const T with = -more * slope.of[i][way_along - way_current + j];
-            spread[way_current + i][way_along + j] += with, spread[way_along + j][way_current + i] += with;
-        }
-    }
+    // What changes nothing of the velocity x' = c + a U f + b U f_left on this heading.
+    const T alike[2][way_states - way_current] = {{-x, -y, T(1), T(0)}, {y, -x, T(0), T(1)}};
+    for (const auto& change : alike)
+        for (int i = way_current; i < way_states; ++i)
+            for (int k = way_current; k < way_states; ++k)
+                way.spread[i][k] += more * change[i - way_current] * change[k - way_current];
 }
 
 /// A field that turns the attitude faster than any offset of the gyroscope is not the Earth's alone: iron on board
@@ -245,11 +238,8 @@ void compare_gyroscope(const AttitudeModel<T>& frame, WayState<T>& way, T pulled
 /// Whether the compass is off: by its deviations beyond an angle to the course, or against the gyroscope.
 template <class T>
 bool compass_is_off(const WayState<T>& way) {
-    const T sine = T(off_sine), cosine = way.at[way_across] < T(0) ? -T(off_cosine) : T(off_cosine);
-    const auto& spread = way.spread;
-    const T beyond = cosine * way.at[way_across] - sine * way.at[way_along];
-    const T variance = cosine * cosine * spread[way_across][way_across] + sine * sine * spread[way_along][way_along] -
-                       T(2) * cosine * sine * spread[way_along][way_across];
+    const T slope = T(off_slope), beyond = abs(way.at[way_across]) - slope * way.at[way_along];
+    const T variance = way.spread[way_across][way_across] + slope * slope * way.spread[way_along][way_along];
     const bool against = T(0) < beyond && T(off_deviations * off_deviations) * variance < beyond * beyond;
     return against || T(off_turn) < way.apart;
 }

@@ -49,7 +49,7 @@ void visit_fields(Guidance<T>& m, const Visit& visit) {
 
 /// Ticks without each of the senses.
 struct Blind {
-    int depth, imu, compass, course, battery;
+    int depth, imu, compass, battery;
 };
 
 template <class T>

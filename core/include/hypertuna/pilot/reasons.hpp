@@ -63,7 +63,7 @@ inline constexpr NamedText reason_texts[reasons] = {
     {"imu_lost", "rates and gravity cannot be read: up with fixed fins, then hold"},
     {"compass_lost", "the magnetic field cannot be read: home by the gyroscope, hold when that takes too long"},
     {"compass_off",
-     "the compass disagrees with the course over ground or the gyroscope: home at the surface, calibrate it"},
+     "the compass disagrees with the course over ground: home at the surface, calibrate it"},
     {"port_fin_lost", "the port fin does not follow its command: level the fin, home at the surface with the other"},
     {"starboard_fin_lost",
      "the starboard fin does not follow its command: level the fin, home at the surface with the other"},
