@@ -13,6 +13,7 @@ import argparse
 import csv
 import io
 import json
+import math
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -33,17 +34,18 @@ HERE = Path(__file__).resolve().parent
 PRESSURE = 1.05  # part of the hard limit that no part of a circuit may exceed
 
 
-def sail(seed: int, firmware: Path | None = None) -> dict[str, Any]:
+def sail(seed: int, firmware: Path | None = None, failure: str | None = None) -> dict[str, Any]:
     """Fly through the sea of a seed; return the row of its table."""
-    sea = sampled(seed)
+    sea = sampled(seed, failure)
     began = time.perf_counter()
     truth = fly(sea, ht.load(ROBOT), firmware)
     verdict = judge(truth, sea)
     row = {"seed": seed, "failure": sea.kind, "from_s": sea.start, "ok": not verdict.broken}
-    row |= {name: round(value, 2) if isinstance(value, float) else value for name, value in asdict(verdict).items()}
+    row |= {name: round(value, 4) if isinstance(value, float) else value for name, value in asdict(verdict).items()}
     row |= {"broken": "; ".join(verdict.broken), "done": truth.done, "told": " ".join(sorted(truth.told))}
     current = sea.document["water"]["current_m_s"]
     row |= {"pressure_kpa": round(truth.pressure / 1e3, 1)}
+    row |= {"compass_off_deg": round(math.degrees(sea.off), 1)}
     return row | {"current_m_s": current, "computed_s": round(time.perf_counter() - began, 1)}
 
 
@@ -70,6 +72,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "seas": len(rows),
         "ok": sum(row["ok"] for row in rows),
+        **{f"claims {name}": _claims(rows, name) for name in ("within_two", "within_three")},
         "endings": {name: endings.count(name) for name in sorted(set(endings))},
         "broken": dict(sorted(broken.items())),
         "not done without a failure": [row["seed"] for row in rows if not row["done"] and not FAULTS[row["failure"]]],
@@ -77,24 +80,32 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
+def _claims(rows: list[dict[str, Any]], name: str) -> float:
+    """Return the part of all claims of place that are true: each flight has as many as it is long."""
+    long = sum(row["end"] for row in rows)
+    return round(sum(row[name] * row["end"] for row in rows) / long, 4) if long else 1.0
+
+
 def main() -> None:
     """Fly, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="0:100", help="from:to (default: 0:100)")
     parser.add_argument("-j", type=int, default=1, help="processes (default: 1)")
+    parser.add_argument("--failure", choices=list(FAULTS), help="the same in all seas (default: all in turn)")
     parser.add_argument("--journal", type=Path, default=HERE.parents[1] / "build" / "seas.journal")
     parser.add_argument("--firmware", type=Path, help="folder of the program (default: build/firmware)")
     parser.add_argument("-o", type=Path, help="table (default: seas.csv beside this file for 0:100, else stdout)")
     options = parser.parse_args()
     first, last = (int(part) for part in options.seeds.split(":"))
     seeds = list(range(first, last))
-    out = HERE / "seas.csv" if options.o is None and options.seeds == "0:100" else options.o
+    whole = options.seeds == "0:100" and options.failure is None
+    out = HERE / "seas.csv" if options.o is None and whole else options.o
     options.journal.parent.mkdir(parents=True, exist_ok=True)
-    header = journal_header("seas", ht.load(ROBOT), {"seeds": seeds})
+    header = journal_header("seas", ht.load(ROBOT), {"seeds": seeds, "failure": options.failure})
     rows: list[dict[str, Any]] = []
     pool = ProcessPoolExecutor(options.j)
     with Journal(options.journal, header) as journal:
-        work = {seed: pool.submit(sail, seed, options.firmware) for seed in seeds[journal.known :]}
+        work = {seed: pool.submit(sail, seed, options.firmware, options.failure) for seed in seeds[journal.known :]}
         try:
             for seed in seeds:
                 row = journal.answer(seed, lambda seed=seed: work[seed].result())

@@ -142,7 +142,8 @@ void carry(const Estimator<T>& model, WayState<T>& way) {
         for (int i = 0; i < 2; ++i)
             for (int k = 0; k < way_states; ++k) (columns ? way.spread[k][i] : way.spread[i][k]) += added[i][k];
     }
-    for (int i = 0; i < 2; ++i) way.swim[i] += T(swim_rate) * (way.moved[i] - dt * way.swim[i]);
+    const T rate = min(T(swim_rate), T(1) / max(dt, model.attitude.tick));
+    for (int i = 0; i < 2; ++i) way.swim[i] += rate * (way.moved[i] - dt * way.swim[i]);
     const T noise[3] = {model.position_walk, model.current_walk, model.factor_walk};
     for (int k = 0; k < way_states; ++k) way.spread[k][k] += noise[k / 2] * noise[k / 2] * dt;
     way.moved[0] = way.moved[1] = T(0);
