@@ -76,6 +76,29 @@ def test_each_rule_of_the_verdict_can_break() -> None:
     assert judge(never, sea).broken == ("does not tell why", "refused without a reason")
 
 
+def test_a_compass_is_off_by_what_its_sea_says() -> None:
+    """The error of the told declination, or what iron turns the level field by at most, by all headings."""
+    headings = np.linspace(0, 2 * np.pi, 3601)
+    for seed in range(40):
+        plain, turned, iron = (sampled(seed, kind) for kind in ("none", "compass turned", "compass iron"))
+        told = [sea.document["origin"]["declination_deg"] for sea in (plain, turned)]
+        assert abs((told[1] - told[0] + 180) % 360 - 180) == pytest.approx(np.degrees(turned.off), abs=0.02)
+        assert turned.iron == (0, 0)
+        flat = np.cos(np.radians(iron.document["weather"]["dip_deg"]))
+        read = flat * np.exp(-1j * headings) + complex(*iron.iron)
+        worst = np.abs(np.angle(read * np.exp(1j * headings))).max()
+        assert worst == pytest.approx(iron.off, abs=0.01) if iron.off < 1.5 else worst > 1.5
+        assert all((sea.words == ("compass",)) == (sea.off >= np.pi / 6) for sea in (turned, iron))
+
+
+def test_claims_of_place_are_counted() -> None:
+    """Of 284 seconds in which it is guided, 71 are 5 m off toward east, with a told deviation of 2 m."""
+    truth, sea = good(), sampled(0)
+    off = np.where((truth.time > 5) & (truth.time <= 76), 5.0, 0.0)
+    verdict = judge(replace(truth, place=truth.place + np.column_stack([off, 0 * off, 0 * off])), sea)
+    assert (verdict.within_two, verdict.within_three) == (1 - 71 / 284 / 2, 1)
+
+
 def test_a_robot_that_ignores_its_pilot_fails(robot: ht.Robot) -> None:
     sea = replace(sampled(0), kind="none")
     verdict = judge(fly(sea, robot, loop=WildLoop), sea)

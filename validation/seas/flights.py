@@ -33,6 +33,15 @@ PATIENCE = 60.0  # s beyond the mission's own limit of time, by which the robot 
 class SeaLoop(Loop):
     """A loop that ends when the robot has been passive for a while after its mission began."""
 
+    iron = (0.0, 0.0)  # what the compass reads too much, toward tail and starboard
+
+    def __call__(self, readings: list[float], antenna: float) -> list[float]:
+        """Answer to readings of which the compass is beside iron."""
+        first = self.counts.names.index("field")
+        for k, more in enumerate(self.iron):
+            readings[first + k] += more
+        return super().__call__(readings, antenna)
+
     @property
     def done(self) -> bool:
         """Whether the flight has ended."""
@@ -78,6 +87,7 @@ def fly(sea: Sea, robot: ht.Robot, folder: str | Path | None = None, loop: type[
     with started("pc", find_firmware(robot.name, "pc", folder)) as board:
         station = station_of(sea.kind, sea.start, sea.seed)
         on = loop(table, scenario, board, None, None, failing, station)
+        on.iron = sea.iron
         run = on.fly(start, round(seconds / TICK), None)
     return replace(_truth(file.mission, on, run), warned=_warned(robot, file.mission))
 

@@ -14,6 +14,7 @@ import argparse
 import csv
 import io
 import json
+import math
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -41,10 +42,11 @@ def sail(seed: int, kind: str, firmware: Path | None = None) -> dict[str, Any]:
     truth = fly(sea, ht.load(ROBOT), firmware)
     verdict = judge(truth, sea)
     row = {"seed": seed, "failure": sea.kind, "from_s": sea.start, "ok": not verdict.broken}
-    row |= {name: round(value, 2) if isinstance(value, float) else value for name, value in asdict(verdict).items()}
+    row |= {name: round(value, 4) if isinstance(value, float) else value for name, value in asdict(verdict).items()}
     row |= {"broken": "; ".join(verdict.broken), "done": truth.done, "told": " ".join(sorted(truth.told))}
     current = sea.document["water"]["current_m_s"]
     row |= {"pressure_kpa": round(truth.pressure / 1e3, 1)}
+    row |= {"compass_off_deg": round(math.degrees(sea.off), 1)}
     return row | {"current_m_s": current, "computed_s": round(time.perf_counter() - began, 1)}
 
 
@@ -71,11 +73,18 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "seas": len(rows),
         "ok": sum(row["ok"] for row in rows),
+        **{f"claims {name}": _claims(rows, name) for name in ("within_two", "within_three")},
         "endings": {name: endings.count(name) for name in sorted(set(endings))},
         "broken": dict(sorted(broken.items())),
         "not done without a failure": [row["seed"] for row in rows if not row["done"] and not FAULTS[row["failure"]]],
         f"above {limit:g} kPa": [row["seed"] for row in rows if row["pressure_kpa"] > limit],
     }
+
+
+def _claims(rows: list[dict[str, Any]], name: str) -> float:
+    """Return the part of all claims of place that are true: each flight has as many as it is long."""
+    long = sum(row["end"] for row in rows)
+    return round(sum(row[name] * row["end"] for row in rows) / long, 4) if long else 1.0
 
 
 def main() -> None:

@@ -17,6 +17,7 @@ from hypertuna.errors import InputError
 ROBOT = "hypertuna"
 SWIMS = gait_table(load(ROBOT)).speed[-1]  # m/s
 TOO_FAST = 0.06  # part of the seas whose current is above that: a mission there must be refused
+TOLD_FROM = math.radians(30)  # error of a compass that must be told
 ORDERED = 5.0  # s until the robot swims: someone holds it while mission and orders come
 
 # What fails, and the words of which the robot must tell one: parts of names of reasons, faults, refusals and states.
@@ -52,9 +53,11 @@ FAULTS: dict[str, tuple[str, ...]] = {
     "servo-II-right:stuck": ("no_stroke", "no_progress", "bend"),
     "body:tethered": ("no_progress", "stranded", "no_answer", "swept"),
     "body:held": ("no_progress", "stranded", "no_answer", "swept"),
+    "compass turned": ("compass",),
+    "compass iron": ("compass",),
 }
 KINDS = tuple(FAULTS)
-GROUPS = {"entangled": ("body:tethered", "body:held")}  # kinds of which a run may ask for a number of seas
+GROUPS = {"entangled": ("body:tethered", "body:held"), "compass": ("compass turned", "compass iron")}  # kinds of which a run may ask for a number of seas
 
 
 def kinds_of(seeds: range, asked: Mapping[str, int]) -> list[str]:
@@ -77,6 +80,14 @@ class Sea:
     start: float  # s: when it begins; 0 for from the start
     document: dict[str, Any]  # of the mission file
     too_fast: bool  # whether the current is above what the robot swims
+    off: float = 0.0  # rad, largest error of the compass
+    iron: tuple[float, float] = (0.0, 0.0)  # what it reads too much toward tail and starboard, of the field's strength
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Words of which the robot must tell one; none where its failure is too small to be told."""
+        small = self.kind.startswith("compass") and self.off < TOLD_FROM
+        return () if small else FAULTS[self.kind]
 
 
 def sampled(seed: int, kind: str | None = None) -> Sea:
@@ -98,8 +109,10 @@ def sampled(seed: int, kind: str | None = None) -> Sea:
             document["gps"]["cold"] = True
         case "receiver lying":
             document["gps"] |= {"jump_m": 30.0, "jump_every_s": 40.0, "jump_told": bool(random.uniform() < 0.5)}
+    off, iron = _compass(random, document, kind) if kind.startswith("compass") else (0.0, (0.0, 0.0))
     at_start = kind == "none" or " " in kind
-    return Sea(seed, kind, _spelled(kind, begin, random), 0.0 if at_start else begin, document, too_fast)
+    start = 0.0 if at_start else begin
+    return Sea(seed, kind, _spelled(kind, begin, random), start, document, too_fast, off, iron)
 
 
 def _spelled(kind: str, begin: float, random: np.random.Generator) -> tuple[str, ...]:
@@ -111,6 +124,23 @@ def _spelled(kind: str, begin: float, random: np.random.Generator) -> tuple[str,
     if kind == "none" or " " in kind or kind.startswith(("station", "stick")):
         return ()
     return (f"{kind}@{begin}",)
+
+
+def _compass(random: np.random.Generator, document: dict[str, Any], kind: str) -> tuple[float, tuple[float, float]]:
+    """Sample how far a compass is off [rad], and the iron on board of which it is.
+
+    A compass that is turned is off by the same angle on every heading, as by a wrong declination. One beside iron is
+    off by up to an angle whose sine is the ratio of iron and horizontal field; from a right angle on by more and more
+    headings.
+    """
+    off, toward = float(random.uniform(0, math.pi)), float(random.uniform(0, 2 * math.pi))
+    if kind == "compass turned":
+        told = document["origin"]["declination_deg"] + math.degrees(math.copysign(off, math.pi - toward))
+        document["origin"]["declination_deg"] = round((told + 180) % 360 - 180, 2)
+        return off, (0.0, 0.0)
+    flat = math.cos(math.radians(document["weather"]["dip_deg"]))
+    size = flat * (math.sin(off) if off < math.pi / 2 else 2 * off / math.pi)
+    return off, (size * math.cos(toward), size * math.sin(toward))
 
 
 def _mission(random: np.random.Generator) -> dict[str, Any]:

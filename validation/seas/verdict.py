@@ -51,6 +51,8 @@ class Verdict:
     goal_distance: float  # m at the end
     sigma: float  # m at the end
     end: float  # s
+    within_two: float  # part of its claims of place that are true within two standard deviations
+    within_three: float  # within three: a claim is a coordinate, told each tenth of a second
 
 
 def judge(truth: Truth, sea: Sea) -> Verdict:
@@ -73,6 +75,9 @@ def judge(truth: Truth, sea: Sea) -> Verdict:
         off = truth.place[last] - truth.position[last]
         if np.hypot(*off[:2]) <= SIGMAS * sigma + SWING and abs(off[2]) <= SURFACE:
             ending = "where told"
+    off = np.abs(truth.place[during, :2] - truth.position[during, :2])[truth.active[during]]
+    deviations = off / truth.sigma[during][truth.active[during], None]
+    within = [float((deviations <= limit).mean()) if last >= 0 else 1.0 for limit in (2.0, 3.0)]
     broken = []
     if ending == "lost":
         broken.append("not up")
@@ -90,7 +95,7 @@ def judge(truth: Truth, sea: Sea) -> Verdict:
         broken.append("refused without a reason")
     return Verdict(
         ending, tuple(broken), float(-margin[worst]), float(SIGMAS * truth.sigma[worst] + SWING), deepest, away, sigma,
-        float(truth.time[last]),
+        float(truth.time[last]), *within,
     )  # fmt: skip
 
 
@@ -103,7 +108,7 @@ def _swept(truth: Truth, sea: Sea) -> bool:
 
 def _tells(truth: Truth, sea: Sea, ending: str, end: float) -> bool:
     """Return whether the robot told of what failed, or of why it did not do its mission."""
-    words = FAULTS[sea.kind]
+    words = sea.words
     detection = ENTANGLED if sea.kind in GROUPS["entangled"] else DETECTION
     if words and sea.start + detection < end:
         return any(word in name for name in truth.told for word in words)

@@ -84,7 +84,7 @@ static void a_turn_is_no_roll() {
 }
 
 /// Position and covariance of a straight way by hand: after t seconds the current's error counts t times, the factor's
-/// U t times.
+/// U t times, and that of the compass, across, as much.
 static void a_way_by_hand() {
     Estimator<double> model = test_pilot<double>().estimator;
     model.position_walk = model.current_walk = model.factor_walk = 0;
@@ -100,9 +100,10 @@ static void a_way_by_hand() {
     CHECK_NEAR(way.at[0], 3 + 0.1 * 50 + 0.9 * 20, 1e-12);
     CHECK_NEAR(way.at[1], -4, 1e-12);
     CHECK_NEAR(way.spread[0][0], 1 + 0.01 * 2500 + 0.01 * 400, 1e-10);
-    CHECK_NEAR(way.spread[1][1], 1 + 0.01 * 2500, 1e-10);
+    CHECK_NEAR(way.spread[1][1], 1 + 0.01 * 2500 + 0.01 * 400, 1e-10);
     CHECK_NEAR(way.spread[0][2], 0.01 * 50, 1e-12);
-    CHECK_NEAR(way.spread[0][4], 0.01 * 20, 1e-12);
+    CHECK_NEAR(way.spread[0][way_along], 0.01 * 20, 1e-12);
+    CHECK_NEAR(way.spread[1][way_across], 0.01 * 20, 1e-12);
     CHECK_NEAR(position_error(model, way), std::sqrt(30 + 1.5 * 1.5), 1e-10);
     CHECK_NEAR(drift_error(way, 0.4, 0.0), std::sqrt(0.01 + 0.16 * 0.01), 1e-12);
     // One fix: the gain is P / (P + R) for the position and what goes with it for the rest.
@@ -202,6 +203,85 @@ static void current_and_factor_part() {
     // Mean of 120 squares of a normal number, were they independent: 1 within 4 deviations of 0.13. The filter also
     // allows for changes of current and factor that this water does not have.
     CHECK(0.2 < square && square < 1.5);
+}
+
+/// Swims two legs of 50 s at 0.3 m/s, the first toward east by the compass, with a fix each second.
+struct TwoLegs {
+    Estimator<double> model = test_pilot<double>().estimator;
+    EstimatorState<double> state{};
+    double at[2] = {0, 0};
+
+    TwoLegs() {
+        const double start[2] = {0, 0};
+        model.fix_noise = 0.3, model.fix_offset = 0;
+        state = init(model, start);
+    }
+    void swim(double x, double y, double angle, const double (&current)[2], int seconds, bool up = true) {
+        const double over[2] = {x * std::cos(angle) - y * std::sin(angle), x * std::sin(angle) + y * std::cos(angle)};
+        for (int second = 0; second < seconds; ++second) {
+            for (int tenth = 0; tenth < 10; ++tenth) {
+                state.way.moved[0] += 0.1 * x, state.way.moved[1] += 0.1 * y, state.way.ticks += 10;
+                carry(model, state.way);
+            }
+            for (int k = 0; k < 2; ++k) at[k] += over[k] + current[k];
+            if (up) take_fix(model, state.way, at, 0.0);
+        }
+    }
+    double error() const { return std::hypot(state.way.at[0] - at[0], state.way.at[1] - at[1]); }
+};
+
+/// A compass that is 60 deg off and still water, or a sound one in a current of 0.3 m/s: on the first leg, toward east
+/// by the compass, both go the same way, 0.3 (cos 60, sin 60) = 0.3 (1, 0) + (-0.15, 0.26). On the second, toward north
+/// by the compass, the one goes 0.3 (-sin 60, cos 60), the other 0.3 (0, 1) + (-0.15, 0.26), which is 0.42 m/s apart:
+/// after 20 s without fixes 8.5 m. Whichever it was, the told error has room for both; fixes then say which.
+static void two_legs_tell_a_compass_from_a_current() {
+    const double angle = pi / 3, none[2] = {0, 0};
+    const double alike[2] = {0.3 * (std::cos(angle) - 1), 0.3 * std::sin(angle)};
+    for (const bool off : {true, false}) {
+        TwoLegs way;
+        const double turned = off ? angle : 0;
+        const double (&current)[2] = off ? none : alike;
+        way.swim(0.3, 0, turned, current, 50);
+        CHECK(!compass_is_off(way.state.way) && way.error() < 0.3);  // it may be either, and the place is known
+        CHECK(drift_error(way.state.way, 0.3, 0.0) < 0.02);          // also where this heading leads
+        CHECK(drift_error(way.state.way, 0.0, 0.3) > 0.42 / 3);      // but not where another does
+        way.swim(0, 0.3, turned, current, 20, false);
+        CHECK(off == (4 < way.error()));
+        CHECK(way.error() < 3 * position_error(way.model, way.state.way) && 8.5 / 3 < way.state.way.spread[0][0]);
+        way.swim(0, 0.3, turned, current, 30);
+        CHECK(way.error() < 0.3 && compass_is_off(way.state.way) == off);
+        CHECK_NEAR(way.state.way.at[way_along], std::cos(turned), 0.1);
+        CHECK_NEAR(way.state.way.at[way_across], std::sin(turned), 0.1);
+        Vector<double> facing{0, 1, 0};
+        face_by_course(way.state.way, facing);
+        CHECK_NEAR(std::atan2(-facing.x, facing.y), turned, 0.1);
+    }
+}
+
+/// Iron on board, half as strong as the level field: the compass is up to 30 deg off, and turns by 2/3 to twice the
+/// angle that the robot turns by. The gyroscope tells, without any fix; a sound compass leaves nothing.
+static void iron_turns_against_the_gyroscope() {
+    const Estimator<double> model = test_pilot<double>().estimator;
+    for (const double iron : {0.0, 0.25}) {
+        const double start[2] = {0, 0}, rate = 0.3;
+        EstimatorState<double> state = init(model, start);
+        bool off = false;
+        double before = 0;
+        for (int k = 0; k < 4000; ++k) {
+            const double yaw = k < 1500 ? 0 : rate * 0.01 * (k - 1500);
+            const Vector<double> field = to_body(rotation(euler(yaw, 0, 0)), {0.0, 0.5, -0.866});
+            PilotReadings<double> r{};
+            r.robot = calm_readings<double>();
+            for (int i = 0; i < 3; ++i) r.robot.rate[i] = i == 2 && 1500 <= k ? rate : 0;
+            for (int i = 0; i < 3; ++i) r.robot.acceleration[i] = i == 2 ? 9.81 : 0;
+            r.field[0] = field.x + iron, r.field[1] = field.y, r.field[2] = field.z + 1e-9 * (k % 2);
+            r.depth = 1 + 0.001 * (k % 7);
+            off = estimate(model, state, r, 0.0, true, 0.0).compass_off;
+            if (k == 1500) before = state.way.spread[way_across][way_across];
+        }
+        CHECK(off == (0 < iron) && (0 < state.way.apart) == (0 < iron));
+        CHECK((0.3 * 0.3 < state.way.spread[way_across][way_across] - before) == (0 < iron));
+    }
 }
 
 /// A step of depth is followed in 4 / rate; a sink rate of 0.1 m/s leaves no error; noise of 1 cm leaves 2 mm.
@@ -417,6 +497,8 @@ int main() {
     a_stray_fix_is_refused();
     reflected_signals_move_little();
     current_and_factor_part();
+    two_legs_tell_a_compass_from_a_current();
+    iron_turns_against_the_gyroscope();
     depth_follows();
     a_stuck_depth_shows();
     a_coarse_depth_is_no_stuck_one();

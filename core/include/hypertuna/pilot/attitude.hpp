@@ -39,6 +39,7 @@ struct AttitudeState {
     Vector<T> drift;  // rad/s: offset of the gyroscope
     int age;          // ticks that gravity was averaged for
     bool known;       // gravity and field were seen together once
+    T pulled;         // rad/s at which the field turns it against the gyroscope, a mean over a second
 };
 
 /// Attitude whose vertical and north are where two readings see them; none where those are parallel.
@@ -73,6 +74,7 @@ struct AttitudeInput {
 template <class T>
 struct Pull {
     Vector<T> tilt, heading;
+    T turn;  // sine of the angle to north
 };
 template <class T>
 Pull<T> pull_of(const AttitudeState<T>& state, const AttitudeInput<T>& in) {
@@ -89,8 +91,8 @@ Pull<T> pull_of(const AttitudeState<T>& state, const AttitudeInput<T>& in) {
         const T flat = sqrt(east * east + north * north);
         if (flat > T(0.05)) {
             // Sine of the angle to north; beyond a right angle all of it.
-            const T error = T(0) < north ? east / flat : east < T(0) ? T(-1) : T(1);
-            pull.heading = error * frame.up;
+            pull.turn = T(0) < north ? east / flat : east < T(0) ? T(-1) : T(1);
+            pull.heading = pull.turn * frame.up;
         }
     }
     return pull;
@@ -116,6 +118,9 @@ AttitudeState<T> attitude_step(const AttitudeModel<T>& model, const AttitudeStat
     const Pull<T> pull = pull_of(state, in);
     const T young = T(1) / (T(state.age + 1) * model.tick);
     if (in.gravity && min(model.tilt_rate, model.heading_rate) < young) ++state.age;
+    // A young attitude may be far off: then the field is right to turn it.
+    const T pulled = model.heading_rate < young ? T(0) : model.heading_rate * pull.turn;
+    state.pulled += model.tick * (pulled - state.pulled);
     const Vector<T> push = max(model.tilt_rate, young) * pull.tilt + max(model.heading_rate, young) * pull.heading;
     if (in.gyro) {
         // A quarter of the rate's square: critically damped.

@@ -62,6 +62,7 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     lost(Reason::depth_lost, state.blind.depth, !at.depths);
     lost(Reason::imu_lost, state.blind.imu, !at.attitude);
     lost(Reason::compass_lost, state.blind.compass, !at.compass);
+    why.set(Reason::compass_off, at.compass_off);
     lost(Reason::battery_lost, state.blind.battery, onboard.voltage_lost);
     why.set(Reason::tail_lost, onboard.joint_lost);
 }
