@@ -24,7 +24,7 @@ inline constexpr float values[] = {
     0.0f,  // controller direct[0]
     0.3811799f,  // controller reach[0]
     0.31764993f,  // controller amplitude[0]
-    26.681934f,  // controller rate[0]
+    14.293894f,  // controller rate[0]
     1.5708f,  // controller bend_range[0]
     0.31933653f,  // controller bend_step[0]
     0.949451f,  // controller safe_static[0]
@@ -33,7 +33,7 @@ inline constexpr float values[] = {
     0.0f,  // controller direct[1]
     0.65345126f,  // controller reach[1]
     0.54454273f,  // controller amplitude[1]
-    49.42545f,  // controller rate[1]
+    26.47792f,  // controller rate[1]
     1.5708f,  // controller bend_range[1]
     0.54743403f,  // controller bend_step[1]
     0.56504613f,  // controller safe_static[1]
@@ -53,6 +53,12 @@ inline constexpr float values[] = {
     2.4137333e-07f,  // controller compliance[0]
     63606.56f,  // controller line[0]
     25142.664f,  // controller hammer[0]
+    8.948932f,  // controller draw[0]
+    2.505701f,  // controller smooth[0]
+    385575.72f,  // controller hold[0]
+    -101236.57f,  // controller hold[1]
+    18398.89f,  // controller hold[2]
+    1.4960989e+06f,  // controller hold[3]
     -0.3354383f,  // controller map_low[1]
     0.3354383f,  // controller map_high[1]
     0.6260668f,  // controller map[6]
@@ -67,6 +73,12 @@ inline constexpr float values[] = {
     2.4137333e-07f,  // controller compliance[1]
     63606.56f,  // controller line[1]
     25142.664f,  // controller hammer[1]
+    8.948932f,  // controller draw[1]
+    2.505701f,  // controller smooth[1]
+    385575.72f,  // controller hold[4]
+    -101236.57f,  // controller hold[5]
+    18398.89f,  // controller hold[6]
+    1.4960989e+06f,  // controller hold[7]
     -0.64038223f,  // controller map_low[2]
     0.64038223f,  // controller map_high[2]
     0.21375552f,  // controller map[12]
@@ -81,6 +93,12 @@ inline constexpr float values[] = {
     1.2606594e-07f,  // controller compliance[2]
     159016.39f,  // controller line[2]
     39754.043f,  // controller hammer[2]
+    5.6598015f,  // controller draw[2]
+    1.5847445f,  // controller smooth[2]
+    228156.2f,  // controller hold[8]
+    -1228.3866f,  // controller hold[9]
+    -12434.553f,  // controller hold[10]
+    5928.2617f,  // controller hold[11]
     -0.64038223f,  // controller map_low[3]
     0.64038223f,  // controller map_high[3]
     0.21375552f,  // controller map[18]
@@ -95,6 +113,12 @@ inline constexpr float values[] = {
     1.2606594e-07f,  // controller compliance[3]
     159016.39f,  // controller line[3]
     39754.043f,  // controller hammer[3]
+    5.6598015f,  // controller draw[3]
+    1.5847445f,  // controller smooth[3]
+    228156.2f,  // controller hold[12]
+    -1228.3866f,  // controller hold[13]
+    -12434.553f,  // controller hold[14]
+    5928.2617f,  // controller hold[15]
     440000.0f,  // controller pressure_work[0]
     550000.0f,  // controller pressure_soft[0]
     660000.0f,  // controller pressure_hard[0]
@@ -287,100 +311,100 @@ inline constexpr ParameterInfo parameters[] = {
     {"learning", 0.0f, 1.0f, 0.7f, false, 9},
     {"amplitude_0", 0.0f, 0.31764993f, 0.31764993f, false, 16},
     {"amplitude_1", 0.0f, 0.54454273f, 0.54454273f, false, 25},
-    {"pressure_work", 220000.0f, 440000.0f, 440000.0f, false, 88},
-    {"pressure_soft", 275000.0f, 550000.0f, 550000.0f, false, 89},
-    {"pressure_hard", 330000.0f, 660000.0f, 660000.0f, false, 90},
-    {"frequency_max", 0.8f, 8.0f, 8.0f, false, 102},
-    {"fin_max", 0.0f, 0.7853982f, 0.7853982f, false, 103},
-    {"voltage_low", 12.8f, 15.360001f, 12.8f, false, 99},
-    {"timeout_ticks", 10.0f, 50.0f, 50.0f, true, 104},
-    {"pulse_center", 0.00135f, 0.00165f, 0.0015f, false, 105},
-    {"pulse_per_rad", 0.00050960004f, 0.00079625f, 0.000637f, false, 106},
-    {"pulse_min", 0.0008f, 0.0011999999f, 0.0008f, false, 107},
-    {"pulse_max", 0.00165f, 0.0022f, 0.0022f, false, 108},
-    {"slew", 1.5f, 15.0f, 15.0f, false, 109},
-    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 164},
-    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 167},
-    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 166},
-    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 165},
-    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 163},
-    {"lookahead", 2.0f, 8.0f, 4.0f, false, 169},
-    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 170},
-    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 175},
-    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 173},
-    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 174},
-    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 177},
-    {"speed_min", 0.05f, 0.2f, 0.1f, false, 168},
-    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 179},
-    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 180},
-    {"error_max", 6.0f, 24.0f, 12.0f, false, 181},
-    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 188},
-    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 205},
-    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 206},
-    {"bend_scale_0", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 207},
-    {"bend_scale_1", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 208},
-    {"pressure_zero_0", -65536.0f, 65536.0f, 11319.8545f, false, 209},
-    {"pressure_zero_1", -65536.0f, 65536.0f, 11319.8545f, false, 210},
-    {"pressure_zero_2", -65536.0f, 65536.0f, 11319.8545f, false, 211},
-    {"pressure_zero_3", -65536.0f, 65536.0f, 11319.8545f, false, 212},
-    {"pressure_scale_0", 5.2452087f, 83.92334f, 20.980835f, false, 213},
-    {"pressure_scale_1", 5.2452087f, 83.92334f, 20.980835f, false, 214},
-    {"pressure_scale_2", 5.2452087f, 83.92334f, 20.980835f, false, 215},
-    {"pressure_scale_3", 5.2452087f, 83.92334f, 20.980835f, false, 216},
-    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 217},
-    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 218},
-    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 219},
-    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 220},
-    {"current_scale_0", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 221},
-    {"current_scale_1", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 222},
-    {"current_scale_2", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 223},
-    {"current_scale_3", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 224},
-    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 237},
-    {"voltage_scale", 9.536743e-05f, 0.0015258789f, 0.00038146973f, false, 238},
-    {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 225},
-    {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 226},
-    {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 227},
-    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 228},
-    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 229},
-    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 230},
-    {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 231},
-    {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 232},
-    {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 233},
-    {"accel_scale_0", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 234},
-    {"accel_scale_1", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 235},
-    {"accel_scale_2", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 236},
-    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 239},
-    {"depth_scale", 0.00091743114f, 0.0011213047f, 0.001019368f, false, 240},
-    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 241},
-    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 242},
-    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 243},
-    {"field_scale_0", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 244},
-    {"field_scale_1", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 245},
-    {"field_scale_2", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 246},
-    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 247},
-    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 248},
-    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 249},
-    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 250},
-    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 251},
-    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 252},
-    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 253},
-    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 254},
-    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 255},
-    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 256},
-    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 258},
-    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 261},
-    {"depth_max", 0.5f, 10.0f, 10.0f, false, 262},
-    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 263},
-    {"link_share", 0.05f, 1.0f, 0.75f, false, 264},
-    {"system_id", 1.0f, 250.0f, 1.0f, true, 265},
-    {"sign", 0.0f, 1.0f, 0.0f, true, 266},
-    {"snag_distance", 0.0f, 500.0f, 30.0f, false, 271},
-    {"sink_depth", 0.1f, 10.0f, 0.4f, false, 272},
-    {"beacon_interval", 1.0f, 600.0f, 30.0f, false, 273},
-    {"leak_answer", 0.0f, 3.0f, 3.0f, true, 267},
-    {"snag_answer", 0.0f, 3.0f, 3.0f, true, 268},
-    {"stroke_answer", 0.0f, 3.0f, 0.0f, true, 269},
-    {"guard_answer", 0.0f, 3.0f, 1.0f, true, 270},
+    {"pressure_work", 220000.0f, 440000.0f, 440000.0f, false, 112},
+    {"pressure_soft", 275000.0f, 550000.0f, 550000.0f, false, 113},
+    {"pressure_hard", 330000.0f, 660000.0f, 660000.0f, false, 114},
+    {"frequency_max", 0.8f, 8.0f, 8.0f, false, 126},
+    {"fin_max", 0.0f, 0.7853982f, 0.7853982f, false, 127},
+    {"voltage_low", 12.8f, 15.360001f, 12.8f, false, 123},
+    {"timeout_ticks", 10.0f, 50.0f, 50.0f, true, 128},
+    {"pulse_center", 0.00135f, 0.00165f, 0.0015f, false, 129},
+    {"pulse_per_rad", 0.00050960004f, 0.00079625f, 0.000637f, false, 130},
+    {"pulse_min", 0.0008f, 0.0011999999f, 0.0008f, false, 131},
+    {"pulse_max", 0.00165f, 0.0022f, 0.0022f, false, 132},
+    {"slew", 1.5f, 15.0f, 15.0f, false, 133},
+    {"heading_rate", 0.2f, 0.8f, 0.4f, false, 188},
+    {"heading_integral", 0.05f, 0.2f, 0.1f, false, 191},
+    {"rate_gain", 0.25f, 1.0f, 0.5f, false, 190},
+    {"turn_max", 0.14835298f, 0.5934119f, 0.29670596f, false, 189},
+    {"curvature", 0.55917656f, 2.2367063f, 1.1183531f, false, 187},
+    {"lookahead", 2.0f, 8.0f, 4.0f, false, 193},
+    {"depth_lookahead", 0.75f, 3.0f, 1.5f, false, 194},
+    {"depth_integral", 0.025f, 0.1f, 0.05f, false, 199},
+    {"climb_lead", 1.0f, 4.0f, 2.0f, false, 197},
+    {"climb_gain", 0.3f, 1.2f, 0.6f, false, 198},
+    {"pitch_damping", 0.2f, 0.8f, 0.4f, false, 201},
+    {"speed_min", 0.05f, 0.2f, 0.1f, false, 192},
+    {"surface_depth", 0.06f, 0.24f, 0.12f, false, 203},
+    {"fence_margin", 1.5f, 6.0f, 3.0f, false, 204},
+    {"error_max", 6.0f, 24.0f, 12.0f, false, 205},
+    {"fix_timeout", 30.0f, 120.0f, 60.0f, false, 212},
+    {"bend_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 229},
+    {"bend_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 230},
+    {"bend_scale_0", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 231},
+    {"bend_scale_1", 1.4980316e-05f, 0.00023968506f, 5.9921265e-05f, false, 232},
+    {"pressure_zero_0", -65536.0f, 65536.0f, 11319.8545f, false, 233},
+    {"pressure_zero_1", -65536.0f, 65536.0f, 11319.8545f, false, 234},
+    {"pressure_zero_2", -65536.0f, 65536.0f, 11319.8545f, false, 235},
+    {"pressure_zero_3", -65536.0f, 65536.0f, 11319.8545f, false, 236},
+    {"pressure_scale_0", 5.2452087f, 83.92334f, 20.980835f, false, 237},
+    {"pressure_scale_1", 5.2452087f, 83.92334f, 20.980835f, false, 238},
+    {"pressure_scale_2", 5.2452087f, 83.92334f, 20.980835f, false, 239},
+    {"pressure_scale_3", 5.2452087f, 83.92334f, 20.980835f, false, 240},
+    {"current_zero_0", -65536.0f, 65536.0f, 32768.0f, false, 241},
+    {"current_zero_1", -65536.0f, 65536.0f, 32768.0f, false, 242},
+    {"current_zero_2", -65536.0f, 65536.0f, 32768.0f, false, 243},
+    {"current_zero_3", -65536.0f, 65536.0f, 32768.0f, false, 244},
+    {"current_scale_0", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 245},
+    {"current_scale_1", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 246},
+    {"current_scale_2", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 247},
+    {"current_scale_3", 4.7683716e-05f, 0.00076293945f, 0.00019073486f, false, 248},
+    {"voltage_zero", -65536.0f, 65536.0f, 6553.6f, false, 261},
+    {"voltage_scale", 9.536743e-05f, 0.0015258789f, 0.00038146973f, false, 262},
+    {"rate_zero_0", -327.68f, 327.68f, 0.0f, false, 249},
+    {"rate_zero_1", -327.68f, 327.68f, 0.0f, false, 250},
+    {"rate_zero_2", -327.68f, 327.68f, 0.0f, false, 251},
+    {"rate_scale_0", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 252},
+    {"rate_scale_1", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 253},
+    {"rate_scale_2", 0.0009585572f, 0.0011715699f, 0.0010650635f, false, 254},
+    {"accel_zero_0", -327.68f, 327.68f, 0.0f, false, 255},
+    {"accel_zero_1", -327.68f, 327.68f, 0.0f, false, 256},
+    {"accel_zero_2", -327.68f, 327.68f, 0.0f, false, 257},
+    {"accel_scale_0", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 258},
+    {"accel_scale_1", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 259},
+    {"accel_scale_2", 0.004312134f, 0.0052703856f, 0.0047912598f, false, 260},
+    {"depth_zero", 8106.0f, 12159.0f, 10132.5f, false, 263},
+    {"depth_scale", 0.00091743114f, 0.0011213047f, 0.001019368f, false, 264},
+    {"field_zero_0", -32768.0f, 32768.0f, 0.0f, false, 265},
+    {"field_zero_1", -32768.0f, 32768.0f, 0.0f, false, 266},
+    {"field_zero_2", -32768.0f, 32768.0f, 0.0f, false, 267},
+    {"field_scale_0", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 268},
+    {"field_scale_1", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 269},
+    {"field_scale_2", 6.1035157e-06f, 0.012207031f, 6.1035156e-05f, false, 270},
+    {"servo_trim_0", -0.0002f, 0.0002f, 0.0f, false, 271},
+    {"servo_trim_1", -0.0002f, 0.0002f, 0.0f, false, 272},
+    {"servo_trim_2", -0.0002f, 0.0002f, 0.0f, false, 273},
+    {"servo_trim_3", -0.0002f, 0.0002f, 0.0f, false, 274},
+    {"servo_trim_4", -0.0002f, 0.0002f, 0.0f, false, 275},
+    {"servo_trim_5", -0.0002f, 0.0002f, 0.0f, false, 276},
+    {"manual_timeout", 0.1f, 1.0f, 1.0f, false, 277},
+    {"link_timeout", 1.0f, 10.0f, 5.0f, false, 278},
+    {"home_timeout", 12.0f, 600.0f, 60.0f, false, 279},
+    {"voltage_empty", 12.0f, 14.4f, 12.0f, false, 280},
+    {"tilt_max", 0.4330127f, 0.8660254f, 0.8660254f, false, 282},
+    {"rise_depth", 0.3f, 6.0f, 1.5f, false, 285},
+    {"depth_max", 0.5f, 10.0f, 10.0f, false, 286},
+    {"link_rate", 300.0f, 115200.0f, 4800.0f, false, 287},
+    {"link_share", 0.05f, 1.0f, 0.75f, false, 288},
+    {"system_id", 1.0f, 250.0f, 1.0f, true, 289},
+    {"sign", 0.0f, 1.0f, 0.0f, true, 290},
+    {"snag_distance", 0.0f, 500.0f, 30.0f, false, 295},
+    {"sink_depth", 0.1f, 10.0f, 0.4f, false, 296},
+    {"beacon_interval", 1.0f, 600.0f, 30.0f, false, 297},
+    {"leak_answer", 0.0f, 3.0f, 3.0f, true, 291},
+    {"snag_answer", 0.0f, 3.0f, 3.0f, true, 292},
+    {"stroke_answer", 0.0f, 3.0f, 0.0f, true, 293},
+    {"guard_answer", 0.0f, 3.0f, 1.0f, true, 294},
 };
 
 inline constexpr std::uint8_t file_0[] = {
@@ -505,7 +529,7 @@ inline constexpr FileInfo files[] = {
 };
 
 inline constexpr Description description = {
-    "hypertuna", 2, 3, values, 274, parameters, 97, 0x1ce9bfa2, files, 2};
+    "hypertuna", 2, 3, values, 298, parameters, 97, 0xa1c5659a, files, 2};
 
 inline constexpr struct {
     int servo[6];

@@ -68,7 +68,7 @@ def test_the_table_says_the_same(run: Run, short: TwinRun) -> None:
 
 def test_the_largest_pressure_is_that_of_the_whole_run(run: Run) -> None:
     """A surge before the last beats, above the hard limit: in the table, in JSON and in a sentence."""
-    surge = ("twin", "--robot", "hypertuna", "--frequency", "1", "--amplitude", "2,2", "--duration", "4")
+    surge = ("twin", "--robot", "hypertuna", "--frequency", "1", "--amplitude", "2,2", "--phase", "0,0", "--duration", "4")
     low = (*surge, "--set", "controller.pressure_work_pa=131e3", "--set", "controller.pressure_soft_pa=132e3")
     code, output, _ = run(*low, "--set", "controller.pressure_hard_pa=140e3", "--json")
     told = json.loads(output)

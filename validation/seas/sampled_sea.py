@@ -57,7 +57,8 @@ FAULTS: dict[str, tuple[str, ...]] = {
     "compass iron": ("compass",),
 }
 KINDS = tuple(FAULTS)
-GROUPS = {"entangled": ("body:tethered", "body:held"), "compass": ("compass turned", "compass iron")}  # kinds of which a run may ask for a number of seas
+# Kinds of which a run may ask for a number of seas.
+GROUPS = {"entangled": ("body:tethered", "body:held"), "compass": ("compass turned", "compass iron")}
 
 
 def kinds_of(seeds: range, asked: Mapping[str, int]) -> list[str]:
