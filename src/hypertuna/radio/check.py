@@ -56,7 +56,7 @@ def check_ready(robot: Client) -> Readiness:
     return Readiness(
         ready,
         () if ready else tuple(robot.texts[before:]),
-        tuple((name, sentence, forbids) for name, sentence, _, _, forbids, _ in rows),
+        tuple((name, sentence, forbids) for name, sentence, _, _, forbids, *_ in rows),
         math.nan if volts == VOLTAGE_SILENT else volts / 1000,
         place.z,
         motion.yaw % math.tau,
