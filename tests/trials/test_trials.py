@@ -187,7 +187,9 @@ def test_broken_toml_is_reported(tmp_path, tuna):
         f"{path} must be valid TOML, but is not (Invalid value (at end of"
     )
     write(path, "format = 0x" + "f" * 5000)
-    assert "format must be a smaller number, but is a number of more than 4300" in told(read_manifest, path, tuna)
+    assert told(read_manifest, path, tuna).startswith(
+        f"{path} must be valid TOML, but is not (a number of more than 100 digits)"
+    )
 
 
 KEYS = [
