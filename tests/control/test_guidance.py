@@ -183,7 +183,7 @@ def test_pulses_of_a_pilot_that_dives_and_turns(robot: ht.Robot) -> None:
     draw = np.random.default_rng(1)
     for tick in range(5500):
         noisy = {name: (values + 1e-4 * draw.standard_normal(len(values))).tolist() for name, values in CALM.items()}
-        row = pilot.fly(noisy | ({"fix": [0.0, 0.0]} if tick % 100 == 0 else {}))
+        row = pilot.fly(noisy | ({"fix": [0.0, 0.003 * tick]} if tick % 100 == 0 else {}))  # it swims east, at 0.3 m/s
     assert row["mode"] == "transit"
     assert row["reasons"] == []
     assert row["facing"] == pytest.approx([1, 0, 0], abs=1e-3)

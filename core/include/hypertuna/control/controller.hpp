@@ -80,10 +80,9 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     Governor<T>& governor = state.governor[j];
     const JointModel<T>& joint = model.joint[j];
     const ReadingQuality<T> quality =
-        judge({-joint.bend_range, joint.bend_range, joint.bend_step, repeats_fast}, state.bend[j], reading,
+        judge({-joint.bend_range, joint.bend_range, joint.bend_step, T(repeats_fast)}, state.bend[j], reading,
               state.bend[j].last, motion_of(model, state.circuit[2 * j]),
               !(state.circuit[2 * j].bent || state.circuit[2 * j + 1].bent));
-    state.slip[j] += model.tick / T(astray_time) * (state.bend[j].last - state.bend_sent[j] - state.slip[j]);
     const BeatShape<T> sent = allowed(model, state, j);
     if (quality.usable) {
         add_reading(posture, state.oscillator[j], reading);
@@ -234,6 +233,34 @@ void turn_joint(const Controller<T>& model, ControllerState<T>& state, Controlle
     send(model, state, output, 2 * j + 1, T(0));
 }
 
+/// Hold the pressures of a joint against what its bend and its pumps' stroke make of them, but for the loads of the
+/// water, and for a drop along the line of oil that is no thicker than it may be. Where the bend sensor is as far from
+/// the bend that the pumps were sent to, to the side that explains it, that sensor is to blame. The joints take turns.
+template <class T>
+HYPERTUNA_NOINLINE void check_pressures(const Controller<T>& model, ControllerState<T>& state,
+                                        const Readings<T>& readings) {
+    const int j = state.checked = state.checked + 1 < model.joints ? state.checked + 1 : 0;
+    if (direct(model, j)) return;
+    const T weight = T(model.joints) * model.tick / T(astray_time), reach = model.joint[j].reach;
+    const T bend = state.bend[j].last, line = state.viscosity.largest / model.tick;
+    state.slip[j] += weight * (bend - state.bend_sent[j] - state.slip[j]);
+    for (int c = 2 * j; c < 2 * j + 2; ++c) {
+        const SupervisorModel<T>& supervisor = model.circuit[c];
+        SupervisorState<T>& circuit = state.circuit[c];
+        const T side = c == 2 * j ? T(1) : T(-1), reading = readings.pressure[c];
+        const T rest = held(supervisor, side * clamp(bend, -reach, reach)), off = reading - rest;
+        const T drop = supervisor.line * line * circuit.servo.change;
+        if (model.pressure_low <= reading && reading <= model.pressure_high)
+            circuit.astray += weight * (off - clamp(off, min(T(0), drop), max(T(0), drop)) - circuit.astray);
+        const T most = T(astray_room) * (model.pressure_soft - supervisor.fill) +
+                       T(astray_held) * abs(rest - supervisor.fill);
+        const T slipped = side * supervisor.hold[0] * state.slip[j];
+        const bool astray = most < abs(circuit.astray);
+        circuit.bent = astray && T(0.5) * most < abs(slipped) && (T(0) < slipped) == (circuit.astray < T(0));
+        circuit.wrong = astray && !circuit.bent;
+    }
+}
+
 /// One tick of the controller, its state and output in place.
 template <class T>
 void advance(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings,
@@ -244,6 +271,7 @@ void advance(const Controller<T>& model, ControllerState<T>& state, const Readin
     generate(model, state, state.armed && state.age <= model.timeout);
     const T motion = motion_of(model, state);
     read_robot(model, state, readings, motion, status);
+    check_pressures(model, state, readings);
     for (int c = 0; c < 2 * model.joints; ++c)
         if (!direct(model, c / 2)) read_pressure(model, state, c, readings.pressure[c], motion, status);
     weigh(state.viscosity, model.viscosity_min, model.viscosity_own);

@@ -74,7 +74,7 @@ T motion_of(const Controller<T>& model, const ControllerState<T>& state) {
 template <class T>
 void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, T motion,
                 Status& status) {
-    const auto range = [](T low, T high, T part) { return Plausible<T>{low, high, part * (high - low), repeats_slow}; };
+    const auto range = [](T low, T high, T part) { return Plausible<T>{low, high, part * (high - low), T(repeats_slow)}; };
     const auto plain = [&](const Plausible<T>& limits, Health<T>& health, T reading) {
         return judge(limits, health, reading, health.last, motion).usable;
     };
@@ -112,35 +112,14 @@ void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, 
     circuit.pressure = reading;
 }
 
-/// Whether a reading agrees with what the joint's bend and the pump's stroke make of the pressure, but for the loads of
-/// the water, and for a drop along the line of oil that is no thicker than it may be. Where the bend sensor is as far
-/// from the bend that the pumps were sent to, to the side that explains it, that sensor is to blame.
-template <class T>
-bool agrees(const Controller<T>& model, ControllerState<T>& state, int c, T reading) {
-    const SupervisorModel<T>& supervisor = model.circuit[c];
-    SupervisorState<T>& circuit = state.circuit[c];
-    const T side = c % 2 == 0 ? T(1) : T(-1), reach = model.joint[c / 2].reach;
-    const T rest = held(supervisor, side * clamp(state.bend[c / 2].last, -reach, reach));
-    const T drop = supervisor.line * state.viscosity.largest * circuit.servo.change / model.tick, off = reading - rest;
-    if (model.pressure_low <= reading && reading <= model.pressure_high)
-        circuit.astray +=
-            model.tick / T(astray_time) * (off - clamp(off, min(T(0), drop), max(T(0), drop)) - circuit.astray);
-    const T most = T(astray_room) * (model.pressure_soft - supervisor.fill) +
-                   T(astray_held) * abs(rest - supervisor.fill);
-    const bool near = abs(circuit.astray) <= most;
-    const T slipped = side * supervisor.hold[0] * state.slip[c / 2];
-    circuit.bent = !near && T(0.5) * most < abs(slipped) && (T(0) < slipped) == (circuit.astray < T(0));
-    return near || circuit.bent;
-}
-
 /// Take in the pressure of a circuit, and stop it where that has passed the hard limit.
 template <class T>
 void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, T motion, Status& status) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
     const ReadingQuality<T> quality =
-        judge({model.pressure_low, model.pressure_high, model.pressure_step, repeats_fast}, state.pressure[c], reading,
-              state.pressure[c].last, motion, agrees(model, state, c, reading));
+        judge({model.pressure_low, model.pressure_high, model.pressure_step, T(repeats_fast)}, state.pressure[c], reading,
+              state.pressure[c].last, motion, !circuit.wrong);
     Governor<T>& governor = state.governor[c / 2];
     const bool trusted = state.pressure[c].bucket == 0;
     if (quality.usable) {

@@ -102,6 +102,7 @@ struct ControllerState {
     T swing;                  // s: amplitude over the rate of a bend, at the frequency and with what the oil leaves
     T bend_sent[max_joints];  // rad: bends that the pumps were last sent to
     T slip[max_joints];       // rad: what the bend sensor reads beyond them, a mean
+    int checked;              // joint whose pressures were last held against its bend
     T sent[max_servos];       // rad: last angles sent
 };
 
@@ -126,10 +127,9 @@ bool direct(const Controller<T>& model, int joint) {
     return model.joint[joint].direct != 0;
 }
 
-/// Everything at rest, the pumps at neutral.
+/// Everything at rest, the pumps at neutral, in a state of zeros: in place, where the stack is short.
 template <class T>
-ControllerState<T> init(const Controller<T>& model) {
-    ControllerState<T> state{};
+void begin(const Controller<T>& model, ControllerState<T>& state) {
     state.age = model.timeout + 1;
     state.supply = model.voltage_rated;
     state.viscosity.value = state.viscosity.largest = T(1);
@@ -138,6 +138,11 @@ ControllerState<T> init(const Controller<T>& model) {
         state.governor[j].ceiling = model.joint[j].reach;
     }
     for (int c = 0; c < max_circuits; ++c) state.circuit[c].before = state.circuit[c].pressure = model.circuit[c].fill;
+}
+template <class T>
+ControllerState<T> init(const Controller<T>& model) {
+    ControllerState<T> state{};
+    begin(model, state);
     return state;
 }
 

@@ -105,8 +105,8 @@ bool is_finite(T x) {
 template <class T>
 struct Plausible {
     T low, high;  // range of the sensor, SI
-    T step;       // largest change within a tick
-    int repeats;  // equal readings in a row that make a fault, of a robot in full motion: more of them where it is slow
+    T step;     // largest change within a tick
+    T repeats;  // equal readings in a row that make a fault, of a robot in full motion: more of them where it is slow
 };
 
 /// The past of one sensor. `bucket` fills where readings are bad and drains where they are good.
@@ -121,7 +121,7 @@ struct Health {
 inline constexpr int bucket_bad = 4;      // a bad reading weighs as much as four good ones
 inline constexpr int bucket_faulty = 20;  // five bad readings in a row, or every fourth of them bad
 inline constexpr int bucket_max = 100;    // a second of good readings at 100 Hz redeems the worst sensor
-inline constexpr int repeats_fast = 6, repeats_slow = 25;  // equal readings: of what moves with each beat, of the rest
+inline constexpr float repeats_fast = 6, repeats_slow = 25;  // equal readings: of what moves with each beat, of the rest
 
 template <class T>
 struct ReadingQuality {
@@ -141,8 +141,8 @@ ReadingQuality<T> judge(const Plausible<T>& limits, Health<T>& health, T reading
         repeated = reading == health.last && health.seen;
         health.last = reading, health.seen = true;
     }
-    health.repeats = repeated ? min(health.repeats + motion, T(limits.repeats)) : T(0);
-    const bool usable = near && agrees && health.repeats < T(limits.repeats);
+    health.repeats = repeated ? min(health.repeats + motion, limits.repeats) : T(0);
+    const bool usable = near && agrees && health.repeats < limits.repeats;
     if (usable && health.bucket == 0) return {true, repeated};  // as nearly always: not faulty, nothing to drain
     const int bucket = health.bucket + (usable ? -1 : bucket_bad);
     health.bucket = bucket < bucket_max ? bucket : bucket_max;
@@ -181,8 +181,8 @@ T held(const SupervisorModel<T>& model, T bend) {
 
 /// A sensor is astray whose mean over `astray_time` differs from the model's pressure by more than this part of the room
 /// from fill to soft limit, and of what the bend takes. The mean has little of the water's loads.
-inline constexpr double astray_time = 0.3;  // s
-inline constexpr double astray_room = 0.18, astray_held = 0.25;
+inline constexpr double astray_time = 0.6;  // s
+inline constexpr double astray_room = 0.2, astray_held = 0.25;
 
 /// Two readings of a trusted sensor in a row above the hard limit release a joint, and this many of any sensor.
 inline constexpr int hard_trusted = 2, hard_any = 5;
@@ -195,7 +195,7 @@ struct SupervisorState {
     Follower<T> servo;  // rad: where the servo is, as long as no load slows it down
     T turned[2];        // rad: its change in the two ticks before
     T astray;           // Pa: how far the sensor reads from what bend and stroke make of the pressure, a mean
-    bool bent;          // the bend sensor is to blame for that
+    bool wrong, bent;   // that is too far, and the pressure sensor is to blame, or the bend sensor
     int hard;           // readings in a row above the hard limit, trusted or not
     bool stopped;       // released by the hard limit
 };

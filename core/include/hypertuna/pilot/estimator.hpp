@@ -381,7 +381,7 @@ template <class T>
 bool watch_depth(const Estimator<T>& model, EstimatorState<T>& state, T reading, T climb, T speed) {
     const T dt = model.attitude.tick;
     const bool moving = T(0.05) < abs(climb) && model.depth_repeat <= abs(state.climbed);
-    const ReadingQuality<T> quality = judge({model.depth_low, model.depth_high, model.depth_step, repeats_slow},
+    const ReadingQuality<T> quality = judge({model.depth_low, model.depth_high, model.depth_step, T(repeats_slow)},
                                             state.depth_health, reading, state.depth_health.last, moving);
     state.climbed = quality.repeated ? state.climbed + climb * dt : T(0);
     if (!quality.repeated)
@@ -408,7 +408,7 @@ bool watch_field(const Estimator<T>& model, EstimatorState<T>& state, const T (&
     bool usable = true;
     for (int k = 0; k < 3; ++k) {
         const T limit = model.attitude.field_high;
-        usable = judge({-limit, limit, limit, repeats_slow}, state.field_health[k], field[k],
+        usable = judge({-limit, limit, limit, T(repeats_slow)}, state.field_health[k], field[k],
                        state.field_health[k].last, moving && model.field_repeat == T(0))
                      .usable &&
                  usable;

@@ -39,7 +39,7 @@ struct PilotStep {
 template <class T>
 PilotState<T> init(const Pilot<T>& pilot, const Mission<T>& mission) {
     PilotState<T> state{};
-    state.controller = init(pilot.controller);
+    begin(pilot.controller, state.controller);
     const T start[2] = {mission.start.x, mission.start.y};
     state.estimator = init(pilot.estimator, start);
     state.guidance = init(pilot.guidance, mission);
