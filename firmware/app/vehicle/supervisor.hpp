@@ -9,6 +9,7 @@ namespace hypertuna::firmware {
 
 inline constexpr float sensor_after = 1.0f;  // s until a depth, or its absence, is believed
 inline constexpr float trim_after = 10.0f;   // s in which a disarmed robot may sink: hands may move it
+inline constexpr float trim_coast = 1.2f;    // mean over present rate of what sinks; what coasts down slows by more
 inline constexpr float stroke_bend = 0.65f;  // of the swing asked: a joint that bends less does not follow
 inline constexpr float stroke_pressure =
     0.25f;  // of the working pressure: a stroke brings more, its end leaves less than twice that
@@ -33,10 +34,10 @@ struct Headway {
     bool begun;
 };
 
-/// The least depth of a robot at rest, and for how long it has been.
+/// The least depth of a robot at rest, taken anew after twice what it may sink, and for how long it has been.
 struct Rest {
     float depth;  // m
-    int ticks;
+    int ticks, since;  // at rest; since it was at that depth
     bool sank;  // in the seconds before, while disarmed
 };
 
@@ -119,15 +120,17 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
     return stroke_beats <= stroke.missing;
 }
 
-/// Whether a robot at rest sinks: from its least depth since it came to rest, or of the last seconds while disarmed.
+/// Whether a robot at rest sinks: from its least depth since it came to rest, or of the last seconds while disarmed. A
+/// neutral robot that was pushed under coasts as deep, but slows all the way.
 inline bool sinks(Rest& rest, const Limits& limits, const SupervisorInput& input, float tick) {
     const Estimate<float>& at = input.at;
     if (!input.still || !at.depths) return rest = {}, false;
     const bool anew = input.state == State::disarmed && trim_after <= float(rest.ticks) * tick;
-    const bool down = limits.sink_depth < at.depth - rest.depth && 0 < rest.ticks;
-    if (rest.ticks == 0 || anew) rest = {at.depth, 0, down};
-    rest.depth = min(rest.depth, at.depth);
-    ++rest.ticks;
+    const float way = at.depth - rest.depth;
+    const bool down = limits.sink_depth < way && way < trim_coast * at.sink * float(rest.since) * tick;
+    if (rest.ticks == 0 || anew) rest = {at.depth, 0, 0, down};
+    if (at.depth < rest.depth || 2 * limits.sink_depth < way) rest.depth = at.depth, rest.since = 0;
+    ++rest.ticks, ++rest.since;
     return down || rest.sank;
 }
 
