@@ -235,7 +235,7 @@ firmware-pc: $(VENV)/.installed-radio ## the same for this machine alone
 
 # The sources of the board's core and libraries are other people's: they lie beside the repository, if at all.
 TEENSY ?= ../shared/teensy/sources.tar.xz
-TEENSY_TEXT := 155000
+TEENSY_TEXT := 150000
 
 firmware-teensy: $(VENV)/.installed-radio ## firmware for a Teensy 4.1 with its real core and libraries, TEENSY=archive; skipped without them
 	@if [ ! -f "$(TEENSY)" ]; then echo 'skipped: firmware-teensy needs the sources of Teensyduino, $(TEENSY)'; \
