@@ -32,8 +32,12 @@ struct BenchBoard {
             bend[j] += 0.3f * (servo - bend[j]);
             put(first_channel("bend") + j, bend[j], 2e-3f);
         }
-        for (int k = 0; k < 2 * robot::description.joints; ++k)
-            put(first_channel("pressure") + k, 6e4f, 500.0f), put(first_channel("current") + k, 0.3f, 0.02f);
+        for (int k = 0; k < 2 * robot::description.joints; ++k) {
+            const float pressed = std::max(0.0f, k % 2 == 0 ? bend[k / 2] : -bend[k / 2]);  // rad toward that side
+            // As of a joint that works, whatever the bend: every stroke fills its side.
+            put(first_channel("pressure") + k, 1.3e5f + std::min(1.2e5f, 2e7f * pressed), 500.0f);
+            put(first_channel("current") + k, 0.3f, 0.02f);
+        }
         for (int k = 0; k < 3; ++k) {
             put(first_channel("rate") + k, rate[k], 2e-3f), put(first_channel("field") + k, field[k], 5e-3f);
             put(first_channel("acceleration") + k, acceleration[k], 0.02f);
