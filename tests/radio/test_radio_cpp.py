@@ -67,6 +67,7 @@ def test_ten_minutes_of_a_bad_channel(bench: RadioBench) -> None:
     repeated or made up. Every frame that arrived whole is found.
     """
     ground, air = Ground(), Air(BAD, seed=11)
+    bench.tick(ground.parameter("snag_distance", 0.0))  # it swims for minutes, and the bench's fixes stay
     armed(bench, ground)
     ticks = int(600 / TICK)
     frames, stream, heard = [], bytearray(), []
@@ -99,7 +100,7 @@ def test_ten_minutes_of_a_bad_channel(bench: RadioBench) -> None:
         assert told.first == pytest.approx(first)
     whole = sum(stream.count(frame) for frame in set(frames))  # the same bytes come again after 256
     assert begun
-    assert told.frames == whole + 1
+    assert told.frames == whole + 2
     assert whole < 0.75 * len(frames)
     assert told.bad > 0
     assert told.replayed > 0
