@@ -113,7 +113,7 @@ def _drive(document: dict[str, Any], actuation: str) -> None:
 
 
 def _current_sensor(document: dict[str, Any], stall: float) -> None:
-    """Let the sensor of the servos' current read a stalled servo [A]: HyperTuna's, scaled where its range ends before."""
+    """Let the sensor of the servos' current read a stalled servo [A]: HyperTuna's, or one scaled to it."""
     sensor = next(sensor for sensor in document["sensors"] if sensor["quantity"] == "current")
     if (ratio := float(f"{STALLED * stall / sensor['high']:.2g}")) > 1:
         scaled = {key: ratio * sensor[key] for key in ("low", "high", "noise", "resolution", "bias")}

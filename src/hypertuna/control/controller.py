@@ -32,6 +32,7 @@ MAP_TERMS, HOLD_TERMS = 6, 4  # of a pump map and of the pressure at rest, core 
 HAMMER_AT = 100e3  # Pa: pressure in a cylinder that hammer is reckoned at
 SMOOTH = 0.15  # hammer of the largest change of a servo's rate within a tick, over the room from fill to soft limit;
 RING = 3.0  # less where the line rings more slowly than within so many ticks,
+SHORT = 1.8  # ticks of a period of a line that pumps do not ring
 RUNG = 0.5  # and hammer counts for up to so much more: it adds to what rings already
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
 # Choices of the posture control, which docs/control.md explains (core posture.hpp)
@@ -88,7 +89,13 @@ def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
 def _no_oil(servo: JointServo) -> dict[str, Any]:
     """Return the constants of a circuit without oil."""
     no = dict.fromkeys(("fill", "map_low", "map_high", "compliance", "line", "hammer", "draw", "smooth"), 0.0)
-    return {**no, "map": np.zeros(MAP_TERMS), "hold": np.zeros(HOLD_TERMS), "servo_speed": servo.speed, "servo_stall": NO_LIMIT}
+    return {
+        **no,
+        "map": np.zeros(MAP_TERMS),
+        "hold": np.zeros(HOLD_TERMS),
+        "servo_speed": servo.speed,
+        "servo_stall": NO_LIMIT,
+    }
 
 
 def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> dict[str, Any]:
@@ -97,10 +104,13 @@ def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> 
     known = {"fill": _fill(robot, c // 2), "map": one.terms, "map_low": one.low, "map_high": one.high}
     flow, tick = _flow(thickest, c), 1 / require_controller(robot).rate
     room = soft_limit(robot) - _fill(robot, c // 2)
-    slower = min(1.0, RING * tick / _ring(hydraulics, c))
+    ticks = _ring(hydraulics, c) / tick
+    slower = min(1.0, RING / ticks)
     flow["hammer"] *= 1.0 + RUNG * (1.0 - slower)
-    flow["draw"] = rounded_number(_suction(robot, hydraulics, c) / flow["hammer"])
-    flow["smooth"] = rounded_number(SMOOTH * slower * room / flow["hammer"])
+    flow["draw"] = flow["smooth"] = NO_LIMIT
+    if SHORT < ticks:
+        flow["draw"] = rounded_number(_suction(robot, hydraulics, c) / flow["hammer"])
+        flow["smooth"] = rounded_number(SMOOTH * slower * room / flow["hammer"])
     return known | _supervisor(robot, hydraulics, c) | flow | {"hold": _hold(robot, hydraulics, c)}
 
 
@@ -335,9 +345,9 @@ def _ring(hydraulics: Circuits, circuit: int) -> float:
 
 
 def _rate_max(robot: Robot, circuit: dict[str, Any]) -> float:
-    """Compute the largest rate of a joint's bend [rad/s], whose oil hammers up to the soft limit or down to a cavity."""
-    push = (soft_limit(robot) - circuit["fill"]) / circuit["hammer"]
-    return rounded_number(min(push, circuit["draw"]) / circuit["map"][0])
+    """Compute the largest rate of a joint's bend [rad/s], whose oil hammers up to the soft limit."""
+    room = soft_limit(robot) - circuit["fill"]
+    return rounded_number(room / (circuit["hammer"] * circuit["map"][0]))
 
 
 def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:

@@ -161,31 +161,35 @@ bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
 }
 
 /// Within a tick: the furthest angle that a circuit's servo may be sent to. Above the soft limit it goes back, and it
-/// turns no faster than what the pressure in the drive units leaves of the limit to its flow. Forward the higher of two
-/// readings counts, backward the lower one: a line that rings, or a spike, would make the pump jerk, and ring more.
+/// turns no faster than what the pressure in the drive units leaves of the limit to its flow. Of a line that rings the
+/// higher of two readings counts forward, and the lower one backward: the pump would jerk, and the line ring more.
 template <class T>
 T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const SupervisorState<T>& circuit = state.circuit[c];
     const T viscosity = state.viscosity.value, line = supervisor.line * viscosity;
-    const T high = max(circuit.pressure, circuit.before), low = min(circuit.pressure, circuit.before);
+    // One reading of a sensor that is doubted may be a spike.
+    const bool doubted = state.pressure[c].bucket != 0 || supervisor.rings();
+    const T low = doubted ? min(circuit.pressure, circuit.before) : circuit.pressure;
+    const T high = supervisor.rings() ? max(circuit.pressure, circuit.before) : low;
     const T bent = model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2]);
     const T least = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
     const T unit = max(supervisor.fill + least, high - line * circuit.servo.change / model.tick);
     const T room = max(T(0), model.pressure_soft - unit);
     const T rate = room / pressure_per_rate(supervisor, state.viscosity.largest) * model.tick;
-    const T change = min(rate, circuit.servo.change + supervisor.smooth * model.tick);
+    const T change = supervisor.rings() ? min(rate, circuit.servo.change + supervisor.smooth * model.tick) : rate;
     const T target = furthest_target(model.servo, circuit.servo, change);
     if (low <= model.pressure_soft) return target;
     return min(target, furthest(supervisor, state.sent[c], low, model.pressure_soft, model.pressure_hard, model.tick));
 }
 
-/// Within a tick: how far back a pump may be sent, smoothly, and so slowly that its cylinder does not run empty: the oil
-/// that fills it again hammers.
+/// Within a tick: how far back a pump may be sent whose line rings: smoothly, and so slowly that its cylinder does not
+/// run empty, for the oil that fills it again hammers.
 template <class T>
 T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const Follower<T>& servo = state.circuit[c].servo;
+    if (!supervisor.rings()) return T(-1e3);
     const T change = max(servo.change - supervisor.smooth * model.tick, -supervisor.draw * model.tick);
     return furthest_target(model.servo, servo, change);
 }

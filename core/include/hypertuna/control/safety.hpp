@@ -150,10 +150,11 @@ ReadingQuality<T> judge(const Plausible<T>& limits, Health<T>& health, T reading
     return {usable && !health.faulty, repeated};
 }
 
-/// Whether a sensor shows the same number for the third time: it may be stuck, long before that counts as a fault.
+/// Whether a sensor shows the same number for the third time, in full motion: it may be stuck, long before that counts
+/// as a fault.
 template <class T>
 bool repeats(const Health<T>& health) {
-    return T(1) < health.repeats;
+    return T(1.9) < health.repeats;
 }
 
 inline constexpr int hold_terms = 4;
@@ -170,6 +171,9 @@ struct SupervisorModel {
     T draw;        // rad/s: largest rate of the servo that draws oil, whose hammer leaves no cavity
     T smooth;      // rad/s: largest change of its rate within a tick, of which the line does not ring
     T hold[hold_terms];  // Pa/rad to Pa/rad^4: by powers of a bend to its side, what holds it at rest, above the fill
+
+    /// Whether its line is so long that a pump that jerks makes it ring.
+    bool rings() const { return smooth < T(1e6); }
 };
 
 /// Pressure that holds a bend at rest, Pa.
