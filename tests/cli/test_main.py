@@ -237,7 +237,11 @@ def test_bad_input_is_one_sentence(
         (KeyboardInterrupt(), 130, "interrupted\n"),
         (OSError(errno.ENOSPC, "No space left on device"), 2, "error: standard output: No space left on device.\n"),
         (OSError(errno.EACCES, "Permission denied", "fish.nc"), 2, "error: fish.nc: Permission denied.\n"),
-        (MemoryError(), 2, "error: there is not enough memory: give the process more, or this command less to do at once.\n"),
+        (
+            MemoryError(),
+            2,
+            "error: there is not enough memory: give the process more, or this command less to do at once.\n",
+        ),
         (BrokenPipeError(), 0, ""),
     ],
     ids=lambda value: type(value).__name__ if isinstance(value, BaseException) else "",

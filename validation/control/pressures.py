@@ -320,21 +320,33 @@ def compute(seeds: list[int], jobs: int) -> None:
             file.flush()
 
 
+def over(line: dict[str, str]) -> float:
+    """Return the largest pressure of a run over its hard limit."""
+    return max(float(line["peak_kpa"]), float(line["unit_kpa"])) / float(line["hard_kpa"])
+
+
 def summary(lines: list[dict[str, str]]) -> dict[str, Any]:
-    """Summarize runs: how high their pressures went, and why those above the limit did."""
-    peaks = np.array([max(float(line["peak_kpa"]), float(line["unit_kpa"])) for line in lines])
-    over = [line for line, peak in zip(lines, peaks, strict=True) if peak > HARD]
+    """Summarize runs: how high their pressures went, why those above the limit did, and what was told."""
+    peaks = np.array([over(line) for line in lines])
+    above = [line for line, peak in zip(lines, peaks, strict=True) if peak > BOUND]
+    wrong = [line for line in lines if line["wrong"]]
     return {
         "runs": len(lines),
-        "bound_kpa": HARD,
-        "above_bound": len(over),
-        "above_hard_limit": int((peaks > LIMIT).sum()),
-        "largest_kpa": float(peaks.max()),
-        "quantiles_kpa": {f"{100 * q:g} %": round(float(np.quantile(peaks, q)), 1) for q in (0.5, 0.9, 0.99, 0.999)},
+        "robots": dict(Counter(line["robot"].split()[0] for line in lines)),
+        "above_bound": len(above),
+        "above_hard_limit": int((peaks > 1).sum()),
+        "largest_over_limit": round(float(peaks.max()), 3),
+        "quantiles_over_limit": {
+            f"{100 * q:g} %": round(float(np.quantile(peaks, q)), 3) for q in (0.5, 0.9, 0.99, 0.999)
+        },
+        "wrong_pressure_sensors": len(wrong),
+        "told_late_or_never": sum(bool(line["late"]) for line in wrong),
+        "of_these_harmful": sum(line["harm"] == "1" for line in wrong),
+        "false_alarms": sum(line["false"] == "1" for line in lines),
         "hard_stops": sum(bool(line["hard_stop_s"]) for line in lines),
         "diverged": sum(line["status"] != "completed" for line in lines),
-        "causes": dict(Counter(cause(line) for line in over).most_common()),
-        "worst": [line["seed"] for line in sorted(over, key=lambda line: -float(line["peak_kpa"]))[:20]],
+        "causes": dict(Counter(cause(line) for line in above).most_common()),
+        "worst": [line["seed"] for line in sorted(above, key=over, reverse=True)[:20]],
     }
 
 
@@ -349,7 +361,7 @@ def main() -> None:
     done = known()
     compute([seed for seed in seeds if seed not in done], options.jobs)
     lines = known()
-    record = {"provenance": provenance(ROBOT), **summary([lines[seed] for seed in seeds])}
+    record = {"provenance": provenance(DEFAULT), **summary([lines[seed] for seed in seeds])}
     RECORD.write_text(json.dumps(record, indent=1) + "\n")
     print(json.dumps(record, indent=1))
 

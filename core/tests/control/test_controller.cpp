@@ -85,7 +85,8 @@ static void sensors_that_are_off_are_told_apart() {
             command.frequency = 0.1, command.amplitude[0] = command.amplitude[1] = 0.1;
             if (i > 300) r.bend[j] += 0.4;
         });
-        CHECK(bent.output.status.has(Condition::bend_fault, j) && !bent.output.status.has(Condition::bend_fault, 1 - j));
+        CHECK(bent.output.status.has(Condition::bend_fault, j) &&
+              !bent.output.status.has(Condition::bend_fault, 1 - j));
         CHECK(!bent.output.status.has(Condition::pressure_fault));
     }
 }

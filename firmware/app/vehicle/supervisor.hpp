@@ -36,9 +36,9 @@ struct Headway {
 
 /// The least depth of a robot at rest, taken anew after twice what it may sink, and for how long it has been.
 struct Rest {
-    float depth;  // m
+    float depth;       // m
     int ticks, since;  // at rest; since it was at that depth
-    bool sank;  // in the seconds before, while disarmed
+    bool sank;         // in the seconds before, while disarmed
 };
 
 /// What was asked of a joint and what it showed within a beat.

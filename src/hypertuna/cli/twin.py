@@ -33,7 +33,8 @@ def twin_command(
             "--fault",
             "Fault of a sensor, CHANNEL:KIND@START or CHANNEL:KIND@START-END with times in s; repeatable. Channels: "
             "bend, pressure and current, each alone or with -JOINT, the last two also with -JOINT-left or "
-            "-JOINT-right; imu; battery. Kinds: stuck, open, spike, nan, drift, shift, clogged. Examples: bend-II:stuck@5, imu:nan@5-8.",
+            "-JOINT-right; imu; battery. Kinds: stuck, open, spike, nan, drift, shift, "
+            "clogged. Examples: bend-II:stuck@5, imu:nan@5-8.",
             "FAULT",
         ),
     ] = None,

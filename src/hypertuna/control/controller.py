@@ -108,7 +108,7 @@ def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> 
     slower = min(1.0, RING / ticks)
     flow["hammer"] *= 1.0 + RUNG * (1.0 - slower)
     flow["draw"] = flow["smooth"] = NO_LIMIT
-    if SHORT < ticks:
+    if ticks > SHORT:
         flow["draw"] = rounded_number(_suction(robot, hydraulics, c) / flow["hammer"])
         flow["smooth"] = rounded_number(SMOOTH * slower * room / flow["hammer"])
     return known | _supervisor(robot, hydraulics, c) | flow | {"hold": _hold(robot, hydraulics, c)}

@@ -104,7 +104,8 @@ def faults(
 ) -> tuple[Fault, ...]:
     """Read sensor faults as the command line spells them: ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END`` in s.
 
-    ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on. Kinds: `KINDS`. Each must start within the duration of the run [s]. Sensors of the pilot can fail only where a pilot reads them.
+    ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on; `KINDS` has the kinds. Each must start within
+    the duration of the run [s]. Sensors of the pilot can fail only where a pilot reads them.
     """
     known = channels(robot, pilot=pilot)
     return tuple(_fault(text, known, duration) for text in fault_texts(spelled))

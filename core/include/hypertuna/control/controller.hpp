@@ -256,8 +256,8 @@ HYPERTUNA_NOINLINE void check_pressures(const Controller<T>& model, ControllerSt
         const T drop = supervisor.line * line * circuit.servo.change;
         if (model.pressure_low <= reading && reading <= model.pressure_high)
             circuit.astray += weight * (off - clamp(off, min(T(0), drop), max(T(0), drop)) - circuit.astray);
-        const T most = T(astray_room) * (model.pressure_soft - supervisor.fill) +
-                       T(astray_held) * abs(rest - supervisor.fill);
+        const T most =
+            T(astray_room) * (model.pressure_soft - supervisor.fill) + T(astray_held) * abs(rest - supervisor.fill);
         const T slipped = side * supervisor.hold[0] * state.slip[j];
         const bool astray = most < abs(circuit.astray);
         circuit.bent = astray && T(0.5) * most < abs(slipped) && (T(0) < slipped) == (circuit.astray < T(0));

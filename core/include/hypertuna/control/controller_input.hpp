@@ -74,7 +74,9 @@ T motion_of(const Controller<T>& model, const ControllerState<T>& state) {
 template <class T>
 void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, T motion,
                 Status& status) {
-    const auto range = [](T low, T high, T part) { return Plausible<T>{low, high, part * (high - low), T(repeats_slow)}; };
+    const auto range = [](T low, T high, T part) {
+        return Plausible<T>{low, high, part * (high - low), T(repeats_slow)};
+    };
     const auto plain = [&](const Plausible<T>& limits, Health<T>& health, T reading) {
         return judge(limits, health, reading, health.last, motion).usable;
     };
@@ -118,8 +120,8 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
     const ReadingQuality<T> quality =
-        judge({model.pressure_low, model.pressure_high, model.pressure_step, T(repeats_fast)}, state.pressure[c], reading,
-              state.pressure[c].last, motion, !circuit.wrong);
+        judge({model.pressure_low, model.pressure_high, model.pressure_step, T(repeats_fast)}, state.pressure[c],
+              reading, state.pressure[c].last, motion, !circuit.wrong);
     Governor<T>& governor = state.governor[c / 2];
     const bool trusted = state.pressure[c].bucket == 0;
     if (quality.usable) {

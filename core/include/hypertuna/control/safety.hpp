@@ -105,8 +105,8 @@ bool is_finite(T x) {
 template <class T>
 struct Plausible {
     T low, high;  // range of the sensor, SI
-    T step;     // largest change within a tick
-    T repeats;  // equal readings in a row that make a fault, of a robot in full motion: more of them where it is slow
+    T step;       // largest change within a tick
+    T repeats;    // equal readings in a row that make a fault, of a robot in full motion: more of them where it is slow
 };
 
 /// The past of one sensor. `bucket` fills where readings are bad and drains where they are good.
@@ -121,7 +121,8 @@ struct Health {
 inline constexpr int bucket_bad = 4;      // a bad reading weighs as much as four good ones
 inline constexpr int bucket_faulty = 20;  // five bad readings in a row, or every fourth of them bad
 inline constexpr int bucket_max = 100;    // a second of good readings at 100 Hz redeems the worst sensor
-inline constexpr float repeats_fast = 6, repeats_slow = 25;  // equal readings: of what moves with each beat, of the rest
+inline constexpr float repeats_fast = 6,
+                       repeats_slow = 25;  // equal readings: of what moves with each beat, of the rest
 
 template <class T>
 struct ReadingQuality {
@@ -162,14 +163,14 @@ inline constexpr int hold_terms = 4;
 /// What the supervisor knows of one circuit.
 template <class T>
 struct SupervisorModel {
-    T speed;       // rad/s of the servo without load, at the rated voltage
-    T stall;       // Pa at which it stalls, at the rated voltage
-    T fill;        // Pa: pressure at rest
-    T compliance;  // rad/Pa: how far the servo turns for a pressure at the soft limit, where the joint is held
-    T line;        // Pa s/rad: drop along the line per rate of the servo, with the thickest oil that flows
-    T hammer;      // Pa s/rad: hammer of the line's oil per rate of the servo
-    T draw;        // rad/s: largest rate of the servo that draws oil, whose hammer leaves no cavity
-    T smooth;      // rad/s: largest change of its rate within a tick, of which the line does not ring
+    T speed;             // rad/s of the servo without load, at the rated voltage
+    T stall;             // Pa at which it stalls, at the rated voltage
+    T fill;              // Pa: pressure at rest
+    T compliance;        // rad/Pa: how far the servo turns for a pressure at the soft limit, where the joint is held
+    T line;              // Pa s/rad: drop along the line per rate of the servo, with the thickest oil that flows
+    T hammer;            // Pa s/rad: hammer of the line's oil per rate of the servo
+    T draw;              // rad/s: largest rate of the servo that draws oil, whose hammer leaves no cavity
+    T smooth;            // rad/s: largest change of its rate within a tick, of which the line does not ring
     T hold[hold_terms];  // Pa/rad to Pa/rad^4: by powers of a bend to its side, what holds it at rest, above the fill
 
     /// Whether its line is so long that a pump that jerks makes it ring.
@@ -183,8 +184,8 @@ T held(const SupervisorModel<T>& model, T bend) {
     return model.fill + (((term[3] * bend + term[2]) * bend + term[1]) * bend + term[0]) * bend;
 }
 
-/// A sensor is astray whose mean over `astray_time` differs from the model's pressure by more than this part of the room
-/// from fill to soft limit, and of what the bend takes. The mean has little of the water's loads.
+/// A sensor is astray whose mean over `astray_time` differs from the model's pressure by more than this part of the
+/// room from fill to soft limit, and of what the bend takes. The mean has little of the water's loads.
 inline constexpr double astray_time = 0.6;  // s
 inline constexpr double astray_room = 0.2, astray_held = 0.25;
 
