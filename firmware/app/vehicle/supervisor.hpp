@@ -95,12 +95,13 @@ inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInp
     return false;
 }
 
-/// Whether a joint with oil does not follow for some beats, although nothing limits it: it bends by much less than was
-/// asked, and a side's pressure does not rise, as without oil, or does not fall, as where its servo stands.
+/// Whether a joint with oil does not follow for some beats: it bends by much less than its pumps were sent to, which is
+/// what the limits leave of what was asked, and a side's pressure does not rise, as without oil, or does not fall, as
+/// where its servo stands.
 inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const SupervisorInput& input, int j) {
     const ControllerState<float>& state = input.controller;
     const bool first = stroke.ticks++ == 0;
-    stroke.asked.add(input.output.set[j], first), stroke.bend.add(input.readings.robot.bend[j], first);
+    stroke.asked.add(state.bend_sent[j], first), stroke.bend.add(input.readings.robot.bend[j], first);
     bool dead = false;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;

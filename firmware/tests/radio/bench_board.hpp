@@ -27,15 +27,15 @@ struct BenchBoard {
             const float counts = (reading + spread * noise(channel)) / c.scale[channel] + c.zero[channel];
             raw.channel[channel].add(std::int32_t(counts + 0.5f));
         };
+        const Controller<float>& controller = sound().pilot.controller;
         for (int j = 0; j < robot::description.joints; ++j) {
             const float servo = pulse[2 * j] == 0.0f ? 0.0f : (pulse[2 * j] - 1500e-6f) / 637e-6f;
-            bend[j] += 0.3f * (servo - bend[j]);
+            bend[j] += 0.3f * (servo / controller.map[2 * j].term[0] - bend[j]);
             put(first_channel("bend") + j, bend[j], 2e-3f);
         }
         for (int k = 0; k < 2 * robot::description.joints; ++k) {
-            const float pressed = std::max(0.0f, k % 2 == 0 ? bend[k / 2] : -bend[k / 2]);  // rad toward that side
-            // As of a joint that works, whatever the bend: every stroke fills its side.
-            put(first_channel("pressure") + k, 1.3e5f + std::min(1.2e5f, 2e7f * pressed), 500.0f);
+            const float toward = k % 2 == 0 ? bend[k / 2] : -bend[k / 2];
+            put(first_channel("pressure") + k, held(controller.circuit[k], toward), 500.0f);
             put(first_channel("current") + k, 0.3f, 0.02f);
         }
         for (int k = 0; k < 3; ++k) {

@@ -55,8 +55,8 @@ inline std::uint32_t word_at(const std::uint8_t* from) {
     return word;
 }
 
-/// Counts of a robot that floats upright at the surface and bends as it is asked, with a little noise so that no sensor
-/// looks stuck.
+/// Counts of a robot that floats upright at the surface and bends as it is asked, under the pressures that hold its
+/// bends, with a little noise so that no sensor looks stuck.
 inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) {
     const Calibration& c = vehicle.model.calibration;
     board.raw = {};
@@ -64,8 +64,12 @@ inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) 
         const float noise = 3.0f * normal<float>(random_bits(5, std::uint64_t(channel), std::uint64_t(tick)));
         board.raw.channel[channel].add(std::int32_t(value / c.scale[channel] + c.zero[channel] + noise));
     };
-    for (int j = 0; j < 2; ++j) show(first_channel("bend") + j, board.limp[j] ? 0 : vehicle.now.output.set[j]);
-    for (int k = 0; k < 4; ++k) show(first_channel("pressure") + k, 60e3f), show(first_channel("current") + k, 0.3f);
+    for (int k = 0; k < 4; ++k) {
+        const float bend = board.limp[k / 2] ? 0 : vehicle.now.output.set[k / 2];
+        if (k % 2 == 0) show(first_channel("bend") + k / 2, bend);
+        show(first_channel("pressure") + k, held(vehicle.model.pilot.controller.circuit[k], k % 2 == 0 ? bend : -bend));
+        show(first_channel("current") + k, 0.3f);
+    }
     for (int k = 0; k < 3; ++k)
         show(first_channel("rate") + k, 0), show(first_channel("acceleration") + k, k == 2 ? 9.81f : 0.0f);
     show(first_channel("voltage"), 15.0f), show(first_channel("depth"), board.depth);
