@@ -69,11 +69,12 @@ def test_the_table_says_the_same(run: Run, short: TwinRun) -> None:
 def test_the_largest_pressure_is_that_of_the_whole_run(run: Run) -> None:
     """A surge above the hard limit, before the last beats: in the table, in JSON and in a sentence."""
     gait = ("--frequency", "1", "--amplitude", "2,2", "--phase", "0,0", "--duration", "4")
-    limits = {"work": "130.5e3", "soft": "131e3", "hard": "132e3"}
+    limits = {"work": "130.1e3", "soft": "130.2e3", "hard": "130.4e3"}
     low = [part for name, limit in limits.items() for part in ("--set", f"controller.pressure_{name}_pa={limit}")]
     told = json.loads(run("twin", "--robot", "hypertuna", *gait, *low, "--json")[1])
     highest = max(circuit["pressure_highest_kpa"] for circuit in told["circuits"])
-    assert highest > max(132, *(circuit["pressure_max_kpa"] for circuit in told["circuits"]))
+    assert highest > 130.4
+    assert highest >= max(circuit["pressure_max_kpa"] for circuit in told["circuits"])
     assert f"The pressure rose to {highest:.0f} kPa" in " ".join(told["status_text"])
 
 

@@ -147,7 +147,7 @@ def test_a_coarse_depth_sensor_ends_no_mission(robot: ht.Robot, noise: float) ->
     assert not healthy.first_reasons
     assert healthy.depth.max() > 2
     stuck = flown(coarse, mission, seed=1, duration=100, faults=["depth:stuck@75"]).record
-    assert [*stuck.first_reasons] == [told]
+    assert next(iter(stuck.first_reasons)) == told
     assert stuck.first_reasons[told] == pytest.approx(75 + after, abs=5)
 
 
