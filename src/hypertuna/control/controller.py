@@ -32,7 +32,7 @@ MAP_TERMS, HOLD_TERMS = 6, 4  # of a pump map and of the pressure at rest, core 
 HAMMER_AT = 100e3  # Pa: pressure in a cylinder that hammer is reckoned at
 SMOOTH = 0.15  # hammer of the largest change of a servo's rate within a tick, over the room from fill to soft limit;
 RING = 3.0  # less where the line rings more slowly than within so many ticks,
-SHORT = 1.8  # ticks of a period of a line that pumps do not ring
+SHORT = 2.0  # ticks of a period of a line that pumps do not ring
 RUNG = 0.5  # and hammer counts for up to so much more: it adds to what rings already
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
 # Choices of the posture control, which docs/control.md explains (core posture.hpp)
