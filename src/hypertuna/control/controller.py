@@ -101,9 +101,10 @@ def _no_oil(servo: JointServo) -> dict[str, Any]:
 def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> dict[str, Any]:
     """Compute the constants of a circuit: pump map and supervisor."""
     one = pump_map(robot, hydraulics, c)
-    known = {"fill": _fill(robot, c // 2), "map": one.terms, "map_low": one.low, "map_high": one.high}
+    fill = _fill(robot, c // 2)
+    known = {"fill": fill, "map": one.terms, "map_low": one.low, "map_high": one.high}
     flow, tick = _flow(thickest, c), 1 / require_controller(robot).rate
-    room = soft_limit(robot) - _fill(robot, c // 2)
+    room = soft_limit(robot) - fill
     ticks = _ring(hydraulics, c) / tick
     slower = min(1.0, RING / ticks)
     flow["hammer"] *= 1.0 + RUNG * (1.0 - slower)
@@ -121,14 +122,13 @@ def _suction(robot: Robot, hydraulics: Circuits, circuit: int) -> float:
 
 def _hold(robot: Robot, hydraulics: Circuits, circuit: int) -> Array:
     """Fit powers of a bend to the pressure that holds it at rest, above the fill [Pa/rad to Pa/rad^4]."""
-    group = robot.joints[circuit // 2]
+    group, fill = robot.joints[circuit // 2], _fill(robot, circuit // 2)
     bend = np.linspace(-1, 1, 201) * _reach(robot, group)
     _, pressure, _ = _side_at_rest(robot, hydraulics, circuit, bend)
     powers = np.stack([bend**power for power in range(1, HOLD_TERMS + 1)], axis=1)
     weight = np.where(abs(bend) <= (group.bend_max or 0.0), 1.0, 0.5)  # beyond, only corrections go
-    fit = np.linalg.lstsq(powers * weight[:, None], weight * (pressure - _fill(robot, circuit // 2)))[0]
-    scale = _fill(robot, circuit // 2)
-    return scale * rounded_parts(np.asarray(fit, dtype=np.float64) / scale)
+    fit = np.linalg.lstsq(powers * weight[:, None], weight * (pressure - fill))[0]
+    return fill * rounded_parts(np.asarray(fit, dtype=np.float64) / fill)
 
 
 def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
