@@ -7,7 +7,7 @@
 using namespace hypertuna;
 
 /// Deep still fresh water.
-static Sea<double> still_sea() { return {1000, {0, 0}, {0, 0}, 1e300, 1e4, {0, 0.5, -0.866}, 101325, {0, 0}, 0}; }
+static Sea<double> still_sea() { return {1000, {0, 0}, {0, 0}, 1e300, 1e4, {0, 0.5, -0.866}, 101325, {0, 0}, 0, {}}; }
 
 /// The body of a Fish in space, somewhat lower in its center of mass than in that of buoyancy.
 template <class Law>

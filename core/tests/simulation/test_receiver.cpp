@@ -91,7 +91,7 @@ static void jumps() {
 
 /// A gust is none or all of its strength at most, changes smoothly, and leaves the deep alone; a tide swings.
 static void weather_by_hand() {
-    const Sea<double> still{1000, {0.1, 0}, {0, 0}, 1e300, 1e4, {0, 0.5, -0.866}, 101325, {0, 0}, 0};
+    const Sea<double> still{1000, {0.1, 0}, {0, 0}, 1e300, 1e4, {0, 0.5, -0.866}, 101325, {0, 0}, 0, {}};
     const Weather<double> weather{{0, 0.2}, 40, {0.3, 0}, 2, 10};
     double least = 1, most = 0, before = wind(weather, 3, 0.0);
     for (int k = 1; k < 100000; ++k) {
