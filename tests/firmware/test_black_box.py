@@ -1,6 +1,8 @@
 """Black box: what the firmware wrote comes back bit by bit, and damage costs no more than the records that it hits."""
 
 import json
+import struct
+import time
 from pathlib import Path
 
 import numpy as np
@@ -144,6 +146,18 @@ def test_what_is_no_box_is_told(tmp_path: Path, content: bytes, sentence: str) -
         read(tmp_path / "box.bin", content)
     with pytest.raises(InputError, match="must be a file, but is missing"):
         read_black_box(tmp_path / "none.bin")
+
+
+@pytest.mark.parametrize("count", [1, 255])
+def test_marks_without_records_are_given_up(tmp_path: Path, count: int) -> None:
+    """Each word was taken for the first of 4,096 records: minutes for a megabyte."""
+    mark = struct.pack("<I", _core.RECORD_MARK | _core.RECORD_TICK << 8 | count)
+    begin = time.process_time()
+    with pytest.raises(InputError, match="box.bin must be a black box: it is damaged in more than 30000 places"):
+        read(tmp_path / "box.bin", head() + tick(0) + mark * 300_000)
+    with pytest.raises(InputError, match="damaged in more than 30000 places"):
+        read(tmp_path / "box.bin", head() + (tick(0) + sealed(9, b"")) * 20_000)
+    assert time.process_time() - begin < 15
 
 
 def test_a_record_of_a_box(fish: ht.Robot, tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, Header, Message, Metadata
 from mcap.stream_reader import StreamReader
 
+from hypertuna.io import mcap
 from hypertuna.io.mcap import MAGIC, McapWriter, Messages, is_radio_log, read_messages
 
 MIB = 1 << 20
@@ -79,6 +80,31 @@ def test_a_file_unpacks_to_thirty_times_its_size_and_four_mebibytes(tmp_path: Pa
         messages = read(path, *sizes, stated=stated)
         assert messages.chunks == 1
         assert ("unpacks to much more than a log" in messages.fault) is refused
+
+
+def test_a_long_log_is_read_up_to_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Honest logs of hours, too: it is told that they are longer, not that they are damaged."""
+    for name, value in (("MOST", 2500), ("MESSAGES", 2)):
+        with monkeypatch.context() as patch:
+            patch.setattr(mcap, name, value)
+            messages = read(tmp_path / "a.mcap", 1000, 1000, 1000)
+        assert messages.chunks == 2
+        assert messages.fault.startswith("longer than is read at once")
+    assert read(tmp_path / "a.mcap", 1000, 1000, 1000).chunks == 3
+
+
+def test_other_records_than_chunks_are_bounded(tmp_path: Path) -> None:
+    """Each of 400,000 parts of metadata, or entries of an index: minutes and gigabytes, if the file is of them."""
+    builder = RecordBuilder()
+    Header(profile="hypertuna", library="").write(builder)
+    Metadata(name="hypertuna", metadata={"record": "x" * (mcap.HEADER + 1)}).write(builder)
+    (path := tmp_path / "a.mcap").write_bytes(MAGIC + builder.end())
+    assert read_messages(path).metadata is None
+    Header(profile="hypertuna", library="").write(builder)
+    Metadata(name="other", metadata={f"{k}": "" for k in range(50_000)}).write(builder)
+    record = builder.end()
+    path.write_bytes(MAGIC + record * (mcap.OTHERS // len(record) + 20))
+    assert read_messages(path).fault == "damaged (ValueError)"
 
 
 def test_another_file_is_refused(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Damage to the content of a file, by a seed: texts, tables and binary files."""
 
+import gzip
 import random
 import re
 from collections.abc import Callable
@@ -41,7 +42,8 @@ def of_structure(content: bytes, chance: random.Random) -> bytes:
     text = content.decode(errors="surrogateescape")
     for _ in range(chance.choice((1, 1, 2))):
         text = chance.choice(STRUCTURE)(text, chance)
-    return text.encode(chance.choice(("utf-8",) * 20 + ("utf-16", "utf-8-sig", "utf-32")), errors="replace")
+    made = text.encode(chance.choice(("utf-8",) * 20 + ("utf-16", "utf-8-sig", "utf-32")), errors="replace")
+    return gzip.compress(gzip.compress(made, 1, mtime=0), 1, mtime=0) if chance.random() < 0.01 else made
 
 
 def of_bytes(content: bytes, chance: random.Random) -> bytes:
@@ -198,7 +200,49 @@ def _grown(text: str, chance: random.Random) -> str:
     )
 
 
+def _open(text: str, chance: random.Random) -> str:
+    """Open texts that nothing closes, or escape each of their ends."""
+    triple = '"' * 3
+    piece = chance.choice(("\\" + triple + "\n", '\\"', "'" * 3 + "\n", '"\\\n', "'", triple, "#", '","', "\\\n", '""'))
+    at = chance.randrange(len(text) + 1)
+    begin = chance.choice(("", triple + "\n", "a = " + triple, "'" * 3))
+    return text[:at] + begin + piece * chance.choice((1, 100, 20_000)) + text[at:]
+
+
+def _ends(text: str, chance: random.Random) -> str:
+    """End lines in another way, all of them or one."""
+    end = chance.choice(("\r\n", "\r", "\n\r", "\x85", "\u2028", "\x0b", "\x1e", "\n\n", "\n\0", "\n\ufeff"))
+    return text.replace("\n", end) if chance.random() < 0.5 else text.replace("\n", end, 1)
+
+
+def _numeral(text: str, chance: random.Random) -> str:
+    """Write a number as other programs do: with underscores, in other scripts, without a value, below the smallest."""
+    places = list(NUMBER.finditer(text))
+    if not places:
+        return text
+    at = chance.choice(places)
+    return text[: at.start()] + chance.choice(NUMERALS) + text[at.end() :]
+
+
+def _again(text: str, chance: random.Random) -> str:
+    """Give a key again beside itself, with a value of another kind, or in the other case."""
+    keys = list(re.finditer(r"[\"']?\w+[\"']?\s*[:=]", text))
+    if not keys:
+        return text
+    at = chance.choice(keys)
+    key = at[0].swapcase() if chance.random() < 0.3 else at[0]
+    value = chance.choice(("1", '"x"', "[]", "null", "{}", "1e400"))
+    return text[: at.start()] + key + value + chance.choice((",", "\n", ", ")) + text[at.start() :]
+
+
 LONG = "x" * 100_000
-STRUCTURE: tuple[TextDamage, ...] = (_extreme, _extreme, _extreme, _dotted, _grown)
+NUMERALS = (
+    *("1e-400", "-1e-400", "-0.0", "1_000", "1_0.5", "+5", "1e5e5", "0x1p3", "0b1", "1,5", "1.", ".5", "5e", "1 000"),
+    *("\u0663", "\uff11\uff12", "\u00bd", "\u221e", "\u2212 1", "1\u202e2", "infinity", "-nan", "1e+0000000000001"),
+)
+STRUCTURE: tuple[TextDamage, ...] = (
+    *(_extreme, _extreme, _extreme, _dotted, _grown),
+    *(_open, _ends, _numeral, _again),
+)
 TEXT: tuple[TextDamage, ...] = (_number, _number, _number, _number, _line, _sign, _word, _name, _end)
 TABLE: tuple[TextDamage, ...] = (_cell, _cell, _column)

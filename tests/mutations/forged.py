@@ -105,6 +105,8 @@ def of_log(content: bytes, chance: random.Random) -> bytes:
             data = {key: _text(value, chance, 0.5 if meta else 0.0) for key, value in record.metadata.items()}
             if meta and chance.random() < 0.1:
                 data["robot_file"] = chance.choice(("/dev/zero", "/etc/passwd", "../../x.toml"))
+            if meta and chance.random() < 0.1:
+                data |= {f"{k}": LONG for k in range(chance.choice((5, 12)))}
             writer.add_metadata(record.name, data)
         elif isinstance(record, Message):
             time, data = record.log_time, record.data
@@ -125,6 +127,22 @@ def _text(text: str, chance: random.Random, often: float) -> str:
     if chance.random() >= often or not text:
         return text
     return chance.choice((of_text, of_structure))(text.encode(), chance).decode(errors="replace")
+
+
+def of_xml(content: bytes, chance: random.Random) -> bytes:
+    """Put before XML what other readers follow: entities that grow, files and addresses, encodings."""
+    named = "".join(f'<!ENTITY a{k + 1} "{f"&a{k};" * 10}">' for k in range(9))
+    entity = chance.choice((
+        f'<!DOCTYPE x [<!ENTITY a0 "x">{named}]>', '<!DOCTYPE x SYSTEM "file:///dev/zero">', "<!DOCTYPE x>",
+        '<!DOCTYPE x [<!ENTITY % p SYSTEM "file:///dev/zero"> %p;]>',
+        '<!DOCTYPE x [<!ENTITY a9 SYSTEM "/etc/passwd">]>',
+        '<?xml-stylesheet href="/dev/zero"?>', "<!--" + "-" * 1000, "<![CDATA[" * 1000, f"<a {'x' * 10**6}='1'/>",
+    ))  # fmt: skip
+    name = chance.choice(("utf-7", "utf-16", "idna", "cp037", "hex", "rot13", "x" * 1000, "utf-8", "ascii", "\u202e"))
+    body = content.partition(b"?>")[2] or content
+    if chance.random() < 0.5:
+        body = body.replace(b">", b">&a9;", chance.choice((1, -1)))
+    return f'<?xml version="1.0" encoding="{name}"?>{entity}'.encode() + body
 
 
 # --- black boxes and journals
@@ -149,6 +167,10 @@ def of_box(content: bytes, chance: random.Random) -> bytes:
             kind = chance.choice((kind, kind, kind, chance.getrandbits(8)))
         parts += [sealed(kind, body)] * chance.choice((1,) * 50 + (0, 2, 40))
         at += width
+    if chance.random() < 0.2:  # what costs time for each word, or for each record
+        mark = content[2:4].rjust(4, bytes([chance.choice((0, 1, 255)), content[1]]))
+        piece = chance.choice((mark[-4:], sealed(9, b"") + sealed(10, b""), sealed(chance.getrandbits(8), bytes(1000))))
+        parts.insert(chance.randrange(len(parts)), piece * chance.choice((10, 1000, 50_000)))
     return b"".join(parts)
 
 
@@ -171,6 +193,8 @@ def of_journal(content: bytes, chance: random.Random) -> bytes:
             body = chance.choice((of_text, of_structure))(body, chance).replace(b"\n", b" ").rstrip() + b"\n"
         total = zlib.crc32(body, total)
         lines.append(body[:-2] + b', "crc32": "%08x"}\n' % total)
+    if chance.random() < 0.1:
+        lines.append(chance.choice((b"\n", b"a\n", b"{}\n", b"\r", b"[" * 30)) * chance.choice((1, 1000, 2_000_000)))
     return b"".join(lines)
 
 
@@ -192,14 +216,46 @@ def _bomb() -> bytes:
     return out.getvalue()
 
 
+@functools.cache
+def _lying(size: int) -> bytes:
+    """Return an archive of a file of 300 MB of zeros, which says that it has another size."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("weight0.npy", bytes(300_000_000))
+    whole, true = bytearray(out.getvalue()), struct.pack("<I", 300_000_000)
+    for at in (whole.find(true), whole.rfind(true)):
+        whole[at : at + 4] = struct.pack("<I", size)
+    return bytes(whole)
+
+
+@functools.cache
+def _directory(count: int) -> bytes:
+    """Return an archive that is a list of files without them."""
+    name = b"weight0.npy"
+    entry = b"PK\1\2" + bytes(24) + struct.pack("<H", len(name)) + bytes(16) + name
+    return (
+        entry * count
+        + b"PK\5\6"
+        + struct.pack("<HHHHIIH", 0, 0, count % 2**16, count % 2**16, count * len(entry), 0, 0)
+    )
+
+
 def of_npz(content: bytes, chance: random.Random) -> bytes:
     """Change arrays of an archive: types, shapes, headers, what is pickled, what is there twice, bombs."""
     members = dict(_members(content))
     name = chance.choice([*members])
     array = np.load(io.BytesIO(members[name]))
-    kind = chance.randrange(9)
+    kind = chance.randrange(12)
     if kind == 0:
         return _bomb()
+    if kind == 9:
+        return _lying(chance.choice((0, 1, 100, 2**31, 2**32 - 1)))
+    if kind == 10:
+        return chance.choice((_directory(10), _directory(100_000), content + b"x" * 30, content + content))
+    if kind == 11:
+        name = chance.choice(("step", "task", "weight0"))
+        shape = chance.choice(((), (1,), (0,), (1000, 30_000)))
+        members[name] = _npy(np.zeros(shape, chance.choice(("i1", "?", "f8"))))
     if kind == 1:
         members[name] = _npy(np.array([{"a": 1}, ht], dtype=object)[:1])
     elif kind == 2:
@@ -252,11 +308,16 @@ def shards() -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "a.shards"
         ht.sweep_shards("hypertuna", [GAIT] * 5, place, size=2, command="hypertuna sweep -o a.shards")
-        out = io.BytesIO()
-        with zipfile.ZipFile(out, "w") as archive:
-            for file in sorted(place.iterdir()):
-                archive.write(file, file.name)
-        return out.getvalue()
+        return packed(place)
+
+
+def packed(folder: Path) -> bytes:
+    """Return the files of a folder as an archive."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for file in sorted(folder.iterdir()):
+            archive.write(file, file.name)
+    return out.getvalue()
 
 
 GAIT = ht.Gait.from_degrees(frequency=2, amplitude=(10, 15), phase=(0, 40))
@@ -287,9 +348,14 @@ def of_shards(content: bytes, chance: random.Random) -> bytes:
     name = chance.choice([file for file in files if file.endswith(".zip")])
     members = dict(_members(files[name]))
     inner = chance.choice([*members])
-    kind = chance.randrange(6)
+    kind = chance.randrange(8)
     if kind == 0:
         del members[inner]
+    elif kind == 6:
+        files[name] = chance.choice((_directory(100_000), _lying(100), files[name] + b"x"))
+        return _zipped(files, chance, method=zipfile.ZIP_STORED)
+    elif kind == 7:
+        members["zarr.json"] = members["zarr.json"][:-1] + b', "a": [' + b"[]," * chance.choice((1, 400_000)) + b"1]}"
     elif kind == 1 and inner.endswith("json"):
         members[inner] = chance.choice((of_text, of_structure))(members[inner], chance)
     elif kind == 2 and inner.endswith("json"):

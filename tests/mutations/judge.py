@@ -55,33 +55,52 @@ def limited(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
+@dataclass
+class Watch:
+    """What came of a piece of code."""
+
+    problem: str = ""  # what no user should meet, empty if there is nothing
+    seconds: float = 0.0  # of processor
+    raised: BaseException | None = None  # of those that are right
+
+
+@contextlib.contextmanager
+def watched(*right: type[BaseException], longest: float = LONGEST, hangs: float) -> Iterator[Watch]:
+    """Tell what code takes and raises: all but the `right` exceptions are tracebacks for the user."""
+    watch, begin = Watch(), time.process_time()
+    try:
+        with limited(hangs):
+            yield watch
+    except right as error:
+        watch.raised = error
+    except TimeoutError:
+        watch.problem = "hangs"
+    except BaseException as error:
+        watch.problem = f"{type(error).__name__}: {error}"[:300]
+    watch.seconds = time.process_time() - begin
+    if watch.seconds > longest:
+        watch.problem = watch.problem or f"takes {watch.seconds:.0f} s of processor"
+
+
 def answer(command: str, folder: Path, *, longest: float = LONGEST) -> Answer:
     """Run a command in a folder, in this process, as a user's shell does."""
     from hypertuna.cli.main import main
 
-    output, errors, code, problem = io.StringIO(), io.StringIO(), 0, ""
-    begin = time.process_time()
+    output, errors = io.StringIO(), io.StringIO()
     with (
         contextlib.chdir(folder),
         mock.patch.dict(os.environ, {"COLUMNS": "80", "NO_COLOR": "1"}),
         mock.patch.object(sys, "argv", ["hypertuna", *shlex.split(command)]),
         contextlib.redirect_stdout(output),
         contextlib.redirect_stderr(errors),
+        watched(SystemExit, longest=longest, hangs=30 * longest) as watch,
     ):
-        try:
-            with limited(30 * longest):
-                main()
-        except SystemExit as exit_:
-            code = exit_.code if isinstance(exit_.code, int) else 0
-        except TimeoutError:
-            problem = "hangs"
-        except BaseException as error:  # all of them are traceback for the user
-            problem = f"{type(error).__name__}: {error}"[:300]
-    seconds = time.process_time() - begin
-    if seconds > longest:
-        problem = problem or f"takes {seconds:.0f} s of processor"
+        main()
+    exit_ = getattr(watch.raised, "code", 0)
+    code = exit_ if isinstance(exit_, int) else 0
     text, told = output.getvalue(), errors.getvalue()
-    return Answer(code, text, told, seconds, problem or _problem(command, code, text, told) or _empty_file(folder))
+    problem = watch.problem or _problem(command, code, text, told) or _empty_file(folder)
+    return Answer(code, text, told, watch.seconds, problem)
 
 
 def _problem(command: str, code: int, output: str, errors: str) -> str:

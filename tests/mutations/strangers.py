@@ -9,7 +9,6 @@ import json
 import os
 import random
 import tempfile
-import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,11 +20,10 @@ from hypertuna.errors import DamageWarning, InputError
 from mutations import forged
 from mutations.cases import CALIBRATION, EXAMPLES, MARKERS, PLACES, ROBOTS, ROOT, RUNS, TANK, TENSILE, Reaction
 from mutations.damage import Damage, of_bytes, of_structure, of_table, of_text
-from mutations.judge import LONGEST, limited
+from mutations.judge import CONTROL, LONGEST_ERROR, watched
 
 HANGS = 60.0  # s by the clock, of a machine that others use as well
 SPECIAL = 0.01  # of the paths are of no regular file
-RIGHT = (InputError,)  # what a reader may raise
 
 
 @dataclass(frozen=True)
@@ -52,22 +50,18 @@ def judged(reader: Reader, seed: int) -> Reaction:
             content = chance.choice(reader.damages)(whole(reader), chance)
             path.parent.mkdir(exist_ok=True)
             path.write_bytes(content)
-        problem, accepted, begin = "", False, time.process_time()
-        try:
-            with limited(HANGS), warnings.catch_warnings(action="error"):
-                warnings.simplefilter("ignore", DamageWarning)
-                reader.read(path)
-                accepted = True
-        except RIGHT as error:
-            problem = "a sentence of several lines" if len(str(error)) > 8000 else ""
-        except TimeoutError:
-            problem = "hangs"
-        except BaseException as error:  # all of them are tracebacks for the user
-            problem = f"{type(error).__name__}: {error}"[:300]
-        spent = time.process_time() - begin
-    if spent > LONGEST:
-        problem = problem or f"takes {spent:.0f} s of processor"
-    return Reaction((problem,) if problem else (), accepted, spent)
+        with warnings.catch_warnings(action="error"), watched(InputError, hangs=HANGS) as watch:
+            warnings.simplefilter("ignore", DamageWarning)
+            reader.read(path)
+        sentence = "" if watch.raised is None else str(watch.raised)
+        sign = CONTROL.search(sentence)
+        problems = (
+            watch.problem,
+            f"a sentence of {len(sentence)} characters" if len(sentence) > LONGEST_ERROR else "",
+            f"the control character {sign[0]!r} in a sentence" if sign else "",
+        )
+    accepted = watch.raised is None and not watch.problem
+    return Reaction(tuple(filter(None, problems)), accepted, watch.seconds)
 
 
 @functools.cache
@@ -78,7 +72,7 @@ def whole(reader: Reader) -> bytes:
 
 def special(path: Path, chance: random.Random) -> None:
     """Put something at a path that is no regular file."""
-    kind = chance.randrange(5)
+    kind = chance.randrange(6)
     path.parent.mkdir(exist_ok=True)
     if kind == 0:
         os.mkfifo(path)
@@ -91,6 +85,9 @@ def special(path: Path, chance: random.Random) -> None:
     elif kind == 4:
         with path.open("wb") as file:
             file.truncate(1 << 40)  # a hole
+    elif kind == 5:
+        path.write_bytes(b"x")
+        path.chmod(chance.choice((0, 0o200)))
 
 
 @functools.cache
@@ -150,7 +147,11 @@ def _journal(path: Path) -> Any:
 
 
 def _merged(path: Path) -> Any:
+    from hypertuna.parallel.shards import open_shards, write_merged
+
     forged.unpack(path)
+    for name in ("out.csv", "out.nc"):
+        write_merged(open_shards(path.parent), path.parent.parent / name, lambda *_: None)
     return ht.merge_shards(path.parent)
 
 
@@ -214,7 +215,10 @@ READERS = (
     _toml("mission", ROOT / "missions/lake.toml", ht.read_mission),
     _toml("manifest", TANK / "tank.toml", _manifest),
     _toml("swimmer", ROOT / "data/swimmers/bistable-swimmer.toml", _swimmer),
-    *(Reader(f"plan {form}", text.encode().strip, _plan, TEXTS) for form, text in forged.PLANS.items()),
+    *(
+        Reader(f"plan {form}", text.encode().strip, _plan, (*TEXTS, forged.of_xml) if text[0] == "<" else TEXTS)
+        for form, text in forged.PLANS.items()
+    ),
     Reader(
         "steady runs",
         RUNS.encode().strip,

@@ -26,6 +26,7 @@ from hypothesis import strategies as st
 import hypertuna as ht
 from cf_checker import same_files
 from hypertuna import _core
+from hypertuna.io.door import archived
 from hypertuna.parallel.checks import checksum
 from hypertuna.parallel.layout import NO_LAYOUT
 from hypertuna.parallel.shards import AGAIN, LARGEST, Shards, open_shards, shard_size
@@ -290,6 +291,36 @@ def test_a_piece_that_is_missing_short_or_changed_is_told(made: Path) -> None:
             assert ht.merge_shards(made).identical(whole)
 
 
+def test_what_is_checked_of_a_shard_is_what_is_read(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file that is exchanged after it was opened: Zarr opened it again, and would read the other."""
+    path, whole = made / "shard-000001.zarr.zip", ht.merge_shards(made)
+    sound = path.read_bytes()
+    rewritten(path, c=zipfile.ZipFile(path).read("speed/c/0")[::-1])
+    other = path.read_bytes()
+    path.write_bytes(sound)
+    turn = iter((False, True))  # the second shard
+
+    def exchanged(*arguments: Any, **options: Any) -> Any:
+        archive = archived(*arguments, **options)
+        if next(turn, False):
+            (made / "other").write_bytes(other)
+            (made / "other").replace(path)
+        return archive
+
+    monkeypatch.setattr("hypertuna.parallel.checks.archived", exchanged)
+    assert ht.merge_shards(made).identical(whole)
+    monkeypatch.undo()
+    assert not ht.merge_shards(made).identical(whole)
+
+
+def test_large_metadata_of_a_shard_is_told(made: Path) -> None:
+    path = made / "shard-000001.zarr.zip"
+    about = zipfile.ZipFile(path).read("speed/zarr.json")
+    rewritten(path, about=about + b" " * 1_000_000)
+    with pytest.raises(ht.InputError, match=r"shard-000001.zarr.zip is damaged \(its metadata is too large\)"):
+        ht.merge_shards(made)
+
+
 def test_a_killed_run_resumes_to_the_same_bits(tmp_path: Path) -> None:
     folder = tmp_path / "a.shards"
     options = ("--robot", "hypertuna", "--frequency", "1:4:200", "--amplitude", "8,12", "--phase", "0,0:90:30")
@@ -319,7 +350,7 @@ def test_a_killed_run_resumes_to_the_same_bits(tmp_path: Path) -> None:
             "--plot cannot be combined with a folder of shards, but is p.svg",
         ),
         (("-o", "a.zarr"), "--output must end in .nc, .csv or .shards, but is 'a.zarr': write a.nc."),
-        (("--shard-size", "0", "-o", "a.shards"), "--shard-size must be from 1 to 10000000, but is 0"),
+        (("--shard-size", "0", "-o", "a.shards"), "--shard-size must be from 1 to 1000000, but is 0"),
     ],
 )
 def test_what_shards_cannot_do_is_refused(

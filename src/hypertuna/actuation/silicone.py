@@ -14,8 +14,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
-from hypertuna.io.door import read_text
-from hypertuna.io.tables import parse_float
+from hypertuna.io.tables import parse_float, read_lines
 from hypertuna.ranges import CELL, POSITIVE
 
 UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus
@@ -78,7 +77,7 @@ class TensileFit:
 
 def read_tensile(path: str | Path) -> TensileTest:
     """Read a tensile test from a CSV file; errors name file and line."""
-    file, lines = str(path), read_text(path, "csv").splitlines()
+    file, lines = str(path), read_lines(path)
     head, columns, (percent, scale), true = _columns(lines, file)
     mark = ";" if ";" in lines[head] else ","
     rows, omitted = [], 0

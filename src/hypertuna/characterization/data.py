@@ -13,6 +13,7 @@ from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.door import RUNS
 from hypertuna.io.tables import parse_float, read_table
 from hypertuna.ranges import CELL, NOT_NEGATIVE, POSITIVE, Range, check_choice
 from hypertuna.trials.radio_log import BenchRow, bench_rows
@@ -121,7 +122,7 @@ def _read(path: str | Path, robot: Robot) -> list[BenchRow]:
     """Read one file: CSV, or a radio log."""
     if Path(path).suffix.lower() == ".mcap":
         return bench_rows(path, robot)
-    table = read_table(path)
+    table = read_table(path, RUNS)
     table.keys({c: c for c in COLUMNS}, {c: c for c in REQUIRED}, fix=f"add it; columns are {', '.join(COLUMNS)}")
     if not set(table.head) & {FORCE, *(one.column for one in KINDS.values())}:
         rule = "must have a column of what was measured"

@@ -28,7 +28,8 @@ Ticks = NDArray[Any]
 WORD, SECTOR = 4, 512  # bytes: of a word, of a sector of the card
 HEAD = 3  # words of the first record of a boot
 FRAME = 2  # further words of a record: mark, checksum
-BLOCK = 4096  # records checked at a time
+BLOCKS = (1, 16, 256, 4096)  # records checked at a time: more after good ones
+PIECES = 30_000  # of good records or strange bytes, after which a file is given up
 HUGE = 1e12  # a number beyond it, or not finite, is none that the firmware records
 MARK = (_core.RECORD_MARK >> 16).to_bytes(2, "little")  # upper half of the first word
 
@@ -83,7 +84,7 @@ def read_black_box(path: str | Path, report: Callable[[int, int], None] | None =
     content = _written(read_bytes(path, "box"))
     boots: list[_Boot] = []
     first = b""  # bytes before the first record
-    for piece in _pieces(content, report):
+    for piece in _pieces(content, file, report):
         if isinstance(piece, bytes):
             if boots:
                 boots[-1].skip(piece)
@@ -112,10 +113,13 @@ def _written(content: bytes) -> bytes:
     return content
 
 
-def _pieces(content: bytes, report: Callable[[int, int], None] | None) -> Iterator[Ticks | bytes]:
+def _pieces(content: bytes, file: str, report: Callable[[int, int], None] | None) -> Iterator[Ticks | bytes]:
     """Yield consecutive complete records of one kind as a table of words, and bytes between them as bytes."""
-    at = begin = 0
+    at = begin = tried = 0
     while at < len(content):
+        if (tried := tried + 1) > PIECES:
+            rule = f"must be a black box: it is damaged in more than {PIECES} places"
+            raise InputError(rule, file=file, fix="copy it from the card again")
         if (table := _table(content, at)) is None:
             after = content.find(MARK, at + 3)  # the next record begins at the next byte at the earliest
             at = len(content) if after < 0 else after - 2
@@ -133,12 +137,16 @@ def _table(content: bytes, at: int) -> Ticks | None:
     """Return the complete records of one kind that begin at a position; None if there are none."""
     mark = int.from_bytes(content[at : at + WORD], "little")
     width = (mark & 0xFF) + FRAME
-    count = min(BLOCK, (len(content) - at) // (WORD * width))
-    if mark >> 16 != _core.RECORD_MARK >> 16 or not count:
+    most = (len(content) - at) // (WORD * width)
+    if mark >> 16 != _core.RECORD_MARK >> 16 or not most:
         return None
-    table = np.frombuffer(content, "<u4", count * width, at).reshape(count, width)
-    sums = np.cumsum(table[:, :-1], axis=1, dtype=np.uint32).sum(axis=1, dtype=np.uint32)
-    good = (table[:, 0] == mark) & (table[:, -1] == sums)
+    for block in BLOCKS:
+        count = min(block, most)
+        table = np.frombuffer(content, "<u4", count * width, at).reshape(count, width)
+        sums = np.cumsum(table[:, :-1], axis=1, dtype=np.uint32).sum(axis=1, dtype=np.uint32)
+        good = (table[:, 0] == mark) & (table[:, -1] == sums)
+        if not good.all():
+            break
     return table[: count if good.all() else int(np.argmin(good))] if good[0] else None
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from hypertuna.errors import DamageWarning, InputError, shown
-from hypertuna.io.door import check_regular, parse_json, read_bytes
+from hypertuna.io.door import check_regular, check_room, parse_json, read_bytes
 from hypertuna.io.files import Closing, unwritable
 
 MARK = "hypertuna journal"
@@ -28,7 +28,7 @@ SUM = re.compile(rb', "crc32": "([0-9a-f]{8})"}\n')  # end of a line
 
 def read_header(path: str | Path) -> dict[str, Any]:
     """Return the header of a journal."""
-    return _header(str(path), read_bytes(path, "journal").splitlines(keepends=True))[0]
+    return _header(str(path), _first(read_bytes(path, "journal")))[0]
 
 
 class Journal(Closing):
@@ -116,18 +116,23 @@ class Journal(Closing):
             file.seek(0)
             self._write(file, head)
             content = first
-        lines = content[: content.rfind(b"\n") + 1].splitlines(keepends=True)
-        there, self._sum = _header(str(self._path), lines)
+        line = _first(content)
+        there, self._sum = _header(str(self._path), line)
         check_same_header(str(self._path), there, header, ANOTHER)
+        try:
+            check_room(content)
+        except ValueError as error:
+            raise InputError(f"has {error}", file=str(self._path), fix=ANOTHER) from None
         records: list[dict[str, Any]] = []
-        for line in lines[1:]:
+        stream, whole = io.BytesIO(content), len(line)
+        stream.seek(whole)
+        while (line := stream.readline()).endswith(b"\n"):
             record, checksum = _checked(line, self._sum)
             if record is None:
-                self._tell_damage(len(records), len(lines) - 2 - len(records), measured)
+                self._tell_damage(len(records), content.count(b"\n", whole) - 1, measured)
                 break
             records.append(record)
-            self._sum = checksum
-        whole = sum(map(len, lines[: 1 + len(records)]))
+            self._sum, whole = checksum, whole + len(line)
         if whole < len(content):
             file.truncate(whole)
         file.seek(0, os.SEEK_END)
@@ -201,17 +206,22 @@ def _checked(line: bytes, before: int) -> tuple[dict[str, Any] | None, int]:
     return (record, checksum) if isinstance(record, dict) else (None, before)
 
 
-def _header(file: str, lines: list[bytes]) -> tuple[dict[str, Any], int]:
+def _first(content: bytes) -> bytes:
+    """Return the first whole line."""
+    return content[: content.find(b"\n") + 1]
+
+
+def _header(file: str, line: bytes) -> tuple[dict[str, Any], int]:
     """Return the header of the first line, and its checksum."""
     try:
-        header = parse_json(lines[0]) if lines else None
+        header = parse_json(line) if line else None
     except ValueError:
         header = None
     if not isinstance(header, dict) or header.get("journal") != MARK or not isinstance(header.get("options", {}), dict):
         raise InputError("must be a journal of hypertuna", file=file, fix="give another file")
     if "crc32" not in header:
         raise InputError("must be a journal with checksums, which earlier versions lack", file=file, fix=ANOTHER)
-    checked, checksum = _checked(lines[0], 0)
+    checked, checksum = _checked(line, 0)
     if checked is None:
         raise InputError("is damaged", file=f"{file}:1", fix=ANOTHER)
     del checked["journal"]

@@ -38,34 +38,41 @@ class Kind(NamedTuple):
 # The largest size of each kind, and why: what honest files need, and what a gigabyte of memory can read.
 KINDS = {
     "toml": Kind("a TOML file", MB),  # HyperTuna's own has 30 kB, a manifest of 1,000 recordings 300 kB
-    "csv": Kind("a CSV file", 64 * MB),  # an hour of 12 markers at 60 Hz has 40 MB
-    "plan": Kind("a plan", 10 * MB, "give a .plan, .waypoints, .gpx or .kml file"),  # 1,000 waypoints have 0.5 MB
-    "log": Kind("an MCAP file", 256 * MB, "give the path of a .mcap file"),  # 20 hours of a mission
+    "csv": Kind("a CSV file", 64 * MB),  # half an hour of 12 markers at 60 Hz has 20 MB
+    "plan": Kind("a plan", 5 * MB, "give a .plan, .waypoints, .gpx or .kml file"),  # 1,000 waypoints have 0.5 MB
+    "log": Kind("an MCAP file", 256 * MB, "give the path of a .mcap file"),  # of which 40 minutes are read
     "box": Kind("a black box", 128 * MB, "give the path of a .bin file from the robot's card"),  # 4 hours of ticks
     "journal": Kind("a journal", 64 * MB),  # a record of a search has 1 kB
     "manifest": Kind("a manifest of shards", 64 * MB),  # has the labels of all results
-    "shard": Kind("a shard", 4000 * MB),  # not compressed: read only as far as its manifest says
+    "shard": Kind("a shard", 256 * MB),  # a million gaits have 200 MB
     "policy": Kind("a policy", 16 * MB, "give the .npz file that examples/learning/train_goto.py writes"),
     "header": Kind("a C++ header", MB),  # HyperTuna's has 20 kB
     "key": Kind("a key", 1000, "make one: openssl rand -out key 32"),
     "scheduler": Kind("a scheduler file of Dask", MB),
-    "state": Kind("a stored state", 1000 * MB, "remove the folder to start over"),  # of the finest mesh
-    "surface": Kind("a surface", 1000 * MB, "remove the folder and run `hypertuna fe bend` again"),
-    "stored": Kind("a stored result", 100 * MB),  # by another program of this package
+    "state": Kind("a stored state", 250 * MB, "remove the folder to start over"),  # of the finest mesh
+    "surface": Kind("a surface", 250 * MB, "remove the folder and run `hypertuna fe bend` again"),
+    "stored": Kind("a stored result", 16 * MB),  # by another program of this package
 }
 DEPTH = 24  # tables and lists in each other, parts of a dotted key
 DIGITS = 100  # of a whole number: a float holds it, and the state of a random generator has 39
-VALUES = 3_000_000  # of a text: of 250 bytes each in memory
+# About the memory of a sign of JSON (a number or a text, half a text, a key, a list, an object), and of all of them.
+SIGNS, ROOM = {",": 40, '"': 32, ":": 100, "[": 64, "{": 240}, 600 * MB
 ENTRIES = 100_000  # of a TOML file
 TABLES = 5_000  # of a list in a TOML file
-CELLS = 5_000_000  # of a table
+CELLS, ROWS = 3_000_000, 1_000_000  # of a table: half an hour of 12 markers at 60 Hz
+RUNS = 50_000  # rows of a table whose rows are runs, samples or places, each an object
 LONGEST = 100_000  # characters of its lines
-MEMBERS, UNPACKED = 1_000, 64 * MB  # files of an archive, and their bytes
+MEMBERS, UNPACKED = 1_000, 32 * MB  # files of an archive, and their bytes
+DIRECTORY = 300 * MEMBERS  # bytes of its list of files
+END, END64 = 22, 20  # bytes of the record at its end, and of the one before in large archives
 NPY_HEADER = 10_000  # bytes
 PIECE = 65_536  # bytes
 
-QUOTED = re.compile(  # texts and comments of TOML
-    r'"""(?:[^"\\]|\\.|"(?!""))*"{3,5}|\'\'\'.*?\'{3,5}|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*', re.DOTALL
+# Texts and comments of TOML. An open text goes to the end of its line or of the file, so that no end is sought twice.
+QUOTED = re.compile(
+    r'"""(?:[^"\\]|\\.|"(?!""))*+"{0,5}|'
+    r'\'\'\'.*?(?:\'{3,5}|\Z)|"(?:[^"\\\n]|\\.)*+"?|\'[^\'\n]*+\'?|#[^\n]*+',
+    re.DOTALL,
 )
 DOTTED = re.compile(rf"(?<![\w.-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEPTH},}}")
 # What to do about errors of `tomllib`, which names the line where it gave up.
@@ -152,8 +159,8 @@ def parse_toml(text: str, *, file: str | None = None) -> dict[str, Any]:
 def parse_json(content: str | bytes) -> Any:
     """Parse JSON of a sane depth and size; ValueError says what is wrong."""
     text = content if isinstance(content, str) else content.decode("utf-8-sig")
-    if text.count(",") > VALUES:
-        raise ValueError(f"more than {VALUES} values")
+    if len(text) > PIECE:
+        check_room(text)
     try:
         value = DECODER.decode(text)
     except RecursionError:
@@ -165,16 +172,14 @@ def parse_json(content: str | bytes) -> Any:
 
 def read_npz(path: str | Path) -> dict[str, Array]:
     """Read the arrays of a policy, whose headers must fit what is unpacked."""
-    import zipfile  # slow to import, as NumPy
-
-    import numpy as np
+    import numpy as np  # slow to import
 
     arrays = {}
     rule, fix = "must be a whole .npz file of numbers", KINDS["policy"].fix
     try:
-        with zipfile.ZipFile(io.BytesIO(read_bytes(path, "policy"))) as archive:
-            for member in members(archive):
-                content = archive.read(member)
+        with archived(io.BytesIO(read_bytes(path, "policy"))) as archive:
+            for member in archive.infolist():
+                content = unpacked(archive, member)
                 _check_npy(content)
                 arrays[member.filename.removesuffix(".npy")] = np.load(io.BytesIO(content), allow_pickle=False)
     except InputError as error:
@@ -193,12 +198,20 @@ def damage() -> tuple[type[Exception], ...]:
     return (OSError, EOFError, RuntimeError, *of_values, zipfile.BadZipFile, zlib.error)
 
 
-def members(archive: zipfile.ZipFile, largest: int = UNPACKED, *, stored: bool = False) -> list[zipfile.ZipInfo]:
-    """Return the files of an archive: none twice, and of a sane number and size; maybe all of them `stored` as is."""
-    import zipfile
+def archived(stream: IO[bytes], largest: int = UNPACKED, *, stored: bool = False) -> zipfile.ZipFile:
+    """Open an archive whose files are there once, and of a sane number and size; maybe all of them `stored` as is."""
+    import zipfile  # slow to import
 
-    files = archive.infolist()
-    if len(files) > MEMBERS or sum(file.file_size for file in files) > largest:
+    end = stream.seek(0, os.SEEK_END)
+    stream.seek(max(end - END - END64, 0))
+    tail = stream.read()
+    # Where the list of files lies: `zipfile` would look for another end before a comment, or for one of 64 bits.
+    if not tail[-END:].startswith(b"PK\5\6") or not tail.endswith(b"\0\0") or tail.startswith(b"PK\6\7"):
+        raise ValueError("its end is damaged")
+    large = int.from_bytes(tail[-10:-6], "little") > DIRECTORY
+    archive = None if large else zipfile.ZipFile(stream)
+    files = [] if archive is None else archive.infolist()
+    if archive is None or len(files) > MEMBERS or sum(file.file_size for file in files) > largest:
         rule = f"must unpack to at most {MEMBERS} files and {largest / MB:.0f} MB"
         raise InputError(rule, value="larger", fix="make it again")
     if len({file.filename for file in files}) < len(files):
@@ -206,7 +219,13 @@ def members(archive: zipfile.ZipFile, largest: int = UNPACKED, *, stored: bool =
     methods = {zipfile.ZIP_STORED} if stored else {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
     if any(file.compress_type not in methods or file.flag_bits & 1 for file in files):
         raise ValueError("a file is compressed in another way")
-    return files
+    return archive
+
+
+def unpacked(archive: zipfile.ZipFile, file: zipfile.ZipInfo | str) -> bytes:
+    """Return the content of a file of an archive; of one that is larger than it states, no more is unpacked."""
+    with archive.open(file) as content:
+        return content.read((archive.getinfo(file) if isinstance(file, str) else file).file_size)
 
 
 def _check_npy(content: bytes) -> None:
@@ -237,6 +256,13 @@ def _check_toml(text: str) -> None:
             break
     if depth > DEPTH or DOTTED.search(bare):
         raise ValueError(f"more than {DEPTH} tables and lists in each other")
+
+
+def check_room(text: str | bytes) -> None:
+    """Check about how much memory JSON takes, before it is parsed."""
+    count = text.count if isinstance(text, str) else lambda sign: text.count(sign.encode())
+    if sum(size * count(sign) for sign, size in SIGNS.items()) > ROOM:
+        raise ValueError(f"more values than {ROOM / MB:g} MB of memory hold")
 
 
 def _check_depth(value: Any) -> None:

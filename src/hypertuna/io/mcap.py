@@ -22,7 +22,9 @@ LINK = "link"  # metadata key of a radio log
 MAGIC = b"\x89MCAP0\r\n"
 # A file is unpacked to at most this, against bombs: logs of missions shrink to a third.
 MAX_CHUNK, MAX_UNPACKED, MAX_RATIO = 4 << 20, 4 << 20, 30  # bytes; bytes for each byte of the file
-MOST = 200 << 20  # bytes that are unpacked in all: a gigabyte of memory as numbers
+# What is read of a file: bytes of its chunks, of all other records, of its header; messages. 40 minutes of a mission.
+MOST, OTHERS, HEADER, MESSAGES = 200 << 20, 32 << 20, 1 << 20, 1_000_000
+LONG = f"longer than is read at once ({MOST >> 20} MB or {MESSAGES} messages)"
 LAST = 2**63  # ns: a time beyond it is none
 
 
@@ -154,9 +156,14 @@ def read_messages(path: str | Path, name: Callable[[str, bytes], str] | None = N
 
     messages = Messages({}, {})
     topics: dict[int, str] = {}
+    count = 0
     for part in _chunks(content, messages):
         topics |= {record.id: record.topic for record in part if isinstance(record, Channel)}
         heard = [record for record in part if isinstance(record, Message) and record.channel_id in topics]
+        count += len(heard)
+        if count > MESSAGES:
+            messages.fault = LONG
+            break
         if any(record.log_time >= LAST for record in heard):
             messages.fault = "damaged (a time beyond 2262)"
             break
@@ -183,20 +190,28 @@ def _chunks(content: bytes, messages: Messages) -> Iterator[list[Any]]:
     from mcap.stream_reader import StreamReader, breakup_chunk
 
     stream, size = io.BytesIO(content), len(content)
-    room = min(MAX_UNPACKED + MAX_RATIO * size, max(size, MOST))
+    room, largest = MAX_UNPACKED + MAX_RATIO * size, MAX_CHUNK + HEADER
+    done = packed = 0  # bytes of chunks, unpacked and as they are in the file
     try:
-        for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size).records:
+        for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=largest).records:
+            if isinstance(record, Metadata) and sum(map(len, record.metadata.values())) > HEADER:
+                raise ValueError("a header is too large")
             if isinstance(record, Metadata) and record.name == METADATA:
                 messages.metadata = dict(record.metadata)
             elif isinstance(record, Metadata) and record.name == ENDING and messages.metadata is not None:
                 messages.metadata |= {key: value for key, value in record.metadata.items() if key != "record"}
             elif isinstance(record, Chunk):
-                room -= record.uncompressed_size
-                if record.uncompressed_size > MAX_CHUNK or room < 0:
+                done, packed = done + record.uncompressed_size, packed + len(record.data)
+                if record.uncompressed_size > MAX_CHUNK or done > room:
                     messages.fault = "damaged (it unpacks to much more than a log)"
+                    return
+                if done > MOST:
+                    messages.fault = LONG
                     return
                 unpacked = replace(record, compression="", data=_unpacked(record))
                 yield breakup_chunk(unpacked, validate_crc=True)
+            if stream.tell() - packed > OTHERS:
+                raise ValueError("it is no log but in small part")
         if behind := len(stream.read()):
             messages.fault = f"damaged ({behind} bytes behind its end)"
     except MemoryError:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from hypertuna.errors import InputError, InputErrors, did_you_mean
-from hypertuna.io.door import CELLS, LONGEST, read_text
+from hypertuna.io.door import CELLS, LONGEST, ROWS, read_text
 
 R = TypeVar("R")
 
@@ -133,13 +133,9 @@ class Table:
         return values
 
 
-def read_table(path: str | Path) -> Table:
-    """Read a CSV file; empty lines and comments (#) are skipped."""
-    file = str(path)
-    text = read_text(path, "csv")
-    if text.count(",") + text.count("\n") > CELLS:
-        raise InputError(f"must have at most {CELLS} cells", file=file, value="larger", fix="cut it, or thin it out")
-    lines = enumerate(text.split("\n"), 1)
+def read_table(path: str | Path, rows: int = ROWS) -> Table:
+    """Read a CSV file of at most so many `rows`; empty lines and comments (#) are skipped."""
+    file, lines = str(path), enumerate(read_lines(path, rows), 1)
     content = [(n, line) for n, line in lines if line.strip() and line.lstrip()[0] != "#"]
     if len(content) < 2:
         fix = "give a line of column names, then one line per sample"
@@ -151,8 +147,19 @@ def read_table(path: str | Path) -> Table:
     if long := next((n for n, line in content if len(line) > LONGEST), None):
         rule, fix = f"must have at most {LONGEST} characters", "give one sample a line"
         raise InputError(rule, file=file, key=f"line {long}", value="longer", fix=fix)
-    (line, head), *rows = ((n, _cells(line, file, n)) for n, line in content)
-    return Table(file, line, head, rows)
+    (line, head), *samples = ((n, _cells(line, file, n)) for n, line in content)
+    return Table(file, line, head, samples)
+
+
+def read_lines(path: str | Path, rows: int = ROWS) -> list[str]:
+    """Read the lines of a CSV file of at most so many `rows`."""
+    text = read_text(path, "csv")
+    lines, cells = text.count("\n"), max(map(text.count, ",;"))
+    for count, most, what in ((lines, rows, "lines"), (lines + cells, CELLS, "cells")):
+        if count > most:
+            rule = f"must have at most {most} {what}"
+            raise InputError(rule, file=str(path), value="larger", fix="cut it, or thin it out")
+    return text.split("\n")
 
 
 def conversion(column: str, near: str) -> str:
@@ -166,9 +173,9 @@ def conversion(column: str, near: str) -> str:
 
 
 def parse_float(text: str) -> float:
-    """Parse a number; NaN if it is not one."""
+    """Parse a number; NaN if it is not one, as `1_000` or digits of other scripts, which Python would take."""
     try:
-        return float(text)
+        return float(text) if text.isascii() and "_" not in text else math.nan
     except ValueError:
         return math.nan
 
@@ -176,7 +183,8 @@ def parse_float(text: str) -> float:
 def _cells(line: str, file: str, number: int) -> list[str]:
     """Split a line of a CSV file."""
     try:
-        return [cell.strip() for cell in next(csv.reader([line], strict=True))]
+        cells = next(csv.reader([line], strict=True)) if '"' in line or "\r" in line else line.split(",")
+        return [cell.strip() for cell in cells]
     except csv.Error as error:
         rule, fix = "must be cells separated by commas", "close its quotation marks on the same line"
         raise InputError(rule, file=file, key=f"line {number}", value=f"not ({error})", fix=fix) from None

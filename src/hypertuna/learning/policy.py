@@ -57,6 +57,9 @@ def read_policy(path: str | Path) -> Policy:
         If the file cannot be read, or its layers do not follow each other.
     """
     stored = read_npz(path)
+    if many := next((name for name in ("step", "task") if name in stored and stored[name].size != 1), None):
+        fix = "store one value, or leave it out"
+        raise InputError("must be one value", file=str(path), key=many, value=f"{stored[many].size}", fix=fix)
     task = str(stored.pop("task")) if "task" in stored else None
     try:
         arrays = {name: np.asarray(value, dtype=float) for name, value in stored.items()}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import re
 import zipfile
 from collections.abc import Iterable, Mapping
@@ -13,12 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.io.door import KINDS, members, opened, parse_json
+from hypertuna.arrays import Array
+from hypertuna.io.door import KINDS, MB, archived, opened, parse_json, unpacked
 from hypertuna.parallel.layout import Layout
 
 NAME = re.compile(r"\w[\w .+-]{0,99}", re.ASCII)  # of variables and dimensions
 ABOUT = "zarr.json"
 CODECS = {"bytes": "", "vlen-utf8": "string"}  # of columns: their type, if it is one alone
+TEXTS = 2_000_000  # of a column: of 100 bytes each in memory
 
 
 def checksum(facts: Mapping[str, Any]) -> str:
@@ -56,29 +59,38 @@ def _is_plain(value: Any) -> bool:
     return isinstance(value, str | int | float) and (isinstance(value, str) or abs(value) < 2**63 or value != value)
 
 
-def check_shard(path: Path, names: Iterable[str] | None, count: int, entries: int | None) -> list[str]:
-    """Check the file of a shard and return its columns, by default all: each of `count` rows in one whole piece.
+def read_columns(
+    path: Path, names: Iterable[str] | None, count: int, entries: int | None
+) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Read columns of a shard, by default all: each of `count` rows in one whole piece; and its attributes.
 
     A row has so many `entries`, if it is known. Zarr would take any shape, and zeros for a piece that is missing. The
-    checksum of each piece is in the archive.
+    checksum of each piece is in the archive. The file is opened once, so that what is checked is what is read.
     """
-    with opened(path, "shard") as file, zipfile.ZipFile(file) as archive:
-        there = {one.filename: one for one in members(archive, KINDS["shard"].largest, stored=True)}
-        if sum(one.file_size for one in there.values()) > path.stat().st_size:
+    with opened(path, "shard") as file, archived(file, KINDS["shard"].largest, stored=True) as archive:
+        there = {one.filename: one for one in archive.infolist()}
+        if sum(one.file_size for one in there.values()) > os.fstat(file.fileno()).st_size:
             raise ValueError("its pieces lie on each other")
+        if any(one.file_size > MB for name, one in there.items() if name.endswith(ABOUT)):
+            raise ValueError("its metadata is too large")
         found = sorted(name.removesuffix(f"/{ABOUT}") for name in there if name.endswith(f"/{ABOUT}"))
-        for name in found if names is None else names:
-            _check_column(archive, there, name, count, entries)
-        return found if names is None else list(names)
+        names = found if names is None else names
+        columns = {name: _column(archive, there, name, count, entries) for name in names}
+        return columns, dict(parse_json(unpacked(archive, ABOUT))["attributes"])
 
 
-def _check_column(
+def _column(
     archive: zipfile.ZipFile, there: Mapping[str, zipfile.ZipInfo], name: str, count: int, entries: int | None
-) -> None:
-    """Check that a column has one piece, of the size that its shape and type need."""
-    about = parse_json(archive.read(there[f"{name}/{ABOUT}"]))
+) -> Array:
+    """Read a column, after a check that it has one piece, of the size that its shape and type need."""
+    import zarr
+    from zarr.buffer.cpu import Buffer
+
+    text = unpacked(archive, f"{name}/{ABOUT}")
+    about = parse_json(text)
     shape, kind = about["shape"], about["data_type"]
-    piece = there["/".join([name, "c", *("0" for _ in shape)])]
+    place = "/".join(["c", *("0" for _ in shape)])
+    piece = there[f"{name}/{place}"]
     rows = len(shape) in (1, 2) and all(type(size) is int and size > 0 for size in shape) and shape[0] == count
     if not rows or (entries is not None and math.prod(shape[1:]) != entries):
         raise ValueError(f"the shape of {name} is another")
@@ -87,10 +99,15 @@ def _check_column(
     codecs = [codec["name"] for codec in about["codecs"]]
     if len(codecs) != 1 or CODECS.get(codecs[0]) not in ("", kind):
         raise ValueError(f"{name} is compressed")
-    with archive.open(piece) as content:
-        if codecs == ["bytes"]:
-            whole = piece.file_size == math.prod(shape) * np.dtype(kind).itemsize
-        else:
-            whole = int.from_bytes(content.read(4), "little") == math.prod(shape)
+    values = math.prod(shape)
+    if codecs == ["bytes"]:
+        whole = piece.file_size == values * np.dtype(kind).itemsize
+    else:
+        with archive.open(piece) as content:
+            whole = int.from_bytes(content.read(4), "little") == values <= TEXTS
     if not whole:
         raise ValueError(f"the size of {name} is not that of its shape")
+    parts = {ABOUT: text, place: unpacked(archive, piece)}
+    store = {key: Buffer.from_bytes(part) for key, part in parts.items()}
+    column: Any = zarr.open_array(zarr.storage.MemoryStore(store), mode="r")
+    return np.asarray(column[...])

@@ -18,7 +18,7 @@ from hypertuna.io.checkpoint import check_same_header
 from hypertuna.io.door import damage, parse_json, read_bytes
 from hypertuna.io.extras import need
 from hypertuna.io.files import by_conventions, columns_csv, replaced, scratch, variable_columns, write_atomically
-from hypertuna.parallel.checks import check_shard, checksum, is_sound
+from hypertuna.parallel.checks import checksum, is_sound, read_columns
 from hypertuna.parallel.executors import Executors, map_shards
 from hypertuna.parallel.layout import NO_LAYOUT, Layout
 from hypertuna.ranges import Whole
@@ -31,7 +31,7 @@ MANIFEST = "manifest.json"
 SUFFIX = ".shards"  # of the folder
 LARGEST = 131_072  # items of a shard by default: 20 MB of gaits
 SMALLEST, USUAL = 256, 64  # by default items of a shard at least, and shards of work that is not large
-SIZES = Whole(min=1, max=10_000_000)  # items of a shard: 2 GB of gaits in memory
+SIZES = Whole(min=1, max=1_000_000)  # items of a shard: 200 MB of gaits
 MOST = 1_000_000  # shards of a folder
 LISTED = 10  # shards that an error names
 # What makes missing shards. A manifest may be a stranger's: its command is shown to nobody as one to paste.
@@ -88,18 +88,13 @@ class Shards:
 
     def read(self, shard: int, names: Iterable[str] | None = None) -> dict[str, Array]:
         """Read and check a shard, or some of its columns."""
-        import zarr
-
         path, first, last = self.path(shard), *self.range(shard)
         again = f"remove it, then {AGAIN}"
         sizes = self.layout.sizes.values()
         try:
-            columns_there = check_shard(path, names, last - first, math.prod(sizes) // self.total if sizes else None)
-            with zarr.storage.ZipStore(path, mode="r") as store:
-                group: Any = zarr.open_group(store, mode="r")
-                about = dict(group.attrs)
-                columns = {name: group[name][...] for name in columns_there}
-                columns |= {name: values.astype(object) for name, values in columns.items() if values.dtype == TEXT}
+            entries = math.prod(sizes) // self.total if sizes else None
+            columns, about = read_columns(path, names, last - first, entries)
+            columns |= {name: values.astype(object) for name, values in columns.items() if values.dtype == TEXT}
         except InputError as error:
             raise InputError(error.rule, file=str(path), value=error.value, fix=again) from None
         except damage() as error:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.door import RUNS
 from hypertuna.io.tables import parse_float, read_table
 from hypertuna.ranges import CELL
 
@@ -78,7 +79,7 @@ def zero_and_scale(sensor: str) -> tuple[str, str]:
 
 def read_pairs(path: str | Path) -> list[Pair]:
     """Read a CSV file with the columns sensor, counts (servo: pulse [us]), reference [deg, kPa or A]."""
-    table = read_table(path)
+    table = read_table(path, RUNS)
     if sorted(table.head) != sorted(COLUMNS):
         rule, fix = f"must name the columns {', '.join(COLUMNS)}", "rename the columns"
         raise InputError(rule, file=table.file, key=f"line {table.line}", value=", ".join(table.head), fix=fix)

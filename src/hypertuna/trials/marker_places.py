@@ -8,6 +8,7 @@ import numpy as np
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.door import RUNS
 from hypertuna.io.tables import read_table
 
 COLUMNS = ("marker", "link", "along_m", "from_nose_m", "across_m")
@@ -32,7 +33,7 @@ def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Place
 
     Columns: marker; link and along_m, or from_nose_m; maybe across_m, to starboard.
     """
-    table = read_table(path)
+    table = read_table(path, RUNS)
     for column in table.head:
         if column not in COLUMNS:
             fix = did_you_mean(column, COLUMNS)

@@ -189,12 +189,13 @@ def _markers(
             raise InputError(rule, file=table.file, key=f"line {line}", value=f"{len(row)} long", fix=fix)
 
         def number(k: int, row: list[str] = row, line: int = line) -> float:
+            if (value := parse_float(row[k])) in CELL:
+                return value
             if row[k].lower() in MISSING:
                 return math.nan
-            value, fix = parse_float(row[k]), "give a number, or leave the cell empty"
+            key, fix = f"line {line}, {table.head[k]}", "give a number, or leave the cell empty"
             if math.isfinite(value):
-                return CELL.check(value, f"line {line}, {table.head[k]}", fix, file=table.file)
-            key = f"line {line}, {table.head[k]}"
+                CELL.check(value, key, fix, file=table.file)
             raise InputError("must be a number", file=table.file, key=key, value=shown(row[k]), fix=fix)
 
         clock.append(_clock(table, columns, number, row, order, frame_rate))

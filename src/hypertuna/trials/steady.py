@@ -7,6 +7,7 @@ from pathlib import Path
 from hypertuna.description.robot import Robot
 from hypertuna.display import Displayed, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.door import RUNS
 from hypertuna.io.tables import Table, read_table
 from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
 from hypertuna.swimming.gait import KINDS, NEEDED, Gait
@@ -58,7 +59,7 @@ class SteadyRun(Displayed, Tabular):
 
 def read_steady(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
     """Read steady runs from a CSV file: one row per gait; docs/trials.md lists the columns."""
-    table = read_table(path)
+    table = read_table(path, RUNS)
     lines: dict[str, int] = {}
 
     def run(line: int, cells: dict[str, str]) -> SteadyRun:
