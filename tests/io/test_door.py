@@ -48,7 +48,8 @@ OPENERS = {
         "tomllib.loads",
     ),
     *("tomlkit.parse", "tomlkit.load", "tomlkit.loads", "ElementTree.parse", "ElementTree.fromstring", "pv.read"),
-    *("csv.reader", "csv.DictReader", "h5py.File"),
+    *("csv.reader", "csv.DictReader", "h5py.File", "h5netcdf.File", "netCDF4.Dataset", "netcdf_file", "loadmat"),
+    *("load_dataarray", "open_dataarray", "read_hdf", "read_model_description", "fmpy.extract", "simulate_fmu"),
 }
 # Calls outside the door, by file: how many, and why no stranger's file comes there unchecked.
 ALLOWED = {
@@ -109,7 +110,15 @@ def test_no_other_module_opens_the_file_of_a_stranger() -> None:
 
 @pytest.mark.parametrize(
     "line",
-    ["Path(x).read_text()", "open(x)", "np.load(x)", "self.path.open('rb')", "json.load(f)", "xr.open_dataset(x)"],
+    [
+        "Path(x).read_text()",
+        "open(x)",
+        "np.load(x)",
+        "self.path.open('rb')",
+        "json.load(f)",
+        "xr.open_dataset(x)",
+        "fmpy.extract(x)",
+    ],
 )
 def test_a_reader_beside_the_door_is_found(line: str) -> None:
     assert calls(ast.parse(line), set())

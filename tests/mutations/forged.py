@@ -168,8 +168,8 @@ def of_box(content: bytes, chance: random.Random) -> bytes:
         parts += [sealed(kind, body)] * chance.choice((1,) * 50 + (0, 2, 40))
         at += width
     if chance.random() < 0.2:  # what costs time for each word, or for each record
-        mark = content[2:4].rjust(4, bytes([chance.choice((0, 1, 255)), content[1]]))
-        piece = chance.choice((mark[-4:], sealed(9, b"") + sealed(10, b""), sealed(chance.getrandbits(8), bytes(1000))))
+        mark = bytes([chance.choice((0, 1, 255)), content[1]]) + content[2:4]
+        piece = chance.choice((mark, sealed(9, b"") + sealed(10, b""), sealed(chance.getrandbits(8), bytes(1000))))
         parts.insert(chance.randrange(len(parts)), piece * chance.choice((10, 1000, 50_000)))
     return b"".join(parts)
 

@@ -22,7 +22,7 @@ from mutations.cases import CALIBRATION, EXAMPLES, MARKERS, PLACES, ROBOTS, ROOT
 from mutations.damage import Damage, of_bytes, of_structure, of_table, of_text
 from mutations.judge import CONTROL, LONGEST_ERROR, watched
 
-HANGS = 60.0  # s by the clock, of a machine that others use as well
+HANGS = 600.0  # s by the clock, of a machine that others use as well
 SPECIAL = 0.01  # of the paths are of no regular file
 
 

@@ -42,7 +42,7 @@ KINDS = {
     "plan": Kind("a plan", 5 * MB, "give a .plan, .waypoints, .gpx or .kml file"),  # 1,000 waypoints have 0.5 MB
     "log": Kind("an MCAP file", 256 * MB, "give the path of a .mcap file"),  # of which 40 minutes are read
     "box": Kind("a black box", 128 * MB, "give the path of a .bin file from the robot's card"),  # 4 hours of ticks
-    "journal": Kind("a journal", 64 * MB),  # a record of a search has 1 kB
+    "journal": Kind("a journal", 128 * MB),  # a record of a search has 1 kB, a minute of a flight 1.4 MB
     "manifest": Kind("a manifest of shards", 64 * MB),  # has the labels of all results
     "shard": Kind("a shard", 256 * MB),  # a million gaits have 200 MB
     "policy": Kind("a policy", 16 * MB, "give the .npz file that examples/learning/train_goto.py writes"),
