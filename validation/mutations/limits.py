@@ -132,7 +132,7 @@ def maps(*, index: bool) -> bytes:
     """Return the content of a record of many parts: of metadata, or an index of messages."""
     if index:
         return struct.pack("<HI", 0, 4_800_000) + bytes(4_800_000)
-    entries = b"".join(struct.pack("<III", 4, k, 0) for k in range(400_000))
+    entries = b"".join(struct.pack("<I8sI", 8, b"%08d" % k, 0) for k in range(300_000))
     return struct.pack("<II", 0, len(entries)) + entries
 
 
