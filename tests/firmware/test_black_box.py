@@ -157,6 +157,8 @@ def test_marks_without_records_are_given_up(tmp_path: Path, count: int) -> None:
         read(tmp_path / "box.bin", head() + tick(0) + mark * 300_000)
     with pytest.raises(InputError, match="damaged in more than 30000 places"):
         read(tmp_path / "box.bin", head() + (tick(0) + sealed(9, b"")) * 20_000)
+    with pytest.raises(InputError, match="must have at most 1000 boots, but is 1500"):
+        read(tmp_path / "box.bin", head() + b"".join(map(tick, range(3))) * 1500)
     assert time.process_time() - begin < 15
 
 

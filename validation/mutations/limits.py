@@ -28,6 +28,7 @@ import numpy as np  # noqa: E402
 from black_box import head, sealed, tick  # noqa: E402
 from hypertuna import _core  # noqa: E402
 from hypertuna.errors import InputError  # noqa: E402
+from hypertuna.firmware.black_box import record_dtype  # noqa: E402
 from hypertuna.io.checkpoint import Journal, _summed  # noqa: E402
 from hypertuna.io.door import CELLS, DEPTH, KINDS, MB, ROOM, ROWS, RUNS, UNPACKED  # noqa: E402
 from hypertuna.mission.read_log import read_log  # noqa: E402
@@ -102,6 +103,16 @@ def log(size: int, *, empty: bool = False) -> bytes:
     return out.getvalue()
 
 
+def box(boot: int) -> bytes:
+    """Return a black box of the largest size, whose clock begins anew after so many ticks."""
+    one = np.frombuffer(tick(0), "<u4")
+    table = np.tile(one, (KINDS["box"].largest // one.nbytes - 1, 1))
+    place = record_dtype(2).fields["tick"][1] // 4  # type: ignore[index]
+    table[:, 1 + place] = np.arange(len(table)) % boot
+    table[:, -1] = np.cumsum(table[:, :-1], axis=1, dtype=np.uint32).sum(axis=1, dtype=np.uint32)
+    return head() + table.tobytes()
+
+
 def records(opcode: int, body: bytes, size: int) -> bytes:
     """Return the records of a log that are no chunks."""
     one = bytes([opcode]) + struct.pack("<Q", len(body)) + body
@@ -168,7 +179,8 @@ FILES: tuple[tuple[str, str, Make], ...] = (
     ("log, radio", "radio log", lambda: log(31_000_000, empty=True)),
     ("log, metadata", "log", lambda: records(0x0C, maps(index=False), 250 * MB)),
     ("log, indices", "log", lambda: records(0x07, maps(index=True), 250 * MB)),
-    ("box, of ticks", "black box", lambda: filled("box", b"".join(map(tick, range(60))), head())),
+    ("box, of ticks", "black box", lambda: box(10**9)),
+    ("box, boots of three ticks", "black box", lambda: box(3)),
     ("box, marks", "black box", lambda: filled("box", struct.pack("<I", MARKS | 255), head())),
     ("box, records of nothing", "black box", lambda: filled("box", sealed(9, b"") + sealed(10, b""), head())),
     ("journal, numbers", "journal", lambda: journal(NUMBERS, KINDS["journal"].largest - len(NUMBERS) - 1000)),

@@ -29,7 +29,7 @@ WORD, SECTOR = 4, 512  # bytes: of a word, of a sector of the card
 HEAD = 3  # words of the first record of a boot
 FRAME = 2  # further words of a record: mark, checksum
 BLOCKS = (1, 16, 256, 4096)  # records checked at a time: more after good ones
-PIECES = 30_000  # of good records or strange bytes, after which a file is given up
+BOOTS, PIECES = 1_000, 30_000  # of a file; of good records or strange bytes, after which a file is given up
 HUGE = 1e12  # a number beyond it, or not finite, is none that the firmware records
 MARK = (_core.RECORD_MARK >> 16).to_bytes(2, "little")  # upper half of the first word
 
@@ -102,6 +102,8 @@ def read_black_box(path: str | Path, report: Callable[[int, int], None] | None =
     boxes = [box for boot in boots if boot.ticks for box in boot.boxes()]
     if not boxes:
         raise InputError("must have complete records", file=file, value="without", fix="record again")
+    if len(boxes) > BOOTS:
+        raise InputError(f"must have at most {BOOTS} boots", file=file, value=f"{len(boxes)}", fix="cut the file")
     return boxes
 
 
