@@ -43,7 +43,7 @@ BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state
     const T fill = model.circuit[2 * j].fill, part = (model.pressure_work - fill) / (model.pressure_soft - fill);
     const T held = blind(state, j) ? min(limit, part / model.joint[j].safe_static) : limit;
     const T bias = clamp(state.bias[j].value + state.aside[j].value, -held, held);
-    const T rate = state.bend[j].faulty ? T(flow_unseen) * model.joint[j].rate : model.joint[j].rate;
+    const T rate = (state.bend[j].faulty ? T(flow_unseen) : T(1)) * model.joint[j].sent_rate;
     return {min(asked_amplitude(state, j), min(limit - abs(bias), rate * state.swing)), bias};
 }
 
@@ -95,7 +95,7 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     if (posture.ended) {
         const T frequency = max(state.frequency.value, state.target.frequency);
         correct_posture(model, state, j);
-        govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, joint.rate},
+        govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, state.viscosity.rate * joint.rate},
                model.circuit[2 * j].fill, model.pressure_work);
     }
     // Two beats without a swing: the sensor lives, but does not follow.
@@ -162,7 +162,7 @@ bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
 
 /// Within a tick: the furthest angle that a circuit's servo may be sent to. Above the soft limit it goes back, and it
 /// turns no faster than what the pressure in the drive units leaves of the limit to its flow. Of a line that rings the
-/// higher of two readings counts forward, and the lower one backward: the pump would jerk, and the line ring more.
+/// highest of three readings counts forward, and the lower of two backward: the pump would jerk, and the line ring more.
 template <class T>
 T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
@@ -171,7 +171,7 @@ T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, in
     // One reading of a sensor that is doubted may be a spike.
     const bool doubted = state.pressure[c].bucket != 0 || supervisor.rings();
     const T low = doubted ? min(circuit.pressure, circuit.before) : circuit.pressure;
-    const T high = supervisor.rings() ? max(circuit.pressure, circuit.before) : low;
+    const T high = supervisor.rings() ? max(max(circuit.pressure, circuit.before), circuit.earlier) : low;
     const T bent = model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2]);
     const T least = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
     const T unit = max(supervisor.fill + least, high - line * circuit.servo.change / model.tick);

@@ -195,7 +195,7 @@ inline constexpr int hard_trusted = 2, hard_any = 5;
 template <class T>
 struct SupervisorState {
     T pressure;         // Pa: last valid reading, the fill pressure before the first
-    T before;           // Pa: the one before
+    T before, earlier;  // Pa: the one before, and the one before that
     T change;           // rad: of the servo's angle that the last tick commanded
     Follower<T> servo;  // rad: where the servo is, as long as no load slows it down
     T turned[2];        // rad: its change in the two ticks before
