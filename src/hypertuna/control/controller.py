@@ -84,7 +84,8 @@ def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
     """Return the constants of a joint that a servo turns: no pressure bounds its beat, no sensor reads its bend."""
     bend = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
     no = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
-    return {"direct": 1.0, "reach": bend, "amplitude": bend, "rate": NO_LIMIT, "sent_rate": NO_LIMIT} | no | _no_oil(servo)
+    free = dict.fromkeys(("rate", "sent_rate"), NO_LIMIT)
+    return {"direct": 1.0, "reach": bend, "amplitude": bend} | free | no | _no_oil(servo)
 
 
 def _no_oil(servo: JointServo) -> dict[str, Any]:
@@ -349,7 +350,8 @@ def _rates(robot: Robot, hydraulics: Circuits, c: int, circuit: dict[str, Any]) 
     """Compute the largest rates of a joint's bend [rad/s]: its oil hammers up to the soft limit, or runs empty."""
     hammer = circuit["hammer"] * circuit["map"][0]
     rate = (soft_limit(robot) - circuit["fill"]) / hammer
-    return {"rate": rounded_number(rate), "sent_rate": rounded_number(min(rate, DRAWN * _suction(robot, hydraulics, c) / hammer))}
+    drawn = DRAWN * _suction(robot, hydraulics, c) / hammer
+    return {"rate": rounded_number(rate), "sent_rate": rounded_number(min(rate, drawn))}
 
 
 def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:

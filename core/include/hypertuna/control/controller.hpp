@@ -95,7 +95,7 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     if (posture.ended) {
         const T frequency = max(state.frequency.value, state.target.frequency);
         correct_posture(model, state, j);
-        govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, state.viscosity.rate * joint.rate},
+        govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, joint.rate},
                model.circuit[2 * j].fill, model.pressure_work);
     }
     // Two beats without a swing: the sensor lives, but does not follow.
@@ -162,7 +162,7 @@ bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
 
 /// Within a tick: the furthest angle that a circuit's servo may be sent to. Above the soft limit it goes back, and it
 /// turns no faster than what the pressure in the drive units leaves of the limit to its flow. Of a line that rings the
-/// highest of three readings counts forward, and the lower of two backward: the pump would jerk, and the line ring more.
+/// highest of three readings counts forward, and the lower of two back: the pump would jerk, and the line ring more.
 template <class T>
 T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];

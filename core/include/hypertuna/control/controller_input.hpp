@@ -109,10 +109,7 @@ void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, 
     if (trusted && T(0) < circuit.before && T(0) < circuit.pressure && T(0) < reading)
         learn(state.viscosity, model.circuit[c].line * (circuit.servo.change - circuit.turned[1]) / model.tick,
               reading - circuit.before);
-    // A peak lasts for two readings, but in thin oil, which does not damp its hammer: there, one counts.
-    const T lasting = median(circuit.before, circuit.pressure, reading);
-    const T alone = trusted ? state.viscosity.thin * max(T(0), reading - lasting) : T(0);
-    governor.peak = max(governor.peak, lasting + alone);
+    governor.peak = max(governor.peak, median(circuit.before, circuit.pressure, reading));
     circuit.earlier = circuit.before, circuit.before = circuit.pressure;
     circuit.pressure = reading;
 }

@@ -22,7 +22,6 @@ struct Viscosity {
     T product, square;  // Pa^2: of the thickest oil's change of pressure, with that read and with itself
     T value;
     T largest;  // that it may be
-    T thin;     // 1 where the oil is thinner than the robot's own by a quarter or more, 0 where it is no thinner
     T rate;     // part of a bend's rate that it leaves
 };
 
@@ -39,8 +38,8 @@ void weigh(Viscosity<T>& viscosity, T lowest, T own) {
     const T prior = T(flow_prior), found = (viscosity.product + prior) / (viscosity.square + prior);
     viscosity.value = clamp(found, lowest, T(1));
     viscosity.largest = min(T(1), viscosity.value * (T(1) + T(flow_lag) * viscosity.value));
-    viscosity.thin = clamp(T(4) * (T(1) - viscosity.value / own), T(0), T(1));
-    viscosity.rate = T(1) - T(flow_undamped) * viscosity.thin;
+    const T thin = clamp(T(4) * (T(1) - viscosity.value / own), T(0), T(1));
+    viscosity.rate = T(1) - T(flow_undamped) * thin;
 }
 
 /// G, Pa s/rad.
