@@ -63,6 +63,7 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     lost(Reason::imu_lost, state.blind.imu, !at.attitude);
     lost(Reason::compass_lost, state.blind.compass, !at.compass);
     why.set(Reason::compass_off, at.compass_off);
+    why.clear(Reason::fixes_refused), why.set(Reason::fixes_refused, at.fixes_refused);
     lost(Reason::battery_lost, state.blind.battery, onboard.voltage_lost);
     why.set(Reason::tail_lost, onboard.joint_lost);
 }
