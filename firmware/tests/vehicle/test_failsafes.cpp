@@ -251,6 +251,31 @@ static void no_progress() {
     CHECK(set_gait(v, ground, beat()) == Refusal::none && !swims(0, 0, 300));
 }
 
+/// A pressure that rises above the hard limit releases its joint: told until the robot is armed again, and the other
+/// joint beats on.
+static void over_pressure() {
+    begin_armed();
+    CHECK(set_gait(v, ground, beat()) == Refusal::none);
+    contact(300);
+    const int channel = hypertuna::first_channel("pressure");
+    const Calibration& c = v.model.calibration;
+    for (int k = 0; k < 50; ++k) {
+        on_ground_contact(v, ground), float_upright(board, v, int(v.now.tick));
+        board.raw.channel[channel] = {};
+        const float pressure = 100e3f + 14e3f * float(k) + 300.0f * float(k % 3);
+        board.raw.channel[channel].add(std::int32_t(pressure / c.scale[channel] + c.zero[channel]));
+        tick(v, board);
+        CHECK(v.now.faults.has(Fault::over_pressure) <= (v.model.pilot.controller.pressure_hard < pressure + 2e3f));
+    }
+    contact(300);
+    CHECK(v.now.faults.has(Fault::over_pressure) && !v.now.faults.has(Fault::no_stroke));
+    CHECK(v.now.state == State::gait && v.now.output.target[0] == 0 && v.now.output.target[2] != 0);
+    give(v, Order::disarm, ground), contact(300);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+    contact(100);
+    CHECK(!v.now.faults.has(Fault::over_pressure));
+}
+
 /// A joint that does not follow is released, and told within some beats, by response also brought up; what its pressure
 /// or a sensor limits is not. Arming gives it another chance.
 static void no_stroke() {
@@ -297,6 +322,7 @@ int main() {
     unguarded();
     it_sinks_at_rest();
     no_progress();
+    over_pressure();
     no_stroke();
     silence_under_water();
     recalled_is_not_done();
