@@ -162,16 +162,15 @@ bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
 
 /// Within a tick: the furthest angle that a circuit's servo may be sent to. Above the soft limit it goes back, and it
 /// turns no faster than what the pressure in the drive units leaves of the limit to its flow. Of a line that rings the
-/// highest of three readings counts forward, and the lower of two back: the pump would jerk, and the line ring more.
+/// crest of the readings counts forward, and their trough back: else the pump would jerk, and the line ring more.
 template <class T>
 T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const SupervisorState<T>& circuit = state.circuit[c];
     const T viscosity = state.viscosity.value, line = supervisor.line * viscosity;
     // One reading of a sensor that is doubted may be a spike.
-    const bool doubted = state.pressure[c].bucket != 0 || supervisor.rings();
-    const T low = doubted ? min(circuit.pressure, circuit.before) : circuit.pressure;
-    const T high = supervisor.rings() ? max(max(circuit.pressure, circuit.before), circuit.earlier) : low;
+    const T one = state.pressure[c].bucket != 0 ? min(circuit.pressure, circuit.before) : circuit.pressure;
+    const T low = supervisor.rings() ? circuit.trough : one, high = supervisor.rings() ? circuit.crest : one;
     const T bent = model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2]);
     const T least = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
     const T unit = max(supervisor.fill + least, high - line * circuit.servo.change / model.tick);

@@ -139,8 +139,10 @@ void begin(const Controller<T>& model, ControllerState<T>& state) {
         state.oscillator[j] = at_rest<T>();
         state.governor[j].ceiling = model.joint[j].reach;
     }
-    for (int c = 0; c < max_circuits; ++c)
-        state.circuit[c].earlier = state.circuit[c].before = state.circuit[c].pressure = model.circuit[c].fill;
+    for (int c = 0; c < max_circuits; ++c) {
+        SupervisorState<T>& circuit = state.circuit[c];
+        circuit.before = circuit.pressure = circuit.crest = circuit.trough = model.circuit[c].fill;
+    }
 }
 template <class T>
 ControllerState<T> init(const Controller<T>& model) {
