@@ -189,7 +189,8 @@ T held(const SupervisorModel<T>& model, T bend) {
 inline constexpr double astray_time = 0.6;  // s
 inline constexpr double astray_room = 0.2, astray_held = 0.25;
 
-/// Part of the way to a lower reading that the crest of a line that rings falls within a tick; its trough rises likewise.
+/// Part of the way to a lower reading that the crest of a line that rings falls within a tick; its trough rises
+/// likewise.
 inline constexpr double rung_out = 0.15;
 
 /// Two readings of a trusted sensor in a row above the hard limit release a joint, and this many of any sensor.
