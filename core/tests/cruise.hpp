@@ -36,9 +36,8 @@ Pilot<T> test_pilot() {
     m.estimator.attitude = {T(0.01), T(0.2), T(0.2), T(0.02), T(35), T(157), T(0.5), T(1.5)};
     Estimator<T>& e = m.estimator;
     e.depth_rate = T(1.5), e.depth_low = T(-10.3), e.depth_high = T(30), e.depth_step = T(0.5), e.glide = T(0.8);
-    e.position_walk = T(0.05), e.current_walk = T(0.002), e.factor_walk = T(0.002);
-    e.start_error = T(1), e.current_error = T(0.1), e.factor_error = T(0.1), e.fix_noise = T(1.5);
-    e.fix_offset = T(1.5), e.fix_depth = T(0.24), e.fix_error_max = T(12);
+    e.way = {T(0.05), T(0.002), T(0.002), T(1), T(0.1), T(0.1), T(1.5), T(1.5), T(12)};
+    e.fix_depth = T(0.24);
     e.air_low = T(-5.2), e.air_high = T(0.74), e.antenna_x = T(0.17), e.antenna_z = T(0.086);
     Guidance<T>& g = m.guidance;
     g.steering = test_steering<T>();
@@ -75,6 +74,7 @@ struct Water {
     double stuck[2] = {9, 9};        // rad at which a fin's servo stands; more than 3 for none
     double gap[2] = {0, 0};          // s from and to which no satellite is received
     double volts = 15.5, drain = 0;  // V, V/s
+    double held = 1e9, swell = 0;    // s from which a line holds it; m by which that is lifted and lowered, in 7 s
 };
 
 struct Cruiser {
@@ -147,10 +147,16 @@ void swim_on(Cruiser& at, const Water& water, const Steering<T>& steering, const
     at.pitch_rate += dt * (-w0 * w0 * (at.pitch + 0.5 * met) - damp * at.pitch_rate + 1.5 * q * both);
     at.roll_rate += dt * (-w0 * w0 * at.roll - damp * at.roll_rate + 0.8 * q * (at.fin[0] - at.fin[1]));
     at.pitch += dt * at.pitch_rate, at.roll += dt * at.roll_rate;
+    const Cruiser before = at;
     at.z = std::fmin(0.0, at.z + dt * (at.speed * std::sin(at.pitch) + at.heave - water.sinking));
     const double flows = at.time < water.eases ? 1 : 0;
     at.x += dt * (at.speed * std::cos(at.pitch) * std::cos(at.swung()) + flows * water.current[0]);
     at.y += dt * (at.speed * std::cos(at.pitch) * std::sin(at.swung()) + flows * water.current[1]);
+    if (water.held < at.time) {
+        const double beat = 2 * pi / 7;
+        at.x = before.x, at.y = before.y;
+        at.z = std::fmin(0.0, before.z + dt * water.swell * beat * std::cos(beat * at.time));
+    }
     at.time += dt;
     at.voltage = water.volts - water.drain * at.time;
 }

@@ -151,11 +151,14 @@ def test_whole_flight_is_that_of_python(host: Host, monkeypatch: pytest.MonkeyPa
         python, twin = fly(file, "hypertuna", seed=seed, every=1), flight(robot, "pond", seed)
         last = twin.advance(100_000)
         assert (ended(last, robot)[0], python.status) == ("done", "done")
-        # Where waypoints and fixes decide, a last bit of another machine grows, up to the tick of a decision.
-        assert abs(twin.made - len(python.record.time)) <= (0 if isinstance(host, Native) else 20)
-        near = 1e-5 if isinstance(host, Native) else 3e-2
-        assert last["position"] == pytest.approx(python.record.position[-1], abs=near)
-        assert last["charge"] == pytest.approx(python.record.data["charge"][-1], rel=near)
+        # A flight is + - * / and sqrt, which all machines round alike: without scatter all bits are Python's. A seed's
+        # current has a sine of the C library, and is added before Python computes the shear, but after it here: 1e-17
+        # m/s. The difference grows tenfold in 20 s, to 1e-8 m after 148 s, when a rate of the gyroscope rounds to
+        # another count: 1e-6 m a second later, and 1e-2 m at the end.
+        near = 3e-2 if seed else 0.0
+        assert abs(twin.made - len(python.record.time)) <= (20 if seed else 0)
+        assert last["position"] == pytest.approx(python.record.position[-1], abs=near, rel=0.0)
+        assert last["charge"] == pytest.approx(python.record.data["charge"][-1], rel=near, abs=0.0)
 
 
 def test_flight_without_time_left_is_given_up(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:

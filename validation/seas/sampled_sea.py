@@ -55,6 +55,7 @@ FAULTS: dict[str, tuple[str, ...]] = {
     "body:held": ("no_progress", "stranded", "no_answer", "swept"),
     "compass turned": ("compass",),
     "compass iron": ("compass",),
+    "receiver elsewhere": ("fixes_refused",),
 }
 KINDS = tuple(FAULTS)
 # Kinds of which a run may ask for a number of seas.
@@ -110,6 +111,8 @@ def sampled(seed: int, kind: str | None = None) -> Sea:
             document["gps"]["cold"] = True
         case "receiver lying":
             document["gps"] |= {"jump_m": 30.0, "jump_every_s": 40.0, "jump_told": bool(random.uniform() < 0.5)}
+        case "receiver elsewhere":
+            document["gps"] |= {"jump_m": 2000.0, "jump_every_s": 40.0, "jump_told": False}
     off, iron = _compass(random, document, kind) if kind.startswith("compass") else (0.0, (0.0, 0.0))
     at_start = kind == "none" or " " in kind
     start = 0.0 if at_start else begin

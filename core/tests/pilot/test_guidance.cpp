@@ -215,6 +215,27 @@ static void slowly_up_is_up() {
     }
 }
 
+/// Held under water by a line or a net on a level leg, it beats until its place is too uncertain. Then the way up does
+/// not answer, whatever the swell lifts it by: told, and the beat stops.
+static void held_under_water() {
+    const Waypoint<double> point[] = {{0, 400, 2, 0.3, 2, 0}};
+    for (const double swell : {0.0, 0.1, 0.2, 0.3, 0.5}) {
+        Water water;
+        water.held = 100, water.swell = swell;
+        double up = 0, told = 0, stopped = 0;
+        const Watched run =
+            watch(mission_of(point, 1), water, 900, [&](const Cruiser& fish, const PilotStep<double>& step, int) {
+                const auto first = [&](double& time, bool now) { time = time == 0 && now ? fish.time : time; };
+                first(up, water.held < fish.time && step.mode == Mode::surface);
+                first(told, step.reasons.has(Reason::no_answer));
+                first(stopped, step.reasons.has(Reason::stranded) && step.mode == Mode::hold);
+            });
+        CHECK(run.end.fish.z < -1 && water.held < up && up < 600);
+        CHECK(24 < told - up && told - up < 40);
+        CHECK(told < stopped && stopped - up < 130);
+    }
+}
+
 /// Without IMU it holds at the surface: it tells that a current carries it, and out of its fence.
 static void held_and_carried() {
     const Waypoint<double> point[] = {{0, 20, 1, 0.3, 2, 0}};
@@ -272,6 +293,7 @@ int main() {
     swept_and_back();
     a_dip_is_no_failure();
     slowly_up_is_up();
+    held_under_water();
     held_and_carried();
     legs_begin_anywhere();
     return failures();

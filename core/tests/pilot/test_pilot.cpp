@@ -216,6 +216,28 @@ static void a_compass_that_is_off() {
         told(watch(box.mission, Water{}, 1200, 7, [&](auto& r, int) { r.field[0] += iron; }));
 }
 
+/// At the surface, while it waits to dive, every fix is 200 m off for a time: less than half a minute of it is told and
+/// moves nothing, and the mission goes on. More of it is believed, as if somebody had carried the robot.
+static void fixes_of_a_false_place() {
+    const Box<double> box;
+    for (const double seconds : {3.0, 25.0, 40.0}) {
+        double first = 0, worst = 0;
+        const auto look = [&](const Cruiser& fish, const PilotStep<double>& step, int) {
+            if (first == 0 && step.reasons.has(Reason::fixes_refused)) first = fish.time;
+            if (fish.time < 70)
+                worst = std::fmax(worst, std::hypot(step.estimate.x - fish.x, step.estimate.y - fish.y));
+        };
+        const auto spoil = [&](auto& r, int k) {
+            if (2500 <= k && k < 2500 + int(100 * seconds)) r.fix[0] += 200;
+        };
+        const Voyage<double> end = voyage<double>(box.mission, Water{}, 1200, 7, look, spoil);
+        CHECK(25 < first && first < 27.5);
+        CHECK((worst < 6) == (seconds < 30) && (150 < worst) == (30 < seconds));
+        CHECK(end.last.mode == Mode::done && !end.last.reasons.has(Reason::fixes_refused));
+        CHECK(std::hypot(end.fish.x, end.fish.y) < 3 + 3 * end.last.estimate.position_error);
+    }
+}
+
 static void fins_that_do_not_follow() {
     const Box<double> box;
     const auto run = [&](double port, double starboard) {
@@ -344,6 +366,7 @@ int main() {
     home_while_it_can();
     each_failure_has_its_rule();
     a_compass_that_is_off();
+    fixes_of_a_false_place();
     fins_that_do_not_follow();
     a_surface_under_water_is_found_out();
     float_against_double();

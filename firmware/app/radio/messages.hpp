@@ -96,8 +96,8 @@ inline mavlink_heartbeat_t heartbeat(const Snapshot& now) {
 
 inline int percent(float part) { return is_finite(part) ? int(clamp(part, 0.0f, 1.0f) * 100.0f + 0.5f) : -1; }
 
-/// prearm: the robot is armed, or would be on command. The receiver is healthy with a fix, which it has not under
-/// water.
+/// prearm: the robot is armed, or would be on command. The receiver is healthy with a fix that is believed; it has none
+/// under water.
 inline mavlink_sys_status_t sys_status(const Vehicle& vehicle, const Parser& parser) {
     const Snapshot& now = snapshot(vehicle);
     const Refusal refusal = check(vehicle, Order::arm, Station{});
@@ -110,7 +110,7 @@ inline mavlink_sys_status_t sys_status(const Vehicle& vehicle, const Parser& par
     const std::uint32_t depth = now.estimate.depths ? MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE : 0u;
     const std::uint32_t gps = MAV_SYS_STATUS_SENSOR_GPS, prearm = MAV_SYS_STATUS_PREARM_CHECK;
     const bool stopped = status.has(Condition::hard_stop), ready = now.armed() || refusal == Refusal::none;
-    const bool fixed = vehicle.fix.any && now.tick - vehicle.fix.tick <= fix_lasts;
+    const bool fixed = vehicle.fix.any && now.tick - vehicle.fix.tick <= fix_lasts && !now.estimate.fixes_refused;
     const Mission<float>& fence = mission(vehicle);
     const bool fenced = 0 < fence.corners || 0.0f < fence.range, inside = !fenced || holds(fence, here(vehicle));
     const std::uint32_t geofence = MAV_SYS_STATUS_GEOFENCE;

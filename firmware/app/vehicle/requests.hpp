@@ -211,7 +211,7 @@ inline Refusal set_leg(Vehicle& vehicle, Station from, int leg) {
 inline void reset_position(Vehicle& vehicle, const Place& to) {
     const float start[2] = {to.x, to.y};
     const Place before = here(vehicle);
-    vehicle.state.estimator.way = init(vehicle.model.pilot.estimator, start).way;
+    vehicle.state.estimator.way = init(vehicle.model.pilot.estimator.way, start);
     vehicle.home = {vehicle.home.x + to.x - before.x, vehicle.home.y + to.y - before.y};
     vehicle.now.estimate.x = to.x, vehicle.now.estimate.y = to.y;
 }

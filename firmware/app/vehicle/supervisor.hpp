@@ -85,7 +85,7 @@ inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInp
     }
     const PilotReadings<float>& seen = input.readings;
     const float reach = snag_reach * limits.snag_distance;
-    if (!seen.fixed || reach < seen.accuracy) return false;
+    if (!at.fix || reach < seen.accuracy) return false;  // what the pilot refuses says nothing
     const auto square = [](float x, float y) { return x * x + y * y; };
     const float straight = square(way.straight[0], way.straight[1]), course = snag_straight * way.swum;
     const bool far = limits.snag_distance * limits.snag_distance < straight;

@@ -15,7 +15,8 @@ struct BenchBoard {
     std::uint32_t ticks = 0;
     float acceleration[3] = {0.0f, 0.0f, 9.81f}, rate[3] = {}, field[3] = {-0.6f, 0.0f, -0.8f};
     float voltage = 15.0f, depth = 0.05f;
-    bool leak = false;
+    bool leak = false, sky = true;              // water in the hull; the receiver has satellites
+    std::int32_t place = 500000000;             // latitude of the fixes [1e-7 deg]
     std::vector<std::uint8_t> heard{}, said{};  // radio: bytes that came, and that went
 
     float noise(int channel) const { return normal<float>(random_bits(7, std::uint64_t(channel), ticks)); }
@@ -43,8 +44,8 @@ struct BenchBoard {
             put(first_channel("acceleration") + k, acceleration[k], 0.02f);
         }
         put(first_channel("voltage"), voltage, 0.02f), put(first_channel("depth"), depth, 5e-3f);
-        raw.fixed = ticks % 100 == 50, raw.leak = leak;
-        raw.fix[0] = 500000000 + int(10 * noise(sensor_channels)), raw.fix[1] = 80000000;
+        raw.fixed = sky && ticks % 100 == 50, raw.leak = leak;
+        raw.fix[0] = place + int(10 * noise(sensor_channels)), raw.fix[1] = 80000000;
         ++ticks;
     }
     void drive(const float (&to)[max_servos], int count) { std::copy(to, to + count, pulse); }

@@ -1,4 +1,6 @@
 /// The radio: commands, parameters, contact with the ground, and the data rate.
+#include <array>
+
 #include "radio_test.hpp"
 
 static void test_arm_gait_disarm() {
@@ -252,7 +254,63 @@ static void test_heartbeats_in_a_download() {
     CHECK(int(said<mavlink_heartbeat_t>(bench.board.said).size()) >= seconds - 1);
 }
 
+/// A robot that rests after a failsafe and hears nobody sends a beacon: each message twice a minute, with the last
+/// place that the receiver gave and its time, and heartbeats. When it is heard again, telemetry goes on.
+static void test_beacon() {
+    Bench bench;
+    bench.run(500);
+    bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+    const auto count = [&](int seconds) {
+        bench.board.said.clear();
+        bench.run(100 * seconds);
+        const Bytes& all = bench.board.said;
+        return std::array<std::size_t, 4>{said<mavlink_heartbeat_t>(all).size(), said<mavlink_attitude_t>(all).size(),
+                                          said<mavlink_global_position_int_t>(all).size(),
+                                          said<mavlink_gps_raw_int_t>(all).size()};
+    };
+    bench.run(600);  // it hears nobody, but no failsafe has come
+    CHECK(snapshot(bench.vehicle()).faults.has(firmware::Fault::link_lost) && 20 < count(60)[2]);
+    bench.board.leak = true, bench.board.sky = false;
+    const std::uint32_t last = bench.vehicle().fix.tick;
+    bench.run(6000);
+    CHECK(snapshot(bench.vehicle()).state == State::rest && snapshot(bench.vehicle()).answer == Answer::surface);
+    const auto [heartbeats, attitudes, places, fixes] = count(300);
+    CHECK(298 <= heartbeats && heartbeats <= 301);
+    for (const std::size_t beacons : {attitudes, places, fixes}) CHECK(9 <= beacons && beacons <= 11);
+    const auto raw = last_said<mavlink_gps_raw_int_t>(bench);
+    CHECK(raw.fix_type == GPS_FIX_TYPE_NO_FIX && raw.time_usec == 10000ull * last);
+    CHECK(std::abs(raw.lat - 500000000) < 100 && std::abs(raw.lon - 80000000) < 100);
+    CHECK(0 < last_said<mavlink_pilot_t>(bench).position_error);
+    mavlink_heartbeat_t alive{};
+    alive.type = MAV_TYPE_GCS, alive.autopilot = MAV_AUTOPILOT_INVALID;
+    bench.say(alive, 10);
+    CHECK(8 < count(4)[1]);
+}
+
+/// Fixes of another place: from the second on the receiver is not healthy, until half a minute has passed or the true
+/// ones are back. The robot stays where it is, unless they stay.
+static void test_false_place() {
+    for (const int seconds : {20, 40}) {
+        Bench bench;
+        bench.run(1000);
+        const auto healthy = [&] {
+            bench.say(command(MAV_CMD_REQUEST_MESSAGE, MAVLINK_MSG_ID_SYS_STATUS));
+            const auto status = last_said<mavlink_sys_status_t>(bench);
+            return (status.onboard_control_sensors_health & MAV_SYS_STATUS_SENSOR_GPS) != 0;
+        };
+        CHECK(healthy());
+        bench.board.place += 100'000;  // 1.1 km
+        bench.run(210);
+        CHECK(!healthy() && std::abs(snapshot(bench.vehicle()).estimate.y) < 3);
+        bench.run(100 * (seconds - 3));
+        bench.board.place -= seconds < 30 ? 100'000 : 0, bench.run(110);
+        CHECK(healthy() && (1000 < snapshot(bench.vehicle()).estimate.y) == (30 < seconds));
+    }
+}
+
 int main() {
+    test_beacon();
+    test_false_place();
     test_heartbeats_in_a_download();
     test_arm_gait_disarm();
     test_parameters();

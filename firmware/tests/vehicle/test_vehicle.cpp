@@ -1,4 +1,4 @@
-/// The vehicle under a mission is the pilot of the core; black box, positions, samples.
+/// The vehicle under a mission is the pilot of the core; black box, positions, samples, late ticks.
 #include "vehicle_test.hpp"
 
 /// Under a mission the vehicle is the pilot of the core, bit for bit.
@@ -87,7 +87,63 @@ static void samples() {
     CHECK(mean(s) == 7.5f);  // of 5, 7, 8, 60000
 }
 
+/// A bus that hangs delays ticks: the fault tells, and beat and clock keep their time.
+static void late_ticks() {
+    const auto swims = [](std::uint32_t counts, int ticks) {
+        begin_armed();
+        CHECK(set_gait(v, ground, beat()) == Refusal::none);
+        contact(300);
+        board.took = 0;
+        const std::uint32_t before = v.now.tick;
+        int beats = 0;
+        float last = 0;
+        for (int k = 0; k < ticks; ++k) {
+            board.took += counts;
+            contact(1);
+            const float set = v.now.output.set[0];
+            beats += last < 0 && 0 <= set, last = set;
+        }
+        CHECK(v.now.faults.has(Fault::overrun) == (counts > 1500));
+        CHECK_NEAR(float(v.now.tick - before), float(counts) * float(ticks) / 1000.0f, 2);
+        return beats;
+    };
+    const int beats = swims(1000, 2000);
+    CHECK(38 <= beats && beats <= 41);                // 20 s at 2 Hz
+    CHECK(std::abs(swims(1724, 1160) - beats) <= 1);  // 20 s at 58 Hz
+    // A second is lost where the clock went on for a second: no more than five steps are made up for.
+    begin_armed();
+    contact(10);
+    const std::uint32_t before = v.now.tick;
+    board.took += 100'000;
+    contact(1);
+    CHECK(v.now.tick == before + 5);
+    contact(1);
+    CHECK(v.now.tick == before + 6);
+}
+
+/// An erasure, while disarmed, delays the next tick and is no fault; what is late besides is one. The clock keeps its
+/// time.
+static void erasures_are_not_late() {
+    const auto stores = [](std::uint32_t erasing, std::uint32_t besides) {
+        begin(), float_on(v, board, 100);
+        board.took = v.started, board.erasing = erasing;
+        const std::uint32_t before = v.now.tick;
+        CHECK(set_parameter(v, ground, index_of("learning"), 0.5f) == Refusal::none);
+        bool late = false;
+        for (int k = 0; k < 100; ++k) {
+            board.took += k == 1 ? besides : 1000;
+            float_on(v, board, 1), late = late || v.now.faults.has(Fault::overrun);
+        }
+        CHECK(board.flash.erasures == 1 && settled(v.store));
+        CHECK_NEAR(float(v.now.tick - before), 100 + std::min(float(erasing) / 1000, 4.0f), 2);
+        return late;
+    };
+    for (std::uint32_t erasing : {4'500u, 40'000u}) CHECK(!stores(erasing, 1000) && stores(erasing, 2000));
+}
+
 int main() {
+    late_ticks();
+    erasures_are_not_late();
     it_is_the_pilot_of_the_core();
     a_full_ring();
     the_black_box();

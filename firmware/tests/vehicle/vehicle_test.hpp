@@ -38,6 +38,20 @@ inline void fix(std::int32_t latitude, std::int32_t longitude) {
     board.raw.fixed = false;
 }
 
+/// Float without a depth sensor, the ground in contact.
+inline void blind(int ticks) {
+    for (int k = 0; k < ticks; ++k) {
+        on_ground_contact(v, ground), float_upright(board, v, int(v.now.tick));
+        board.raw.channel[hypertuna::first_channel("depth")] = {};
+        tick(v, board);
+    }
+}
+
+/// Float with the ground in contact.
+inline void contact(int ticks) {
+    for (int k = 0; k < ticks; ++k) on_ground_contact(v, ground), float_on(v, board, 1);
+}
+
 /// Float with this voltage of the battery, and the ground in contact.
 inline void drain(float volts, int ticks) {
     const int channel = hypertuna::first_channel("voltage");

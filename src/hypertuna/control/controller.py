@@ -33,6 +33,7 @@ HAMMER_AT = 100e3  # Pa: pressure in a cylinder that hammer is reckoned at
 SMOOTH = 0.15  # hammer of the largest change of a servo's rate within a tick, over the room from fill to soft limit;
 RING = 3.0  # less where the line rings more slowly than within so many ticks,
 SHORT = 2.0  # ticks of a period of a line that pumps do not ring
+DRAWN = 1.5  # largest rate of a bend over the one whose hammer would empty the cylinder of the side that draws
 RUNG = 0.5  # and hammer counts for up to so much more: it adds to what rings already
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
 # Choices of the posture control, which docs/control.md explains (core posture.hpp)
@@ -72,7 +73,7 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
         else:
             rows = [_circuit(robot, hydraulics, thickest, 2 * j + side) for side in range(len(SIDES))]
             rows[0] |= _joint(robot, control, hydraulics, j)
-            rows[0]["rate"] = _rate_max(robot, rows[0])
+            rows[0] |= _rates(robot, hydraulics, 2 * j, rows[0])
         for row in rows:
             for name, value in row.items():
                 columns.setdefault(name, []).extend(np.atleast_1d(value).tolist())
@@ -83,7 +84,8 @@ def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
     """Return the constants of a joint that a servo turns: no pressure bounds its beat, no sensor reads its bend."""
     bend = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
     no = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
-    return {"direct": 1.0, "reach": bend, "amplitude": bend, "rate": NO_LIMIT} | no | _no_oil(servo)
+    free = dict.fromkeys(("rate", "sent_rate"), NO_LIMIT)
+    return {"direct": 1.0, "reach": bend, "amplitude": bend} | free | no | _no_oil(servo)
 
 
 def _no_oil(servo: JointServo) -> dict[str, Any]:
@@ -344,10 +346,12 @@ def _ring(hydraulics: Circuits, circuit: int) -> float:
     return 2 * math.pi * math.sqrt(at["inertance"] * _gives(at))
 
 
-def _rate_max(robot: Robot, circuit: dict[str, Any]) -> float:
-    """Compute the largest rate of a joint's bend [rad/s], whose oil hammers up to the soft limit."""
-    room = soft_limit(robot) - circuit["fill"]
-    return rounded_number(room / (circuit["hammer"] * circuit["map"][0]))
+def _rates(robot: Robot, hydraulics: Circuits, c: int, circuit: dict[str, Any]) -> dict[str, float]:
+    """Compute the largest rates of a joint's bend [rad/s]: its oil hammers up to the soft limit, or runs empty."""
+    hammer = circuit["hammer"] * circuit["map"][0]
+    rate = (soft_limit(robot) - circuit["fill"]) / hammer
+    drawn = DRAWN * _suction(robot, hydraulics, c) / hammer
+    return {"rate": rounded_number(rate), "sent_rate": rounded_number(min(rate, drawn))}
 
 
 def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:

@@ -43,7 +43,7 @@ BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state
     const T fill = model.circuit[2 * j].fill, part = (model.pressure_work - fill) / (model.pressure_soft - fill);
     const T held = blind(state, j) ? min(limit, part / model.joint[j].safe_static) : limit;
     const T bias = clamp(state.bias[j].value + state.aside[j].value, -held, held);
-    const T rate = state.bend[j].faulty ? T(flow_unseen) * model.joint[j].rate : model.joint[j].rate;
+    const T rate = (state.bend[j].faulty ? T(flow_unseen) : T(1)) * model.joint[j].sent_rate;
     return {min(asked_amplitude(state, j), min(limit - abs(bias), rate * state.swing)), bias};
 }
 
@@ -162,16 +162,15 @@ bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
 
 /// Within a tick: the furthest angle that a circuit's servo may be sent to. Above the soft limit it goes back, and it
 /// turns no faster than what the pressure in the drive units leaves of the limit to its flow. Of a line that rings the
-/// higher of two readings counts forward, and the lower one backward: the pump would jerk, and the line ring more.
+/// crest of the readings counts forward, and their trough back: else the pump would jerk, and the line ring more.
 template <class T>
 T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const SupervisorState<T>& circuit = state.circuit[c];
     const T viscosity = state.viscosity.value, line = supervisor.line * viscosity;
     // One reading of a sensor that is doubted may be a spike.
-    const bool doubted = state.pressure[c].bucket != 0 || supervisor.rings();
-    const T low = doubted ? min(circuit.pressure, circuit.before) : circuit.pressure;
-    const T high = supervisor.rings() ? max(circuit.pressure, circuit.before) : low;
+    const T one = state.pressure[c].bucket != 0 ? min(circuit.pressure, circuit.before) : circuit.pressure;
+    const T low = supervisor.rings() ? circuit.trough : one, high = supervisor.rings() ? circuit.crest : one;
     const T bent = model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2]);
     const T least = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
     const T unit = max(supervisor.fill + least, high - line * circuit.servo.change / model.tick);

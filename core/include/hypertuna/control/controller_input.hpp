@@ -109,9 +109,14 @@ void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, 
     if (trusted && T(0) < circuit.before && T(0) < circuit.pressure && T(0) < reading)
         learn(state.viscosity, model.circuit[c].line * (circuit.servo.change - circuit.turned[1]) / model.tick,
               reading - circuit.before);
-    governor.peak = max(governor.peak, median(circuit.before, circuit.pressure, reading));
+    // A line that rings peaks for one reading.
+    const bool alone = trusted && model.circuit[c].rings();
+    governor.peak = max(governor.peak, alone ? reading : median(circuit.before, circuit.pressure, reading));
     circuit.before = circuit.pressure;
     circuit.pressure = reading;
+    if (!model.circuit[c].rings()) return;
+    circuit.crest = max(reading, circuit.crest + T(rung_out) * (reading - circuit.crest));
+    circuit.trough = min(reading, circuit.trough + T(rung_out) * (reading - circuit.trough));
 }
 
 /// Take in the pressure of a circuit, and stop it where that has passed the hard limit.
@@ -136,7 +141,7 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     governor.doubt = governor.doubt || !quality.usable || repeats(state.pressure[c]);
     if (state.pressure[c].faulty) {
         status.set(Condition::blind, c);
-        circuit.before = circuit.pressure = supervisor.fill;
+        circuit.before = circuit.pressure = circuit.crest = circuit.trough = supervisor.fill;
         governor.ceiling =
             min(governor.ceiling, max(governor.proven, safe_amplitude(model.joint[c / 2], state.target.frequency)));
     }

@@ -189,6 +189,10 @@ T held(const SupervisorModel<T>& model, T bend) {
 inline constexpr double astray_time = 0.6;  // s
 inline constexpr double astray_room = 0.2, astray_held = 0.25;
 
+/// Part of the way to a lower reading that the crest of a line that rings falls within a tick; its trough rises
+/// likewise.
+inline constexpr double rung_out = 0.15;
+
 /// Two readings of a trusted sensor in a row above the hard limit release a joint, and this many of any sensor.
 inline constexpr int hard_trusted = 2, hard_any = 5;
 
@@ -196,6 +200,7 @@ template <class T>
 struct SupervisorState {
     T pressure;         // Pa: last valid reading, the fill pressure before the first
     T before;           // Pa: the one before
+    T crest, trough;    // Pa: of the readings, of a line that rings
     T change;           // rad: of the servo's angle that the last tick commanded
     Follower<T> servo;  // rad: where the servo is, as long as no load slows it down
     T turned[2];        // rad: its change in the two ticks before

@@ -326,7 +326,8 @@ PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<
     const auto read = [&](PilotReadings<double> truth) {
         const Reception<double> got = receive(world, on.receiver, truth.fixed, time, controller.tick, seed);
         truth.fixed = got.fixed;
-        truth.accuracy = std::hypot(instruments.sensors.model[channel_kind("position")].noise, got.told);
+        const double noise = instruments.sensors.model[channel_kind("position")].noise;
+        truth.accuracy = sqrt(noise * noise + got.told * got.told);  // not by hypot, which libraries round differently
         for (int k = 0; k < 2; ++k) truth.fix[k] += got.error[k];
         if (held) {  // the IMU shows gravity alone
             const Vector<double> up = gravity * rotation(start.pose.attitude).up;

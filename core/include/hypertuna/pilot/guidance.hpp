@@ -63,6 +63,7 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     lost(Reason::imu_lost, state.blind.imu, !at.attitude);
     lost(Reason::compass_lost, state.blind.compass, !at.compass);
     why.set(Reason::compass_off, at.compass_off);
+    why.clear(Reason::fixes_refused), why.set(Reason::fixes_refused, at.fixes_refused);
     lost(Reason::battery_lost, state.blind.battery, onboard.voltage_lost);
     why.set(Reason::tail_lost, onboard.joint_lost);
 }
@@ -98,10 +99,12 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
     const T near = T(0) < wanted ? model.response_depth : model.surface_depth;
     if (!at.depths || error < near)
         state.unanswered = 0;
-    else if (anew || state.unanswered == 0 || error < state.depth_error - model.response_depth)
-        state.unanswered = 1, state.depth_error = error;
-    else  // what counts is progress from the worst: while a beat begins, the nose dips
-        ++state.unanswered, state.depth_error = max(state.depth_error, error);
+    else if (anew || state.unanswered == 0)
+        state.unanswered = 1, state.depth_error = error, state.answered = false;
+    else if (error < state.depth_error - model.response_depth)
+        state.unanswered = 1, state.depth_error = error, state.answered = true;
+    else if (++state.unanswered; !state.answered)  // progress from the worst: while a beat begins, the nose dips
+        state.depth_error = max(state.depth_error, error);
     // Below the limit there is no time to wait: what goes on down with its fins up is driven down.
     const bool deep = mission.depth_max < at.depth && T(0.02) < at.sink;
     const T allowed = deep ? T(0.2) * model.response_time : model.response_time;

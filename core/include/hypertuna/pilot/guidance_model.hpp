@@ -72,7 +72,8 @@ struct GuidanceState {
     int poor, drained, carried;   // ticks of low charge, without a reserve, of a current too strong for the way home
     T fin_evidence;               // s: positive for the starboard fin
     int unanswered;               // ticks with fins at their limit
-    T depth_error, depth_wanted;  // m, when that began
+    bool answered;                // the depth has come nearer since; a held robot goes up and down with the swell
+    T depth_error, depth_wanted;  // m, when that began or it last came nearer
     T fin;                        // rad, last asked
 };
 

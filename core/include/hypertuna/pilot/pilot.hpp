@@ -85,7 +85,7 @@ template <class T>
 bool due(const Pilot<T>& pilot, PilotState<T>& state) {
     const bool now = state.wait == 0;
     if (now) {
-        carry(pilot.estimator, state.estimator.way);
+        carry(pilot.estimator.way, state.estimator.way, pilot.estimator.attitude.tick);
         state.wait = pilot.every;
     }
     --state.wait;

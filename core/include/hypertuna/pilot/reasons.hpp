@@ -50,6 +50,7 @@ enum class Reason : std::uint8_t {
     skipped,
     passed,
     adrift,
+    fixes_refused,
     count
 };
 inline constexpr int reasons = int(Reason::count);
@@ -81,6 +82,7 @@ inline constexpr NamedText reason_texts[reasons] = {
     {"skipped", "a waypoint was left out: too near the fence or beyond it, or by order"},
     {"passed", "a waypoint was passed without being reached: position or depth were not right in time"},
     {"adrift", "the position is too uncertain to tell whether this is home"},
+    {"fixes_refused", "fixes are where the robot cannot have come: none is used until they agree for half a minute"},
 };
 
 /// A set of reasons, one bit each.

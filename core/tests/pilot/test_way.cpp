@@ -1,0 +1,252 @@
+/// Way: by hand where a hand can, else against a truth with noise. Which fixes are taken, and what is told of the
+/// error.
+#include "cruise.hpp"
+
+using namespace hypertuna;
+
+static constexpr double tick = 0.01;
+
+/// Carry the way on to the time of a fix, and take it if it is plausible.
+static bool take(const WayModel<double>& model, WayState<double>& way, const double (&fix)[2], double accuracy) {
+    carry(model, way, tick);
+    return take_fix(model, way, fix, accuracy);
+}
+
+/// Position and covariance of a straight way by hand: after t seconds the current's error counts t times, the factor's
+/// U t times, and that of the compass, across, as much.
+static void a_way_by_hand() {
+    WayModel<double> model = test_pilot<double>().estimator.way;
+    model.position_walk = model.current_walk = model.factor_walk = 0;
+    const double start[2] = {3, -4};
+    WayState<double> way = init(model, start);
+    way.at[2] = 0.1, way.at[4] = 0.9;
+    for (int k = 0; k < 50; ++k) {
+        way.moved[0] += 0.4, way.ticks += 100;
+        if (k % 7 == 0) carry(model, way, tick);
+    }
+    carry(model, way, tick);
+    CHECK_NEAR(way.at[0], 3 + 0.1 * 50 + 0.9 * 20, 1e-12);
+    CHECK_NEAR(way.at[1], -4, 1e-12);
+    CHECK_NEAR(way.spread[0][0], 1 + 0.01 * 2500 + 0.01 * 400, 1e-10);
+    CHECK_NEAR(way.spread[1][1], 1 + 0.01 * 2500 + 0.01 * 400, 1e-10);
+    CHECK_NEAR(way.spread[0][2], 0.01 * 50, 1e-12);
+    CHECK_NEAR(way.spread[0][way_along], 0.01 * 20, 1e-12);
+    CHECK_NEAR(way.spread[1][way_across], 0.01 * 20, 1e-12);
+    CHECK_NEAR(position_error(model, way), std::sqrt(30 + 1.5 * 1.5), 1e-10);
+    CHECK_NEAR(drift_error(way, 0.4, 0.0), std::sqrt(0.01 + 0.16 * 0.01), 1e-12);
+    // One fix: the gain is P / (P + R) for the position and what goes with it for the rest.
+    const double before = way.at[0], p = way.spread[0][0], r = 2.25;
+    const double fix[2] = {before + 6, -4};
+    CHECK(take(model, way, fix, 0.0));
+    CHECK_NEAR(way.at[0], before + 6 * p / (p + r), 1e-10);
+    CHECK_NEAR(way.at[2], 0.1 + 6 * 0.5 / (p + r), 1e-10);
+    CHECK_NEAR(way.at[4], 0.9 + 6 * 0.2 / (p + r), 1e-10);
+    CHECK_NEAR(way.spread[0][0], p * r / (p + r), 1e-10);
+}
+
+/// What is no number is no fix, nor what its receiver does not believe; fixes that never agree are never taken.
+static void stray_fixes_are_refused() {
+    const WayModel<double> model = test_pilot<double>().estimator.way;
+    const double start[2] = {0, 0}, near[2] = {1, 1}, none[2] = {std::nan(""), 0};
+    WayState<double> way = init(model, start);
+    CHECK(take(model, way, near, 0.0));
+    CHECK(!take(model, way, none, 0.0) && !take(model, way, near, 20.0));
+    for (int k = 0; k < 100; ++k) {  // each is somewhere else
+        const double scattered[2] = {k % 2 ? 80.0 : -50, 30};
+        way.ticks += 100;
+        CHECK(!take(model, way, scattered, 0.0));
+    }
+    CHECK(std::fabs(way.at[0]) < 2 && way.doubt.agree == 0 && way.doubt.fixes == 100);
+}
+
+/// A minute of fixes at the start, then `seconds` of them at another place.
+static WayState<double> moved_fixes(const WayModel<double>& model, double far, double seconds, int per_second) {
+    const double start[2] = {0, 0}, there[2] = {far, 0};
+    WayState<double> way = init(model, start);
+    for (int k = 0; k < 60; ++k) way.ticks += 100, CHECK(take(model, way, start, 1.5));
+    for (int k = 0; k < int(seconds * per_second); ++k) way.ticks += 100 / per_second, take(model, way, there, 1.5);
+    return way;
+}
+
+/// Fixes at a false place are not taken for half a minute, however many they are, and leave no trace in the filter:
+/// neither does another false place profit from them, nor does the true one suffer. From the second on they are told,
+/// and the error with them. A robot that was carried there is there after that time.
+static void a_false_place_is_refused() {
+    const WayModel<double> model = test_pilot<double>().estimator.way;
+    for (const int per_second : {1, 5, 10})
+        for (const double far : {15.0, 40.0, 300.0, 5000.0}) {
+            const WayState<double> sound = moved_fixes(model, far, 0, per_second);
+            double before = position_error(model, sound);
+            for (const double seconds : {2.0, 5.0, 15.0, 28.0}) {
+                const WayState<double> way = moved_fixes(model, far, seconds, per_second);
+                CHECK(std::fabs(way.at[0]) < 1 && 1 < way.doubt.fixes && way.doubt.fixes == int(seconds) * per_second);
+                CHECK(before < position_error(model, way));
+                before = position_error(model, way);
+                const double start[2] = {0, 0}, other[2] = {-0.3 * far - 10, 0.2 * far + 10};
+                WayState<double> next = way;
+                CHECK(!take(model, next, other, 1.5) && next.at[0] == way.at[0]);
+                CHECK(take(model, next, start, 1.5) && position_error(model, next) < 3 && next.doubt.fixes == 0);
+            }
+            CHECK(far / 3 < before);  // the true error, were it there, is within three of them
+            const WayState<double> carried = moved_fixes(model, far, 32, per_second);
+            CHECK_NEAR(carried.at[0], far, 1);
+            CHECK(position_error(model, carried) < 3 && carried.doubt.fixes == 0);
+        }
+    // Two fixes, and the dive between them: no half minute of agreement.
+    WayState<double> way = moved_fixes(model, 100, 1, 1);
+    const double there[2] = {100, 0};
+    for (int k = 0; k < 600; ++k) way.ticks += 10, carry(model, way, tick);
+    CHECK(!take(model, way, there, 1.5) && way.doubt.agree <= 1);
+}
+
+/// A compass that turns against the gyroscope leaves the filter an error of 100 m after a minute at 0.3 m/s. The robot
+/// cannot have come beyond 60 s of 1.7 times that speed and of a current of 0.37 m/s, 53 m, and the error of two fixes.
+static void nothing_is_farther_than_it_swims() {
+    const Pilot<double> pilot = test_pilot<double>();
+    const WayModel<double> model = pilot.estimator.way;
+    WayState<double> way = moved_fixes(model, 0, 0, 1);
+    for (int k = 0; k < 1000; ++k) compare_gyroscope(pilot.estimator.attitude, way, 0.6);
+    for (int k = 0; k < 600; ++k) way.moved[0] += 0.03, way.ticks += 10, carry(model, way, tick);
+    CHECK(100 < position_error(model, way));
+    for (const double far : {120.0, 200.0}) {
+        const double there[2] = {far, 0};
+        WayState<double> next = way;
+        for (int k = 0; k < 2; ++k) next.ticks += 100, CHECK(!take(model, next, there, 1.5));
+        CHECK(std::fabs(next.at[0] - way.at[0]) < 1);
+    }
+    const double there[2] = {45, 0};
+    CHECK(take(model, way, there, 1.5) && std::fabs(way.at[0] - 45) < 1);
+}
+
+/// Signals that are reflected for 3 to 12 s move fixes by 10 to 30 m, once or twice a minute: an estimate that had half
+/// a minute of sound fixes stays near. Honest receivers tell, others do not.
+static void reflected_signals_move_little() {
+    const WayModel<double> model = test_pilot<double>().estimator.way;
+    for (const bool honest : {true, false}) {
+        double worst = 0;
+        for (int run = 0; run < 40; ++run) {
+            const double start[2] = {0, 0};
+            WayState<double> way = init(model, start);
+            const auto draw = [&](int what, int k) {
+                return uniform<double>(random_bits(std::uint64_t(run), std::uint64_t(what), std::uint64_t(k)));
+            };
+            const auto noise = [&](int what, int k) {
+                return 1.5 * normal<double>(random_bits(std::uint64_t(run), std::uint64_t(what), std::uint64_t(k)));
+            };
+            for (int second = 0; second < 300; ++second) {
+                way.ticks += 100;
+                const int burst = second / 40, since = second % 40 - 28;
+                const bool off = burst > 0 && 0 <= since && since < 3 + int(9 * draw(1, burst));
+                const double far = off ? 10 + 20 * draw(2, burst) : 0, angle = 2 * pi * draw(3, burst);
+                const double fix[2] = {far * std::cos(angle) + noise(4, second),
+                                       far * std::sin(angle) + noise(5, second)};
+                take(model, way, fix, 1.5 + (honest ? far : 0));
+                if (second > 30) worst = std::fmax(worst, std::hypot(way.at[0], way.at[1]));
+            }
+        }
+        CHECK(worst < 2);  // 31 m, when five fixes in a row were believed; 4.5 m, when refused ones counted a little
+    }
+}
+
+/// On two headings current and factor part: the filter finds both, and its errors are what it says they are.
+static void current_and_factor_part() {
+    const WayModel<double> model = test_pilot<double>().estimator.way;
+    double square = 0;
+    const int runs = 60;
+    for (int run = 0; run < runs; ++run) {
+        const double start[2] = {0, 0};
+        WayState<double> way = init(model, start);
+        const auto draw = [&](int what, int k) {
+            return normal<double>(random_bits(std::uint64_t(run), std::uint64_t(what), std::uint64_t(k)));
+        };
+        const double current[2] = {0.1 * draw(0, 0), 0.1 * draw(1, 0)}, factor = 1 + 0.1 * draw(2, 0);
+        double at[2] = {draw(3, 0), draw(4, 0)};
+        for (int second = 0; second < 600; ++second) {
+            const double swum[2] = {second % 200 < 100 ? 0.3 : 0.0, second % 200 < 100 ? 0.0 : 0.3};
+            for (int k = 0; k < 2; ++k) {
+                at[k] += factor * swum[k] + current[k] + 0.05 * draw(5 + k, second);
+                way.moved[k] += swum[k];
+            }
+            way.ticks += 100;
+            if (second % 50 > 45) {
+                const double fix[2] = {at[0] + 1.5 * draw(7, second), at[1] + 1.5 * draw(8, second)};
+                take(model, way, fix, 0.0);
+            }
+        }
+        carry(model, way, tick);
+        CHECK_NEAR(way.at[2], current[0], 0.05);
+        CHECK_NEAR(way.at[3], current[1], 0.05);
+        CHECK_NEAR(way.at[4], factor, 0.15);
+        for (int k = 0; k < 2; ++k) {
+            const double error = way.at[k] - at[k];
+            square += error * error / way.spread[k][k] / (2 * runs);
+        }
+    }
+    // Mean of 120 squares of a normal number, were they independent: 1 within 4 deviations of 0.13. The filter also
+    // allows for changes of current and factor that this water does not have.
+    CHECK(0.2 < square && square < 1.5);
+}
+
+/// Swims two legs of 50 s at 0.3 m/s, the first toward east by the compass, with a fix each second.
+struct TwoLegs {
+    WayModel<double> model = test_pilot<double>().estimator.way;
+    WayState<double> way{};
+    double at[2] = {0, 0};
+
+    TwoLegs() {
+        const double start[2] = {0, 0};
+        model.fix_noise = 0.3, model.fix_offset = 0;
+        way = init(model, start);
+    }
+    void swim(double x, double y, double angle, const double (&current)[2], int seconds, bool up = true) {
+        const double over[2] = {x * std::cos(angle) - y * std::sin(angle), x * std::sin(angle) + y * std::cos(angle)};
+        for (int second = 0; second < seconds; ++second) {
+            for (int tenth = 0; tenth < 10; ++tenth) {
+                way.moved[0] += 0.1 * x, way.moved[1] += 0.1 * y, way.ticks += 10;
+                carry(model, way, tick);
+            }
+            for (int k = 0; k < 2; ++k) at[k] += over[k] + current[k];
+            if (up) take(model, way, at, 0.0);
+        }
+    }
+    double error() const { return std::hypot(way.at[0] - at[0], way.at[1] - at[1]); }
+};
+
+/// A compass that is 60 deg off and still water, or a sound one in a current of 0.3 m/s: on the first leg, toward east
+/// by the compass, both go the same way, 0.3 (cos 60, sin 60) = 0.3 (1, 0) + (-0.15, 0.26). On the second, toward north
+/// by the compass, the one goes 0.3 (-sin 60, cos 60), the other 0.3 (0, 1) + (-0.15, 0.26), which is 0.42 m/s apart:
+/// after 20 s without fixes 8.5 m. Whichever it was, the told error has room for both; fixes then say which.
+static void two_legs_tell_a_compass_from_a_current() {
+    const double angle = pi / 3, none[2] = {0, 0};
+    const double alike[2] = {0.3 * (std::cos(angle) - 1), 0.3 * std::sin(angle)};
+    for (const bool off : {true, false}) {
+        TwoLegs legs;
+        const double turned = off ? angle : 0;
+        const double (&current)[2] = off ? none : alike;
+        legs.swim(0.3, 0, turned, current, 50);
+        CHECK(!compass_is_off(legs.way) && legs.error() < 0.3);  // it may be either, and the place is known
+        CHECK(drift_error(legs.way, 0.3, 0.0) < 0.02);           // also where this heading leads
+        CHECK(drift_error(legs.way, 0.0, 0.3) > 0.42 / 3);       // but not where another does
+        legs.swim(0, 0.3, turned, current, 20, false);
+        CHECK(off == (4 < legs.error()));
+        CHECK(legs.error() < 3 * position_error(legs.model, legs.way) && 8.5 / 3 < legs.way.spread[0][0]);
+        legs.swim(0, 0.3, turned, current, 30);
+        CHECK(legs.error() < 0.3 && compass_is_off(legs.way) == off);
+        CHECK_NEAR(legs.way.at[way_along], std::cos(turned), 0.1);
+        CHECK_NEAR(legs.way.at[way_across], std::sin(turned), 0.1);
+        Vector<double> facing{0, 1, 0};
+        face_by_course(legs.way, facing);
+        CHECK_NEAR(std::atan2(-facing.x, facing.y), turned, 0.1);
+    }
+}
+
+int main() {
+    a_way_by_hand();
+    stray_fixes_are_refused();
+    a_false_place_is_refused();
+    nothing_is_farther_than_it_swims();
+    reflected_signals_move_little();
+    current_and_factor_part();
+    two_legs_tell_a_compass_from_a_current();
+    return failures();
+}
