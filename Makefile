@@ -258,7 +258,7 @@ test-firmware: firmware-pc ## C++ tests of the firmware; those that run it, on t
 
 test-firmware-sanitized: $(VENV)/.installed-test ## the same, and the radio in lock-step, with the sanitizers of test-sanitized
 	@cmake -S . -B build/firmware/sanitized -G Ninja -DHYPERTUNA_BUILD_FIRMWARE=ON -DHYPERTUNA_SANITIZE=ON > /dev/null
-	@cmake --build build/firmware/sanitized >&2
+	@cmake --build build/firmware/sanitized --target firmware/tests/all >&2
 	@ctest --test-dir build/firmware/sanitized --output-on-failure --no-tests=error -j $(JOBS) -E firmware_headers
 	@HYPERTUNA_BENCH=build/firmware/sanitized $(BIN)/python -m pytest -q tests/radio/test_radio_cpp.py
 
