@@ -39,7 +39,10 @@ $(VENV)/.python: FORCE
 .PHONY: FORCE
 
 # The rebuild on import runs `cmake` from PATH: the .pth file lets this Python find its own one, activated or not.
-$(VENV)/.tools: $(VENV)/.python pyproject.toml
+# With LOCK=requirements.lock all packages come first, of the versions and hashes there; what follows finds them installed.
+LOCK ?=
+$(VENV)/.tools: $(VENV)/.python pyproject.toml $(LOCK)
+	$(if $(LOCK),@$(call pip,packages of $(LOCK),--no-compile --require-hashes -r $(LOCK)))
 	$(call install,build tools,["build-system"]["requires"])
 	@! grep -qs ziglang $(BIN)/c++ || $(call pip,compiler of Zig,--no-compile $(ZIGLANG))
 	@echo 'import os, sys; os.environ["PATH"] = os.path.join(sys.prefix, "bin") + os.pathsep + os.environ.get("PATH", "")' \
@@ -74,7 +77,7 @@ $(VENV)/.installed-sb3: $(VENV)/.installed-test
 
 # --- what to run
 
-.PHONY: dev demo test mutants test-cpp test-studio hosts mujoco-plugin test-sanitized test-hosts-sanitized test-firmware-sanitized test-python test-processors test-fe test-firmware bench bench-json firmware firmware-teensy system-deps lint format stub
+.PHONY: dev demo test mutants test-cpp test-studio hosts mujoco-plugin test-sanitized test-hosts-sanitized test-firmware-sanitized test-python test-processors test-fe test-firmware bench bench-json firmware firmware-teensy lock system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -258,9 +261,12 @@ test-firmware: firmware-pc ## C++ tests of the firmware; those that run it, on t
 
 test-firmware-sanitized: $(VENV)/.installed-test ## the same, and the radio in lock-step, with the sanitizers of test-sanitized
 	@cmake -S . -B build/firmware/sanitized -G Ninja -DHYPERTUNA_BUILD_FIRMWARE=ON -DHYPERTUNA_SANITIZE=ON > /dev/null
-	@cmake --build build/firmware/sanitized >&2
+	@cmake --build build/firmware/sanitized --target firmware/tests/all >&2
 	@ctest --test-dir build/firmware/sanitized --output-on-failure --no-tests=error -j $(JOBS) -E firmware_headers
 	@HYPERTUNA_BENCH=build/firmware/sanitized $(BIN)/python -m pytest -q tests/radio/test_radio_cpp.py
+
+lock: $(VENV)/.tools ## requirements.lock anew: version and hash of each package that CI installs, for this Python
+	@$(BIN)/python make/lock.py requirements.lock
 
 system-deps: ## Arm compiler and emulator by apt, for firmware: 430 MB to fetch, 2.6 GB on disk; as root
 	apt-get update -qq

@@ -40,9 +40,10 @@ class Device final : public BodyTwin<Home, DeviceMoment<BodyOf<Home>>> {
 
     int advance(int ticks) override {
         int made = 0;
-        for (; made < ticks && plausible(now_.twin.plant); ++made) {
+        for (bool whole = plausible(now_.twin.plant); made < ticks && whole; made += whole) {
             now_.tick = plant_ ? plant_tick() : twin_tick();
             ++now_.ticks;
+            whole = plausible(now_.twin.plant);
             if (plant_) look(), sense();
         }
         if (!plant_) look();

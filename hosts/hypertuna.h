@@ -93,8 +93,8 @@ HT_API void ht_twin_break(ht_twin* twin, int kind, int first, int last);
 /* The servo of a flight's fin (0 port, 1 starboard) stands from now on (1 where it is, 2 level, 3 up, 4 down; 0 mends).
  */
 HT_API void ht_twin_jam(ht_twin* twin, int fin, int kind);
-/* Make control ticks; returns how many were made: fewer where the plant left what a robot can do, or a flight is over.
- */
+/* Make control ticks; returns how many were made: fewer where the plant left what a robot can do in the tick that the
+ * row then shows, or a flight is over. */
 HT_API int ht_twin_advance(ht_twin* twin, int ticks);
 
 /* Name and count of numbers of a column of what the last tick saw; null after the last. */

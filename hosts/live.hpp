@@ -65,13 +65,14 @@ class CommandedTwin final : public BodyTwin<Home, TwinMoment<BodyOf<Home>>> {
 
     int advance(int ticks) override {
         int made = 0;
-        while (made < ticks && plausible(now_.twin.plant)) {
+        for (bool whole = plausible(now_.twin.plant); made < ticks && whole;) {
             const auto start = now_.twin.plant;
             const auto tick =
                 command_tick(twin_, now_.twin, this->command, this->instruments, now_.sensing, this->time());
             ++now_.ticks;
-            if (++made == ticks || !plausible(now_.twin.plant))
-                Base::Columns::write(this->row, 0, shown(now_.twin, start), tick);
+            whole = plausible(now_.twin.plant);
+            made += whole;
+            if (made == ticks || !whole) Base::Columns::write(this->row, 0, shown(now_.twin, start), tick);
         }
         return made;
     }
@@ -115,7 +116,8 @@ class FlightTwin final : public BodyTwin<SpaceBody<Law, D>, FlightState<D>> {
             const PlantState<double, D, InSpace> start = now_.twin.plant;
             const double began = time();
             const PilotTick<double, D> tick = flight_tick(twin_, now_, now_.twin, flight_, world_, instruments);
-            if (++made < ticks && ending() == Ending::none) continue;
+            made += ending() != Ending::diverged;
+            if (made < ticks && ending() == Ending::none) continue;
             Base::Columns::write(row, 0, shown(now_.twin, start), tick.tick);
             write_row(row, pilot_at_, pilot_columns, 0, tick.step);
             write_row(row, flight_at_, flight_columns, 0,

@@ -66,7 +66,7 @@ class LiveTwin {
     Record row;  // of the last tick
 
     virtual ~LiveTwin() = default;
-    /// Make ticks; returns how many were made. The row is of the last.
+    /// Make ticks; returns how many were made, without one that breaks the plant. The row is of the last, or of that.
     virtual int advance(int ticks) = 0;
     /// Let a fin's servo stand at an angle [rad], where it is if that is NaN; false mends it. Of flights alone.
     virtual void jam(int, double, bool) {}

@@ -99,6 +99,25 @@ def test_it_swims_as_the_twin_of_hypertuna_h_to_the_bit(host: Native) -> None:
     assert device("column", len(device.columns()), byref(c_int())) is None
 
 
+@pytest.mark.parametrize("start", [{}, {"sea": 1, "depth": 1.0}], ids=["plane", "sea"])
+def test_a_tick_that_breaks_the_plant_is_not_made(host: Native, start: dict[str, Any]) -> None:
+    """Python's record ends with that tick. No tick is made behind it."""
+    document = ROBOT.document()
+    document["links"]["lateral_area_m2"][-1] = 300
+    wild = parse(document)
+    ways = {"seed": 1, "duration": 1, "start": "rest"} if not start else {"seed": 1, "duration": 1, "depth": 1}
+    whole = len((ht.twin_at_sea if start else ht.twin)(wild, GAIT, **ways).time) - 1
+    robot = Robot.read(robot_image(wild), host)
+    assert isinstance(robot, Robot)
+    for ticks in (whole + 1, whole, 1):
+        device, twin = Device(host, robot_image(wild), seed=1, **start), Twin(robot, seed=1, **start)
+        device.command(GAIT)
+        twin.command(GAIT)
+        made = [(device("advance", ticks), host.call("ht_twin_advance", twin.handle, ticks)) for _ in range(whole + 2)]
+        assert np.sum(made, axis=0).tolist() == [whole, whole]
+        assert made[-1] == (0, 0)
+
+
 def test_a_pilot_steers_and_its_state_is_saved(host: Native) -> None:
     image = robot_image(ROBOT)
     first, other = Device(host, image, seed=4, **AT_SEA), Device(host, image, seed=4, **AT_SEA)

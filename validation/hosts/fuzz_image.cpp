@@ -144,7 +144,7 @@ void run(Twin* twin, const std::vector<double>& gait, Counts& counts) {
     for (int k = 0; k < 5; ++k) {
         whole = Calls::advance(twin, 5) == 5 && whole;
         Calls::read(twin, row.data());
-        if (whole && !finite(row) && Calls::advance(twin, 1) != 0) {
+        if (whole && !finite(row)) {
             std::size_t at = 0;
             for (int k = 0, width = 0; const char *name = Calls::column(twin, k, &width); ++k, at += width)
                 if (!finite({&row[at], &row[at] + width})) std::fprintf(stderr, "not finite: %s\n", name);

@@ -62,6 +62,7 @@ static void errors_by_hand() {
     CHECK_NEAR(quantized(0.1, 0.26), 0.3, 1e-15);
     CHECK_NEAR(quantized(0.1, -0.24), -0.2, 1e-15);
     CHECK_NEAR(quantized(0.1f, -0.24f), -0.2, 1e-7);
+    CHECK(quantized(0.0, 3.7) == 3.7 && quantized(5e-324, 3.7) == 3.7 && quantized(1e-40f, 3.7f) == 3.7f);
     // Beyond its range it shows the end of its range.
     Readings<double> far = truth();
     far.pressure[0] = 7e5;

@@ -115,12 +115,15 @@ inline void command(Radio& radio, Vehicle& vehicle, const Frame& frame, bool fre
 /// Act on a frame that is signed where it must be. A companion computer may have the robot's system id.
 inline void on_frame(Radio& radio, Vehicle& vehicle, const Frame& frame) {
     const std::uint32_t tick = snapshot(vehicle).tick;
-    if (frame.system == radio.out.sender.system && frame.component == own_component) return;  // an echo
+    const bool echo = frame.system == radio.out.sender.system && frame.component == own_component;
     const Peer from{frame.system, frame.component};
     // A modem does not sign its status: the frame must not count as its sender's last.
     const bool status = frame.id == MAVLINK_MSG_ID_RADIO_STATUS;
-    if (!status && !verify(radio.signing, frame))
-        return ++radio.not_signed, report_rarely(radio, tick, Refusal::not_signed);
+    const bool believed = !echo && !status && verify(radio.signing, frame);
+    // A stranger may leave the signature out: in its place another's frame begins.
+    if (frame.is_signed && !believed) radio.parser.used -= signature_length;
+    if (echo) return;
+    if (!status && !believed) return ++radio.not_signed, report_rarely(radio, tick, Refusal::not_signed);
     store_stamp(radio.signing, vehicle);
     const bool fresh = status || radio.signing.on || is_new(radio.run, frame, tick);  // signatures have their own order
     const bool noticed = visit_message(Dialect{}, frame, [&](const Notice auto& m) {

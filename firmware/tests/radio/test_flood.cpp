@@ -40,32 +40,33 @@ struct Flooded : Bench {
     }
 };
 
-/// A frame that anybody can send: without a signature.
+/// A frame that anybody can send: without a signature, even if it says that one follows.
 template <class Message>
-Bytes unsigned_frame(const Message& m, Sender from) {
+Bytes unsigned_frame(const Message& m, Sender from, bool torn = false) {
     Bytes bytes(max_frame);
     bytes.resize(std::size_t(
-        write_frame(bytes.data(), kind_of<Message>, reinterpret_cast<const std::uint8_t*>(&m), from, false)));
+        write_frame(bytes.data(), kind_of<Message>, reinterpret_cast<const std::uint8_t*>(&m), from, torn)));
     return bytes;
 }
 
-static constexpr Sender radio_modem{modem.system, modem.component, 0}, nobody{7, 7, 0};
+static constexpr Sender radio_modem{modem.system, modem.component, 0}, nobody{7, 7, 0}, robot_itself{1, 1, 0};
 
 static std::vector<Bytes> floods() {
     mavlink_radio_status_t full{};  // a transmit buffer of which nothing is left
     full.rssi = full.remrssi = 200;
     const mavlink_command_long_t other = command(MAV_CMD_NAV_TAKEOFF);
     return {unsigned_frame(full, radio_modem), unsigned_frame(full, nobody), unsigned_frame(other, nobody),
-            unsigned_frame(mavlink_ping_t{}, nobody)};
+            unsigned_frame(mavlink_ping_t{}, nobody), unsigned_frame(other, nobody, true)};
 }
 
-/// The beginning of a long frame that never ends.
-static Bytes torn_frame() {
+/// The beginning of a long frame that never ends, and frames whose signature never comes.
+static std::vector<Bytes> torn_frames() {
     mavlink_file_transfer_protocol_t m{};
     std::fill(std::begin(m.payload), std::end(m.payload), std::uint8_t(1));
     Bytes bytes = unsigned_frame(m, nobody);
     bytes.resize(head_length);
-    return bytes;
+    return {bytes, unsigned_frame(m, nobody, true), unsigned_frame(m, robot_itself, true),
+            unsigned_frame(mavlink_radio_status_t{}, radio_modem, true)};
 }
 
 struct SafeOrder {
@@ -175,13 +176,14 @@ static void test_sticks_without_room() {
 /// The beginning of a frame holds nothing up that comes behind it.
 static void test_torn_frames() {
     Flooded bench({});
-    for (const SafeOrder& order : safe_orders()) {
-        bench.app.vehicle.now.state = order.before;
-        bench.hear(torn_frame());
-        bench.say(order.command, 2);
-        CHECK(snapshot(bench.vehicle()).state == order.after);
-        give(bench.app.vehicle, Order::arm, pilot_station);
-    }
+    for (const Bytes& torn : torn_frames())
+        for (const SafeOrder& order : safe_orders()) {
+            bench.app.vehicle.now.state = order.before;
+            bench.hear(torn);
+            bench.say(order.command, 2);
+            CHECK(snapshot(bench.vehicle()).state == order.after);
+            give(bench.app.vehicle, Order::arm, pilot_station);
+        }
 }
 
 /// However little of its radio the robot may use, it sends a heartbeat a second and answers a command a second.

@@ -90,12 +90,13 @@ T line_error(const SensorModel<T>& model, T truth) {
     return model.nonlinearity * (model.high - model.low) * T(2.598076211353316) * (z - z * z * z);
 }
 
-/// Round to the sensor's step. Adding and taking away a large number rounds without leaving arithmetic.
+/// Round to the sensor's step; one that is finer than the number's own changes nothing. Adding and taking away a large
+/// number rounds without leaving arithmetic.
 template <class T>
 T quantized(T step, T x) {
-    if (!(T(0) < step)) return x;
-    const T count = x / step, large = Reduction<T>::round;
-    return (count + large - large) * step;
+    const T large = Reduction<T>::round;
+    if (!(abs(x) < large * step)) return x;
+    return (x / step + large - large) * step;
 }
 
 /// What a faulty sensor shows in place of `reading`; `held` is the last one before the fault, `since` its age, s.
