@@ -36,7 +36,7 @@ inline constexpr NumberRange number_ranges[] = {
     {0.01, 1e5, false, "frequency_max"},
     {0.1, 1e6, false, "density"},
     {0, endless, false, "bottom"},
-    {tiny, endless, false, "converter"},
+    {tiny, endless, false, "converter pulse_per_rad"},
     {0, huge, false, "circuit.bandwidth circuit.inertia joint.length"},  // zeros where a servo moves the joint
     {1e-3, endless, false, "bandwidth"},
     {tiny, huge, false, "length mass inertia body_length robot_mass"},
