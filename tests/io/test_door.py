@@ -25,7 +25,7 @@ from hypertuna.errors import InputError
 from hypertuna.io import door
 from hypertuna.io.checkpoint import Journal, read_header
 from hypertuna.io.door import DEPTH, DIGITS, KINDS, MB, ROWS, parse_json, parse_toml, read_bytes, read_npz
-from hypertuna.io.files import Csv, replaced, write_netcdf
+from hypertuna.io.files import Csv, replaced, scratch, write_netcdf
 from hypertuna.io.mcap import McapWriter
 from hypertuna.io.tables import parse_float, read_table
 from hypertuna.learning.policy import read_policy
@@ -369,15 +369,17 @@ def test_a_log_has_one_writer(tmp_path: Path) -> None:
 
 
 def test_a_full_temporary_folder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: Any, **__: Any) -> None:
-        raise OSError(28, "No space left on device")
-
-    data = xr.Dataset({"speed": 0.3})
-    monkeypatch.setattr("xarray.Dataset.to_netcdf", full)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    with pytest.raises(InputError, match=f"{tmp_path} must be a folder that can be written.*set TMPDIR"):
-        write_netcdf(data, tmp_path / "a.nc")
+    rule = f"{tmp_path} must be a folder that can be written.*set TMPDIR"
+    with pytest.raises(InputError, match=rule), scratch():
+        raise OSError(28, "No space left on device")
     assert not [*tmp_path.iterdir()]
+
+
+def test_netcdf_needs_no_temporary_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a full one, HDF5 would end the program."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "none"))
+    assert xr.load_dataset(write_netcdf(xr.Dataset({"speed": 0.3}), tmp_path / "a.nc")).speed == 0.3
 
 
 def test_readers_wait_for_no_writer(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ import textwrap
 import time
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -89,6 +90,16 @@ def test_parts_of_an_array_job_merge_to_the_plain_run(run: Run, tmp_path: Path) 
     run("shards", "merge", shards, "-o", str(tables[0]))
     run("sweep", *OPTIONS, "-o", str(tables[1]))
     assert tables[0].read_bytes() == tables[1].read_bytes() != b""
+
+
+def test_a_full_disk_takes_no_merged_netcdf(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """HDF5 would end the program there."""
+    shards, merged = tmp_path / "a.shards", tmp_path / "m.nc"
+    assert run("sweep", *OPTIONS, "-o", str(shards))[0] == 0
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=900_000))
+    code, _, err = run("shards", "merge", str(shards), "-o", str(merged))
+    assert (code, "No space left on device" in err) == (2, True)
+    assert [*tmp_path.iterdir()] == [shards]
 
 
 def test_flights_of_an_array_job_merge_to_the_files_of_the_plain_run(run: Run, tmp_path: Path) -> None:

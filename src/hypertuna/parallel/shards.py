@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
+import os
+import shutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +18,7 @@ from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.checkpoint import check_same_header
-from hypertuna.io.door import damage, parse_json, read_bytes
+from hypertuna.io.door import MB, damage, parse_json, read_bytes
 from hypertuna.io.extras import need
 from hypertuna.io.files import by_conventions, columns_csv, replaced, scratch, variable_columns, write_atomically
 from hypertuna.parallel.checks import checksum, is_sound, read_columns
@@ -275,6 +278,8 @@ def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[in
                 parts.append(shards.read(shard, [name])[name])
                 progress(v * len(shards) + shard + 1, len(names) * len(shards))
             data = shards.layout.dataset({name: np.concatenate(parts)}).assign_attrs(command=shards.command)
+            if shutil.disk_usage(file.parent).free < data.nbytes + MB:  # where HDF5 ends the program
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             by_conventions(data).to_netcdf(file, mode="a" if v else "w", engine="h5netcdf")
 
 
