@@ -226,7 +226,7 @@ def _numeral(text: str, chance: random.Random) -> str:
 
 def _again(text: str, chance: random.Random) -> str:
     """Give a key again beside itself, with a value of another kind, or in the other case."""
-    keys = list(re.finditer(r"[\"']?\w+[\"']?\s*[:=]", text))
+    keys = list(re.finditer(r"[\"']?\b\w{1,60}+[\"']?\s{0,3}[:=]", text))
     if not keys:
         return text
     at = chance.choice(keys)
