@@ -79,7 +79,7 @@ def test_ctrl_c_ends_a_single_long_call() -> None:
         ),
         (
             "--frequency 1:6:2 --amplitude 16,25 --phase 0,40 -o a.shards --shard-size 100000000",
-            "--shard-size must be from 1 to 10000000",
+            "--shard-size must be from 1 to 1000000",
         ),
     ],
 )

@@ -233,7 +233,7 @@ def test_a_file_without_end_is_bounded(tmp_path: Path) -> None:
     with pytest.raises(ht.InputError, match="must be a plan"):
         read_plan(tmp_path / "exact")
     (tmp_path / "longer").write_bytes(b" " * (KINDS["plan"].largest + 1))
-    with pytest.raises(ht.InputError, match=r"must be at most 10 MB, but is larger: cut it, or thin it out"):
+    with pytest.raises(ht.InputError, match=r"must be at most 5 MB, but is larger: cut it, or thin it out"):
         read_plan(tmp_path / "longer")
     with pytest.raises(ht.InputError, match="is a folder: give the path of a plan"):
         read_plan(tmp_path)
