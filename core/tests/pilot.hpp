@@ -15,7 +15,7 @@ Controller<T> test_controller() {
     m.servo = {T(97.6 * tick), T(std::exp(-97.6 * tick))};
     m.viscosity_min = T(0.005), m.viscosity_own = T(0.1);
     m.posture = {T(0.7), T(0.25), T(0.1), T(0.05), T(0.05)};
-    for (int j = 0; j < 2; ++j) m.joint[j] = {0, T(0.5), T(0.4), T(30), T(1.57), T(0.5), T(2.5), T(1.0), T(1.2)};
+    for (int j = 0; j < 2; ++j) m.joint[j] = {0, T(0.5), T(0.4), T(30), T(30), T(1.57), T(0.5), T(2.5), T(1.0), T(1.2)};
     for (int c = 0; c < 4; ++c) {
         m.map[c] = {T(-0.5), T(0.5), {T(1), T(-0.3), T(1), T(0), T(0.7), T(0)}};
         SupervisorModel<T>& s = m.circuit[c];
