@@ -190,7 +190,7 @@ def _chunks(content: bytes, messages: Messages) -> Iterator[list[Any]]:
     from mcap.stream_reader import StreamReader, breakup_chunk
 
     stream, size = io.BytesIO(content), len(content)
-    room, largest = MAX_UNPACKED + MAX_RATIO * size, MAX_CHUNK + HEADER
+    room, largest = MAX_UNPACKED + MAX_RATIO * size, min(size, MAX_CHUNK + HEADER)
     done = packed = 0  # bytes of chunks, unpacked and as they are in the file
     try:
         for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=largest).records:
