@@ -96,6 +96,7 @@ for (const width of WIDTHS)
           one.style.height = `${high}px`;
         }, high);
         await page.waitForTimeout(500);
+        await settled(frame);
         heights.push(await frame.evaluate(() => document.body.offsetHeight));
       }
       assert.deepEqual(new Set(heights).size, 1, `${view}: ${heights}`);
