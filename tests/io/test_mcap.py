@@ -83,7 +83,7 @@ def test_a_file_unpacks_to_thirty_times_its_size_and_four_mebibytes(tmp_path: Pa
 
 
 def test_a_long_log_is_read_up_to_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Honest logs of hours, too: it is told that they are longer, not that they are damaged."""
+    """Its fault says that it is longer, not that it is damaged: logs of hours are sound."""
     for name, value in (("MOST", 2500), ("MESSAGES", 2)):
         with monkeypatch.context() as patch:
             patch.setattr(mcap, name, value)

@@ -66,7 +66,7 @@ class Watch:
 
 @contextlib.contextmanager
 def watched(*right: type[BaseException], longest: float = LONGEST, hangs: float) -> Iterator[Watch]:
-    """Tell what code takes and raises: all but the `right` exceptions are tracebacks for the user."""
+    """Watch the time that code takes and what it raises: all but the `right` exceptions reach users as tracebacks."""
     watch, begin = Watch(), time.process_time()
     try:
         with limited(hangs):

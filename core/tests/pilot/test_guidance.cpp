@@ -215,8 +215,8 @@ static void slowly_up_is_up() {
     }
 }
 
-/// Held under water by a line or a net on a level leg, it beats until its place is too uncertain. Then the way up does
-/// not answer, whatever the swell lifts it by: told, and the beat stops.
+/// Held under water by a line or a net on a level leg, it beats until its place is too uncertain. Then the depth
+/// does not answer: in calm water and in swell, the pilot reports this and stops the beat.
 static void held_under_water() {
     const Waypoint<double> point[] = {{0, 400, 2, 0.3, 2, 0}};
     for (const double swell : {0.0, 0.1, 0.2, 0.3, 0.5}) {

@@ -216,8 +216,8 @@ static void a_compass_that_is_off() {
         told(watch(box.mission, Water{}, 1200, 7, [&](auto& r, int) { r.field[0] += iron; }));
 }
 
-/// At the surface, while it waits to dive, every fix is 200 m off for a time: less than half a minute of it is told and
-/// moves nothing, and the mission goes on. More of it is believed, as if somebody had carried the robot.
+/// At the surface, while it waits to dive, every fix is 200 m off for a time. For half a minute the pilot
+/// reports it and goes on with the mission. After that it is believed, as if somebody had carried the robot.
 static void fixes_of_a_false_place() {
     const Box<double> box;
     for (const double seconds : {3.0, 25.0, 40.0}) {

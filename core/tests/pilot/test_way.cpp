@@ -1,5 +1,4 @@
-/// Way: by hand where a hand can, else against a truth with noise. Which fixes are taken, and what is told of the
-/// error.
+/// Way: which fixes are used, and the reported error. Checked by hand where possible, else against a truth with noise.
 #include "cruise.hpp"
 
 using namespace hypertuna;
@@ -68,9 +67,9 @@ static WayState<double> moved_fixes(const WayModel<double>& model, double far, d
     return way;
 }
 
-/// Fixes at a false place are not taken for half a minute, however many they are, and leave no trace in the filter:
-/// neither does another false place profit from them, nor does the true one suffer. From the second on they are told,
-/// and the error with them. A robot that was carried there is there after that time.
+/// Fixes at a false place are not used for half a minute, however many they are, and leave no trace in the filter: a
+/// second false place is refused as well, and the true one is still believed. From the second fix on, the pilot reports
+/// them, and the reported error grows. After that time the robot is where the fixes are: somebody has carried it.
 static void a_false_place_is_refused() {
     const WayModel<double> model = test_pilot<double>().estimator.way;
     for (const int per_second : {1, 5, 10})
