@@ -1,0 +1,26 @@
+"""Tracked points of one animal or robot, as a file holds them: in its units, before anything is judged."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hypertuna.arrays import Array
+
+
+@dataclass(frozen=True)
+class Points:
+    """Tracked points as a form of file holds them."""
+
+    form: str  # name of the form, in sentences
+    file: str
+    names: tuple[str, ...]  # of the points, in the order of the file
+    place: Array  # (rows, points, 2 or 3) in the file's unit; NaN where a point is missing
+    weight: Array  # (rows, points) likelihood as written, NaN where the file has none
+    where: Sequence[str]  # (rows,) what each row is called in errors, such as "line 12"
+    time: Array | None = None  # (rows,) as written, NaN where a cell is empty
+    time_unit: float | None = None  # seconds per unit of `time`; None where the file does not say
+    frame: Array | None = None  # (rows,) numbers of frames as written, NaN where a cell is empty
+    rate: float | None = None  # frames per second, where the file says
+    length_unit: float | None = None  # meters per unit, where the file says
+    y_down: bool | None = None  # whether y points down; None where the form does not say
+    vertical: int | None = None  # axis of three that points up, where the form says
+    ignored: tuple[str, ...] = ()  # columns without a use
