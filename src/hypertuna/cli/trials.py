@@ -88,7 +88,10 @@ class MarkerOptions:
         str | None,
         opt.text("--places", "CSV file of the places of markers. (default: equally spaced from nose to tail)", "FILE"),
     ] = None
-    unit: Annotated[str, opt.word("--unit", (*LENGTHS, "px"), "Unit of the markers' coordinates.")] = "m"
+    unit: Annotated[
+        str | None,
+        opt.word("--unit", (*LENGTHS, "px"), "Unit of the markers' coordinates. (default: as the file says, or m)"),
+    ] = None
     scale: Annotated[
         float | None, opt.number("--scale", "m/px", "Meters per pixel, with --unit px.", limits=POSITIVE)
     ] = None
@@ -102,19 +105,22 @@ class MarkerOptions:
         float, opt.number("--min-likelihood", "parts of 1", "Below it a marker counts as missing.", limits=FRACTION)
     ] = 0.5
     individual: Annotated[
-        str | None, opt.text("--individual", "Which animal or track, if the file holds several.", "NAME")
+        str | None, opt.text("--individual", "Which animal, track or camera, if the file holds several.", "NAME")
+    ] = None
+    vertical: Annotated[
+        str | None,
+        opt.word("--vertical", ("x", "y", "z"), "Axis of points in space that points up. (default: found)"),
     ] = None
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of `read_marker_run`."""
         if (self.unit == "px") != (self.scale is not None):
             fix = "give --unit px and --scale in m/px, or neither"
-            key, value = "--unit px and --scale", f"--unit {self.unit}"
+            key, value = "--unit px and --scale", f"--unit {self.unit or 'm'}"
             raise InputError("must be given together", key=key, value=value, fix=fix)
-        scale = LENGTHS[self.unit] if self.scale is None else self.scale
-        down = self.unit == "px" if self.y_axis is None else self.y_axis == "down"
-        own = {"places": self.places, "frame_rate": self.frame_rate, "min_likelihood": self.min_likelihood}
-        return own | {"scale": scale, "y_down": down, "individual": self.individual}
+        own = {key: getattr(self, key) for key in ("places", "frame_rate", "min_likelihood", "individual", "vertical")}
+        own["scale"] = self.scale if self.scale is not None else LENGTHS[self.unit] if self.unit else None
+        return own | {"y_down": None if self.y_axis is None else self.y_axis == "down", "pixels": self.unit == "px"}
 
 
 @import_app.command("markers")

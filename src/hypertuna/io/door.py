@@ -131,10 +131,11 @@ def read_bytes(path: str | Path, kind: str, *, file: str | None = None) -> bytes
 
 
 def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
-    """Read a text file in UTF-8."""
+    """Read a text file in UTF-8; a table may be in UTF-16, as spreadsheets write it, with the mark of that at its begin."""
     content = read_bytes(path, kind, file=file)
+    encoding = "utf-16" if kind == "csv" and content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
-        return io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig").read()  # all ends of lines as \n
+        return io.TextIOWrapper(io.BytesIO(content), encoding=encoding).read()  # all ends of lines as \n
     except ValueError as error:
         raise _unreadable(file or str(path), kind, error) from None
 

@@ -147,14 +147,14 @@ def read_table(path: str | Path, rows: int = ROWS) -> Table:
     if long := next((n for n, line in content if len(line) > LONGEST), None):
         rule, fix = f"must have at most {LONGEST} characters", "give one sample a line"
         raise InputError(rule, file=file, key=f"line {long}", value="longer", fix=fix)
-    (line, head), *samples = ((n, _cells(line, file, n)) for n, line in content)
+    (line, head), *samples = ((n, split_line(line, file, n)) for n, line in content)
     return Table(file, line, head, samples)
 
 
 def read_lines(path: str | Path, rows: int = ROWS) -> list[str]:
     """Read the lines of a CSV file of at most so many `rows`."""
     text = read_text(path, "csv")
-    lines, cells = text.count("\n"), max(map(text.count, ",;"))
+    lines, cells = text.count("\n"), max(map(text.count, ",;\t"))
     for count, most, what in ((lines, rows, "lines"), (lines + cells, CELLS, "cells")):
         if count > most:
             rule = f"must have at most {most} {what}"
@@ -180,10 +180,11 @@ def parse_float(text: str) -> float:
         return math.nan
 
 
-def _cells(line: str, file: str, number: int) -> list[str]:
+def split_line(line: str, file: str, number: int, mark: str = ",") -> list[str]:
     """Split a line of a CSV file."""
     try:
-        cells = next(csv.reader([line], strict=True)) if '"' in line or "\r" in line else line.split(",")
+        quoted = '"' in line or "\r" in line
+        cells = next(csv.reader([line], delimiter=mark, strict=True)) if quoted else line.split(mark)
         return [cell.strip() for cell in cells]
     except csv.Error as error:
         rule, fix = "must be cells separated by commas", "close its quotation marks on the same line"

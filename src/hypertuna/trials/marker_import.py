@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -104,6 +104,7 @@ class MarkerRun:
                     f"{self.name}: marker {name} lies {x:+.1f} mm along and {y:+.1f} mm across its link from its "
                     "place, in the mean of all frames: check its place."
                 )
+        sentences += [f"{self.name}: {note}." for note in self.markers.notes]
         if self.markers.ignored:
             sentences.append(f"{self.name}: columns without a use: {', '.join(self.markers.ignored)}.")
         if lost := len(self.markers.time) - sum(map(len, self.stretches)):
@@ -138,9 +139,7 @@ def read_marker_run(robot: Robot, path: str | Path, *, places: str | Path | None
     markers = read_markers(path, **options)
     where = equal_spacing(robot, markers.names) if places is None else read_places(places, robot, markers.names)
     own = [markers.names.index(name) for name in where.names]
-    kept = Markers(
-        markers.time, markers.place[:, own], markers.weight[:, own], where.names, markers.file, markers.ignored
-    )
+    kept = replace(markers, place=markers.place[:, own], weight=markers.weight[:, own], names=where.names)
     if not (kept.weight > 0).any():
         fix = "check the scale and --min-likelihood"
         raise InputError("must hold markers that were seen", file=markers.file, fix=fix)
