@@ -38,13 +38,20 @@ class Text(NamedTuple):
 
 
 EXPORT = "export CSV: analyze_videos(..., save_as_csv=True) in DeepLabCut, Export Analysis CSV in SLEAP"
+POSES = "import its poses: hypertuna trials import poses"
 FORMS: tuple[Form, ...] = (
-    Form("SLEAP's labels", (".slp",), fix="export its analysis: Export Analysis CSV in SLEAP"),
-    Form("HDF5", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), fix=EXPORT),
-    Form("an Excel workbook", (".xlsx", ".xlsm", ".xls"), fix="save the sheet as CSV"),
-    Form("MATLAB", (".mat",), (b"MATLAB 5.0 MAT-file",), fix="write a table with writetable(..., 'points.csv')"),
-    Form("C3D", (".c3d",), fix="export CSV or TSV from the program that recorded it"),
-    Form("NumPy", (".npy", ".npz"), (b"\x93NUMPY",), fix="write a CSV file with a line of names"),
+    Form("SLEAP's labels", (".slp",), fix="export its analysis: Export Analysis HDF5 or CSV in SLEAP"),
+    Form("HDF5", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), "hypertuna.trials.form_hdf5:read"),
+    Form("MATLAB 7.3", (), (b"MATLAB 7.3 MAT-file",), "hypertuna.trials.form_hdf5:read"),
+    Form("MATLAB", (".mat",), (b"MATLAB 5.0 MAT-file",), "hypertuna.trials.form_matlab:read"),
+    Form("C3D", (".c3d",), (), "hypertuna.trials.form_c3d:read"),
+    Form("an array of NumPy", (".npy",), (b"\x93NUMPY",), "hypertuna.trials.form_numpy:read"),
+    Form("an archive of NumPy", (".npz",), (), "hypertuna.trials.form_numpy:read"),
+    Form("a workbook", (".xlsx", ".xlsm"), (), "hypertuna.trials.form_workbook:read"),
+    Form("an old workbook", (".xls", ".ods"), (b"\xd0\xcf\x11\xe0",), fix="save it as .xlsx, or the sheet as CSV"),
+    Form("a log (MCAP)", (".mcap",), (b"\x89MCAP0",), fix=POSES),
+    Form("a bag of ROS 2", (".db3",), (b"SQLite format 3",), fix=POSES),
+    Form("a bag of ROS 1", (".bag",), (b"#ROSBAG",), fix="convert it by rosbags-convert, then import its poses"),
     Form("pickled Python", (".pickle", ".pkl"), (b"\x80\x03", b"\x80\x04", b"\x80\x05"), fix=EXPORT),
     Form("a video", (".mp4", ".avi", ".mov", ".mkv"), fix="track its markers, and give the table of their places"),
     Form("a zip archive", (".zip",), (b"PK\x03\x04",), fix="unpack it"),
@@ -75,7 +82,7 @@ def points_of_grid(grid: Grid, individual: str | None) -> Points:
 
 def binary_form(path: str | Path) -> Form | None:
     """Return the form of a binary file; None for a text."""
-    with opened(path, "csv") as stream:
+    with opened(path, "points") as stream:
         first = stream.read(FIRST_BYTES) or b""
     suffix = Path(path).suffix.lower()
     own = [form for form in FORMS if suffix in form.suffixes]
