@@ -11,6 +11,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.command import App, Group
 from hypertuna.cli.console import print_written, progress_bar
 from hypertuna.cli.emit import emit, refused, save
+from hypertuna.cli.import_poses import import_poses_command
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.display import Table
@@ -62,9 +63,10 @@ class _Import(Group):
 import_app = App(
     cls=_Import,
     no_args_is_help=True,
-    help="Make manifests of other files: tracked markers, or folders of published runs.",
+    help="Make manifests of other files: tracked markers, poses, or folders of published runs.",
 )
 trials_app.add_typer(import_app, name="import")
+import_app.command("poses")(import_poses_command)
 MANIFEST = Annotated[str, opt.file("--output", "the manifest", ".toml")]
 
 

@@ -1,8 +1,8 @@
 """The program that reads an HDF5 file in a process of its own, within limits of time and memory.
 
 It is started by `hypertuna.io.hdf5` and imports nothing of the package: the file is its input, its output a line of
-JSON (names, types, shapes, attributes) and the numbers behind it. Only what lies in the file itself is read: no links to
-other files, no stored programs, no references.
+JSON (names, types, shapes, attributes) and the numbers behind it. Only what lies in the file itself is read: no links
+to other files, no stored programs, no references.
 """
 
 import json

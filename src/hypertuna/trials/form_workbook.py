@@ -25,6 +25,7 @@ def _grid(path: str | Path) -> Grid:
     from openpyxl import load_workbook
 
     file, rows = str(path), []
+    broken: tuple[type[Exception], ...] = (LookupError, ArithmeticError, *damage())
     try:
         with opened(path, "points") as stream, warnings.catch_warnings(action="ignore"):
             archived(stream, LARGEST)
@@ -35,7 +36,7 @@ def _grid(path: str | Path) -> Grid:
                     return Grid(file, rows)
     except InputError as error:
         raise InputError(error.rule, file=file, key=error.key, value=error.value, fix=error.fix) from None
-    except (StopIteration, LookupError, ArithmeticError, *damage()):
+    except broken:
         fix = "save it again as .xlsx, or the sheet as CSV"
         raise InputError("must be a whole workbook (.xlsx)", file=file, value="not", fix=fix) from None
     fix = "give a sheet with a line of column names, then one line per frame"
