@@ -51,6 +51,8 @@ def read_matlab(path: str | Path) -> MatFile:
                 kind, data = next(iter(_elements(whole, found.order)))
             if kind == MATRIX:
                 _matrix(found, data, "", 0)
+    except InputError:
+        raise
     except (ValueError, LookupError, struct.error, zlib.error, StopIteration, OverflowError):
         fix = "save it again in MATLAB: save('points.mat', 'x', 'y')"
         raise InputError("must be a whole file of MATLAB", file=found.file, value="not", fix=fix) from None

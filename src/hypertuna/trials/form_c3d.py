@@ -52,6 +52,8 @@ def read(path: str | Path, individual: str | None) -> Points:
     file, content = str(path), read_bytes(path, "points")
     try:
         return _points(file, content)
+    except InputError:
+        raise
     except (ValueError, IndexError, struct.error, OverflowError):
         fix = "export it again: it is damaged, or was cut short"
         raise InputError("must be a whole C3D file", file=file, value="not", fix=fix) from None

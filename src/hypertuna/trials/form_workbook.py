@@ -16,7 +16,7 @@ LARGEST = 512 * MB  # bytes of its texts, unpacked: a million cells have 60 MB
 
 def read(path: str | Path, individual: str | None) -> Points:
     """Read the points of the first sheet of a workbook."""
-    need("xlsx", "openpyxl", by="workbooks (.xlsx): save the sheet as CSV, or install it")
+    need("xlsx", "openpyxl", by="workbooks")
     return points_of_grid(_grid(path), individual)
 
 
