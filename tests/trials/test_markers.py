@@ -29,7 +29,7 @@ def motion(robot, frames=120, rate=60.0):
     groups = len(robot.joints)
     waves = [math.radians(12 + 3 * g) * np.sin(2 * np.pi * 1.5 * time - 0.9 * g) for g in range(groups)]
     heading = 2.8 + 0.8 * time + 0.1 * np.sin(9 * time)
-    return time, np.column_stack([0.4 - 0.2 * time, 0.1 * time, heading, *waves])
+    return time, np.column_stack([0.4 + 0.2 * time, 0.1 * time, heading, *waves])
 
 
 def markers_of(robot, count):
@@ -201,7 +201,7 @@ def test_errors_name_line_column_rule_value_and_fix(tmp_path):
     assert "line 6, x2 must be from -1e+12 to 1e+12, but is 1e+300" in told(read_markers, path)
     rows[4] = ["0", *rows[3][1:]]
     path.write_text("\n".join(",".join(row) for row in [["t", *(f"{a}{k}" for k in "1234" for a in "xy")], *rows]))
-    assert "line 6, time must be later than the previous frame" in told(read_markers, path)
+    assert "line 6, t must be later than the previous frame" in told(read_markers, path)
     path.write_text(plain(np.zeros((15, 3, 2)), np.ones((15, 3))))
     assert "must have a column of time, but is missing: give --frame-rate" in told(read_markers, path)
     assert "must determine every joint angle, but leave that of joint group" in told(
@@ -281,9 +281,12 @@ def test_markers_give_the_coefficients_back_within_their_intervals(tmp_path):
         assert high - low < 0.7 * truth
 
 
-def test_markers_are_in_meters_y_up_and_half_sure_unless_told() -> None:
+def test_markers_are_as_the_file_says_and_half_sure_unless_told() -> None:
     defaults = {name: one.default for name, one in signature(read_markers).parameters.items() if name != "path"}
-    assert defaults == {"scale": 1.0, "frame_rate": None, "y_down": False, "min_likelihood": 0.5, "individual": None}
+    assert {name: value for name, value in defaults.items() if value is not None} == {
+        "pixels": False,
+        "min_likelihood": 0.5,
+    }
 
 
 def test_the_loss_of_a_residual_is_zero_at_zero_and_flat_beyond_tukey_s_limit() -> None:

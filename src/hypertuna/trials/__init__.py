@@ -4,7 +4,7 @@ steady, tracks, manifest, importers, radio_log: the files, and trials: all of th
 kind, kind_steady, kind_tracked, kinds: what a kind adds to a fit, to tables and to figures, and the list of kinds.
 points, grid, form, form_poses, form_captures, form_columns, forms: tracked points as files of many forms hold them.
 clock, swimming_plane, markers: their times, their plane, and what counts as seen.
-marker_places, chain, marker_import, plots_markers: tracked markers into joint angles and head poses.
+chain, marker_places, marker_order, marker_run, marker_import, plots_markers: markers into joint angles and head poses.
 plausibility: runs far from the model.
 start, smoothing, replay, comparison: how a run begins; joint angles as functions of time, swum by the model, and
 compared with the tracks.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +83,28 @@ def chain_of(robot: Robot, link: Sequence[int], along: Sequence[float], across: 
     lead = np.where(at < own, length, np.where(at == own, np.asarray(along, dtype=float)[:, np.newaxis], 0.0))
     side = np.where(at == own, np.asarray(across, dtype=float)[:, np.newaxis], 0.0)
     return Chain(length, np.cumsum(turn, axis=0), lead, side, tuple(group.name for group in robot.joints))
+
+
+def merge(chain: Chain, joints: Sequence[Sequence[str]], sizes: Sequence[int]) -> tuple[Chain, Array]:
+    """Return the chain with joint groups merged into one bend each, and their shares (groups, bends) of the bends.
+
+    A group takes as much of the bend as it has joints (`sizes`).
+    """
+    heads = {name: own[0] for own in joints for name in own}
+    bends = list(dict.fromkeys(heads.get(name, name) for name in chain.groups))
+    share = np.zeros((len(chain.groups), len(bends)))
+    for g, name in enumerate(chain.groups):
+        share[g, bends.index(heads.get(name, name))] = sizes[g]
+    share /= share.sum(axis=0)
+    names = ["+".join(next((own for own in joints if own[0] == bend), [bend])) for bend in bends]
+    return replace(chain, share=chain.share @ share, groups=tuple(names)), share
+
+
+def apart(fit: ChainFit, share: Array) -> ChainFit:
+    """Return a fit of bends as one of joint groups, by their shares (groups, bends)."""
+    by = np.zeros((3 + len(share), fit.covariance.shape[1]))
+    by[:3, :3], by[3:, 3:] = np.eye(3), share
+    return replace(fit, angle=fit.angle @ share.T, covariance=by @ fit.covariance @ by.T)
 
 
 def check_rank(chain: Chain, names: Sequence[str], file: str) -> None:

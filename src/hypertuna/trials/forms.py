@@ -1,8 +1,8 @@
 """Forms of files that hold tracked points: one list, each with how it is recognized and what reads it.
 
 To add a form, write a module with `read(path, individual) -> Points` and its line in `FORMS`; or, for a form of text,
-`recognized(grid)` and `read(grid, individual) -> Points` and its line in `TEXTS`. A sheet of another program can be made
-a `Grid` and given to `points_of_grid`.
+`recognized(grid)` and `read(grid, individual) -> Points` and its line in the `TEXTS` of its module. What has the cells
+of a sheet can make a `Grid`, and give it to `points_of_grid`.
 """
 
 from collections.abc import Callable
