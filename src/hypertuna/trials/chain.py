@@ -200,9 +200,14 @@ def _between(at: Array, known: Array, values: Array) -> Array:
 
 
 def _typical(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
-    """Estimate the noise [m] from the median distance of the markers, corrected for the unknowns."""
-    distance = np.linalg.norm(chain(z)[0] - target, axis=2)[seen]
-    share = 1 - z.shape[1] * len(z) / max(2 * len(distance), 1)
+    """Estimate the noise [m] from the median distance of the markers, corrected for the unknowns.
+
+    A frame of as many coordinates as unknowns, or fewer, lies on its markers and says nothing.
+    """
+    spare = 2 * seen.sum(axis=1) > z.shape[1]
+    own = spare if spare.any() else np.ones(len(z), dtype=bool)
+    distance = np.linalg.norm(chain(z[own])[0] - target[own], axis=2)[seen[own]]
+    share = 1 - z.shape[1] * own.sum() / max(2 * len(distance), 1)
     return max(float(np.median(distance)) / MEDIAN_NORM / math.sqrt(max(share, 0.1)), MIN_NOISE)
 
 

@@ -22,8 +22,8 @@ from hypertuna.trials.marker_run import Frames, MarkerRun
 from hypertuna.trials.markers import Markers, read_markers
 from hypertuna.trials.tracks import MAX_GAP, MIN_SAMPLES
 
-ROUNDS, SETTLED = 8, 0.02  # of taking places from a run, and noises of the last step
-LEARNED = 300  # frames from which places are taken
+ROUNDS, SETTLED = 10, 0.1  # of taking places from a run, and noises of the last step
+LEARNED = 100  # frames from which places are taken
 
 
 @dataclass(frozen=True)
@@ -106,15 +106,15 @@ def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Plac
     """Return places moved by the mean distances of the markers from them, as on a body that is straight in the mean."""
     few = slice(None, None, len(markers.time) // LEARNED + 1)
     markers = replace(markers, time=markers.time[few], place=markers.place[few], weight=markers.weight[few])
-    for k in range(ROUNDS):
+    for _ in range(ROUNDS):
         chain, fit = fitted(where, markers)
         run = MarkerRun("", markers, where, chain, fit, ())
         step = np.nan_to_num(run.offsets)
-        where = moved(where, step)
-        if k == 0 or k == ROUNDS // 2:
-            angle = np.median(fit.angle, axis=0)
-            where = straight(robot, chain_of(robot, where.link, where.along, where.across), where, angle)
-        elif np.abs(step).max() < SETTLED * max(fit.noise, 1e-6):
+        before, where = where, moved(where, step)
+        angle = np.mean(fit.angle, axis=0)
+        where = straight(robot, chain_of(robot, where.link, where.along, where.across), where, angle)
+        shift = np.array([where.along, where.across]) - np.array([before.along, before.across])
+        if np.abs(shift).max() < SETTLED * max(fit.noise, 1e-6):
             break
     return where
 

@@ -21,6 +21,7 @@ Frames = NDArray[np.intp]
 
 LENGTH_TOLERANCE = 0.03  # relative: the line through the markers longer or shorter than the chain's by more
 OFFSET_NOISES = 1.0  # mean residual of a marker over the noise, beyond which its place is in doubt
+WORST = 3  # markers that are named
 MANY = 0.25  # of the markers rejected: the chain may not be that of these markers
 BEYOND = 1.5  # times the amplitude that a joint is described to make
 BACKWARD = 0.05  # body lengths that a run must go to tell forward from backward
@@ -57,14 +58,15 @@ class MarkerRun:
     @cached_property
     def length_ratio(self) -> float:
         """Median length of the line through the markers, along the chain, over that through their places on it."""
-        seen = (self.markers.weight > 0).all(axis=1)
-        seen = seen & ~self.fit.rejected.any(axis=1) if (seen & ~self.fit.rejected.any(axis=1)).any() else seen
         order = np.argsort(self.chain.along.sum(axis=1), kind="stable")
-        given = self.markers.place[seen][:, order]
-        computed = np.diff(given + self.fit.residual[seen][:, order], axis=1)
-        size = np.maximum(np.linalg.norm(computed, axis=2), 1e-300)
-        along = (np.diff(given, axis=1) * computed).sum(axis=2) / size  # noise across the chain does not lengthen it
-        return float(np.median(along.sum(axis=1) / size.sum(axis=1))) if seen.any() else math.nan
+        given = np.diff(self.markers.place[:, order], axis=1)
+        computed = given + np.diff(self.fit.residual[:, order], axis=1)
+        size = np.linalg.norm(computed, axis=2)
+        # noise across the chain does not lengthen the line
+        along = np.divide((given * computed).sum(axis=2), size, out=np.full(size.shape, np.nan), where=size > 0)
+        own = np.isfinite(along).any(axis=1)
+        ratio = np.nansum(along[own], axis=1) / np.where(np.isfinite(along), size, 0.0)[own].sum(axis=1)
+        return float(np.median(ratio)) if own.any() else math.nan
 
     @cached_property
     def offsets(self) -> Array:
@@ -123,20 +125,26 @@ class MarkerRun:
         if lost := len(self.markers.time) - sum(map(len, self.stretches)):
             frames = "1 frame is" if lost == 1 else f"{lost} frames are"
             sentences.append(f"{frames} left out, in which the markers leave an angle open")
-        return [f"{self.name}: {sentence}." for sentence in sentences]
+        return [f"{self.name}: {sentence}{'.' * (not sentence.endswith('?'))}" for sentence in sentences]
 
     @property
     def doubts(self) -> list[str]:
         """Return sentences on what contradicts the robot's description."""
         sentences = []
+        off = np.linalg.norm(self.offsets, axis=1)
+        doubtful = np.argsort(-off)[: np.count_nonzero(off > OFFSET_NOISES * self.fit.noise)].tolist()
         if abs(self.length_ratio - 1) > LENGTH_TOLERANCE:
+            doubtful = []  # which a wrong scale makes of right places
             sentences.append(f"{_longer(self.length_ratio)} than along the chain: {_scale_fix(self.length_ratio)}")
         seen = int((self.markers.weight > 0).sum())
         if self.fit.rejected.sum() >= MANY * seen:
             part = f"{100 * self.fit.rejected.sum() / seen:.0f} % of the markers are rejected"
             sentences.append(f"{part}: check their order, their places and the robot before you use the angles")
-        for m in np.flatnonzero(np.linalg.norm(self.offsets, axis=1) > OFFSET_NOISES * self.fit.noise).tolist():
+        for m in doubtful[:WORST]:
             sentences.append(f"marker {self.places.names[m]} {self._lies(m)}: check its place, {self._place_fix(m)}")
+        if len(doubtful) > WORST:
+            rest = f"{len(doubtful) - WORST} more markers lie off their places"
+            sentences.append(f"{rest}: see the table, or take all places from the run by --places-from-run FILE")
         largest = np.max(np.abs(self.fit.angle[np.concatenate(self.stretches)]), axis=0) if self.stretches else []
         for group, angle, limit in zip(self.chain.groups, largest, self.limits, strict=False):
             if angle > BEYOND * limit:
@@ -193,15 +201,15 @@ class MarkerRun:
         sds = np.degrees(np.median(fit.sd[enough][:, 3:], axis=0))
         joint, worst = int(np.argmax(sds)), int(np.nanargmax(np.linalg.norm(self.offsets, axis=1)))
         value = f"{settled} frames: with markers {1e3 * fit.noise:.2g} mm off the chain, joint "
-        value += (
-            f"{self.chain.groups[joint]} is uncertain by {sds[joint]:.0f} deg, and may be by {math.degrees(MAX_SD):.0f}"
-        )
+        size = f"{sds[joint]:.0f}" if sds[joint] < 90 else "more than 90"
+        value += f"{self.chain.groups[joint]} is uncertain by {size} deg, beyond {math.degrees(MAX_SD):.0f}"
         if np.linalg.norm(self.offsets[worst]) > OFFSET_NOISES * float(np.nanmedian(self.noises)):
             name = names[worst]
             fix = f"marker {name} {self._lies(worst)}: {self._place_fix(worst)} in --places; or take all places from "
             fix += f"the run by --places-from-run FILE, or --leave-out {name}"
         else:
-            fix = "add markers near that joint, or --merge it with its neighbor"
+            lost = f"{100 * (1 - seen.mean()):.0f} % of the markers are missing: " if seen.mean() < 1 - MANY else ""
+            fix = f"{lost}add markers near that joint, or --merge it with its neighbor"
         return InputError(rule, file=file, value=value, fix=fix)
 
     def _longest(self) -> int:
@@ -221,10 +229,8 @@ def _scale_fix(ratio: float) -> str:
     power = round(math.log10(ratio)) if ratio > 0 and math.isfinite(ratio) else 0
     if power and abs(ratio / 10**power - 1) < UNIT:
         return f"is the unit another one, {10.0**power:g} times smaller?"
-    return (
-        "check the scale, the places of the markers, the lengths of the links, and whether the camera looks along its "
-        f"axis; {1 / ratio:.4g} times the scale would fit"
-    )
+    places = "the places of the markers, the lengths of the links, and whether the camera looks straight down"
+    return f"{1 / ratio:.3g} times the scale would fit; check the scale, {places}"
 
 
 def _mean(values: Array) -> Array:
