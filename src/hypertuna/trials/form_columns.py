@@ -16,9 +16,9 @@ from hypertuna.trials.tracks import LENGTHS
 WEIGHTS = ("likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "p")
 OTHERS = ("error", "ncams")  # of Anipose, without a use
 AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))
-UNIT = r"(?:[_. ]?[(\[]?(?P<unit>m|cm|mm|px|pixels?)[)\]]?)"
-NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS})(?:(?<=[A-Za-z]){UNIT.replace('?', '', 1)})?", re.IGNORECASE)
-NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?)(?:[_. ]{UNIT})?", re.IGNORECASE)
+UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|px|pixels?)[)\]]?)?"
+NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
+NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
 ANIPOSE = {"fnum", "m_00", "center_0"}
