@@ -57,16 +57,28 @@ class MarkerRun:
 
     @cached_property
     def length_ratio(self) -> float:
-        """Median length of the line through the markers, along the chain, over that through their places on it."""
+        """Median length of the line through the markers over that through their places on the chain.
+
+        Noise and places off the midline lengthen the line, and a chain that is too long for it buckles: of the lengths
+        that the straight chain and the fitted one say, the ratio is the nearer to 1, and 1 if these do not agree.
+        """
         order = np.argsort(self.chain.along.sum(axis=1), kind="stable")
         given = np.diff(self.markers.place[:, order], axis=1)
         computed = given + np.diff(self.fit.residual[:, order], axis=1)
+        straight = np.linalg.norm(
+            np.diff(self.chain(np.zeros((1, self.fit.covariance.shape[1])))[0][:, order], axis=1), axis=2
+        )
         size = np.linalg.norm(computed, axis=2)
-        # noise across the chain does not lengthen the line
         along = np.divide((given * computed).sum(axis=2), size, out=np.full(size.shape, np.nan), where=size > 0)
-        own = np.isfinite(along).any(axis=1)
-        ratio = np.nansum(along[own], axis=1) / np.where(np.isfinite(along), size, 0.0)[own].sum(axis=1)
-        return float(np.median(ratio)) if own.any() else math.nan
+        ratios = []
+        for length, of in ((along, size), (np.linalg.norm(given, axis=2), np.broadcast_to(straight, size.shape))):
+            own = np.isfinite(length).any(axis=1)
+            of = np.where(np.isfinite(length), of, 0.0)[own].sum(axis=1)
+            if not own.any() or not (of > 0).all():
+                return math.nan
+            ratios.append(float(np.median(np.nansum(length[own], axis=1) / of)))
+        low, high = min(ratios), max(ratios)
+        return low if low > 1 else high if high < 1 else 1.0
 
     @cached_property
     def offsets(self) -> Array:
