@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.trials.forms import text_form
+from hypertuna.trials.forms import form_name
 from hypertuna.trials.markers import read_markers
 from tracked_files import (
     FILES,
@@ -185,5 +185,5 @@ def test_labels_of_two_videos_are_no_track(tmp_path) -> None:
 
 def test_readers_of_other_files_know_the_form_of_a_track(tmp_path) -> None:
     for file in FILES:
-        assert text_form(file.write(tmp_path))
-    assert text_form(tmp_path / "nowhere.csv") == ""
+        assert form_name(file.write(tmp_path))
+    assert form_name(tmp_path / "nowhere.csv") == ""
