@@ -133,7 +133,7 @@ def read_bytes(path: str | Path, kind: str, *, file: str | None = None) -> bytes
 
 
 def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
-    """Read a text file in UTF-8; a table may be in UTF-16, as spreadsheets write it, with the mark of that at its begin."""
+    """Read a text file in UTF-8; a table may be in UTF-16, as spreadsheets write it, with its mark."""
     content = read_bytes(path, kind, file=file)
     encoding = "utf-16" if kind == "csv" and content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:

@@ -50,11 +50,16 @@ class Table:
         keys: list[str] = []
         errors: list[InputError] = []
         suggested: set[str] = set()
+        advice = ""  # the first hint
         for column in self.head:
             place = f"line {self.line}, {column}"
             if column not in known:
                 free = [c for c, key in known.items() if c not in self.head and key not in keys]
-                text = hint(column) or did_you_mean(column, free)
+                text = hinted = hint(column)
+                if not hinted:
+                    near = did_you_mean(column, free)
+                    text = near if "did you mean" in near or not free else f"use one of {', '.join(free)}"  # all
+                advice = advice or hinted
                 name = text.partition("did you mean ")[2].removesuffix("?")
                 suggested.add(known.get(name, ""))
                 text += conversion(column, name)
@@ -73,6 +78,10 @@ class Table:
         if errors:
             # more mistakes than columns, unless these are like ours: another file, or that of another robot
             foreign = len(errors) > len(self.head) and (bool(keys) or not suggested - {""})
+            strange = [column for column in self.head if column not in known]
+            if foreign and len(strange) > 1:
+                place, text = f"line {self.line}, {', '.join(strange)}", f"known ones are {', '.join(known)}"
+                raise InputError("are not known columns", file=self.file, key=place, fix=advice or text)
             raise InputErrors(errors) if len(errors) > 1 and not foreign else errors[0]
         return keys
 

@@ -6,7 +6,7 @@ points, grid, form, form_poses, form_captures, form_columns, forms: tracked poin
 form_arrays, form_hdf5, form_matlab, form_c3d, form_numpy, form_workbook: the binary ones of these forms.
 pose_import: poses and joint angles of other programs.
 clock, swimming_plane, markers: their times, their plane, and what counts as seen.
-marker_places, chain, marker_import, plots_markers: tracked markers into joint angles and head poses.
+chain, marker_places, marker_order, marker_run, marker_import, plots_markers: markers into joint angles and head poses.
 plausibility: runs far from the model.
 start, smoothing, replay, comparison: how a run begins; joint angles as functions of time, swum by the model, and
 compared with the tracks.

@@ -112,7 +112,7 @@ def _compare(points: Points, time: Array, frame: Array | None, rate: float | Non
     k = int(np.argmax(np.abs(off)))
     if abs(off[k]) > HALF * each:
         return [
-            f"the columns {points.time_name} and {points.frame_name} disagree by up to {abs(off[k]) / each:.1f} frames, "
+            f"the columns {points.time_name} and {points.frame_name} disagree by {abs(off[k]) / each:.1f} frames "
             f"in {points.where[k]}: the times are those of {points.time_name}"
         ]
     return []
@@ -133,11 +133,8 @@ def _check_rate(points: Points, time: Array) -> None:
     rate = 1 / float(np.median(np.diff(time)))
     if rate in RATE:
         return
-    better = [
-        name
-        for name, unit in UNITS.items()
-        if points.time is not None and rate * (points.time_unit or 1.0) / unit in RATE
-    ]
+    unit = points.time_unit or 1.0
+    better = [name for name, other in UNITS.items() if rate * unit / other in RATE]
     fix = f"in {better[0]} it would be possible: call the column time_{better[0]}" if better else "check the clock"
     if points.time is None:
         fix = "check --frame-rate, and whether the file has all frames"

@@ -59,7 +59,7 @@ FRAME = re.compile(
 )
 TIME = re.compile(
     rf"(?:video|camera|frame|image|elapsed|relative|rel|abs|absolute|clock|unix|epoch)?"
-    rf"(?:(?P<word>timestamps?|times?|elapsed|t|ts)(?P<unit>{'|'.join(SECONDS)})?|(?P<bare>{'|'.join(SECONDS)}))"
+    rf"(?:(?:timestamp|time|elapsed|t)(?P<unit>{'|'.join(SECONDS)})?|(?P<bare>{'|'.join(SECONDS)}))"
 )
 
 

@@ -28,7 +28,7 @@ def _top(grid: Grid) -> list[list[str]]:
 
 
 def _motive(grid: Grid, individual: str | None) -> Points:
-    """Read an export of Motive: settings, lines of type, name and kind of each column, then frame, time, x, y, z, ..."""
+    """Read an export of Motive: settings, lines of type and name of each column, then frame, time, x, y, z, ..."""
     settings = grid.rows[0][1]
     said = {key.lower(): value for key, value in zip(settings[::2], settings[1::2], strict=False)}
     top = _top(grid)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hypertuna.errors import InputError
+from hypertuna.io.door import CELLS
 from hypertuna.io.tables import parse_float
 from hypertuna.trials.form import FIX, of_columns, one_point, plain, time_and_frame
 from hypertuna.trials.grid import Grid, Samples
@@ -15,9 +16,9 @@ from hypertuna.trials.tracks import LENGTHS
 WEIGHTS = ("likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "p")
 OTHERS = ("error", "ncams")  # of Anipose, without a use
 AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))
-UNIT = r"(?:[_. ]?[(\[]?(?P<unit>m|cm|mm|px|pixels?)[)\]]?)"
-NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS})(?:(?<=[A-Za-z]){UNIT.replace('?', '', 1)})?", re.IGNORECASE)
-NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?)(?:[_. ]{UNIT})?", re.IGNORECASE)
+UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|px|pixels?)[)\]]?)?"
+NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
+NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
 ANIPOSE = {"fnum", "m_00", "center_0"}
@@ -38,7 +39,6 @@ def _long(grid: Grid, individual: str | None) -> Points:
     if time is None and frame is None:
         fix = "add a column frame or time_s"
         raise InputError("must say the frame of each row", file=grid.file, key="a row for each marker", fix=fix)
-    notes: tuple[str, ...] = ()
     if animals := [k for k, name in enumerate(names) if ANIMAL.fullmatch(name)]:
         own = choose_individual(grid.file, samples.text(animals[0]), individual)
         samples = samples.only([k for k, name in enumerate(samples.text(animals[0])) if name == own])
@@ -49,16 +49,17 @@ def _long(grid: Grid, individual: str | None) -> Points:
     at, row = np.unique(clock, return_inverse=True)
     if not np.isfinite(at).all():
         raise InputError("must say the frame of each row", file=grid.file, key=head[frame or time or 0], fix="fill it")
+    if len(known) * len(at) > CELLS:
+        rule, fix = "must not name a marker in each row", f"check the column {head[marker]}"
+        raise InputError(rule, file=grid.file, value=f"{len(known)} markers in {len(at)} frames", fix=fix)
     order = {name: m for m, name in enumerate(known)}
     column = np.array([order[name] for name in label])
     taken = row * len(known) + column
     unique, first = np.unique(taken, return_index=True)
     if len(unique) < len(taken):
         twice = int(np.setdiff1d(np.arange(len(taken)), first)[0])
-        key, fix = samples.where[twice], "give one row for each frame and marker; choose one of several animals or runs"
-        raise InputError(
-            "must be there once", file=grid.file, key=f"{key}, marker {label[twice]}", value="there twice", fix=fix
-        )
+        key, fix = f"{samples.where[twice]}, marker {label[twice]}", "give a row for each frame and marker of one run"
+        raise InputError("must be there once", file=grid.file, key=key, value="there twice", fix=fix)
     axes = [names.index(axis) for axis in ("x", "y", *["z"] * ("z" in names))]
     place = np.full((len(at), len(known), len(axes)), np.nan)
     weight = np.full((len(at), len(known)), np.nan)
@@ -72,7 +73,7 @@ def _long(grid: Grid, individual: str | None) -> Points:
     return Points(
         "rows of frames and markers", grid.file, tuple(known), place, weight, samples.only(line.tolist()).where,
         time=None if time is None else samples.numbers(time, limit=False)[line], time_unit=second,
-        frame=at if frame is not None else None, notes=notes,
+        frame=at if frame is not None else None,
         time_name=head[time or 0], frame_name=head[frame or 0],
     )  # fmt: skip
 

@@ -1,8 +1,8 @@
 """Forms of files that hold tracked points: one list, each with how it is recognized and what reads it.
 
 To add a form, write a module with `read(path, individual) -> Points` and its line in `FORMS`; or, for a form of text,
-`recognized(grid)` and `read(grid, individual) -> Points` and its line in `TEXTS`. A sheet of another program can be made
-a `Grid` and given to `points_of_grid`.
+`recognized(grid)` and `read(grid, individual) -> Points` and its line in the `TEXTS` of its module. What has the cells
+of a sheet can make a `Grid`, and give it to `points_of_grid`.
 """
 
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
-from hypertuna.errors import InputError, shown
+from hypertuna.errors import InputError
 from hypertuna.io.door import opened
 from hypertuna.trials import form_captures, form_columns, form_poses
 from hypertuna.trials.grid import Grid, read_grid
@@ -27,6 +27,7 @@ class Form(NamedTuple):
     begins: tuple[bytes, ...] = ()
     read: str = ""  # "module:function" of (path, individual), imported when it is needed
     fix: str = ""  # for a form that is not read: what to do
+    tracks: bool = False  # whether it holds tracked points and nothing else
 
 
 class Text(NamedTuple):
@@ -40,11 +41,11 @@ class Text(NamedTuple):
 EXPORT = "export CSV: analyze_videos(..., save_as_csv=True) in DeepLabCut, Export Analysis CSV in SLEAP"
 POSES = "import its poses: hypertuna trials import poses"
 FORMS: tuple[Form, ...] = (
-    Form("SLEAP's labels", (".slp",), fix="export its analysis: Export Analysis HDF5 or CSV in SLEAP"),
+    Form("SLEAP's labels", (".slp",), fix="export its analysis: Export Analysis HDF5 or CSV in SLEAP", tracks=True),
     Form("HDF5", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), "hypertuna.trials.form_hdf5:read"),
     Form("MATLAB 7.3", (), (b"MATLAB 7.3 MAT-file",), "hypertuna.trials.form_hdf5:read"),
     Form("MATLAB", (".mat",), (b"MATLAB 5.0 MAT-file",), "hypertuna.trials.form_matlab:read"),
-    Form("C3D", (".c3d",), (), "hypertuna.trials.form_c3d:read"),
+    Form("C3D", (".c3d",), (), "hypertuna.trials.form_c3d:read", tracks=True),
     Form("an array of NumPy", (".npy",), (b"\x93NUMPY",), "hypertuna.trials.form_numpy:read"),
     Form("an archive of NumPy", (".npz",), (), "hypertuna.trials.form_numpy:read"),
     Form("a workbook", (".xlsx", ".xlsm"), (), "hypertuna.trials.form_workbook:read"),
@@ -67,8 +68,7 @@ def read_points(path: str | Path, individual: str | None = None) -> Points:
     """Read the tracked points of one animal, in the units of the file."""
     if form := binary_form(path):
         if form.fix:
-            value, rule = shown(Path(path).suffix), f"must be a CSV file, but is of the form of {form.name}"
-            raise InputError(rule, file=str(path), key=None, value=value * (not form.name), fix=form.fix)
+            raise InputError(f"must be a CSV file, but is of the form of {form.name}", file=str(path), fix=form.fix)
         module, _, function = form.read.partition(":")
         points: Points = getattr(import_module(module), function)(path, individual)
         return points
@@ -93,12 +93,16 @@ def binary_form(path: str | Path) -> Form | None:
     return begun[0] if begun else (own[0] if own else None)
 
 
-def text_form(path: str | Path) -> str:
+def form_name(path: str | Path) -> str:
     """Return the name of the form of a file of tracked points, or nothing: for errors of readers of other files."""
     try:
+        return read_points(path).form
+    except InputError:
+        pass
+    try:  # points that cannot be read, in a form that holds nothing else
         if form := binary_form(path):
-            return form.name
+            return form.name if form.tracks else ""
         grid = read_grid(path)
     except InputError:
         return ""
-    return next(form.name for form in TEXTS if form.recognized(grid))
+    return next((form.name for form in TEXTS[:-1] if form.recognized(grid)), "")

@@ -101,7 +101,7 @@ def _scale(points: Points, given: float | None) -> tuple[float, tuple[str, ...]]
 
 
 def _weight(points: Points) -> tuple[Array, tuple[str, ...]]:
-    """Return weights (rows, points): a place without a likelihood was set by a person, and counts; percent are scaled."""
+    """Return weights (rows, points): a place without likelihood was set by a person, and counts; percent are scaled."""
     weight = points.weight
     known = weight[np.isfinite(weight)]
     notes: tuple[str, ...] = ()
