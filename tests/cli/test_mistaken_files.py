@@ -33,9 +33,9 @@ MISTAKES = {
     "with commas, and decimal points in numbers.",
     "identify tank.xlsx": "tank.xlsx must be a CSV file of steady runs, a TOML manifest, a .mcap log or a folder: "
     "save the table as CSV, with commas between the cells.",
-    "identify tank.csv --robot rexeel": "tank.csv: line 2, amplitude_I_deg is not a known column: in KIND_GROUP_deg, "
-    "GROUP is a joint group of rexeel by name or number (1, 2, 3, 4, 5); choose the robot that swam with --robot: did "
-    "you mean amplitude_5_deg?",
+    "identify tank.csv --robot rexeel": "tank.csv: line 2, amplitude_I_deg, amplitude_II_deg, phase_II_deg are not "
+    "known columns: in KIND_GROUP_deg, GROUP is a joint group of rexeel by name or number (1, 2, 3, 4, 5); choose "
+    "the robot that swam with --robot: did you mean amplitude_5_deg?",
     "identify plain.csv": "plain.csv has 6 mistakes:\n"
     "  1. line 1, frequency is not a known column: did you mean frequency_hz?\n"
     "  2. line 1, amplitude is not a known column: in KIND_GROUP_deg, GROUP is a joint group of "
@@ -62,6 +62,12 @@ MISTAKES = {
     "speed: measure it, and write a row of a table of steady runs.",
     "trials check percent.csv": "percent.csv: line 2, speed_cm_s is not a known column: did you mean "
     "speed_m_s? Then divide the numbers by 100.",
+    "trials check markers.csv": "markers.csv holds tracked points, in the form of plain columns: `hypertuna trials "
+    "import markers markers.csv --robot ROBOT -o markers.toml` makes a manifest of it.",
+    "identify labels.csv": "labels.csv holds tracked points, in the form of DeepLabCut: `hypertuna trials import "
+    "markers labels.csv --robot ROBOT -o labels.toml` makes a manifest of it.",
+    "identify swim.slp": "swim.slp holds tracked points, in the form of SLEAP's labels: `hypertuna trials import "
+    "markers swim.slp --robot ROBOT -o swim.toml` makes a manifest of it.",
     "trials import markers poses.csv -o markers.toml": "poses.csv must have at least two markers, but is 1: name "
     "columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ....",
     "replay angles.csv": "--columns is required with a CSV file: name the columns of angles, or give a manifest.",
@@ -72,12 +78,14 @@ MISTAKES = {
     "replay angles.csv --columns joint_I": "angles.csv: the number of angles must be 2, one per joint group of "
     "hypertuna (I, II), but is 1: name one column of angles per joint group, from head to tail.",
     "joint bend --robot own.toml --joint J1": "own.toml: drive_unit is missing: add the table [drive_unit].",
-    "joint fit tank.csv": "tank.csv: line 2, frequency_hz is not a known column: use one of joint, side, "
-    "pressure_kpa, branch, run, angle_deg, angle_sd_deg, volume_ml, volume_sd_ml, shortening_mm, shortening_sd_mm, "
-    "moment_n_m and 4 more.",
-    "joint family tank.csv": "tank.csv: line 2, frequency_hz is not a known column: use one of joint, side, "
-    "pressure_kpa, branch, run, angle_deg, angle_sd_deg, volume_ml, volume_sd_ml, shortening_mm, shortening_sd_mm, "
-    "moment_n_m and 4 more.",
+    "joint fit tank.csv": "tank.csv: line 2, frequency_hz, amplitude_I_deg, amplitude_II_deg, phase_II_deg, "
+    "speed_m_s, speed_sd_m_s, cost_of_transport_j_per_kg_m, cost_of_transport_sd_j_per_kg_m, repeats are not known "
+    "columns: known ones are joint, side, pressure_kpa, branch, run, angle_deg, angle_sd_deg, volume_ml, "
+    "volume_sd_ml, shortening_mm, shortening_sd_mm, moment_n_m, moment_sd_n_m, force_n, force_sd_n, arm_mm.",
+    "joint family tank.csv": "tank.csv: line 2, frequency_hz, amplitude_I_deg, amplitude_II_deg, phase_II_deg, "
+    "speed_m_s, speed_sd_m_s, cost_of_transport_j_per_kg_m, cost_of_transport_sd_j_per_kg_m, repeats are not known "
+    "columns: known ones are joint, side, pressure_kpa, branch, run, angle_deg, angle_sd_deg, volume_ml, "
+    "volume_sd_ml, shortening_mm, shortening_sd_mm, moment_n_m, moment_sd_n_m, force_n, force_sd_n, arm_mm.",
     "joint silicone tank.csv": "tank.csv must have a row of names with Engineering Strain and Engineering Stress "
     "(MPa): add it above the numbers; True Strain and True Stress are accepted, too.",
     "pump --robot own.toml": "own.toml: pump is missing: add the table [pump].",
@@ -108,6 +116,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "tank.xlsx").write_bytes(b"PK\x03\x04")
     (folder / "plain.csv").write_text("frequency,amplitude,phase,speed\n1,16,0,0.3\n")
     (folder / "empty.csv").write_text("")
+    rows = "".join(f"{k / 30:.4f},{k},0,{k + 9},0\n" for k in range(20))
+    (folder / "markers.csv").write_text(f"time_s,a_x,a_y,b_x,b_y\n{rows}")
+    (folder / "labels.csv").write_text(f"scorer,n,n,n,n\nbodyparts,a,a,b,b\ncoords,x,y,x,y\n{rows}")
+    (folder / "swim.slp").write_bytes(b"\x89HDF")
     (folder / "percent.csv").write_text(text.replace("speed_m_s", "speed_cm_s"))
     return folder
 

@@ -121,7 +121,7 @@ def test_a_table_of_other_things_with_one_of_our_columns_is_another_file() -> No
     required = REQUIRED | {"note": "note"}
     with pytest.raises(InputError) as caught:  # speed and note are missing, x and y unknown: 4 mistakes of 3 columns
         Table("a.csv", 1, ["x", "time_s", "y"], []).keys(KNOWN, required, fix="add it", hint=lambda column: "skip it")
-    assert str(caught.value) == "a.csv: line 1, x is not a known column: skip it."
+    assert str(caught.value) == "a.csv: line 1, x, y are not known columns: skip it."
 
 
 def number_of(line: int, cells: dict[str, str]) -> tuple[int, float]:

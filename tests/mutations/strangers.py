@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import hypertuna as ht
+import point_files
 from hypertuna.errors import DamageWarning, InputError
-from mutations import forged
+from mutations import forged, forged_points
 from mutations.cases import CALIBRATION, EXAMPLES, MARKERS, PLACES, ROBOTS, ROOT, RUNS, TANK, TENSILE, Reaction
 from mutations.damage import Damage, of_bytes, of_structure, of_table, of_text
 from mutations.judge import CONTROL, LONGEST_ERROR, watched
@@ -177,6 +178,18 @@ def _markers(path: Path) -> Any:
     return read_markers(path, scale=1e-3, frame_rate=30.0)
 
 
+def _points(path: Path) -> Any:
+    from hypertuna.trials.forms import read_points
+
+    return read_points(path)
+
+
+def _poses(path: Path) -> Any:
+    from hypertuna.trials.pose_import import read_pose_run
+
+    return read_pose_run(tuna(), path)
+
+
 def _places(path: Path) -> Any:
     from hypertuna.trials.marker_places import read_places
 
@@ -199,6 +212,25 @@ def _scheduler(path: Path) -> Any:
 TEXTS = (of_text, of_structure)
 TABLES = (of_table, of_structure)
 LOGS = (forged.of_log, forged.of_log, forged.of_log, of_bytes)
+
+
+# Binary forms of points: whole files, and the damage that knows each.
+POINTS = {
+    "points of DeepLabCut": ("p.h5", point_files.deeplabcut, forged_points.of_hdf5),
+    "points of DeepLabCut, fixed": ("p.h5", point_files.deeplabcut_fixed, forged_points.of_hdf5),
+    "points of SLEAP": ("p.h5", point_files.sleap, forged_points.of_hdf5),
+    "points of MATLAB 7.3": ("p.mat", point_files.matlab73, of_bytes),
+    "points of MATLAB": ("p.mat", point_files.matlab, forged_points.of_matlab),
+    "points of DLTdv": ("p.mat", point_files.dltdv, forged_points.of_matlab),
+    "points of TRex": ("p.npz", point_files.trex, forged.of_npz),
+    "midlines of TRex": ("p.npz", point_files.trex_midlines, forged.of_npz),
+    "points in C3D": ("p.c3d", point_files.c3d, forged_points.of_c3d),
+    "workbook": ("p.xlsx", point_files.workbook, forged_points.of_workbook),
+}
+
+
+def _bag(form: str) -> Callable[[], bytes]:
+    return lambda: point_files.bag(form, kinds=("Odometry", "JointState"), count=40)
 
 
 def _text(path: Path) -> Callable[[], bytes]:
@@ -229,6 +261,10 @@ READERS = (
     Reader("markers", MARKERS.encode().strip, _markers, TABLES, "file.csv"),
     Reader("markers of DeepLabCut", forged.DEEPLABCUT.encode().strip, _markers, TABLES, "file.csv"),
     Reader("markers of SLEAP", forged.SLEAP.encode().strip, _markers, TABLES, "file.csv"),
+    *(Reader(name, make, _points, (damage,), file) for name, (file, make, damage) in POINTS.items()),
+    Reader("bag", _bag("db3"), _poses, (forged_points.of_database,), "bag.db3"),
+    Reader("bag in MCAP", _bag("mcap"), _poses, LOGS, "bag.mcap"),
+    Reader("poses in a table", point_files.pose_table, _poses, TABLES, "poses.csv"),
     Reader("places", PLACES.encode().strip, _places, TABLES, "file.csv"),
     Reader(
         "bench", _text(EXAMPLES / "bench/bench.csv"), _table("characterization.data", "read_bench", "ROBOT"), TABLES

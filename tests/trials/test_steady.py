@@ -161,7 +161,7 @@ def test_bad_files_are_reported(tmp_path, tuna, lines, sentence):
 
 
 def test_what_is_no_text_file_is_reported(tmp_path, tuna):
-    (tmp_path / "words.csv").write_bytes("Frequenz;Höhe".encode("utf-16"))
+    (tmp_path / "words.csv").write_bytes("Frequenz;Höhe".encode("latin-1"))
     (tmp_path / "folder.csv").mkdir()
     assert "words.csv must be readable, but is not (UnicodeDecodeError)" in told(
         read_trials, tmp_path / "words.csv", tuna
@@ -221,3 +221,24 @@ def test_another_unit_has_a_factor(column, near, text):
 
 def test_many_names_end_with_how_many_more():
     assert did_you_mean("xyz", map(str, range(10, 30))).endswith("20, 21 and 8 more")
+
+
+def test_speeds_in_body_lengths_and_powers_are_converted(tmp_path, tuna) -> None:
+    """0.5 BL/s are half the length a second; 2 W at that speed are 2/(m v) J/(kg m)."""
+    head = HEAD.replace("speed_m_s", "speed_bl_s,speed_sd_bl_s,power_w,power_sd_w")
+    (run,) = read_steady(write(tmp_path / "tank.csv", head, "6,16,25,40,0.5,0.01,2,0.1"), tuna)
+    speed = 0.5 * tuna.body.length
+    assert (run.speed, run.speed_sd) == pytest.approx((speed, 0.01 * tuna.body.length))
+    assert (run.cost_of_transport, run.cost_of_transport_sd) == pytest.approx(
+        (2 / (tuna.body.mass * speed), 0.1 / (tuna.body.mass * speed))
+    )
+    both = write(tmp_path / "both.csv", f"{HEAD},speed_bl_s", "6,16,25,40,0.5,0.5")
+    assert "speed_bl_s must appear only once, but is speed_m_s, too" in told(read_steady, both, tuna)
+    still = write(tmp_path / "still.csv", f"{HEAD},power_w", "6,16,25,40,0,2")
+    assert "power_w needs a speed other than 0, too" in told(read_steady, still, tuna)
+
+
+def test_all_unknown_columns_of_another_table_are_one_answer_with_all_known_names(tmp_path, tuna) -> None:
+    text = told(read_steady, write(tmp_path / "a.csv", "depth,mode,note,who", "1,2,3,4"), tuna)
+    assert "line 1, depth, mode, note, who are not known columns: known ones are run, frequency_hz, speed_m_s," in text
+    assert "bias_II_deg" in text

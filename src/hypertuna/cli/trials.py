@@ -1,7 +1,7 @@
 """The commands `hypertuna trials check | import`."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +11,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.command import App, Group
 from hypertuna.cli.console import print_written, progress_bar
 from hypertuna.cli.emit import emit, refused, save
+from hypertuna.cli.import_poses import import_poses_command
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.display import Table
@@ -20,7 +21,9 @@ from hypertuna.io.quantity import counted
 from hypertuna.ranges import FRACTION, POSITIVE
 from hypertuna.trials.importers import import_folder, manifest_text
 from hypertuna.trials.kinds import KINDS
-from hypertuna.trials.marker_import import MarkerRun, read_marker_run, write_marker_runs
+from hypertuna.trials.marker_import import Wishes, fit_marker_run, write_marker_runs
+from hypertuna.trials.marker_places import places_text
+from hypertuna.trials.marker_run import MarkerRun
 from hypertuna.trials.tracks import LENGTHS
 from hypertuna.trials.trials import Trials, implausible, read_trials
 
@@ -62,9 +65,10 @@ class _Import(Group):
 import_app = App(
     cls=_Import,
     no_args_is_help=True,
-    help="Make manifests of other files: tracked markers, or folders of published runs.",
+    help="Make manifests of other files: tracked markers, poses, or folders of published runs.",
 )
 trials_app.add_typer(import_app, name="import")
+import_app.command("poses")(import_poses_command)
 MANIFEST = Annotated[str, opt.file("--output", "the manifest", ".toml")]
 
 
@@ -88,7 +92,10 @@ class MarkerOptions:
         str | None,
         opt.text("--places", "CSV file of the places of markers. (default: equally spaced from nose to tail)", "FILE"),
     ] = None
-    unit: Annotated[str, opt.word("--unit", (*LENGTHS, "px"), "Unit of the markers' coordinates.")] = "m"
+    unit: Annotated[
+        str | None,
+        opt.word("--unit", (*LENGTHS, "px"), "Unit of the markers' coordinates. (default: as the file says, or m)"),
+    ] = None
     scale: Annotated[
         float | None, opt.number("--scale", "m/px", "Meters per pixel, with --unit px.", limits=POSITIVE)
     ] = None
@@ -102,19 +109,38 @@ class MarkerOptions:
         float, opt.number("--min-likelihood", "parts of 1", "Below it a marker counts as missing.", limits=FRACTION)
     ] = 0.5
     individual: Annotated[
-        str | None, opt.text("--individual", "Which animal or track, if the file holds several.", "NAME")
+        str | None, opt.text("--individual", "Which animal, track or camera, if the file holds several.", "NAME")
+    ] = None
+    vertical: Annotated[
+        str | None,
+        opt.word("--vertical", ("x", "y", "z"), "Axis of points in space that points up. (default: found)"),
+    ] = None
+    leave_out: Annotated[str, opt.text("--leave-out", "Markers to leave out, separated by commas.", "MARKER,...")] = ""
+    tail_first: Annotated[
+        bool, opt.flag("--tail-first", "Equally spaced markers are given from tail to nose, not from nose to tail.")
+    ] = False
+    merge: Annotated[
+        str, opt.text("--merge", "Joint groups that are fitted as one bend, where markers are few.", "JOINT,...")
+    ] = ""
+    places_from_run: Annotated[
+        str | None,
+        opt.file("--places-from-run", "the places of the markers, taken from the first run and used in all,", ".csv"),
     ] = None
 
+    def wishes(self) -> Wishes:
+        """Return how the markers are fitted."""
+        joints = [_names(self.merge)] if self.merge else []
+        return Wishes(self.places, _names(self.leave_out), self.tail_first, joints, self.places_from_run is not None)
+
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments of `read_marker_run`."""
+        """Return the arguments of `read_markers`."""
         if (self.unit == "px") != (self.scale is not None):
             fix = "give --unit px and --scale in m/px, or neither"
-            key, value = "--unit px and --scale", f"--unit {self.unit}"
+            key, value = "--unit px and --scale", f"--unit {self.unit or 'm'}"
             raise InputError("must be given together", key=key, value=value, fix=fix)
-        scale = LENGTHS[self.unit] if self.scale is None else self.scale
-        down = self.unit == "px" if self.y_axis is None else self.y_axis == "down"
-        own = {"places": self.places, "frame_rate": self.frame_rate, "min_likelihood": self.min_likelihood}
-        return own | {"scale": scale, "y_down": down, "individual": self.individual}
+        own = {key: getattr(self, key) for key in ("frame_rate", "min_likelihood", "individual", "vertical")}
+        own["scale"] = self.scale if self.scale is not None else LENGTHS[self.unit] if self.unit else None
+        return own | {"y_down": None if self.y_axis is None else self.y_axis == "down", "pixels": self.unit == "px"}
 
 
 @import_app.command("markers")
@@ -129,31 +155,45 @@ def import_markers_command(
 ) -> None:
     """Fit the chain of a robot to tracked markers: joint angles, head poses, and a manifest of them.
 
-    Reads CSV files of DeepLabCut, of SLEAP (analysis), and of plain columns: time_s, x1, y1, x2, y2, ...
-    Files of several runs may be given; the plot is that of the first.
+    Reads files of DeepLabCut, Lightning Pose, SLEAP, TRex, Anipose, DLTdv, Motive, Qualisys, and plain columns: time_s,
+    x1, y1, x2, y2, ... Files of several runs may be given; the picture is that of the first one to look at.
     """
-    fish, options = robot.load(), markers.arguments()
+    fish, options, wishes = robot.load(), markers.arguments(), markers.wishes()
     names = [Path(file).stem for file in files]
     for name in (name for k, name in enumerate(names) if name in names[:k]):
         raise InputError("is the name of two files", key=name, fix="rename one: files name their runs")
-    runs = []
+    runs: list[MarkerRun] = []
     with progress_bar("fitting") as progress:
         for k, file in enumerate(files):
-            runs.append(read_marker_run(fish, file, **options))
+            runs.append(fit_marker_run(fish, file, wishes, **options))
+            if markers.places_from_run is not None and wishes.from_run:
+                text = places_text(runs[0].places, _comment())
+                write_atomically(markers.places_from_run, text.encode())
+                wishes = replace(wishes, places=markers.places_from_run, from_run=False)
             progress(k + 1, len(files))
-    written = write_marker_runs(runs, fish, output, _comment())
-    if plot is not None:
-        from hypertuna.trials.plots_markers import plot_markers
+    plot = plot or str(Path(output).with_suffix(".svg"))
+    refused_run = next((run for run in runs if not run.stretches), None)
+    from hypertuna.trials.plots_markers import plot_markers
 
-        save(plot_markers(runs[0]), plot)
+    save(plot_markers(refused_run or next((run for run in runs if run.doubts), runs[0])), plot)
+    if refused_run is not None and (why := refused_run.refusal()):
+        fix = f"{why.fix}; the picture is {plot}"
+        with refused(as_json):
+            raise InputError(why.rule, file=why.file, key=why.key, value=why.value, fix=fix)
+    written = write_marker_runs(runs, fish, output, _comment())
     records = [run.record() for run in runs]
     emit(
         runs,
-        record=lambda _: provenance(fish) | {"runs": records, "written": written},
+        record=lambda _: provenance(fish) | {"runs": records, "written": [*written, plot]},
         lines=lambda runs: _marker_lines(runs, records),
-        written=(plot, written[-1]),
+        written=(plot, markers.places_from_run, written[-1]),
         as_json=as_json,
     )
+
+
+def _names(text: str) -> list[str]:
+    """Read names separated by commas."""
+    return [name for part in text.split(",") if (name := part.strip())]
 
 
 def _comment() -> str:
@@ -173,6 +213,12 @@ def _marker_lines(runs: Sequence[MarkerRun], records: Sequence[dict[str, Any]]) 
     groups = [f"joint {group}" for group in runs[0].chain.groups]
     angles = [[record["name"], *(f"{sd:.2g}" for sd in record["angle_sd_deg"])] for record in records]
     yield Table(["sd of angles [deg]", *groups], angles)
+    heads = ["marker", "missing", "rejected", "noise [mm]", "off along [mm]", "off across [mm]"]
+    for record in records:
+        columns = (record[f"marker_{key}"] for key in ("missing", "rejected", "noise_mm", "along_mm", "across_mm"))
+        own = zip(record["markers"], *columns, strict=True)
+        yield f"markers of {record['name']}:"
+        yield Table(heads, [[m, f"{lost}", f"{bad}", *(f"{x:.2g}" for x in sizes)] for m, lost, bad, *sizes in own])
     for record in records:
         for warning in record["warnings"]:
             yield warning, "yellow"

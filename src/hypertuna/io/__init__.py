@@ -1,5 +1,6 @@
 """Files of all rooms.
 
 door (reading files of others), files (CSV, NetCDF, atomic writing, shipped files), tables (reading CSV), checkpoint
-(journal of long work), mcap (logs), extras (optional packages), quantity (a number of a result with unit and label).
+(journal of long work), mcap (logs), bags (messages of ROS 2), hdf5, hdf5_child (HDF5, in a process of its own), matlab
+(MATLAB's files), extras (optional packages), quantity (a number of a result with unit and label).
 """

@@ -40,6 +40,8 @@ KINDS = {
     "toml": Kind("a TOML file", MB),  # HyperTuna's own has 30 kB, a manifest of 1,000 recordings 300 kB
     "csv": Kind("a CSV file", 64 * MB),  # half an hour of 12 markers at 60 Hz has 20 MB
     "plan": Kind("a plan", 5 * MB, "give a .plan, .waypoints, .gpx or .kml file"),  # 1,000 waypoints have 0.5 MB
+    "points": Kind("a file of tracked points", 256 * MB),  # an hour of 12 markers at 60 Hz has 62 MB
+    "bag": Kind("a bag of ROS 2", 256 * MB, "give a .mcap or .db3 file, or the folder of a bag"),
     "log": Kind("an MCAP file", 256 * MB, "give the path of a .mcap file"),  # of which 40 minutes are read
     "box": Kind("a black box", 128 * MB, "give the path of a .bin file from the robot's card"),  # 4 hours of ticks
     "journal": Kind("a journal", 128 * MB),  # a record of a search has 1 kB, a minute of a flight 1.4 MB
@@ -131,10 +133,11 @@ def read_bytes(path: str | Path, kind: str, *, file: str | None = None) -> bytes
 
 
 def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
-    """Read a text file in UTF-8."""
+    """Read a text file in UTF-8; a table may be in UTF-16, as spreadsheets write it, with its mark."""
     content = read_bytes(path, kind, file=file)
+    encoding = "utf-16" if kind == "csv" and content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
-        return io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig").read()  # all ends of lines as \n
+        return io.TextIOWrapper(io.BytesIO(content), encoding=encoding).read()  # all ends of lines as \n
     except ValueError as error:
         raise _unreadable(file or str(path), kind, error) from None
 
@@ -170,14 +173,14 @@ def parse_json(content: str | bytes) -> Any:
     return value
 
 
-def read_npz(path: str | Path) -> dict[str, Array]:
-    """Read the arrays of a policy, whose headers must fit what is unpacked."""
+def read_npz(path: str | Path, kind: str = "policy", largest: int = UNPACKED) -> dict[str, Array]:
+    """Read the arrays of a file, whose headers must fit what is unpacked: at most `largest` bytes."""
     import numpy as np  # slow to import
 
     arrays = {}
-    rule, fix = "must be a whole .npz file of numbers", KINDS["policy"].fix
+    rule, fix = "must be a whole .npz file of numbers", KINDS[kind].fix
     try:
-        with archived(io.BytesIO(read_bytes(path, "policy"))) as archive:
+        with archived(io.BytesIO(read_bytes(path, kind)), largest) as archive:
             for member in archive.infolist():
                 content = unpacked(archive, member)
                 _check_npy(content)

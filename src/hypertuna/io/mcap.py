@@ -6,7 +6,7 @@ Chunks are checked by their checksums, also those of a file that was cut short. 
 import fcntl
 import io
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -144,21 +144,31 @@ class Messages:
     metadata: dict[str, str] | None = None  # of the file's header
     chunks: int = 0  # number of whole chunks
     fault: str = ""  # description, empty for a sound file
+    kinds: dict[str, tuple[str, str]] = field(default_factory=dict)  # encoding and name of the schema of each topic
 
 
-def read_messages(path: str | Path, name: Callable[[str, bytes], str] | None = None) -> Messages:
-    """Read the messages of all whole chunks of a file by topic, or by the `name` of a topic and a message's content."""
+def read_messages(
+    path: str | Path, name: Callable[[str, bytes], str] | None = None, *, foreign: bool = False
+) -> Messages:
+    """Read the messages of all whole chunks of a file by topic, or by the `name` of a topic and a message's content.
+
+    foreign: the file is that of another program, which may write messages outside of chunks.
+    """
     need_log()
     content = read_bytes(path, "log")
     if not content.startswith(MAGIC):
         raise InputError("must be an MCAP file", file=str(path), value="something else", fix="give a .mcap file")
-    from mcap.records import Channel, Message
+    from mcap.records import Channel, Message, Schema
 
     messages = Messages({}, {})
     topics: dict[int, str] = {}
+    schemas: dict[int, str] = {}
     count = 0
-    for part in _chunks(content, messages):
-        topics |= {record.id: record.topic for record in part if isinstance(record, Channel)}
+    for part in _chunks(content, messages, foreign=foreign):
+        schemas |= {record.id: record.name for record in part if isinstance(record, Schema)}
+        for channel in (record for record in part if isinstance(record, Channel)):
+            topics[channel.id] = channel.topic
+            messages.kinds[channel.topic] = channel.message_encoding, schemas.get(channel.schema_id, "")
         heard = [record for record in part if isinstance(record, Message) and record.channel_id in topics]
         count += len(heard)
         if count > MESSAGES:
@@ -184,9 +194,9 @@ def is_radio_log(path: str | Path) -> bool:
     return LINK in (messages.metadata or {})
 
 
-def _chunks(content: bytes, messages: Messages) -> Iterator[list[Any]]:
-    """Yield the records of each whole chunk; store metadata and the first fault."""
-    from mcap.records import Chunk, Metadata
+def _chunks(content: bytes, messages: Messages, *, foreign: bool = False) -> Iterator[list[Any]]:
+    """Yield the records of each whole chunk (of a foreign file, also those outside); store metadata and first fault."""
+    from mcap.records import Channel, Chunk, Message, Metadata, Schema
     from mcap.stream_reader import StreamReader, breakup_chunk
 
     stream, size = io.BytesIO(content), len(content)
@@ -210,6 +220,8 @@ def _chunks(content: bytes, messages: Messages) -> Iterator[list[Any]]:
                     return
                 unpacked = replace(record, compression="", data=_unpacked(record))
                 yield breakup_chunk(unpacked, validate_crc=True)
+            elif foreign and isinstance(record, Schema | Channel | Message):
+                yield [record]
             if stream.tell() - packed > OTHERS:
                 raise ValueError("it is no log but in small part")
         if behind := len(stream.read()):

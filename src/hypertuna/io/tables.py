@@ -50,11 +50,16 @@ class Table:
         keys: list[str] = []
         errors: list[InputError] = []
         suggested: set[str] = set()
+        advice = ""  # the first hint
         for column in self.head:
             place = f"line {self.line}, {column}"
             if column not in known:
                 free = [c for c, key in known.items() if c not in self.head and key not in keys]
-                text = hint(column) or did_you_mean(column, free)
+                text = hinted = hint(column)
+                if not hinted:
+                    near = did_you_mean(column, free)
+                    text = near if "did you mean" in near or not free else f"use one of {', '.join(free)}"  # all
+                advice = advice or hinted
                 name = text.partition("did you mean ")[2].removesuffix("?")
                 suggested.add(known.get(name, ""))
                 text += conversion(column, name)
@@ -73,6 +78,10 @@ class Table:
         if errors:
             # more mistakes than columns, unless these are like ours: another file, or that of another robot
             foreign = len(errors) > len(self.head) and (bool(keys) or not suggested - {""})
+            strange = [column for column in self.head if column not in known]
+            if foreign and len(strange) > 1:
+                place, text = f"line {self.line}, {', '.join(strange)}", f"known ones are {', '.join(known)}"
+                raise InputError("are not known columns", file=self.file, key=place, fix=advice or text)
             raise InputErrors(errors) if len(errors) > 1 and not foreign else errors[0]
         return keys
 
@@ -147,14 +156,14 @@ def read_table(path: str | Path, rows: int = ROWS) -> Table:
     if long := next((n for n, line in content if len(line) > LONGEST), None):
         rule, fix = f"must have at most {LONGEST} characters", "give one sample a line"
         raise InputError(rule, file=file, key=f"line {long}", value="longer", fix=fix)
-    (line, head), *samples = ((n, _cells(line, file, n)) for n, line in content)
+    (line, head), *samples = ((n, split_line(line, file, n)) for n, line in content)
     return Table(file, line, head, samples)
 
 
 def read_lines(path: str | Path, rows: int = ROWS) -> list[str]:
     """Read the lines of a CSV file of at most so many `rows`."""
     text = read_text(path, "csv")
-    lines, cells = text.count("\n"), max(map(text.count, ",;"))
+    lines, cells = text.count("\n"), max(map(text.count, ",;\t"))
     for count, most, what in ((lines, rows, "lines"), (lines + cells, CELLS, "cells")):
         if count > most:
             rule = f"must have at most {most} {what}"
@@ -180,10 +189,11 @@ def parse_float(text: str) -> float:
         return math.nan
 
 
-def _cells(line: str, file: str, number: int) -> list[str]:
+def split_line(line: str, file: str, number: int, mark: str = ",") -> list[str]:
     """Split a line of a CSV file."""
     try:
-        cells = next(csv.reader([line], strict=True)) if '"' in line or "\r" in line else line.split(",")
+        quoted = '"' in line or "\r" in line
+        cells = next(csv.reader([line], delimiter=mark, strict=True)) if quoted else line.split(mark)
         return [cell.strip() for cell in cells]
     except csv.Error as error:
         rule, fix = "must be cells separated by commas", "close its quotation marks on the same line"

@@ -2,8 +2,11 @@
 
 steady, tracks, manifest, importers, radio_log: the files, and trials: all of them together. reach: the ranges of runs.
 kind, kind_steady, kind_tracked, kinds: what a kind adds to a fit, to tables and to figures, and the list of kinds.
-points: tracked points as files hold them.
-markers, marker_places, chain, marker_import, plots_markers: tracked markers into joint angles and head poses.
+points, grid, form, form_poses, form_captures, form_columns, forms: tracked points as files of many forms hold them.
+form_arrays, form_hdf5, form_matlab, form_c3d, form_numpy, form_workbook: the binary ones of these forms.
+pose_import: poses and joint angles of other programs.
+clock, swimming_plane, markers: their times, their plane, and what counts as seen.
+chain, marker_places, marker_order, marker_run, marker_import, plots_markers: markers into joint angles and head poses.
 plausibility: runs far from the model.
 start, smoothing, replay, comparison: how a run begins; joint angles as functions of time, swum by the model, and
 compared with the tracks.

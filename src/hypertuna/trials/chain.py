@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +83,28 @@ def chain_of(robot: Robot, link: Sequence[int], along: Sequence[float], across: 
     lead = np.where(at < own, length, np.where(at == own, np.asarray(along, dtype=float)[:, np.newaxis], 0.0))
     side = np.where(at == own, np.asarray(across, dtype=float)[:, np.newaxis], 0.0)
     return Chain(length, np.cumsum(turn, axis=0), lead, side, tuple(group.name for group in robot.joints))
+
+
+def merge(chain: Chain, joints: Sequence[Sequence[str]], sizes: Sequence[int]) -> tuple[Chain, Array]:
+    """Return the chain with joint groups merged into one bend each, and their shares (groups, bends) of the bends.
+
+    A group takes as much of the bend as it has joints (`sizes`).
+    """
+    heads = {name: own[0] for own in joints for name in own}
+    bends = list(dict.fromkeys(heads.get(name, name) for name in chain.groups))
+    share = np.zeros((len(chain.groups), len(bends)))
+    for g, name in enumerate(chain.groups):
+        share[g, bends.index(heads.get(name, name))] = sizes[g]
+    share /= share.sum(axis=0)
+    names = ["+".join(next((own for own in joints if own[0] == bend), [bend])) for bend in bends]
+    return replace(chain, share=chain.share @ share, groups=tuple(names)), share
+
+
+def apart(fit: ChainFit, share: Array) -> ChainFit:
+    """Return a fit of bends as one of joint groups, by their shares (groups, bends)."""
+    by = np.zeros((3 + len(share), fit.covariance.shape[1]))
+    by[:3, :3], by[3:, 3:] = np.eye(3), share
+    return replace(fit, angle=fit.angle @ share.T, covariance=by @ fit.covariance @ by.T)
 
 
 def check_rank(chain: Chain, names: Sequence[str], file: str) -> None:
@@ -178,9 +200,14 @@ def _between(at: Array, known: Array, values: Array) -> Array:
 
 
 def _typical(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
-    """Estimate the noise [m] from the median distance of the markers, corrected for the unknowns."""
-    distance = np.linalg.norm(chain(z)[0] - target, axis=2)[seen]
-    share = 1 - z.shape[1] * len(z) / max(2 * len(distance), 1)
+    """Estimate the noise [m] from the median distance of the markers, corrected for the unknowns.
+
+    A frame of as many coordinates as unknowns, or fewer, lies on its markers and says nothing.
+    """
+    spare = 2 * seen.sum(axis=1) > z.shape[1]
+    own = spare if spare.any() else np.ones(len(z), dtype=bool)
+    distance = np.linalg.norm(chain(z[own])[0] - target[own], axis=2)[seen[own]]
+    share = 1 - z.shape[1] * own.sum() / max(2 * len(distance), 1)
     return max(float(np.median(distance)) / MEDIAN_NORM / math.sqrt(max(share, 0.1)), MIN_NOISE)
 
 

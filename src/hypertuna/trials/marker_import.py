@@ -4,167 +4,127 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import write_atomically
-from hypertuna.trials.chain import Chain, ChainFit, chain_of, check_rank, fit_chain
+from hypertuna.trials.chain import Chain, ChainFit, apart, chain_of, check_rank, fit_chain, merge
 from hypertuna.trials.importers import manifest_text
-from hypertuna.trials.marker_places import Places, equal_spacing, read_places
+from hypertuna.trials.marker_order import in_order
+from hypertuna.trials.marker_places import Places, equal_spacing, moved, read_places, straight
+from hypertuna.trials.marker_run import Frames, MarkerRun
 from hypertuna.trials.markers import Markers, read_markers
 from hypertuna.trials.tracks import MAX_GAP, MIN_SAMPLES
 
-Frames = NDArray[np.intp]
-
-LENGTH_TOLERANCE = 0.03  # relative: the line through the markers longer or shorter than the chain's by more
-OFFSET_NOISES = 1.0  # mean residual of a marker over the noise, beyond which its place is in doubt
+ROUNDS, SETTLED = 10, 0.1  # of taking places from a run, and noises of the last step
+LEARNED = 100  # frames from which places are taken
 
 
 @dataclass(frozen=True)
-class MarkerRun:
-    """The chain of a robot over the markers of a file."""
+class Wishes:
+    """How the markers of a file are fitted."""
 
-    name: str
-    markers: Markers  # those with a place, in the order of `places`
-    places: Places
-    chain: Chain
-    fit: ChainFit
-    stretches: tuple[Frames, ...]  # determined frames without long gaps
-
-    @property
-    def head(self) -> Array:
-        """Poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad]."""
-        x, y, heading = self.fit.pose.T
-        half = self.chain.length[0] / 2
-        return np.column_stack([x + half * np.cos(heading), y + half * np.sin(heading), heading + math.pi])
-
-    @property
-    def head_sd(self) -> Array:
-        """Standard deviations (frames, 3) of the head poses [m, m, rad]."""
-        heading, half = self.fit.pose[:, 2], self.chain.length[0] / 2
-        by = np.tile(np.eye(3), (len(heading), 1, 1))
-        by[:, 0, 2], by[:, 1, 2] = -half * np.sin(heading), half * np.cos(heading)
-        return np.asarray(np.sqrt(np.einsum("fia,fab,fib->fi", by, self.fit.covariance[:, :3, :3], by)))
-
-    @property
-    def length_ratio(self) -> float:
-        """Median length of the line through the markers over that through their places on the chain."""
-        seen = (self.markers.weight > 0).all(axis=1) & ~self.fit.rejected.any(axis=1)
-        order = np.argsort(self.chain.along.sum(axis=1), kind="stable")
-        given = self.markers.place[seen][:, order]
-        computed = given + self.fit.residual[seen][:, order]
-        lengths = [np.linalg.norm(np.diff(line, axis=1), axis=2).sum(axis=1) for line in (given, computed)]
-        return float(np.median(lengths[0] / lengths[1])) if seen.any() else math.nan
-
-    def record(self) -> dict[str, Any]:
-        """Return what the fit found, units in the names."""
-        fit, seen, own = self.fit, self.markers.weight > 0, self.fit.determined
-        sd = np.median(fit.sd[own], axis=0)
-        head = np.median(self.head_sd[own], axis=0)
-        rms = np.sqrt(_mean(np.where(fit.rejected[..., np.newaxis], np.nan, fit.residual) ** 2).mean(axis=1))
-        return {
-            "name": self.name,
-            "file": self.markers.file,
-            "frames": len(seen),
-            "frames_used": int(sum(map(len, self.stretches))),
-            "recordings": len(self.stretches),
-            "markers": list(self.places.names),
-            "missing": int((~seen).sum()),
-            "rejected": int(fit.rejected.sum()),
-            "noise_mm": 1e3 * fit.noise,
-            "marker_rms_mm": 1e3 * rms,
-            "length_ratio": self.length_ratio,
-            "angle_sd_deg": np.degrees(sd[3:]),
-            "head_sd_mm": 1e3 * head[:2],
-            "yaw_sd_deg": float(np.degrees(head[2])),
-            "warnings": self.warnings,
-        }
-
-    @property
-    def warnings(self) -> list[str]:
-        """Sentences on what to check."""
-        sentences = []
-        if abs(self.length_ratio - 1) > LENGTH_TOLERANCE:
-            percent = f"{100 * abs(self.length_ratio - 1):.0f} % {'longer' if self.length_ratio > 1 else 'shorter'}"
-            sentences.append(
-                f"{self.name}: the line through the markers is {percent} than along the chain: check the scale, the "
-                "places of the markers and the lengths of the links."
-            )
-        for name, offset in zip(self.places.names, self._offsets(), strict=True):
-            if np.linalg.norm(offset) > OFFSET_NOISES * self.fit.noise:
-                x, y = 1e3 * offset
-                sentences.append(
-                    f"{self.name}: marker {name} lies {x:+.1f} mm along and {y:+.1f} mm across its link from its "
-                    "place, in the mean of all frames: check its place."
-                )
-        if self.markers.ignored:
-            sentences.append(f"{self.name}: columns without a use: {', '.join(self.markers.ignored)}.")
-        if lost := len(self.markers.time) - sum(map(len, self.stretches)):
-            frames = "1 frame is" if lost == 1 else f"{lost} frames are"
-            sentences.append(f"{self.name}: {frames} left out, in which the markers leave an angle open.")
-        return sentences
-
-    def _offsets(self) -> Array:
-        """Return the mean residual (markers, 2) [m] of each marker along and across its link."""
-        angle = self.fit.pose[:, 2:3] + self.fit.angle @ self.chain.share.T
-        own = angle[:, list(self.places.link)]
-        residual = -np.where(self.fit.rejected[..., np.newaxis], np.nan, self.fit.residual)
-        x, y = residual[..., 0], residual[..., 1]
-        along, across = np.cos(own) * x + np.sin(own) * y, np.cos(own) * y - np.sin(own) * x
-        keep = self.fit.determined
-        return np.column_stack([_mean(along[keep]), _mean(across[keep])])
-
-
-def _mean(values: Array) -> Array:
-    """Return means over frames (frames, markers, ...); NaN for a marker that none of them shows."""
-    count = np.isfinite(values).sum(axis=0)
-    means: Array = np.divide(np.nansum(values, axis=0), count, out=np.full(count.shape, np.nan), where=count > 0)
-    return means
+    places: str | Path | None = None  # CSV file of places; without it they are equally spaced from nose to tail
+    leave_out: Sequence[str] = ()  # markers without a use
+    tail_first: bool = False  # whether equally spaced markers are given from tail to nose
+    merge: Sequence[Sequence[str]] = ()  # joint groups that are fitted as one bend
+    from_run: bool = False  # whether the places are taken from the run
 
 
 def read_marker_run(robot: Robot, path: str | Path, *, places: str | Path | None = None, **options: Any) -> MarkerRun:
-    """Fit the chain of a robot to the markers of a CSV file.
+    """Fit the chain of a robot to the markers of a file; places and options: as of `fit_marker_run`."""
+    run = fit_marker_run(robot, path, Wishes(places), **options)
+    if refusal := run.refusal():
+        raise refusal
+    return run
 
-    places: CSV file of the markers' places; without it they are equally spaced from nose to tail, in their order.
+
+def fit_marker_run(robot: Robot, path: str | Path, wishes: Wishes, **options: Any) -> MarkerRun:
+    """Fit the chain of a robot to the markers of a file, whether or not the run can be used.
+
     options: of `read_markers`.
     """
-    markers = read_markers(path, **options)
-    where = equal_spacing(robot, markers.names) if places is None else read_places(places, robot, markers.names)
+    markers = _without(read_markers(path, **options), wishes.leave_out)
+    where, notes = _places(robot, markers, wishes)
     own = [markers.names.index(name) for name in where.names]
-    kept = Markers(
-        markers.time, markers.place[:, own], markers.weight[:, own], where.names, markers.file, markers.ignored
+    kept = replace(
+        markers,
+        place=markers.place[:, own],
+        weight=markers.weight[:, own],
+        names=where.names,
+        notes=(*markers.notes, *notes),
     )
     if not (kept.weight > 0).any():
         fix = "check the scale and --min-likelihood"
         raise InputError("must hold markers that were seen", file=markers.file, fix=fix)
-    chain = chain_of(robot, where.link, where.along, where.across)
-    check_rank(chain, where.names, markers.file)
-    fit = fit_chain(chain, kept.place, kept.weight)
+    groups = [group.name for group in robot.joints]
+    for name in (name for joint in wishes.merge for name in joint if name not in groups):
+        fix = did_you_mean(name, groups)
+        raise InputError("must be a joint group", key="--merge", value=shown(name), fix=fix)
+
+    def fitted(where: Places, markers: Markers) -> tuple[Chain, ChainFit]:
+        chain = chain_of(robot, where.link, where.along, where.across)
+        merged, share = merge(chain, wishes.merge, [len(group.links) for group in robot.joints])
+        check_rank(merged, where.names, markers.file)
+        return chain, apart(fit_chain(merged, markers.place, markers.weight), share)
+
+    if wishes.from_run:
+        where = _learned(robot, where, kept, fitted)
+    chain, fit = fitted(where, kept)
     stretches = _stretches(kept.time, np.flatnonzero(fit.determined))
-    if not stretches:
-        rule = f"must determine every angle in {MIN_SAMPLES} consecutive frames"
-        value, fix = f"{int(fit.determined.sum())} frames", "track more markers, or lower --min-likelihood"
-        ratio = _straight_ratio(chain, kept)
-        if abs(ratio - 1) > LENGTH_TOLERANCE:
-            percent = f"{100 * abs(ratio - 1):.0f} % {'longer' if ratio > 1 else 'shorter'}"
-            fix = f"correct the scale: the line through the markers is {percent} than along the body"
-        raise InputError(rule, file=markers.file, value=value, fix=fix)
-    return MarkerRun(Path(path).stem, kept, where, chain, fit, stretches)
+    return MarkerRun(Path(path).stem, kept, where, chain, fit, stretches, _limits(robot))
 
 
-def _straight_ratio(chain: Chain, markers: Markers) -> float:
-    """Return the median length of the line through the markers over that along the straight body."""
-    distance = chain.along.sum(axis=1)
-    order = np.argsort(distance, kind="stable")
-    lengths = np.linalg.norm(np.diff(markers.place[:, order], axis=1), axis=2).sum(axis=1)
-    return float(np.nanmedian(lengths) / np.ptp(distance)) if np.isfinite(lengths).any() else 1.0
+def _without(markers: Markers, names: Sequence[str]) -> Markers:
+    """Return markers without some of them."""
+    for name in names:
+        if name not in markers.names:
+            fix = did_you_mean(name, markers.names)
+            rule, key = "must be a tracked marker", "--leave-out"
+            raise InputError(rule, file=markers.file, key=key, value=shown(name), fix=fix)
+    own = [m for m, name in enumerate(markers.names) if name not in names]
+    kept = tuple(markers.names[m] for m in own)
+    return replace(markers, place=markers.place[:, own], weight=markers.weight[:, own], names=kept)
+
+
+def _places(robot: Robot, markers: Markers, wishes: Wishes) -> tuple[Places, tuple[str, ...]]:
+    """Return the places of markers: those of a file, or equally spaced in their order along the body."""
+    if wishes.places is not None:
+        return read_places(wishes.places, robot, markers.names), ()
+    order, notes = in_order(markers)
+    names = [markers.names[m] for m in order]
+    return equal_spacing(robot, names[::-1] if wishes.tail_first else names), notes
+
+
+def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Places:
+    """Return places moved by the mean distances of the markers from them, as on a body that is straight in the mean."""
+    few = slice(None, None, len(markers.time) // LEARNED + 1)
+    markers = replace(markers, time=markers.time[few], place=markers.place[few], weight=markers.weight[few])
+    for _ in range(ROUNDS):
+        chain, fit = fitted(where, markers)
+        run = MarkerRun("", markers, where, chain, fit, ())
+        step = np.nan_to_num(run.offsets)
+        before, where = where, moved(where, step)
+        angle = np.mean(fit.angle, axis=0)
+        where = straight(robot, chain_of(robot, where.link, where.along, where.across), where, angle)
+        shift = np.array([where.along, where.across]) - np.array([before.along, before.across])
+        if np.abs(shift).max() < SETTLED * max(fit.noise, 1e-6):
+            break
+    return where
+
+
+def _limits(robot: Robot) -> Array:
+    """Return the largest angles (groups,) [rad] that joints are described to make, NaN where nothing says."""
+    bounds = robot.gait_bounds
+    gaits = [high for _, high in bounds.amplitude] if bounds is not None else [math.nan] * len(robot.joints)
+    said = (group.bend_max or group.amplitude_max for group in robot.joints)
+    return np.array([own or high for own, high in zip(said, gaits, strict=True)])
 
 
 def write_marker_runs(runs: Sequence[MarkerRun], robot: Robot, output: str | Path, comment: str) -> list[str]:

@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.door import RUNS
 from hypertuna.io.tables import read_table
+from hypertuna.trials.chain import Chain
 
 COLUMNS = ("marker", "link", "along_m", "from_nose_m", "across_m")
 
@@ -72,6 +74,41 @@ def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Place
     for name in (name for k, name in enumerate(names) if name in names[:k]):
         raise InputError("must be listed once", file=table.file, key=f"marker {name}", fix="remove one of the lines")
     return Places(*(tuple(column) for column in zip(*rows, strict=True)))
+
+
+def places_text(places: Places, comment: str) -> str:
+    """Return places as the file that `read_places` reads."""
+    rows = zip(places.names, places.link, places.along, places.across, strict=True)
+    lines = [f"{_cell(name)},{link},{along:.6f},{across:.6f}" for name, link, along, across in rows]
+    return "\n".join([f"# {comment}", "marker,link,along_m,across_m", *lines, ""])
+
+
+def _cell(name: str) -> str:
+    """Return a name as a cell."""
+    return '"' + name.replace('"', '""') + '"' if set(name) & set(',"#') else name
+
+
+def moved(places: Places, step: Array) -> Places:
+    """Return places moved along and to starboard of their links, by steps (markers, 2) [m]."""
+    along, across = (np.array([places.along, places.across]) + step.T).tolist()
+    return places._replace(along=tuple(along), across=tuple(across))
+
+
+def straight(robot: Robot, chain: Chain, places: Places, angle: Array) -> Places:
+    """Return the places, on the straight body, of markers on a body bent by angles (groups,) [rad].
+
+    The straight body lies over the bent one where the markers are nearest to their places before.
+    """
+    bent = chain(np.concatenate([np.zeros(3), angle])[np.newaxis])[0][0]
+    flat = np.column_stack([chain.along.sum(axis=1), chain.across.sum(axis=1)])
+    one, other = bent - bent.mean(axis=0), flat - flat.mean(axis=0)
+    left, _, right = np.linalg.svd(one.T @ other)
+    turn = left @ np.diag([1.0, np.sign(np.linalg.det(left @ right))]) @ right
+    x, y = (one @ turn + flat.mean(axis=0)).T
+    ends = np.cumsum(robot.links.length)
+    link = np.asarray(places.link)
+    along = x - (ends[link] - np.asarray(robot.links.length)[link])
+    return places._replace(along=tuple(along.tolist()), across=tuple(y.tolist()))
 
 
 def _from_nose(robot: Robot, names: Sequence[str], distance: Sequence[float], across: Sequence[float]) -> Places:

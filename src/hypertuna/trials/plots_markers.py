@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, FAINT, INK, WIDTH, line_style, styled
-from hypertuna.trials.marker_import import MarkerRun
+from hypertuna.trials.marker_run import MarkerRun
 
 POSTURES = 3  # chains in the first panel: more would hide each other
 BAND = 2  # standard deviations of the band about an angle
@@ -38,7 +38,7 @@ def _corners(run: MarkerRun, frames: Array) -> Array:
 
 def _plot_chain(panel: Axes, run: MarkerRun) -> None:
     """Plot some postures with their markers."""
-    own = np.concatenate(run.stretches)
+    own = np.concatenate(run.stretches) if run.stretches else np.flatnonzero((run.markers.weight > 0).sum(axis=1) > 2)
     frames = own[np.linspace(0, len(own) - 1, min(POSTURES, len(own))).astype(int)]
     for k, (line, frame) in enumerate(zip(_corners(run, frames), frames, strict=True)):
         color, time = COLORS[k + 1], run.markers.time[frame]
@@ -55,7 +55,7 @@ def _plot_chain(panel: Axes, run: MarkerRun) -> None:
     panel.set_aspect("equal", adjustable="datalim")
     panel.set_xlabel("x [m]")
     panel.set_ylabel("y [m]")
-    panel.set_title(f"{len(frames)} of {len(run.markers.time)} frames")
+    panel.set_title(f"{len(frames)} of {len(run.markers.time)} frames" + " (none can be used)" * (not run.stretches))
     panel.margins(y=0.15)
     panel.legend(loc="best", ncols=2)
 
@@ -78,6 +78,8 @@ def _plot_residuals(panel: Axes, run: MarkerRun) -> None:
                 rasterized=True,
             )
     panel.axhline(1e3 * run.fit.noise, color=COLORS[1], label=f"noise of a coordinate, {1e3 * run.fit.noise:.2g} mm")
+    offset = 1e3 * np.linalg.norm(run.offsets, axis=1)
+    panel.plot(range(len(names)), offset, "D", color=INK, mfc="none", markersize=5, label="mean of the marker's own")
     panel.set_yscale("log")
     panel.set_xticks(range(len(names)), names, rotation=0 if len(names) < 12 else 90)
     panel.set_ylabel("distance [mm]")
@@ -87,7 +89,7 @@ def _plot_residuals(panel: Axes, run: MarkerRun) -> None:
 
 def _plot_angles(panel: Axes, run: MarkerRun) -> None:
     """Plot joint angles with a band of two standard deviations."""
-    for k, frames in enumerate(run.stretches):
+    for k, frames in enumerate(run.stretches or [np.arange(len(run.markers.time))]):
         time = run.markers.time[frames]
         angle, sd = np.degrees(run.fit.angle[frames]), np.degrees(run.fit.sd[frames, 3:])
         for g, group in enumerate(run.chain.groups):

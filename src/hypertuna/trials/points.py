@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hypertuna.arrays import Array
+from hypertuna.errors import InputError, did_you_mean, shown
+
+LISTED = 300  # characters of names that an error lists
 
 
 @dataclass(frozen=True)
@@ -24,3 +27,20 @@ class Points:
     y_down: bool | None = None  # whether y points down; None where the form does not say
     vertical: int | None = None  # axis of three that points up, where the form says
     ignored: tuple[str, ...] = ()  # columns without a use
+    notes: tuple[str, ...] = ()  # sentences on how the file was read, without the final dot
+    time_name: str = "time"  # names of the columns of time and frames
+    frame_name: str = "frame"
+
+
+def choose_individual(file: str, known: Sequence[str], chosen: str | None, *, what: str = "animal") -> str:
+    """Return the name of the animal (or camera, or other `what`) to read, of those that a file holds."""
+    known = list(dict.fromkeys(known))
+    if chosen is None and len(known) == 1:
+        return known[0]
+    if chosen not in known:
+        few = len(", ".join(known)) <= LISTED
+        rule = f"must be one of {', '.join(known)}" if few else f"must be one of the {len(known)} of the file"
+        fix = f"choose the {what}" if chosen is None and few else did_you_mean(chosen or "", known)
+        value = None if chosen is None else shown(chosen)
+        raise InputError(rule, file=file, key="--individual", value=value, fix=fix)
+    return chosen

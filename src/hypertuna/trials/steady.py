@@ -23,6 +23,9 @@ COLUMNS = {
     "repeats": "repeats",
 }
 MEASURED = ("speed", "cost_of_transport")
+# Columns of other quantities, by the attribute that they give: speeds in body lengths, and powers over mass and speed.
+LENGTHS = {"speed_bl_s": "speed", "speed_sd_bl_s": "speed_sd"}
+POWERS = {"power_w": "cost_of_transport", "power_sd_w": "cost_of_transport_sd"}
 SPEED = Range(min=-100, max=100, unit="m/s")
 SIZE = Range(min=1e-9, max=1e9)  # of costs of transport and standard deviations, in SI
 MAX_DIGITS = 9  # of a number of repeats
@@ -63,7 +66,7 @@ def read_steady(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
     lines: dict[str, int] = {}
 
     def run(line: int, cells: dict[str, str]) -> SteadyRun:
-        made = _run(cells, robot, table.file, line)
+        made = _run(cells, robot, table.file, line, set(table.head))
         if made.name in lines:
             value, fix = f"{shown(made.name)}, as in line {lines[made.name]}", "give each run its own name"
             raise InputError("must be unique", key="name", value=value, fix=fix)
@@ -93,7 +96,7 @@ def _keys(table: Table, robot: Robot) -> list[str]:
         )
         raise InputError("has a column of time, so it is not a table of steady runs", file=table.file, fix=fix)
     keys = table.keys(
-        {column: key for key, column in COLUMNS.items()} | angles,
+        {column: key for key, column in COLUMNS.items()} | LENGTHS | POWERS | angles,
         {"frequency": COLUMNS["frequency"]} | required,
         fix=f"add it; {rule}",
         hint=lambda column: _hint(column, f"{rule}; choose the robot that swam with --robot: ", angles, said),
@@ -116,12 +119,20 @@ def _hint(column: str, rule: str, angles: Mapping[str, str], said: set[str]) -> 
     return text
 
 
-def _run(cells: dict[str, str], robot: Robot, file: str, line: int) -> SteadyRun:
+def _run(cells: dict[str, str], robot: Robot, file: str, line: int, columns: set[str]) -> SteadyRun:
     """Return the run of the cells of a row."""
     groups = range(len(robot.joints))
     angles = {kind: [_number(cells.get(f"{kind}[{g}]", "0"), f"{kind}[{g}]") for g in groups] for kind in KINDS}
     gait = Gait.from_degrees(frequency=_number(cells["frequency"], "frequency"), **angles)
     measured = {key: _number(cells[key], key) for key in COLUMNS if key.startswith(MEASURED) and cells.get(key)}
+    for column, key in LENGTHS.items():
+        if column in columns and key in measured:
+            measured[key] *= robot.body.length
+    for column, key in POWERS.items():
+        if column in columns and key in measured:
+            if not measured.get("speed"):
+                raise InputError("needs a speed other than 0, too", key=key, fix="give the speed, or leave this out")
+            measured[key] /= robot.body.mass * abs(measured["speed"])
     repeats = cells.get("repeats") or "1"
     if not repeats.isdecimal() or len(repeats) > MAX_DIGITS:
         raise InputError("must be a whole number", key="repeats", value=shown(repeats), fix="write digits only")

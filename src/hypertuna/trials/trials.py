@@ -15,6 +15,7 @@ from hypertuna.arguments import checked
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.trials.forms import form_name
 from hypertuna.trials.importers import import_folder
 from hypertuna.trials.kind import Kind
 from hypertuna.trials.kinds import KINDS, kind_of
@@ -107,15 +108,27 @@ def _read(path: Path, robot: Robot) -> Trials:
         return Trials(parse_manifest(import_folder(path), robot, folder=Path(), file=str(path)))
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        return Trials(read_steady(path, robot))
+        try:
+            return Trials(read_steady(path, robot))
+        except InputError:
+            _check_no_track(path)
+            raise
     if suffix == ".toml":
         return Trials(read_manifest(path, robot))
     if suffix == ".mcap":
         return Trials(steady_runs(path, robot))
+    _check_no_track(path)
     rule = "must be a CSV file of steady runs, a TOML manifest, a .mcap log or a folder"
     sheet = suffix in (".xlsx", ".xls", ".ods", ".numbers")
     fix = "save the table as CSV, with commas between the cells" if sheet else "convert it to one of them"
     raise InputError(rule, file=str(path), fix=fix)
+
+
+def _check_no_track(path: Path) -> None:
+    """Refuse a file of tracked points with the command that makes a manifest of it."""
+    if form := form_name(path):
+        fix = f"`hypertuna trials import markers {path} --robot ROBOT -o {path.stem}.toml` makes a manifest of it"
+        raise InputError(f"holds tracked points, in the form of {form}", file=str(path), fix=fix)
 
 
 def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:

@@ -1,0 +1,72 @@
+"""HDF5 files of others, read in a process of its own: a damaged file can hold up or end the library that reads it."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError
+from hypertuna.io.door import opened
+
+WAIT = 120.0  # s by the clock
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+
+@dataclass(frozen=True)
+class Hdf5:
+    """What an HDF5 file holds, by the path of names within it."""
+
+    file: str
+    arrays: dict[str, Array] = field(default_factory=dict)
+    texts: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    attributes: dict[str, dict[str, Any]] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()  # arrays that are too large
+
+    def array(self, name: str, dimensions: int) -> Array:
+        """Return an array of numbers that must be there."""
+        if name in self.left_out:
+            rule, fix = "must have at most 12 million numbers", "cut the film into parts, and export each"
+            raise InputError(rule, file=self.file, key=name, value="more", fix=fix)
+        array = self.arrays.get(name)
+        if array is None or array.ndim != dimensions or not array.size:
+            value = "missing" if array is None else f"of the shape {array.shape}"
+            rule = f"must be an array of numbers of {dimensions} dimensions"
+            raise InputError(rule, file=self.file, key=name, value=value, fix="export the file again")
+        return np.asarray(array)
+
+
+def read_hdf5(path: str | Path, kind: str = "points") -> Hdf5:
+    """Read the numbers, texts and attributes of an HDF5 file, within limits; links to other files are not followed."""
+    child = Path(__file__).with_name("hdf5_child.py")
+    quiet = dict(os.environ) | {"OPENBLAS_NUM_THREADS": "1", "HDF5_PLUGIN_PATH": "::"}
+    with opened(path, kind) as stream:
+        try:
+            done = subprocess.run(
+                [sys.executable, "-P", str(child)], stdin=stream, capture_output=True, timeout=WAIT, env=quiet
+            )
+        except subprocess.TimeoutExpired:
+            done = None
+    if done is None or done.returncode:
+        rule, fix = "must be a whole HDF5 file", "export it again: it is damaged, or was cut short"
+        raise InputError(rule, file=str(path), value="not", fix=fix)
+    head, _, content = done.stdout.partition(b"\n")
+    about = json.loads(head)
+    found, at = Hdf5(str(path), left_out=tuple(about["left_out"])), 0
+    for entry in about["entries"]:
+        name = entry["name"]
+        if "texts" in entry:
+            found.texts[name] = tuple(entry["texts"])
+        elif "attributes" in entry:
+            found.attributes[name] = entry["attributes"]
+        else:
+            count = math.prod(entry["shape"])
+            array = np.frombuffer(content, np.dtype(entry["type"]), count, at).reshape(entry["shape"])
+            found.arrays[name], at = array, at + array.nbytes
+    return found

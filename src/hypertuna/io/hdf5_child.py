@@ -1,0 +1,104 @@
+"""The program that reads an HDF5 file in a process of its own, within limits of time and memory.
+
+It is started by `hypertuna.io.hdf5` and imports nothing of the package: the file is its input, its output a line of
+JSON (names, types, shapes, attributes) and the numbers behind it. Only what lies in the file itself is read: no links
+to other files, no stored programs, no references.
+"""
+
+import json
+import resource
+import sys
+from typing import Any
+
+SECONDS, MEMORY = 40, 3 << 30  # of the processor; bytes of address space
+DEPTH, OBJECTS, TEXTS, LETTERS = 8, 2000, 20_000, 4_000_000  # of groups in each other, of groups and arrays; of texts
+LARGEST, MOST = 12_000_000, 24_000_000  # numbers of an array and of all: an hour of 12 markers at 60 Hz has 8 million
+
+
+def attributes(of: Any) -> dict[str, Any]:
+    """Return the attributes that are texts or single numbers."""
+    found = {}
+    for name in list(of.attrs)[:200]:
+        try:
+            value = of.attrs[name]
+        except Exception:  # of a type that this library does not know
+            continue
+        value = value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value
+        value = value.decode("latin-1") if isinstance(value, bytes) else value
+        if isinstance(value, (str, int, float)) and len(str(value)) <= LETTERS:
+            found[name] = value
+    return found
+
+
+def texts(array: Any) -> list[str]:
+    """Return the texts of an array."""
+    flat = array.ravel().tolist()
+    return [one.decode("utf-8", "replace") if isinstance(one, bytes) else str(one) for one in flat]
+
+
+def main() -> None:
+    """Read the file that is the input, and write what it holds."""
+    for limit, value in ((resource.RLIMIT_CPU, SECONDS), (resource.RLIMIT_AS, MEMORY), (resource.RLIMIT_CORE, 0)):
+        hard = resource.getrlimit(limit)[1]
+        resource.setrlimit(limit, (value if hard == resource.RLIM_INFINITY else min(value, hard), hard))
+    import h5py
+    import numpy as np
+
+    entries: list[dict[str, Any]] = []
+    contents: list[bytes] = []
+    left_out: list[str] = []
+    counts = {"objects": 0, "numbers": 0, "letters": 0}
+
+    def keep(name: str, array: Any) -> None:
+        whole = np.ascontiguousarray(array.astype(array.dtype.newbyteorder("<")))
+        entries.append({"name": name, "type": whole.dtype.str, "shape": whole.shape})
+        contents.append(whole.tobytes())
+
+    def read(name: str, data: Any) -> None:
+        if data.is_virtual or data.external or data.shape is None:
+            return
+        kind, size = data.dtype.kind, int(np.prod(data.shape, dtype=float))
+        width = sum(int(np.prod(data.dtype[n].shape, dtype=float)) for n in data.dtype.names or ()) or 1
+        if kind in "SO":
+            letters = size * (data.dtype.itemsize if kind == "S" else 16)
+            counts["letters"] += letters
+            if (kind == "S" or h5py.check_string_dtype(data.dtype)) and size <= TEXTS and counts["letters"] < LETTERS:
+                entries.append({"name": name, "texts": texts(data[()])})
+            return
+        if kind not in "biufV" or (kind == "V" and not data.dtype.names):
+            return
+        counts["numbers"] += size * width
+        if size * width > LARGEST or counts["numbers"] > MOST:
+            counts["numbers"] -= size * width
+            left_out.append(name)
+        elif kind == "V":
+            for field in data.dtype.names:
+                if data.dtype[field].base.kind in "biuf":
+                    keep(f"{name}/{field}", data[field])
+        else:
+            keep(name, data[()])
+
+    def walk(group: Any, place: str, depth: int) -> None:
+        for key in group:
+            counts["objects"] += 1
+            if counts["objects"] > OBJECTS:
+                left_out.append("...")
+                return
+            if not isinstance(group.get(key, getlink=True), h5py.HardLink) or key.startswith(("_i_", "#")):
+                continue
+            one, name = group[key], f"{place}{key}"
+            entries.append({"name": name, "attributes": attributes(one)})
+            if isinstance(one, h5py.Group) and depth < DEPTH:
+                walk(one, f"{name}/", depth + 1)
+            elif isinstance(one, h5py.Dataset):
+                read(name, one)
+
+    with open(0, "rb") as stream, h5py.File(stream, "r") as file:
+        walk(file, "", 0)
+    sys.stdout.buffer.write(json.dumps({"entries": entries, "left_out": left_out}).encode() + b"\n")
+    for content in contents:
+        sys.stdout.buffer.write(content)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,142 @@
+"""MATLAB's files of version 5 (the default of `save`): their arrays of numbers, within limits of size and depth.
+
+Cells and structures are walked; objects, functions and complex parts are left out. Files of version 7.3 are HDF5.
+"""
+
+import struct
+import zlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError
+from hypertuna.io.door import MB, read_bytes
+
+SIGNATURE = b"MATLAB 5.0 MAT-file"
+LARGEST, ARRAYS, DEPTH = 256 * MB, 5000, 8  # bytes unpacked; arrays; of cells and structures in each other
+TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8", 16: "u1", 17: "u2"}
+MATRIX, COMPRESSED = 14, 15  # types of elements
+CELL, STRUCT, OBJECT, CHAR, SPARSE, DOUBLE, UINT64 = 1, 2, 3, 4, 5, 6, 15  # classes of arrays
+HEADER = 128
+
+
+@dataclass
+class MatFile:
+    """Arrays of numbers and texts of a file, by their names: `x`, `fish.x`, `data(2).x`, `names{1}`."""
+
+    file: str
+    order: str = "<"  # of bytes
+    arrays: dict[str, Array] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
+    count: int = 0
+
+
+def read_matlab(path: str | Path) -> MatFile:
+    """Read a file of version 5."""
+    content = read_bytes(path, "points")
+    found = MatFile(str(path), "<" if content[126:128] == b"IM" else ">")
+    try:
+        if content[126:128] not in (b"IM", b"MI"):
+            raise ValueError
+        left = LARGEST
+        for kind, data in _elements(content[HEADER:], found.order):
+            if kind == COMPRESSED:
+                whole = zlib.decompressobj().decompress(data, left + 1)
+                left -= len(whole)
+                if left < 0:
+                    rule, fix = f"must unpack to at most {LARGEST // MB} MB", "save the arrays of the points alone"
+                    raise InputError(rule, file=found.file, value="more", fix=fix)
+                kind, data = next(iter(_elements(whole, found.order)))
+            if kind == MATRIX:
+                _matrix(found, data, "", 0)
+    except InputError:
+        raise
+    except (ValueError, LookupError, struct.error, zlib.error, StopIteration, OverflowError):
+        fix = "save it again in MATLAB: save('points.mat', 'x', 'y')"
+        raise InputError("must be a whole file of MATLAB", file=found.file, value="not", fix=fix) from None
+    return found
+
+
+def dense(rows: int, values: Array, row: Array, begin: Array, *, file: str) -> Array:
+    """Return a sparse array as a full one: values, their rows, and where each column begins."""
+    columns, count = len(begin) - 1, len(values)
+    whole = begin.dtype.kind in "iu" and row.dtype.kind in "iu" and row.ndim == begin.ndim == values.ndim == 1
+    if not whole or columns < 1 or rows * columns > LARGEST // 8 or (np.diff(begin.astype(float)) < 0).any():
+        raise InputError("must be a whole file of MATLAB", file=file, value="not", fix="save it again")
+    if (
+        begin[0] != 0
+        or begin[-1] > count
+        or len(row) < begin[-1]
+        or (row[: begin[-1]] >= rows).any()
+        or (row < 0).any()
+    ):
+        raise InputError("must be a whole file of MATLAB", file=file, value="not", fix="save it again")
+    array = np.zeros((rows, columns))
+    count = int(begin[-1])
+    array[row[:count], np.repeat(np.arange(columns), np.diff(begin.astype(int)))] = values[:count]
+    return array
+
+
+def _elements(data: bytes, order: str):  # type: ignore[no-untyped-def]
+    """Yield type and content of each element: its tag, or the short one in which small content stands itself."""
+    at = 0
+    while at + 8 <= len(data):
+        kind, size = struct.unpack_from(f"{order}II", data, at)
+        if kind >> 16:
+            kind, size, begin, at = kind & 0xFFFF, kind >> 16, at + 4, at + 8
+            if size > 4:
+                raise ValueError
+        else:
+            begin = at + 8
+            at = begin + size + (-size % 8 if kind != COMPRESSED else 0)
+        if begin + size > len(data):
+            raise ValueError
+        yield kind, data[begin : begin + size]
+
+
+def _numbers(found: MatFile, element: tuple[int, bytes]) -> Array:
+    """Return the numbers of an element."""
+    kind, data = element
+    return np.frombuffer(data, np.dtype(found.order + TYPES[kind]))
+
+
+def _matrix(found: MatFile, data: bytes, name: str, depth: int) -> None:
+    """Read an array, or the arrays of a cell or a structure."""
+    found.count += 1
+    if found.count > ARRAYS or depth > DEPTH:
+        rule, fix = f"must hold at most {ARRAYS} arrays, {DEPTH} deep", "save the arrays of the points alone"
+        raise InputError(rule, file=found.file, value="more", fix=fix)
+    parts = _elements(data, found.order)
+    flags = next(parts, None)
+    if flags is None:  # an empty element of a cell
+        return
+    kind = int(_numbers(found, flags)[0]) & 0xFF
+    if kind > UINT64:
+        return  # an object or a function
+    shape = tuple(int(size) for size in _numbers(found, next(parts)))
+    own = next(parts)[1].decode("latin-1")
+    name = name or own
+    if kind == CELL:
+        for k, (_, content) in enumerate(parts):
+            _matrix(found, content, f"{name}{{{k + 1}}}", depth + 1)
+    elif kind in (STRUCT, OBJECT):
+        if kind == OBJECT:
+            next(parts)  # name of its class
+        width, names = int(_numbers(found, next(parts))[0]), next(parts)[1]
+        fields = [names[k : k + width].split(b"\0")[0].decode("latin-1") for k in range(0, len(names), width)]
+        several = np.prod(shape, dtype=float) > 1
+        for k, (_, content) in enumerate(parts):
+            which = f"({k // len(fields) + 1})" if several else ""
+            _matrix(found, content, f"{name}{which}.{fields[k % len(fields)]}", depth + 1)
+    elif kind == CHAR:
+        found.texts[name] = "".join(map(chr, _numbers(found, next(parts)).tolist()[:10_000]))
+    elif kind == SPARSE:
+        row, begin, values = (_numbers(found, next(parts)) for _ in range(3))
+        if len(shape) != 2 or len(begin) != shape[1] + 1:
+            raise ValueError
+        found.arrays[name] = dense(shape[0], values, row, begin, file=found.file)
+    elif kind >= DOUBLE:
+        values = _numbers(found, next(parts))
+        found.arrays[name] = values.astype(float).reshape(shape, order="F")  # a wrong size is a ValueError

@@ -1,0 +1,143 @@
+"""The clock of tracked points: times from columns of time and frames, and rates; two that disagree are refused."""
+
+import math
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError
+from hypertuna.ranges import Range
+from hypertuna.trials.points import Points
+
+RATE = Range(min=5, max=2000, unit="Hz")
+SAME = 0.01  # relative difference of two rates that are the same
+HALF = 0.5  # frames: a time that lies farther from that of its frame's number
+UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+SMALL_STEP = 5  # whole numbers that grow by less may be those of frames
+FAR = 1e5  # s: a clock that begins later counts from the first frame
+
+
+def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str, ...]]:
+    """Return the times of the rows [s], and sentences on how they were found.
+
+    frame_rate: as the user says [Hz]. A column of frames or time is always used; the order of the rows only without.
+    """
+    file, notes = points.file, []
+    rate = points.rate if frame_rate is None else frame_rate
+    for key, value in (("--frame-rate", frame_rate), ("the frame rate", points.rate)):
+        if value is not None:
+            RATE.check(value, key, "give frames per second", file=None if value is frame_rate else file)
+    if rate and points.rate and abs(rate / points.rate - 1) > SAME:
+        rule, fix = f"must be {points.rate:g} Hz, as the file says", "leave it out, or correct the file"
+        raise InputError(rule, file=file, key="--frame-rate", value=f"{rate:g}", fix=fix)
+    frame = points.frame
+    if frame is not None:
+        _check(points, frame, points.frame_name, "give the number of the frame")
+        for k in np.flatnonzero(frame != np.round(frame))[:1]:
+            key, fix = f"{points.where[k]}, {points.frame_name}", "give whole numbers, or call a column of time time_s"
+            raise InputError("must be a whole number", file=file, key=key, value=f"{frame[k]:g}", fix=fix)
+        frame = frame - frame[0] if points.time is not None else frame
+    if points.time is not None:
+        _check(points, points.time, points.time_name, "give the time in s")
+        unit, note = _unit(points, rate if frame is None else None)
+        notes += note
+        start = float(points.time[0])
+        time = unit * (points.time - (start if abs(unit * start) > FAR else 0.0))
+        if abs(unit * start) > FAR:
+            notes.append(f"the clock counts from the first frame, at {unit * start:.3f} s")
+        notes += _compare(points, time, frame, rate)
+    elif rate is None:
+        fix = "give --frame-rate in Hz, or a column time_s"
+        raise InputError("must have a column of time", file=file, key="time_s", value="missing", fix=fix)
+    elif frame is not None:
+        time = frame / rate
+    else:
+        time = np.arange(len(points.place)) / rate
+        notes.append("there is no column of frames or time: each row counts as the next frame")
+    if len(time) > 1:
+        _check_rate(points, time)
+    return time, tuple(notes)
+
+
+def _check(points: Points, values: Array, name: str, fix: str) -> None:
+    """Check that the numbers of a clock are there and grow."""
+    for k in np.flatnonzero(~np.isfinite(values))[:1]:
+        key = f"{points.where[k]}, {name}"
+        raise InputError("must be a finite number", file=points.file, key=key, value="missing", fix=fix)
+    for k in np.flatnonzero(~(np.diff(values) > 0))[:1] + 1:
+        key, fix = f"{points.where[k]}, {name}", "sort the frames by time, without repeats"
+        rule = f"must be later than the previous frame, at {values[k - 1]:g}"
+        raise InputError(rule, file=points.file, key=key, value=f"{values[k]:g}", fix=fix)
+
+
+def _unit(points: Points, rate: float | None) -> tuple[float, list[str]]:
+    """Return the unit of the column of time [s]: as its name says, or the one that gives a possible rate."""
+    assert points.time is not None
+    if points.time_unit is not None or len(points.time) < 2:
+        return points.time_unit or 1.0, []
+    step = float(np.median(np.diff(points.time)))
+    possible = [name for name, unit in UNITS.items() if 1 / (step * unit) in RATE]
+    if possible == ["s"] or not possible:
+        return 1.0, []  # no unit gives a possible rate: the check of the rate says so
+    name, counted = possible[0], step == round(step) and step < SMALL_STEP
+    agrees = rate is not None and abs(1 / (step * UNITS[name]) / rate - 1) < SAME
+    if counted and not agrees:
+        key, rule = f"column {points.time_name}", "must say its unit in its name"
+        fix = f"it grows by {step:g}: call it frame if it counts frames, or time_{name}"
+        raise InputError(rule, file=points.file, key=key, fix=fix)
+    found = 1 / (step * UNITS[name])
+    return UNITS[name], [f"column {points.time_name} is taken in {name}, which gives {found:.4g} frames per second"]
+
+
+def _compare(points: Points, time: Array, frame: Array | None, rate: float | None) -> list[str]:
+    """Compare the times with the numbers of frames and with the rate; return what to tell."""
+    if len(time) < 2:
+        return []
+    step = np.diff(time) / (np.diff(frame) if frame is not None else 1.0)
+    # the mean over the whole run has no rounding errors of single times; without frames, lost ones must not count
+    each = float((time[-1] - time[0]) / (frame[-1] - frame[0])) if frame is not None else float(np.median(step))
+    if rate is not None:
+        times = 1 / each / rate
+        part = round(1 / times) if frame is None else 1
+        rounded = 3 * _resolution(points) / each if frame is None else 0.0
+        if abs(times * max(part, 1) - 1) > SAME + rounded:
+            rule = f"must be {1 / each:.4g} Hz, as the column {points.time_name} says"
+            fix = "leave it out, or correct the column"
+            raise InputError(rule, file=points.file, key="--frame-rate", value=f"{rate:g}", fix=fix)
+        if part > 1:
+            return [f"one frame of {part} is there, by the column {points.time_name}"]
+    if frame is None:
+        return []
+    off = time - time[0] - each * (frame - frame[0])
+    k = int(np.argmax(np.abs(off)))
+    if abs(off[k]) > HALF * each:
+        return [
+            f"the columns {points.time_name} and {points.frame_name} disagree by {abs(off[k]) / each:.1f} frames "
+            f"in {points.where[k]}: the times are those of {points.time_name}"
+        ]
+    return []
+
+
+def _resolution(points: Points) -> float:
+    """Return how finely times are written [s]: in the steps of which they are whole numbers."""
+    assert points.time is not None
+    values = np.abs(points.time[: min(len(points.time), 200)])
+    for digits in range(7):
+        if np.allclose(values, np.round(values, digits), rtol=0, atol=1e-9):
+            return float(10.0**-digits * (points.time_unit or 1.0))
+    return 0.0
+
+
+def _check_rate(points: Points, time: Array) -> None:
+    """Check that the frames follow each other at a possible rate."""
+    rate = 1 / float(np.median(np.diff(time)))
+    if rate in RATE:
+        return
+    unit = points.time_unit or 1.0
+    better = [name for name, other in UNITS.items() if rate * unit / other in RATE]
+    fix = f"in {better[0]} it would be possible: call the column time_{better[0]}" if better else "check the clock"
+    if points.time is None:
+        fix = "check --frame-rate, and whether the file has all frames"
+    key = f"the rate by {points.time_name if points.time is not None else points.frame_name}"
+    value = f"{rate:.3g}" if math.isfinite(rate) else "none"
+    raise InputError(RATE.rule, file=points.file, key=key, value=value, fix=fix)

@@ -1,0 +1,77 @@
+"""Base of the forms of text: points of named columns, columns of time and frames, and what holds one point only."""
+
+import re
+
+import numpy as np
+
+from hypertuna.errors import InputError
+from hypertuna.trials.grid import Samples
+from hypertuna.trials.points import Points
+
+AXES = {"x": 0, "y": 1, "z": 2}
+FIX = "name columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ..."
+
+
+def of_columns(
+    form: str,
+    samples: Samples,
+    columns: dict[str, dict[str, int]],
+    *,
+    words: bool = False,
+    infinite: bool = False,
+    **known: object,
+) -> Points:
+    """Return the points of columns: of x, y and maybe z and weight, for each point."""
+    if len(columns) < 2:
+        raise InputError("must have at least two markers", file=samples.file, value=f"{len(columns)}", fix=FIX)
+    for name, own in columns.items():
+        if axis := next((axis for axis in "xy" if axis not in own), None):
+            raise InputError(f"must have a column of {axis}", file=samples.file, key=f"marker {name}", fix=FIX)
+    deep = all("z" in own for own in columns.values())
+    place = np.full((len(samples.rows), len(columns), 3 if deep else 2), np.nan)
+    weight = np.full(place.shape[:2], np.nan)
+    for m, own in enumerate(columns.values()):
+        for axis in "xyz"[: place.shape[2]]:
+            place[:, m, AXES[axis]] = samples.numbers(own[axis], infinite=infinite)
+        if "weight" in own:
+            weight[:, m] = samples.numbers(own["weight"], words=words, infinite=infinite)
+    place[~np.isfinite(place).all(axis=2)] = np.nan
+    return Points(form, samples.file, tuple(columns), place, weight, samples.where, **known)  # type: ignore[arg-type]
+
+
+def one_point(form: str, file: str, fix: str) -> InputError:
+    """Return the error of a file that holds one point of each animal."""
+    rule = f"is of the form of {form}, and holds one point of each animal: joint angles need several along one body"
+    return InputError(rule, file=file, fix=fix)
+
+
+# Names of columns of time and frames, lower case and without signs between the words; the unit of a time at its end.
+SECONDS = {
+    "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0,
+    "ms": 1e-3, "msec": 1e-3, "millis": 1e-3, "milliseconds": 1e-3,
+    "us": 1e-6, "µs": 1e-6, "usec": 1e-6, "micros": 1e-6, "microseconds": 1e-6,
+    "ns": 1e-9, "nsec": 1e-9, "nanos": 1e-9, "nanoseconds": 1e-9,
+    "min": 60.0, "minutes": 60.0,
+}  # fmt: skip
+FRAME = re.compile(
+    r"(?:video|camera|cam|image|img)?(?:frames?|fnum|fr)(?:idx|index|ids?|no|nos|nr|num|number|numbers|count|counter)?"
+    r"|(?:image|img|picture|file)s?(?:name|no|nr|num|number|idx|index|path|file)?|slice|fno"
+)
+TIME = re.compile(
+    rf"(?:video|camera|frame|image|elapsed|relative|rel|abs|absolute|clock|unix|epoch)?"
+    rf"(?:(?:timestamp|time|elapsed|t)(?P<unit>{'|'.join(SECONDS)})?|(?P<bare>{'|'.join(SECONDS)}))"
+)
+
+
+def plain(name: str) -> str:
+    """Return the name of a column without signs between its words."""
+    return re.sub(r"[\W_]", "", name.lower())
+
+
+def time_and_frame(head: list[str]) -> tuple[int | None, float | None, int | None]:
+    """Return the columns of time and of frames, and the unit of the time in s where the name says."""
+    found = [(k, match) for k, name in enumerate(head) if (match := TIME.fullmatch(plain(name)))]
+    units = {k: SECONDS.get(match["unit"] or match["bare"] or "") for k, match in found}
+    time = next((k for k in units if units[k] is not None), next(iter(units), None))
+    frame = next((k for k, name in enumerate(head) if FRAME.fullmatch(plain(name))), None)
+    return time, None if time is None else units[time], frame

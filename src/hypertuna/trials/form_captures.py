@@ -1,0 +1,158 @@
+"""Text forms of motion capture and of digitizing by hand: Motive (OptiTrack), Qualisys, and DLTdv."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from hypertuna.errors import InputError, shown
+from hypertuna.io.tables import parse_float
+from hypertuna.trials.form import of_columns, time_and_frame
+from hypertuna.trials.grid import Grid
+from hypertuna.trials.points import Points, choose_individual
+
+MOTIVE_UNITS = {"meters": 1.0, "centimeters": 1e-2, "millimeters": 1e-3}
+Y_UP, Z_UP = 1, 2
+POINTS = ("marker", "rigid body marker", "skeleton marker", "bone marker")  # types of columns of Motive
+DIGITIZED = re.compile(r"pt(?P<point>\d+)(?:_cam(?P<camera>\d+))?_(?P<axis>[xyz])")
+FIRST_LINES = 30  # below which names of columns stand
+
+
+def _is_motive(grid: Grid) -> bool:
+    return grid.cells(0)[0] == "format version"
+
+
+def _top(grid: Grid) -> list[list[str]]:
+    """Return the first lines, lower case."""
+    return [grid.cells(k) for k in range(min(FIRST_LINES, len(grid.rows)))]
+
+
+def _motive(grid: Grid, individual: str | None) -> Points:
+    """Read an export of Motive: settings, lines of type and name of each column, then frame, time, x, y, z, ..."""
+    settings = grid.rows[0][1]
+    said = {key.lower(): value for key, value in zip(settings[::2], settings[1::2], strict=False)}
+    top = _top(grid)
+    at = next((k for k, row in enumerate(top) if row[:1] == ["frame"]), None)
+    lines = {row[1]: k for k, row in enumerate(top[:at]) if len(row) > 2 and row[1] in ("type", "name")}
+    if at is None or "name" not in lines:
+        fix = "export the markers' positions again, with the lines of names"
+        raise InputError("is of the form of Motive, but has no lines Name and Frame", file=grid.file, fix=fix)
+    names = grid.rows[lines["name"]][1]
+    kinds = top[lines["type"]] if "type" in lines else ["marker"] * len(names)
+    what = next((row for row in top[lines["name"] + 1 : at] if "position" in row or "rotation" in row), [])
+    head = grid.rows[at][1]
+    width = len(head)
+    names, kinds, what = ([*row, *[""] * width][:width] for row in (names, kinds, what or ["position"] * width))
+    samples = grid.below(at + 1, [f"{name} {axis}".strip() for name, axis in zip(names, head, strict=True)])
+    columns: dict[str, dict[str, int]] = {}
+    for k, axis in enumerate(head):
+        if kinds[k] in POINTS and what[k] in ("position", "") and axis.lower() in ("x", "y", "z") and names[k]:
+            columns.setdefault(names[k], {})[axis.lower()] = k
+    columns = {name.rpartition(":")[2] if _unique(columns) else name: own for name, own in columns.items()}
+    rate = next((parse_float(said[key]) for key in ("export frame rate", "capture frame rate") if key in said), None)
+    unit = said.get("length units", "").lower()
+    if unit and unit not in MOTIVE_UNITS:
+        raise InputError(
+            "must be a known unit", file=grid.file, key="Length Units", value=shown(unit), fix="export in m"
+        )
+    time, second, frame = time_and_frame(head)
+    return of_columns(
+        "Motive",
+        samples,
+        columns,
+        time=None if time is None else samples.numbers(time),
+        time_unit=second,
+        frame=None if frame is None else samples.frames(frame),
+        rate=rate,
+        length_unit=MOTIVE_UNITS.get(unit),
+        y_down=False,
+        vertical=Y_UP,
+    )
+
+
+def _unique(columns: dict[str, dict[str, int]]) -> bool:
+    """Whether names are unique without what stands before the colon."""
+    return len({name.rpartition(":")[2] for name in columns}) == len(columns)
+
+
+def _is_qualisys(grid: Grid) -> bool:
+    return any(row[0] in ("no_of_frames", "no_of_markers", "marker_names") for row in _top(grid))
+
+
+def _qualisys(grid: Grid, individual: str | None) -> Points:
+    """Read a TSV export of Qualisys: lines of settings, maybe names of columns, then x, y, z of each marker in mm.
+
+    A marker at the origin is one that was not seen.
+    """
+    said = {row[0].upper(): row[1:] for _, row in grid.rows[:FIRST_LINES] if re.fullmatch("[A-Z_]+", row[0])}
+    at = next((k for k, row in enumerate(grid.rows) if np.isfinite(parse_float(row[1][0]))), None)
+    names = [name for name in said.get("MARKER_NAMES", []) if name]
+    if at is None or not names or len(set(names)) < len(names):
+        fix = "export the 3-D data again, with the header and a name for each marker"
+        raise InputError("is of the form of Qualisys, but lacks names or numbers of markers", file=grid.file, fix=fix)
+    width = len(grid.rows[at][1]) - (not grid.rows[at][1][-1])  # lines may end with a tab
+    lead = width - 3 * len(names)
+    if lead not in (0, 1, 2):
+        rule = f"must have x, y and z of each of {len(names)} markers, maybe behind frame and time"
+        value, fix = f"{width} long", "export the 3-D data again, without other data"
+        raise InputError(rule, file=grid.file, key=f"line {grid.rows[at][0]}", value=value, fix=fix)
+    head = [*("Frame", "Time")[:lead], *(f"{name} {axis}" for name in names for axis in "XYZ")]
+    if lead == 1 and any(row[:1] == ["time"] for row in _top(grid)):
+        head[0] = "Time"
+    cut = Grid(grid.file, [(n, row[:width] if not any(row[width:]) else row) for n, row in grid.rows])
+    samples = cut.below(at, head)
+    columns = {name: {a: lead + 3 * m + k for k, a in enumerate("xyz")} for m, name in enumerate(names)}
+    time, second, frame = time_and_frame(head[:lead])
+    rate = parse_float((said.get("FREQUENCY") or [""])[0])
+    points = of_columns(
+        "Qualisys",
+        samples,
+        columns,
+        time=None if time is None else samples.numbers(time),
+        time_unit=second or 1.0,
+        frame=None if frame is None else samples.frames(frame),
+        rate=rate if rate > 0 else None,
+        length_unit=1e-3,
+        y_down=False,
+        vertical=Z_UP,
+    )
+    points.place[(points.place == 0).all(axis=2)] = np.nan
+    return points
+
+
+def _is_digitized(grid: Grid) -> bool:
+    head = [name for name in grid.cells(0) if name]
+    return len(head) > 3 and sum(bool(DIGITIZED.fullmatch(name)) for name in head) > len(head) / 2
+
+
+def _digitized(grid: Grid, individual: str | None) -> Points:
+    """Read points of DLTdv: pt1_cam1_X, ..., or pt1_X, pt1_Y, pt1_Z, a row for each frame of the film."""
+    head = grid.rows[0][1]
+    found = {k: match for k, name in enumerate(head) if (match := DIGITIZED.fullmatch(name.lower()))}
+    cameras = [f"cam{match['camera']}" for match in found.values() if match["camera"]]
+    own = choose_individual(grid.file, cameras, individual, what="camera") if cameras else None
+    columns: dict[str, dict[str, int]] = {}
+    for k, match in found.items():
+        if own is None or f"cam{match['camera']}" == own:
+            columns.setdefault(f"pt{match['point']}", {})[match["axis"]] = k
+    samples = grid.below(1, head)
+    samples.check_once([k for one in columns.values() for k in one.values()])
+    time, second, frame = time_and_frame([head[k] if k not in found else "" for k in range(len(head))])
+    flat = not any("z" in one for one in columns.values())
+    return of_columns(
+        "DLTdv",
+        samples,
+        columns,
+        time=None if time is None else samples.numbers(time, limit=False),
+        time_unit=second,
+        frame=None if frame is None else samples.frames(frame),
+        ignored=tuple(name for k, name in enumerate(head) if name and k not in (*found, time, frame)),
+        notes=("DLTdv 8 counts y downward, earlier versions upward: check the picture, and --y-axis",) * flat,
+    )
+
+
+TEXTS: Sequence[tuple] = (  # type: ignore[type-arg]  # name, recognized, read
+    ("Motive", _is_motive, _motive),
+    ("Qualisys", _is_qualisys, _qualisys),
+    ("DLTdv", _is_digitized, _digitized),
+)

@@ -1,0 +1,171 @@
+"""Text forms of plain columns: a row for each frame (nose_x, nose_y, ...; Anipose), or for each frame and marker."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from hypertuna.errors import InputError
+from hypertuna.io.door import CELLS
+from hypertuna.io.tables import parse_float
+from hypertuna.trials.form import FIX, of_columns, one_point, plain, time_and_frame
+from hypertuna.trials.grid import Grid, Samples
+from hypertuna.trials.points import Points, choose_individual
+from hypertuna.trials.tracks import LENGTHS
+
+WEIGHTS = ("likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "p")
+OTHERS = ("error", "ncams")  # of Anipose, without a use
+AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))
+UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|px|pixels?)[)\]]?)?"
+NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
+NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)
+MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
+ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
+ANIPOSE = {"fnum", "m_00", "center_0"}
+GROWING = 3  # rows from which on a column of growing numbers may be a clock
+
+
+def _is_long(grid: Grid) -> bool:
+    head = grid.cells(0)
+    return {"x", "y"} <= {plain(name) for name in head} and any(MARKER.fullmatch(plain(name)) for name in head)
+
+
+def _long(grid: Grid, individual: str | None) -> Points:
+    """Read a table with a row for each frame and marker."""
+    head = grid.rows[0][1]
+    names = [plain(name) for name in head]
+    samples = grid.below(1, head)
+    time, second, frame = time_and_frame(head)
+    if time is None and frame is None:
+        fix = "add a column frame or time_s"
+        raise InputError("must say the frame of each row", file=grid.file, key="a row for each marker", fix=fix)
+    if animals := [k for k, name in enumerate(names) if ANIMAL.fullmatch(name)]:
+        own = choose_individual(grid.file, samples.text(animals[0]), individual)
+        samples = samples.only([k for k, name in enumerate(samples.text(animals[0])) if name == own])
+    marker = next(k for k, name in enumerate(names) if MARKER.fullmatch(name))
+    label = samples.text(marker)
+    known = list(dict.fromkeys(label))
+    clock = samples.frames(frame) if frame is not None else samples.numbers(time or 0, limit=False)
+    at, row = np.unique(clock, return_inverse=True)
+    if not np.isfinite(at).all():
+        raise InputError("must say the frame of each row", file=grid.file, key=head[frame or time or 0], fix="fill it")
+    if len(known) * len(at) > CELLS:
+        rule, fix = "must not name a marker in each row", f"check the column {head[marker]}"
+        raise InputError(rule, file=grid.file, value=f"{len(known)} markers in {len(at)} frames", fix=fix)
+    order = {name: m for m, name in enumerate(known)}
+    column = np.array([order[name] for name in label])
+    taken = row * len(known) + column
+    unique, first = np.unique(taken, return_index=True)
+    if len(unique) < len(taken):
+        twice = int(np.setdiff1d(np.arange(len(taken)), first)[0])
+        key, fix = f"{samples.where[twice]}, marker {label[twice]}", "give a row for each frame and marker of one run"
+        raise InputError("must be there once", file=grid.file, key=key, value="there twice", fix=fix)
+    axes = [names.index(axis) for axis in ("x", "y", *["z"] * ("z" in names))]
+    place = np.full((len(at), len(known), len(axes)), np.nan)
+    weight = np.full((len(at), len(known)), np.nan)
+    place[row, column] = np.column_stack([samples.numbers(k) for k in axes])
+    place[~np.isfinite(place).all(axis=2)] = np.nan
+    if (score := next((k for k, name in enumerate(names) if name in WEIGHTS), None)) is not None:
+        weight[row, column] = samples.numbers(score, words=True)
+    if len(known) < 2:
+        raise InputError("must have at least two markers", file=grid.file, value=f"{len(known)}", fix=FIX)
+    _, line = np.unique(row, return_index=True)
+    return Points(
+        "rows of frames and markers", grid.file, tuple(known), place, weight, samples.only(line.tolist()).where,
+        time=None if time is None else samples.numbers(time, limit=False)[line], time_unit=second,
+        frame=at if frame is not None else None,
+        time_name=head[time or 0], frame_name=head[frame or 0],
+    )  # fmt: skip
+
+
+def _is_lone(grid: Grid) -> bool:
+    """Whether each row has one point: x and y, without the name of a marker."""
+    head = [plain(name) for name in grid.cells(0)]
+    return {"x", "y"} <= set(head) and any(ANIMAL.fullmatch(name) for name in head)
+
+
+def _lone(grid: Grid, individual: str | None) -> Points:
+    raise one_point("a table of tracked objects", grid.file, "add a column marker, or nose_x, nose_y, ... in one row")
+
+
+def _plain(grid: Grid, individual: str | None) -> Points:
+    """Read plain columns: nose_x, nose_y, nose_likelihood, or x1, y1, p1, and Anipose's."""
+    head = grid.rows[0][1]
+    if sum(not np.isnan(parse_float(name.replace(",", "."))) for name in head) > len(head) / 2:
+        fix = f"remove the # before them: {grid.comment[:60]}" if "x" in grid.comment.lower() else f"add it: {FIX}"
+        raise InputError("has no line of names above its numbers", file=grid.file, fix=fix)
+    samples = grid.below(1, head)
+    time, second, frame = time_and_frame(head)
+    of, unit, ignored = _columns(samples, {time, frame})
+    used = [k for own in of.values() for k in own.values()]
+    samples.check_once([k for k, name in enumerate(head) if name])
+    anipose = ANIPOSE & set(grid.cells(0)) and any("z" in own for own in of.values())
+    if frame is None and time is None:
+        frame = _unnamed(samples, used)
+    points = of_columns(
+        "Anipose" if anipose else "plain columns",
+        samples,
+        {name: {a: k for a, k in own.items() if a != "other"} for name, own in of.items()},
+        words=True,
+        time=None if time is None else samples.numbers(time, limit=False),
+        time_unit=second,
+        frame=None if frame is None else samples.frames(frame),
+        length_unit=unit,
+        ignored=() if anipose else tuple(ignored),
+        time_name=head[time or 0],
+        frame_name=head[frame or 0] or "the first column",
+    )
+    return points
+
+
+def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[str, int]], float | None, list[str]]:
+    """Find markers among columns: of x, y, z and weight; the unit of length in their names; columns without a use."""
+    of: dict[str, dict[str, int]] = {}
+    ignored, units = [], set()
+    for k, name in enumerate(samples.head):
+        match = NAMED.fullmatch(name) or NUMBERED.fullmatch(name)
+        if k in taken:
+            continue
+        if match:
+            axis = match["axis"].lower()
+            of.setdefault(match["name"], {})[axis if axis in "xyz" else "weight" if axis in WEIGHTS else "other"] = k
+            if axis in "xyz":
+                units.add((match["unit"] or "").lower())
+        elif name:
+            ignored.append(name)
+    # a column such as "body" or "yaw" is no pair of coordinates
+    lone = [name for name, axes in of.items() if not {"x", "y"} <= set(axes)]
+    for name in lone:
+        word = all(re.match(r"[xyzp][a-z]{2}", samples.head[k], re.IGNORECASE) for k in of[name].values())
+        if not word and (len(lone) == len(of) or set(of[name]) & {"x", "y"}):
+            axis = "y" if "x" in of[name] else "x"
+            raise InputError(f"must have a column of {axis}", file=samples.file, key=f"marker {name}", fix=FIX)
+        ignored += [samples.head[k] for k in of.pop(name).values()]
+    if len(units) > 1:
+        value, fix = ", ".join(sorted(unit or "none" for unit in units)), "write all coordinates in one unit"
+        raise InputError("must have one unit", file=samples.file, key="names of columns", value=value, fix=fix)
+    return of, LENGTHS.get(next(iter(units), "")), ignored
+
+
+def _unnamed(samples: Samples, used: Sequence[int]) -> int | None:
+    """Return the column without a name that has growing whole numbers: the index of a table, which counts frames.
+
+    A named one of growing numbers without a known name may be a clock: nobody should have to guess.
+    """
+    for k in (k for k in range(len(samples.head)) if k not in used):
+        values = np.array([parse_float(text) for text in samples.text(k)])
+        if len(values) < GROWING or not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
+            continue
+        if not samples.head[k] and (values == np.round(values)).all():
+            return k
+        key = f"column {samples.head[k]}" if samples.head[k] else f"column {k + 1}, which has no name"
+        fix = "call it frame, or time_s, time_ms, ..., or something that does not grow: drop it"
+        raise InputError("grows from row to row, but nothing says what it counts", file=samples.file, key=key, fix=fix)
+    return None
+
+
+TEXTS: Sequence[tuple] = (  # type: ignore[type-arg]  # name, recognized, read
+    ("rows of frames and markers", _is_long, _long),
+    ("a table of tracked objects", _is_lone, _lone),
+    ("plain columns", lambda grid: True, _plain),
+)

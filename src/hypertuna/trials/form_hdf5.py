@@ -1,0 +1,189 @@
+"""Tracked points in HDF5: DeepLabCut (tables of pandas), SLEAP (analysis), MATLAB 7.3; what holds none is named."""
+
+import pickletools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError, shown
+from hypertuna.io.hdf5 import Hdf5, read_hdf5
+from hypertuna.io.matlab import dense
+from hypertuna.trials.form import one_point
+from hypertuna.trials.form_arrays import Rows, seen
+from hypertuna.trials.form_matlab import points_of_arrays
+from hypertuna.trials.points import Points, choose_individual
+
+AXES = ("x", "y", "z")
+LEVELS = 6  # of names of columns: scorer, individuals, bodyparts, coords
+LABELS = "the labels of single pictures, not a track"
+
+
+def read(path: str | Path, individual: str | None) -> Points:
+    """Read the points of one animal from an HDF5 file."""
+    file = read_hdf5(path)
+    kinds = {name: str(own.get("pandas_type", "")) for name, own in file.attributes.items()}
+    frames = [name for name, kind in kinds.items() if kind in ("frame", "frame_table")]
+    names = {*file.arrays, *file.texts, *file.left_out}
+    if frames:
+        return _deeplabcut(file, frames, individual)
+    if "tracks_json" in file.attributes or {"frames", "instances"} <= set(file.attributes):
+        fix = "export its analysis: Export Analysis HDF5 or CSV in SLEAP"
+        raise InputError("is of the form of SLEAP's labels (.slp), which are not read", file=file.file, fix=fix)
+    if "tracks" in names and "node_names" in file.attributes:
+        return _sleap(file, individual)
+    if "trajectories" in names:
+        raise one_point("idtracker.ai", file.file, "track several points of one body, by DeepLabCut or SLEAP")
+    if any("MATLAB_class" in own for own in file.attributes.values()):
+        return points_of_arrays("MATLAB 7.3", file.file, _matlab(file), individual)
+    few = ", ".join(sorted(name for name in file.attributes if "/" not in name)[:8])
+    fix = "export CSV, or the HDF5 file of DeepLabCut's analyze_videos or of SLEAP's analysis"
+    rule = "must hold tracked points in the form of DeepLabCut, SLEAP or MATLAB"
+    raise InputError(rule, file=file.file, value=f"an HDF5 file of {shown(few)}" if few else "empty", fix=fix)
+
+
+def _deeplabcut(file: Hdf5, frames: list[str], individual: str | None) -> Points:
+    """Read a table of pandas, in its format `table` or `fixed`: columns of scorer, (individuals), bodyparts, coords."""
+    name = "df_with_missing" if "df_with_missing" in frames else frames[0]
+    columns, values, frame = _table(file, name) if f"{name}/table" in file.attributes else _fixed(file, name)
+    if not columns or len({len(one) for one in columns}) > 1 or len(columns[0]) not in (2, 3, 4):
+        rule, fix = "must have columns of scorer, bodyparts and coords, as DeepLabCut writes them", "export it again"
+        raise InputError(rule, file=file.file, key=name, value="others", fix=fix)
+    if frame is None:
+        fix = "give the file that analyze_videos wrote, or the labels of one video as CSV"
+        raise InputError(f"holds {LABELS}", file=file.file, key=name, fix=fix)
+    animals = [one[-3] if len(one) == 4 else "" for one in columns]
+    own = choose_individual(
+        file.file, [one for one in dict.fromkeys(animals) if one != "single"] or ["single"], individual
+    )
+    of: dict[str, dict[str, int]] = {}
+    for k, (one, animal) in enumerate(zip(columns, animals, strict=True)):
+        if animal in (own, "single"):
+            of.setdefault(one[-2], {})[one[-1].lower()] = k
+    axes = [axis for axis in AXES if all(axis in own for own in of.values())]
+    if axes[:2] != ["x", "y"]:
+        fix = "export it again"
+        raise InputError("must have columns of x and y of each body part", file=file.file, key=name, fix=fix)
+    place = np.stack([values[:, [own[axis] for axis in axes]] for own in of.values()], axis=1)
+    weight = [
+        values[:, own["likelihood"]] if "likelihood" in own else np.full(len(values), np.nan) for own in of.values()
+    ]
+    rows = Rows("frame", frame)
+    return Points("DeepLabCut", file.file, tuple(of), seen(place), np.stack(weight, axis=1), rows, frame=frame)
+
+
+def _table(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array | None]:
+    """Return columns, numbers and frames of the format `table`, in which names of columns are pickled text."""
+    about, columns, blocks = file.attributes[f"{name}/table"], [], []
+    for k in range(LEVELS):
+        block = f"values_block_{k}"
+        if f"{name}/table/{block}" in (*file.arrays, *file.left_out):
+            array = file.array(f"{name}/table/{block}", 2)
+            columns += (own := _names(str(about.get(f"{block}_kind", ""))))
+            if len(own) != array.shape[1]:
+                raise _damaged(file, name)
+            blocks.append(array)
+    index = file.arrays.get(f"{name}/table/index")
+    if not blocks:
+        raise _damaged(file, name)
+    return columns, np.concatenate(blocks, axis=1).astype(float), _frames(index, len(blocks[0]))
+
+
+def _fixed(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array | None]:
+    """Return columns, numbers and frames of the format `fixed`, in which names of columns are numbers of names."""
+    values, names = file.array(f"{name}/block0_values", 2), []
+    for k in range(LEVELS):
+        level, label = (f"{name}/block0_items_{word}{k}" for word in ("level", "label"))
+        if level in file.texts:
+            own, codes = file.texts[level], file.array(label, 1)
+            if len(codes) != values.shape[1] or codes.min() < 0 or codes.max() >= len(own):
+                raise _damaged(file, name)
+            names.append([own[int(code)] for code in codes])
+    if f"{name}/block1_values" in file.arrays:
+        raise _damaged(file, name)
+    return [*zip(*names, strict=True)], values.astype(float), _frames(file.arrays.get(f"{name}/axis1"), len(values))
+
+
+def _frames(index: Array | None, count: int) -> Array | None:
+    """Return numbers of frames; None for names of pictures."""
+    return index.astype(float) if index is not None and index.shape == (count,) and index.dtype.kind in "iuf" else None
+
+
+def _damaged(file: Hdf5, name: str) -> InputError:
+    """Return the error of a table whose parts do not fit."""
+    return InputError("must be a whole table of pandas", file=file.file, key=name, value="not", fix="export it again")
+
+
+def _names(pickled: str) -> list[tuple[str, ...]]:
+    """Return the tuples of texts of a pickled list, of which only texts are taken and nothing is run."""
+    kept: dict[int, str] = {}
+    row: list[str] = []
+    rows: list[tuple[str, ...]] = []
+    try:
+        for code, argument, _ in pickletools.genops(pickled.encode("latin-1")):
+            if code.name == "MARK":
+                row = []
+            elif "UNICODE" in code.name:
+                row.append(str(argument))
+            elif "PUT" in code.name and row:
+                kept[int(argument or 0)] = row[-1]
+            elif "GET" in code.name:
+                row.append(kept.get(int(argument or 0), ""))
+            elif code.name == "TUPLE":
+                rows.append(tuple(row))
+                row = []
+    except ValueError:  # damaged, also of an encoding
+        return []
+    return rows
+
+
+def _sleap(file: Hdf5, individual: str | None) -> Points:
+    """Read SLEAP's analysis: tracks (tracks, 2, nodes, frames), or in the order of the preset `standard`."""
+    tracks, nodes = file.array("tracks", 4), file.texts.get("node_names", ())
+    standard = tracks.shape[3] == 2 and tracks.shape[2] == len(nodes)
+    place = tracks.transpose(1, 0, 2, 3) if standard else tracks.transpose(0, 3, 2, 1)  # (tracks, frames, nodes, 2)
+    if place.shape[2:] != (len(nodes), 2):
+        rule, fix = f"must have the shape (tracks, 2, {len(nodes)} nodes, frames)", "export the analysis again"
+        raise InputError(rule, file=file.file, key="tracks", value=f"of the shape {tracks.shape}", fix=fix)
+    place = seen(place.astype(float))
+    weight = np.full(place.shape[:3], np.nan)
+    if (scores := file.arrays.get("point_scores")) is not None and scores.ndim == 3:
+        scores = scores.transpose(1, 0, 2) if standard else scores.transpose(0, 2, 1)
+        weight = scores.astype(float) if scores.shape == weight.shape else weight
+    named = file.texts.get("track_names", ())
+    names = list(named) if len(named) == len(place) else [f"track_{k}" for k in range(len(place))]
+    there: Any = np.isfinite(place).any(axis=(2, 3))
+    used = np.flatnonzero(there.any(axis=1))
+    if not len(used):
+        raise InputError(
+            "must hold points that were seen", file=file.file, value="none", fix="export the analysis again"
+        )
+    notes: tuple[str, ...] = ()
+    if individual is None and len(used) > 1 and there.sum(axis=0).max() == 1:
+        which = there.argmax(axis=0)
+        own = (which, np.arange(len(which)))
+        few = ", ".join(names[k] for k in used[:12])
+        notes = (f"the tracks {few} are never there at the same time, and are read as one animal",)
+    else:
+        own = (names.index(choose_individual(file.file, [names[k] for k in used], individual)),)  # type: ignore[assignment]
+    frame = np.arange(float(place.shape[1]))
+    return Points(
+        "SLEAP", file.file, tuple(nodes), place[own], weight[own], Rows("frame", frame), frame=frame, notes=notes
+    )
+
+
+def _matlab(file: Hdf5) -> dict[str, Array]:
+    """Return the arrays of a file of MATLAB 7.3 as MATLAB has them: the order of dimensions is the other way round."""
+    arrays = {}
+    for name, array in file.arrays.items():
+        if name.endswith(("/data", "/ir", "/jc")) and "MATLAB_sparse" in file.attributes.get(
+            name.rpartition("/")[0], {}
+        ):
+            continue
+        arrays[name.replace("/", ".")] = np.asarray(array.T)
+    for name, about in file.attributes.items():
+        rows, parts = about.get("MATLAB_sparse"), [file.arrays.get(f"{name}/{part}") for part in ("data", "ir", "jc")]
+        if isinstance(rows, int) and 0 < rows < 10_000_000 and all(part is not None for part in parts):
+            arrays[name.replace("/", ".")] = dense(rows, *parts, file=file.file)  # type: ignore[arg-type]
+    return arrays

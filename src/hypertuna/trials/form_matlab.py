@@ -1,0 +1,108 @@
+"""Tracked points in MATLAB's files: x and y, points, or the points of DLTdv, by the names of variables."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError, shown
+from hypertuna.io.matlab import read_matlab
+from hypertuna.trials.form import one_point
+from hypertuna.trials.form_arrays import Rows, seen
+from hypertuna.trials.points import Points, choose_individual
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None}
+END = re.compile(r"_(m|cm|mm|px)$")
+X = re.compile(r"(?P<before>.*?)(?P<x>x)(?P<after>[a-z]*|_?(?:pos|position|coords?|data|pts|points))", re.IGNORECASE)
+PAIRS = (
+    "xypts",
+    "xyzpts",
+    "points",
+    "pts",
+    "xy",
+    "xyz",
+    "markers",
+    "midline",
+)  # names of x1, y1, x2, y2, ... in columns
+TIMES, RATES = ("t", "time", "times", "time_s", "t_s"), ("fps", "framerate", "frame_rate", "fs", "rate")
+FIX = "save x and y, each of frames by points (nose to tail), and t in s or fps: save('points.mat', 'x', 'y', 'fps')"
+
+
+def read(path: str | Path, individual: str | None) -> Points:
+    """Read the points of a file of MATLAB of version 5."""
+    found = read_matlab(path)
+    return points_of_arrays("MATLAB", found.file, found.arrays, individual)
+
+
+def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual: str | None) -> Points:
+    """Return the points of the variables that look like them; `individual` chooses among several."""
+    known = {**_pairs(arrays), **_blocks(arrays)}
+    if not known:
+        if any(key in arrays for name in arrays if (key := _other(name)) and arrays[name].size > 1):
+            raise one_point(form, file, "save the points along the body, each a column of x and y")
+        few = ", ".join(list(arrays)[:12])
+        value = f"a file of {form} with {shown(few)}" if few else f"a file of {form} without arrays of numbers"
+        rule = "must hold variables of points: x and y, points (frames, points, 2), or xypts of DLTdv"
+        raise InputError(rule, file=file, value=value, fix=FIX)
+    name = choose_individual(file, list(known), individual, what="variable")
+    place = known[name]
+    if name.rpartition(".")[2].startswith(("xypts", "xyzpts")):
+        place = np.where((place == 0).all(axis=-1, keepdims=True), np.nan, place)  # of DLTdv: empty where none was set
+        form = "DLTdv"
+    count, end = len(place), END.search(name.split(" ")[0])
+    time = next((one.ravel() for key, one in arrays.items() if _last(key) in TIMES and one.size == count), None)
+    rate = next((float(one.ravel()[0]) for key, one in arrays.items() if _last(key) in RATES and one.size == 1), None)
+    return Points(
+        form,
+        file,
+        tuple(f"{k + 1}" for k in range(place.shape[1])),
+        seen(place),
+        np.full(place.shape[:2], np.nan),
+        Rows("row", np.arange(1.0, count + 1)),
+        time=time,
+        rate=rate if rate is None or 0 < rate < np.inf else None,
+        length_unit=UNITS[end[1]] if end else None,
+        frame=None if time is not None else np.arange(float(count)),
+        notes=(f"the points are those of {name}",),
+    )
+
+
+def _last(name: str) -> str:
+    """Return the name of a variable without those of the structures around it, lower case."""
+    return name.rpartition(".")[2].lower()
+
+
+def _other(name: str, axis: str = "y") -> str:
+    """Return the name of the variable of y (or z) that goes with one of x, or nothing."""
+    before, dot, own = name.rpartition(".")
+    found = X.fullmatch(own)
+    if found is None:
+        return ""
+    other = axis if found["x"] == "x" else axis.upper()
+    return f"{before}{dot}{found['before']}{other}{found['after']}"
+
+
+def _pairs(arrays: dict[str, Array]) -> dict[str, Array]:
+    """Return points of variables of x and y (and z) of one shape: frames by points; frames are the longer side."""
+    found = {}
+    for name, x in arrays.items():
+        parts = [x, *(arrays[key] for axis in "yz" if (key := _other(name, axis)) in arrays)]
+        if len(parts) > 1 and x.ndim == 2 and min(x.shape) > 1 and all(part.shape == x.shape for part in parts):
+            parts = [part.T if part.shape[1] > part.shape[0] else part for part in parts]
+            found[f"{name} and {_other(name)}"] = np.stack(parts, axis=-1)
+    return found
+
+
+def _blocks(arrays: dict[str, Array]) -> dict[str, Array]:
+    """Return points of single variables: of three dimensions, one of coordinates, or of columns x1, y1, x2, ..."""
+    found = {}
+    for name, array in arrays.items():
+        own = [k for k, size in enumerate(array.shape) if size in (2, 3)]
+        if array.ndim == 3 and len(own) == 1 and array.size:
+            place = np.moveaxis(array, own[0], -1)
+            found[name] = place if place.shape[0] >= place.shape[1] else place.transpose(1, 0, 2)
+        word, count = _last(name), 3 if _last(name).startswith("xyz") else 2
+        if array.ndim == 2 and word in PAIRS and array.shape[1] >= 2 * count and array.shape[1] % count == 0:
+            found[name] = array.reshape(len(array), -1, count)
+    return found

@@ -1,0 +1,96 @@
+"""Tracked points in NumPy's archives: poses and midlines of TRex; what holds one point of each animal is named."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError, shown
+from hypertuna.io.door import MB, opened, read_npz
+from hypertuna.trials.form import one_point
+from hypertuna.trials.form_arrays import Rows, seen
+from hypertuna.trials.points import Points
+
+POSE = re.compile(r"pose([XY])(\d+)")
+FIX = "track several points of one body, by DeepLabCut or SLEAP"
+STATIONS = 11  # along a midline, nose and tail among them
+
+
+def read(path: str | Path, individual: str | None) -> Points:
+    """Read the points of an archive (.npz) of TRex: one animal a file."""
+    file = str(path)
+    with opened(path, "points") as stream:
+        if stream.read(6) == b"\x93NUMPY":
+            raise one_point("an array of NumPy, as idtracker.ai writes it (trajectories.npy)", file, FIX)
+    arrays = {name: np.squeeze(array) for name, array in read_npz(path, "points", 256 * MB).items()}
+    if {"midline_points", "midline_lengths", "frames"} <= set(arrays):
+        return _midlines(file, arrays)
+    if poses := {name: array for name, array in arrays.items() if POSE.fullmatch(name)}:
+        return _poses(file, arrays, poses)
+    if "trajectories" in arrays:
+        raise one_point("idtracker.ai", file, FIX)
+    if "X#wcentroid" in arrays or {"X", "Y", "missing"} <= set(arrays):
+        raise one_point("TRex", file, "give the file *_posture_*.npz (output_posture_data = true), or export poses")
+    few, fix = ", ".join(list(arrays)[:12]), "export it from TRex again, or write a CSV file with a line of names"
+    rule = "must hold points of TRex: poseX0, poseY0, ... or midline_points"
+    raise InputError(rule, file=file, value=f"an archive of {shown(few)}" if few else "empty", fix=fix)
+
+
+def _numbers(file: str, arrays: dict[str, Array], name: str, shape: tuple[int, ...]) -> Array:
+    """Return an array of numbers of a shape."""
+    array = arrays.get(name)
+    if array is None or array.shape != shape or array.dtype.kind not in "biuf":
+        value = "missing" if array is None else f"of the shape {array.shape}"
+        rule, fix = f"must be an array of numbers of the shape {shape}", "export it from TRex again"
+        raise InputError(rule, file=file, key=name, value=value, fix=fix)
+    return array.astype(float)
+
+
+def _poses(file: str, arrays: dict[str, Array], poses: dict[str, Array]) -> Points:
+    """Read poses: points [px] that are infinite where they are missing."""
+    count = next(iter(poses.values())).shape[:1]
+    numbers = sorted({int(POSE.fullmatch(name)[2]) for name in poses})  # type: ignore[index]
+    axes = [np.stack([_numbers(file, arrays, f"pose{axis}{k}", count) for k in numbers], axis=1) for axis in "XY"]
+    return _of_trex(file, arrays, tuple(f"pose{k}" for k in numbers), np.stack(axes, axis=-1), "frame")
+
+
+def _midlines(file: str, arrays: dict[str, Array]) -> Points:
+    """Read midlines [px], each of as many points as it says: places at equal steps along it, from its first point."""
+    count = arrays["frames"].shape[:1]
+    lengths, total = _numbers(file, arrays, "midline_lengths", count), len(arrays["midline_points"])
+    points = _numbers(file, arrays, "midline_points", (total, 2))
+    lengths = np.where(np.isfinite(lengths), lengths, 0)
+    ends = np.cumsum(lengths)
+    if (lengths < 0).any() or (lengths != np.round(lengths)).any() or (len(ends) and ends[-1] != total):
+        rule, fix = f"must add up to the {total} points of midline_points", "export it from TRex again"
+        raise InputError(rule, file=file, key="midline_lengths", value="not", fix=fix)
+    place = np.full((len(lengths), STATIONS, 2), np.nan)
+    for k, (length, end) in enumerate(zip(lengths.astype(int), ends.astype(int), strict=True)):
+        line = points[end - length : end]
+        step = np.linalg.norm(np.diff(line, axis=0), axis=1)
+        if length >= 3 and np.isfinite(line).all() and step.sum() > 0:
+            along = np.append(0, np.cumsum(step)) / step.sum()
+            place[k] = np.column_stack([np.interp(np.linspace(0, 1, STATIONS), along, axis) for axis in line.T])
+    return _of_trex(file, arrays, tuple(f"{k + 1}" for k in range(STATIONS)), place, "frames")
+
+
+def _of_trex(file: str, arrays: dict[str, Array], names: tuple[str, ...], place: Array, frames: str) -> Points:
+    """Return points with the frames, time and rate that the file has."""
+    count = place.shape[:1]
+    frame = _numbers(file, arrays, frames, count) if frames in arrays else None
+    time = _numbers(file, arrays, "time", count) if "time" in arrays else None
+    own = arrays.get("frame_rate")
+    rate = float(own) if own is not None and own.size == 1 and own.dtype.kind in "iuf" else 0.0
+    return Points(
+        "TRex",
+        file,
+        names,
+        seen(place),
+        np.full(place.shape[:2], np.nan),
+        Rows("row", np.arange(1.0, len(place) + 1)),
+        time=None if time is None else np.where(np.isfinite(time), time, np.nan),
+        time_unit=1.0,
+        frame=None if frame is None else np.where(np.isfinite(frame), frame, np.nan),
+        rate=rate if 0 < rate < np.inf else None,
+    )

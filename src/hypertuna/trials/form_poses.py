@@ -1,0 +1,154 @@
+"""Text forms of programs that track poses: DeepLabCut and Lightning Pose, SLEAP, TRex, idtracker.ai."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from hypertuna.errors import InputError
+from hypertuna.trials.form import of_columns, one_point
+from hypertuna.trials.grid import Grid, Samples
+from hypertuna.trials.points import Points, choose_individual
+
+HEADS = ("individuals", "bodyparts", "coords")  # lines of names in a file of DeepLabCut, below that of the scorer
+
+
+def _is_deeplabcut(grid: Grid) -> bool:
+    return grid.cells(0)[0] == "scorer" or {"bodyparts", "coords"} <= {
+        grid.cells(k)[0] for k in range(4) if grid.cells(k)
+    }
+
+
+def _deeplabcut(grid: Grid, individual: str | None) -> Points:
+    """Read a file of DeepLabCut or Lightning Pose: three lines of names, or four, and one column before the points.
+
+    Labels of pictures (CollectedData) have the names of the pictures there, or their three parts.
+    """
+    names = {row[0].lower(): row for _, row in grid.rows[:4] if row[0].lower() in (*HEADS, "scorer")}
+    if not {"bodyparts", "coords"} <= set(names):
+        fix = "give the file as DeepLabCut wrote it, with its lines scorer, bodyparts and coords"
+        raise InputError("must have lines of bodyparts and coords", file=grid.file, value="without", fix=fix)
+    parts, axes = names["bodyparts"], [axis.lower() for axis in names["coords"]]
+    first = next((k for k, axis in enumerate(axes[1:], 1) if axis), 1)  # column of the points
+    head = [f"{part} {axis}".strip() for part, axis in zip(parts, axes, strict=False)]
+    whole = Grid(grid.file, [(n, row) for n, row in grid.rows if row[0].lower() not in names])
+    for row in names.values():
+        Grid(grid.file, [(grid.rows[0][0], row)]).below(0, parts)
+    samples = whole.below(0, [*head[:1], *head[1:]])
+    animals = names.get("individuals", [""] * len(axes))
+    own = choose_individual(
+        grid.file,
+        [
+            name
+            for name in dict.fromkeys(a for a, axis in zip(animals, axes, strict=True) if axis == "x")
+            if name != "single"
+        ]
+        or ["single"],
+        individual,
+    )
+    columns: dict[str, dict[str, int]] = {}
+    used, ignored = [], []
+    for k, axis in enumerate(axes[first:], first):
+        if animals[k] in (own, "single") and axis in ("x", "y", "z", "likelihood"):
+            columns.setdefault(parts[k], {})["weight" if axis == "likelihood" else axis] = k
+            used.append(k)
+        elif axis and animals[k] in (own, "single"):
+            ignored.append(head[k])
+    samples.check_once(used)
+    notes = _check_labels(samples, first)
+    frame, column = samples.frames(first - 1), ("bodyparts", "coords")[0] if first == 1 else "the pictures"
+    return of_columns(
+        "DeepLabCut", samples, columns, frame=frame, frame_name=column, ignored=tuple(ignored), notes=notes
+    )
+
+
+def _check_labels(samples: Samples, first: int) -> tuple[str, ...]:
+    """Check labels of pictures, which have their names before the points: of one video; return what to tell of them."""
+    texts = samples.text(first - 1)
+    if first == 1 and not any("/" in text or "\\" in text or ("." in text and text[-1:].isalpha()) for text in texts):
+        return ()
+    folders = {(*row[: first - 1], re.sub(r"[^/\\]*$", "", row[first - 1])) for _, row in samples.rows}
+    if len(folders) > 1:
+        rule, fix = "must be of one video", "give the labels of each video in a file of its own, or analyze the video"
+        raise InputError(rule, file=samples.file, value=f"labels of the pictures of {len(folders)}", fix=fix)
+    return ("labels of pictures that were picked from a video: their times are those of the numbers in their names",)
+
+
+def _is_sleap(grid: Grid) -> bool:
+    return {"track", "frame_idx"} <= set(grid.cells(0))
+
+
+def _sleap(grid: Grid, individual: str | None) -> Points:
+    """Read an analysis file of SLEAP: points that a person set have no score; tracks that follow each other are one."""
+    head = grid.rows[0][1]
+    samples = grid.below(1, head)
+    samples.check_once([k for k, name in enumerate(head) if name])
+    track, frame = head.index("track"), head.index("frame_idx")
+    names, frames = samples.text(track), samples.frames(frame)
+    notes: tuple[str, ...] = ()
+    known = list(dict.fromkeys(names))
+    if individual is None and len(known) > 1 and len(set(frames.tolist())) == len(frames):
+        keep = np.argsort(frames, kind="stable").tolist()
+        notes = (f"the tracks {', '.join(known[:12])} are never there at the same time, and are read as one animal",)
+    else:
+        own = choose_individual(grid.file, names, individual)
+        keep = [k for k, name in enumerate(names) if name == own]
+    samples = samples.only(keep)
+    columns: dict[str, dict[str, int]] = {}
+    for k, name in enumerate(head):
+        node, dot, axis = name.rpartition(".")
+        if dot and node != "instance" and axis in ("x", "y", "score"):
+            columns.setdefault(node, {})["weight" if axis == "score" else axis] = k
+    return of_columns("SLEAP", samples, columns, frame=frames[keep], frame_name="frame_idx", notes=notes)
+
+
+TREX = re.compile(r"pose([XY])(\d+)(?: \((\w+)\))?", re.IGNORECASE)
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None, None: None}
+
+
+def _is_trex(grid: Grid) -> bool:
+    return any(TREX.fullmatch(name) or "#wcentroid" in name for name in grid.cells(0))
+
+
+def _trex(grid: Grid, individual: str | None) -> Points:
+    """Read a file of TRex: the points of its poses; a missing number is infinite there."""
+    head = grid.rows[0][1]
+    samples = grid.below(1, head)
+    columns: dict[str, dict[str, int]] = {}
+    for k, name in enumerate(head):
+        if found := TREX.fullmatch(name):
+            columns.setdefault(f"pose{found[2]}", {})[found[1].lower()] = k
+    if not columns:
+        raise one_point("TRex", grid.file, "add poseX, poseY or midlines to output_fields")
+    samples.check_once([k for own in columns.values() for k in own.values()])
+    lower = [name.lower() for name in head]
+    time, frame = (lower.index(name) if name in lower else None for name in ("time", "frame"))
+    return of_columns(
+        "TRex",
+        samples,
+        columns,
+        infinite=True,
+        time=None if time is None else samples.numbers(time, limit=False),
+        time_unit=1.0,
+        frame=None if frame is None else samples.frames(frame),
+    )
+
+
+def _is_idtracker(grid: Grid) -> bool:
+    """Whether columns are as idtracker.ai writes them: seconds, x1, y1, x2, y2, ... of the centers of animals."""
+    head = grid.cells(0)
+    centers = [f"{axis}{k // 2 + 1}" for k, axis in enumerate("xy" * (len(head) // 2))]
+    return len(head) > 2 and head[0] in ("seconds", "time(s)") and head[1:] == centers
+
+
+def _idtracker(grid: Grid, individual: str | None) -> Points:
+    fix = "track several points of one body; if x1, y1, ... are those, call the column of time time_s"
+    raise one_point("idtracker.ai", grid.file, fix)
+
+
+TEXTS: Sequence[tuple] = (  # type: ignore[type-arg]  # name, recognized, read
+    ("DeepLabCut", _is_deeplabcut, _deeplabcut),
+    ("SLEAP", _is_sleap, _sleap),
+    ("TRex", _is_trex, _trex),
+    ("idtracker.ai", _is_idtracker, _idtracker),
+)

@@ -1,0 +1,108 @@
+"""Forms of files that hold tracked points: one list, each with how it is recognized and what reads it.
+
+To add a form, write a module with `read(path, individual) -> Points` and its line in `FORMS`; or, for a form of text,
+`recognized(grid)` and `read(grid, individual) -> Points` and its line in the `TEXTS` of its module. What has the cells
+of a sheet can make a `Grid`, and give it to `points_of_grid`.
+"""
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import NamedTuple
+
+from hypertuna.errors import InputError
+from hypertuna.io.door import opened
+from hypertuna.trials import form_captures, form_columns, form_poses
+from hypertuna.trials.grid import Grid, read_grid
+from hypertuna.trials.points import Points
+
+FIRST_BYTES = 512  # of a file, by which it is recognized
+
+
+class Form(NamedTuple):
+    """A form of binary files: by the ends of their names, or by their first bytes where these say more."""
+
+    name: str
+    suffixes: tuple[str, ...]
+    begins: tuple[bytes, ...] = ()
+    read: str = ""  # "module:function" of (path, individual), imported when it is needed
+    fix: str = ""  # for a form that is not read: what to do
+    tracks: bool = False  # whether it holds tracked points and nothing else
+
+
+class Text(NamedTuple):
+    """A form of text files or sheets."""
+
+    name: str
+    recognized: Callable[[Grid], bool]
+    read: Callable[[Grid, str | None], Points]
+
+
+EXPORT = "export CSV: analyze_videos(..., save_as_csv=True) in DeepLabCut, Export Analysis CSV in SLEAP"
+POSES = "import its poses: hypertuna trials import poses"
+FORMS: tuple[Form, ...] = (
+    Form("SLEAP's labels", (".slp",), fix="export its analysis: Export Analysis HDF5 or CSV in SLEAP", tracks=True),
+    Form("HDF5", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), "hypertuna.trials.form_hdf5:read"),
+    Form("MATLAB 7.3", (), (b"MATLAB 7.3 MAT-file",), "hypertuna.trials.form_hdf5:read"),
+    Form("MATLAB", (".mat",), (b"MATLAB 5.0 MAT-file",), "hypertuna.trials.form_matlab:read"),
+    Form("C3D", (".c3d",), (), "hypertuna.trials.form_c3d:read", tracks=True),
+    Form("an array of NumPy", (".npy",), (b"\x93NUMPY",), "hypertuna.trials.form_numpy:read"),
+    Form("an archive of NumPy", (".npz",), (), "hypertuna.trials.form_numpy:read"),
+    Form("a workbook", (".xlsx", ".xlsm"), (), "hypertuna.trials.form_workbook:read"),
+    Form("an old workbook", (".xls", ".ods"), (b"\xd0\xcf\x11\xe0",), fix="save it as .xlsx, or the sheet as CSV"),
+    Form("a log (MCAP)", (".mcap",), (b"\x89MCAP0",), fix=POSES),
+    Form("a bag of ROS 2", (".db3",), (b"SQLite format 3",), fix=POSES),
+    Form("a bag of ROS 1", (".bag",), (b"#ROSBAG",), fix="convert it by rosbags-convert, then import its poses"),
+    Form("pickled Python", (".pickle", ".pkl"), (b"\x80\x03", b"\x80\x04", b"\x80\x05"), fix=EXPORT),
+    Form("a video", (".mp4", ".avi", ".mov", ".mkv"), fix="track its markers, and give the table of their places"),
+    Form("a zip archive", (".zip",), (b"PK\x03\x04",), fix="unpack it"),
+)
+TEXTS: tuple[Text, ...] = (
+    *(Text(*one) for one in form_poses.TEXTS),
+    *(Text(*one) for one in form_captures.TEXTS),
+    *(Text(*one) for one in form_columns.TEXTS),  # plain columns last: they are what is no other form
+)
+
+
+def read_points(path: str | Path, individual: str | None = None) -> Points:
+    """Read the tracked points of one animal, in the units of the file."""
+    if form := binary_form(path):
+        if form.fix:
+            raise InputError(f"must be a CSV file, but is of the form of {form.name}", file=str(path), fix=form.fix)
+        module, _, function = form.read.partition(":")
+        points: Points = getattr(import_module(module), function)(path, individual)
+        return points
+    return points_of_grid(read_grid(path), individual)
+
+
+def points_of_grid(grid: Grid, individual: str | None) -> Points:
+    """Return the points of a text file or a sheet, in the first form that recognizes it."""
+    return next(form for form in TEXTS if form.recognized(grid)).read(grid, individual)
+
+
+def binary_form(path: str | Path) -> Form | None:
+    """Return the form of a binary file; None for a text."""
+    with opened(path, "points") as stream:
+        first = stream.read(FIRST_BYTES) or b""
+    suffix = Path(path).suffix.lower()
+    own = [form for form in FORMS if suffix in form.suffixes]
+    begun = [form for form in FORMS if form.begins and first.startswith(form.begins)]
+    # an ending that is known decides, unless the first bytes are those of another form
+    if own and (own[0] in begun or not begun or not own[0].begins):
+        return own[0]
+    return begun[0] if begun else (own[0] if own else None)
+
+
+def form_name(path: str | Path) -> str:
+    """Return the name of the form of a file of tracked points, or nothing: for errors of readers of other files."""
+    try:
+        return read_points(path).form
+    except InputError:
+        pass
+    try:  # points that cannot be read, in a form that holds nothing else
+        if form := binary_form(path):
+            return form.name if form.tracks else ""
+        grid = read_grid(path)
+    except InputError:
+        return ""
+    return next((form.name for form in TEXTS[:-1] if form.recognized(grid)), "")

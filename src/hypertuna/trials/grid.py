@@ -1,0 +1,165 @@
+"""Cells of a text file or a sheet: separators, decimal commas, numbers, words, and names of frames."""
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError, shown
+from hypertuna.io.door import LONGEST
+from hypertuna.io.tables import parse_float, read_lines, split_line
+from hypertuna.ranges import CELL
+
+MISSING = ("", "nan", "na", "n/a", "none", "null", "-", "<na>", "#n/a")
+WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0}  # of visibility
+MARKS = (";", "\t", ",")
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+IMAGE = re.compile(
+    r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII
+)  # the number of a frame at the end of its image's name
+
+
+class Lines(Sequence[str]):
+    """What rows are called in errors: the numbers of their lines."""
+
+    def __init__(self, numbers: Sequence[int]) -> None:
+        self.numbers = numbers
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __getitem__(self, row):  # type: ignore[no-untyped-def]  # one or a slice
+        return Lines(self.numbers[row]) if isinstance(row, slice) else f"line {self.numbers[row]}"
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The rows of a text file or a sheet, lines of names among them; empty lines and comments are left out."""
+
+    file: str
+    rows: list[tuple[int, list[str]]]  # number of the line from 1, and cells
+    comment: str = ""  # first comment
+
+    def cells(self, row: int) -> list[str]:
+        """Return the cells of a row, lower case; none beyond the end."""
+        return [cell.lower() for cell in self.rows[row][1]] if row < len(self.rows) else []
+
+    def below(self, row: int, head: list[str]) -> "Samples":
+        """Return the rows from `row` on as samples below names of columns; each must have a cell for each."""
+        rows = self.rows[row:]
+        for line, cells in rows:
+            if len(cells) != len(head):
+                rule, fix = f"must have {len(head)} cells, like the line of names", "complete the line or remove it"
+                raise InputError(rule, file=self.file, key=f"line {line}", value=f"{len(cells)} long", fix=fix)
+        return Samples(self.file, head, rows)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Rows of as many cells as there are names of columns."""
+
+    file: str
+    head: list[str]
+    rows: list[tuple[int, list[str]]]
+
+    @property
+    def where(self) -> Lines:
+        """What the rows are called."""
+        return Lines([line for line, _ in self.rows])
+
+    def only(self, keep: Sequence[int]) -> "Samples":
+        """Return some of the rows."""
+        return Samples(self.file, self.head, [self.rows[k] for k in keep])
+
+    def text(self, column: int) -> list[str]:
+        """Return a column."""
+        return [row[column] for _, row in self.rows]
+
+    def numbers(self, column: int, *, words: bool = False, infinite: bool = False, limit: bool = True) -> Array:
+        """Return the numbers of a column, NaN where one is missing; maybe words of visibility, or infinite for missing.
+
+        A comma is a decimal sign where the cells of the column have no point.
+        """
+        return np.fromiter(self._numbers(column, words, infinite, limit), float, len(self.rows))
+
+    def _numbers(self, column: int, words: bool, infinite: bool, limit: bool) -> Iterator[float]:
+        point = comma = False
+        for line, row in self.rows:
+            text = row[column]
+            value = parse_float(text)
+            if "." in text and not math.isnan(value):
+                point = True
+            elif "," in text and DECIMAL_COMMA.fullmatch(text):
+                value, comma = parse_float(text.replace(",", ".")), True
+            if point and comma:
+                fix = "write all decimals with a point, and no separator of thousands"
+                raise self._error(line, column, "must have one decimal sign", "a point above, and a comma here", fix)
+            if value in CELL or (not limit and math.isfinite(value)):
+                yield value
+            elif text.lower() in MISSING or (infinite and math.isinf(value)):
+                yield math.nan
+            elif words and text.lower() in WORDS:
+                yield WORDS[text.lower()]
+            else:
+                fix = "give a number, or leave the cell empty"
+                if math.isfinite(value):
+                    CELL.check(value, f"line {line}, {self.head[column]}", fix, file=self.file)
+                raise self._error(line, column, "must be a number", shown(text), fix)
+
+    def frames(self, column: int) -> Array:
+        """Return the numbers of frames of a column: as numbers, or at the end of the names of images."""
+        values = []
+        for line, row in self.rows:
+            value = frame_number(row[column])
+            if value is None:
+                fix = "give the number of each frame, or the name of its image with the number at its end"
+                raise self._error(line, column, "must be the number of a frame", shown(row[column]), fix)
+            values.append(value)
+        return np.array(values, dtype=float)
+
+    def _error(self, line: int, column: int, rule: str, value: str, fix: str) -> InputError:
+        return InputError(rule, file=self.file, key=f"line {line}, {self.head[column]}", value=value, fix=fix)
+
+    def check_once(self, columns: Sequence[int]) -> None:
+        """Check that none of the columns that are used is there twice."""
+        names = [self.head[k] for k in columns]
+        for name in names:
+            if (count := names.count(name)) > 1:
+                rule, value, fix = "must be there once", f"there {count} times", "rename or remove the others"
+                raise InputError(rule, file=self.file, key=f"column {name}", value=value, fix=fix)
+
+
+def frame_number(text: str) -> float | None:
+    """Return the number of a frame: 12, 12.0, 1.2e+01, or img012.png; None if there is none."""
+    value = parse_float(text)
+    if math.isfinite(value) or text.lower() in MISSING:
+        return value if math.isfinite(value) else math.nan
+    found = IMAGE.search(text)
+    return float(found[1]) if found else None
+
+
+def read_grid(path: str | Path) -> Grid:
+    """Read the cells of a text file; commas, semicolons or tabs separate them."""
+    file = str(path)
+    content, comment = [], ""
+    for number, line in enumerate(read_lines(path), 1):
+        if line.lstrip().startswith("#"):
+            comment = comment or line.strip()
+        elif line.strip():
+            if len(line) > LONGEST:
+                rule, fix = f"must have at most {LONGEST} characters", "give one sample a line"
+                raise InputError(rule, file=file, key=f"line {number}", value="longer", fix=fix)
+            content.append((number, line))
+    if len(content) < 2:
+        fix = "give a line of column names, then one line per frame"
+        raise InputError("must be a table", file=file, value="empty", fix=fix)
+    counts: Callable[[str], int] = content[0][1].count
+    mark = max(MARKS, key=counts)
+    if not counts(mark) and len(content[0][1].split()) > 2:
+        fix = "save it with commas, semicolons or tabs between the cells"
+        raise InputError("must be a table of cells", file=file, value="separated by spaces", fix=fix)
+    return Grid(file, [(n, split_line(line, file, n, mark)) for n, line in content], comment)

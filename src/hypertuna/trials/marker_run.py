@@ -1,0 +1,259 @@
+"""The chain of a robot over the markers of a run: what was found, of each marker too, and what to check."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError
+from hypertuna.trials.chain import MAX_SD, Chain, ChainFit
+from hypertuna.trials.marker_places import Places
+from hypertuna.trials.markers import Markers
+from hypertuna.trials.tracks import MIN_SAMPLES
+
+Frames = NDArray[np.intp]
+
+LENGTH_TOLERANCE = 0.03  # relative: the line through the markers longer or shorter than the chain's by more
+OFFSET_NOISES = 1.0  # mean residual of a marker over the noise, beyond which its place is in doubt
+WORST = 3  # markers that are named
+MANY = 0.25  # of the markers rejected: the chain may not be that of these markers
+BEYOND = 1.5  # times the amplitude that a joint is described to make
+BACKWARD = 0.05  # body lengths that a run must go to tell forward from backward
+UNIT = 0.15  # relative: near a power of ten, a wrong length is a wrong unit
+
+
+@dataclass(frozen=True)
+class MarkerRun:
+    """The chain of a robot over the markers of a file."""
+
+    name: str
+    markers: Markers  # those with a place, in the order of `places`
+    places: Places
+    chain: Chain
+    fit: ChainFit
+    stretches: tuple[Frames, ...]  # determined frames without long gaps
+    limits: Array = field(default_factory=lambda: np.zeros(0))  # (groups,) [rad] largest angle as described, or NaN
+
+    @property
+    def head(self) -> Array:
+        """Poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad]."""
+        x, y, heading = self.fit.pose.T
+        half = self.chain.length[0] / 2
+        return np.column_stack([x + half * np.cos(heading), y + half * np.sin(heading), heading + math.pi])
+
+    @property
+    def head_sd(self) -> Array:
+        """Standard deviations (frames, 3) of the head poses [m, m, rad]."""
+        heading, half = self.fit.pose[:, 2], self.chain.length[0] / 2
+        by = np.tile(np.eye(3), (len(heading), 1, 1))
+        by[:, 0, 2], by[:, 1, 2] = -half * np.sin(heading), half * np.cos(heading)
+        return np.asarray(np.sqrt(np.einsum("fia,fab,fib->fi", by, self.fit.covariance[:, :3, :3], by)))
+
+    @cached_property
+    def length_ratio(self) -> float:
+        """Median length of the line through the markers over that through their places on the chain.
+
+        Noise and places off the midline lengthen the line, and a chain that is too long for it buckles: of the lengths
+        that the straight chain and the fitted one say, the ratio is the nearer to 1, and 1 if these do not agree.
+        """
+        order = np.argsort(self.chain.along.sum(axis=1), kind="stable")
+        given = np.diff(self.markers.place[:, order], axis=1)
+        computed = given + np.diff(self.fit.residual[:, order], axis=1)
+        straight = np.linalg.norm(
+            np.diff(self.chain(np.zeros((1, self.fit.covariance.shape[1])))[0][:, order], axis=1), axis=2
+        )
+        size = np.linalg.norm(computed, axis=2)
+        along = np.divide((given * computed).sum(axis=2), size, out=np.full(size.shape, np.nan), where=size > 0)
+        ratios = []
+        for length, of in ((along, size), (np.linalg.norm(given, axis=2), np.broadcast_to(straight, size.shape))):
+            own = np.isfinite(length).any(axis=1)
+            of = np.where(np.isfinite(length), of, 0.0)[own].sum(axis=1)
+            if not own.any() or not (of > 0).all():
+                return math.nan
+            ratios.append(float(np.median(np.nansum(length[own], axis=1) / of)))
+        low, high = min(ratios), max(ratios)
+        return low if low > 1 else high if high < 1 else 1.0
+
+    @cached_property
+    def offsets(self) -> Array:
+        """Median distance (markers, 2) [m] of each marker from its place, along and to starboard of its link."""
+        return np.asarray(_median(self._in_links()))
+
+    @cached_property
+    def noises(self) -> Array:
+        """Standard deviation (markers,) [m] of a coordinate of each marker about its mean place, of ordinary frames."""
+        apart = np.linalg.norm(self._in_links() - self.offsets, axis=2)
+        return np.asarray(_median(apart) / 1.1774)  # the median of Rayleigh's distribution
+
+    def _in_links(self) -> Array:
+        """Return markers (frames, markers, 2) [m] from their places, along and to starboard of their links."""
+        angle = self.fit.pose[:, 2:3] + self.fit.angle @ self.chain.share.T
+        own = angle[:, list(self.places.link)]
+        x, y = -self.fit.residual[..., 0], -self.fit.residual[..., 1]
+        return np.stack([np.cos(own) * x + np.sin(own) * y, np.cos(own) * y - np.sin(own) * x], axis=-1)
+
+    def record(self) -> dict[str, Any]:
+        """Return what the fit found, units in the names."""
+        fit, seen, own = self.fit, self.markers.weight > 0, self.fit.determined
+        sd = np.median(fit.sd[own], axis=0)
+        head = np.median(self.head_sd[own], axis=0)
+        rms = np.sqrt(_mean(np.where(fit.rejected[..., np.newaxis], np.nan, fit.residual) ** 2).mean(axis=1))
+        return {
+            "name": self.name,
+            "file": self.markers.file,
+            "form": self.markers.form,
+            "frames": len(seen),
+            "frames_used": int(sum(map(len, self.stretches))),
+            "recordings": len(self.stretches),
+            "markers": list(self.places.names),
+            "missing": int((~seen).sum()),
+            "rejected": int(fit.rejected.sum()),
+            "noise_mm": 1e3 * fit.noise,
+            "marker_rms_mm": 1e3 * rms,
+            "marker_missing": (~seen).sum(axis=0),
+            "marker_rejected": fit.rejected.sum(axis=0),
+            "marker_noise_mm": 1e3 * self.noises,
+            "marker_along_mm": 1e3 * self.offsets[:, 0],
+            "marker_across_mm": 1e3 * self.offsets[:, 1],
+            "length_ratio": self.length_ratio,
+            "angle_sd_deg": np.degrees(sd[3:]),
+            "head_sd_mm": 1e3 * head[:2],
+            "yaw_sd_deg": float(np.degrees(head[2])),
+            "warnings": self.warnings,
+        }
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences on what to check."""
+        sentences = [*self.markers.notes, *self.doubts]
+        if self.markers.ignored:
+            sentences.append(f"columns without a use: {', '.join(self.markers.ignored)}")
+        if lost := len(self.markers.time) - sum(map(len, self.stretches)):
+            frames = "1 frame is" if lost == 1 else f"{lost} frames are"
+            sentences.append(f"{frames} left out, in which the markers leave an angle open")
+        return [f"{self.name}: {sentence}{'.' * (not sentence.endswith('?'))}" for sentence in sentences]
+
+    @property
+    def doubts(self) -> list[str]:
+        """Return sentences on what contradicts the robot's description."""
+        sentences = []
+        off = np.linalg.norm(self.offsets, axis=1)
+        doubtful = np.argsort(-off)[: np.count_nonzero(off > OFFSET_NOISES * self.fit.noise)].tolist()
+        if abs(self.length_ratio - 1) > LENGTH_TOLERANCE:
+            doubtful = []  # which a wrong scale makes of right places
+            sentences.append(f"{_longer(self.length_ratio)} than along the chain: {_scale_fix(self.length_ratio)}")
+        seen = int((self.markers.weight > 0).sum())
+        if self.fit.rejected.sum() >= MANY * seen:
+            part = f"{100 * self.fit.rejected.sum() / seen:.0f} % of the markers are rejected"
+            sentences.append(f"{part}: check their order, their places and the robot before you use the angles")
+        for m in doubtful[:WORST]:
+            sentences.append(f"marker {self.places.names[m]} {self._lies(m)}: check its place, {self._place_fix(m)}")
+        if len(doubtful) > WORST:
+            rest = f"{len(doubtful) - WORST} more markers lie off their places"
+            sentences.append(f"{rest}: see the table, or take all places from the run by --places-from-run FILE")
+        largest = np.max(np.abs(self.fit.angle[np.concatenate(self.stretches)]), axis=0) if self.stretches else []
+        for group, angle, limit in zip(self.chain.groups, largest, self.limits, strict=False):
+            if angle > BEYOND * limit:
+                made = f"joint {group} bends by {math.degrees(angle):.0f} deg, and is described for"
+                sentences.append(f"{made} {math.degrees(limit):.0f} deg: check the order of the markers and the robot")
+        if self._backward():
+            text = "the robot moves tail first all the time: if it does not, the markers are given from tail to nose"
+            sentences.append(f"{text}; give them from nose to tail, or --tail-first")
+        return sentences
+
+    def _lies(self, m: int) -> str:
+        """Return where a marker lies."""
+        x, y = 1e3 * self.offsets[m]
+        return f"lies {x:+.1f} mm along and {y:+.1f} mm across its link from its place, in the mean of all frames"
+
+    def _place_fix(self, m: int) -> str:
+        """Return the place that a marker should be given."""
+        along, across = self.offsets[m] + (self.places.along[m], self.places.across[m])
+        return f"along_m = {along:.4f} and across_m = {across:.4f} on link {self.places.link[m]} would fit"
+
+    def _backward(self) -> bool:
+        """Whether the head moves against the direction that it faces, all the time."""
+        for frames in self.stretches:
+            lag = max(len(frames) // 3, 1)
+            pose = self.head[frames]
+            facing = np.stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])], axis=1)
+            mean = np.cumsum(np.vstack([np.zeros(2), facing]), axis=0)
+            moved = ((pose[lag:, :2] - pose[:-lag, :2]) * (mean[lag:-1] - mean[: -lag - 1])).sum(axis=1) / lag
+            if not len(moved) or moved.max() >= 0 or moved.min() > -BACKWARD * self.chain.length.sum() / 3:
+                return False
+        return bool(self.stretches)
+
+    def refusal(self) -> InputError | None:
+        """Return why no part of the run can be used, with the advice that fits the cause, or None."""
+        if self.stretches:
+            return None
+        fit, names, file = self.fit, self.places.names, self.markers.file
+        rule = f"must determine every angle in {MIN_SAMPLES} consecutive frames"
+        seen = self.markers.weight > 0
+        least = 1 + fit.covariance.shape[1] // 2
+        enough, settled = seen.sum(axis=1) >= least, int(fit.determined.sum())
+        if abs(self.length_ratio - 1) > LENGTH_TOLERANCE and enough.sum() >= MIN_SAMPLES:
+            longer = _longer(self.length_ratio)
+            fix = f"correct the scale: {longer} than along the body; {_scale_fix(self.length_ratio)}"
+            return InputError(rule, file=file, value=f"{settled} frames", fix=fix)
+        if enough.sum() < MIN_SAMPLES:
+            rarest = names[int(np.argmin(seen.sum(axis=0)))]
+            value = f"{int(enough.sum())} of {len(seen)} in which {least} markers are seen"
+            fix = f"track more markers, lower --min-likelihood, or --merge joints; {rarest} is seen least"
+            return InputError(rule, file=file, value=value, fix=fix)
+        if settled >= MIN_SAMPLES:
+            value = f"{settled} frames with gaps between them, the longest stretch of {self._longest()}"
+            return InputError(rule, file=file, value=value, fix="track the lost frames, or --merge joints")
+        sds = np.degrees(np.median(fit.sd[enough][:, 3:], axis=0))
+        joint, worst = int(np.argmax(sds)), int(np.nanargmax(np.linalg.norm(self.offsets, axis=1)))
+        value = f"{settled} frames: with markers {1e3 * fit.noise:.2g} mm off the chain, joint "
+        size = f"{sds[joint]:.0f}" if sds[joint] < 90 else "more than 90"
+        value += f"{self.chain.groups[joint]} is uncertain by {size} deg, beyond {math.degrees(MAX_SD):.0f}"
+        if np.linalg.norm(self.offsets[worst]) > OFFSET_NOISES * float(np.nanmedian(self.noises)):
+            name = names[worst]
+            fix = f"marker {name} {self._lies(worst)}: {self._place_fix(worst)} in --places; or take all places from "
+            fix += f"the run by --places-from-run FILE, or --leave-out {name}"
+        else:
+            lost = f"{100 * (1 - seen.mean()):.0f} % of the markers are missing: " if seen.mean() < 1 - MANY else ""
+            fix = f"{lost}add markers near that joint, or --merge it with its neighbor"
+        return InputError(rule, file=file, value=value, fix=fix)
+
+    def _longest(self) -> int:
+        """Return the number of determined frames that follow each other."""
+        ends = np.flatnonzero(np.diff(np.concatenate([[0], self.fit.determined.astype(int), [0]])))
+        return int((ends[1::2] - ends[::2]).max()) if len(ends) else 0
+
+
+def _longer(ratio: float) -> str:
+    """Return how much longer or shorter a line is."""
+    percent = f"{100 * abs(ratio - 1):.0f} % {'longer' if ratio > 1 else 'shorter'}"
+    return f"the line through the markers is {percent}"
+
+
+def _scale_fix(ratio: float) -> str:
+    """Return what may be wrong with a length."""
+    power = round(math.log10(ratio)) if ratio > 0 and math.isfinite(ratio) else 0
+    if power and abs(ratio / 10**power - 1) < UNIT:
+        return f"is the unit another one, {10.0**power:g} times smaller?"
+    places = "the places of the markers, the lengths of the links, and whether the camera looks straight down"
+    return f"{1 / ratio:.3g} times the scale would fit; check the scale, {places}"
+
+
+def _mean(values: Array) -> Array:
+    """Return means over frames (frames, markers, ...); NaN for a marker that none of them shows."""
+    count = np.isfinite(values).sum(axis=0)
+    means: Array = np.divide(np.nansum(values, axis=0), count, out=np.full(count.shape, np.nan), where=count > 0)
+    return means
+
+
+def _median(values: Array) -> Array:
+    """Return medians over frames; NaN for a marker that none of them shows."""
+    shown = np.isfinite(values).any(axis=0)
+    medians: Array = np.nanmedian(np.where(shown, values, 0.0), axis=0)
+    return np.where(shown, medians, np.nan)

@@ -1,0 +1,298 @@
+"""Poses and joint angles of other programs into trials: bags of ROS 2, MCAP files, tables with quaternions."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.bags import JOINTS, POSES, Joints, Stamped, Topic, decoded, read_bag
+from hypertuna.io.files import write_atomically
+from hypertuna.io.tables import Table, parse_float, read_table
+from hypertuna.ranges import CELL
+from hypertuna.trials.importers import manifest_text
+from hypertuna.trials.tracks import MIN_SAMPLES
+
+DIRECTIONS = ("x", "-x", "y", "-y", "z", "-z")
+STEEP = 0.5  # horizontal part of the direction that the head faces, below which it points up or down
+UNIT = 0.1  # how far a quaternion may be from a length of 1
+QUATERNION = re.compile(r"(?:.*[_. ])?(?:q|quat|quaternion|orientation|rotation|rot)[_. ]?([xyzw])")
+PLACE = re.compile(r"(?:(?:.*[_. ])?(?:p|pos|position|translation|t)[_. ])?([xyz])(?:[_. ]m)?")
+SECONDS = ("time_s", "t_s", "time", "t", "sec", "seconds")
+
+
+@dataclass(frozen=True)
+class View:
+    """How poses of others become ours: x, y and yaw of the center of the head link, seen from above."""
+
+    up: str = "z"  # axis of the world that points up
+    forward: str = "x"  # axis of the body that points to the nose
+    ahead: float = 0.0  # of the center of the head link before the tracked point [m]
+
+
+ROS = View()
+
+
+@dataclass(frozen=True)
+class PoseRun:
+    """The poses of a run, and its joint angles where the file has them."""
+
+    name: str
+    file: str
+    source: str  # topic, or the file's form
+    time: Array  # (frames,) [s] from the first frame
+    pose: Array  # (frames, 3): x, y [m] of the center of the head link, and the direction faced [rad]
+    joint_time: Array | None = None  # (samples,) [s], on the same clock
+    angle: Array | None = None  # (samples, groups) [rad]
+    joint_names: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def read_pose_run(
+    robot: Robot,
+    path: str | Path,
+    *,
+    view: View = ROS,
+    topic: str | None = None,
+    joints: Sequence[str] = (),
+) -> PoseRun:
+    """Read the poses of a robot, and its joint angles, from a bag of ROS 2, an MCAP file or a table.
+
+    topic: of the poses, of several; joints: names from head to tail, one per joint group (default: all, in order).
+    """
+    if Path(path).suffix.lower() in (".csv", ".tsv", ".txt"):
+        return _of_table(robot, path, view, joints)
+    topics, fault = read_bag(path)
+    file = str(path)
+    streams = _streams(file, topics)
+    source = _chosen(file, streams, topic, topics)
+    recorded, poses = streams[source]
+    if len(parents := {pose.parent for pose in poses}) > 1:
+        rule, fix = "must be poses in one frame", "record poses in the frame of the tank"
+        raise InputError(rule, file=file, key=source, value=f"in {', '.join(sorted(parents))}", fix=fix)
+    measured, notes = _joints(robot, file, topics, joints)
+    stamps = [pose.time for pose in poses]
+    by_header = all(stamp > 0 for stamp in stamps + [one.time for _, one in measured])
+    notes += () if by_header else ("headers without times: the times are those of the recording",)
+    notes += (f"the bag is {fault}: what was before is read",) if fault else ()
+    clock = np.array(stamps if by_header else recorded, dtype=np.int64)
+    start = int(clock.min())
+    time, keep, more = _ordered(_seconds(clock, start), f"poses of {source}")
+    place, turn = (np.array([getattr(pose, key) for pose in poses])[keep] for key in ("place", "turn"))
+    pose = _seen_from_above(file, source, place, turn, view)
+    joint_time = angle = None
+    names = measured[0][1].names if measured else ()
+    if measured:
+        own = np.array([one.time if by_header else then for then, one in measured], dtype=np.int64)
+        joint_time, keep, again = _ordered(_seconds(own, start), "joint angles")
+        angle, more = np.array([one.position for _, one in measured])[keep], more + again
+    return _checked(PoseRun(_stem(path), file, source, time, pose, joint_time, angle, names, notes + more))
+
+
+def _seconds(clock: NDArray[np.int64], start: int) -> Array:
+    """Return times [s] from a start [ns]."""
+    return (clock - start) / 1e9
+
+
+def _stem(path: str | Path) -> str:
+    """Return the name of a run."""
+    return Path(path).resolve().stem
+
+
+def _streams(file: str, topics: Mapping[str, Topic]) -> dict[str, tuple[list[int], list[Stamped]]]:
+    """Return the poses of each topic; of transforms, those of each frame by TOPIC:FRAME."""
+    streams: dict[str, tuple[list[int], list[Stamped]]] = {}
+    for name, topic in topics.items():
+        if topic.kind in POSES:
+            for time, pose in decoded(file, name, topic):
+                key = f"{name}:{pose.child}" if topic.kind.startswith("tf2_msgs") else name
+                times, poses = streams.setdefault(key, ([], []))
+                times.append(time)
+                poses.append(pose)
+    return {key: one for key, one in streams.items() if len(one[0]) >= 2}
+
+
+def _chosen(file: str, streams: Mapping[str, Any], topic: str | None, topics: Mapping[str, Topic]) -> str:
+    """Return the name of the poses to read."""
+    if not streams:
+        there = ", ".join(f"{name} ({one.kind})" for name, one in list(topics.items())[:8]) or "no messages in CDR"
+        rule, fix = "must hold poses over time", f"record a topic of {', '.join(POSES)}"
+        raise InputError(rule, file=file, value=shown(there), fix=fix)
+    if topic is None and len(streams) == 1:
+        return next(iter(streams))
+    if topic is None or topic not in streams:
+        rule = f"must be one of {', '.join(list(streams)[:20])}"
+        fix = "choose the poses of the robot's head" if topic is None else did_you_mean(topic, list(streams))
+        raise InputError(rule, file=file, key="--topic", value=None if topic is None else shown(topic), fix=fix)
+    return topic
+
+
+def _joints(
+    robot: Robot, file: str, topics: Mapping[str, Topic], wanted: Sequence[str]
+) -> tuple[list[tuple[int, Joints]], tuple[str, ...]]:
+    """Return the wanted joint angles of a bag, one per joint group; none where it has no joints."""
+    sets = [one for name, topic in topics.items() if topic.kind in JOINTS for one in decoded(file, name, topic)]
+    names = tuple(dict.fromkeys(name for _, one in sets for name in one.names))
+    own = _chosen_joints(robot, file, names, wanted)
+    measured = []
+    for time, one in sets:
+        if own and set(own) <= set(one.names) and len(one.position) == len(one.names):
+            position = tuple(one.position[one.names.index(name)] for name in own)
+            if not all(abs(value) < 100 for value in position):
+                key, fix = f"joints at {time} ns", "record angles in rad"
+                raise InputError("must be angles in rad", file=file, key=key, value=shown(position), fix=fix)
+            measured.append((time, Joints(one.time, own, position)))
+    notes = (f"joints, from head to tail: {', '.join(own)}",) if own else ()
+    return measured, notes
+
+
+def _chosen_joints(robot: Robot, file: str, names: Sequence[str], wanted: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the joints from head to tail: those wanted, or all, which must be as many as joint groups."""
+    for name in wanted:
+        if name not in names:
+            fix = did_you_mean(name, names) if names else "the file has no joints"
+            raise InputError("must be a joint of the file", file=file, key="--joints", value=shown(name), fix=fix)
+    count, chosen = len(robot.joints), tuple(wanted) or tuple(names)
+    if chosen and len(chosen) != count:
+        rule = f"must be {count} names, one per joint group of {robot.name}"
+        fix = f"name them from head to tail, of {', '.join(names)}"
+        raise InputError(rule, file=file, key="--joints", value=f"{len(chosen)}", fix=fix)
+    return chosen
+
+
+def _ordered(time: Array, what: str) -> tuple[Array, Array, tuple[str, ...]]:
+    """Return times in their order, which samples they are of, and a note where samples were left out."""
+    order = np.argsort(time, kind="stable")
+    keep = order[np.append(True, np.diff(time[order]) > 0)]
+    lost = len(time) - len(keep)
+    return time[keep], keep, (f"{lost} {what} at the time of another are left out",) if lost else ()
+
+
+def _seen_from_above(file: str, source: str, place: Array, turn: Array, view: View) -> Array:
+    """Return x, y and the direction faced, of places (frames, 3) and quaternions x, y, z, w (frames, 4)."""
+    size = np.linalg.norm(turn, axis=1)
+    for k in np.flatnonzero(~((abs(size - 1) < UNIT) & np.array([all(x in CELL for x in row) for row in place])))[:1]:
+        key, fix = f"pose {k + 1} of {source}", "leave out poses without a direction"
+        raise InputError("must be a place and a unit quaternion", file=file, key=key, value=shown([*turn[k]]), fix=fix)
+    forward = _turned(turn / size[:, np.newaxis], _axis(view.forward))
+    across, along = _plane(_axis(view.up))
+    center = place + view.ahead * forward
+    flat = np.column_stack([forward @ across, forward @ along])
+    if np.median(np.linalg.norm(flat, axis=1)) < STEEP:
+        rule, fix = "must lie flat", "choose the axis of the body that points to the nose, or the one that points up"
+        value = f"{view.forward} of the body, which points up or down most of the time"
+        raise InputError(rule, file=file, key="--forward or --up", value=value, fix=fix)
+    yaw = np.unwrap(np.arctan2(flat[:, 1], flat[:, 0]))
+    return np.column_stack([center @ across, center @ along, yaw])
+
+
+def _axis(name: str) -> Array:
+    """Return the unit vector of an axis."""
+    sign = -1.0 if name.startswith("-") else 1.0
+    return np.asarray(sign * np.eye(3)["xyz".index(name[-1])])
+
+
+def _plane(up: Array) -> tuple[Array, Array]:
+    """Return the axes of the plane seen from above: the first of x, y that lies in it, and the one to its left."""
+    first = np.eye(3)[0] if up[0] == 0 else np.eye(3)[1]
+    return first, np.cross(up, first)
+
+
+def _turned(turn: Array, axis: Array) -> Array:
+    """Return an axis turned by unit quaternions x, y, z, w (frames, 4)."""
+    vector, scalar = turn[:, :3], turn[:, 3:]
+    twice = 2 * np.cross(vector, axis)
+    return np.asarray(axis + scalar * twice + np.cross(vector, twice))
+
+
+def _of_table(robot: Robot, path: str | Path, view: View, wanted: Sequence[str]) -> PoseRun:
+    """Read a table of time, place and quaternion, and maybe joints, as other simulators write it."""
+    table = read_table(path)
+    lower = [name.lower() for name in table.head]
+    found: dict[str, int] = {}
+    for k, name in enumerate(lower):
+        for kind, pattern in (("q", QUATERNION), ("", PLACE)):
+            if match := pattern.fullmatch(name):
+                found.setdefault(kind + match[1], k)
+                break
+    time = next((lower.index(name) for name in SECONDS if name in lower), None)
+    missing = [key for key in ("x", "y", "z", "qx", "qy", "qz", "qw") if key not in found]
+    if missing or time is None:
+        rule = "must have columns of time_s, x, y, z, qx, qy, qz, qw"
+        fix = "name them so; if it has yaw, write a manifest of the table by hand (see the page on trials)"
+        value = f"without {', '.join([*missing, *['time_s'] * (time is None)])}"
+        raise InputError(rule, file=table.file, value=value, fix=fix)
+    joints = _chosen_joints(robot, table.file, table.head, wanted) if wanted else ()
+    columns = [time, *(found[key] for key in ("x", "y", "z", "qx", "qy", "qz", "qw")), *map(table.head.index, joints)]
+    values = _values(table, columns)
+    clock, keep, notes = _ordered(values[:, 0] - values[:, 0].min(), "rows")
+    values = values[keep]
+    pose = _seen_from_above(table.file, "the table", values[:, 1:4], values[:, 4:8], view)
+    angle = values[:, 8:]
+    if degrees := [name for name in joints if name.lower().endswith("deg")]:
+        notes += (f"columns in deg: {', '.join(degrees)}",)
+        angle = np.where([name in degrees for name in joints], np.radians(angle), angle)
+    run = PoseRun(_stem(path), table.file, "the table", clock, pose, notes=notes)
+    return _checked(replace(run, joint_time=clock, angle=angle, joint_names=joints) if joints else run)
+
+
+def _values(table: Table, columns: Sequence[int]) -> Array:
+    """Return the numbers of columns."""
+
+    def numbers(_: int, cells: dict[str, str]) -> list[float]:
+        values = []
+        for name in (table.head[k] for k in columns):
+            value = parse_float(cells[name])
+            if value not in CELL:
+                fix = "give a number, or leave out the line"
+                raise InputError("must be a number", key=name, value=shown(cells[name]), fix=fix)
+            values.append(value)
+        return values
+
+    table.check_once([table.head[k] for k in columns])
+    return np.array(table.parse(numbers))
+
+
+def _checked(run: PoseRun) -> PoseRun:
+    """Check that a run has enough poses, and that its joints were measured meanwhile."""
+    if len(run.time) < MIN_SAMPLES:
+        rule, value = f"must hold at least {MIN_SAMPLES} poses", f"{len(run.time)} of {run.source}"
+        raise InputError(rule, file=run.file, value=value, fix="record a longer run")
+    if run.joint_time is not None and not (run.joint_time[0] < run.time[-1] and run.joint_time[-1] > run.time[0]):
+        spans = [f"{one[0]:.6g} to {one[-1]:.6g} s" for one in (run.joint_time, run.time)]
+        rule = "must be measured while the poses are"
+        fix = "record both by one clock"
+        raise InputError(rule, file=run.file, key="the joints", value=f"at {spans[0]}, poses at {spans[1]}", fix=fix)
+    return run
+
+
+def write_pose_run(run: PoseRun, robot: Robot, output: str | Path, comment: str) -> list[str]:
+    """Write the poses and joint angles of a run and a manifest of them; return the names of the files."""
+    folder, groups = Path(output).parent, [f"joint_{group.name}_deg" for group in robot.joints]
+    turned = np.column_stack([run.time, run.pose[:, :2], np.degrees(run.pose[:, 2])])
+    files = [_write(folder / f"{run.name}-poses.csv", comment, ["time_s", "x_m", "y_m", "yaw_deg"], turned)]
+    entry: dict[str, Any] = {"name": run.name}
+    if run.joint_time is not None and run.angle is not None:
+        rows = np.column_stack([run.joint_time, np.degrees(run.angle)])
+        files.append(_write(folder / f"{run.name}-joints.csv", comment, ["time_s", *groups], rows))
+        entry["joints"] = {"file": files[1].name, "columns": groups, "unit": "deg"}
+    columns = {"x": "x_m", "y": "y_m", "yaw": "yaw_deg", "length_unit": "m", "angle_unit": "deg"}
+    entry |= {"poses": {"files": [files[0].name]} | columns, "align": "all"}
+    document = {"format": 1, "robot": robot.name, "recordings": [entry]}
+    write_atomically(output, manifest_text(document, comment).encode())
+    return [*map(str, files), str(output)]
+
+
+def _write(path: Path, comment: str, heads: Sequence[str], rows: Array) -> Path:
+    """Write a table of numbers below a comment."""
+    lines = [f"# {comment}", ",".join(heads), *(",".join(f"{x:.9g}" for x in row) for row in rows.tolist())]
+    write_atomically(path, ("\n".join(lines) + "\n").encode())
+    return path

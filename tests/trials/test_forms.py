@@ -1,0 +1,189 @@
+"""Forms of files of tracked points: one swim in each is read the same; times, weights and axes are never guessed."""
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.trials.forms import form_name
+from hypertuna.trials.markers import read_markers
+from tracked_files import (
+    FILES,
+    FPS,
+    FRAMES,
+    MISSING,
+    NAMES,
+    PX,
+    RATE,
+    TrackedFile,
+    columns,
+    numbers,
+    pixels,
+    seconds,
+    swim,
+)
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_one_swim_is_read_the_same_in_every_form(file: TrackedFile, tmp_path) -> None:
+    markers = read_markers(file.write(tmp_path), **file.options)
+    seen = (markers.weight > 0).any(axis=1)
+    time = markers.time[seen] - markers.time[seen][0]
+    assert time == pytest.approx(np.array(FRAMES) / RATE, abs=1e-5)
+    assert len(markers.names) == len(NAMES)
+    place = swim()
+    assert np.isnan(markers.place[seen][MISSING]).all()
+    np.testing.assert_allclose(markers.place[seen], place, atol=2e-5)
+    assert (markers.weight[seen] > 0.8).sum() == place[..., 0].size - 1
+
+
+def told(path, **options) -> str:
+    with pytest.raises(ht.InputError) as error:
+        read_markers(path, **PX | options)
+    return str(error.value)
+
+
+def write(folder, clock: str, times, **more):
+    path = folder / "swim.csv"
+    path.write_text(columns(pixels(swim()), clock, times, **more))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("clock", "times", "options", "sentence"),
+    [
+        ("frame", numbers("frame"), FPS, "line 2, frame must be the number of a frame, but is 'frame'"),
+        ("frame", numbers("{}.5"), FPS, "line 2, frame must be a whole number, but is 0.5"),
+        ("frame", ["", *numbers()[1:]], FPS, "line 2, frame must be a finite number, but is missing"),
+        ("frame", numbers()[::-1], FPS, "line 3, frame must be later than the previous frame, at 47"),
+        ("frame", numbers(), {}, "must have a column of time, but is missing: give --frame-rate"),
+        ("frame", numbers(), {"frame_rate": 3.0}, "--frame-rate must be from 5 to 2000 Hz, but is 3"),
+        ("frame", numbers("{}00"), {"frame_rate": 60.0}, "the rate by frame must be from 5 to 2000 Hz, but is 0.6"),
+        ("time_s", seconds(1e-3), {}, "by time_s must be from 5 to 2000 Hz, but is 0.06: in ms it would be possible"),
+        ("time_s", seconds(), {"frame_rate": 50.0}, "--frame-rate must be 60 Hz, as the column time_s says, but is 50"),
+        (
+            "t",
+            numbers(),
+            {},
+            "column t must say its unit in its name: it grows by 1: call it frame if it counts",
+        ),
+        ("counter", numbers(), FPS, "column counter grows from row to row, but nothing says what it counts"),
+        ("seconds", seconds(), {}, ""),
+    ],
+)
+def test_a_clock_is_refused_where_it_is_in_doubt(tmp_path, clock, times, options, sentence) -> None:
+    path = write(tmp_path, clock, times)
+    if sentence:
+        assert sentence in told(path, **options)
+    else:
+        assert read_markers(path, **PX, **options).notes == ()
+
+
+def test_what_a_clock_was_taken_for_is_told(tmp_path) -> None:
+    def notes(clock, times, **options):
+        return " ".join(read_markers(write(tmp_path, clock, times), **PX, **options).notes)
+
+    assert "column time is taken in ms, which gives 60 frames per second" in notes("time", seconds(1e-3))
+    assert "the clock counts from the first frame, at 1764187812.000 s" in notes("unix_time_s", seconds(1, 1764187812))
+    assert "each row counts as the next frame" in notes("comment", ["7"] * len(FRAMES), frame_rate=RATE)
+    assert "one frame of 2 is there" in notes("time_s", seconds(), frame_rate=2 * RATE)
+
+
+def test_times_that_disagree_with_the_frames_are_told(tmp_path) -> None:
+    times = seconds()
+    path = write(tmp_path, "frame", numbers())
+    rows = [row.split(",") for row in path.read_text().splitlines()]
+    jump = [f"{float(t) + 0.1 * (k > 30):.4f}" for k, t in enumerate(times)]
+    path.write_text("\n".join(",".join([row[0], t, *row[1:]]) for row, t in zip(rows, ["time_s", *jump], strict=True)))
+    (note,) = read_markers(path, **PX).notes
+    assert "the columns time_s and frame disagree by" in note
+
+
+@pytest.mark.parametrize(
+    ("weight", "sentence"),
+    [
+        (("likelihood", "970", "20"), "the likelihood of the markers must be parts of 1, or percent, but is up to 970"),
+        (("score", "-0.1", "-7"), "the likelihood of the markers must be parts of 1, but is negative"),
+    ],
+)
+def test_a_likelihood_of_another_scale_is_refused(tmp_path, weight, sentence) -> None:
+    assert sentence in told(write(tmp_path, "frame", numbers(), weight=weight, missing="9"), **FPS)
+
+
+def test_units_that_disagree_are_refused(tmp_path) -> None:
+    path = write(tmp_path, "frame", numbers())
+    text = path.read_text().replace("_x", "_x_mm").replace("_y", "_y_mm")
+    path.write_text(text)
+    assert "--unit or --scale must agree with the file, whose form is that of plain columns" in told(
+        path, scale=1.0, **FPS
+    )
+    assert read_markers(path, frame_rate=RATE, pixels=True).place[0, 0] == pytest.approx(swim()[0, 0])
+    path.write_text(text.replace("nose_x_mm", "nose_x_cm"))
+    assert "names of columns must have one unit, but is cm, mm" in told(path, **FPS)
+
+
+def test_a_decimal_comma_beside_decimal_points_is_refused(tmp_path) -> None:
+    path = write(tmp_path, "time_s", seconds(), mark=";")
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:9], lines[9].replace(".", ","), *lines[10:]]))
+    assert "line 10, time_s must have one decimal sign, but is a point above, and a comma here" in told(path)
+
+
+def test_points_in_space_are_seen_on_the_plane_that_they_swim_in(tmp_path) -> None:
+    """A tilted plane keeps all distances; an axis that is given, or the nearest, is the vertical one."""
+    place = swim()
+    flat = np.concatenate([place, np.zeros_like(place[..., :1])], axis=2)
+    turn = np.array([[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]])
+    head = ",".join(["time_s", *(f"{name}_{axis}" for name in NAMES for axis in "xyz")])
+
+    def read(points, **options):
+        rows = [
+            ",".join([time, *(f"{v:.6f}" for v in row.ravel())]) for time, row in zip(seconds(), points, strict=True)
+        ]
+        (tmp_path / "space.csv").write_text("\n".join([head, *rows]).replace("nan", ""))
+        return read_markers(tmp_path / "space.csv", **options)
+
+    markers = read(flat @ turn.T)
+    apart = np.linalg.norm(markers.place[:, :1] - markers.place, axis=2)
+    np.testing.assert_allclose(apart, np.linalg.norm(place[:, :1] - place, axis=2), atol=1e-5)
+    assert "if z points down, give --y-axis down" in markers.notes[0]
+
+    def side(place):
+        """Return on which side of the line from nose to tip the dorsal marker lies [m^2]."""
+        (a, b), (c, d) = place[0, [0, 3]] - place[0, 5]
+        return a * d - b * c
+
+    assert side(markers.place) == pytest.approx(side(place), abs=1e-6)
+    np.testing.assert_allclose(read(flat[..., [0, 2, 1]] * [1, 1, -1], vertical="y").place, place, atol=2e-6)
+    with pytest.raises(ht.InputError, match="--vertical must say which axis points up"):
+        read(flat + np.random.default_rng(0).normal(0, 0.1, flat.shape))
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("a.csv", "# time_s,x1,y1\n0.1,0.2,0.3\n0.2,0.3,0.4\n", "has no line of names above its numbers: remove the #"),
+        ("a.csv", "0.1,0.2,0.3\n0.2,0.3,0.4\n", "has no line of names above its numbers: add it"),
+        ("a.csv", "time_s x1 y1\n0 1 2\n", "must be a table of cells, but is separated by spaces"),
+        ("a.csv", "seconds,x1,y1,x2,y2\n0,1,2,3,4\n", "is of the form of idtracker.ai, and holds one point of each"),
+        ("a.csv", "frame,X#wcentroid (cm),Y#wcentroid (cm)\n0,1,2\n", "is of the form of TRex, and holds one point"),
+        ("a.csv", "frame,track_id,x,y\n0,1,2,3\n", "is of the form of a table of tracked objects, and holds one point"),
+        ("a.slp", "x", "is of the form of SLEAP's labels: export its analysis"),
+        ("a.mp4", "x", "is of the form of a video: track its markers"),
+    ],
+)
+def test_a_refusal_says_what_a_file_looks_like(tmp_path, name, content, sentence) -> None:
+    (tmp_path / name).write_text(content)
+    assert sentence in told(tmp_path / name, **FPS)
+
+
+def test_labels_of_two_videos_are_no_track(tmp_path) -> None:
+    (file,) = (file for file in FILES if file.name == "labels of DeepLabCut")
+    path = file.write(tmp_path)
+    path.write_text(path.read_text().replace("run1,img047", "run2,img047"))
+    assert "must be of one video, but is labels of the pictures of 2" in told(path, **FPS)
+
+
+def test_readers_of_other_files_know_the_form_of_a_track(tmp_path) -> None:
+    for file in FILES:
+        assert form_name(file.write(tmp_path))
+    assert form_name(tmp_path / "nowhere.csv") == ""
