@@ -26,14 +26,22 @@ def test_a_whole_surface_is_read(tmp_path: Path) -> None:
     ("old", "new"),
     [
         pytest.param((66 * 24).to_bytes(4, "little"), b"\xff\xff\xff\xff", id="a length of 4 GB"),
-        pytest.param(np.int32([3, 4, 5]).tobytes(), np.int32([3, 4, 10**8]).tobytes(), id="a corner that is not there"),
-        pytest.param(np.int32([3, 4, 5]).tobytes(), np.int32([3, 4, -1]).tobytes(), id="a corner before the first"),
+        pytest.param(
+            np.array([3, 4, 5], "<i4").tobytes(),
+            np.array([3, 4, 10**8], "<i4").tobytes(),
+            id="a corner that is not there",
+        ),
+        pytest.param(
+            np.array([3, 4, 5], "<i4").tobytes(), np.array([3, 4, -1], "<i4").tobytes(), id="a corner before the first"
+        ),
         pytest.param(b"\5\t\t", b"\5\7\t", id="a face of other corners"),
         pytest.param(b'offset="1588"', b'offset="999999999"', id="an array behind the end"),
         pytest.param(b"von Mises", b"von Moses", id="a field that is missing"),
         pytest.param(b'encoding="raw"', b'encoding="base64"', id="another encoding"),
         pytest.param(
-            np.int32([4, 8, 11]).tobytes(), np.int32([4, 8, 2**31 - 1]).tobytes(), id="an end behind the last"
+            np.array([4, 8, 11], "<i4").tobytes(),
+            np.array([4, 8, 2**31 - 1], "<i4").tobytes(),
+            id="an end behind the last",
         ),
     ],
 )

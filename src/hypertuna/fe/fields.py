@@ -29,7 +29,7 @@ ARRAY = re.compile(
     rb'<DataArray type="(Float64|Int32|UInt8)" Name="([^"]+)"(?: NumberOfComponents="([13])")? '
     rb'format="appended" offset="(\d{1,9})">'
 )
-TYPES = {b"Float64": np.dtype("<f8"), b"Int32": np.dtype("<i4"), b"UInt8": np.dtype("u1")}
+TYPES: dict[bytes, np.dtype[Any]] = {b"Float64": np.dtype("<f8"), b"Int32": np.dtype("<i4"), b"UInt8": np.dtype("u1")}
 TRIANGLE, QUAD = 5, 9  # in the array "types"
 ROUND = 1e-24  # squared strain below rounding: avoids 0/0 in the undeformed state
 
@@ -67,8 +67,8 @@ def read_surface(path: str | Path) -> tuple[Array, Array, Array, dict[str, Array
 
     VTK itself would take any size and any corner that the file states.
     """
-    content = read_bytes(path, "surface")
-    begin, arrays = content.find(NUMBERS, 0, HEAD) + len(NUMBERS), dict[str, Array]()
+    content, arrays = read_bytes(path, "surface"), dict[str, Any]()
+    begin = content.find(NUMBERS, 0, HEAD) + len(NUMBERS)
     try:
         for kind, name, width, offset in ARRAY.findall(content, 0, begin) if begin >= len(NUMBERS) else ():
             at = begin + int(offset) + 4

@@ -138,7 +138,7 @@ inline std::vector<Record> simulate(const MachineKernel& kernel, std::vector<Bat
                 group.tick([&](std::size_t k) { return command_at(*commands[first + k], run.tick * double(t)); });
                 for (std::size_t k = 0; k < count; ++k) {
                     const LaneTwin<D>& twin = *lanes[k];
-                    if (twin.ticks != t + 1) continue;
+                    if (twin.ticks != t + 1 && t > 0) continue;
                     Record& record = records[first + k];
                     record.ticks = twin.ticks;
                     if (t % run.every == 0)

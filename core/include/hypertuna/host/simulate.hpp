@@ -120,8 +120,8 @@ State shown(State after, const PlantState& start) {
     return after;
 }
 
-/// Run and record a twin; ends before a tick that leaves the plant in a state that no robot can have. go(state, k) makes
-/// tick k.
+/// Run and record a twin; ends before a tick that leaves the plant in a state that no robot can have. Such a first tick
+/// is recorded, but not counted. go(state, k) makes tick k.
 template <class Body, class Go>
 Record record_run(const Twin<Body>& twin, TwinStateOf<Body> state, const Run& run, const Go& go) {
     using Columns = TwinColumns<Body::coordinates, typename Body::Space>;
@@ -131,7 +131,7 @@ Record record_run(const Twin<Body>& twin, TwinStateOf<Body> state, const Run& ru
         const PlantStateOf<Body> start = state.plant;
         const TickOf<Body> tick = go(state, record.ticks);
         whole = plausible(state.plant);
-        if (!whole || record.ticks % run.every != 0) continue;
+        if ((!whole && record.ticks > 0) || record.ticks % run.every != 0) continue;
         Columns::write(record, record.ticks / run.every, shown(state, start), tick);
     }
     return record;
