@@ -2,6 +2,7 @@
 
 import random
 import re
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,12 @@ def surface() -> bytes:
     parts = {"Points": points, "connectivity": np.arange(corners, dtype="<i4")}
     parts |= {"offsets": np.cumsum(sizes).astype("<i4"), "types": np.where(sizes == 4, 9, 5).astype(np.uint8)}
     parts |= {DISPLACEMENT: 0.1 * points, STRESS: np.abs(points[:, 0]), STRAIN: points[:, 1]}
-    parts |= {FACE: np.repeat(np.arange(count) % 6.0, sizes)}
+    return written(parts | {FACE: np.repeat(np.arange(count) % 6.0, sizes)})
+
+
+def written(parts: dict[str, Any]) -> bytes:
+    """Return a surface of these arrays."""
+    corners, count = len(parts["Points"]), len(parts["types"])
     lines, numbers = list[str](), b""
     for name, values in parts.items():
         width = "" if name in ("connectivity", "offsets", "types") else f' NumberOfComponents="{values[0].size}"'

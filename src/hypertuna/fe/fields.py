@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
@@ -62,7 +63,7 @@ def write_vtu(model: FeModel, folder: str | Path, k: int) -> None:
     _write(model.mesh, fields | {FACE: face}, surface_path(folder, k), ngs.BND, SURFACE_FINER)
 
 
-def read_surface(path: str | Path) -> tuple[Array, Array, Array, dict[str, Array]]:
+def read_surface(path: str | Path) -> tuple[Array, NDArray[np.int32], NDArray[np.uint8], dict[str, Array]]:
     """Read a file of faces: points (n, 3) [m], cells as VTK has them, their types, and fields at the points.
 
     VTK itself would take any size and any corner that the file states.
@@ -77,8 +78,11 @@ def read_surface(path: str | Path) -> tuple[Array, Array, Array, dict[str, Array
             arrays[name.decode()] = values.reshape(-1, 3) if width == b"3" else values
         points, corners, ends, types = (arrays[name] for name in ("Points", "connectivity", "offsets", "types"))
         fields = {name: arrays[name] for name in (DISPLACEMENT, FACE, STRESS, STRAIN)}
-        sizes, whole = np.where(types == QUAD, 4, 3), (corners.dtype.kind, ends.dtype.kind) == ("i", "i")
-        faces = np.isin(types, (TRIANGLE, QUAD)).all() and np.array_equal(ends, np.cumsum(sizes))
+        sizes, whole = (
+            np.where(types == QUAD, np.int32(4), np.int32(3)),
+            (corners.dtype.kind, ends.dtype.kind) == ("i", "i"),
+        )
+        faces = np.isin(types, (TRIANGLE, QUAD)).all() and np.array_equal(ends, np.cumsum(sizes, dtype=np.int32))
         known = len(corners) == sizes.sum() > 0 and corners.min() >= 0 and corners.max() < len(points)
         widths = [values.ndim for values in (points, *fields.values())] == [2, 2, 1, 1, 1]
         at_points = all(len(values) == len(points) for values in fields.values()) and np.isfinite(points).all()
@@ -86,7 +90,11 @@ def read_surface(path: str | Path) -> tuple[Array, Array, Array, dict[str, Array
             raise ValueError
     except (ValueError, KeyError):
         raise InputError("must be a whole surface", file=str(path), fix=KINDS["surface"].fix) from None
-    return points, np.insert(corners, ends - sizes, sizes), types, fields
+    cells = np.empty(len(corners) + len(sizes), dtype=np.int32)  # each face: its number of corners, and these
+    counts = np.zeros(len(cells), dtype=bool)
+    counts[ends - sizes + np.arange(len(sizes), dtype=np.int32)] = True
+    cells[counts], cells[~counts] = sizes, corners
+    return points, cells, types, fields
 
 
 def _write(mesh: Any, fields: dict[str, Any], path: Path, where: Any, finer: int) -> None:

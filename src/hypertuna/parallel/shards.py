@@ -36,7 +36,7 @@ LARGEST = 131_072  # items of a shard by default: 20 MB of gaits
 SMALLEST, USUAL = 256, 64  # by default items of a shard at least, and shards of work that is not large
 SIZES = Whole(min=1, max=1_000_000)  # items of a shard: 200 MB of gaits
 MOST = 1_000_000  # shards of a folder
-MERGED = 50_000_000  # values merged at once: 0.8 GB with a copy
+MERGED = 50_000_000  # values merged at once: 0.8 GB
 LISTED = 10  # shards that an error names
 # What makes missing shards. A manifest may be a stranger's: its command is shown to nobody as one to paste.
 AGAIN = f"run the command again that made the folder; {MANIFEST} has it, for you to read before"
@@ -257,7 +257,9 @@ def _merged(shards: Shards, progress: Callable[[int, int], None]) -> xr.Dataset:
     for shard in range(len(shards)):
         parts.append(shards.read(shard, shards.layout.variables))
         progress(shard + 1, len(shards))
-    return shards.layout.dataset({name: np.concatenate([p[name] for p in parts]) for name in shards.layout.variables})
+    return shards.layout.dataset(
+        {name: np.concatenate([p.pop(name) for p in parts]) for name in shards.layout.variables}
+    )
 
 
 def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[int, int], None]) -> None:
