@@ -13,7 +13,8 @@ define install
 	@$(call pip,$(1),--no-compile -r $(VENV)/wanted.txt)
 endef
 
-ZIGLANG = "$$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["fmu"])')"
+# $(call extra,NAME): the requirements of an extra of pyproject.toml
+extra = "$$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["$(1)"])')"
 
 # Warnings of our compilers are errors; those of Zig's are shown.
 WERROR = $(if $(shell grep -s ziglang $(BIN)/c++),OFF,ON)
@@ -44,7 +45,7 @@ LOCK ?=
 $(VENV)/.tools: $(VENV)/.python pyproject.toml $(LOCK)
 	$(if $(LOCK),@$(call pip,packages of $(LOCK),--no-compile --require-hashes -r $(LOCK)))
 	$(call install,build tools,["build-system"]["requires"])
-	@! grep -qs ziglang $(BIN)/c++ || $(call pip,compiler of Zig,--no-compile $(ZIGLANG))
+	@! grep -qs ziglang $(BIN)/c++ || $(call pip,compiler of Zig,--no-compile $(call extra,fmu))
 	@echo 'import os, sys; os.environ["PATH"] = os.path.join(sys.prefix, "bin") + os.pathsep + os.environ.get("PATH", "")' \
 	  > "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/_tools_on_path.pth"
 	@touch $@
@@ -68,7 +69,7 @@ $(VENV)/.installed-%: $(VENV)/.tools | $(VENV)/.installed
 
 # For the checker of its environments. PyTorch from PyPI brings 5 GB; Debian's, of the same Python, takes 0.6.
 $(VENV)/.installed-sb3: $(VENV)/.installed-test
-	@$(call pip,Stable-Baselines3,--no-compile --no-deps stable-baselines3)
+	@$(call pip,Stable-Baselines3,--no-compile --no-deps $(call extra,sb3))
 	@ln -sfn /usr/lib/python3/dist-packages/torch "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/torch"
 	@$(BIN)/python -c 'import stable_baselines3' || { echo 'Stable-Baselines3 needs PyTorch: `apt-get install python3-torch`' >&2; exit 1; }
 	@touch $@

@@ -1,14 +1,5 @@
 /// What FMI 2.0 and 3.0 share: an instance of a device, with variables by value reference.
 ///
-/// Beside the image, the FMU's resources have a list `variables`, whose lines are the value references 0, 1, ...:
-///     hypertuna-fmu 1 KIND SPACE TOKEN       KIND twin or plant, SPACE plane or sea
-///     TYPE time
-///     TYPE input|fixed|tunable PLACE START   TYPE r, i or b: real, integer, boolean
-///     TYPE output COLUMN PLACE FACTOR        a number of a device's column, times the factor
-/// Inputs of the twin are in the places of a gait, the fins, `armed`, `steered`, depth and heading; of the plant, of
-/// the pulses. Headings are clockwise from north. Parameters are seed, speed, depth, heading, current toward east and
-/// north.
-///
 /// Communication steps have any size. The device makes whole control ticks: after a step, all that have ended by then.
 /// A tick takes the inputs that hold when it begins, so that runs do not depend on how steps divide them.
 #pragma once
@@ -23,20 +14,12 @@
 #include <vector>
 
 #include "device.h"
+#include "fmu_resources.hpp"
 
 namespace hypertuna {
 
-enum class Role { time, input, fixed, tunable, output };
-
-struct Variable {
-    char type;
-    Role role;
-    int place;  // among inputs or parameters, or in a row of all columns
-    double start, factor;
-};
-
-inline constexpr int fmu_parameters = 6;
-inline constexpr double quarter = 1.5707963267948966;  // rad
+inline constexpr double quarter = 1.5707963267948966;     // rad
+inline constexpr double largest_seed = 9007199254740992;  // up to which a double holds all whole numbers
 
 /// Phase of an instance's life cycle.
 enum class Phase : std::uint8_t { instantiated, initializing, stepping, terminated, failed };
@@ -48,18 +31,17 @@ class Fmu {
     /// An instance of the FMU whose resources are in a folder; null where that is refused.
     static std::unique_ptr<Fmu> load(const std::string& folder, const char* token, const Tell& tell) {
         std::unique_ptr<Fmu> made(new Fmu(tell));
-        std::string list, image;
-        if (!read_file(folder + "/variables", list) || !read_file(folder + "/robot.image", image)) {
-            tell("resources: cannot be read in " + folder + "; unpack the FMU whole");
+        std::string text;
+        if (!made->read(folder + "/variables", largest_list, text) ||
+            !made->read(folder + "/robot.image", largest_image, made->image_))
+            return nullptr;
+        if (const std::size_t line = read_list(text, made->list_)) {
+            made->refuse_line(line, "cannot be read");
             return nullptr;
         }
-        made->image_ = std::move(image);
-        if (!made->read_list(list)) {
-            tell("resources/variables: is damaged; export the FMU again");
-            return nullptr;
-        }
-        if (!token || made->token_ != token) {
-            tell("token: is of another FMU than " + made->token_ + "; import the FMU again");
+        made->values_.resize(made->variables_.size());
+        if (!token || made->list_.token != token) {
+            tell("token: is of another FMU than " + made->list_.token + "; import the FMU again");
             return nullptr;
         }
         return made->reset() ? std::move(made) : nullptr;
@@ -92,9 +74,11 @@ class Fmu {
         if (variable.role == Role::fixed && begun)
             return refuse("variable " + std::to_string(reference) + ": is fixed; set it before the first step");
         if (!std::isfinite(value)) return refuse("variable " + std::to_string(reference) + ": must be a finite number");
-        if (values_[reference] == value) return true;
+        const double before = values_[reference];
         values_[reference] = value;
-        return begun || variable.role == Role::input || create();
+        if (before == value || begun || variable.role == Role::input || create()) return true;
+        values_[reference] = before;
+        return false;
     }
 
     /// Make a communication step; false, with a sentence, where the step is refused or the plant diverges.
@@ -128,19 +112,20 @@ class Fmu {
     }
 
     std::size_t state_size() const {
-        return token_.size() + sizeof(Head) + 2 * values_.size() * sizeof(double) + ht_device_state_size(device_.get());
+        return list_.token.size() + sizeof(Head) + 2 * values_.size() * sizeof(double) +
+               ht_device_state_size(device_.get());
     }
     void save(unsigned char* to) const {
         const Head head{start_, time_, ticks_, phase};
-        to = put(to, token_.data(), token_.size());
+        to = put(to, list_.token.data(), list_.token.size());
         to = put(to, &head, sizeof(head));
         for (const auto* values : {&values_, &sent_}) to = put(to, values->data(), values->size() * sizeof(double));
         ht_device_save(device_.get(), to);
     }
     bool restore(const unsigned char* from, std::size_t size) {
-        if (size != state_size() || std::memcmp(from, token_.data(), token_.size()) != 0)
+        if (size != state_size() || std::memcmp(from, list_.token.data(), list_.token.size()) != 0)
             return refuse("state: is not of this FMU");
-        from += token_.size();
+        from += list_.token.size();
         Head head;
         std::vector<double> values(values_.size()), sent(values_.size());
         std::memcpy(&head, from, sizeof(head));
@@ -188,62 +173,44 @@ class Fmu {
         std::snprintf(text, sizeof(text), "%.9g", number);
         return text;
     }
-    static bool read_file(const std::string& path, std::string& content) {
-        std::FILE* const file = std::fopen(path.c_str(), "rb");
-        if (!file) return false;
-        char part[4096];
-        while (const std::size_t size = std::fread(part, 1, sizeof(part), file)) content.append(part, size);
-        return std::fclose(file) == 0;
+    bool read(const std::string& path, long long largest, std::string& content) const {
+        return read_file(path, largest, content) ||
+               refuse("resources: " + path + " must be a readable file of at most " + written(double(largest)) +
+                      " bytes; unpack the FMU whole, or export it again");
     }
-
-    /// Read the list of variables; the places of outputs are found once there is a device.
-    bool read_list(const std::string& list) {
-        char kind[8], space[8], token[64], type, role[8], name[48];
-        int used = 0;
-        const char* at = list.c_str();
-        if (std::sscanf(at, "hypertuna-fmu 1 %7s %7s %63s\n%n", kind, space, token, &used) != 3) return false;
-        plant_ = std::string(kind) == "plant", sea_ = std::string(space) == "sea", token_ = token;
-        for (at += used; *at; at += used) {
-            Variable read{'r', Role::time, 0, 0, 1};
-            if (std::sscanf(at, "%c %7s%n", &type, role, &used) != 2) return false;
-            at += used, read.type = type, used = 0;
-            const std::string what = role;
-            if (what == "output") {
-                if (std::sscanf(at, "%47s %d %lf%n", name, &read.place, &read.factor, &used) != 3) return false;
-                names_.push_back(name), read.role = Role::output;
-            } else if (what != "time") {
-                if (std::sscanf(at, "%d %lf%n", &read.place, &read.start, &used) != 2) return false;
-                read.role = what == "input" ? Role::input : what == "fixed" ? Role::fixed : Role::tunable;
-            }
-            while (at[used] == '\n') ++used;
-            variables_.push_back(read);
-        }
-        values_.resize(variables_.size());
-        return true;
+    bool refuse_line(std::size_t line, const char* what) const {
+        return refuse("resources/variables, line " + std::to_string(line) + ": " + what + "; export the FMU again");
     }
 
     /// Make the device anew, from the parameters.
     bool create() {
         double given[fmu_parameters] = {};
-        for (std::size_t k = 0; k < variables_.size(); ++k)
-            if (parameter(variables_[k].role)) given[variables_[k].place] = values_[k];
+        for (std::size_t k = 0; k < variables_.size(); ++k) {
+            const Variable& variable = variables_[k];
+            if (variable.role == Role::fixed || variable.role == Role::tunable) given[variable.place] = values_[k];
+        }
         const auto [seed, speed, depth, heading, east, north] = given;
-        const ht_start start{sea_, std::uint64_t(seed), speed, depth, quarter - heading, {east, north}, HUGE_VAL};
+        if (!(0 <= seed && seed <= largest_seed))
+            return refuse("seed: must be from 0 to 2^53, but is " + written(seed));
+        const ht_start start{list_.sea, std::uint64_t(seed), speed, depth, quarter - heading, {east, north}, HUGE_VAL};
         char fault[512];
         const auto* bytes = reinterpret_cast<const unsigned char*>(image_.data());
-        device_.reset(ht_device_create(bytes, image_.size(), &start, plant_, fault, sizeof(fault)));
+        device_.reset(ht_device_create(bytes, image_.size(), &start, list_.plant, fault, sizeof(fault)));
         if (!device_) return refuse(fault);
         ticks_ = 0, sent_ = values_;
-        return find_outputs();
+        return find_places();
     }
 
-    /// Find the places of the outputs in a row.
-    bool find_outputs() {
+    /// Check the places of inputs, and find those of the outputs in a row.
+    bool find_places() {
         std::size_t next = 0;
         int size = 0, width;
         for (int k = 0; ht_device_column(device_.get(), k, &width); ++k) size += width;
         row_.resize(std::size_t(size));
-        for (Variable& variable : variables_) {
+        for (std::size_t v = 0; v < variables_.size(); ++v) {
+            Variable& variable = variables_[v];
+            if (variable.role == Role::input && (variable.place < 0 || inputs() <= variable.place))
+                return refuse_line(v + 2, "the robot has no such input");
             if (names_.empty() || variable.role != Role::output) continue;
             const std::string& name = names_[next++];
             const char* column;
@@ -251,13 +218,16 @@ class Fmu {
             for (int k = 0; (column = ht_device_column(device_.get(), k, &width)) && column != name; ++k)
                 begin += width;
             if (!column || variable.place < 0 || width <= variable.place)
-                return refuse("resources/variables: has an output " + name + " that the twin lacks");
+                return refuse_line(v + 2, "the robot has no such output");
             variable.place += begin;
         }
         names_.clear();
         ht_device_read(device_.get(), row_.data());
         return true;
     }
+    /// Number of inputs: a gait, the fins, `armed`, `steered`, depth and heading; or the pulses, which are fewer.
+    int inputs() const { return list_.plant ? 2 * joints() + 2 : 3 * joints() + 7; }
+    int joints() const { return ht_device_joints(device_.get()); }
 
     /// Ticks that have ended by a time.
     std::uint64_t ticks_by(double time) const { return std::uint64_t((time - start_) / tick() + slack); }
@@ -265,16 +235,16 @@ class Fmu {
     /// Give the device its inputs and tunable parameters.
     void send(const std::vector<double>& values) {
         sent_ = values;
-        const int joints = ht_device_joints(device_.get());
+        const int joints = this->joints();
         std::vector<double> inputs(std::size_t(3 * joints + 7));
         double current[2] = {};
         for (std::size_t k = 0; k < variables_.size(); ++k) {
             const Variable& variable = variables_[k];
             if (variable.role == Role::input) inputs[variable.place] = values[k];
-            if (variable.role == Role::tunable && variable.place >= 4) current[variable.place - 4] = values[k];
+            if (variable.role == Role::tunable) current[variable.place - fixed_parameters] = values[k];
         }
         const double* const after = &inputs[std::size_t(1 + 3 * joints)];  // the gait
-        if (plant_)
+        if (list_.plant)
             ht_device_drive(device_.get(), inputs.data());
         else
             ht_device_command(device_.get(), inputs.data(), after, after[2] != 0);
@@ -282,18 +252,17 @@ class Fmu {
         ht_device_flow(device_.get(), current);
     }
 
-    static bool parameter(Role role) { return role == Role::fixed || role == Role::tunable; }
     bool known(unsigned reference, char type) const {
         if (reference < variables_.size() && variables_[reference].type == type) return true;
         return refuse("variable " + std::to_string(reference) + ": there is none of this type");
     }
 
     Tell tell_;
-    std::string image_, token_;
-    bool plant_ = false, sea_ = false;
-    std::vector<Variable> variables_;
-    std::vector<std::string> names_;           // of the outputs' columns, until they are found
-    std::vector<double> values_, sent_, row_;  // of variables, as sent to the device; of outputs
+    std::string image_;
+    FmuList list_;
+    std::vector<Variable>& variables_ = list_.variables;
+    std::vector<std::string>& names_ = list_.names;  // until their columns are found
+    std::vector<double> values_, sent_, row_;        // of variables, as sent to the device; of outputs
     std::unique_ptr<ht_device, void (*)(ht_device*)> device_;
     double start_ = 0, time_ = 0;  // s
     std::uint64_t ticks_ = 0;
@@ -314,6 +283,7 @@ FmiStatus get(void* instance, const Reference* references, std::size_t count, ch
     for (std::size_t k = 0; k < count; ++k) {
         double value = 0;
         if (!of(instance).get(references[k], type, value)) return error;
+        if (std::is_integral_v<T> && !(std::abs(value) <= INT32_MAX)) value = 0;  // holds no such number
         values[k] = T(value);
     }
     return ok;

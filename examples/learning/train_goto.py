@@ -2,7 +2,7 @@
 
 python examples/learning/train_goto.py [--steps 2400000] [--seed 1] [--threads 2]
 
-It needs the extra `rl` and Stable-Baselines3 with PyTorch: pip install stable-baselines3
+It needs the extras `rl` and `sb3`, Stable-Baselines3 with PyTorch.
 """
 
 import argparse

@@ -43,6 +43,13 @@ def bent(robot: ht.Robot, joint: str) -> str:
     return f"{joint},left,250,{math.degrees(bend(robot, joint, [TOP]).angle[0]):.3f},0.1,,,,,\n"
 
 
+def test_a_bend_of_none_is_no_bend_to_solve_for(tuna: ht.Robot, tmp_path: Path) -> None:
+    """And nothing is divided by it, which NumPy would warn of."""
+    bench = read_bench(written(tmp_path, f"{HEAD}I,left,0,0,0.1,,,,,0\n{bent(tuna, 'I')}"), tuna)
+    space = designs(tuna, bench, "lever[I]")
+    assert [bench.pressure[space.elements.row[one.element]] for one in space.solved] == [TOP]
+
+
 # --- what a bench holds beside bends
 
 

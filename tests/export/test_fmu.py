@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -256,32 +257,25 @@ def test_reset_begins_again(files: dict[tuple[str, int, bool], Path], fmi: int) 
     unit.close()
 
 
-def changed(path: Path, to: Path, **contents: Any) -> Path:
-    """Write an FMU with other resources."""
-    with ZipFile(path) as archive, ZipFile(to, "w") as out:
-        for name in archive.namelist():
-            content = archive.read(name)
-            change = contents.get(Path(name).stem)
-            out.writestr(name, change(content) if change else content)
-    return to
-
-
-@pytest.mark.parametrize("fmi", [2, 3])
-def test_wrong_resources_are_refused(files: dict[tuple[str, int, bool], Path], fmi: int, tmp_path: Path) -> None:
-    path = files["twin", fmi, False]
-    wrong = {
-        "image": changed(path, tmp_path / "image.fmu", robot=lambda content: content[:-8]),
-        "list": changed(path, tmp_path / "list.fmu", variables=lambda content: content[:200] + b"?\n"),
-        "column": changed(
-            path, tmp_path / "column.fmu", variables=lambda content: content.replace(b" surge", b" urge")
-        ),
-    }
-    for name, file in wrong.items():
-        with pytest.raises(Exception, match="nstantiate"):
-            Unit(file)
-        assert name
-    with pytest.raises(Exception, match="nstantiate"):
-        Unit(path, token="another")
+def test_binaries_that_are_older_than_their_sources_are_not_packed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As after a change of the core, until `make fmu` has run; a wheel has no sources."""
+    built, source = tmp_path / "build/x86_64-linux/fmi2.so", tmp_path / "core.hpp"
+    built.parent.mkdir(parents=True)
+    for file, age in ((built, 1000), (source, 2000)):
+        file.write_bytes(b"")
+        os.utime(file, (age, age))
+    monkeypatch.setattr(module, "BINARIES", str(tmp_path / "build"))
+    monkeypatch.setattr(module, "_sources", lambda: iter([source]))
+    with pytest.raises(
+        ht.InputError, match=r"fmi2.so must not be older than .*: run `make fmu FMU_PLATFORMS='x86_64-li"
+    ):
+        module.fmu_binaries(2)
+    os.utime(built, (2000, 2000))
+    assert list(module.fmu_binaries(2)) == ["x86_64-linux"]
+    monkeypatch.undo()
+    assert {path.name for path in module._sources()} >= {"fmu.hpp", "device.h", "simulate.hpp", "fmi2.cpp"}
 
 
 MACHINES = {  # magic bytes, and the machine's place and bytes

@@ -12,6 +12,7 @@ from host_library import ROOM, Native, Robot, Start, Twin, row
 from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
+from hypertuna.simulation.twin import twins
 
 ROBOT = ht.load("hypertuna")
 GAIT = ht.Gait.from_degrees(frequency=2, amplitude=(10, 15), phase=(0, 40))
@@ -101,12 +102,19 @@ def test_it_swims_as_the_twin_of_hypertuna_h_to_the_bit(host: Native) -> None:
 
 @pytest.mark.parametrize("start", [{}, {"sea": 1, "depth": 1.0}], ids=["plane", "sea"])
 def test_a_tick_that_breaks_the_plant_is_not_made(host: Native, start: dict[str, Any]) -> None:
-    """Python's record ends with that tick. No tick is made behind it."""
+    """Python's record ends before that tick too, also in a batch. No tick is made behind it."""
     document = ROBOT.document()
     document["links"]["lateral_area_m2"][-1] = 300
     wild = parse(document)
-    ways = {"seed": 1, "duration": 1, "start": "rest"} if not start else {"seed": 1, "duration": 1, "depth": 1}
-    whole = len((ht.twin_at_sea if start else ht.twin)(wild, GAIT, **ways).time) - 1
+    ways, swim = ({"depth": 1}, ht.twin_at_sea) if start else ({"start": "rest"}, ht.twin)
+    runs = [swim(wild, GAIT, seed=1, duration=1, **ways)]
+    whole = len(runs[0].time)
+    ends = [swim(wild, GAIT, seed=1, duration=0.01 * ticks, **ways) for ticks in (whole, whole + 1)]
+    if not start:
+        two = [{"robot": wild, "gait": GAIT, "seed": 1, "duration": 1, **ways}] * 2
+        runs += twins(two, measure=lambda run: run)
+    assert [len(run.time) for run in (*runs, *ends)] == [whole] * (len(runs) + 2)
+    assert [run.status for run in (*runs, *ends)] == ["diverged"] * len(runs) + ["completed", "diverged"]
     robot = Robot.read(robot_image(wild), host)
     assert isinstance(robot, Robot)
     for ticks in (whole + 1, whole, 1):

@@ -18,7 +18,7 @@ from typing import Any
 import hypertuna as ht
 import point_files
 from hypertuna.errors import DamageWarning, InputError
-from mutations import forged, forged_points
+from mutations import forged, forged_points, surfaces, units
 from mutations.cases import CALIBRATION, EXAMPLES, MARKERS, PLACES, ROBOTS, ROOT, RUNS, TANK, TENSILE, Reaction
 from mutations.damage import Damage, of_bytes, of_structure, of_table, of_text
 from mutations.judge import CONTROL, LONGEST_ERROR, watched
@@ -162,6 +162,12 @@ def _swimmer(path: Path) -> Any:
     return read_swimmer(path)
 
 
+def _surface(path: Path) -> Any:
+    from hypertuna.fe.fields import read_surface
+
+    return read_surface(path)
+
+
 def _table(module: str, name: str, *arguments: Any, **options: Any) -> Callable[[Path], Any]:
     """Return the call of a reader of tables, with the robot in place of ROBOT."""
 
@@ -277,5 +283,14 @@ READERS = (
     Reader("policy", _text(EXAMPLES / "learning/goto.npz"), _policy, (of_bytes, forged.of_npz), "policy.npz"),
     Reader("shards", forged.shards, _merged, (forged.of_shards, forged.of_shards, of_bytes), "a.shards/packed"),
     Reader("journal", forged.journal, _journal, (forged.of_journal, of_text), "j.jsonl"),
+    Reader("surface", surfaces.surface, _surface, (surfaces.of_surface,), "surface-000.vtu"),
+    Reader(
+        "FMU",
+        lambda: units.resources()[0],
+        units.read_unit,
+        (units.of_list, units.of_list, of_text),
+        "variables",
+        there=units.BINARY.exists(),
+    ),
     Reader("scheduler file", json.dumps({"address": "tcp://127.0.0.1:1"}).encode().strip, _scheduler, (of_structure,)),
 )

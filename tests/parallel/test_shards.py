@@ -72,6 +72,29 @@ def test_a_grid_that_is_never_whole_swims_as_the_one_in_memory(tmp_path: Path) -
     assert ht.merge_shards(tmp_path / "listed").identical(listed)
 
 
+def test_no_more_values_are_merged_at_once_than_memory_holds(
+    made: Path, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the manifest, before a shard is read; a NetCDF file takes a variable at a time."""
+    variables = len(open_shards(made).layout.variables)
+    monkeypatch.setattr("hypertuna.parallel.shards.MERGED", 60 * variables - 1)
+    for shard in made.glob("*.zip"):
+        shard.rename(tmp_path / shard.name)
+    fix = "merge into a NetCDF file, which takes a variable at a time"
+    rule = f"must have at most {60 * variables - 1} values to merge at once, but is {60 * variables}: {fix}."
+    with pytest.raises(ht.InputError) as refused:
+        ht.merge_shards(made)
+    assert str(refused.value) == f"{made} {rule}"
+    assert run("shards", "merge", str(made), "-o", str(tmp_path / "m.csv")) == (2, "", f"error: {made} {rule}\n")
+    for shard in tmp_path.glob("*.zip"):
+        shard.rename(made / shard.name)
+    assert run("shards", "merge", str(made), "-o", str(tmp_path / "m.nc"))[0] == 0
+    monkeypatch.setattr("hypertuna.parallel.shards.MERGED", 59)
+    code, _, err = run("shards", "merge", str(made), "-o", str(tmp_path / "n.nc"))
+    assert (code, err.endswith("but is 60: compute it in parts.\n")) == (2, True)
+    assert run("shards", "merge", str(made))[0] == 0
+
+
 def test_parts_of_an_array_job_merge_to_the_plain_run(run: Run, tmp_path: Path) -> None:
     shards, merged, plain = (str(tmp_path / name) for name in ("a.shards", "m.nc", "p.nc"))
     for part in (3, 1, 4):

@@ -28,12 +28,13 @@ import numpy as np  # noqa: E402
 from black_box import head, sealed, tick  # noqa: E402
 from hypertuna import _core  # noqa: E402
 from hypertuna.errors import InputError  # noqa: E402
+from hypertuna.fe.fields import DISPLACEMENT, FACE, STRAIN, STRESS  # noqa: E402
 from hypertuna.firmware.black_box import record_dtype  # noqa: E402
 from hypertuna.io.checkpoint import Journal, _summed  # noqa: E402
 from hypertuna.io.door import CELLS, DEPTH, KINDS, MB, ROOM, ROWS, RUNS, UNPACKED  # noqa: E402
 from hypertuna.mission.read_log import read_log  # noqa: E402
 from hypertuna.parallel.checks import TEXTS, checksum  # noqa: E402
-from mutations import forged  # noqa: E402
+from mutations import forged, surfaces  # noqa: E402
 from mutations.judge import LONGEST  # noqa: E402
 from mutations.strangers import READERS, whole  # noqa: E402
 
@@ -139,6 +140,13 @@ def shards(columns: dict[str, Any]) -> bytes:
         return forged.packed(place)
 
 
+def surface(faces: int) -> bytes:
+    """Return a surface of many triangles on three points."""
+    parts: dict[str, Any] = {"Points": np.eye(3), "connectivity": np.arange(3 * faces, dtype="<i4") % 3}
+    parts |= {"offsets": np.arange(3, 3 * faces + 1, 3, dtype="<i4"), "types": np.full(faces, 5, np.uint8)}
+    return surfaces.written(parts | {DISPLACEMENT: np.eye(3), STRESS: np.ones(3), STRAIN: np.ones(3), FACE: np.ones(3)})
+
+
 def maps(*, index: bool) -> bytes:
     """Return the content of a record of many parts: of metadata, or an index of messages."""
     if index:
@@ -189,6 +197,7 @@ FILES: tuple[tuple[str, str, Make], ...] = (
     ("manifest, labels", "shards", lambda: manifest(5_500_000)),
     ("manifest, objects", "shards", lambda: b'{"a":[' + b'{"a":1},' * (ROOM // 450) + b"1]}"),
     ("shard, numbers", "shards", lambda: shards({f"v{k}": np.ones(1_000_000) for k in range(30)})),
+    ("surface, faces", "surface", lambda: surface(KINDS["surface"].largest // 17 - 100)),
     ("shard, texts", "shards", lambda: shards({"v": np.full(TEXTS // 2, "texts of 15 let", dtype=object)})),
     ("policy, weights of a byte", "policy", lambda: npz(
         weight0=np.zeros((5000, UNPACKED // 5100), "i1"), bias0=np.zeros(5000, "i1"))),

@@ -194,8 +194,10 @@ def _solved(bench: Bench, frees: Sequence[Unknown], measured: Elements, sd: Arra
     bends = (measured.kind == "angle") & (bench.joint[row] == joint) & ~bench.unload[row] & (measured.measured > 0)
     if not own or not bends.any():
         return None
-    relative = np.round(sd / measured.measured, 2)
-    k = min(np.flatnonzero(bends).tolist(), key=lambda k: (relative[k], -bench.pressure[row[k]]))
+    relative = np.round(sd[bends] / measured.measured[bends], 2)
+    _, _, k = min(
+        zip(relative.tolist(), (-bench.pressure[row[bends]]).tolist(), np.flatnonzero(bends).tolist(), strict=True)
+    )
     side, both = int(bench.side[row[k]]), np.zeros((1, 2))
     both[0, side] = bench.pressure[row[k]]
     return Solved(own[0][1], k, joint, both, 1 - 2 * side)

@@ -75,7 +75,7 @@ def fmu(robot: Robot | str | Path, *, kind: str = "twin", fmi: int = 2, sea: boo
     Raises
     ------
     InputError
-        If the robot lacks a table, an option is out of range, or no binary was built.
+        If the robot lacks a table, an option is out of range, or no binary was built from the sources of now.
 
     Examples
     --------
@@ -119,7 +119,19 @@ def fmu_binaries(fmi: int) -> dict[str, Path]:
     if not found:
         fix = "run `make fmu` in a clone of hypertuna, or install a wheel that has them"
         raise InputError("must have a binary of one platform", key=f"{BINARIES} for FMI {fmi}", value="none", fix=fix)
+    newest = max((file.stat().st_mtime for file in _sources()), default=0.0)
+    if old := [platform for platform, path in found.items() if path.stat().st_mtime < newest]:
+        fix = f"run `make fmu FMU_PLATFORMS='{' '.join(old)}'`, or remove the folders of platforms that you do not need"
+        rule = "must not be older than its sources, core/include and hosts"
+        raise InputError(rule, file=str(found[old[0]]), value="older", fix=fix)
     return found
+
+
+def _sources() -> Iterator[Path]:
+    """Yield the sources of the binaries, in a clone; a wheel has none."""
+    root = Path(__file__).parents[3]
+    for folder in ("core/include", "hosts"):
+        yield from (root / folder).rglob("*.[ch]*")
 
 
 def _zipped(files: Mapping[str, bytes]) -> bytes:

@@ -1,10 +1,17 @@
 """Fields of a finite-element model as VTU files for ParaView and pictures: displacement, stress, strain."""
 
+import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError
 from hypertuna.fe.energies import solid_energy
 from hypertuna.fe.model import FeModel
+from hypertuna.io.door import KINDS, read_bytes
 from hypertuna.io.files import scratch, write_atomically
 
 # Names of the fields in the files.
@@ -17,6 +24,14 @@ OF_PLATE = {"plate_outer": 6, "plate_symmetry": 7}
 FACE_NUMBERS |= OF_PLATE
 SMOOTH = 2  # polynomial order of stress and strain in the files
 VOLUME_FINER, SURFACE_FINER = 1, 2  # number of halvings of elements
+HEAD = 4096  # bytes of a file before its numbers, at most
+NUMBERS = b'<AppendedData encoding="raw">\n_'  # where they begin: each array after its length in four bytes
+ARRAY = re.compile(
+    rb'<DataArray type="(Float64|Int32|UInt8)" Name="([^"]+)"(?: NumberOfComponents="([13])")? '
+    rb'format="appended" offset="(\d{1,9})">'
+)
+TYPES: dict[bytes, np.dtype[Any]] = {b"Float64": np.dtype("<f8"), b"Int32": np.dtype("<i4"), b"UInt8": np.dtype("u1")}
+TRIANGLE, QUAD = 5, 9  # in the array "types"
 ROUND = 1e-24  # squared strain below rounding: avoids 0/0 in the undeformed state
 
 
@@ -46,6 +61,40 @@ def write_vtu(model: FeModel, folder: str | Path, k: int) -> None:
     of_plate = {"outer": outer, "tip": outer, "symmetry": symmetry}
     face = ngs.IfPos(plate - 0.5, *(model.mesh.BoundaryCF(of_matrix | kinds, default=-1.0) for kinds in (of_plate, {})))
     _write(model.mesh, fields | {FACE: face}, surface_path(folder, k), ngs.BND, SURFACE_FINER)
+
+
+def read_surface(path: str | Path) -> tuple[Array, NDArray[np.int32], NDArray[np.uint8], dict[str, Array]]:
+    """Read a file of faces: points (n, 3) [m], cells as VTK has them, their types, and fields at the points.
+
+    VTK itself would take any size and any corner that the file states.
+    """
+    content, arrays = read_bytes(path, "surface"), dict[str, Any]()
+    begin = content.find(NUMBERS, 0, HEAD) + len(NUMBERS)
+    try:
+        for kind, name, width, offset in ARRAY.findall(content, 0, begin) if begin >= len(NUMBERS) else ():
+            at = begin + int(offset) + 4
+            count = int.from_bytes(content[at - 4 : at], "little") // TYPES[kind].itemsize
+            values = np.frombuffer(content, TYPES[kind], count, at)
+            arrays[name.decode()] = values.reshape(-1, 3) if width == b"3" else values
+        points, corners, ends, types = (arrays[name] for name in ("Points", "connectivity", "offsets", "types"))
+        fields = {name: arrays[name] for name in (DISPLACEMENT, FACE, STRESS, STRAIN)}
+        sizes, whole = (
+            np.where(types == QUAD, np.int32(4), np.int32(3)),
+            (corners.dtype.kind, ends.dtype.kind) == ("i", "i"),
+        )
+        faces = np.isin(types, (TRIANGLE, QUAD)).all() and np.array_equal(ends, np.cumsum(sizes, dtype=np.int32))
+        known = len(corners) == sizes.sum() > 0 and corners.min() >= 0 and corners.max() < len(points)
+        widths = [values.ndim for values in (points, *fields.values())] == [2, 2, 1, 1, 1]
+        at_points = all(len(values) == len(points) for values in fields.values()) and np.isfinite(points).all()
+        if not (whole and faces and known and widths and at_points and np.abs(fields[FACE]).max() <= len(FACE_NUMBERS)):
+            raise ValueError
+    except (ValueError, KeyError):
+        raise InputError("must be a whole surface", file=str(path), fix=KINDS["surface"].fix) from None
+    cells = np.empty(len(corners) + len(sizes), dtype=np.int32)  # each face: its number of corners, and these
+    counts = np.zeros(len(cells), dtype=bool)
+    counts[ends - sizes + np.arange(len(sizes), dtype=np.int32)] = True
+    cells[counts], cells[~counts] = sizes, corners
+    return points, cells, types, fields
 
 
 def _write(mesh: Any, fields: dict[str, Any], path: Path, where: Any, finer: int) -> None:

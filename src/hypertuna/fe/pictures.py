@@ -26,9 +26,9 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.fe.bend import SUMMARY
 from hypertuna.fe.extra import need_pictures
-from hypertuna.fe.fields import DISPLACEMENT, FACE, FACE_NUMBERS, STRAIN, STRESS, surface_path
+from hypertuna.fe.fields import DISPLACEMENT, FACE, FACE_NUMBERS, STRAIN, STRESS, read_surface, surface_path
 from hypertuna.figures import FAINT, SEQUENCE, WIDTH, styled
-from hypertuna.io.door import opened, parse_json, read_bytes
+from hypertuna.io.door import parse_json, read_bytes
 from hypertuna.io.files import write_atomically
 
 PARTS = {
@@ -193,8 +193,9 @@ def _faces(path: Path) -> dict[str, Any]:
     """Read the faces of the upper half by kind."""
     import pyvista as pv
 
-    opened(path, "surface").close()
-    whole = pv.read(path)
+    points, cells, types, fields = read_surface(path)
+    whole = pv.UnstructuredGrid(cells, types, points)
+    whole.point_data.update(fields)
     number = np.rint(whole.point_data_to_cell_data()[FACE]).astype(int)
 
     def part(kinds: tuple[str, ...]) -> Any:

@@ -174,8 +174,9 @@ def fly_parts(
     while made < start.ticks:
         asked = min(length, start.ticks - made)
         part, state = fly_part(start, asked, state) if fly is None else fly(made, asked, state)
-        yield made, part
         flown = int(part["ticks"][0])
+        part["ticks"] = np.array([flown, asked], dtype=np.float64)
+        yield made, part
         made += flown
         over = _ended(start, part) if ended is None else ended(part)
         if flown < asked or over:
@@ -185,13 +186,13 @@ def fly_parts(
 def joined_parts(start: MissionStart, parts: Sequence[Part]) -> MissionRun:
     """Join consecutive parts of a mission, up to where it ended."""
     rows = [_rows(start, part) for part in parts]
-    diverged = rows[-1] < len(parts[-1]["mode"])
+    diverged = parts[-1]["ticks"][0] < parts[-1]["ticks"][-1]
     names = [name for name in parts[0] if name != "ticks"]
     data = {name: np.concatenate([part[name][:n] for part, n in zip(parts, rows, strict=True)]) for name in names}
     over = np.flatnonzero([has_ended(mode) for mode in data["mode"]])
     last = int(over[0]) + 1 if len(over) else len(data["mode"])
     data = {name: values[:last] for name, values in data.items()}
-    status = "diverged" if diverged else ending(data["mode"][-1], data["reasons"][-1])
+    status = "diverged" if diverged and not len(over) else ending(data["mode"][-1], data["reasons"][-1])
     return MissionRun(start, np.arange(last, dtype=np.float64) * start.tick * start.every, data, status)
 
 
@@ -206,14 +207,14 @@ def ending(mode: float, reasons: float) -> str:
 
 
 def _rows(start: MissionStart, part: Part) -> int:
-    """Return how many rows a part flew: fewer than it has if it diverged."""
-    return -(-int(part["ticks"][0]) // start.every)
+    """Return how many rows a part flew: fewer than it has if it diverged, but the first in any case."""
+    return max(-(-int(part["ticks"][0]) // start.every), 1)
 
 
 def _ended(start: MissionStart, part: Part) -> bool:
     """Return whether the mission has ended at the end of a part."""
     rows = _rows(start, part)
-    return rows > 0 and has_ended(part["mode"][rows - 1])
+    return has_ended(part["mode"][rows - 1])
 
 
 def _pose(mission: Mission) -> Array:

@@ -36,6 +36,7 @@ LARGEST = 131_072  # items of a shard by default: 20 MB of gaits
 SMALLEST, USUAL = 256, 64  # by default items of a shard at least, and shards of work that is not large
 SIZES = Whole(min=1, max=1_000_000)  # items of a shard: 200 MB of gaits
 MOST = 1_000_000  # shards of a folder
+MERGED = 50_000_000  # values merged at once: 0.8 GB
 LISTED = 10  # shards that an error names
 # What makes missing shards. A manifest may be a stranger's: its command is shown to nobody as one to paste.
 AGAIN = f"run the command again that made the folder; {MANIFEST} has it, for you to read before"
@@ -242,9 +243,10 @@ def merge_shards(folder: str | Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        If a shard is missing, damaged, or of other work.
+        If a shard is missing, damaged, or of other work, or if there are more values than memory holds.
     """
     shards = open_shards(folder)
+    _check_values(shards, len(shards.layout.variables))
     check_complete(shards)
     return _merged(shards, lambda *_: None)
 
@@ -255,18 +257,22 @@ def _merged(shards: Shards, progress: Callable[[int, int], None]) -> xr.Dataset:
     for shard in range(len(shards)):
         parts.append(shards.read(shard, shards.layout.variables))
         progress(shard + 1, len(shards))
-    return shards.layout.dataset({name: np.concatenate([p[name] for p in parts]) for name in shards.layout.variables})
+    return shards.layout.dataset(
+        {name: np.concatenate([p.pop(name) for p in parts]) for name in shards.layout.variables}
+    )
 
 
 def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[int, int], None]) -> None:
     """Check all shards and merge them into a file, NetCDF variable by variable: memory holds one of them."""
+    table = path is not None and str(path).lower().endswith(".csv")
+    _check_values(shards, len(shards.layout.variables) if table else int(path is not None))
     check_complete(shards)
     if path is None:
         for shard in range(len(shards)):
             shards.read(shard)
             progress(shard + 1, len(shards))
         return
-    if str(path).lower().endswith(".csv"):
+    if table:
         data = _merged(shards, progress).assign_attrs(command=shards.command)
         columns_csv(data.attrs, variable_columns(data, shards.layout.heads), digits=None).write(path)
         return
@@ -281,6 +287,15 @@ def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[in
             if shutil.disk_usage(file.parent).free < data.nbytes + MB:  # where HDF5 ends the program
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             by_conventions(data).to_netcdf(file, mode="a" if v else "w", engine="h5netcdf")
+
+
+def _check_values(shards: Shards, variables: int) -> None:
+    """Check how many values are merged at once, by the manifest: as many of each variable."""
+    values = math.prod(shards.layout.sizes.values()) * variables
+    if values > MERGED:
+        rule = f"must have at most {MERGED} values to merge at once"
+        fix = "merge into a NetCDF file, which takes a variable at a time" if variables > 1 else "compute it in parts"
+        raise InputError(rule, file=str(shards.folder), value=f"{values}", fix=fix)
 
 
 def check_complete(shards: Shards) -> None:

@@ -217,7 +217,7 @@ class PlannedRun:
         """Return the fields of its `Run` from what the core recorded."""
         made, every, robot = int(record.pop("ticks")[0]), self.core["every"], self.fields["robot"]
         tick = 1 / require_controller(robot).rate
-        rows = -(-made // every)
+        rows = max(-(-made // every), 1)  # of a run that breaks at once, the start
         return self.fields | {
             "time": np.arange(rows, dtype=np.float64) * tick * every,
             "data": _named(record, rows, robot),

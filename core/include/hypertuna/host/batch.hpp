@@ -82,7 +82,8 @@ class LaneGroup {
         machines_.reset(kernel.make(rows.data(), twins_[0]->member.controller.tick, steps));
     }
 
-    /// Make a tick of every twin whose state is still one that a robot can have; command_of(k) is that of twin k.
+    /// Make a tick of every twin whose state is still one that a robot can have, and count it where that holds after it;
+    /// command_of(k) is that of twin k.
     template <class CommandOf>
     void tick(const CommandOf& command_of) {
         static_assert(std::is_standard_layout_v<MachineState<double, D>>);
@@ -104,7 +105,7 @@ class LaneGroup {
             if (states[k] != reinterpret_cast<double*>(&unused)) twins_[k]->decide(command_of(k));
         kernel_.follow(machines_.get(), states.data(), ticks_.data());
         for (std::size_t k = 0; k < twins_.size(); ++k)
-            twins_[k]->ticks += states[k] != reinterpret_cast<double*>(&unused);
+            twins_[k]->ticks += states[k] != reinterpret_cast<double*>(&unused) && plausible(twins_[k]->state.plant);
     }
 
   private:
@@ -137,7 +138,7 @@ inline std::vector<Record> simulate(const MachineKernel& kernel, std::vector<Bat
                 group.tick([&](std::size_t k) { return command_at(*commands[first + k], run.tick * double(t)); });
                 for (std::size_t k = 0; k < count; ++k) {
                     const LaneTwin<D>& twin = *lanes[k];
-                    if (twin.ticks != t + 1) continue;
+                    if (twin.ticks != t + 1 && t > 0) continue;
                     Record& record = records[first + k];
                     record.ticks = twin.ticks;
                     if (t % run.every == 0)

@@ -120,16 +120,18 @@ State shown(State after, const PlantState& start) {
     return after;
 }
 
-/// Run and record a twin; ends early where the plant's state is none that a robot can have. go(state, k) makes tick k.
+/// Run and record a twin; ends before a tick that leaves the plant in a state that no robot can have. Such a first tick
+/// is recorded, but not counted. go(state, k) makes tick k.
 template <class Body, class Go>
 Record record_run(const Twin<Body>& twin, TwinStateOf<Body> state, const Run& run, const Go& go) {
     using Columns = TwinColumns<Body::coordinates, typename Body::Space>;
     Record record;
     Columns::add(record, (run.ticks + run.every - 1) / run.every, Body::coordinates, twin.plant.joints);
-    for (; record.ticks < run.ticks && plausible(state.plant); ++record.ticks) {
+    for (bool whole = plausible(state.plant); record.ticks < run.ticks && whole; record.ticks += whole) {
         const PlantStateOf<Body> start = state.plant;
         const TickOf<Body> tick = go(state, record.ticks);
-        if (record.ticks % run.every != 0) continue;
+        whole = plausible(state.plant);
+        if ((!whole && record.ticks > 0) || record.ticks % run.every != 0) continue;
         Columns::write(record, record.ticks / run.every, shown(state, start), tick);
     }
     return record;
