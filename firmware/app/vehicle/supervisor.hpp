@@ -32,7 +32,8 @@ struct Headway {
     float from[2];      // m
     float straight[2];  // m through the water, as a vector
     float swum;         // m, along its path
-    int leg;            // on which that was
+    float on_leg;       // m of that, on the present leg
+    int leg;
     bool begun;
 };
 
@@ -80,10 +81,11 @@ inline bool lasting(int& ticks, bool holds, float seconds, float tick) {
 /// Whether the robot swims on a course, or long on one leg, and stays where it is: fixes say so, or nothing does.
 inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInput& input, float tick) {
     const Estimate<float>& at = input.at;
-    if (input.state == State::disarmed || input.leg != way.leg) way = {}, way.leg = input.leg;
+    if (input.state == State::disarmed) way = {};
+    if (input.leg != way.leg) way.leg = input.leg, way.on_leg = 0;
     if (input.driven) {
         const float step = at.speed / at.factor * tick;
-        way.swum += abs(step);
+        way.swum += abs(step), way.on_leg += abs(step);
         way.straight[0] += step * at.facing.x, way.straight[1] += step * at.facing.y;
     }
     const PilotReadings<float>& seen = input.readings;
@@ -93,10 +95,12 @@ inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInp
     const float straight = square(way.straight[0], way.straight[1]), course = snag_straight * way.swum;
     const bool far = limits.snag_distance * limits.snag_distance < straight;
     const bool held = way.begun && square(seen.fix[0] - way.from[0], seen.fix[1] - way.from[1]) < reach * reach;
-    const bool longest = snag_circles * limits.snag_distance < way.swum;
-    if (held && ((far && course * course < straight) || (longest && 0 <= way.leg))) return true;
+    const float longest = snag_circles * limits.snag_distance;
+    const bool by_leg = 0 <= way.leg;
+    if (held && ((far && course * course < straight) || (by_leg && longest < way.on_leg))) return true;
     // What the pilot refuses says nothing, unless it is where the robot was.
-    if (at.fix && (!held || longest)) way = {{seen.fix[0], seen.fix[1]}, {}, 0, way.leg, true};
+    if (at.fix && (!held || (!by_leg && longest < way.swum)))
+        way = {{seen.fix[0], seen.fix[1]}, {}, 0, 0, way.leg, true};
     return false;
 }
 

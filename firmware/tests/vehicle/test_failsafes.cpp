@@ -228,14 +228,14 @@ static bool swims(float part, float drift, int seconds, float jump = 0) {
 
 /// Whether a robot that circles at 0.3 m/s reports no progress within 300 s: on a leg that changes after some seconds,
 /// or on none; drifting [m/s]; with fixes that the pilot takes, or refuses but for the first, all or one in ten off by
-/// a jump [m].
-static bool circles(int leg, int changes, float drift, bool taken, float jump = 0, int jumps = 1) {
+/// a jump [m]; turning [rad/s].
+static bool circles(int leg, int changes, float drift, bool taken, float jump = 0, int jumps = 1, float turn = 0.2f) {
     Headway way{};
     hypertuna::Estimate<float> at{};
     hypertuna::PilotReadings<float> seen{};
     at.speed = 0.3f, at.factor = 1;
     for (int k = 0; k < 30'000; ++k) {
-        const float angle = 0.002f * float(k);
+        const float angle = 0.01f * turn * float(k);
         at.facing = {std::cos(angle), std::sin(angle), 0};
         seen.fixed = k % 100 == 0, at.fix = seen.fixed && (taken || k == 0);
         seen.fix[0] = 1e-2f * drift * float(k) + (k > 0 && k / 100 % jumps == 0 ? jump : 0), seen.accuracy = 1.5f;
@@ -255,6 +255,7 @@ static void no_progress_in_circles() {
     CHECK(circles(0, 1000, 0, false) && circles(0, 1000, 0, false, 50, 10));
     CHECK(!circles(-1, 1000, 0, true) && !circles(0, 150, 0, true) && !circles(0, 1000, 0.1f, true));
     CHECK(!circles(0, 1000, 0, false, 50));
+    CHECK(circles(0, 40, 0, true, 0, 1, 0));  // straight, no matter on how many legs
     CHECK(set_mission(v, ground, plan()) == Refusal::none && leg_of(v) == -1);
     CHECK(give(v, Order::mission, ground) == Refusal::none);
     contact(20);
