@@ -112,6 +112,10 @@ def test_a_sea_is_survived(robot: ht.Robot, kind: str) -> None:
     assert judge(fly(sea, robot), sea).broken == ()
 
 
+def test_a_robot_that_circles_on_its_line_says_so(robot: ht.Robot) -> None:
+    assert "no_progress" in fly(sampled(0, "body:tethered"), robot).told
+
+
 def test_seas_resume_after_a_kill(robot: ht.Robot, tmp_path: Path) -> None:
     """The journal of an interrupted run has the seas that ended, and the same command takes them from there."""
     command = [sys.executable, RUN, "--seeds", "13:15", "--journal", tmp_path / "journal", "-o"]

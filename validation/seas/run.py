@@ -2,7 +2,7 @@
 
     python validation/seas/run.py                        # seeds 0 to 99, on one processor
     python validation/seas/run.py --seeds 7:8 -j 1       # one sea, its table on stdout
-    python validation/seas/run.py --seeds 0:300 --group entangled=50 -o validation/seas/seas.csv
+    python validation/seas/run.py --seeds 0:300 --group entangled=50 --count 20 -o some.csv  # the first 20 of 300
 
 Every sea is on disk when it has ended: the same command resumes after any interruption, `kill -9` among them. The table
 goes to seas.csv beside this file, with what made it and a summary in seas.csv.json.
@@ -91,6 +91,7 @@ def main() -> None:
     """Fly, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="0:100", help="from:to (default: 0:100)")
+    parser.add_argument("--count", type=int, help="only so many of the seeds, from the first (default: all)")
     parser.add_argument("-j", type=int, default=1, help="processes (default: 1)")
     parser.add_argument("--journal", type=Path, default=HERE.parents[1] / "build" / "seas.journal")
     parser.add_argument("--firmware", type=Path, help="folder of the program (default: build/firmware)")
@@ -112,9 +113,10 @@ def main() -> None:
     rows: list[dict[str, Any]] = []
     pool = ProcessPoolExecutor(options.j)
     with Journal(options.journal, header) as journal:
-        work = {seed: pool.submit(sail, seed, kinds[seed], options.firmware) for seed in seeds[journal.known :]}
+        flown = seeds[: options.count]
+        work = {seed: pool.submit(sail, seed, kinds[seed], options.firmware) for seed in flown[journal.known :]}
         try:
-            for seed in seeds:
+            for seed in flown:
                 row = journal.answer(seed, lambda seed=seed: work[seed].result())
                 rows.append(row)
                 state = "ok" if row["ok"] else row["broken"]
@@ -127,11 +129,9 @@ def main() -> None:
     else:
         write_atomically(out, table(rows))
         facts = {key: str(value) for key, value in provenance(ht.load(ROBOT)).items()}
-        facts |= {
-            "command": " ".join(
-                ["python validation/seas/run.py --seeds", options.seeds, *(f"--group {one}" for one in options.group)]
-            )
-        }
+        words = [options.seeds, *(f"--group {one}" for one in options.group)]
+        words += [f"--count {options.count}"] * (options.count is not None)
+        facts |= {"command": " ".join(["python validation/seas/run.py --seeds", *words])}
         write_atomically(Path(f"{out}.json"), (json.dumps(facts | result, indent=1) + "\n").encode())
     print(json.dumps(result), file=sys.stderr)
     sys.exit(result["ok"] < result["seas"])

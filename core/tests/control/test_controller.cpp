@@ -177,7 +177,7 @@ static void a_pump_pushes_no_faster_than_its_oil_allows() {
     const auto push = [&](double viscosity) {
         ControllerState<double> state = init(model);
         state.viscosity.value = state.viscosity.largest = viscosity;
-        const double sent = furthest_angle(model, state, 0);
+        const double sent = furthest_angle(model, state, 0, model.circuit[0].rings());
         return follow(model.servo, state.circuit[0].servo, sent).change / model.tick;
     };
     CHECK_NEAR(push(1.0), (1 - flow_held) * 1.9e5 / std::hypot(3e5, 7e4), 1e-9);

@@ -236,6 +236,11 @@ static void fixes_of_a_false_place() {
         CHECK(end.last.mode == Mode::done && !end.last.reasons.has(Reason::fixes_refused));
         CHECK(std::hypot(end.fish.x, end.fish.y) < 3 + 3 * end.last.estimate.position_error);
     }
+    Mission<double> brief = box.mission;  // a place at which it cannot be takes no time to come home from
+    brief.duration = 1200;
+    const Shown far =
+        watch(brief, Water{}, 1200, 7, [](auto& r, int k) { r.fix[0] += 2500 <= k && k < 5000 ? 2000 : 0; });
+    CHECK(far.was(Reason::fixes_refused) && !far.was(Reason::time_up) && far.end.last.mode == Mode::done);
 }
 
 static void fins_that_do_not_follow() {

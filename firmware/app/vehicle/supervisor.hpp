@@ -17,6 +17,7 @@ inline constexpr float stroke_bias = 0.25f;  // of the amplitude: with more bias
 inline constexpr int stroke_beats = 3;
 inline constexpr float snag_reach = 0.25f;    // of snag_distance: what stays within this of a fix makes no way
 inline constexpr float snag_straight = 0.7f;  // of the way swum: what circles is not on a course
+inline constexpr float snag_circles = 2.0f;   // of snag_distance: so much swum on one leg is no circle either
 inline constexpr float radio_depth = 0.3f;    // m of the nose from which water over the antenna stops the radio
 
 /// Lowest and highest value within a beat.
@@ -31,6 +32,8 @@ struct Headway {
     float from[2];      // m
     float straight[2];  // m through the water, as a vector
     float swum;         // m, along its path
+    float on_leg;       // m of that, on the present leg
+    int leg;
     bool begun;
 };
 
@@ -65,6 +68,7 @@ struct SupervisorInput {
     bool leak, overrun, lost_records;
     bool still, driven;  // the tail rests; the beat is to make way
     State state;
+    int leg;        // of the pilot; -1 where it is on none, or may circle
     float silence;  // s without the ground station, where it could be received
 };
 
@@ -74,24 +78,29 @@ inline bool lasting(int& ticks, bool holds, float seconds, float tick) {
     return holds && seconds <= float(ticks) * tick;
 }
 
-/// Whether the robot swims on a course and stays where it is: fixes say so, or nothing does.
+/// Whether the robot swims on a course, or long on one leg, and stays where it is: fixes say so, or nothing does.
 inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInput& input, float tick) {
     const Estimate<float>& at = input.at;
     if (input.state == State::disarmed) way = {};
+    if (input.leg != way.leg) way.leg = input.leg, way.on_leg = 0;
     if (input.driven) {
         const float step = at.speed / at.factor * tick;
-        way.swum += abs(step);
+        way.swum += abs(step), way.on_leg += abs(step);
         way.straight[0] += step * at.facing.x, way.straight[1] += step * at.facing.y;
     }
     const PilotReadings<float>& seen = input.readings;
     const float reach = snag_reach * limits.snag_distance;
-    if (!at.fix || reach < seen.accuracy) return false;  // what the pilot refuses says nothing
+    if (!seen.fixed || reach < seen.accuracy) return false;
     const auto square = [](float x, float y) { return x * x + y * y; };
     const float straight = square(way.straight[0], way.straight[1]), course = snag_straight * way.swum;
     const bool far = limits.snag_distance * limits.snag_distance < straight;
     const bool held = way.begun && square(seen.fix[0] - way.from[0], seen.fix[1] - way.from[1]) < reach * reach;
-    if (held && far && course * course < straight) return true;
-    if (!held || 2 * limits.snag_distance < way.swum) way = {{seen.fix[0], seen.fix[1]}, {}, 0, true};
+    const float longest = snag_circles * limits.snag_distance;
+    const bool by_leg = 0 <= way.leg;
+    if (held && ((far && course * course < straight) || (by_leg && longest < way.on_leg))) return true;
+    // What the pilot refuses says nothing, unless it is where the robot was.
+    if (at.fix && (!held || (!by_leg && longest < way.swum)))
+        way = {{seen.fix[0], seen.fix[1]}, {}, 0, 0, way.leg, true};
     return false;
 }
 

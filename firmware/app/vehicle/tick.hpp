@@ -166,6 +166,14 @@ inline bool makes_way(const Vehicle& vehicle) {
     return now.estimate.attitude && (piloted || now.state == State::manual || now.state == State::gait);
 }
 
+/// The leg that the pilot is on, max_waypoints for the way home: -1 without one, and where it waits at a waypoint.
+inline int leg_of(const Vehicle& vehicle) {
+    const GuidanceState<float>& guidance = vehicle.state.guidance;
+    if (vehicle.now.state == State::held) return vehicle.memory.way.leg;
+    if (!is_guided(vehicle.now.state) || 0 < guidance.held || 0 < guidance.arriving) return -1;
+    return guidance.mode == Mode::home ? max_waypoints : guidance.leg;
+}
+
 /// Detect faults, evaluate the response, estimate the charge.
 inline void supervise(Vehicle& vehicle) {
     Snapshot& now = vehicle.now;
@@ -176,7 +184,7 @@ inline void supervise(Vehicle& vehicle) {
     const bool still = rests(vehicle), driven = !still && makes_way(vehicle);
     const SupervisorInput input{
         vehicle.state.controller,         now.output, now.estimate, now.readings, vehicle.raw.leak, late,
-        vehicle.box.lost != vehicle.lost, still,      driven,       now.state,    silence};
+        vehicle.box.lost != vehicle.lost, still,      driven,       now.state,    leg_of(vehicle),  silence};
     vehicle.lost = vehicle.box.lost;
     detect_faults(vehicle.model, vehicle.memory, input);
     for (int j = 0; j < vehicle.model.pilot.controller.joints; ++j)
@@ -194,7 +202,10 @@ void control(Vehicle& vehicle, B& board) {
     PilotState<float>& state = vehicle.state;
     const Pilot<float>& pilot = vehicle.model.pilot;
     const std::uint32_t start = board.clock();
+    const Place before = here(vehicle);
+    const bool anew = may_begin_anew(vehicle);
     now.estimate = perceive(pilot, state, now.readings, vehicle.mission.declination);
+    follow_fixes(vehicle, before, anew);
     respond(vehicle);
     Command<float> made;
     const Command<float>* command = choose_command(vehicle, made);

@@ -226,6 +226,47 @@ static bool swims(float part, float drift, int seconds, float jump = 0) {
     return v.now.faults.has(Fault::no_progress);
 }
 
+/// Whether a robot that circles at 0.3 m/s reports no progress within 300 s: on a leg that changes after some seconds,
+/// or on none; drifting [m/s]; with fixes that the pilot takes, or refuses but for the first, all or one in ten off by
+/// a jump [m]; turning [rad/s].
+static bool circles(int leg, int changes, float drift, bool taken, float jump = 0, int jumps = 1, float turn = 0.2f) {
+    Headway way{};
+    hypertuna::Estimate<float> at{};
+    hypertuna::PilotReadings<float> seen{};
+    at.speed = 0.3f, at.factor = 1;
+    for (int k = 0; k < 30'000; ++k) {
+        const float angle = 0.01f * turn * float(k);
+        at.facing = {std::cos(angle), std::sin(angle), 0};
+        seen.fixed = k % 100 == 0, at.fix = seen.fixed && (taken || k == 0);
+        seen.fix[0] = 1e-2f * drift * float(k) + (k > 0 && k / 100 % jumps == 0 ? jump : 0), seen.accuracy = 1.5f;
+        const int on = leg < 0 ? leg : leg + k / (100 * changes);
+        const SupervisorInput input{v.state.controller, v.now.output, at, seen, false, false, false, false, true,
+                                    State::mission,     on,           0};
+        if (makes_no_way(way, v.model.limits, input, 0.01f)) return true;
+    }
+    return false;
+}
+
+/// What swims 60 m on one leg and stays within 7.5 m is held, by a line of which it circles, too. Fixes that the pilot
+/// refuses count where they are near the last one that it took.
+static void no_progress_in_circles() {
+    begin_armed();
+    CHECK(circles(0, 1000, 0, true) && circles(max_waypoints, 1000, 0, true) && circles(3, 250, 0.02f, true));
+    CHECK(circles(0, 1000, 0, false) && circles(0, 1000, 0, false, 50, 10));
+    CHECK(!circles(-1, 1000, 0, true) && !circles(0, 150, 0, true) && !circles(0, 1000, 0.1f, true));
+    CHECK(!circles(0, 1000, 0, false, 50));
+    CHECK(circles(0, 40, 0, true, 0, 1, 0));  // straight, no matter on how many legs
+    CHECK(set_mission(v, ground, plan()) == Refusal::none && leg_of(v) == -1);
+    CHECK(give(v, Order::mission, ground) == Refusal::none);
+    contact(20);
+    CHECK(leg_of(v) == 0);
+    CHECK(give(v, Order::home, ground) == Refusal::none);
+    contact(20);
+    CHECK(leg_of(v) == max_waypoints);
+    v.state.guidance.mode = Mode::transit, v.state.guidance.held = 1;  // it circles at a waypoint, as it is to
+    CHECK(leg_of(v) == -1);
+}
+
 /// A robot that is entangled or aground does not beat until its battery is empty.
 static void no_progress() {
     for (Answer answer : {Answer::warn, Answer::stop, Answer::surface}) {
@@ -322,6 +363,7 @@ int main() {
     unguarded();
     it_sinks_at_rest();
     no_progress();
+    no_progress_in_circles();
     over_pressure();
     no_stroke();
     silence_under_water();

@@ -164,19 +164,19 @@ bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
 /// turns no faster than what the pressure in the drive units leaves of the limit to its flow. Of a line that rings the
 /// crest of the readings counts forward, and their trough back: else the pump would jerk, and the line ring more.
 template <class T>
-T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
+T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, int c, bool rings) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const SupervisorState<T>& circuit = state.circuit[c];
     const T viscosity = state.viscosity.value, line = supervisor.line * viscosity;
     // One reading of a sensor that is doubted may be a spike.
     const T one = state.pressure[c].bucket != 0 ? min(circuit.pressure, circuit.before) : circuit.pressure;
-    const T low = supervisor.rings() ? circuit.trough : one, high = supervisor.rings() ? circuit.crest : one;
+    const T low = rings ? circuit.trough : one, high = rings ? circuit.crest : one;
     const T bent = model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2]);
     const T least = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
     const T unit = max(supervisor.fill + least, high - line * circuit.servo.change / model.tick);
     const T room = max(T(0), model.pressure_soft - unit);
     const T rate = room / pressure_per_rate(supervisor, state.viscosity.largest) * model.tick;
-    const T change = supervisor.rings() ? min(rate, circuit.servo.change + supervisor.smooth * model.tick) : rate;
+    const T change = rings ? min(rate, circuit.servo.change + supervisor.smooth * model.tick) : rate;
     const T target = furthest_target(model.servo, circuit.servo, change);
     if (low <= model.pressure_soft) return target;
     return min(target, furthest(supervisor, state.sent[c], low, model.pressure_soft, model.pressure_hard, model.tick));
@@ -185,10 +185,10 @@ T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, in
 /// Within a tick: how far back a pump may be sent whose line rings: smoothly, and so slowly that its cylinder does not
 /// run empty, for the oil that fills it again hammers.
 template <class T>
-T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
+T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c, bool rings) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const Follower<T>& servo = state.circuit[c].servo;
-    if (!supervisor.rings()) return T(-1e3);
+    if (!rings) return T(-1e3);
     const T change = max(servo.change - supervisor.smooth * model.tick, -supervisor.draw * model.tick);
     return furthest_target(model.servo, servo, change);
 }
@@ -210,7 +210,8 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
         angle[side] = angle_of(side, asked);
-        nearest[side] = nearest_angle(model, state, c), furthest[side] = furthest_angle(model, state, c);
+        const bool rings = model.circuit[c].rings();
+        nearest[side] = nearest_angle(model, state, c, rings), furthest[side] = furthest_angle(model, state, c, rings);
         if (nearest[side] <= angle[side] && angle[side] <= furthest[side]) continue;
         const T last = angle_of(side, state.bend_sent[j]);
         const T way = furthest[side] < angle[side] ? furthest[side] - last : last - nearest[side];

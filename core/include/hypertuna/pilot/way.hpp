@@ -34,6 +34,7 @@ void visit_fields(WayModel<T>& m, const Visit& visit) {
 template <class T>
 struct Doubt {
     int fixes;       // in a row
+    bool reached;    // the robot can have come to the last of them
     T off[2];        // m from the estimate, of the last of them
     T since, agree;  // s since that one; for which they have been at one place
 };
@@ -252,12 +253,13 @@ bool take_fix(const WayModel<T>& model, WayState<T>& way, const T (&fix)[2], T a
     const T noise = deviation * deviation, extra = noise + model.fix_offset * model.fix_offset;
     const T square = off[0] * off[0] / (way.spread[0][0] + extra) + off[1] * off[1] / (way.spread[1][1] + extra);
     const T x = fix[0] - way.from[0], y = fix[1] - way.from[1], far = way.reach + T(reach_gate) * sqrt(extra);
-    const bool believed = square <= (0 < way.doubt.fixes ? T(doubt_gate) : T(fix_gate)) && x * x + y * y <= far * far;
-    if (believed) {
+    const bool reached = x * x + y * y <= far * far;
+    if (reached && square <= (0 < way.doubt.fixes ? T(doubt_gate) : T(fix_gate))) {
         for (int axis = 0; axis < 2; ++axis) take_fix(way, axis, fix[axis] - way.at[axis], noise);
         suspect_compass(way);
     } else {
         refuse(way.doubt, off, T(2 * fix_gate) * noise);
+        way.doubt.reached = reached;
         if (way.doubt.agree < T(doubt_time)) return false;
         begin_at(model, way, fix, noise);
     }
@@ -268,14 +270,15 @@ bool take_fix(const WayModel<T>& model, WayState<T>& way, const T (&fix)[2], T a
 }
 
 /// Standard deviation of the position along its worst direction, with what all fixes share and with what speaks for
-/// those that are refused.
+/// those that are refused: nothing where the robot cannot have come.
 template <class T>
 T position_error(const WayModel<T>& model, const WayState<T>& way) {
     const T mean = T(0.5) * (way.spread[0][0] + way.spread[1][1]),
             half = T(0.5) * (way.spread[0][0] - way.spread[1][1]);
     const T largest = mean + sqrt(half * half + way.spread[0][1] * way.spread[0][1]);
     const T(&off)[2] = way.doubt.off;
-    const T doubted = way.doubt.agree / T(doubt_time) * (off[0] * off[0] + off[1] * off[1]) / T(doubt_gate);
+    const T agree = way.doubt.reached ? way.doubt.agree / T(doubt_time) : T(0);
+    const T doubted = agree * (off[0] * off[0] + off[1] * off[1]) / T(doubt_gate);
     return sqrt(max(T(0), largest) + model.fix_offset * model.fix_offset + doubted);
 }
 
