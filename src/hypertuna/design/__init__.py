@@ -2,6 +2,6 @@
 
 unknowns: coefficients with their prior, of a fit and of handbooks. runs: runs that a tank can make, and their results.
 prediction: logarithms of what runs measure, with exact derivatives. discrepancy: what the model misses, and offsets of
-days. posterior: the refit after each run. criterion: the choice of the next run. steps: runs that were made, and what they
-warn of. tank: the state in a file. cards, plots: what is shown.
+days. posterior: the refit after each run. criterion: the choice of the next run. steps: runs that were made, and what
+they warn of. tank: the state in a file. cards, plots: what is shown.
 """

@@ -126,7 +126,8 @@ def _kernels(results: Sequence[Result], residuals: Array, known: Array, sizes: S
     several = len({one.day for one in results}) > 1
     made, logs = [], []
     for size, day in product(sizes, DAYS if several else (0.0,)):
-        inverse = np.linalg.inv(known + noise + size**2 * near + day**2 * days) if rows else np.zeros((0, 0))
+        covariance = known + noise + size**2 * near + day**2 * days
+        inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         weighted = inverse @ residuals
         logs.append(0.5 * (np.linalg.slogdet(inverse)[1] - residuals @ weighted))
         made.append((size, day, inverse, weighted))

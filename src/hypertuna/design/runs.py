@@ -97,7 +97,7 @@ def candidate_gaits(space: DesignSpace, robot: Robot) -> list[Gait]:
     """Return a grid of gaits over frequency, amplitude, lag and the last group's share, within the bounds."""
     low, high = space.low[0], space.high[0]
     levels = product(np.linspace(low, high, FREQUENCIES), AMPLITUDES, LAGS, FINS)
-    return _unique(_gait(space, robot, *level) for level in levels)
+    return _unique(gait_of_shares(space, robot, *level) for level in levels)
 
 
 def target_gaits(space: DesignSpace, robot: Robot, count: int) -> list[Gait]:
@@ -107,7 +107,7 @@ def target_gaits(space: DesignSpace, robot: Robot, count: int) -> list[Gait]:
         [low + _halton(k, base) * (high - low) for (low, high), base in zip(ends, (2, 3, 5, 7), strict=True)]
         for k in range(1, count + 1)
     )
-    return _unique(_gait(space, robot, *point) for point in points)
+    return _unique(gait_of_shares(space, robot, *point) for point in points)
 
 
 def tows(speeds: Array) -> list[Tow]:
@@ -115,7 +115,9 @@ def tows(speeds: Array) -> list[Tow]:
     return [Tow(round(float(u), 3)) for u in np.geomspace(0.5 * speeds.min(), 1.5 * speeds.max(), 4)]
 
 
-def _gait(space: DesignSpace, robot: Robot, frequency: float, amplitude: float, lag: float, fin: float) -> Gait:
+def gait_of_shares(
+    space: DesignSpace, robot: Robot, frequency: float, amplitude: float, lag: float, fin: float
+) -> Gait:
     """Return a gait by its frequency [Hz] and its shares of the bounds of amplitudes and lags."""
     groups = len(robot.joints)
     low, high = space.low[1:].reshape(-1, groups), space.high[1:].reshape(-1, groups)

@@ -41,7 +41,7 @@ def unknowns_of(robot: Robot, prior: Mapping[str, float] | None = None) -> Unkno
     """
     if prior is not None:
         frees = free(robot, list(prior), prior=prior)
-        mean, sd = np.log([one.prior for one in frees]).T
+        mean, sd = np.log([one.prior for one in frees if one.prior is not None]).T
         return Unknowns(robot, frees, mean, np.diag(sd**2))
     fitted, block = _fitted(robot)
     known = [(one, prior_factor(robot, one.column)) for one in fixed_coefficients(robot, fitted) if one.common]

@@ -39,7 +39,8 @@ def model_errors(data: Experiment, values: Array, levels: dict[str, float]) -> A
 
     These are the k columns that handbooks give, each off by its factor in data/published/bounds.toml.
     """
-    known = [(one, prior_factor(data.robot, one.column)) for one in fixed_coefficients(data.robot, data.free) if one.common]
+    fixed = fixed_coefficients(data.robot, data.free)
+    known = [(one, prior_factor(data.robot, one.column)) for one in fixed if one.common]
     held = [(one, math.log(factor)) for one, factor in known if factor]
     if not held:
         return np.zeros((len(data.measured), 0))
