@@ -13,7 +13,7 @@ from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
 from hypertuna.design.prediction import Row
-from hypertuna.design.runs import AMPLITUDES, FINS, LAGS, NOISE, Result, gait_of_shares
+from hypertuna.design.runs import AMPLITUDES, FINS, LAGS, NOISE, Measurement, gait_of_shares
 from hypertuna.design.unknowns import Unknowns, unknowns_of
 from hypertuna.identification.coefficients import bounds_of, from_scale, with_values
 from hypertuna.optimization.design_space import gait_bounds
@@ -44,12 +44,12 @@ class Tank:
         """True speeds (gaits,) [m/s]."""
         return np.asarray(settle(self.fish, Gaits.of(gaits), steps=64)["speed"])
 
-    def measure(self, gait: Gait, **about: Any) -> Result | None:
+    def measure(self, gait: Gait, **about: Any) -> Measurement | None:
         """Measure a speed with the usual noise; None of a gait that does not advance."""
         relative, absolute = NOISE["speed"]
         true = float(self.speeds([gait])[0])
         value = true * (1 + relative * self.rng.standard_normal()) + absolute * self.rng.standard_normal()
-        return Result(gait, "speed", value, **about) if np.isfinite(true) and value > absolute else None
+        return Measurement(gait, "speed", value, **about) if np.isfinite(true) and value > absolute else None
 
 
 def hidden(unknowns: Unknowns, rng: np.random.Generator, linear: float = 0.0) -> ht.Robot:

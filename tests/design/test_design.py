@@ -14,9 +14,9 @@ from hypertuna.design.criterion import Design, design
 from hypertuna.design.discrepancy import correlation
 from hypertuna.design.posterior import infer
 from hypertuna.design.prediction import Row, predict
-from hypertuna.design.runs import Result, Run, Tow, candidate_gaits, shared_frequency, target_gaits
+from hypertuna.design.runs import Measurement, Run, Tow, candidate_gaits, shared_frequency, target_gaits
 from hypertuna.design.steps import warnings_of
-from hypertuna.design.tank import TankDesign, design_options
+from hypertuna.design.tank import TankDesign
 from hypertuna.design.unknowns import Unknowns, unknowns_of
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import with_fit
@@ -40,10 +40,10 @@ def targets(unknowns: Unknowns) -> list[Row]:
     return [Row(gait, "speed") for gait in target_gaits(gait_bounds(unknowns.robot), unknowns.robot, 30)]
 
 
-def told(unknowns: Unknowns, runs: list[Run], quantity: str = "speed") -> list[Result]:
+def told(unknowns: Unknowns, runs: list[Run], quantity: str = "speed") -> list[Measurement]:
     """Return results that are exactly what is expected."""
     log = predict(unknowns, unknowns.mean, [Row(run, quantity) for run in runs]).log
-    return [Result(run, quantity, float(np.exp(value))) for run, value in zip(runs, log, strict=True)]
+    return [Measurement(run, quantity, float(np.exp(value))) for run, value in zip(runs, log, strict=True)]
 
 
 def test_derivatives_are_those_of_differences(unknowns: Unknowns, gaits: list[ht.Gait]) -> None:
@@ -110,7 +110,7 @@ def test_a_misfit_is_not_reported_smaller_than_it_is(unknowns: Unknowns) -> None
     rng = np.random.default_rng(7)
     fish = Tank(with_linear_drag(hidden(unknowns, rng), 0.5), rng)
     rows = unseen(unknowns.robot, rng)
-    with TankDesign(None, design_options(unknowns.robot)) as tank:
+    with TankDesign(None, unknowns.robot) as tank:
         asked(tank, fish, 12)
         mean, sd = tank.posterior.predict(rows)
         trusting = infer(unknowns, tank.results, (0.0,))
@@ -131,7 +131,7 @@ def test_twelve_designed_runs_reach_the_error_of_a_grid() -> None:
         unknowns = unknowns_of(robot)
         fish = Tank(hidden(unknowns, rng), rng)
         rows = unseen(robot, rng)
-        with TankDesign(None, design_options(robot, width=0.001)) as tank:
+        with TankDesign(None, robot, width=0.001) as tank:
             asked(tank, fish, 12)
             mean, sd = tank.posterior.predict(rows)
         true = np.log(fish.speeds([row.run for row in rows if isinstance(row.run, ht.Gait)]))
@@ -144,7 +144,7 @@ def test_twelve_designed_runs_reach_the_error_of_a_grid() -> None:
 
 
 def test_a_suggestion_takes_less_than_two_seconds(unknowns: Unknowns, gaits: list[ht.Gait]) -> None:
-    with TankDesign(None, design_options(unknowns.robot, tow=True)) as tank:
+    with TankDesign(None, unknowns.robot, tow=True) as tank:
         tank.tell(told(unknowns, [*gaits[20:31]]))
         begin = time.process_time()
         tank.posterior = infer(unknowns, tank.results)
@@ -158,32 +158,32 @@ def test_a_tow_narrows_the_drag_area_and_a_gait_does_not(unknowns: Unknowns, gai
     towed = infer(unknowns, told(unknowns, [Tow(0.5)], "drag"), (0.05,)).coefficients[1][place]
     swum = infer(unknowns, told(unknowns, [gaits[40]]), (0.05,)).coefficients[1][place]
     assert towed < 0.08 < swum
-    with TankDesign(None, design_options(unknowns.robot, "coefficients", tow=True)) as tank:
+    with TankDesign(None, unknowns.robot, want="coefficients", tow=True) as tank:
         assert isinstance(tank.ask().choices[0].run, Tow)
 
 
 def test_a_repeat_is_a_run_to_choose(unknowns: Unknowns, gaits: list[ht.Gait], targets: list[Row]) -> None:
     """A run that was very noisy is worth another."""
-    noisy = [Result(one.run, "speed", one.value, sd=one.value) for one in told(unknowns, [gaits[40]])]
+    noisy = [Measurement(one.run, "speed", one.value, sd=one.value) for one in told(unknowns, [gaits[40]])]
     plan = design(infer(unknowns, noisy), "speed", [gaits[40]], targets)
     assert plan.best() == gaits[40]
     assert plan.after([gaits[40]]).width() < plan.width()
 
 
-def warned(unknowns: Unknowns, results: list[Result]) -> str:
+def warned(unknowns: Unknowns, results: list[Measurement]) -> str:
     return " ".join(warnings_of(infer(unknowns, results), [], [], 0 * unknowns.sd))
 
 
 def test_days_repeats_and_drifts_are_told(unknowns: Unknowns, gaits: list[ht.Gait]) -> None:
     quiet = told(unknowns, [gaits[20], gaits[33], gaits[40], gaits[51], gaits[62], gaits[70]])
     assert warned(unknowns, quiet) == ""
-    again = [Result(one.run, "speed", one.value * factor) for one in quiet[:3] for factor in (1.0, 1.2)]
+    again = [Measurement(one.run, "speed", one.value * factor) for one in quiet[:3] for factor in (1.0, 1.2)]
     assert "Repeats differ by" in warned(unknowns, again)
-    days = [Result(one.run, "speed", one.value * f, day=d) for one in quiet for d, f in (("1", 1.0), ("2", 1.1))]
+    days = [Measurement(one.run, "speed", one.value * f, day=d) for one in quiet for d, f in (("1", 1.0), ("2", 1.1))]
     assert "Days differ by" in warned(unknowns, days)
     posterior = infer(unknowns, days)
     assert 0.02 < posterior.day <= 0.05
-    falling = [Result(quiet[2].run, "speed", quiet[2].value * 0.98**k) for k in range(12)]
+    falling = [Measurement(quiet[2].run, "speed", quiet[2].value * 0.98**k) for k in range(12)]
     assert "drift by -" in warned(unknowns, falling)
 
 
@@ -192,11 +192,11 @@ def test_an_offset_of_a_day_is_no_property_of_its_gaits(unknowns: Unknowns, gait
     quiet = told(unknowns, [gaits[20], gaits[33], gaits[40], gaits[51], gaits[62], gaits[70], gaits[40], gaits[51]])
     days = ["1", "1", "1", "1", "2", "2", "2", "2"]
     shifted = [
-        Result(one.run, "speed", one.value * (1.08 if day == "1" else 1.0), day=day)
+        Measurement(one.run, "speed", one.value * (1.08 if day == "1" else 1.0), day=day)
         for one, day in zip(quiet, days, strict=True)
     ]
     known = infer(unknowns, shifted)
-    unknown = infer(unknowns, [Result(one.run, "speed", one.value) for one in shifted])
+    unknown = infer(unknowns, [Measurement(one.run, "speed", one.value) for one in shifted])
     rows = [Row(gaits[62], "speed"), Row(gaits[20], "speed")]
     gaps = [float(np.diff(one.predict(rows)[0])[0]) for one in (known, unknown)]
     true = float(np.diff(predict(unknowns, unknowns.mean, rows).log)[0])
@@ -214,7 +214,7 @@ def test_runs_of_one_frequency_are_warned_of(gaits: list[ht.Gait]) -> None:
 def test_what_no_run_can_tell_is_told() -> None:
     """Friction and head are one sum in a tank: without a prior that parts them, no run tells the friction."""
     unknowns = synthetic_unknowns(_synthetic())
-    with TankDesign(None, design_options(unknowns.robot, prior=_prior())) as tank:
+    with TankDesign(None, unknowns.robot, prior=_prior()) as tank:
         result = tank.ask(3)
     assert any("drag_tangential" in warning and "0.69" in warning for warning in result.warnings)
     never = dict(zip(result.unknowns.names, result.never, strict=True))
@@ -259,7 +259,7 @@ def test_results_that_no_logarithm_takes_are_refused(
     gaits: list[ht.Gait], quantity: str, value: float, words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
-        Result(gaits[0], quantity, value)
+        Measurement(gaits[0], quantity, value)
 
 
 def test_nothing_widens_by_a_run(unknowns: Unknowns, gaits: list[ht.Gait], targets: list[Row]) -> None:

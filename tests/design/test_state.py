@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.design.runs import Result
-from hypertuna.design.tank import TankDesign, design_options
+from hypertuna.design.runs import Measurement
+from hypertuna.design.tank import TankDesign
 from hypertuna.errors import InputError
 from program import Run
 
@@ -25,10 +25,10 @@ MINNOW = Path(__file__).parents[2] / "examples" / "minnow.toml"
 def begun(tmp_path: Path) -> Path:
     """A design with two runs."""
     state = tmp_path / "tank.jsonl"
-    with TankDesign(state, design_options(ht.load(MINNOW))) as tank:
+    with TankDesign(state, MINNOW) as tank:
         for speed in (0.13, 0.05):
             choice = tank.ask().choices[0]
-            tank.tell([Result(choice.run, "speed", speed, name=choice.name, day="monday")])
+            tank.tell([Measurement(choice.run, "speed", speed, name=choice.name, day="monday")])
     return state
 
 
@@ -56,8 +56,9 @@ def test_asking_for_more_runs_begins_with_those_of_fewer(begun: Path) -> None:
 def test_a_killed_writer_loses_nothing(begun: Path) -> None:
     """Killed at once after `tell` has returned, while the file is open."""
     code = (
-        "import sys, os, signal\nfrom hypertuna.design.tank import TankDesign\nfrom hypertuna.design.runs import Result\n"
-        "tank = TankDesign(sys.argv[1])\ntank.tell([Result(tank.ask().choices[0].run, 'speed', 0.1)])\n"
+        "import sys, os, signal\nfrom hypertuna.design.tank import TankDesign\n"
+        "from hypertuna.design.runs import Measurement\n"
+        "tank = TankDesign(sys.argv[1])\ntank.tell([Measurement(tank.ask().choices[0].run, 'speed', 0.1)])\n"
         "os.kill(os.getpid(), signal.SIGKILL)"
     )
     ended = subprocess.run([sys.executable, "-c", code, str(begun)], check=False)
@@ -81,7 +82,7 @@ def test_a_result_that_is_refused_leaves_the_state_as_it_was(begun: Path) -> Non
     with TankDesign(begun) as tank:
         good = tank.ask().choices[0].run
         with pytest.raises(InputError, match="no settled beat"):
-            tank.tell([Result(good, "speed", 0.1), Result(still, "speed", 0.1)])
+            tank.tell([Measurement(good, "speed", 0.1), Measurement(still, "speed", 0.1)])
         assert len(tank.steps) == 2
     assert begun.read_bytes() == before
 
@@ -95,24 +96,23 @@ def test_a_damaged_state_is_refused_by_its_line(begun: Path) -> None:
 
 def test_a_design_ends_when_it_knows_enough() -> None:
     """Exact results: after four runs, the last of them a check, and once the width is met."""
-    options = design_options(ht.load(MINNOW), width=0.5)
-    with TankDesign(None, options) as tank:
+    with TankDesign(None, MINNOW, width=0.5) as tank:
         for k in range(4):
             result = tank.ask()
             assert not result.stop, k
             choice = result.choices[0]
             value = choice.expected["speed"][0]
-            tank.tell([Result(choice.run, "speed", value)])
+            tank.tell([Measurement(choice.run, "speed", value)])
         result = tank.ask(2)
         assert "Complete" in result.stop
         assert result.choices == ()
 
 
 def test_a_check_that_fails_keeps_a_design_from_its_end() -> None:
-    with TankDesign(None, design_options(ht.load(MINNOW), width=1.0)) as tank:
+    with TankDesign(None, MINNOW, width=1.0) as tank:
         for factor in (1.0, 1.0, 1.0, 3.0):
             choice = tank.ask().choices[0]
-            tank.tell([Result(choice.run, "speed", choice.expected["speed"][0] * factor, sd=0.001)])
+            tank.tell([Measurement(choice.run, "speed", choice.expected["speed"][0] * factor, sd=0.001)])
         result = tank.ask()
     assert result.stop == ""
     assert any("standard deviations from its prediction" in warning for warning in result.warnings)
@@ -146,7 +146,7 @@ def test_the_commands(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        ("design ask --state new.jsonl", "new.jsonl does not exist: start a design"),
+        ("design ask --state new.jsonl", "new.jsonl does not exist: start one"),
         ("design ask --state new.jsonl --want cost", "--want needs --robot"),
         ("design ask --state new.jsonl --robot ROBOT --runs 0", "must be"),
         ("design ask --state new.jsonl --robot ROBOT --width 0", "width"),

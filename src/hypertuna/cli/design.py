@@ -12,10 +12,9 @@ from hypertuna.cli.emit import emit
 from hypertuna.cli.experiment import check_later, gaits_csv
 from hypertuna.cli.search import bounds_of
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import load
 from hypertuna.design.criterion import WISHES
-from hypertuna.design.runs import Result, Tow, run_record
-from hypertuna.design.tank import NextRuns, TankDesign, design_options
+from hypertuna.design.runs import Measurement, Tow, run_record
+from hypertuna.design.tank import NextRuns, TankDesign
 from hypertuna.errors import InputError
 from hypertuna.identification.names import split_names
 from hypertuna.trials.steady import MEASURED, SteadyRun, read_steady
@@ -59,11 +58,11 @@ class DesignOptions:
         False
     )
 
-    def make(self, robot: str) -> dict[str, Any]:
-        """Return the options of a `TankDesign`."""
+    def arguments(self) -> dict[str, Any]:
+        """Return the options as arguments of `TankDesign`."""
         prior = {name: factor for names, factor in self.prior or [] for name in split_names(names)}
-        bounds = bounds_of(self.bounds)
-        return design_options(load(robot), self.want, width=self.width / 100, bounds=bounds, prior=prior, tow=self.tow)
+        given = {"want": self.want, "width": self.width / 100, "tow": self.tow}
+        return given | {"bounds": bounds_of(self.bounds), "prior": prior}
 
 
 @opt.grouped
@@ -83,10 +82,9 @@ def ask_command(
     The first call defines the design, for a robot file that `hypertuna identify -o` wrote or any other; later ones need
     --state alone. Asking again gives the same runs until one of them is told.
     """
-    options = design.make(robot) if robot else None
     if not robot:
         check_later(context, {"state", "runs", "output", "report", "plot", "as_json"})
-    with TankDesign(state, options) as tank:
+    with TankDesign(state, robot or None, **design.arguments()) as tank:
         result = tank.ask(runs)
     if report is not None:
         from hypertuna.reports.results import report as write_page  # here, because its import takes long
@@ -135,7 +133,7 @@ def tell_command(
         emit(tank.ask(), record=_record, as_json=as_json)
 
 
-def _of_values(texts: Sequence[str], tank: TankDesign, day: str) -> list[Result]:
+def _of_values(texts: Sequence[str], tank: TankDesign, day: str) -> list[Measurement]:
     """Return the results of values of the option, for the next runs in their order."""
     made = []
     for k, (text, choice) in enumerate(zip(texts, tank.ask(len(texts)).choices, strict=True)):
@@ -145,18 +143,20 @@ def _of_values(texts: Sequence[str], tank: TankDesign, day: str) -> list[Result]
         if len(values) > len(names):
             fix = "give a drag" if isinstance(choice.run, Tow) else "give SPEED or SPEED,COST_OF_TRANSPORT"
             raise InputError(f"must have at most {len(names)} of {', '.join(names)}", key=key, value=text, fix=fix)
-        made += [Result(choice.run, name, v, name=choice.name, day=day) for name, v in zip(names, values, strict=False)]
+        made += [
+            Measurement(choice.run, name, v, name=choice.name, day=day) for name, v in zip(names, values, strict=False)
+        ]
     return made
 
 
-def _of_run(run: SteadyRun, day: str) -> list[Result]:
+def _of_run(run: SteadyRun, day: str) -> list[Measurement]:
     """Return the results of a steady run; the mean of its repeats has a smaller noise."""
     made = []
     for name in MEASURED:
         value, sd = getattr(run, name), getattr(run, f"{name}_sd")
         if value is not None:
             spread = None if sd is None else sd / run.repeats**0.5
-            made.append(Result(run.gait, name, value, spread, run.name, day))
+            made.append(Measurement(run.gait, name, value, spread, run.name, day))
     return made
 
 

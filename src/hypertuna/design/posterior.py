@@ -10,7 +10,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.design.discrepancy import DAYS, SIZES, correlation, same_day
 from hypertuna.design.prediction import Row, predict
-from hypertuna.design.runs import Result
+from hypertuna.design.runs import Measurement
 from hypertuna.design.unknowns import Unknowns
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import bounds_of
@@ -36,7 +36,7 @@ class Posterior:
     """What is known after runs, as a mixture over the sizes of the discrepancy."""
 
     unknowns: Unknowns
-    results: tuple[Result, ...]
+    results: tuple[Measurement, ...]
     x: Array  # (n,) mean of the scaled coefficients, about which all is linear
     rows: tuple[Row, ...]  # of the results
     jacobian: Array  # (rows, n)
@@ -81,7 +81,7 @@ class Posterior:
         return mean, np.sqrt(spread)
 
 
-def infer(unknowns: Unknowns, results: Sequence[Result], sizes: Sequence[float] = SIZES) -> Posterior:
+def infer(unknowns: Unknowns, results: Sequence[Measurement], sizes: Sequence[float] = SIZES) -> Posterior:
     """Fit the unknowns to results, with discrepancies of sizes that the results make likely.
 
     Gauss-Newton steps toward the mean of the mixture. The offset of a day counts where results of several days are
@@ -110,7 +110,7 @@ def infer(unknowns: Unknowns, results: Sequence[Result], sizes: Sequence[float] 
     return made
 
 
-def _check_swims(results: Sequence[Result], log: Array) -> None:
+def _check_swims(results: Sequence[Measurement], log: Array) -> None:
     """Check that the model swims every gait of the results forward."""
     lost = [one for one, value in zip(results, log, strict=True) if not np.isfinite(value)]
     if lost:
@@ -118,7 +118,9 @@ def _check_swims(results: Sequence[Result], log: Array) -> None:
         raise InputError(rule, key=f"the gait of {lost[0].name or 'a run'}", fix=fix)
 
 
-def _kernels(results: Sequence[Result], residuals: Array, known: Array, sizes: Sequence[float]) -> tuple[Kernel, ...]:
+def _kernels(
+    results: Sequence[Measurement], residuals: Array, known: Array, sizes: Sequence[float]
+) -> tuple[Kernel, ...]:
     """Return every pair of sizes with its probability by the residuals, whose covariance by the unknowns is `known`."""
     rows = [Row(one.run, one.quantity) for one in results]
     noise = np.diag([one.noise**2 for one in results])

@@ -39,7 +39,7 @@ Run: TypeAlias = Gait | Tow
 
 
 @dataclass(frozen=True)
-class Result:
+class Measurement:
     """One measured number of a run."""
 
     run: Run

@@ -10,7 +10,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.design.criterion import CHECK, NEVER
 from hypertuna.design.posterior import Posterior
-from hypertuna.design.runs import Result, Run, run_text, shared_frequency
+from hypertuna.design.runs import Measurement, Run, run_text, shared_frequency
 
 MISSED = 3.0  # standard deviations: a measurement so far from its prediction contradicts the model
 LOOSE = 2.0  # noises: repeats that differ more have another source of error
@@ -22,7 +22,7 @@ DRIFTS = 3.0  # standard deviations of a slope
 class Step:
     """One run that was told: what was predicted before it, and what was known after it."""
 
-    results: tuple[Result, ...]
+    results: tuple[Measurement, ...]
     predicted: tuple[tuple[float, float], ...]  # of each result: log value, its standard deviation with noise
     half_width: float  # of the 95 % interval of the targets' logarithm, rms
     sd: tuple[float, ...]  # of the scaled coefficients
@@ -71,7 +71,7 @@ def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence
     return found
 
 
-def _repeats(results: Sequence[Result]) -> str:
+def _repeats(results: Sequence[Measurement]) -> str:
     """Return a sentence if repeats of a day differ by more than their noise."""
     ratios = [
         math.log(one.value / other.value) ** 2 / (one.noise**2 + other.noise**2)

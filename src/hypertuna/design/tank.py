@@ -11,11 +11,11 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
-from hypertuna.description.robot import Robot, parse
+from hypertuna.description.robot import Robot, parse, robot_of
 from hypertuna.design.criterion import CHECK, WISHES, Design, design
 from hypertuna.design.posterior import Posterior, infer
 from hypertuna.design.prediction import Row, predict
-from hypertuna.design.runs import Result, Run, candidate_gaits, run_of, run_record, target_gaits, tows
+from hypertuna.design.runs import Measurement, Run, candidate_gaits, run_of, run_record, target_gaits, tows
 from hypertuna.design.steps import MISSED, Step, warnings_of
 from hypertuna.design.unknowns import Unknowns, unknowns_of
 from hypertuna.display import Plotted, Tabular
@@ -69,20 +69,54 @@ class NextRuns(Plotted, Tabular):
 
 
 class TankDesign(Closing):
-    """A design whose runs a tank makes. The journal is its whole state: opened again, the design goes on.
+    """A design whose runs a tank makes; its file is the whole state: opened again, the design goes on.
 
-    A new journal needs the options of the design; an old one holds them, and the robot.
+    Parameters
+    ----------
+    path : str, Path or None
+        File of the state; None keeps nothing.
+    robot : Robot, str or Path, optional
+        For a new design: a robot that `hypertuna identify -o` wrote, or any other. The file holds it from then on.
+    want : str
+        What to know: "speed" or "cost" of gaits, or the "coefficients".
+    width : float
+        Half width of the target gaits' 95 % interval that ends the design, relative [1].
+    bounds : mapping of str to (float, float), optional
+        Bounds of the gaits in Hz and degrees, in place of the robot's, as the option ``--bounds`` names them.
+    prior : mapping of str to float, optional
+        Factors by which the robot's coefficients may be off, by name, in place of those of [fit] and of handbooks [1].
+    tow : bool
+        Whether the tank has a carriage that tows the robot and measures its drag.
+
+    Examples
+    --------
+    >>> with TankDesign(None, "hypertuna") as tank:
+    ...     tank.ask().choices[0].name
+    'run-01'
     """
 
-    def __init__(self, path: str | Path | None, options: Mapping[str, Any] | None = None) -> None:
-        options = options or _options_of(path)
-        self.want, self.width = str(options["want"]), float(options["width"])
-        check_name(self.want, WISHES, "want", "wish")
+    def __init__(
+        self,
+        path: str | Path | None,
+        robot: Robot | str | Path | None = None,
+        *,
+        want: str = "speed",
+        width: float = 0.03,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+        prior: Mapping[str, float] | None = None,
+        tow: bool = False,
+    ) -> None:
+        if robot is None:
+            options = _options_of(path)
+        else:
+            rest = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {}), "tow": tow}
+            options = {"robot": robot_of(robot).document()} | rest
+        self.want, self.width = check_name(options["want"], WISHES, "want", "wish"), float(options["width"])
         WIDTH.check(self.width, "width", "give the half width of the prediction, such as 0.03")
-        robot = parse(options["robot"], file=str(path or "robot"))
-        self.unknowns = unknowns_of(robot, options["prior"] or None)
+        fish = parse(options["robot"], file=str(path or "robot"))
+        self.unknowns = unknowns_of(fish, options["prior"] or None)
         self._choose_from(options)
-        header = journal_header("design", robot, options)
+        header = journal_header("design", fish, options)
         del header["isa"], header["version"]  # measurements outlive both
         self._journal = Journal(path, header, measured=True)
         try:
@@ -109,16 +143,26 @@ class TankDesign(Closing):
             self.candidates += tows(np.exp(there[: len(gaits)][sound[: len(gaits)]]))
 
     def close(self) -> None:
-        """Close the journal."""
+        """Close the file."""
         self._journal.close()
 
     @property
-    def results(self) -> list[Result]:
+    def results(self) -> list[Measurement]:
         """All results in their order."""
         return [result for step in self.steps for result in step.results]
 
     def ask(self, count: int = 1) -> NextRuns:
-        """Return the next runs: each narrows most after those before it, and every fourth is a check."""
+        """Return the next runs: each narrows most after those before it, and every fourth is a check.
+
+        Parameters
+        ----------
+        count : int
+            Number of runs to make before the next call.
+
+        Returns
+        -------
+        NextRuns
+        """
         RUNS.check(count, "runs", "ask again after the first runs")
         plan, width = (
             design(self.posterior, self.want, self.candidates, self.targets),
@@ -140,10 +184,13 @@ class TankDesign(Closing):
             robot, self.want, self.width, width, tuple(choices), steps, unknowns, sd, never, stop, tuple(warnings)
         )
 
-    def tell(self, results: Sequence[Result]) -> None:
-        """Take the results of runs in the order in which they were made; results of one run follow each other.
+    def tell(self, results: Sequence[Measurement]) -> None:
+        """Take measurements in the order in which the runs were made; those of one run follow each other.
 
-        If one of them is refused, none is kept.
+        Parameters
+        ----------
+        results : sequence of Measurement
+            At least one. If one of them is refused, none is kept.
         """
         if not results:
             raise InputError("must have at least one result", key="tell", value="none", fix="give the measured values")
@@ -154,7 +201,7 @@ class TankDesign(Closing):
             self.steps.append(step)
             self.posterior = posterior
 
-    def _made(self, results: tuple[Result, ...]) -> tuple[Step, Posterior]:
+    def _made(self, results: tuple[Measurement, ...]) -> tuple[Step, Posterior]:
         """Return the step of a run, and the posterior after it."""
         mean, sd = self.posterior.predict([Row(one.run, one.quantity) for one in results])
         spread = np.hypot(sd, [math.hypot(one.noise, self.posterior.day) for one in results])
@@ -189,35 +236,10 @@ def half_width(posterior: Posterior, targets: Sequence[Row]) -> float:
     return NORMAL * float(np.sqrt(np.mean(posterior.predict(targets)[1] ** 2)))
 
 
-def design_options(
-    robot: Robot,
-    want: str = "speed",
-    *,
-    width: float = 0.03,
-    bounds: Mapping[str, tuple[float, float]] | None = None,
-    prior: Mapping[str, float] | None = None,
-    tow: bool = False,
-) -> dict[str, Any]:
-    """Return the options of a new `TankDesign`.
-
-    want: speed, cost or coefficients. width: half width of the target gaits' 95 % interval that ends the design,
-    relative. bounds: of the gaits, as in `gait_bounds`. prior: factors by which the robot's coefficients may be off, by
-    name, in place of those of [fit] and of handbooks. tow: whether the tank has a carriage that measures drag.
-    """
-    return {
-        "robot": robot.document(),
-        "want": want,
-        "width": width,
-        "bounds": dict(bounds or {}),
-        "prior": dict(prior or {}),
-        "tow": tow,
-    }
-
-
 def _options_of(path: str | Path | None) -> dict[str, Any]:
     """Return the options in a journal."""
     if path is None or not Path(path).exists():
-        fix = f"start a design, for example `hypertuna design ask --state {path} --robot fit.toml`"
+        fix = f"start one, for example `hypertuna design ask --state {path} --robot fit.toml`"
         raise InputError("does not exist", file=str(path), fix=fix)
     header = read_header(path)
     options: dict[str, Any] = header.get("options", {})
@@ -241,7 +263,7 @@ def _step_of(record: Mapping[str, Any], place: str) -> Step:
     """Return the step of a record of the journal."""
     try:
         run = run_of(record["run"])
-        results = tuple(Result(run, **told) for told in record["told"])
+        results = tuple(Measurement(run, **told) for told in record["told"])
         predicted = tuple((float(mean), float(sd)) for mean, sd in record["predicted"])
         sds = tuple(float(sd) for sd in record["sd"])
         return Step(results, predicted, float(record["half_width"]), sds, float(record["discrepancy"]))
