@@ -40,6 +40,7 @@ COMMANDS = {
         "identify --robot ROBOT runs.csv --free water.drag_normal=common",
         "optimize --robot ROBOT --maximize speed --method pso --particles 2 --iterations 1",
         "optimize ask --robot ROBOT --maximize speed --particles 2 --state FRESH.state",
+        "design ask --robot ROBOT --state FRESH.state",
         "pareto --robot ROBOT --population 4 --generations 1 --no-polish",
         "robot check ROBOT",
         "robot show ROBOT",
@@ -64,7 +65,7 @@ COMMANDS = {
 
 
 # What they need of a robot: a gait, its twin, or fins and a pilot, too; others need a pump, muscles, or more.
-GAIT = {"swim", "sweep", "turn", "replay", "trials check", "identify", "optimize", "optimize ask", "pareto"}
+GAIT = {"swim", "sweep", "turn", "replay", "trials check", "identify", "optimize", "optimize ask", "pareto", "design ask"}
 GAIT |= {"robot check ROBOT", "robot show ROBOT", "robot image ROBOT", "studio ROBOT", "export mjcf", "export sdf"}
 TWIN, AT_SEA_ALONE = {"twin", "range", "posture-test"}, {"dive", "mission box", "firmware params", "firmware wiring"}
 

@@ -4,6 +4,10 @@ from .actuation.bending import bend as bend
 from .description.robot import Robot as Robot
 from .description.robot import load as load
 from .description.robot import robots as robots
+from .design.runs import Measurement as Measurement
+from .design.runs import Tow as Tow
+from .design.tank import NextRuns as NextRuns
+from .design.tank import TankDesign as TankDesign
 from .display import progress_bar as progress_bar
 from .display import to_pandas as to_pandas
 from .errors import InputError as InputError

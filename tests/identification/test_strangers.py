@@ -137,7 +137,7 @@ def test_intervals_hold_a_truth_that_a_wrong_drag_area_hides(fish: ht.Robot) -> 
 def test_what_is_fixed(fish: ht.Robot) -> None:
     """All of the law in use that is not free, in part free columns, too; a fitted handful leaves the others."""
     data = experiment(fish, runs(fish, SIX), free(fish, [f"{STRIP}drag_normal[1]", f"{STRIP}blunt_area=common"]))
-    names = [one.name for one in fixed_coefficients(data)]
+    names = [one.name for one in fixed_coefficients(data.robot, data.free)]
     assert f"{STRIP}drag_normal[0+2]=common" in names
     assert not any("blunt_area" in name or "lumped" in name for name in names)
 

@@ -142,6 +142,7 @@ PARETO = f"pareto {MINNOW} --population 4 --generations 3 --steps 32 --no-polish
 SEEDS = "mission box --duration 0.2 --seeds 0:4 --threads 1 --json"
 FLIGHT = "mission box --duration 0.5 --json"
 IMPORT = "trials import markers fast.csv --robot rexeel --scale 0.001 --unit px -o out.toml"
+NEXT, DESIGN = f"design ask {MINNOW}", "--state design.jsonl"
 ASK, STATE = f"optimize ask {MINNOW} --maximize speed --particles 2 -o gaits.csv", "--state state.jsonl"
 MINNOW_FILE = (EXAMPLES / "minnow.toml",)
 LOG = ("log info m.mcap", "log to-csv m.mcap -o out.csv", "log to-gpx m.mcap -o out.gpx", "log plot m.mcap -o out.svg")
@@ -326,6 +327,19 @@ CASES = (
             files=MINNOW_FILE,
         ),
         (f"optimize ask {STATE} --json",),
+        resumes=True,
+        measured=True,
+    ),
+    Case(
+        "tank design",
+        "design.jsonl",
+        _run(
+            f"{NEXT} {DESIGN}",
+            f"design tell {DESIGN} --value 0.1 --value 0.2",
+            f"design tell {DESIGN} --value 0.15",
+            files=MINNOW_FILE,
+        ),
+        (f"design ask {DESIGN} --json",),
         resumes=True,
         measured=True,
     ),

@@ -1,6 +1,6 @@
 """The commands `hypertuna optimize ask` and `hypertuna optimize tell`: the optimizer of a tank experiment."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict
 from typing import Annotated, Any
 
@@ -13,7 +13,7 @@ from hypertuna.cli.emit import emit
 from hypertuna.cli.parsing import numbers
 from hypertuna.cli.search import GaitLimits, SearchOptions
 from hypertuna.description.provenance import provenance
-from hypertuna.description.robot import load
+from hypertuna.description.robot import Robot, load
 from hypertuna.display import Table
 from hypertuna.errors import InputError
 from hypertuna.io.files import Csv, rows_csv
@@ -45,25 +45,25 @@ def ask_command(
         kept = [asdict(limit) for limit in limits.make(opt.with_rigid_hinge(load(robot)))]
         options = {"robot": robot, "limits": kept} | search.arguments() | {"method": search.method or "pso"}
     else:
-        _check_later(context)
+        check_later(context, {"state", "output", "as_json"})
     with TankSearch(state, options) as experiment:
         stopped = experiment.optimizer.stop is not None
         emit(
             experiment,
             record=_record,
             lines=_lines,
-            csv=_csv,
+            csv=lambda one: gaits_csv(one.problem.robot, one.ask()),
             output=None if stopped else output,
             as_json=as_json,
             failed=stopped and experiment.best is None,
         )
 
 
-def _check_later(context: typer.Context) -> None:
-    """Check that a later call does not define the search again: it would be ignored."""
-    for name in set(context.params) - {"state", "output", "as_json"}:
+def check_later(context: typer.Context, kept: Collection[str]) -> None:
+    """Check that a later call gives no options but those `kept`: the state has the others."""
+    for name in set(context.params) - {*kept}:
         if str(context.get_parameter_source(name)).endswith("COMMANDLINE"):
-            rule = "needs --robot: without it, the search in the state file continues with its own options"
+            rule = "needs --robot: without it, the state file continues with its own options"
             fix = "leave it out, or give --robot as well"
             raise InputError(rule, key=f"--{name.replace('_', '-')}", value="given alone", fix=fix)
 
@@ -125,7 +125,8 @@ def _record(experiment: TankSearch) -> dict[str, Any]:
 
 def _lines(experiment: TankSearch) -> Iterator[Any]:
     """Lay out the next gaits, and the best one so far."""
-    rows, best, stop = _rows(experiment, ".4g"), experiment.best, experiment.optimizer.stop
+    robot, best, stop = experiment.problem.robot, experiment.best, experiment.optimizer.stop
+    rows = _rows(robot, experiment.ask(), ".4g")
     if rows:
         yield Table([column.replace("_", "\n") for column in rows[0]], [list(row.values()) for row in rows])
     if stop is not None:
@@ -133,7 +134,7 @@ def _lines(experiment: TankSearch) -> Iterator[Any]:
         if best is None:
             yield "No measured gait satisfies all limits and swims forward.", "bold red"
     if best is not None:
-        values = zip(gait_columns(experiment.problem.robot), _values(best.gait), strict=True)
+        values = zip(gait_columns(robot), _values(best.gait), strict=True)
         measured = (f"{key} {value:.4g}" for key, value in _measured(best).items() if value is not None)
         yield f"best of {experiment.optimizer.evaluations}: {', '.join(f'{name} {x:.4g}' for name, x in values if x)}"
         yield f"measured: {', '.join(measured)}"
@@ -149,13 +150,13 @@ def _values(gait: Gait) -> list[float]:
     return [gait.frequency, *np.degrees(gait.values[1:]).tolist()]
 
 
-def _rows(experiment: TankSearch, digits: str) -> list[dict[str, str]]:
-    """Return the next gaits by the names of a file of steady runs."""
-    columns = (COLUMNS["name"], *gait_columns(experiment.problem.robot))
-    gaits = ((name, *(f"{x:{digits}}" for x in _values(gait))) for name, gait in experiment.ask().items())
-    return [dict(zip(columns, gait, strict=True)) for gait in gaits]
+def _rows(robot: Robot, gaits: Mapping[str, Gait], digits: str) -> list[dict[str, str]]:
+    """Return gaits by the names of a file of steady runs."""
+    columns = (COLUMNS["name"], *gait_columns(robot))
+    rows = ((name, *(f"{x:{digits}}" for x in _values(gait))) for name, gait in gaits.items())
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
-def _csv(experiment: TankSearch) -> Csv:
-    """Write the gaits as steady runs with empty cells for the measurements."""
-    return rows_csv({}, [row | {COLUMNS[name]: "" for name in MEASURED} for row in _rows(experiment, ".6f")])
+def gaits_csv(robot: Robot, gaits: Mapping[str, Gait]) -> Csv:
+    """Write gaits as steady runs with empty cells for the measurements."""
+    return rows_csv({}, [row | {COLUMNS[name]: "" for name in MEASURED} for row in _rows(robot, gaits, ".6f")])

@@ -53,6 +53,13 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
             "identify:identify_command",
             "Fit coefficients of a robot to measured runs, with their uncertainty.",
         ),
+        "design": (
+            {
+                "ask": ("design:ask_command", "Print the runs to make next, what each narrows, and when to stop."),
+                "tell": ("design:tell_command", "Enter what the runs measured."),
+            },
+            "Experimental design: which run the tank makes next.",
+        ),
         "scoreboard": (
             "scoreboard:scoreboard_command",
             "Predict published swimmers as `hypertuna robot new` describes them, and compare with what they did.",

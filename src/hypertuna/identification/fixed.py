@@ -1,30 +1,30 @@
 """Coefficients of the water law that are not free, and what their errors make of the residuals."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
 from hypertuna.identification.coefficients import Free, column_of
 from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.names import NUISANCES, Names, common_place, default_bounds, prior_factor
 from hypertuna.identification.prediction import predict, weighted
 
 
-def fixed_coefficients(data: Experiment) -> list[Free]:
+def fixed_coefficients(robot: Robot, free: Sequence[Free]) -> list[Free]:
     """Return what is not free in each column of the water law: one factor, or one value where all are 0."""
-    law, own = data.robot.model.water, {(f.column, i) for f in data.free for i in f.indices}
+    law, own = robot.model.water, {(f.column, i) for f in free for i in f.indices}
     found = []
-    for column, count in Names(data.robot).known.items():
-        used = column.startswith(f"water.{law}.") or (
-            column == "joints.bandwidth" and data.robot.model.joints != "ideal"
-        )
+    for column, count in Names(robot).known.items():
+        used = column.startswith(f"water.{law}.") or (column == "joints.bandwidth" and robot.model.joints != "ideal")
         fixed = [i for i in range(max(count, 1)) if (column, i) not in own]
         if not used or not fixed or column in NUISANCES or column not in default_bounds()["coefficient"]:
             continue
         largest, table = (
-            max(float(column_of(data.robot, column)[i]) for i in fixed),
+            max(float(column_of(robot, column)[i]) for i in fixed),
             default_bounds()["coefficient"][column],
         )
         if largest:
@@ -39,7 +39,8 @@ def model_errors(data: Experiment, values: Array, levels: dict[str, float]) -> A
 
     These are the k columns that handbooks give, each off by its factor in data/published/bounds.toml.
     """
-    known = [(one, prior_factor(data.robot, one.column)) for one in fixed_coefficients(data) if one.common]
+    fixed = fixed_coefficients(data.robot, data.free)
+    known = [(one, prior_factor(data.robot, one.column)) for one in fixed if one.common]
     held = [(one, math.log(factor)) for one, factor in known if factor]
     if not held:
         return np.zeros((len(data.measured), 0))

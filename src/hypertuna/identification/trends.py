@@ -116,7 +116,7 @@ def _sparse(rows: Sequence[dict[int, float]], columns: int) -> Any:
 
 def _shares(data: Experiment, values: Array, matrix: Any, error: Array) -> dict[str, float]:
     """Return the share of the squared errors that each coefficient which is not free would explain."""
-    candidates = fixed_coefficients(data)
+    candidates = fixed_coefficients(data.robot, data.free)
     if not candidates:
         return {}
     more = replace(data, free=(*data.free, *candidates))

@@ -1,0 +1,194 @@
+"""The commands `hypertuna design ask` and `hypertuna design tell`: which run the tank makes next."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import typer
+
+from hypertuna.cli import options as opt
+from hypertuna.cli import parsing
+from hypertuna.cli.emit import emit
+from hypertuna.cli.experiment import check_later, gaits_csv
+from hypertuna.cli.search import bounds_of
+from hypertuna.description.provenance import provenance
+from hypertuna.design.criterion import WISHES
+from hypertuna.design.runs import Measurement, Tow, run_record
+from hypertuna.design.tank import NextRuns, TankDesign
+from hypertuna.errors import InputError
+from hypertuna.identification.names import split_names
+from hypertuna.trials.steady import MEASURED, SteadyRun, read_steady
+
+State = Annotated[str, opt.text("--state", "File that stores the design; created by the first ask.", "FILE")]
+Day = Annotated[
+    str | None,
+    opt.text(
+        "--day", "Name of the day, whose runs share an offset, such as 2026-05-04. (default: that of the last run)"
+    ),
+]
+
+
+def _prior(text: str, key: str) -> parsing.Setting:
+    """Read NAME=FACTOR."""
+    return parsing.setting(text, key, "a factor such as 2")
+
+
+@dataclass(frozen=True)
+class DesignOptions:
+    """What a design is for: options of its first ask."""
+
+    want: Annotated[
+        str, opt.word("--want", tuple(WISHES), "What to know: speed or cost of gaits, or the coefficients.")
+    ] = "speed"
+    width: Annotated[
+        float, opt.number("--width", "percent", "Half width in percent of the 95 % interval that is enough.")
+    ] = 3.0
+    bounds: opt.Bounds = None
+    prior: Annotated[
+        list[Any] | None,
+        opt.option(
+            ("--prior",),
+            "Factor by which the robot's value of a coefficient may be off; repeatable. (default: the covariance in "
+            "[fit], and for other coefficients the factors of data/published/bounds.toml)",
+            "NAME=FACTOR",
+            _prior,
+        ),
+    ] = None
+    tow: Annotated[bool, opt.flag("--tow", "The tank has a carriage that tows the robot and measures its drag.")] = (
+        False
+    )
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the options as arguments of `TankDesign`."""
+        prior = {name: factor for names, factor in self.prior or [] for name in split_names(names)}
+        given = {"want": self.want, "width": self.width / 100, "tow": self.tow}
+        return given | {"bounds": bounds_of(self.bounds), "prior": prior}
+
+
+@opt.grouped
+def ask_command(
+    context: typer.Context,
+    state: State,
+    design: DesignOptions,
+    robot: opt.RobotName = "",
+    runs: Annotated[int, opt.whole_number("--runs", "Number of runs to make before the next ask.")] = 1,
+    output: Annotated[str | None, opt.file("--output", "the gaits, to be filled in,", ".csv")] = None,
+    report: Annotated[str | None, opt.file("--report", "a page on the design", ".html")] = None,
+    plot: opt.Plot = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Print the next runs for the tank, what each narrows, and what no run can tell; or that the design is complete.
+
+    The first call defines the design, for a robot file that `hypertuna identify -o` wrote or any other; later ones need
+    --state alone. Asking again gives the same runs until one of them is told.
+    """
+    if not robot:
+        check_later(context, {"state", "runs", "output", "report", "plot", "as_json"})
+    with TankDesign(state, robot or None, **design.arguments()) as tank:
+        result = tank.ask(runs)
+    if report is not None:
+        from hypertuna.reports.results import report as write_page  # here, because its import takes long
+
+        write_page(result, report, title=f"Runs of {result.robot.name}")
+    gaits = {one.name: one.run for one in result.choices if not isinstance(one.run, Tow)}
+    emit(
+        result,
+        record=_record,
+        csv=lambda _: gaits_csv(result.robot, gaits),
+        output=output if gaits else None,
+        plot=plot,
+        written=(report,),
+        as_json=as_json,
+    )
+
+
+def tell_command(
+    state: State,
+    results: Annotated[
+        str | None, typer.Argument(help="CSV file of steady runs, of these gaits or others: what `ask -o` wrote.")
+    ] = None,
+    value: Annotated[
+        list[str] | None,
+        opt.text(
+            "--value",
+            "Speed in m/s, or SPEED,COST_OF_TRANSPORT, or drag in N of a tow, of one run; repeat it for the next ones.",
+        ),
+    ] = None,
+    day: Day = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Enter what the runs measured, in the order in which they were made; then the next run is printed."""
+    with TankDesign(state) as tank:
+        if (results is None) == (not value):
+            rule = "must be given either in a CSV file or with --value"
+            raise InputError(rule, key="results", value="given in both" if value else "given in neither")
+        last = tank.results[-1].day if tank.results else ""
+        when = last if day is None else day
+        if results is None:
+            told = _of_values(value or [], tank, when)
+        else:
+            runs = read_steady(results, tank.unknowns.robot)
+            told = [one for run in runs for one in _of_run(run, when)]
+        tank.tell(told)
+        emit(tank.ask(), record=_record, as_json=as_json)
+
+
+def _of_values(texts: Sequence[str], tank: TankDesign, day: str) -> list[Measurement]:
+    """Return the results of values of the option, for the next runs in their order."""
+    made = []
+    for k, (text, choice) in enumerate(zip(texts, tank.ask(len(texts)).choices, strict=True)):
+        key = f"--value {k + 1}"
+        names = ("drag",) if isinstance(choice.run, Tow) else MEASURED
+        values = parsing.numbers(text, key, "m/s, or N of a tow")
+        if len(values) > len(names):
+            fix = "give a drag" if isinstance(choice.run, Tow) else "give SPEED or SPEED,COST_OF_TRANSPORT"
+            raise InputError(f"must have at most {len(names)} of {', '.join(names)}", key=key, value=text, fix=fix)
+        made += [
+            Measurement(choice.run, name, v, name=choice.name, day=day) for name, v in zip(names, values, strict=False)
+        ]
+    return made
+
+
+def _of_run(run: SteadyRun, day: str) -> list[Measurement]:
+    """Return the results of a steady run; the mean of its repeats has a smaller noise."""
+    made = []
+    for name in MEASURED:
+        value, sd = getattr(run, name), getattr(run, f"{name}_sd")
+        if value is not None:
+            spread = None if sd is None else sd / run.repeats**0.5
+            made.append(Measurement(run.gait, name, value, spread, run.name, day))
+    return made
+
+
+def _record(result: NextRuns) -> dict[str, Any]:
+    """Return the JSON record."""
+    names = result.unknowns.names
+    known = zip(names, result.unknowns.sd.tolist(), result.sd.tolist(), result.never.tolist(), strict=True)
+    return {
+        "stop": result.stop,
+        "want": result.want,
+        "half_width": result.half_width,
+        "enough": result.width,
+        "runs": [
+            {"run": one.name}
+            | run_record(one.run)
+            | {
+                "why": one.why,
+                "expected": {name: {"value": v, "half_width": w} for name, (v, w) in one.expected.items()},
+                "half_width": one.half_width,
+                "narrowed": {name: {"before": old, "after": new} for name, (old, new) in one.narrowed.items()},
+            }
+            for one in result.choices
+        ],
+        "coefficients": [
+            {"name": name, "prior_sd": prior, "sd": sd, "never_below": never} for name, prior, sd, never in known
+        ],
+        "history": [
+            {"run": step.results[0].name}
+            | run_record(step.run)
+            | {one.quantity: one.value for one in step.results}
+            | {"off_sd": step.off, "half_width": step.half_width, "discrepancy": step.discrepancy, "sd": step.sd}
+            for step in result.steps
+        ],
+        "warnings": list(result.warnings),
+    } | provenance(result.robot)

@@ -1,0 +1,61 @@
+"""What is shown of a design."""
+
+from typing import Any
+
+import numpy as np
+
+from hypertuna.design.runs import UNITS, run_text
+from hypertuna.design.tank import NextRuns
+from hypertuna.display import Card, Part, Table, cards, number, tables
+from hypertuna.pictures import captioned, curve_svg
+
+
+@cards.of(NextRuns)
+def next_runs_card(result: NextRuns) -> Card:
+    """Show the next runs, what is known so far, and what no run can tell."""
+    parts: list[Part] = []
+    if result.choices:
+        heads = ["run", "why", "gait or tow", "expected", "half width\nafter [%]"]
+        rows = [
+            (
+                one.name,
+                one.why,
+                run_text(one.run),
+                ", ".join(f"{number(v)} {UNITS[name]} ± {100 * w:.2g} %" for name, (v, w) in one.expected.items()),
+                f"{100 * one.half_width:.2g}",
+            )
+            for one in result.choices
+        ]
+        parts.append(Table(heads, rows, left=(0, 1, 2, 3), fold=2))
+        narrowed = {name: (old, new) for one in result.choices for name, (old, new) in one.narrowed.items()}
+        if narrowed:
+            each = ", ".join(f"{name} {old:.2f} → {new:.2f}" for name, (old, new) in narrowed.items())
+            parts.append(f"These runs narrow (standard deviations of logarithms): {each}.")
+    if result.stop:
+        parts.append((result.stop, "green"))
+    parts += [(warning, "yellow") for warning in result.warnings]
+    made = f"{len(result.steps)} runs told" if len(result.steps) != 1 else "1 run told"
+    parts.append(
+        f"{made}: the {result.subject} of the target gaits is known within {100 * result.half_width:.2g} %; "
+        f"{100 * result.width:.2g} % is enough."
+    )
+    return Card(f"{result.robot.name}: next runs", parts, (lambda: _widths_svg(result)) if result.steps else None)
+
+
+def _widths_svg(result: NextRuns) -> str:
+    """Draw the half width after each run."""
+    widths = [100 * step.half_width for step in result.steps]
+    label = "half width of the target gaits [%]"
+    return captioned(curve_svg(range(1, len(widths) + 1), widths, label, dots=True), "After each run.")
+
+
+@tables.of(NextRuns)
+def next_runs_columns(result: NextRuns) -> dict[str, Any]:
+    """Return the runs that were told, with the half width after each."""
+    return {
+        "run": [step.results[0].name for step in result.steps],
+        "made": [run_text(step.run) for step in result.steps],
+        "half_width": np.array([step.half_width for step in result.steps]),
+        "off_sd": np.array([step.off for step in result.steps]),
+        "discrepancy": np.array([step.discrepancy for step in result.steps]),
+    }

@@ -1,0 +1,106 @@
+"""Steps of a design: what was predicted of a run, what it measured, and what was known after it; what they warn of."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.design.criterion import CHECK, NEVER
+from hypertuna.design.posterior import Posterior
+from hypertuna.design.runs import Measurement, Run, run_text, shared_frequency
+
+MISSED = 3.0  # standard deviations: a measurement so far from its prediction contradicts the model
+LOOSE = 2.0  # noises: repeats that differ more have another source of error
+NAMED = 4  # coefficients in a sentence
+DRIFTS = 3.0  # standard deviations of a slope
+
+
+@dataclass(frozen=True)
+class Step:
+    """One run that was told: what was predicted before it, and what was known after it."""
+
+    results: tuple[Measurement, ...]
+    predicted: tuple[tuple[float, float], ...]  # of each result: log value, its standard deviation with noise
+    half_width: float  # of the 95 % interval of the targets' logarithm, rms
+    sd: tuple[float, ...]  # of the scaled coefficients
+    discrepancy: float  # standard deviation of what the model misses, relative
+
+    @property
+    def run(self) -> Run:
+        """The run."""
+        return self.results[0].run
+
+    @property
+    def off(self) -> float:
+        """Largest distance of a measurement from its prediction, in standard deviations."""
+        pairs = zip(self.results, self.predicted, strict=True)
+        return max((abs(math.log(one.value) - mean) / sd for one, (mean, sd) in pairs if sd > 0), default=math.nan)
+
+
+def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence[Run], never: Array) -> list[str]:
+    """Return sentences on what the runs cannot tell, or tell against the model."""
+    found = []
+    if shared := shared_frequency([*(step.run for step in steps), *next_runs]):
+        found.append(
+            f"{shared[1]} of {len(steps) + len(next_runs)} runs beat at {shared[0]:g} Hz: what the model misses at "
+            "other frequencies stays unseen; exchange one of them."
+        )
+    if len(steps) >= CHECK and (check := steps[len(steps) // CHECK * CHECK - 1]).off > MISSED:
+        found.append(
+            f"The check of {run_text(check.run)} was {check.off:.1f} standard deviations from its prediction: the "
+            "model misses something there. Repeat the run, and measure more gaits like it."
+        )
+    for sentence in (_repeats(posterior.results), _drift(posterior)):
+        found += [sentence] if sentence else []
+    if posterior.day:
+        found.append(f"Days differ by {100 * posterior.day:.1f} %: begin each day with a repeat.")
+    prior = posterior.unknowns.sd
+    share = never / prior
+    blind = [k for k in np.argsort(-share) if share[k] > NEVER]
+    if blind:
+        names = posterior.unknowns.names
+        each = ", ".join(f"{names[k]} ({never[k]:.2f} of {prior[k]:.2f})" for k in blind[:NAMED])
+        rest = f" and {len(blind) - NAMED} more" if len(blind) > NAMED else ""
+        found.append(
+            "No run in this tank tells much of these, however many are made: " + each + rest + " (standard deviations "
+            "of logarithms, of their priors')."
+        )
+    return found
+
+
+def _repeats(results: Sequence[Measurement]) -> str:
+    """Return a sentence if repeats of a day differ by more than their noise."""
+    ratios = [
+        math.log(one.value / other.value) ** 2 / (one.noise**2 + other.noise**2)
+        for one, other in combinations(results, 2)
+        if (one.run, one.quantity, one.day) == (other.run, other.quantity, other.day)
+    ]
+    ratio = math.sqrt(sum(ratios) / len(ratios)) if ratios else 0.0
+    if ratio <= LOOSE:
+        return ""
+    return f"Repeats differ by {ratio:.1f} times their noise: state a larger standard deviation of the measurements."
+
+
+def _drift(posterior: Posterior) -> str:
+    """Return a sentence if the results of a day drift with their order."""
+    results = posterior.results
+    if len(results) < CHECK:
+        return ""
+    mean, _ = posterior.predict(posterior.rows)
+    residuals = np.log([one.value for one in results]) - mean
+    weights = np.array([one.noise**-2 for one in results])
+    days = [one.day for one in results]
+    order = np.array([days[:k].count(day) for k, day in enumerate(days)], dtype=float)
+    for day in set(days):
+        own = np.array([other == day for other in days])
+        order[own] -= np.average(order[own], weights=weights[own])
+    information = float(weights @ order**2)
+    if not information:
+        return ""
+    slope = float(weights @ (order * residuals)) / information
+    if abs(slope) * math.sqrt(information) <= DRIFTS:
+        return ""
+    return f"Results drift by {100 * slope:+.1f} % a run: repeat the first run, and look at battery and temperature."

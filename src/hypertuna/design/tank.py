@@ -1,0 +1,272 @@
+"""The design of tank runs in a file: it says which run comes next, takes what was measured, and survives everything."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.provenance import journal_header
+from hypertuna.description.robot import Robot, parse, robot_of
+from hypertuna.design.criterion import CHECK, WISHES, Design, design
+from hypertuna.design.posterior import Posterior, infer
+from hypertuna.design.prediction import Row, predict
+from hypertuna.design.runs import Measurement, Run, candidate_gaits, run_of, run_record, target_gaits, tows
+from hypertuna.design.steps import MISSED, Step, warnings_of
+from hypertuna.design.unknowns import Unknowns, unknowns_of
+from hypertuna.display import Plotted, Tabular
+from hypertuna.errors import InputError
+from hypertuna.io.checkpoint import Journal, read_header
+from hypertuna.io.files import Closing
+from hypertuna.optimization.design_space import gait_bounds
+from hypertuna.ranges import Range, check_name
+
+TARGETS = 30  # gaits whose prediction is to be narrowed
+OPTIONS = ("robot", "want", "width", "bounds", "prior", "tow")
+WIDTH = Range(min=0.001, max=1, unit="1")
+RUNS = Range(min=1, max=24)
+NORMAL = 1.96  # standard deviations to either side hold 95 % of normal errors
+NARROWED = 0.95  # of a standard deviation: coefficients that a run narrows less are not listed
+LEAST = 1.1  # of the standard deviation that all runs together would leave
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A run to make, and what it is expected to narrow."""
+
+    name: str
+    run: Run
+    why: str  # narrows, check or repeat
+    expected: Mapping[str, tuple[float, float]]  # by quantity: value [SI], half width of its 95 % interval, relative
+    half_width: float  # of the targets' logarithm after the run
+    narrowed: Mapping[str, tuple[float, float]]  # by coefficient: standard deviation before and after
+
+
+@dataclass(frozen=True)
+class NextRuns(Plotted, Tabular):
+    """The next runs of a design, and how it has gone so far."""
+
+    robot: Robot
+    want: str
+    width: float  # that the half width is to reach, relative
+    half_width: float  # that it has
+    choices: tuple[Choice, ...]
+    steps: tuple[Step, ...]
+    unknowns: Unknowns
+    sd: Array  # (n,) of the scaled coefficients now
+    never: Array  # (n,) that all runs in this tank would leave
+    stop: str  # why the design is complete; empty while it goes on
+    warnings: tuple[str, ...]
+
+    @property
+    def subject(self) -> str:
+        """What is to be known of the target gaits."""
+        return (WISHES[self.want] or "speed").replace("_", " ")
+
+
+class TankDesign(Closing):
+    """A design whose runs a tank makes; its file is the whole state: opened again, the design goes on.
+
+    Parameters
+    ----------
+    path : str, Path or None
+        File of the state; None keeps nothing.
+    robot : Robot, str or Path, optional
+        For a new design: a robot that `hypertuna identify -o` wrote, or any other. The file holds it from then on.
+    want : str
+        What to know: "speed" or "cost" of gaits, or the "coefficients".
+    width : float
+        Half width of the target gaits' 95 % interval that ends the design, relative [1].
+    bounds : mapping of str to (float, float), optional
+        Bounds of the gaits in Hz and degrees, in place of the robot's, as the option ``--bounds`` names them.
+    prior : mapping of str to float, optional
+        Factors by which the robot's coefficients may be off, by name, in place of those of [fit] and of handbooks [1].
+    tow : bool
+        Whether the tank has a carriage that tows the robot and measures its drag.
+
+    Examples
+    --------
+    >>> with TankDesign(None, "hypertuna") as tank:
+    ...     tank.ask().choices[0].name
+    'run-01'
+    """
+
+    def __init__(
+        self,
+        path: str | Path | None,
+        robot: Robot | str | Path | None = None,
+        *,
+        want: str = "speed",
+        width: float = 0.03,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+        prior: Mapping[str, float] | None = None,
+        tow: bool = False,
+    ) -> None:
+        if robot is None:
+            options = _options_of(path)
+        else:
+            rest = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {}), "tow": tow}
+            options = {"robot": robot_of(robot).document()} | rest
+        self.want, self.width = check_name(options["want"], WISHES, "want", "wish"), float(options["width"])
+        WIDTH.check(self.width, "width", "give the half width of the prediction, such as 0.03")
+        fish = parse(options["robot"], file=str(path or "robot"))
+        self.unknowns = unknowns_of(fish, options["prior"] or None)
+        self._choose_from(options)
+        header = journal_header("design", fish, options)
+        del header["isa"], header["version"]  # measurements outlive both
+        self._journal = Journal(path, header, measured=True)
+        try:
+            self.steps = [_step_of(record, f"{path}:{k + 2}") for k, record in enumerate(self._journal.records)]
+            self.posterior = infer(self.unknowns, self.results)
+        except BaseException:
+            self._journal.close()
+            raise
+
+    def _choose_from(self, options: Mapping[str, Any]) -> None:
+        """Lay out candidates and targets; gaits that the model does not swim forward are none."""
+        robot = self.unknowns.robot
+        space = gait_bounds(robot, {name: tuple(ends) for name, ends in options["bounds"].items()})
+        target = WISHES[self.want] or "speed"
+        gaits, aims = candidate_gaits(space, robot), target_gaits(space, robot, TARGETS)
+        there = predict(self.unknowns, self.unknowns.mean, [Row(gait, "speed") for gait in (*gaits, *aims)]).log
+        sound = np.isfinite(there)
+        self.candidates: list[Run] = [gait for gait, good in zip(gaits, sound, strict=False) if good]
+        self.targets = [Row(aim, target) for aim, good in zip(aims, sound[len(gaits) :], strict=True) if good]
+        if not self.candidates or not self.targets:
+            rule, fix = "must hold gaits that the model swims forward", "give other --bounds, or correct the robot file"
+            raise InputError(rule, key="the range of gaits", value="none", fix=fix)
+        if options["tow"]:
+            self.candidates += tows(np.exp(there[: len(gaits)][sound[: len(gaits)]]))
+
+    def close(self) -> None:
+        """Close the file."""
+        self._journal.close()
+
+    @property
+    def results(self) -> list[Measurement]:
+        """All results in their order."""
+        return [result for step in self.steps for result in step.results]
+
+    def ask(self, count: int = 1) -> NextRuns:
+        """Return the next runs: each narrows most after those before it, and every fourth is a check.
+
+        Parameters
+        ----------
+        count : int
+            Number of runs to make before the next call.
+
+        Returns
+        -------
+        NextRuns
+        """
+        RUNS.check(count, "runs", "ask again after the first runs")
+        plan, width = (
+            design(self.posterior, self.want, self.candidates, self.targets),
+            half_width(self.posterior, self.targets),
+        )
+        never, choices = plan.never(), []
+        stop = self._stop(width, plan, never)
+        for k in range(len(self.steps), len(self.steps) + (0 if stop else count)):
+            check = (k + 1) % CHECK == 0
+            run = plan.farthest() if check else plan.best()
+            why = "check" if check else "repeat" if run in plan.made else "narrows"
+            after = plan.after([run])
+            choices.append(self._choice(f"run-{k + 1:02d}", run, why, plan, after))
+            plan = after
+        warnings = warnings_of(self.posterior, self.steps, [choice.run for choice in choices], never)
+        sd, robot = self.posterior.coefficients[1], self.unknowns.robot
+        unknowns, steps = self.unknowns, tuple(self.steps)
+        return NextRuns(
+            robot, self.want, self.width, width, tuple(choices), steps, unknowns, sd, never, stop, tuple(warnings)
+        )
+
+    def tell(self, results: Sequence[Measurement]) -> None:
+        """Take measurements in the order in which the runs were made; those of one run follow each other.
+
+        Parameters
+        ----------
+        results : sequence of Measurement
+            At least one. If one of them is refused, none is kept.
+        """
+        if not results:
+            raise InputError("must have at least one result", key="tell", value="none", fix="give the measured values")
+        infer(self.unknowns, [*self.results, *results])
+        for _, group in groupby(results, key=lambda one: (one.run, one.name)):
+            step, posterior = self._made(tuple(group))
+            self._journal.append(_record_of(step))
+            self.steps.append(step)
+            self.posterior = posterior
+
+    def _made(self, results: tuple[Measurement, ...]) -> tuple[Step, Posterior]:
+        """Return the step of a run, and the posterior after it."""
+        mean, sd = self.posterior.predict([Row(one.run, one.quantity) for one in results])
+        spread = np.hypot(sd, [math.hypot(one.noise, self.posterior.day) for one in results])
+        after = infer(self.unknowns, [*self.results, *results])
+        predicted = tuple(zip(mean.tolist(), spread.tolist(), strict=True))
+        sds = tuple(after.coefficients[1].tolist())
+        return Step(results, predicted, half_width(after, self.targets), sds, after.size), after
+
+    def _choice(self, name: str, run: Run, why: str, plan: Design, after: Design) -> Choice:
+        """Return a choice with what is expected of it."""
+        rows = [Row(run, plan.rows[k].quantity) for k in plan.places[run]]
+        mean, sd = self.posterior.predict(rows)
+        expected = {row.quantity: (math.exp(m), NORMAL * s) for row, m, s in zip(rows, mean, sd, strict=True)}
+        pairs = zip(self.unknowns.names, plan.sd().tolist(), after.sd().tolist(), strict=True)
+        narrowed = {coefficient: (old, new) for coefficient, old, new in pairs if new < NARROWED * old}
+        return Choice(name, run, why, expected, NORMAL * after.width(), narrowed)
+
+    def _stop(self, width: float, plan: Design, never: Array) -> str:
+        """Return why the design is complete, nothing while it goes on: narrow enough, and the last check held."""
+        checks = self.steps[CHECK - 1 :: CHECK]
+        if not checks or checks[-1].off > MISSED:
+            return ""
+        if self.want == "coefficients":
+            known = np.all(plan.sd() <= LEAST * never)
+            return "Complete: no run in this tank narrows a coefficient much further." if known else ""
+        met = f"Complete: the {self.targets[0].quantity.replace('_', ' ')} of the target gaits is known within"
+        return f"{met} {100 * width:.2g} %, and the last check held." if width <= self.width else ""
+
+
+def half_width(posterior: Posterior, targets: Sequence[Row]) -> float:
+    """Return the half width of the 95 % interval of the targets' logarithm, rms."""
+    return NORMAL * float(np.sqrt(np.mean(posterior.predict(targets)[1] ** 2)))
+
+
+def _options_of(path: str | Path | None) -> dict[str, Any]:
+    """Return the options in a journal."""
+    if path is None or not Path(path).exists():
+        fix = f"start one, for example `hypertuna design ask --state {path} --robot fit.toml`"
+        raise InputError("does not exist", file=str(path), fix=fix)
+    header = read_header(path)
+    options: dict[str, Any] = header.get("options", {})
+    if header.get("kind") != "design" or not set(OPTIONS) <= options.keys():
+        fix = "give the state of `hypertuna design ask`"
+        raise InputError("must be the state of a design", file=str(path), value=str(header.get("kind")), fix=fix)
+    return options
+
+
+def _record_of(step: Step) -> dict[str, Any]:
+    """Return a step as a record of the journal."""
+    told = [
+        {"name": one.name, "quantity": one.quantity, "value": one.value, "sd": one.sd, "day": one.day}
+        for one in step.results
+    ]
+    rest = {name: getattr(step, name) for name in ("predicted", "half_width", "sd", "discrepancy")}
+    return {"run": run_record(step.run), "told": told} | rest
+
+
+def _step_of(record: Mapping[str, Any], place: str) -> Step:
+    """Return the step of a record of the journal."""
+    try:
+        run = run_of(record["run"])
+        results = tuple(Measurement(run, **told) for told in record["told"])
+        predicted = tuple((float(mean), float(sd)) for mean, sd in record["predicted"])
+        sds = tuple(float(sd) for sd in record["sd"])
+        return Step(results, predicted, float(record["half_width"]), sds, float(record["discrepancy"]))
+    except (KeyError, TypeError, ValueError):
+        rule, fix = "holds no run of a design", "use the version of hypertuna that wrote it"
+        raise InputError(rule, file=place, fix=fix) from None

@@ -1,0 +1,70 @@
+"""Unknown coefficients of a design: those of a fit with their covariance, and what handbooks leave open."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.identification.coefficients import LOG_DECADES, Free, free, to_scale
+from hypertuna.identification.fixed import fixed_coefficients
+from hypertuna.identification.names import NUISANCES, Names, prior_factor
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Unknown coefficients of a robot with their normal prior, each in its scale."""
+
+    robot: Robot
+    free: tuple[Free, ...]
+    mean: Array  # (n,)
+    covariance: Array  # (n, n)
+
+    @property
+    def sd(self) -> Array:
+        """Standard deviations (n,) of the prior: of log values, or [SI] of natural ones."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coefficients."""
+        return tuple(one.name for one in self.free)
+
+
+def unknowns_of(robot: Robot, prior: Mapping[str, float] | None = None) -> Unknowns:
+    """Return the unknowns of a robot: those of its [fit], and all other coefficients that handbooks leave open.
+
+    prior: instead, factors by name that the robot's values may be off.
+    """
+    if prior is not None:
+        frees = free(robot, list(prior), prior=prior)
+        mean, sd = np.log([one.prior for one in frees if one.prior is not None]).T
+        return Unknowns(robot, frees, mean, np.diag(sd**2))
+    fitted, block = _fitted(robot)
+    known = [(one, prior_factor(robot, one.column)) for one in fixed_coefficients(robot, fitted) if one.common]
+    held = {replace(one, scale="log", lower=one.upper * 10.0**-LOG_DECADES): factor for one, factor in known if factor}
+    frees = (*fitted, *held)
+    if not frees:
+        rule, fix = "must have coefficients that are not known", "give --prior NAME=FACTOR"
+        raise InputError(rule, file=robot.file, key="unknowns", fix=fix)
+    covariance = np.zeros((len(frees), len(frees)))
+    covariance[: len(fitted), : len(fitted)] = block
+    covariance[range(len(fitted), len(frees)), range(len(fitted), len(frees))] = [
+        math.log(factor) ** 2 for factor in held.values()
+    ]
+    return Unknowns(robot, frees, to_scale(frees, [one.start for one in frees]), covariance)
+
+
+def _fitted(robot: Robot) -> tuple[Sequence[Free], Array]:
+    """Return the coefficients of the table [fit], each starting from its value, and their covariance."""
+    fit = robot.fit
+    if fit is None:
+        return (), np.zeros((0, 0))
+    kept = [k for k, name in enumerate(fit.names) if name.partition("[")[0] not in NUISANCES]
+    for k in kept:
+        Names(robot).resolve(fit.names[k], "fit.names")
+    frees = [Free(fit.names[k], fit.lower[k], fit.upper[k], fit.value[k], fit.scale[k]) for k in kept]
+    return tuple(frees), np.array(fit.covariance)[np.ix_(kept, kept)]
