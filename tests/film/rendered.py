@@ -105,12 +105,14 @@ def frames(scene, motion, times):
     width, height = scene.eye.size
     floor, _ = scene.eye.rays(scene.floor)
     line = np.minimum(*(np.abs((floor[..., k] / 0.1) % 1 - 0.5) for k in range(2)))
-    paper = scene.bright - 14 * np.exp(-((line / 0.03) ** 2)) + 6 * np.sin(7 * floor[..., 0]) * np.cos(5 * floor[..., 1])
+    paper = (
+        scene.bright - 14 * np.exp(-((line / 0.03) ** 2)) + 6 * np.sin(7 * floor[..., 0]) * np.cos(5 * floor[..., 1])
+    )
     here, aside = zip(*(scene.eye.rays(scene.depth, shift) for shift in FINE), strict=True)
     middle, _ = scene.eye.rays(scene.depth)
     pixel = float(np.abs(np.diff(middle[height // 2 - 1 : height // 2 + 1, width // 2], axis=0)).max())
-    waves = _waves(draw, 8)
-    flicker = _waves(draw, 6)
+    waves = _waves(draw, 48)
+    flicker = _waves(draw, 24)
     coarse = np.stack(np.meshgrid(np.linspace(0, width, 40), np.linspace(0, height, 24)), axis=-1) * pixel
     u, v = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
     for t in times:
@@ -148,11 +150,12 @@ def _box(place, fish, pose, angle, pixel):
     joints = np.array(pose[:2]) + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
     room = fish.half_width.max() + 14 * pixel
     low, high = joints.min(axis=0) - room, joints.max(axis=0) + room
-    near = (place > low).all(axis=-1) & (place < high).all(axis=-1)
-    rows, columns = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
+    few = place[::8, ::8]
+    near = (few > low).all(axis=-1) & (few < high).all(axis=-1)
+    rows, columns = 8 * np.flatnonzero(near.any(axis=1)), 8 * np.flatnonzero(near.any(axis=0))
     if not len(rows):
         return (slice(0, 0), slice(0, 0))
-    return (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
+    return (slice(max(rows[0] - 8, 0), rows[-1] + 9), slice(max(columns[0] - 8, 0), columns[-1] + 9))
 
 
 def _waves(draw, count):

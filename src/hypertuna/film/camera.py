@@ -31,7 +31,9 @@ class Camera(Part):
     width: Pixels = entry("width of the picture", "", key="width_px")
     height: Pixels = entry("height of the picture", "", key="height_px")
     focal: Positive = entry("focal length", "", key="focal_px")
-    center: tuple[Real, Real] = entry("pixel on the axis of the lens, from the center of the first", "", key="center_px")
+    center: tuple[Real, Real] = entry(
+        "pixel on the axis of the lens, from the center of the first", "", key="center_px"
+    )
     lens_k1: Lens = entry("radial distortion: r (1 + k1 r^2), r in focal lengths (default: 0)", default=0.0)
     place: tuple[Real, Real, Positive] = entry("place of the camera; z is its height over the water", "m")
     tilt: tuple[Degrees, Degrees, Degrees] = entry(
@@ -69,7 +71,10 @@ class Camera(Part):
         tangent = np.linalg.norm(way, axis=-1, keepdims=True)
         sine = tangent / np.hypot(1.0, tangent) / self.refractive_index
         bent = way * np.divide(
-            sine / np.sqrt(1 - sine**2), tangent, out=np.full_like(tangent, 1 / self.refractive_index), where=tangent > 0
+            sine / np.sqrt(1 - sine**2),
+            tangent,
+            out=np.full_like(tangent, 1 / self.refractive_index),
+            where=tangent > 0,
         )
         return np.array([x, y]) + height * way + depth * bent, -bent
 
@@ -85,9 +90,8 @@ class Camera(Part):
         places = np.asarray(places, dtype=float)
         at = np.broadcast_to(np.array(self.center), places.shape).copy()
         for _ in range(20):
-            here, _ = self.sight(at, depth)
-            right, _ = self.sight(at + [1.0, 0.0], depth)
-            below, _ = self.sight(at + [0.0, 1.0], depth)
+            beside = np.stack([at, at + [1.0, 0.0], at + [0.0, 1.0]])
+            here, right, below = self.sight(beside, depth)[0]
             by = np.stack([right - here, below - here], axis=-1)
             step = np.linalg.solve(by, (places - here)[..., np.newaxis])[..., 0]
             at += step
@@ -116,4 +120,10 @@ def write_camera(camera: Camera, path: str | Path, comment: str) -> None:
 
 def _number(value: object) -> str:
     """Return a number or a list of numbers as TOML."""
-    return f"[{', '.join(map(_number, value))}]" if isinstance(value, list | tuple) else f"{float(f'{value:.8g}')!r}" if isinstance(value, float) else f"{value}"
+    return (
+        f"[{', '.join(map(_number, value))}]"
+        if isinstance(value, list | tuple)
+        else f"{float(f'{value:.8g}')!r}"
+        if isinstance(value, float)
+        else f"{value}"
+    )

@@ -51,7 +51,9 @@ class Body:
         """Area seen from straight above [m^2]."""
         return float(2 * np.trapezoid(np.sqrt(self.section[:, 0]), self.stations))
 
-    def fit(self, pixels: Array, start: Array, prior: tuple[Array, Array], stages: Array, loss: float) -> dict[str, Any]:
+    def fit(
+        self, pixels: Array, start: Array, prior: tuple[Array, Array], stages: Array, loss: float
+    ) -> dict[str, Any]:
         """Fit the silhouette to pixels (n, 5); prior: mean and precision (times the squared noise) of the unknowns."""
         chain = (self.length, self.share, self.section)
         return _core.fit_silhouette(pixels, *chain, start, *prior, stages, loss, ITERATIONS)

@@ -49,7 +49,7 @@ class Film:
             if first > 0:
                 _seek(container, stream, float(self.time[first]))
             begin = None if stream.start_time is None else float(stream.start_time * stream.time_base)
-            for frame in _decoded(container, stream, self.file):
+            for frame in _read(container.decode(stream), self.file):
                 if frame.time is None:
                     continue
                 begin = frame.time if begin is None else begin
@@ -57,16 +57,23 @@ class Film:
                 if number >= first and number < len(self.time):
                     yield number, self._gray(frame)
 
-    def sample(self, count: int = SAMPLES) -> tuple[list[int], Gray]:
-        """Return numbers and gray levels (samples, height, width) of frames all over the film, by seeking."""
+    def sample(self, count: int = SAMPLES) -> Gray:
+        """Return gray levels (samples, height, width) of frames all over the film: its key frames, by seeking.
+
+        A film that has too few of them is short, and read from its begin to its end.
+        """
         count = max(5, min(count, ROOM // (self.width * self.height), len(self.time)))
-        numbers, pictures = [], []
-        for wanted in np.linspace(0, len(self.time) - 1, count).round().astype(int):
-            number, picture = next(iter(self.frames(int(wanted))), (-1, None))
-            if picture is not None and number not in numbers:
-                numbers.append(number)
-                pictures.append(picture)
-        return numbers, np.stack(pictures)
+        wanted = np.linspace(0, len(self.time) - 1, count).round().astype(int)
+        found: dict[float, Gray] = {}
+        with _decoder(self.file) as (container, stream):
+            for number in wanted if len(self.time) > 4 * count else ():
+                _seek(container, stream, float(self.time[number]))
+                frame = next(_read(container.decode(stream), self.file), None)
+                if frame is not None and frame.time is not None and frame.time not in found:
+                    found[frame.time] = self._gray(frame)
+        if len(found) < 0.7 * count:
+            found = {float(k): frame for k, frame in self.frames() if k in wanted}
+        return np.stack([*found.values()])
 
     def _gray(self, frame: Any) -> Gray:
         """Return the gray levels of a frame."""
@@ -87,7 +94,9 @@ def open_film(path: str | Path) -> Film:
         width, height = stream.codec_context.width, stream.codec_context.height
         if not 0 < width * height <= LARGEST:
             value, fix = f"{width} x {height} pixels", "film or convert it at 1920 x 1080"
-            raise InputError(f"must have frames of at most {LARGEST / 1e6:g} million pixels", file=name, value=value, fix=fix)
+            raise InputError(
+                f"must have frames of at most {LARGEST / 1e6:g} million pixels", file=name, value=value, fix=fix
+            )
         stamps = []
         for packet in _read(container.demux(stream), name):
             if packet.pts is not None and packet.size:
@@ -144,11 +153,6 @@ def _decoder(name: str) -> Iterator[tuple[Any, Any]]:
             yield container, video
 
 
-def _decoded(container: Any, stream: Any, name: str) -> Iterator[Any]:
-    """Yield decoded frames."""
-    yield from _read(container.decode(stream), name)
-
-
 def _read(parts: Iterator[Any], name: str) -> Iterator[Any]:
     """Yield what a decoder gives; damage is an error of the file."""
     import av
@@ -173,4 +177,6 @@ def _seek(container: Any, stream: Any, time: float) -> None:
 def _unreadable(name: str, error: Exception) -> InputError:
     """Return the error of a file that is no whole film."""
     text = type(error).__name__
-    return InputError("must be a whole film", file=name, value=f"not ({text})", fix="copy it anew, or convert it to MP4")
+    return InputError(
+        "must be a whole film", file=name, value=f"not ({text})", fix="copy it anew, or convert it to MP4"
+    )

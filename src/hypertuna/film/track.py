@@ -13,10 +13,11 @@ from hypertuna.errors import InputError
 from hypertuna.film.first import guesses
 from hypertuna.film.sections import Body
 from hypertuna.film.source import Gray
+from hypertuna.film.states import BORDER, LOST, MISFIT, OK, STATES, UNSEEN
 from hypertuna.film.view import View
 from hypertuna.io.checkpoint import Journal
 
-EDGES = (0.5, 0.7, 1.0, 1.4, 2.0)  # px: blurs of the edge that are tried
+EDGES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)  # px: blurs of the edge that are tried
 COARSE = ((4.0, 14.0), (1.8, 8.0))  # px: blur and band of the first stages, where nothing is known
 NEAR = ((1.8, 8.0),)  # px: where the frames before tell the pose to a few pixels
 BAND = 6.0  # px, of the last stage
@@ -25,12 +26,9 @@ SIZE_SD, GIRTH_SD, ESTIMATED_GIRTH_SD = 0.15, 0.05, 0.2  # logs, before the film
 LOSS = 0.3  # of the contrast: larger residuals count little
 MAX_OFFSET = 1.5  # px between drawn and seen edges
 MIN_SEEN = 0.5  # part of a link that must be seen
-MAX_OFF = 0.10  # relative: size by the film over size by the robot
 FIXED = 1e12  # precision of an unknown that is known
 BLOCK = 60  # frames of a record of the journal
 GAP = 0.25  # s: after longer ones the frames before tell nothing
-OK, LOST, BORDER, MISFIT, UNSEEN = range(5)
-STATES = ("ok", "not found", "not whole in the picture", "not fitted by the silhouette", "with a part unseen")
 
 
 @dataclass(frozen=True)
@@ -91,9 +89,7 @@ class Tracker:
             return {"state": LOST, "offset": np.inf}
         _, inside = view.box(body, found["unknowns"])
         found["state"] = BORDER if not inside else OK
-        if found["state"] == OK and not (
-            found["offset"] < MAX_OFFSET and found["unknowns"][-1] > 0.4 * view.contrast
-        ):
+        if found["state"] == OK and not (found["offset"] < MAX_OFFSET and found["unknowns"][-1] > 0.4 * view.contrast):
             found["state"] = MISFIT
         elif found["state"] == OK and (found["seen"] < MIN_SEEN).any():
             found["state"] = UNSEEN
@@ -117,7 +113,7 @@ class Tracker:
 
     def follow(self, frames: Iterator[tuple[int, Gray]], before: list[tuple[int, Array]], turn: bool) -> Iterator[Any]:
         """Yield (number, fit) of frames; before: fits of up to two frames before; turn: tail first at the start."""
-        edge = self.tuning.edge if self.tuning is not None else EDGES[1]
+        edge = self.tuning.edge if self.tuning is not None else EDGES[2]
         lapse = max(int(GAP * self.view.film.rate), 2)
         for number, frame in frames:
             before = [one for one in before if number - one[0] <= lapse][-2:]
@@ -158,7 +154,7 @@ def _ahead(before: list[tuple[int, Array]], number: int) -> Array:
 def tune(view: View, body: Body, samples: Gray) -> Tuning:
     """Find size, girth and blur of the edge from samples of a film."""
     tracker, groups = Tracker(view, body), len(body.groups)
-    found = [(frame, tracker.anew(frame, EDGES[1])) for frame in samples]
+    found = [(frame, tracker.anew(frame, EDGES[2])) for frame in samples]
     whole = [(frame, one) for frame, one in found if one["state"] == OK]
     if len(whole) < 3:
         states = [one["state"] for _, one in found]
@@ -171,15 +167,15 @@ def tune(view: View, body: Body, samples: Gray) -> Tuning:
         again = [tracker.fit(frame, one["unknowns"], (), edge)["noise"] for frame, one in whole[:8]]
         noises.append(float(np.median(again)))
     edge = EDGES[int(np.argmin(noises))]
-    logs = np.array([tracker.fit(frame, one["unknowns"], (), edge)["unknowns"][3 + groups : 5 + groups] for frame, one in whole])
+    logs = np.array(
+        [tracker.fit(frame, one["unknowns"], (), edge)["unknowns"][3 + groups : 5 + groups] for frame, one in whole]
+    )
     size, girth = np.median(logs, axis=0)
     spread = 1.4826 * np.median(np.abs(logs - [size, girth]), axis=0)
     return Tuning(float(size), float(girth), edge, (float(spread[0]), float(spread[1])))
 
 
-def track(
-    tracker: Tracker, journal: Journal, progress: Callable[[int, int], None], *, turn: bool = False
-) -> Tracked:
+def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], None], *, turn: bool = False) -> Tracked:
     """Track the fish through the film, block by block; what the journal holds is not computed again."""
     film, groups = tracker.view.film, len(tracker.body.groups)
     count, n = len(film.time), 3 + groups
@@ -240,4 +236,3 @@ def forward(tracked: Tracked) -> float:
     step = np.diff(z[:, :2], axis=0)
     facing = -np.stack([np.cos(z[:-1, 2]), np.sin(z[:-1, 2])], axis=1)
     return float((step * facing).sum())
-

@@ -72,7 +72,7 @@ class View:
         return found
 
 
-def view_of(film: Film, camera: Camera, depth: float, body: Body) -> tuple[View, list[int], Gray]:
+def view_of(film: Film, camera: Camera, depth: float, body: Body) -> tuple[View, Gray]:
     """Look at samples of a film: the empty tank, the fish's contrast, the noise. Returns the samples, too."""
     if (film.width, film.height) != (camera.width, camera.height):
         rule = f"must have the size of the camera's picture, {camera.width} x {camera.height}"
@@ -84,7 +84,7 @@ def view_of(film: Film, camera: Camera, depth: float, body: Body) -> tuple[View,
         place, lean = camera.sight(np.stack([u[rows], v[rows]], axis=-1), depth)
         grid[rows] = np.concatenate([place, lean], axis=-1)
     pixel = camera.pixel_size([film.width / 2, film.height / 2], depth)
-    numbers, samples = film.sample()
+    samples = film.sample()
     background = background_of(samples)
     size = body.area / pixel**2  # px of the fish
     levels = [_contrast(background, samples, dark, size) for dark in (True, False)]
@@ -95,7 +95,7 @@ def view_of(film: Film, camera: Camera, depth: float, body: Body) -> tuple[View,
         rule = f"must show a fish that is darker or brighter than the tank by {LEAST_CONTRAST:g} gray levels"
         fix = "check that a fish swims through the picture, use a white floor and a dark fish, and let the waves settle"
         raise InputError(rule, file=film.file, key="contrast", value=f"{contrast:.1f}", fix=fix)
-    return View(film, camera, depth, background, dark, contrast, noise, grid, pixel), numbers, samples
+    return View(film, camera, depth, background, dark, contrast, noise, grid, pixel), samples
 
 
 def _difference(background: Gray, frame: Gray, dark: bool) -> Any:

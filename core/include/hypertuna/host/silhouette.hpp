@@ -70,9 +70,10 @@ public:
         double square, slope;  // half width seen squared [m^2], and its change along the link [m]
     };
 
-    Near near(const Pixel& p) const {
-        Near best{};
-        double least = HUGE_VAL;
+    /// The nearest part; none, far outside, where the axis is farther than `reach` [m].
+    Near near(const Pixel& p, double reach = HUGE_VAL) const {
+        Near best{0, 0, 0, false, -HUGE_VAL, 0, 0, 0};
+        double least = reach * reach;
         for (std::size_t i = 0; i < links_.size(); ++i) {
             const Link& link = links_[i];
             const double x = p.x - link.x, y = p.y - link.y;
@@ -82,20 +83,26 @@ public:
             const double distance = over * over + across * across + (i + 1 == links_.size() ? past(link, along) : 0.0);
             if (distance < least) {
                 least = distance;
-                best = {i, at, over == 0.0 ? across : std::hypot(over, across), over != 0.0, 0, 0, 0, 0};
+                best = {i, at, over == 0.0 ? across : std::sqrt(over * over + across * across), over != 0.0, 0, 0, 0, 0};
             }
         }
-        measure(p, best);
+        if (best.inside == 0) measure(p, best);
         return best;
     }
 
     /// What the pixel shows, and its derivatives by the unknowns; `edge` is the standard deviation of the blur [m].
     double shown(const Pixel& p, const Near& at, double edge, std::span<double> by) const {
+        std::fill(by.begin(), by.end(), 0.0);
+        if (at.inside < -FAR * edge) return 0.0;
         const Link& link = links_[at.link];
+        const bool last = at.link + 1 == links_.size();
+        if (at.inside > FAR * edge && at.other > FAR * edge && !(last && link.length - at.along < FAR * edge)) {
+            by[body_.size() + 2] = 1.0;
+            return contrast_;
+        }
         const double inner = normal(at.inside / edge), outer = normal(at.other / edge);
         const double cover = std::max(inner + outer - 1, 0.0);
-        const double end = at.link + 1 == links_.size() ? normal((link.length - at.along) / edge) : 1.0;
-        std::fill(by.begin(), by.end(), 0.0);
+        const double end = last ? normal((link.length - at.along) / edge) : 1.0;
         by[body_.size() + 2] = cover * end;
         const double value = contrast_ * cover * end;
         if (cover <= 0 || cover * end > 1 - 1e-7) return value;
@@ -107,7 +114,6 @@ public:
         const double dense_in = density(at.inside / edge) / edge, dense_out = density(at.other / edge) / edge;
         const double by_a = contrast_ * end * (dense_in * inside_a + dense_out * other_a);
         const double by_d = contrast_ * end * (dense_in * inside_d + dense_out * other_d);
-        const bool last = at.link + 1 == links_.size();
         const double by_end = last ? contrast_ * cover * density((link.length - at.along) / edge) / edge : 0.0;
         const double lean = p.lean_y * link.cos - p.lean_x * link.sin, tall = 2 * lean * scale_ * scale_ * high(at);
         const double lean_along = p.lean_x * link.cos + p.lean_y * link.sin;
@@ -134,7 +140,17 @@ public:
     /// How fast a pixel's value changes with its distance to the edge [gray levels per m].
     double steepness(const Near& at, double edge) const { return contrast_ * density(at.inside / edge) / edge; }
 
+    /// The largest half width that a sight of this lean may see [m].
+    double widest(double lean) const {
+        double most = 0;
+        for (std::size_t k = 0; k + 1 < body_.section.size(); k += 2)
+            most = std::max(most, girth_ * body_.section[k] + lean * lean * body_.section[k + 1]);
+        return scale_ * std::sqrt(most);
+    }
+
 private:
+    static constexpr double FAR = 5.0;  // blurs of an edge beyond which a pixel does not see it
+
     struct Link {
         double x, y, cos, sin, length, from;  // m: front end, axis, length, way from the nose on the body as described
         std::vector<double> move_x, move_y, turn;  // of the front end and the axis, by the unknowns
@@ -185,7 +201,7 @@ private:
 /// How to fit: with a soft edge first, and a sharp one at last.
 struct Stage {
     double edge;  // m, standard deviation of the blur
-    double band;  // m: pixels farther outside do not count
+    double band;  // m: pixels farther from the edge do not count
 };
 
 struct FitPrior {
@@ -207,7 +223,7 @@ public:
     SilhouetteFit solve(std::vector<double> u, std::span<const Stage> stages, int iterations) {
         for (const Stage& stage : stages) {
             choose(u, stage);
-            u = minimize(std::move(u), stage.edge, iterations);
+            u = minimize(std::move(u), stage.edge, iterations, &stage == &stages.back() ? 1e-6 : 1e-3);
         }
         return result(u, stages.back().edge);
     }
@@ -221,8 +237,13 @@ private:
     void choose(const std::vector<double>& u, const Stage& stage) {
         const PosedBody body(body_, u);
         pixels_.clear();
-        for (const Pixel& p : all_)
-            if (std::isfinite(p.value) && body.near(p).inside > -stage.band) pixels_.push_back(p);
+        double lean = 0;
+        for (const Pixel& p : all_) lean = std::max(lean, std::hypot(p.lean_x, p.lean_y));
+        const double reach = body.widest(lean) + stage.band;
+        for (const Pixel& p : all_) {
+            const double inside = body.near(p, reach).inside;
+            if (std::isfinite(p.value) && inside > -stage.band && inside < stage.band) pixels_.push_back(p);
+        }
     }
 
     Sums sums(const std::vector<double>& u, double edge, bool with_prior) const {
@@ -251,7 +272,7 @@ private:
     }
 
     /// Levenberg and Marquardt.
-    std::vector<double> minimize(std::vector<double> u, double edge, int iterations) const {
+    std::vector<double> minimize(std::vector<double> u, double edge, int iterations, double enough) const {
         Sums now = sums(u, edge, true);
         double damping = 1e-4;
         for (int iteration = 0; iteration < iterations && damping < 1e6; ++iteration) {
@@ -271,7 +292,7 @@ private:
             u = std::move(trial);
             now = std::move(then);
             damping = std::max(damping / 10, 1e-9);
-            if (won < 1e-6 * now.cost) break;
+            if (won < enough * now.cost) break;
         }
         return u;
     }
