@@ -205,10 +205,8 @@ def swim_motion(swim):
 
     def at(t):
         beat, part = divmod(t / period, 1.0)
-        start, faced = 0j, 0.0  # after whole beats, in the axes of the first
         beat = int(beat)
-        base = place[0]
-        faced = turn * beat
+        base, faced = place[0], turn * beat  # after whole beats
         if abs(turn) > 1e-9:
             base = base + step * np.exp(1j * heading[0]) * (1 - np.exp(1j * faced)) / (1 - np.exp(1j * turn))
         else:

@@ -25,9 +25,10 @@ SIZE = Range(min=0, max=10, unit="m")
 
 @dataclass(frozen=True)
 class Body:
-    """A chain of links with elliptical sections. Unknowns: nose x, y, heading, joint angles, log size and girth, contrast.
+    """A chain of links with elliptical sections.
 
-    Size multiplies all lengths and sections, girth the widths alone.
+    Unknowns: x, y, heading of the nose, joint angles, logs of size and girth, contrast. Size multiplies all lengths and
+    sections, girth the widths alone.
     """
 
     length: Array  # (links,) [m]

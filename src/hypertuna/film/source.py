@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +26,12 @@ RATES = (5.0, 2000.0)  # Hz
 UNEVEN = 0.1  # of the interval: how far a time may lie from a multiple of it
 LOST = 0.5  # of the intervals, by frames that are missing
 LEAST = 24  # frames
+# The forms of films that are read, by the name of FFmpeg and their first bytes: others may name further files.
+FORMS: dict[str, Callable[[bytes], bool]] = {
+    "mov": lambda head: head[4:8] in (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"),
+    "matroska": lambda head: head[:4] == b"\x1a\x45\xdf\xa3",
+    "avi": lambda head: head[:4] == b"RIFF" and head[8:12] == b"AVI ",
+}
 
 
 @dataclass(frozen=True)
@@ -140,8 +146,14 @@ def _decoder(name: str) -> Iterator[tuple[Any, Any]]:
     import av
 
     with opened(name, "film") as stream:
+        head = stream.read(16)
+        form = next((form for form, is_of in FORMS.items() if is_of(head)), None)
+        if form is None:
+            fix = "convert it: ffmpeg -i FILM film.mp4"
+            raise InputError("must be a film: MP4, MOV, MKV, WebM or AVI", file=name, fix=fix)
+        stream.seek(0)
         try:
-            container = av.open(stream, options={"enable_drefs": "0"})
+            container = av.open(stream, format=form)
         except (av.FFmpegError, ValueError) as error:
             raise _unreadable(name, error) from None
         with container:
