@@ -52,11 +52,11 @@ def camera(eye):
 EYE = Eye(size=(480, 272), focal=640.0, k1=-0.1, place=(0.02, -0.01, 1.6))
 
 
-def beating(t, speed=0.25, frequency=2.5):
+def beating(t, speed=0.65, frequency=2.5):
     """A fish that swims to the left and beats: pose of the nose, joint angles."""
     phase = 2 * np.pi * frequency * t
     angle = np.radians([8, 14, 20]) * np.sin(phase - np.radians([0, 30, 60]))
-    return np.array([0.1 - speed * t, 0.03 + 0.004 * np.sin(phase), 0.1 + np.radians(3) * np.sin(phase + 1)]), angle
+    return np.array([0.27 - speed * t, 0.03 + 0.004 * np.sin(phase), 0.1 + np.radians(3) * np.sin(phase + 1)]), angle
 
 
 def film(path, motion=beating, count=60, eye=EYE, rate=60, times=None, **scene):

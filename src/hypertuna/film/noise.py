@@ -56,8 +56,8 @@ def beat_of(time: Array, angle: Array) -> Beat | None:
     left = angle - waves @ harmonics
     if best * span < LEAST_BEATS or (left**2).sum() > STEADY * ((angle - angle.mean(axis=0)) ** 2).sum():
         return None
-    freedom = len(time) / max(len(time) - waves.shape[1] - 1, 1)
-    return Beat(best, harmonics, left.std(axis=0) * np.sqrt(freedom), memory_of(left, time), best * span)
+    noise = left.std(axis=0) * _widened(left, time, best)
+    return Beat(best, harmonics, noise, memory_of(left, time), best * span)
 
 
 def memory_of(left: Array, time: Array) -> float:
@@ -93,21 +93,35 @@ def _left(time: Array, angle: Array, frequency: float, count: int) -> float:
 
 
 def path_noise(time: Array, head: Array, frequency: float) -> Array:
-    """Return the standard deviations (3,) [m, m, rad] of what a swim along a smooth path leaves of head poses.
+    """Return the standard deviations (3,) [m, m, rad] of what a smooth swim leaves of head poses.
 
-    The path and the yaw are polynomials of time with harmonics of the beat, which turn with the fish.
+    The yaw is a parabola of time with harmonics of the beat; the velocity and the harmonics of the place turn with the
+    yaw, the velocity linear in time: a straight swim or a turn, steady or slowly changing.
     """
-    order = 2 + min(int(frequency * (time[-1] - time[0]) / 3), 6)
-    powers = np.polynomial.legendre.legvander(np.interp(time, time[[0, -1]], [-1.0, 1.0]), order)
+    span = float(time[-1] - time[0])
+    middle = (time - time.mean()) / span
+    powers = np.stack([np.ones_like(middle), middle, middle**2], axis=1)
     waves = _waves(time, frequency, 2)[:, 1:]
-    yaw = np.concatenate([powers, waves], axis=1)
-    slow = np.linalg.lstsq(yaw, head[:, 2], rcond=None)[0]
-    faced = np.exp(1j * (powers @ slow[: order + 1]))[:, np.newaxis]
-    path = np.concatenate([powers, faced * waves, 1j * faced * waves], axis=1)
+    columns = np.concatenate([powers, waves], axis=1)
+    coefficients = np.linalg.lstsq(columns, head[:, 2], rcond=None)[0]
+    turn = np.exp(1j * (powers @ coefficients[:3]))
+    step = np.append(0.0, np.diff(time))
+    way = [np.cumsum(step * turn * factor) for factor in (1.0, middle)]
+    path = np.column_stack([np.ones_like(turn), *way, turn[:, np.newaxis] * waves])
     place = head[:, 0] + 1j * head[:, 1]
-    rows = np.concatenate([path.real, path.imag]), np.concatenate([place.real, place.imag])
-    # powers have complex coefficients: those of x and of y
-    both = np.concatenate([rows[0], np.concatenate([np.zeros_like(powers), powers])], axis=1)
-    left = (rows[1] - both @ np.linalg.lstsq(both, rows[1], rcond=None)[0]).reshape(2, -1)
-    off = head[:, 2] - yaw @ slow
-    return np.array([*(left**2).mean(axis=1) ** 0.5, float((off**2).mean() ** 0.5)])
+    left = place - path @ np.linalg.lstsq(path, place, rcond=None)[0]
+    yaw = head[:, 2] - columns @ coefficients
+    each = np.stack([left.real, left.imag, yaw], axis=1)
+    return np.asarray(each.std(axis=0) * _widened(each, time, frequency))
+
+
+def _widened(left: Array, time: Array, frequency: float) -> float:
+    """Return the factor from what a fit leaves to its noise, which the mean and some harmonics took their part of.
+
+    Noise of a memory has as many independent values as memories fit into the film, and lies below the frequency whose
+    half period is the memory: harmonics above take none of it.
+    """
+    memory = memory_of(left, time)
+    free = (float(time[-1] - time[0])) / memory
+    taken = 1 + 2 * min(int(0.5 / (memory * frequency)) + 1, HARMONICS)
+    return float(np.sqrt(free / max(free - taken, 0.25 * free)))

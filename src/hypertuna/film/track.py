@@ -26,6 +26,7 @@ SIZE_SD, GIRTH_SD, ESTIMATED_GIRTH_SD = 0.15, 0.05, 0.2  # logs, before the film
 LOSS = 0.3  # of the contrast: larger residuals count little
 MAX_OFFSET = 1.5  # px between drawn and seen edges
 MIN_SEEN = 0.5  # part of a link that must be seen
+WAY = 1.5  # lengths of the fish
 FIXED = 1e12  # precision of an unknown that is known
 BLOCK = 60  # frames of a record of the journal
 GAP = 0.25  # s: after longer ones the frames before tell nothing
@@ -159,9 +160,15 @@ def tune(view: View, body: Body, samples: Gray) -> Tuning:
     if len(whole) < 3:
         states = [one["state"] for _, one in found]
         common = STATES[max(set(states) - {OK}, key=states.count)]
-        rule = f"must show one fish, whole, in {3} of {len(samples)} frames all over the film at least"
+        rule = f"must show one fish, whole, in 3 of {len(samples)} frames all over the film at least"
         fix = "check the robot, the camera's height and the depth of the fish, and that only one fish is in the picture"
         raise InputError(rule, file=view.film.file, value=f"{len(whole)} (most are {common})", fix=fix)
+    places = np.array([one["unknowns"][:2] for _, one in whole])
+    way, length = float(np.linalg.norm(np.ptp(places, axis=0))), float(body.length.sum())
+    if way < WAY * length:
+        rule = f"must swim through {WAY:g} of its lengths at least, for the tank behind it is seen where it is gone"
+        fix = "film a longer way, or go on filming the empty tank for longer than the fish was in it"
+        raise InputError(rule, file=view.film.file, key="the fish", value=f"in {way / length:.2g} of them", fix=fix)
     noises = []
     for edge in EDGES:
         again = [tracker.fit(frame, one["unknowns"], (), edge)["noise"] for frame, one in whole[:8]]
