@@ -26,5 +26,6 @@ void bind_pilot(nb::module_& m);
 void bind_simulation(nb::module_& m);
 void bind_batch(nb::module_& m);
 void bind_firmware(nb::module_& m);
+void bind_film(nb::module_& m);
 
 }  // namespace hypertuna

@@ -12,4 +12,5 @@ NB_MODULE(_core, m) {
     hypertuna::bind_simulation(m);
     hypertuna::bind_batch(m);
     hypertuna::bind_firmware(m);
+    hypertuna::bind_film(m);
 }

@@ -48,7 +48,7 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
         ),
     },
     "Measure and fit": {
-        "trials": ("trials:trials_app", "Tank trials: check them, import published ones."),
+        "trials": ("trials:trials_app", "Tank trials: check them, import published ones, track films."),
         "identify": (
             "identify:identify_command",
             "Fit coefficients of a robot to measured runs, with their uncertainty.",

@@ -1,4 +1,4 @@
-"""The commands `hypertuna trials check | import`."""
+"""The commands `hypertuna trials check | import`, and those of films."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -11,6 +11,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.command import App, Group
 from hypertuna.cli.console import print_written, progress_bar
 from hypertuna.cli.emit import emit, refused, save
+from hypertuna.cli.film import camera_command, track_command
 from hypertuna.cli.import_poses import import_poses_command
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
@@ -27,7 +28,7 @@ from hypertuna.trials.marker_run import MarkerRun
 from hypertuna.trials.tracks import LENGTHS
 from hypertuna.trials.trials import Trials, implausible, read_trials
 
-trials_app = opt.group("Tank trials: check them, import published ones.")
+trials_app = opt.group("Tank trials: check them, import published ones, track films.")
 
 
 @trials_app.command()
@@ -69,6 +70,8 @@ import_app = App(
 )
 trials_app.add_typer(import_app, name="import")
 import_app.command("poses")(import_poses_command)
+trials_app.command("track")(track_command)
+trials_app.command("camera")(camera_command)
 MANIFEST = Annotated[str, opt.file("--output", "the manifest", ".toml")]
 
 

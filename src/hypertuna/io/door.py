@@ -53,6 +53,7 @@ KINDS = {
     "scheduler": Kind("a scheduler file of Dask", MB),
     "state": Kind("a stored state", 250 * MB, "remove the folder to start over"),  # of the finest mesh
     "surface": Kind("a surface", 250 * MB, "remove the folder and run `hypertuna fe bend` again"),
+    "film": Kind("a film", 64_000 * MB),  # an hour of a camera at its highest rate has 45 GB; read frame by frame
     "stored": Kind("a stored result", 16 * MB),  # by another program of this package
 }
 DEPTH = 24  # tables and lists in each other, parts of a dotted key

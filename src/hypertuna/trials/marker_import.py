@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -77,7 +77,7 @@ def fit_marker_run(robot: Robot, path: str | Path, wishes: Wishes, **options: An
     if wishes.from_run:
         where = _learned(robot, where, kept, fitted)
     chain, fit = fitted(where, kept)
-    stretches = _stretches(kept.time, np.flatnonzero(fit.determined))
+    stretches = stretches_of(kept.time, np.flatnonzero(fit.determined))
     return MarkerRun(Path(path).stem, kept, where, chain, fit, stretches, _limits(robot))
 
 
@@ -133,23 +133,43 @@ def write_marker_runs(runs: Sequence[MarkerRun], robot: Robot, output: str | Pat
     for run in runs:
         for k, frames in enumerate(run.stretches):
             name = run.name if len(run.stretches) == 1 else f"{run.name}-{k + 1}"
-            joints, poses = folder / f"{name}-joints.csv", folder / f"{name}-poses.csv"
-            groups = [f"joint_{group}" for group in run.chain.groups]
-            angle, sd = np.degrees(run.fit.angle[frames]), np.degrees(run.fit.sd[frames, 3:])
-            heads = ["time_s", *(f"{group}_deg" for group in groups), *(f"{group}_sd_deg" for group in groups)]
-            _write(joints, comment, heads, np.column_stack([run.markers.time[frames], angle, sd]))
-            turn = np.array([1, 1, 180 / math.pi])
-            pose, error = run.head[frames] * turn, run.head_sd[frames] * turn
-            heads = ["time_s", "x_m", "y_m", "yaw_deg", "x_sd_m", "y_sd_m", "yaw_sd_deg"]
-            _write(poses, comment, heads, np.column_stack([run.markers.time[frames], pose, error]))
-            recordings.append(_recording(name, groups, joints.name, poses.name))
-            files += [str(joints), str(poses)]
+            time, angle, sd = run.markers.time[frames], run.fit.angle[frames], run.fit.sd[frames, 3:]
+            own = (time, angle, sd, run.head[frames], run.head_sd[frames])
+            entry, written = write_recording(folder, name, run.chain.groups, *own, comment=comment)
+            recordings.append(entry)
+            files += written
     document = {"format": 1, "robot": robot.name, "recordings": recordings}
     write_atomically(output, manifest_text(document, comment).encode())
     return [*files, str(output)]
 
 
-def _recording(name: str, groups: Sequence[str], joints: str, poses: str) -> Mapping[str, Any]:
+def write_recording(
+    folder: Path,
+    name: str,
+    names: Sequence[str],
+    time: Array,
+    angle: Array,
+    angle_sd: Array,
+    head: Array,
+    head_sd: Array,
+    *,
+    comment: str,
+) -> tuple[dict[str, Any], list[str]]:
+    """Write joint angles (frames, groups) [rad] and head poses (frames, 3) [m, m, rad] with their standard deviations.
+
+    Returns the entry of the run in a manifest, and the names of the two files.
+    """
+    joints, poses = folder / f"{name}-joints.csv", folder / f"{name}-poses.csv"
+    groups = [f"joint_{group}" for group in names]
+    heads = ["time_s", *(f"{group}_deg" for group in groups), *(f"{group}_sd_deg" for group in groups)]
+    _write(joints, comment, heads, np.column_stack([time, np.degrees(angle), np.degrees(angle_sd)]))
+    turn = np.array([1, 1, 180 / math.pi])
+    heads = ["time_s", "x_m", "y_m", "yaw_deg", "x_sd_m", "y_sd_m", "yaw_sd_deg"]
+    _write(poses, comment, heads, np.column_stack([time, head * turn, head_sd * turn]))
+    return _recording(name, groups, joints.name, poses.name), [str(joints), str(poses)]
+
+
+def _recording(name: str, groups: Sequence[str], joints: str, poses: str) -> dict[str, Any]:
     """Return the entry of a run in a manifest."""
     return {
         "name": name,
@@ -172,7 +192,7 @@ def _write(path: Path, comment: str, heads: Sequence[str], rows: Array) -> None:
     write_atomically(path, ("\n".join(lines) + "\n").encode())
 
 
-def _stretches(time: Array, frames: Frames) -> tuple[Frames, ...]:
+def stretches_of(time: Array, frames: Frames) -> tuple[Frames, ...]:
     """Split frames at gaps that a joint series may not have; leave out short parts."""
     if len(frames) < MIN_SAMPLES:
         return ()

@@ -1,0 +1,172 @@
+"""The camera from pictures: its lens from a checkerboard, its place from four corners of the tank and its height."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+from scipy.optimize import least_squares
+
+from hypertuna.arrays import Array
+from hypertuna.description.mistakes import translate
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.film.camera import Camera
+from hypertuna.film.source import Film, open_film
+from hypertuna.io.door import RUNS
+from hypertuna.io.extras import need
+from hypertuna.io.tables import parse_float, read_table
+from hypertuna.ranges import CELL
+
+COLUMNS = ("u_px", "v_px", "x_m", "y_m")
+BOARDS = 20  # frames in which the board is sought until as many are found
+LEAST_BOARDS = 5
+CORNERS = 4
+
+
+def calibrate(
+    *,
+    size: tuple[int, int] | None = None,
+    board: str | Path | None = None,
+    squares: tuple[int, int] = (9, 6),
+    corners: str | Path | None = None,
+    corner_depth: float = 0.0,
+    height: float,
+    focal: float | None = None,
+    lens_k1: float = 0.0,
+    refractive_index: float = 1.333,
+) -> tuple[Camera, dict[str, Any]]:
+    """Find a camera, and how far it is off [px].
+
+    size: of the picture, where no board is filmed. board: film of a checkerboard in air; squares: its inner corners.
+    corners: CSV file of four points of the tank or more, in pixels and m, at `corner_depth` [m]; height: of the camera
+    over the water [m]. focal, lens_k1: of the lens, where no board is filmed; without corners the camera looks straight
+    down.
+    """
+    about: dict[str, Any] = {}
+    if board is not None:
+        film = open_film(board)
+        size = film.width, film.height
+        focal, center, lens_k1, about = _lens(film, squares)
+    elif size is None:
+        raise InputError("must be given", key="--size", fix="give the size of the film's frames, or a film of a board")
+    else:
+        center = (size[0] - 1) / 2, (size[1] - 1) / 2
+    values = {"width_px": size[0], "height_px": size[1], "lens_k1": lens_k1, "center_px": center}
+    values |= {"refractive_index": refractive_index}
+    if corners is None:
+        if focal is None:
+            fix = "film a checkerboard, or give the corners of the tank"
+            raise InputError("must be given without board and corners", key="--focal", fix=fix)
+        return _camera(values | {"focal_px": focal, "place_m": (0.0, 0.0, height)}), about
+    pixels, places = read_corners(corners)
+    camera, residual = _placed(values, pixels, places, corner_depth, height, focal, str(corners))
+    rms = float(np.sqrt((residual**2).sum(axis=1).mean()))
+    return camera, about | {"corners": len(pixels), "corner_rms_px": rms}
+
+
+def read_corners(path: str | Path) -> tuple[Array, Array]:
+    """Read points of the tank from a CSV file: pixels (n, 2) and places (n, 2) [m]."""
+    table = read_table(path, RUNS)
+    for column in table.head:
+        if column not in COLUMNS:
+            fix = did_you_mean(column, COLUMNS)
+            raise InputError("is not a known column", file=table.file, key=f"line {table.line}, {column}", fix=fix)
+    table.check_once(table.head)
+    if missing := [column for column in COLUMNS if column not in table.head]:
+        raise InputError("must be a column", file=table.file, key=missing[0], value="missing", fix="add it")
+    rows = []
+    for line, cells in table.checked(table.rows):
+        named = dict(zip(table.head, cells, strict=True))
+        for column in COLUMNS:
+            try:
+                number = parse_float(named[column])
+            except ValueError:
+                number = float("nan")
+            if number not in CELL:
+                key = f"line {line}, {column}"
+                raise InputError(CELL.rule, file=table.file, key=key, value=shown(named[column]), fix="give a number")
+            named[column] = number
+        rows.append([named[column] for column in COLUMNS])
+    if len(rows) < CORNERS:
+        rule, fix = f"must have {CORNERS} points of the tank at least", "add the other corners"
+        raise InputError(rule, file=table.file, value=f"{len(rows)}", fix=fix)
+    values = np.array(rows)
+    return values[:, :2], values[:, 2:]
+
+
+def _camera(values: dict[str, Any]) -> Camera:
+    """Return a camera of checked values."""
+    try:
+        return Camera.model_validate(values)
+    except ValidationError as error:
+        raise translate(error, values, Camera, "the camera") from None
+
+
+def _placed(
+    values: dict[str, Any], pixels: Array, places: Array, depth: float, height: float, focal: float | None, file: str
+) -> tuple[Camera, Array]:
+    """Return the camera that sees points of the tank at their pixels, and what is left [px]."""
+    middle, spread = places.mean(axis=0), pixels - pixels.mean(axis=0)
+    around = places - middle
+    # a turn and a scale from pixels (y down) to places begin the search
+    image = (spread[:, 0] - 1j * spread[:, 1])[:, np.newaxis]
+    factor = complex(np.linalg.lstsq(image, around[:, 0] + 1j * around[:, 1], rcond=None)[0][0])
+    if abs(factor) == 0 or np.linalg.matrix_rank(around, tol=1e-6) < 2:
+        raise InputError("must not lie on one line", file=file, key="the points", fix="give the corners of the tank")
+    start = np.array([middle[0], middle[1], 0.0, 0.0, np.angle(factor), 0.0])
+    own = height / abs(factor) if focal is None else focal
+
+    def camera(x: Array) -> Camera:
+        turn = np.array([0.0, 0.0, x[4]])
+        tilt = np.degrees(_combined(np.array([x[2], x[3], 0.0]), turn))
+        place = (float(x[0]), float(x[1]), height)
+        length = own * np.exp(x[5]) if focal is None else own
+        return _camera(values | {"focal_px": float(length), "place_m": place, "tilt_deg": tuple(map(float, tilt))})
+
+    def off(x: Array) -> Array:
+        try:
+            seen, _ = camera(x).sight(pixels, depth)
+        except InputError:
+            return np.full(places.size, 1e3)
+        scale = np.append(np.zeros(places.size), [])
+        return np.concatenate([((seen - places) / abs(factor)).ravel(), scale[:0]])
+
+    found = least_squares(off, start, x_scale=[height, height, 0.1, 0.1, 0.1, 0.1])
+    return camera(found.x), found.fun.reshape(-1, 2)
+
+
+def _combined(tilt: Array, turn: Array) -> Array:
+    """Return the rotation vector of a turn after a tilt."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray((Rotation.from_rotvec(turn) * Rotation.from_rotvec(tilt)).as_rotvec())
+
+
+def _lens(film: Film, squares: tuple[int, int]) -> tuple[float, tuple[float, float], float, dict[str, Any]]:
+    """Return focal length, center, k1 and what was found, from a film of a checkerboard."""
+    need("film", "cv2", by="calibration")
+    import cv2
+
+    grid = np.zeros((squares[0] * squares[1], 3), np.float32)
+    grid[:, :2] = np.mgrid[: squares[0], : squares[1]].T.reshape(-1, 2)
+    samples = film.sample()
+    seen = []
+    for sample in samples:
+        found, points = cv2.findChessboardCornersSB(sample, squares)
+        if found:
+            seen.append(points.astype(np.float32))
+        if len(seen) == BOARDS:
+            break
+    if len(seen) < LEAST_BOARDS:
+        rule = f"must show the board of {squares[0]} x {squares[1]} inner corners in {LEAST_BOARDS} of its frames"
+        fix = "film it whole, tilted in several ways, and give its inner corners by --squares"
+        raise InputError(rule, file=film.file, value=f"seen in {len(seen)} of {len(samples)}", fix=fix)
+    flags = cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_ASPECT_RATIO
+    start = np.array([[film.width, 0, film.width / 2], [0, film.width, film.height / 2], [0, 0, 1]], float)
+    rms, matrix, lens, _, _ = cv2.calibrateCamera(
+        [grid] * len(seen), seen, (film.width, film.height), start, None, flags=flags | cv2.CALIB_USE_INTRINSIC_GUESS
+    )
+    about = {"boards": len(seen), "board_rms_px": float(rms)}
+    return float(matrix[0, 0]), (float(matrix[0, 2]), float(matrix[1, 2])), float(np.ravel(lens)[0]), about

@@ -1,0 +1,127 @@
+"""What a periodic motion leaves of tracked angles: the noise of ripples on the water, with its memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hypertuna.arrays import Array
+
+HARMONICS = 4
+LEAST_BEATS = 3.0  # in the film
+SLOWEST, FASTEST = 0.2, 0.2  # beats per second; of the frame rate
+TRIALS = 8  # of a frequency, per resolution of the film
+SMALL_BEAT = np.radians(1.0)  # amplitude of a beat
+STEADY = 0.5  # part of the variance that the harmonics must tell
+
+
+@dataclass(frozen=True)
+class Beat:
+    """A periodic motion through tracked joint angles."""
+
+    frequency: float  # Hz
+    harmonics: Array  # (1 + 2 HARMONICS, groups) [rad]: mean, then cosine and sine of each
+    noise: Array  # (groups,) [rad]: standard deviation of what is left
+    memory: float  # s: over which it is correlated
+    beats: float  # in the film
+
+    def angle(self, time: Array) -> Array:
+        """Return the joint angles (times, groups) [rad]."""
+        return np.asarray(_waves(time, self.frequency) @ self.harmonics)
+
+    @property
+    def amplitude(self) -> Array:
+        """Amplitude of the first harmonic (groups,) [rad]."""
+        return np.hypot(self.harmonics[1], self.harmonics[2])
+
+
+def beat_of(time: Array, angle: Array) -> Beat | None:
+    """Fit harmonics to joint angles (frames, groups) [rad]; None where the motion is not periodic."""
+    span = float(time[-1] - time[0])
+    if len(time) < 4 * (1 + 2 * HARMONICS) or np.ptp(angle, axis=0).max() < 2 * SMALL_BEAT:
+        return None
+    rate = (len(time) - 1) / span
+    low, high = max(SLOWEST, 1.5 / span), FASTEST * rate
+    grid = np.arange(low, high, 1 / (TRIALS * span))
+    if not len(grid):
+        return None
+    first = [_left(time, angle, f, 1) for f in grid]
+    best = float(grid[int(np.argmin(first))])
+    for width in (1 / (TRIALS * span), 1 / (TRIALS**2 * span), 1 / (TRIALS**3 * span)):
+        near = best + width * np.linspace(-1, 1, 17)
+        best = float(near[int(np.argmin([_left(time, angle, f, HARMONICS) for f in near]))])
+    waves = _waves(time, best)
+    harmonics = np.linalg.lstsq(waves, angle, rcond=None)[0]
+    left = angle - waves @ harmonics
+    if best * span < LEAST_BEATS or (left**2).sum() > STEADY * ((angle - angle.mean(axis=0)) ** 2).sum():
+        return None
+    noise = left.std(axis=0) * _widened(left, time, best)
+    return Beat(best, harmonics, noise, memory_of(left, time), best * span)
+
+
+def memory_of(left: Array, time: Array) -> float:
+    """Return the time [s] over which residuals (frames, groups) are correlated: 1 + 2 sum of correlations, in frames.
+
+    The sum ends at the first lag whose correlation is below 0.05.
+    """
+    interval = float(np.median(np.diff(time)))
+    centered = left - left.mean(axis=0)
+    variance = (centered**2).mean(axis=0)
+    total = 1.0
+    for lag in range(1, len(left) // 3):
+        both = (centered[lag:] * centered[:-lag]).mean(axis=0) / np.maximum(variance, 1e-300)
+        if float(np.median(both)) < 0.05:
+            break
+        total += 2 * float(np.median(both))
+    return total * interval
+
+
+def _waves(time: Array, frequency: float, count: int = HARMONICS) -> Array:
+    """Return columns (times, 1 + 2 count): 1, cosines and sines."""
+    phase = 2 * np.pi * frequency * time
+    columns = [np.ones_like(time)]
+    for k in range(1, count + 1):
+        columns += [np.cos(k * phase), np.sin(k * phase)]
+    return np.stack(columns, axis=1)
+
+
+def _left(time: Array, angle: Array, frequency: float, count: int) -> float:
+    """Return the sum of squares that harmonics of a frequency leave."""
+    q, _ = np.linalg.qr(_waves(time, frequency, count))
+    return float(((angle - q @ (q.T @ angle)) ** 2).sum())
+
+
+def path_noise(time: Array, head: Array, frequency: float) -> Array:
+    """Return the standard deviations (3,) [m, m, rad] of what a smooth swim leaves of head poses.
+
+    The yaw is a parabola of time with harmonics of the beat; the velocity and the harmonics of the place turn with the
+    yaw, the velocity linear in time: a straight swim or a turn, steady or slowly changing.
+    """
+    span = float(time[-1] - time[0])
+    middle = (time - time.mean()) / span
+    powers = np.stack([np.ones_like(middle), middle, middle**2], axis=1)
+    waves = _waves(time, frequency, 2)[:, 1:]
+    columns = np.concatenate([powers, waves], axis=1)
+    coefficients = np.linalg.lstsq(columns, head[:, 2], rcond=None)[0]
+    turn = np.exp(1j * (powers @ coefficients[:3]))
+    step = np.append(0.0, np.diff(time))
+    way = [np.cumsum(step * turn * factor) for factor in (1.0, middle)]
+    path = np.column_stack([np.ones_like(turn), *way, turn[:, np.newaxis] * waves])
+    place = head[:, 0] + 1j * head[:, 1]
+    left = place - path @ np.linalg.lstsq(path, place, rcond=None)[0]
+    yaw = head[:, 2] - columns @ coefficients
+    each = np.stack([left.real, left.imag, yaw], axis=1)
+    return np.asarray(each.std(axis=0) * _widened(each, time, frequency))
+
+
+def _widened(left: Array, time: Array, frequency: float) -> float:
+    """Return the factor from what a fit leaves to its noise, which the mean and some harmonics took their part of.
+
+    Noise of a memory has as many independent values as memories fit into the film, and lies below the frequency whose
+    half period is the memory: harmonics above take none of it.
+    """
+    memory = memory_of(left, time)
+    free = (float(time[-1] - time[0])) / memory
+    taken = 1 + 2 * min(int(0.5 / (memory * frequency)) + 1, HARMONICS)
+    return float(np.sqrt(free / max(free - taken, 0.25 * free)))

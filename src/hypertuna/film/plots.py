@@ -1,0 +1,59 @@
+"""Figure to check a tracked film: its worst frames, the path, joint angles with the beat through them."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hypertuna.arrays import Array
+from hypertuna.figures import COLORS, FAINT, INK, WIDTH, styled
+from hypertuna.film.overlay import drawn
+from hypertuna.film.run import FilmRun
+from hypertuna.film.states import STATES
+
+WORST = 4  # frames
+
+
+@styled
+def plot_film(run: FilmRun, *, width: float = WIDTH) -> Figure:
+    """Plot the frames whose edges are farthest off, the head's path, and the joint angles; width [inch]."""
+    figure = Figure(figsize=(width, 1.25 * width), layout="constrained")
+    rows = figure.subplots(3, 1, height_ratios=(1.2, 0.8, 1.0))
+    grid = rows[0].get_subplotspec().subgridspec(2, WORST // 2)
+    rows[0].remove()
+    worst = _worst(run.tracked.offset)
+    pictures = {k: drawn(run, k, frame) for k, frame in _frames(run, worst)}
+    for place, number in enumerate(worst):
+        panel = figure.add_subplot(grid[place])
+        panel.set_axis_off()
+        if number in pictures:
+            box, _ = run.view.box(run.body, np.append(run.tracked.unknowns[number], [run.tuning.size, 0.0, 0.0]))
+            panel.imshow(pictures[number][box][..., ::-1])
+        state = STATES[run.tracked.state[number]]
+        panel.set_title(f"frame {number}: {run.tracked.offset[number]:.2f} px off, {state}", fontsize="small")
+    own = np.concatenate(run.stretches)
+    head, time = run.head[own], run.tracked.time[own]
+    rows[1].plot(head[:, 0], head[:, 1], color=INK)
+    rows[1].set_aspect("equal", adjustable="datalim")
+    rows[1].set_xlabel("x of the head [m]")
+    rows[1].set_ylabel("y [m]")
+    for k, group in enumerate(run.body.groups):
+        rows[2].plot(time, np.degrees(run.angle[own, k]), ".", markersize=2, color=COLORS[k % len(COLORS)], label=group)
+        if run.beat is not None:
+            rows[2].plot(time, np.degrees(run.beat.angle(time)[:, k]), color=FAINT, linewidth=0.8)
+    rows[2].set_xlabel("time [s]")
+    rows[2].set_ylabel("joint angle [deg]")
+    rows[2].legend(ncols=len(run.body.groups))
+    figure.suptitle(f"{run.name}: worst frames, path and joint angles")
+    return figure
+
+
+def _worst(offset: Array) -> list[int]:
+    """Return the frames whose edges are farthest off."""
+    known = np.flatnonzero(np.isfinite(offset))
+    return sorted(known[np.argsort(-offset[known])][:WORST].tolist())
+
+
+def _frames(run: FilmRun, numbers: list[int]) -> list[tuple[int, Array]]:
+    """Return frames of the film by number."""
+    return [next(iter(run.view.film.frames(number))) for number in numbers]

@@ -1,0 +1,234 @@
+"""A film into a trial: joint angles and head poses with their errors, and the files of a manifest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.film.camera import Camera
+from hypertuna.film.noise import Beat, beat_of, path_noise
+from hypertuna.film.sections import Body, body_of
+from hypertuna.film.source import open_film
+from hypertuna.film.states import BORDER, LOST, MISFIT, OK, STATES, UNSEEN
+from hypertuna.film.track import MIN_SEEN, Tracked, Tracker, Tuning, forward, track, tune
+from hypertuna.film.view import View, view_of
+from hypertuna.io.checkpoint import Journal
+from hypertuna.io.files import write_atomically
+from hypertuna.trials.importers import manifest_text
+from hypertuna.trials.marker_import import Frames, stretches_of, write_recording
+
+LEAST_OK = 0.5  # part of the frames
+MAX_OFF = 0.10  # relative: the fish's length by the camera over that of the robot
+TOLD_OFF = 0.02  # relative: the same, where it is told
+BACKWARD = 0.2  # body lengths: a fish that goes tail first for longer is taken the other way round
+FIXES = {
+    LOST: "film with more contrast: a dark fish over a white floor, at a fixed exposure",
+    BORDER: "cut the film to the time when the whole fish is in the picture",
+    MISFIT: "check the sections of the robot, and that the fish touches no other fish and no wall",
+    UNSEEN: "paint the fin dark, or give it a rib 4 mm wide",
+}
+
+
+@dataclass(frozen=True)
+class FilmRun:
+    """The fish of a film."""
+
+    name: str
+    view: View
+    body: Body
+    tuning: Tuning
+    tracked: Tracked
+    beat: Beat | None
+    head_noise: Array  # (3,) [m, m, rad] of the head's pose
+    scale: str  # by which lengths are measured: "fish" or "camera"
+    stretches: tuple[Frames, ...]  # frames in use, without long gaps
+
+    @property
+    def size(self) -> float:
+        """The fish's length by the camera over that of the robot."""
+        return math.exp(self.tuning.size)
+
+    @property
+    def angle(self) -> Array:
+        """Joint angles (frames, groups) [rad]."""
+        return self.tracked.unknowns[:, 3:]
+
+    @property
+    def noise(self) -> Array:
+        """Standard deviations of the joint angles (groups,) [rad], of ripples and pixels."""
+        pixels = np.median(_sd(self.tracked)[self.tracked.state == OK, 3:], axis=0)
+        return np.asarray(pixels if self.beat is None else np.maximum(self.beat.noise, pixels))
+
+    @property
+    def angle_sd(self) -> Array:
+        """Standard deviations of the joint angles (frames, groups) [rad]."""
+        return np.asarray(np.maximum(_sd(self.tracked)[:, 3:], self.noise))
+
+    @property
+    def head(self) -> Array:
+        """Poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad]."""
+        return _head(self.tracked, self.body, self.size, self.scale)
+
+    @property
+    def head_sd(self) -> Array:
+        """Standard deviations (frames, 3) of the head poses [m, m, rad]."""
+        return np.asarray(np.maximum(_sd(self.tracked)[:, :3], self.head_noise))
+
+    def record(self) -> dict[str, Any]:
+        """Return what was found, units in the names."""
+        state, groups = self.tracked.state, self.body.groups
+        seen = self.tracked.seen[np.isfinite(self.tracked.offset)] >= MIN_SEEN
+        return {
+            "name": self.name,
+            "file": self.view.film.file,
+            "frames": len(state),
+            "frames_used": sum(map(len, self.stretches)),
+            "recordings": len(self.stretches),
+            "frame_rate_hz": self.view.film.rate,
+            "states": {STATES[k]: int((state == k).sum()) for k in range(len(STATES))},
+            "fish_px": float(self.body.length.sum()) * self.size / self.view.pixel,
+            "contrast_gray": self.view.contrast,
+            "edge_offset_px": float(np.median(self.tracked.offset[state == OK])),
+            "length_ratio": self.size,
+            "scale": self.scale,
+            "seen": dict(zip(groups, (float(seen[:, k].mean()) for k in _links(self.body)), strict=True)),
+            "noise_deg": np.degrees(self.noise),
+            "noise_tau_s": self.memory,
+            "head_sd_mm": 1e3 * self.head_noise[:2],
+            "yaw_sd_deg": float(np.degrees(self.head_noise[2])),
+            "beat_hz": None if self.beat is None else self.beat.frequency,
+            "beats": None if self.beat is None else self.beat.beats,
+            "amplitude_deg": None if self.beat is None else np.degrees(self.beat.amplitude),
+            "warnings": self.warnings,
+        }
+
+    @property
+    def memory(self) -> float:
+        """Time [s] over which the noise of the joint angles is correlated."""
+        return 1 / self.view.film.rate if self.beat is None else self.beat.memory
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences on what to check."""
+        told = []
+        if abs(self.size - 1) > TOLD_OFF:
+            percent = f"{100 * abs(self.size - 1):.1f} % {'longer' if self.size > 1 else 'shorter'}"
+            used = "the fish's own length" if self.scale == "fish" else "the camera"
+            told.append(
+                f"{self.name}: the fish looks {percent} than the robot: check the camera's height, the depth of the "
+                f"fish and its length. Lengths are measured by {used}."
+            )
+        if self.beat is None:
+            told.append(
+                f"{self.name}: no steady beat was found, so the noise of ripples is unknown, and the errors are those "
+                "of the pixels alone: film six beats of a steady gait."
+            )
+        elif self.beat.beats < 6:
+            told.append(f"{self.name}: {self.beat.beats:.1f} beats are few: six show the noise well.")
+        if lost := len(self.tracked.state) - sum(map(len, self.stretches)):
+            why = [f"{(self.tracked.state == k).sum()} {STATES[k]}" for k in FIXES if (self.tracked.state == k).any()]
+            told.append(f"{self.name}: {lost} frames are left out ({', '.join(why) or 'in short parts'}).")
+        return told
+
+
+def track_film(
+    robot: Robot,
+    path: str | Path,
+    camera: Camera,
+    *,
+    depth: float,
+    sections: str | Path | None = None,
+    scale: str = "fish",
+    journal: Journal | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> FilmRun:
+    """Track a robot through a film.
+
+    depth: of the fish [m]; sections: CSV file of widths and heights; scale: "fish", by its length, or "camera".
+    """
+    film = open_film(path)
+    body = body_of(robot, sections)
+    view, samples = view_of(film, camera, depth, body)
+    tuning = tune(view, body, samples)
+    del samples
+    if abs(math.exp(tuning.size) - 1) > MAX_OFF:
+        percent = 100 * (math.exp(tuning.size) - 1)
+        rule, fix = (
+            f"must look as long as the robot, within {100 * MAX_OFF:g} %",
+            ("check the robot's length, the camera's height and focal length, and the depth of the fish"),
+        )
+        raise InputError(rule, file=film.file, key="the fish", value=f"{percent:+.1f} % longer", fix=fix)
+    tracker, journal = Tracker(view, body, tuning), journal or Journal(None, {})
+    tracked = track(tracker, journal, progress)
+    if forward(tracked) < -BACKWARD * float(body.length.sum()):
+        again = track(tracker, journal, progress, turn=True)
+        tracked = again if (again.state == OK).sum() > 0.8 * (tracked.state == OK).sum() else tracked
+    stretches = _check(tracked, body, film.file)
+    own = np.concatenate(stretches)
+    tracked.unknowns[own, 2] = np.unwrap(tracked.unknowns[own, 2])
+    beat = beat_of(tracked.time[own], tracked.unknowns[own, 3:])
+    head = _head(tracked, body, math.exp(tuning.size), scale)[own]
+    noise = np.median(_sd(tracked)[own, :3], axis=0)
+    noise = noise if beat is None else np.maximum(path_noise(tracked.time[own], head, beat.frequency), noise)
+    return FilmRun(Path(path).stem, view, body, tuning, tracked, beat, noise, scale, stretches)
+
+
+def write_film_run(run: FilmRun, robot: Robot, output: str | Path, comment: str) -> list[str]:
+    """Write joint angles, head poses and a manifest; return the names of the files."""
+    folder, files, recordings = Path(output).parent, [], []
+    for k, frames in enumerate(run.stretches):
+        name = run.name if len(run.stretches) == 1 else f"{run.name}-{k + 1}"
+        own = (run.tracked.time[frames], run.angle[frames], run.angle_sd[frames], run.head[frames], run.head_sd[frames])
+        entry, written = write_recording(folder, name, run.body.groups, *own, comment=comment)
+        entry["joints"]["noise_deg"] = [float(f"{sd:.4g}") for sd in np.degrees(run.noise)]
+        entry["joints"]["noise_tau_s"] = float(f"{run.memory:.4g}")
+        recordings.append(entry)
+        files += written
+    document = {"format": 1, "robot": robot.name, "recordings": recordings}
+    write_atomically(output, manifest_text(document, comment).encode())
+    return [*files, str(output)]
+
+
+def _sd(tracked: Tracked) -> Array:
+    """Return standard deviations (frames, 3 + groups) by the noise of pixels."""
+    return np.asarray(np.sqrt(np.einsum("fii->fi", tracked.covariance)))
+
+
+def _links(body: Body) -> list[int]:
+    """Return the first link that each joint group turns."""
+    return [int(np.flatnonzero(column)[0]) for column in body.share.T]
+
+
+def _head(tracked: Tracked, body: Body, size: float, scale: str) -> Array:
+    """Return poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad]."""
+    x, y, heading = tracked.unknowns[:, :3].T
+    half = body.length[0] / 2 * size
+    place = np.column_stack([x + half * np.cos(heading), y + half * np.sin(heading)])
+    return np.column_stack([place / (size if scale == "fish" else 1.0), heading + math.pi])
+
+
+def _check(tracked: Tracked, body: Body, file: str) -> tuple[Frames, ...]:
+    """Return the frames in use; refuse a film of which too little is known."""
+    state, count = tracked.state, len(tracked.state)
+    found = np.isfinite(tracked.offset)
+    for group, k in zip(body.groups, _links(body), strict=True):
+        part = float((tracked.seen[found, k] >= MIN_SEEN).mean()) if found.any() else 1.0
+        if part < LEAST_OK:
+            rule = f"must show the part behind joint {group} in {100 * LEAST_OK:g} % of the frames"
+            raise InputError(rule, file=file, value=f"seen in {100 * part:.0f} %", fix=FIXES[UNSEEN])
+    stretches = stretches_of(tracked.time, np.flatnonzero(state == OK))
+    used = sum(map(len, stretches))
+    if used < LEAST_OK * count:
+        worst = max(FIXES, key=lambda k: int((state == k).sum()))
+        value = f"so in {used} of {count}; in {(state == worst).sum()} it is {STATES[worst]}"
+        rule = f"must show one fish, whole, in {100 * LEAST_OK:g} % of its frames"
+        raise InputError(rule, file=file, value=value, fix=FIXES[worst])
+    return stretches

@@ -1,0 +1,147 @@
+"""The silhouette of a robot: its links, and half widths and half heights of its sections from nose to tail tip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hypertuna import _core
+from hypertuna.arrays import Array
+from hypertuna.description.pose import group_shares
+from hypertuna.description.robot import Robot
+from hypertuna.description.shape import Shape
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.io.door import RUNS
+from hypertuna.io.tables import parse_float, read_table
+from hypertuna.ranges import Range
+
+STATIONS = 201
+COLUMNS = ("from_nose_m", "width_m", "height_m")
+SIZE = Range(min=0, max=10, unit="m")
+
+
+@dataclass(frozen=True)
+class Body:
+    """A chain of links with elliptical sections.
+
+    Unknowns: x, y, heading of the nose, joint angles, logs of size and girth, contrast. Size multiplies all lengths and
+    sections, girth the widths alone.
+    """
+
+    length: Array  # (links,) [m]
+    share: Array  # (links, groups): heading of a link = that of the head + share @ joint angles
+    section: Array  # (stations, 2): half width and half height, squared [m^2]
+    groups: tuple[str, ...]
+    measured: bool = False  # whether the sections are from a file
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns of a frame."""
+        return 6 + len(self.groups)
+
+    @property
+    def stations(self) -> Array:
+        """Distances of the stations from the nose [m]."""
+        return np.linspace(0.0, float(self.length.sum()), len(self.section))
+
+    @property
+    def area(self) -> float:
+        """Area seen from straight above [m^2]."""
+        return float(2 * np.trapezoid(np.sqrt(self.section[:, 0]), self.stations))
+
+    def fit(
+        self, pixels: Array, start: Array, prior: tuple[Array, Array], stages: Array, loss: float
+    ) -> dict[str, Any]:
+        """Fit the silhouette to pixels (n, 5); prior: mean and precision (times the squared noise) of the unknowns."""
+        chain = (self.length, self.share, self.section)
+        return _core.fit_silhouette(pixels, *chain, start, *prior, stages, loss, ITERATIONS)
+
+    def draw(self, pixels: Array, unknowns: Array, edge: float) -> dict[str, Any]:
+        """Draw the silhouette over pixels (n, 5), its edge blurred by `edge` [m]."""
+        return _core.draw_silhouette(pixels, self.length, self.share, self.section, unknowns, edge)
+
+    def joints(self, unknowns: Array) -> tuple[Array, Array]:
+        """Return the joints (..., links + 1, 2) [m] and the headings of the links (..., links) [rad]."""
+        groups = len(self.groups)
+        heading = unknowns[..., 2:3] + unknowns[..., 3 : 3 + groups] @ self.share.T
+        size = np.exp(unknowns[..., 3 + groups, np.newaxis])
+        steps = np.stack([np.cos(heading), np.sin(heading)], axis=-1) * (size * self.length)[..., np.newaxis]
+        nose = unknowns[..., np.newaxis, :2]
+        return np.concatenate([nose, nose + np.cumsum(steps, axis=-2)], axis=-2), heading
+
+    def outline(self, unknowns: Array) -> Array:
+        """Return the outline (points, 2) [m] seen from straight above, for pictures."""
+        points, heading = self.joints(unknowns)
+        ends = np.append(0.0, np.cumsum(self.length))
+        link = np.clip(np.searchsorted(ends, self.stations, side="right") - 1, 0, len(self.length) - 1)
+        size, girth = np.exp(unknowns[3 + len(self.groups) : 5 + len(self.groups)])
+        axis = np.stack([np.cos(heading), np.sin(heading)], axis=-1)[link]
+        middle = points[link] + size * (self.stations - ends[link])[:, np.newaxis] * axis
+        side = size * girth * np.sqrt(self.section[:, :1]) * np.stack([-axis[:, 1], axis[:, 0]], axis=-1)
+        return np.concatenate([middle + side, (middle - side)[::-1]])
+
+
+ITERATIONS = 15  # of Levenberg and Marquardt, in one stage
+
+
+def body_of(robot: Robot, file: str | Path | None = None) -> Body:
+    """Return the silhouette of a robot, its sections from a CSV file, or estimated from its lengths, areas and mass."""
+    length = np.array(robot.links.length)
+    share = np.cumsum(group_shares(robot), axis=0)
+    stations = np.linspace(0.0, float(length.sum()), STATIONS)
+    half = _estimated(robot, stations) if file is None else _read(file, stations)
+    return Body(length, share, half**2, tuple(group.name for group in robot.joints), file is not None)
+
+
+def with_widths(body: Body, half_width: Array) -> Body:
+    """Return a body of other half widths (stations,) [m]."""
+    return replace(body, section=np.column_stack([half_width**2, body.section[:, 1]]))
+
+
+def _estimated(robot: Robot, stations: Array) -> Array:
+    """Estimate half widths and heights (stations, 2) [m] of a slender fish; heights agree with the lateral areas."""
+    shape = Shape.of(robot.body.length, robot.body.mass)
+    x, height, width = shape.sections(0.0, shape.length)
+    ends = np.append(0.0, np.cumsum(robot.links.length)) / float(np.sum(robot.links.length)) * shape.length
+    for begin, end, area in zip(ends[:-1], ends[1:], robot.links.lateral_area, strict=True):
+        own = (x >= begin) & (x < end)
+        height[own] *= area / (end - begin) / height[own].mean()
+    place = stations / stations[-1] * shape.length
+    half = np.column_stack([np.interp(place, x, column, left=0.0) / 2 for column in (width, height)])
+    half[0] = 0.0
+    return half
+
+
+def _read(path: str | Path, stations: Array) -> Array:
+    """Read half widths and heights (stations, 2) [m] from a CSV file."""
+    table = read_table(path, RUNS)
+    for column in table.head:
+        if column not in COLUMNS:
+            fix = did_you_mean(column, COLUMNS)
+            raise InputError("is not a known column", file=table.file, key=f"line {table.line}, {column}", fix=fix)
+    table.check_once(table.head)
+    if missing := [column for column in COLUMNS if column not in table.head]:
+        fix = "measure widths and heights at a dozen stations, nose and tail tip among them"
+        raise InputError("must be a column", file=table.file, key=missing[0], value="missing", fix=fix)
+    rows = []
+    for line, cells in table.checked(table.rows):
+        named = dict(zip(table.head, cells, strict=True))
+        for column in COLUMNS:
+            try:
+                number = parse_float(named[column])
+            except ValueError:
+                number = float("nan")
+            if number not in SIZE:
+                key, fix = f"line {line}, {column}", "give it in m"
+                raise InputError(SIZE.rule, file=table.file, key=key, value=shown(named[column]), fix=fix)
+            named[column] = number
+        rows.append([named[column] for column in COLUMNS])
+    place, width, height = np.array(rows).T if rows else np.zeros((3, 0))
+    total = float(stations[-1])
+    if len(rows) < 3 or (np.diff(place) <= 0).any() or abs(place[0]) > 0 or abs(place[-1] / total - 1) > 0.02:
+        rule = f"must go in rising order from 0 at the nose to {total:g} at the tail tip, in three lines at least"
+        raise InputError(rule, file=table.file, key="from_nose_m", fix="correct the stations, or the robot's lengths")
+    return np.column_stack([np.interp(stations, place, column) / 2 for column in (width, height)])

@@ -1,0 +1,114 @@
+"""The camera against rays that another program traces, and its calibration against cameras that are known."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from film.rendered import Eye, write_film
+from film.small import camera
+from hypertuna.errors import InputError
+from hypertuna.film.calibrate import calibrate
+from hypertuna.film.camera import Camera, read_camera, write_camera
+
+EYE = Eye(size=(320, 240), focal=300.0, k1=-0.15, place=(0.1, -0.2, 1.5))
+
+
+def grid(eye):
+    return np.stack(np.meshgrid(np.arange(eye.size[0]), np.arange(eye.size[1])), axis=-1)
+
+
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.08, -0.05)])
+def test_pixels_see_where_rays_end(tilt) -> None:
+    eye = replace(EYE, tilt=tilt)
+    a, b = tilt
+    down = np.diag([1.0, -1.0, -1.0])
+    turned = down @ Rotation.from_euler("XY", [a, b]).as_matrix() @ down
+    own = camera(replace(eye, tilt=(0.0, 0.0)))
+    own = own.model_copy(update={"tilt": tuple(Rotation.from_matrix(turned).as_rotvec())})
+    place, lean = own.sight(grid(eye), 0.3)
+    there, aside = eye.rays(0.3)
+    np.testing.assert_allclose(place, there, atol=1e-9)
+    np.testing.assert_allclose(lean, -aside, atol=1e-9)  # up, where rays go down
+    np.testing.assert_allclose(own.pixels(place[::40, ::40], 0.3), grid(eye)[::40, ::40], atol=1e-5)
+
+
+def test_a_camera_is_read_as_it_was_written(tmp_path) -> None:
+    own = camera(EYE)
+    write_camera(own, tmp_path / "camera.toml", "a camera")
+    assert read_camera(tmp_path / "camera.toml") == own
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [("focal_px = 0", "focal_px"), ("tilt_deg = [90.0, 0.0, 0.0]", "tilt_deg"), ("zoom = 2", "zoom")],
+)
+def test_a_mistake_in_a_camera_is_named(tmp_path, line, sentence) -> None:
+    write_camera(camera(EYE), tmp_path / "camera.toml", "a camera")
+    key = line.partition(" =")[0]
+    lines = (tmp_path / "camera.toml").read_text().splitlines()
+    (tmp_path / "camera.toml").write_text("\n".join([*(one for one in lines if not one.startswith(key)), line]))
+    with pytest.raises(InputError, match=sentence):
+        read_camera(tmp_path / "camera.toml")
+
+
+def corners(eye, path, depth=0.0):
+    """Write points of the tank near the corners of the picture, where the eye sees them."""
+    there, _ = eye.rays(depth)
+    rows = [(u, v, *there[v, u]) for u in (20, 160, 300) for v in (15, 225)]
+    path.write_text("u_px,v_px,x_m,y_m\n" + "".join(f"{u},{v},{x:.7f},{y:.7f}\n" for u, v, x, y in rows))
+    return path
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.5])
+def test_corners_give_place_tilt_and_focal_length(tmp_path, depth) -> None:
+    eye = replace(EYE, tilt=(0.06, -0.04))
+    file = corners(eye, tmp_path / "corners.csv", depth)
+    found, about = calibrate(size=eye.size, corners=file, corner_depth=depth, height=1.5, lens_k1=eye.k1)
+    there, _ = eye.rays(0.1)
+    place, _ = found.sight(grid(eye), 0.1)
+    assert about["corner_rms_px"] < 0.01
+    assert np.abs(place - there).max() < 2e-4  # m, of a picture 1.6 m wide
+    assert found.focal == pytest.approx(eye.focal, rel=1e-3)
+
+
+def test_a_board_gives_the_lens(tmp_path) -> None:
+    width, height, focal, k1 = 640, 480, 560.0, -0.12
+    matrix = np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
+    square, draw = 40, np.random.default_rng(1)
+    board = 255 * ((np.indices((7, 10)).sum(axis=0) % 2) == 0).astype(np.uint8).repeat(square, 0).repeat(square, 1)
+    board = np.pad(board, square, constant_values=255)
+    u, v = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
+    flat = cv2.undistortPoints(np.stack([u, v], -1).reshape(-1, 1, 2), matrix, np.array([k1, 0, 0, 0]))[:, 0]
+
+    def pictures():
+        for _ in range(30):
+            turn = Rotation.from_rotvec(draw.uniform(-0.5, 0.5, 3)).as_matrix()
+            at = np.array([*draw.uniform(-60, 60, 2), draw.uniform(560, 700)])  # of the board's middle, in its pixels
+            plane = np.column_stack([turn[:, :2], at - turn[:, :2] @ (np.array(board.shape[::-1]) / 2)])
+            seen = np.column_stack([flat, np.ones(len(flat))]) @ np.linalg.inv(plane).T
+            place = (seen[:, :2] / seen[:, 2:]).reshape(height, width, 2).astype(np.float32)
+            yield cv2.remap(board, place[..., 0], place[..., 1], cv2.INTER_AREA, borderValue=120)
+
+    write_film(tmp_path / "board.mp4", pictures(), rate=30)
+    found, about = calibrate(board=tmp_path / "board.mp4", height=1.5)
+    assert about["boards"] >= 10
+    assert about["board_rms_px"] < 0.5
+    assert found.focal == pytest.approx(focal, rel=0.01)
+    assert found.lens_k1 == pytest.approx(k1, abs=0.02)
+
+
+def test_what_a_camera_lacks_is_told(tmp_path) -> None:
+    with pytest.raises(InputError, match="--size must be given"):
+        calibrate(height=1.5)
+    with pytest.raises(InputError, match="--focal must be given"):
+        calibrate(size=(640, 480), height=1.5)
+    (tmp_path / "three.csv").write_text("u_px,v_px,x_m,y_m\n1,1,0,0\n9,1,1,0\n9,9,1,1\n")
+    with pytest.raises(InputError, match="4 points"):
+        calibrate(size=(640, 480), height=1.5, corners=tmp_path / "three.csv")
+    (tmp_path / "line.csv").write_text("u_px,v_px,x_m,y_m\n" + "".join(f"{k},{k},{k},{k}\n" for k in range(5)))
+    with pytest.raises(InputError, match="one line"):
+        calibrate(size=(640, 480), height=1.5, corners=tmp_path / "line.csv")
+    Camera.model_validate(camera(EYE).model_dump(by_alias=True))

@@ -1,0 +1,296 @@
+"""Films that are drawn from a motion, and what is read from them."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tomllib
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from film.rendered import write_film
+from film.small import DEPTH, EYE, ROBOT, beating, camera, film, fish, sections
+from hypertuna.errors import InputError
+from hypertuna.film.camera import write_camera
+from hypertuna.film.noise import beat_of
+from hypertuna.film.run import track_film, write_film_run
+from hypertuna.film.source import open_film
+from hypertuna.film.states import BORDER, OK
+from hypertuna.io.checkpoint import Journal
+
+FISH = fish()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A film of calm water, the sections of its fish, its camera, and what it shows."""
+    place = tmp_path_factory.mktemp("film")
+    truth = film(place / "calm.mp4")
+    sections(FISH, place / "sections.csv")
+    write_camera(camera(EYE), place / "camera.toml", "a camera")
+    np.save(place / "truth.npy", truth)
+    return place
+
+
+def tracked(path, folder, **options):
+    own = {"depth": DEPTH, "sections": folder / "sections.csv", **options}
+    return track_film(ht.load(ROBOT), path, camera(EYE), **own)
+
+
+@pytest.fixture(scope="module")
+def run(folder):
+    return tracked(folder / "calm.mp4", folder)
+
+
+def test_calm_water_gives_pose_and_angles(run, folder) -> None:
+    truth = np.load(folder / "truth.npy")
+    assert (run.tracked.state == OK).all()
+    half, length = FISH.length[0] / 2, FISH.length.sum()
+    place = truth[:, :2] + half * np.stack([np.cos(truth[:, 2]), np.sin(truth[:, 2])], axis=1)
+    head = np.linalg.norm(run.head[:, :2] - place, axis=1)
+    assert np.sqrt((head**2).mean()) < 0.002 * length
+    assert np.degrees(np.sqrt(((run.head[:, 2] - truth[:, 2] - np.pi) ** 2).mean())) < 0.3
+    joints = np.degrees(np.sqrt(((run.angle - truth[:, 3:]) ** 2).mean(axis=0)))
+    assert (joints < 0.6).all()  # of a fish of 120 px
+    assert run.size == pytest.approx(1, abs=0.003)
+
+
+def test_the_beat_is_found(run) -> None:
+    assert run.beat is not None
+    assert run.beat.frequency == pytest.approx(2.5, rel=0.003)
+    assert np.degrees(run.beat.amplitude) == pytest.approx([8, 14, 20], abs=0.3)
+
+
+def test_frames_are_numbered_by_their_times(folder) -> None:
+    source = open_film(folder / "calm.mp4")
+    assert source.rate == pytest.approx(60)
+    whole = dict(source.frames())
+    assert list(whole) == list(range(60))
+    number, picture = next(source.frames(37))
+    assert number == 37
+    assert (picture == whole[37]).all()
+
+
+def test_files_are_those_of_markers(run, folder) -> None:
+    robot = ht.load(ROBOT)
+    written = write_film_run(run, robot, folder / "run.toml", "a test")
+    entry = tomllib.loads((folder / "run.toml").read_text())["recordings"][0]
+    assert len(entry["joints"]["noise_deg"]) == 3
+    assert entry["joints"]["noise_tau_s"] > 0
+    assert [os.path.basename(name) for name in written] == ["calm-joints.csv", "calm-poses.csv", "run.toml"]
+    lines = (folder / "calm-joints.csv").read_text().splitlines()
+    assert lines[1] == "time_s,joint_front_deg,joint_middle_deg,joint_fin_deg," + ",".join(
+        f"joint_{name}_sd_deg" for name in ("front", "middle", "fin")
+    )
+    assert len(lines) == 62
+
+
+def test_the_same_upside_down(folder, run) -> None:
+    """Nose and tail are told by the shape and the motion, not by left and right."""
+    frames = (picture[::-1, ::-1] for _, picture in open_film(folder / "calm.mp4").frames())
+    write_film(folder / "turned.mp4", frames, crf=12)
+    eye = replace(EYE, place=(-EYE.place[0], -EYE.place[1], EYE.place[2]))
+    other = track_film(
+        ht.load(ROBOT), folder / "turned.mp4", camera(eye), depth=DEPTH, sections=folder / "sections.csv"
+    )
+    np.testing.assert_allclose(other.head[:, :2], -run.head[:, :2], atol=1e-3)
+    assert np.degrees(np.abs(other.angle - run.angle)).max() < 1
+
+
+def test_a_cable_over_the_fish_does_not_matter(folder) -> None:
+    truth = film(folder / "cable.mp4", cable=True)
+    other = tracked(folder / "cable.mp4", folder)
+    own = np.concatenate(other.stretches)
+    assert len(own) > 45
+    joints = np.degrees(np.sqrt(((other.angle - truth[:, 3:])[own] ** 2).mean(axis=0)))
+    assert (joints < 1.5).all()
+
+
+def test_another_fish_that_does_not_touch_does_not_matter(folder) -> None:
+    def other(t):
+        pose, angle = beating(t)
+        return pose + [0.05, -0.17, 0.0], angle
+
+    both = [film(folder / f"{name}.mp4", motion, noise=0.0) for name, motion in
+            (("one", beating), ("other", other))]  # fmt: skip
+    pictures = zip(*(open_film(folder / f"{name}.mp4").frames() for name in ("one", "other")), strict=True)
+    write_film(folder / "two.mp4", (np.minimum(a, b) for (_, a), (_, b) in pictures))
+    found = tracked(folder / "two.mp4", folder)
+    off = min(np.degrees(np.abs(found.angle - truth[:, 3:])[found.tracked.state == OK]).max() for truth in both)
+    assert off < 2
+    assert (found.tracked.state == OK).mean() > 0.9
+
+
+def refused(path, folder, sentence, **options):
+    with pytest.raises(InputError, match=sentence):
+        tracked(path, folder, **options)
+
+
+def test_frames_at_the_border_are_left_out(folder) -> None:
+    def leaving(t):
+        pose, angle = beating(t)
+        return pose - [0.33, 0.0, 0.0], angle
+
+    film(folder / "leaving.mp4", leaving)
+    found = tracked(folder / "leaving.mp4", folder)
+    assert (found.tracked.state == BORDER).sum() > 5
+    assert not (found.tracked.state[np.concatenate(found.stretches)] == BORDER).any()
+    assert "not whole in the picture" in " ".join(found.warnings)
+
+    def gone(t):
+        pose, angle = beating(t)
+        return pose - [0.6, 0.0, 0.0], angle
+
+    film(folder / "gone.mp4", gone)
+    refused(folder / "gone.mp4", folder, "whole")
+
+
+def test_an_empty_tank_is_refused(folder) -> None:
+    film(folder / "empty.mp4", lambda t: (np.array([9.0, 0.0, 0.0]), np.zeros(3)))
+    refused(folder / "empty.mp4", folder, "contrast must show a fish")
+
+
+def test_a_fish_that_stays_is_refused(folder) -> None:
+    """The median of the frames then shows the fish itself."""
+    film(folder / "stays.mp4", lambda t: beating(t, speed=0.2))
+    refused(folder / "stays.mp4", folder, "swim through")
+
+
+def test_a_variable_rate_is_refused(folder) -> None:
+    times = np.cumsum(np.random.default_rng(0).uniform(0.008, 0.03, 40))
+    film(folder / "variable.mp4", count=40, times=times)
+    refused(folder / "variable.mp4", folder, "constant rate")
+
+
+def test_lost_frames_keep_their_times(folder) -> None:
+    times = np.delete(np.arange(60), [20, 21, 40]) / 60
+    pictures = [picture for k, picture in open_film(folder / "calm.mp4").frames() if k not in (20, 21, 40)]
+    write_film(folder / "lost.mp4", pictures, times=times)
+    source = open_film(folder / "lost.mp4")
+    np.testing.assert_allclose(source.time, times, atol=1e-4)
+
+
+def test_a_fish_of_another_length_is_refused(folder) -> None:
+    near = camera(replace(EYE, place=(*EYE.place[:2], 1.3)))
+    with pytest.raises(InputError, match="as long as the robot"):
+        track_film(ht.load(ROBOT), folder / "calm.mp4", near, depth=DEPTH, sections=folder / "sections.csv")
+
+
+def test_the_own_length_mends_a_wrong_depth(folder, run) -> None:
+    """The camera believes the fish at the surface: lengths by it are short, by the fish's length right."""
+    wrong = tracked(folder / "calm.mp4", folder, depth=0.0)
+    by_camera = tracked(folder / "calm.mp4", folder, depth=0.0, scale="camera")
+    way, short, right = (np.linalg.norm(one.head[-1, :2] - one.head[0, :2]) for one in (run, by_camera, wrong))
+    assert short / way == pytest.approx(1 - DEPTH / 1.333 / (1.6 + DEPTH / 1.333), abs=0.004)
+    assert right / way == pytest.approx(1, abs=0.004)
+    assert "shorter" in " ".join(wrong.warnings)
+
+
+def test_a_fin_that_is_not_seen_is_refused(folder) -> None:
+    pale = replace(FISH, length=FISH.length[:3], share=FISH.share[:3],
+                   half_width=FISH.half_width[:240], half_height=FISH.half_height[:240])  # fmt: skip
+    from film.rendered import Scene, frames
+
+    scene = Scene(EYE, pale, depth=DEPTH)
+    write_film(folder / "pale.mp4", frames(scene, beating, np.arange(60) / 60))
+    refused(folder / "pale.mp4", folder, "joint fin")
+
+
+def test_a_picture_of_another_size_is_refused(folder) -> None:
+    frames = (cv2.resize(picture, (240, 136)) for _, picture in open_film(folder / "calm.mp4").frames())
+    write_film(folder / "half.mp4", frames)
+    refused(folder / "half.mp4", folder, "480 x 272")
+
+
+@pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b"not a film" * 9, lambda b: b""])
+def test_what_is_no_film_is_refused(folder, damage) -> None:
+    (folder / "cut.mp4").write_bytes(damage((folder / "calm.mp4").read_bytes()))
+    with pytest.raises(InputError, match=r"cut\.mp4"):
+        open_film(folder / "cut.mp4")
+
+
+def test_a_run_that_was_killed_goes_on(folder, run) -> None:
+    """Blocks in the journal are not computed again, and the result is the same."""
+    robot, done = ht.load(ROBOT), []
+
+    class Killed(Exception):
+        pass
+
+    truth = film(folder / "long.mp4", lambda t: beating(t, speed=0.22), count=130, noise=2.0)
+    assert len(truth) == 130
+    own = {"depth": DEPTH, "sections": folder / "sections.csv"}
+
+    def kill(count, total):
+        if count >= 60:
+            raise Killed
+
+    with pytest.raises(Killed), Journal(folder / "journal", {"film": 1}) as journal:
+        track_film(robot, folder / "long.mp4", camera(EYE), **own, journal=journal, progress=kill)
+    with Journal(folder / "journal", {"film": 1}) as journal:
+        assert journal.known == 1
+        again = track_film(
+            robot, folder / "long.mp4", camera(EYE), **own, journal=journal, progress=lambda *now: done.append(now)
+        )
+    whole = track_film(robot, folder / "long.mp4", camera(EYE), **own)
+    np.testing.assert_allclose(again.tracked.unknowns, whole.tracked.unknowns, atol=1e-6)
+
+
+def test_ripples_are_in_the_noise(folder) -> None:
+    """Their errors have memory; pixels alone claim a fraction of them."""
+    truth = film(folder / "ripple.mp4", count=120, ripple=0.5, motion=lambda t: beating(t, speed=0.32))
+    found = tracked(folder / "ripple.mp4", folder)
+    off = np.degrees(found.angle - truth[:, 3:])
+    pixels = np.degrees(np.sqrt(np.einsum("fii->fi", found.tracked.covariance)[:, 3:]))
+    assert (np.abs(off) < 1.96 * pixels).mean() < 0.7
+    assert 0.85 < (np.abs(off) < np.degrees(1.96 * found.angle_sd)).mean() <= 1
+    assert found.memory > 2 / 60
+
+
+def test_noise_of_known_memory_is_found() -> None:
+    draw, time = np.random.default_rng(3), np.arange(1200) / 60
+    noise = np.zeros((1200, 2))
+    for k in range(1, 1200):
+        noise[k] = 0.8 * noise[k - 1] + draw.normal(0, np.radians([0.5, 1.0]) * 0.6)
+    angle = np.radians([10, 20]) * np.sin(2 * np.pi * 2.3 * time[:, np.newaxis]) + noise
+    beat = beat_of(time, angle)
+    assert np.degrees(beat.noise) == pytest.approx([0.5, 1.0], rel=0.15)
+    assert beat.memory == pytest.approx((1.8 / 0.2) / 60, rel=0.35)
+    assert beat.frequency == pytest.approx(2.3, rel=1e-3)
+    assert beat_of(time, noise) is None
+
+
+def test_commands(folder, tmp_path) -> None:
+    program = [sys.executable, "-m", "hypertuna", "trials", "track", str(folder / "calm.mp4"), "--robot", ROBOT]
+    options = ["--camera", str(folder / "camera.toml"), "--depth", str(DEPTH)]
+    more = ["--sections", str(folder / "sections.csv"), "--overlay", str(tmp_path / "overlay.mp4")]
+    plot = ["--plot", str(tmp_path / "run.png"), "-o", str(tmp_path / "run.toml"), "--json"]
+    ran = subprocess.run([*program, *options, *more, *plot], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    facts = json.loads(ran.stdout)["run"]
+    assert facts["frames_used"] == 60
+    assert len(open_film(tmp_path / "overlay.mp4").time) == 60
+    assert (tmp_path / "run.png").exists()
+    ran = subprocess.run([*program, "-o", str(tmp_path / "a.toml")], capture_output=True, text=True, check=False)
+    assert ran.returncode == 2
+    assert "--camera is missing" in ran.stderr
+
+
+def test_a_process_that_is_killed_leaves_a_journal_that_is_read(folder, tmp_path) -> None:
+    program = [sys.executable, "-m", "hypertuna", "trials", "track", str(folder / "long.mp4"), "--robot", ROBOT]
+    options = ["--camera", str(folder / "camera.toml"), "--depth", str(DEPTH), "-o", str(tmp_path / "run.toml")]
+    more = ["--sections", str(folder / "sections.csv"), "--checkpoint", str(tmp_path / "journal")]
+    child = subprocess.Popen([*program, *options, *more], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while child.poll() is None:
+        if (tmp_path / "journal").exists() and (tmp_path / "journal").read_bytes().count(b"\n") >= 2:
+            child.send_signal(signal.SIGKILL)
+            break
+    child.wait()
+    assert not (tmp_path / "run.toml").exists()
+    ran = subprocess.run([*program, *options, *more], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    assert (tmp_path / "run.toml").exists()
