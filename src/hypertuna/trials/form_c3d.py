@@ -34,9 +34,11 @@ class _Numbers:
     def floats(self, data: bytes) -> Array:
         """Return floats: those of DEC are four times as large, with their halves swapped."""
         if self.processor != DEC:
-            return np.frombuffer(data, f"{self.order}f4").astype(float)
+            with np.errstate(invalid="ignore"):  # what is no number
+                return np.frombuffer(data, f"{self.order}f4").astype(float)
         halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]
-        return np.ascontiguousarray(halves).view("<f4").ravel().astype(float) / 4
+        with np.errstate(invalid="ignore"):
+            return np.ascontiguousarray(halves).view("<f4").ravel().astype(float) / 4
 
     def words(self, data: bytes) -> Array:
         """Return integers of 16 bits with a sign."""
