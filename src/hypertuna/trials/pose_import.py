@@ -72,6 +72,9 @@ def read_pose_run(
         return _of_table(robot, path, view, joints)
     topics, fault = read_bag(path)
     file = str(path)
+    if fault and not topics:
+        fix = "record it again, or convert it: mcap recover, rosbags-convert"
+        raise InputError("must be a whole bag of ROS 2 or log (MCAP)", file=file, value=fault, fix=fix)
     streams = _streams(file, topics)
     source = _chosen(file, streams, topic, topics)
     recorded, poses = streams[source]
