@@ -60,7 +60,8 @@ def _object(file: Any, name: str, chance: random.Random) -> None:
             size = chance.choice(((10**9, 10**3), (10**5, 10**5), (0, 3), (2**40,)))
             file.create_dataset(name, size, "f8", chunks=True, compression=chance.choice(("gzip", None)))
         elif kind == 5 and old.kind in "iuf":
-            flat = np.array(data, chance.choice(("f8", "f4", "i8", "u1", "c16", "?")), copy=True).reshape(-1)
+            with np.errstate(all="ignore"):
+                flat = np.array(data, chance.choice(("f8", "f4", "i8", "u1", "c16", "?")), copy=True).reshape(-1)
             flat[: chance.choice((1, len(flat)))] = chance.choice((0, 1))
             file[name] = flat.reshape(chance.choice((data.shape, data.shape[::-1], (*data.shape, 1), (-1,))))
         elif kind == 6 and old.kind == "f":

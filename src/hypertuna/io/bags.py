@@ -6,7 +6,6 @@ The messages are those of the standard packages, in CDR, whose numbers stand at 
 from __future__ import annotations
 
 import os
-import sqlite3
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -89,6 +88,8 @@ def _of_mcap(path: Path) -> tuple[dict[str, Topic], str]:
 
 def _of_database(path: Path) -> dict[str, Topic]:
     """Return the topics of a database, of which two tables are read and nothing else runs."""
+    import sqlite3  # slow to import
+
     topics: dict[str, Topic] = {}
     content = read_bytes(path, "bag")
     try:

@@ -181,7 +181,8 @@ def _ordered(time: Array, what: str) -> tuple[Array, Array, tuple[str, ...]]:
 
 def _seen_from_above(file: str, source: str, place: Array, turn: Array, view: View) -> Array:
     """Return x, y and the direction faced, of places (frames, 3) and quaternions x, y, z, w (frames, 4)."""
-    size = np.linalg.norm(turn, axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = np.linalg.norm(turn, axis=1)
     for k in np.flatnonzero(~((abs(size - 1) < UNIT) & np.array([all(x in CELL for x in row) for row in place])))[:1]:
         key, fix = f"pose {k + 1} of {source}", "leave out poses without a direction"
         raise InputError("must be a place and a unit quaternion", file=file, key=key, value=shown([*turn[k]]), fix=fix)
