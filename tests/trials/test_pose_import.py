@@ -39,6 +39,28 @@ def test_poses_and_joints_of_a_bag(form, topic, tmp_path):
     assert run.joint_names == ("front", "rear")
 
 
+def test_poses_in_json(tmp_path):
+    from mcap.writer import Writer
+
+    with (tmp_path / "run.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schemas = [writer.register_schema(f"foxglove.{name}", "jsonschema", b"{}") for name in ("PoseInFrame", "Log")]
+        topics = [
+            writer.register_channel(name, "json", own) for name, own in zip(("/pose", "/log"), schemas, strict=True)
+        ]
+        for k, (x, y, yaw) in enumerate(expected(20)):
+            turn = {"x": 0, "y": 0, "z": np.sin(yaw / 2), "w": np.cos(yaw / 2)}
+            pose = {"position": {"x": x, "y": y, "z": 0}, "orientation": turn}
+            message = {"timestamp": {"sec": 5, "nsec": k * EACH}, "frame_id": "tank", "pose": pose}
+            writer.add_message(topics[0], k * EACH, json.dumps(message).encode(), k * EACH)
+            writer.add_message(topics[1], k * EACH, b"{}", k * EACH)
+        writer.finish()
+    run = read_pose_run(FISH, tmp_path / "run.mcap")
+    assert run.pose == pytest.approx(expected(20))
+    assert run.time == pytest.approx(np.arange(20) * EACH / 1e9)
+
+
 def test_a_folder_is_a_bag(tmp_path):
     (tmp_path / "run").mkdir()
     saved(tmp_path / "run", "run_0.mcap", bag("mcap", kinds=("PoseStamped",)))

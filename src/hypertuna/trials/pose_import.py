@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.io.bags import JOINTS, POSES, Joints, Stamped, Topic, decoded, read_bag
+from hypertuna.io.bags import IN_JSON, JOINTS, POSES, Joints, Stamped, Topic, decoded, read_bag
 from hypertuna.io.files import write_atomically
 from hypertuna.io.tables import Table, parse_float, read_table
 from hypertuna.ranges import CELL
@@ -114,9 +114,9 @@ def _streams(file: str, topics: Mapping[str, Topic]) -> dict[str, tuple[list[int
     """Return the poses of each topic; of transforms, those of each frame by TOPIC:FRAME."""
     streams: dict[str, tuple[list[int], list[Stamped]]] = {}
     for name, topic in topics.items():
-        if topic.kind in POSES:
+        if topic.kind in (*POSES, *IN_JSON):
             for time, pose in decoded(file, name, topic):
-                key = f"{name}:{pose.child}" if topic.kind.startswith("tf2_msgs") else name
+                key = f"{name}:{pose.child}" if pose.child and "Odometry" not in topic.kind else name
                 times, poses = streams.setdefault(key, ([], []))
                 times.append(time)
                 poses.append(pose)
@@ -126,7 +126,7 @@ def _streams(file: str, topics: Mapping[str, Topic]) -> dict[str, tuple[list[int
 def _chosen(file: str, streams: Mapping[str, Any], topic: str | None, topics: Mapping[str, Topic]) -> str:
     """Return the name of the poses to read."""
     if not streams:
-        there = ", ".join(f"{name} ({one.kind})" for name, one in list(topics.items())[:8]) or "no messages in CDR"
+        there = ", ".join(f"{name} ({one.kind})" for name, one in list(topics.items())[:8]) or "no messages"
         rule, fix = "must hold poses over time", f"record a topic of {', '.join(POSES)}"
         raise InputError(rule, file=file, value=shown(there), fix=fix)
     if topic is None and len(streams) == 1:
