@@ -33,8 +33,10 @@ def steady_columns() -> str:
         ["`bias_GROUP_deg`", "deg", "", "mean angle of each joint group (default: 0)"],
         ["`{speed}`", "m/s", "either", "speed along the mean path"],
         ["`{speed_sd}`", "m/s", "", "standard deviation of the speed of a single swim"],
+        ["`speed_bl_s`, `speed_sd_bl_s`", "BL/s", "", "the same in body lengths a second, in place of these"],
         ["`{cost_of_transport}`", "J/(kg m)", "or", "mechanical power over mass of the robot and speed"],
         ["`{cost_of_transport_sd}`", "J/(kg m)", "", "standard deviation of the cost of transport of a single swim"],
+        ["`power_w`, `power_sd_w`", "W", "", "mechanical power, in place of these: it is divided by mass and speed"],
         ["`{repeats}`", "", "", "number of swims that the row is the mean of (default: 1)"],
         ["`{name}`", "", "", "name of the run (default: FILE:LINE)"],
     ]

@@ -1,17 +1,21 @@
 """Damaged files of users: an answer or a sentence. `validation/mutations` has the long run."""
 
 import random
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
 
+import numpy as np
 import pytest
 
+from mutations import tracks
 from mutations.cases import CASES, Case, judged, whole
 from mutations.damage import of_bytes, of_table, of_text
 from mutations.judge import answer
 from mutations.strangers import READERS, Reader
 from mutations.strangers import judged as read
 from mutations.strangers import whole as sound
+from tracked_files import FILES
 
 
 @pytest.mark.filterwarnings("default")  # the program decides what to do about a warning
@@ -30,6 +34,24 @@ def test_readers_return_or_raise_one_sentence(reader: Reader, tmp_path: Path) ->
     if reader.name != "scheduler file":  # no scheduler answers
         reader.read(path)
     assert {seed: problems for seed in range(12) if (problems := read(reader, seed).problems)} == {}
+
+
+@pytest.mark.parametrize("change", tracks.CHANGES, ids=lambda change: change.__name__)
+def test_a_changed_track_is_right_or_refused_or_told(change: tracks.Change) -> None:
+    problems = (tracks.reaction(change, random.Random(f"{change.__name__} {seed}")).problems for seed in range(12))
+    assert [*filter(None, problems)] == []
+
+
+def test_times_by_the_order_of_the_rows_and_angles_of_other_markers_are_found() -> None:
+    """The check itself can fail."""
+    _, run = tracks.whole(FILES[0])
+    rows = replace(run, markers=replace(run.markers, time=np.arange(len(run.markers.time)) / 60))
+    assert tracks.silent(run, run) == ""
+    assert "other times" in tracks.silent(rows, run)
+    bent = replace(run, fit=replace(run.fit, angle=run.fit.angle + 0.1))
+    assert "other angles, by up to 6 deg" in tracks.silent(bent, run)
+    moved = replace(run, markers=replace(run.markers, place=run.markers.place + 0.5))
+    assert "markers elsewhere" in tracks.silent(moved, run)
 
 
 @pytest.mark.parametrize("error", [KeyError("hose"), MemoryError(), RecursionError()])

@@ -26,7 +26,7 @@ def swim(count: int = 6) -> np.ndarray:
     return place
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TrackedFile:
     """A file of the swim, and how it is read."""
 

@@ -30,7 +30,9 @@ def of_hdf5(content: bytes, chance: random.Random) -> bytes:
         places: list[str] = []
         file.visit(places.append)
         for name in chance.choices(places, k=chance.choice((1, 1, 2))):
-            with contextlib.suppress(ValueError, TypeError, KeyError, OSError, RuntimeError):  # cannot be damaged so
+            with contextlib.suppress(
+                ValueError, TypeError, KeyError, OSError, RuntimeError, AttributeError
+            ):  # cannot be damaged so
                 _object(file, name, chance)
     return stream.getvalue()
 
@@ -60,9 +62,12 @@ def _object(file: Any, name: str, chance: random.Random) -> None:
             size = chance.choice(((10**9, 10**3), (10**5, 10**5), (0, 3), (2**40,)))
             file.create_dataset(name, size, "f8", chunks=True, compression=chance.choice(("gzip", None)))
         elif kind == 5 and old.kind in "iuf":
-            flat = np.array(data, chance.choice(("f8", "f4", "i8", "u1", "c16", "?")), copy=True).reshape(-1)
+            with np.errstate(all="ignore"):
+                flat = np.array(data, chance.choice(("f8", "f4", "i8", "u1", "c16", "?")), copy=True).reshape(-1)
             flat[: chance.choice((1, len(flat)))] = chance.choice((0, 1))
-            file[name] = flat.reshape(chance.choice((data.shape, data.shape[::-1], (*data.shape, 1), (-1,))))
+            file[name] = flat.reshape(
+                chance.choice((np.shape(data), np.shape(data)[::-1], (*np.shape(data), 1), (-1,)))
+            )
         elif kind == 6 and old.kind == "f":
             data.reshape(-1)[chance.randrange(data.size) :] = chance.choice(EXTREMES)
             file[name] = data

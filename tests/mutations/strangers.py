@@ -22,6 +22,7 @@ from mutations import forged, forged_points, surfaces, units
 from mutations.cases import CALIBRATION, EXAMPLES, MARKERS, PLACES, ROBOTS, ROOT, RUNS, TANK, TENSILE, Reaction
 from mutations.damage import Damage, of_bytes, of_structure, of_table, of_text
 from mutations.judge import CONTROL, LONGEST_ERROR, watched
+from tracked_files import FILES, TrackedFile, swim
 
 HANGS = 600.0  # s by the clock, of a machine that others use as well
 SPECIAL = 0.01  # of the paths are of no regular file
@@ -247,6 +248,27 @@ def _toml(name: str, path: Path, read: Callable[[Path], Any]) -> Reader:
     return Reader(name, path.read_bytes, read, TEXTS, f"{name.replace(' ', '-')}.toml")
 
 
+FORMS = (
+    *("semicolons and decimal commas", "UTF-16", "labels of DeepLabCut", "Anipose", "DLTdv, two cameras", "TRex"),
+    *("Motive", "Qualisys", "rows of two animals"),
+)
+
+
+def _tracked(file: TrackedFile) -> Reader:
+    """Return the reader of a form of tracked points."""
+    from hypertuna.trials.markers import read_markers
+
+    text = file.text(swim())
+    content = text if isinstance(text, bytes) else text.encode()
+    return Reader(
+        f"markers, {file.name}",
+        content.strip,
+        lambda path: read_markers(path, **file.options),
+        TABLES,
+        f"file{file.suffix}",
+    )
+
+
 READERS = (
     _toml("robot", ROBOTS / "hypertuna.toml", _robot),
     _toml("small robot", EXAMPLES / "myfish.toml", _robot),
@@ -271,6 +293,7 @@ READERS = (
     Reader("bag", _bag("db3"), _poses, (forged_points.of_database,), "bag.db3"),
     Reader("bag in MCAP", _bag("mcap"), _poses, LOGS, "bag.mcap"),
     Reader("poses in a table", point_files.pose_table, _poses, TABLES, "poses.csv"),
+    *(_tracked(file) for file in FILES if file.name in FORMS),
     Reader("places", PLACES.encode().strip, _places, TABLES, "file.csv"),
     Reader(
         "bench", _text(EXAMPLES / "bench/bench.csv"), _table("characterization.data", "read_bench", "ROBOT"), TABLES

@@ -176,6 +176,35 @@ def test_a_refusal_says_what_a_file_looks_like(tmp_path, name, content, sentence
     assert sentence in told(tmp_path / name, **FPS)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("", "sep=;\n", ""),
+        ("", "Film of the tank\nby hand\n", "line 1 must begin with its line of names: remove the lines above line 3"),
+        ("frame;", "Unnamed: 0;", ""),
+        ("frame;", "index;", ""),
+    ],
+)
+def test_what_programs_put_before_a_table(tmp_path, old, new, sentence) -> None:
+    path = write(tmp_path, "frame", numbers(), mark=";")
+    path.write_text(path.read_text().replace(old, new, 1))
+    if sentence:
+        assert sentence in told(path, **FPS)
+    else:
+        assert read_markers(path, **PX | FPS).time[-1] == pytest.approx(47 / RATE)
+
+
+def test_a_marker_that_qualisys_did_not_see_first_takes_no_row_with_it(tmp_path) -> None:
+    (file,) = (file for file in FILES if file.name == "Qualisys without frames")
+    path = file.write(tmp_path)
+    lines = path.read_text().splitlines()
+    lines[7] = "\t\t\t" + "\t".join(lines[7].split("\t")[3:])
+    path.write_text("\n".join(lines) + "\n")
+    markers = read_markers(path)
+    assert markers.time[-1] == pytest.approx(47 / RATE)
+    assert np.isnan(markers.place[0, 0]).all()
+
+
 def test_labels_of_two_videos_are_no_track(tmp_path) -> None:
     (file,) = (file for file in FILES if file.name == "labels of DeepLabCut")
     path = file.write(tmp_path)

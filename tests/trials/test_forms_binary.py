@@ -74,6 +74,13 @@ def test_c3d_says_its_unit_rate_and_vertical(tmp_path):
     assert points.place[0, 0, 2] == pytest.approx(5.0)
 
 
+def test_c3d_of_more_frames_than_its_header_can_state(tmp_path, monkeypatch):
+    monkeypatch.setattr(point_files, "FRAMES", 66_000)
+    points = read_points(saved(tmp_path, "long.c3d", point_files.c3d()))
+    assert points.place[:66_000, :, :2] == pytest.approx(swim(), abs=0.01, nan_ok=True)
+    assert np.isnan(points.place[66_000:]).all()  # the end of the last block
+
+
 @pytest.mark.parametrize(("processor", "floats"), [(84, True), (84, False), (85, True), (85, False), (86, True)])
 def test_c3d_of_each_processor(processor, floats, tmp_path):
     order, scale = ">" if processor == 86 else "<", -1.0 if floats else 0.5
@@ -99,6 +106,19 @@ def test_c3d_of_each_processor(processor, floats, tmp_path):
     assert points.rate == 30.0
     with pytest.raises(InputError, match="must hold the 20 frames that it states, but is only 19"):
         read_points(saved(tmp_path, "cut.c3d", content[:-8]))
+
+
+def test_the_times_say_which_side_is_of_frames(tmp_path):
+    few = np.nan_to_num(swim())[:3].transpose(1, 0, 2)  # 4 frames of 3 points
+    arrays = {"x": few[..., 0].T, "y": few[..., 1].T}
+    path = saved(tmp_path, "few.mat", point_files._mat(arrays | {"t": np.arange(4.0)}))
+    assert read_points(path).place == pytest.approx(few)
+    path = saved(
+        tmp_path, "few.mat", point_files._mat({key: one.T for key, one in arrays.items()} | {"t": np.arange(3.0)})
+    )
+    assert read_points(path).place == pytest.approx(few.transpose(1, 0, 2))
+    (note,) = read_points(path).notes
+    assert note == "the points are those of x and y: 3 frames of 4 points"
 
 
 def test_variables_of_matlab_are_chosen_by_name(tmp_path):

@@ -125,7 +125,8 @@ def test_a_wrong_scale_is_refused_with_the_one_that_fits(eel, tmp_path, factor) 
 
 def test_another_unit_is_named(eel, tmp_path) -> None:
     tracked(eel, tmp_path / "a.csv", scale=(1000, 1000))
-    assert "is the unit another one, 1000 times smaller?" in refusal(fit_marker_run(eel, tmp_path / "a.csv", Wishes()))
+    with pytest.raises(ht.InputError, match=r"must span about the robot, but is \d+ m wide: is the unit another"):
+        fit_marker_run(eel, tmp_path / "a.csv", Wishes())
 
 
 def test_a_refusal_of_lost_markers_does_not_blame_the_scale(eel, tmp_path) -> None:

@@ -221,7 +221,10 @@ def _marker_lines(runs: Sequence[MarkerRun], records: Sequence[dict[str, Any]]) 
         columns = (record[f"marker_{key}"] for key in ("missing", "rejected", "noise_mm", "along_mm", "across_mm"))
         own = zip(record["markers"], *columns, strict=True)
         yield f"markers of {record['name']}:"
-        yield Table(heads, [[m, f"{lost}", f"{bad}", *(f"{x:.2g}" for x in sizes)] for m, lost, bad, *sizes in own])
+        yield Table(
+            heads,
+            [[m, f"{lost}", f"{bad}", *(f"{round(x, 2) + 0.0:.2f}" for x in sizes)] for m, lost, bad, *sizes in own],
+        )
     for record in records:
         for warning in record["warnings"]:
             yield warning, "yellow"

@@ -1,12 +1,12 @@
 """Bags of ROS 2: messages of an MCAP file (the extra `log`) or of a database (.db3), and the few kinds that are read.
 
-The messages are those of the standard packages, in CDR, whose numbers stand at multiples of their size.
+The messages are those of the standard packages, in CDR, whose numbers stand at multiples of their size; of Foxglove's,
+those in JSON.
 """
 
 from __future__ import annotations
 
 import os
-import sqlite3
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hypertuna.errors import InputError
-from hypertuna.io.door import opened, read_bytes
+from hypertuna.io.door import opened, parse_json, read_bytes
 from hypertuna.io.mcap import MAGIC, read_messages
 
 DATABASE, ROS1 = b"SQLite format 3\0", b"#ROSBAG"
@@ -78,17 +78,20 @@ def _only_file(path: Path) -> Path:
 
 
 def _of_mcap(path: Path) -> tuple[dict[str, Topic], str]:
-    """Return the topics of an MCAP file whose messages are in CDR."""
+    """Return the topics of an MCAP file."""
     topics: dict[str, Topic] = {}
     found = read_messages(path, foreign=True)
     for name, (encoding, kind) in found.kinds.items():
-        if encoding == "cdr" and name in found.times:
-            topics[name] = Topic(kind.replace("/msg/", "/"), found.times[name], found.contents[name])
+        if name in found.times:
+            kind = kind.replace("/msg/", "/") if encoding == "cdr" else f"{kind} in {encoding}"
+            topics[name] = Topic(kind, found.times[name], found.contents[name])
     return topics, found.fault
 
 
 def _of_database(path: Path) -> dict[str, Topic]:
     """Return the topics of a database, of which two tables are read and nothing else runs."""
+    import sqlite3  # slow to import
+
     topics: dict[str, Topic] = {}
     content = read_bytes(path, "bag")
     try:
@@ -189,6 +192,26 @@ def _joints(reader: _Reader) -> Iterator[Joints]:
     yield Joints(time, names, reader.numbers(reader.count()))
 
 
+def _values(table: Any, *names: str) -> tuple[float, ...]:
+    """Return numbers of a JSON object."""
+    return tuple(float(table[name]) for name in names)
+
+
+def _of_json(content: bytes) -> Iterator[Stamped]:
+    """Return the pose of a message of Foxglove in JSON: a pose in a frame, or a transform."""
+    value = parse_json(content)
+    time = value.get("timestamp") or {}
+    pose = value.get("pose", value)
+    yield Stamped(
+        int(time.get("sec", 0)) * 1_000_000_000 + int(time.get("nsec", 0)),
+        str(value.get("frame_id", value.get("parent_frame_id", ""))),
+        str(value.get("child_frame_id", "")),
+        _values(pose.get("position", pose.get("translation")), "x", "y", "z"),
+        _values(pose.get("orientation", pose.get("rotation")), "x", "y", "z", "w"),
+    )
+
+
+IN_JSON = ("foxglove.PoseInFrame in json", "foxglove.FrameTransform in json")
 POSES: dict[str, Callable[[_Reader], Iterator[Stamped]]] = {
     "geometry_msgs/PoseStamped": _pose,
     "geometry_msgs/PoseWithCovarianceStamped": _pose,
@@ -201,12 +224,12 @@ JOINTS = {"sensor_msgs/JointState": _joints}
 
 def decoded(file: str, name: str, topic: Topic) -> Iterator[tuple[int, Any]]:
     """Yield when it was recorded [ns], and each pose or set of joints of the messages of a topic."""
-    decode: Any = {**POSES, **JOINTS}[topic.kind]
+    decode: Any = _of_json if topic.kind in IN_JSON else {**POSES, **JOINTS}[topic.kind]
     for k, (time, content) in enumerate(zip(topic.time, topic.content, strict=True)):
         try:
-            for one in decode(_Reader(content)):
+            for one in decode(content if decode is _of_json else _Reader(content)):
                 yield time, one
-        except (ValueError, struct.error, OverflowError):
+        except (ValueError, TypeError, LookupError, AttributeError, struct.error, OverflowError):
             key, fix = f"message {k + 1} of {name}", "record it again"
             raise InputError(
                 f"must be a message of {topic.kind}", file=file, key=key, value="damaged", fix=fix

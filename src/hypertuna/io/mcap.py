@@ -22,6 +22,7 @@ LINK = "link"  # metadata key of a radio log
 MAGIC = b"\x89MCAP0\r\n"
 # A file is unpacked to at most this, against bombs: logs of missions shrink to a third.
 MAX_CHUNK, MAX_UNPACKED, MAX_RATIO = 4 << 20, 4 << 20, 30  # bytes; bytes for each byte of the file
+FOREIGN_CHUNK = 32 << 20  # bytes, of files of other programs
 # What is read of a file: bytes of its chunks, of all other records, of its header; messages. 40 minutes of a mission.
 MOST, OTHERS, HEADER, MESSAGES = 200 << 20, 32 << 20, 1 << 20, 1_000_000
 LONG = f"longer than is read at once ({MOST >> 20} MB or {MESSAGES} messages)"
@@ -200,7 +201,8 @@ def _chunks(content: bytes, messages: Messages, *, foreign: bool = False) -> Ite
     from mcap.stream_reader import StreamReader, breakup_chunk
 
     stream, size = io.BytesIO(content), len(content)
-    room, largest = MAX_UNPACKED + MAX_RATIO * size, min(size, MAX_CHUNK + HEADER)
+    most = FOREIGN_CHUNK if foreign else MAX_CHUNK
+    room, largest = MAX_UNPACKED + MAX_RATIO * size, min(size, most + HEADER)
     done = packed = 0  # bytes of chunks, unpacked and as they are in the file
     try:
         for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=largest).records:
@@ -212,7 +214,7 @@ def _chunks(content: bytes, messages: Messages, *, foreign: bool = False) -> Ite
                 messages.metadata |= {key: value for key, value in record.metadata.items() if key != "record"}
             elif isinstance(record, Chunk):
                 done, packed = done + record.uncompressed_size, packed + len(record.data)
-                if record.uncompressed_size > MAX_CHUNK or done > room:
+                if record.uncompressed_size > most or done > room:
                     messages.fault = "damaged (it unpacks to much more than a log)"
                     return
                 if done > MOST:
@@ -238,7 +240,7 @@ def _unpacked(chunk: Any) -> bytes:
     if chunk.compression == "zstd":
         import zstandard
 
-        with zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK).stream_reader(chunk.data) as reader:
+        with zstandard.ZstdDecompressor(max_window_size=FOREIGN_CHUNK).stream_reader(chunk.data) as reader:
             data: bytes = reader.read(size + 1)
     elif chunk.compression == "lz4":
         import lz4.frame

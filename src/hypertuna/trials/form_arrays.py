@@ -5,6 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from hypertuna.arrays import Array
+from hypertuna.ranges import CELL
+
+LARGEST = CELL.max or np.inf
 
 
 class Rows(Sequence[str]):
@@ -21,5 +24,5 @@ class Rows(Sequence[str]):
 
 
 def seen(place: Array) -> Array:
-    """Return places (..., 2 or 3), NaN where a coordinate is missing."""
-    return np.where(np.isfinite(place).all(axis=-1, keepdims=True), place, np.nan)
+    """Return places (..., 2 or 3), NaN where a coordinate is missing or no place in any unit."""
+    return np.where((np.abs(place) <= LARGEST).all(axis=-1, keepdims=True), place, np.nan)

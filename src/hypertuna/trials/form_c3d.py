@@ -17,7 +17,7 @@ from hypertuna.trials.points import Points
 BLOCK, MARK = 512, 80  # bytes; second byte of the file and of its parameters
 INTEL, DEC, SGI = 84, 85, 86  # kinds of processors: order of bytes, and form of floats
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "meters": 1.0, "millimeters": 1e-3}
-PARAMETERS = 5000
+PARAMETERS, MOST = 5000, 65535
 AXES = {"+X": 0, "+Y": 1, "+Z": 2}
 
 
@@ -34,9 +34,11 @@ class _Numbers:
     def floats(self, data: bytes) -> Array:
         """Return floats: those of DEC are four times as large, with their halves swapped."""
         if self.processor != DEC:
-            return np.frombuffer(data, f"{self.order}f4").astype(float)
+            with np.errstate(invalid="ignore"):  # what is no number
+                return np.frombuffer(data, f"{self.order}f4").astype(float)
         halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]
-        return np.ascontiguousarray(halves).view("<f4").ravel().astype(float) / 4
+        with np.errstate(invalid="ignore"):
+            return np.ascontiguousarray(halves).view("<f4").ravel().astype(float) / 4
 
     def words(self, data: bytes) -> Array:
         """Return integers of 16 bits with a sign."""
@@ -73,21 +75,25 @@ def _points(file: str, content: bytes) -> Points:
     scale, rate = (float(one[0]) if one is not None and len(one) else own for own, one in (
         (scale, about.get("POINT:SCALE")), (rate, about.get("POINT:RATE"))))  # fmt: skip
     first, last = (_long(about, f"TRIAL:ACTUAL_{word}_FIELD", own) for word, own in (("START", first), ("END", last)))
-    start, frames = about.get("POINT:DATA_START"), last - first + 1
+    start = about.get("POINT:DATA_START")
     begin = ((int(start[0]) & 0xFFFF if start is not None and len(start) else head[8]) - 1) * BLOCK
+    width = (4 if scale < 0 else 2) * (4 * count + analog)
+    if count > 0 and last == MOST:  # what the header can state: the rest of the file is frames
+        last = max(last, first - 1 + (len(content) - begin) // width)
+    frames = last - first + 1
     if count < 1 or frames < 1 or begin < BLOCK:
         fix = "export the trajectories of the markers with it"
         raise InputError("must hold points", file=file, value="a C3D file without", fix=fix)
     if frames * (4 * count + analog) > 8 * CELLS:
         raise InputError(f"must hold at most {8 * CELLS} numbers", file=file, value="more", fix="cut it into parts")
-    width = (4 if scale < 0 else 2) * (4 * count + analog)
     if begin + frames * width > len(content):
         rule, fix = f"must hold the {frames} frames that it states", "export it again: it was cut short"
         raise InputError(rule, file=file, value=f"only {max(len(content) - begin, 0) // width}", fix=fix)
     data = content[begin : begin + frames * width]
     rows = (numbers.floats(data) if scale < 0 else numbers.words(data)).reshape(frames, -1)[:, : 4 * count]
     rows = rows.reshape(frames, count, 4).astype(float)
-    there = rows[..., 3] >= 0  # a negative residual marks a point that was not seen
+    # a negative residual marks a point that was not seen; some programs write zeros alone
+    there = (rows[..., 3] >= 0) & (rows[..., :3] != 0).any(axis=2)
     place = np.where(there[..., np.newaxis], rows[..., :3] * (1.0 if scale < 0 else scale), np.nan)
     return _named(file, about, place, rate, np.arange(float(first), last + 1.0))
 

@@ -8,14 +8,13 @@ import numpy as np
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import parse_float
 from hypertuna.trials.form import of_columns, time_and_frame
-from hypertuna.trials.grid import Grid
+from hypertuna.trials.grid import FIRST_LINES, Grid
 from hypertuna.trials.points import Points, choose_individual
 
 MOTIVE_UNITS = {"meters": 1.0, "centimeters": 1e-2, "millimeters": 1e-3}
 Y_UP, Z_UP = 1, 2
 POINTS = ("marker", "rigid body marker", "skeleton marker", "bone marker")  # types of columns of Motive
 DIGITIZED = re.compile(r"pt(?P<point>\d+)(?:_cam(?P<camera>\d+))?_(?P<axis>[xyz])")
-FIRST_LINES = 30  # below which names of columns stand
 
 
 def _is_motive(grid: Grid) -> bool:
@@ -46,6 +45,8 @@ def _motive(grid: Grid, individual: str | None) -> Points:
     samples = grid.below(at + 1, [f"{name} {axis}".strip() for name, axis in zip(names, head, strict=True)])
     columns: dict[str, dict[str, int]] = {}
     for k, axis in enumerate(head):
+        if names[k].lower().startswith("unlabeled"):
+            continue
         if kinds[k] in POINTS and what[k] in ("position", "") and axis.lower() in ("x", "y", "z") and names[k]:
             columns.setdefault(names[k], {})[axis.lower()] = k
     columns = {name.rpartition(":")[2] if _unique(columns) else name: own for name, own in columns.items()}
@@ -85,7 +86,9 @@ def _qualisys(grid: Grid, individual: str | None) -> Points:
     A marker at the origin is one that was not seen.
     """
     said = {row[0].upper(): row[1:] for _, row in grid.rows[:FIRST_LINES] if re.fullmatch("[A-Z_]+", row[0])}
-    at = next((k for k, row in enumerate(grid.rows) if np.isfinite(parse_float(row[1][0]))), None)
+    # a marker that was not seen may leave the first cell of numbers empty
+    heads = [k for k, row in enumerate(_top(grid)) if re.fullmatch("[a-z_ ]+", row[0])]
+    at = heads[-1] + 1 if heads and heads[-1] + 1 < len(grid.rows) else None
     names = [name for name in said.get("MARKER_NAMES", []) if name]
     if at is None or not names or len(set(names)) < len(names):
         fix = "export the 3-D data again, with the header and a name for each marker"

@@ -9,7 +9,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.door import CELLS
 from hypertuna.io.tables import parse_float
 from hypertuna.trials.form import FIX, of_columns, one_point, plain, time_and_frame
-from hypertuna.trials.grid import Grid, Samples
+from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
 from hypertuna.trials.points import Points, choose_individual
 from hypertuna.trials.tracks import LENGTHS
 
@@ -22,6 +22,7 @@ NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNOREC
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
 ANIPOSE = {"fnum", "m_00", "center_0"}
+INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # of a table, as pandas names it
 GROWING = 3  # rows from which on a column of growing numbers may be a clock
 
 
@@ -94,14 +95,28 @@ def _plain(grid: Grid, individual: str | None) -> Points:
     if sum(not np.isnan(parse_float(name.replace(",", "."))) for name in head) > len(head) / 2:
         fix = f"remove the # before them: {grid.comment[:60]}" if "x" in grid.comment.lower() else f"add it: {FIX}"
         raise InputError("has no line of names above its numbers", file=grid.file, fix=fix)
+    width, wide = len(head), max(len(row) for _, row in grid.rows[:FIRST_LINES])
+    if width < wide / 2:
+        names = next(line for line, row in grid.rows if len(row) == wide)
+        fix = f"remove the lines above line {names}, if that has the names"
+        raise InputError("must begin with its line of names", file=grid.file, key=f"line {grid.rows[0][0]}", fix=fix)
     samples = grid.below(1, head)
     time, second, frame = time_and_frame(head)
     of, unit, ignored = _columns(samples, {time, frame})
     used = [k for own in of.values() for k in own.values()]
     samples.check_once([k for k, name in enumerate(head) if name])
     anipose = ANIPOSE & set(grid.cells(0)) and any("z" in own for own in of.values())
-    if frame is None and time is None:
-        frame = _unnamed(samples, used)
+    taken = [k for k in (*used, time, frame) if k is not None]
+    notes: tuple[str, ...] = ()
+    index = _index(samples, taken, clock=len(taken) > len(used))
+    if frame is None:
+        frame = index
+    elif index is not None:
+        one, other = np.diff(samples.numbers(index)), np.diff(samples.frames(frame))
+        if (one * other[0] != other * one[0]).any():
+            notes = (
+                f"{head[frame]} and the first column, without a name, disagree: the frames are those of the former",
+            )
     points = of_columns(
         "Anipose" if anipose else "plain columns",
         samples,
@@ -111,6 +126,7 @@ def _plain(grid: Grid, individual: str | None) -> Points:
         time_unit=second,
         frame=None if frame is None else samples.frames(frame),
         length_unit=unit,
+        notes=notes,
         ignored=() if anipose else tuple(ignored),
         time_name=head[time or 0],
         frame_name=head[frame or 0] or "the first column",
@@ -147,20 +163,24 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
     return of, LENGTHS.get(next(iter(units), "")), ignored
 
 
-def _unnamed(samples: Samples, used: Sequence[int]) -> int | None:
-    """Return the column without a name that has growing whole numbers: the index of a table, which counts frames.
+def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
+    """Return the column without an own name that has growing whole numbers: an index, which counts frames.
 
-    A named one of growing numbers without a known name may be a clock: nobody should have to guess.
+    Beside a clock, an index that only counts the rows says nothing. Without one, a column of growing numbers and of no
+    known name may be a clock: nobody should have to guess.
     """
     for k in (k for k in range(len(samples.head)) if k not in used):
-        values = np.array([parse_float(text) for text in samples.text(k)])
-        if len(values) < GROWING or not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
+        values, nameless = np.array([parse_float(text) for text in samples.text(k)]), INDEX.fullmatch(samples.head[k])
+        step = np.diff(values)
+        if len(values) < GROWING or not (np.isfinite(values).all() and (step > 0).all()):
             continue
-        if not samples.head[k] and (values == np.round(values)).all():
-            return k
-        key = f"column {samples.head[k]}" if samples.head[k] else f"column {k + 1}, which has no name"
-        fix = "call it frame, or time_s, time_ms, ..., or something that does not grow: drop it"
-        raise InputError("grows from row to row, but nothing says what it counts", file=samples.file, key=key, fix=fix)
+        if nameless and (values == np.round(values)).all():
+            if not clock or (step != 1).any():
+                return k
+        elif not clock:
+            key = f"column {samples.head[k]}" if samples.head[k] else f"column {k + 1}, which has no name"
+            rule, fix = "grows from row to row, but nothing says what it counts", "call it frame, or time_s, or drop it"
+            raise InputError(rule, file=samples.file, key=key, fix=fix)
     return None
 
 

@@ -64,7 +64,7 @@ def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual:
         rate=rate if rate is None or 0 < rate < np.inf else None,
         length_unit=UNITS[end[1]] if end else None,
         frame=None if time is not None else np.arange(float(count)),
-        notes=(f"the points are those of {name}",),
+        notes=(f"the points are those of {name}: {count} frames of {place.shape[1]} points",),
     )
 
 
@@ -83,14 +83,22 @@ def _other(name: str, axis: str = "y") -> str:
     return f"{before}{dot}{found['before']}{other}{found['after']}"
 
 
+def _by_frames(arrays: dict[str, Array], place: Array) -> Array:
+    """Return places by frames and points: frames are the side as long as the times, else the longer side."""
+    rows, columns = (
+        any(_last(key) in TIMES and one.size == size for key, one in arrays.items()) for size in place.shape[:2]
+    )
+    turned = place.shape[1] > place.shape[0] if rows == columns else columns
+    return place.transpose(1, 0, 2) if turned else place
+
+
 def _pairs(arrays: dict[str, Array]) -> dict[str, Array]:
-    """Return points of variables of x and y (and z) of one shape: frames by points; frames are the longer side."""
+    """Return points of variables of x and y (and z) of one shape."""
     found = {}
     for name, x in arrays.items():
         parts = [x, *(arrays[key] for axis in "yz" if (key := _other(name, axis)) in arrays)]
         if len(parts) > 1 and x.ndim == 2 and min(x.shape) > 1 and all(part.shape == x.shape for part in parts):
-            parts = [part.T if part.shape[1] > part.shape[0] else part for part in parts]
-            found[f"{name} and {_other(name)}"] = np.stack(parts, axis=-1)
+            found[f"{name} and {_other(name)}"] = _by_frames(arrays, np.stack(parts, axis=-1))
     return found
 
 
@@ -100,8 +108,7 @@ def _blocks(arrays: dict[str, Array]) -> dict[str, Array]:
     for name, array in arrays.items():
         own = [k for k, size in enumerate(array.shape) if size in (2, 3)]
         if array.ndim == 3 and len(own) == 1 and array.size:
-            place = np.moveaxis(array, own[0], -1)
-            found[name] = place if place.shape[0] >= place.shape[1] else place.transpose(1, 0, 2)
+            found[name] = _by_frames(arrays, np.moveaxis(array, own[0], -1))
         word, count = _last(name), 3 if _last(name).startswith("xyz") else 2
         if array.ndim == 2 and word in PAIRS and array.shape[1] >= 2 * count and array.shape[1] % count == 0:
             found[name] = array.reshape(len(array), -1, count)

@@ -59,9 +59,9 @@ def _midlines(file: str, arrays: dict[str, Array]) -> Points:
     """Read midlines [px], each of as many points as it says: places at equal steps along it, from its first point."""
     count = arrays["frames"].shape[:1]
     lengths, total = _numbers(file, arrays, "midline_lengths", count), len(arrays["midline_points"])
-    points = _numbers(file, arrays, "midline_points", (total, 2))
+    points = seen(_numbers(file, arrays, "midline_points", (total, 2)))
     lengths = np.where(np.isfinite(lengths), lengths, 0)
-    ends = np.cumsum(lengths)
+    ends = np.cumsum(np.clip(lengths, 0, total + 1))
     if (lengths < 0).any() or (lengths != np.round(lengths)).any() or (len(ends) and ends[-1] != total):
         rule, fix = f"must add up to the {total} points of midline_points", "export it from TRex again"
         raise InputError(rule, file=file, key="midline_lengths", value="not", fix=fix)

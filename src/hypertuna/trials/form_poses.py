@@ -83,7 +83,8 @@ def _sleap(grid: Grid, individual: str | None) -> Points:
     head = grid.rows[0][1]
     samples = grid.below(1, head)
     samples.check_once([k for k, name in enumerate(head) if name])
-    track, frame = head.index("track"), head.index("frame_idx")
+    lower = grid.cells(0)
+    track, frame = lower.index("track"), lower.index("frame_idx")
     names, frames = samples.text(track), samples.frames(frame)
     notes: tuple[str, ...] = ()
     known = list(dict.fromkeys(names))
@@ -96,8 +97,8 @@ def _sleap(grid: Grid, individual: str | None) -> Points:
     samples = samples.only(keep)
     columns: dict[str, dict[str, int]] = {}
     for k, name in enumerate(head):
-        node, dot, axis = name.rpartition(".")
-        if dot and node != "instance" and axis in ("x", "y", "score"):
+        node, dot, axis = (part if not i else part.lower() for i, part in enumerate(name.rpartition(".")))
+        if dot and node.lower() != "instance" and axis in ("x", "y", "score"):
             columns.setdefault(node, {})["weight" if axis == "score" else axis] = k
     return of_columns("SLEAP", samples, columns, frame=frames[keep], frame_name="frame_idx", notes=notes)
 

@@ -16,7 +16,7 @@ from hypertuna.ranges import CELL
 
 MISSING = ("", "nan", "na", "n/a", "none", "null", "-", "<na>", "#n/a")
 WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0}  # of visibility
-MARKS = (";", "\t", ",")
+MARKS, FIRST_LINES = (";", "\t", ","), 30  # between cells, and lines in which they are sought
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 IMAGE = re.compile(
     r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII
@@ -157,8 +157,11 @@ def read_grid(path: str | Path) -> Grid:
     if len(content) < 2:
         fix = "give a line of column names, then one line per frame"
         raise InputError("must be a table", file=file, value="empty", fix=fix)
-    counts: Callable[[str], int] = content[0][1].count
-    mark = max(MARKS, key=counts)
+    said = re.fullmatch(r'"?sep=(.)"?', content[0][1].strip(), re.IGNORECASE)  # as Excel begins
+    content = content[1:] if said else content
+    first = next((line for _, line in content[:FIRST_LINES] if any(mark in line for mark in MARKS)), content[0][1])
+    counts: Callable[[str], int] = first.count
+    mark = said[1] if said else max(MARKS, key=counts)
     if not counts(mark) and len(content[0][1].split()) > 2:
         fix = "save it with commas, semicolons or tabs between the cells"
         raise InputError("must be a table of cells", file=file, value="separated by spaces", fix=fix)

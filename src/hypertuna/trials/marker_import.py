@@ -23,6 +23,7 @@ from hypertuna.trials.markers import Markers, read_markers
 from hypertuna.trials.tracks import MAX_GAP, MIN_SAMPLES
 
 ROUNDS, SETTLED = 10, 0.1  # of taking places from a run, and noises of the last step
+ANOTHER = 30.0  # times the robot's length, or a part of it: markers of another unit
 LEARNED = 100  # frames from which places are taken
 
 
@@ -63,6 +64,7 @@ def fit_marker_run(robot: Robot, path: str | Path, wishes: Wishes, **options: An
     if not (kept.weight > 0).any():
         fix = "check the scale and --min-likelihood"
         raise InputError("must hold markers that were seen", file=markers.file, fix=fix)
+    _check_size(robot, kept)
     groups = [group.name for group in robot.joints]
     for name in (name for joint in wishes.merge for name in joint if name not in groups):
         fix = did_you_mean(name, groups)
@@ -79,6 +81,16 @@ def fit_marker_run(robot: Robot, path: str | Path, wishes: Wishes, **options: An
     chain, fit = fitted(where, kept)
     stretches = stretches_of(kept.time, np.flatnonzero(fit.determined))
     return MarkerRun(Path(path).stem, kept, where, chain, fit, stretches, _limits(robot))
+
+
+def _check_size(robot: Robot, markers: Markers) -> None:
+    """Check that markers span about the length of the robot: another unit would not give another fit."""
+    own = markers.place[(markers.weight > 0).any(axis=1)]
+    low, high = np.nanmin(own, axis=1), np.nanmax(own, axis=1)
+    span, length = float(np.nanmedian(np.linalg.norm(high - low, axis=1))), robot.body.length
+    if not length / ANOTHER < span < ANOTHER * length:
+        value, fix = f"{span:.3g} m wide", f"is the unit another one, or the scale? The robot is {length:.3g} m long"
+        raise InputError("must span about the robot", file=markers.file, key="the markers", value=value, fix=fix)
 
 
 def _without(markers: Markers, names: Sequence[str]) -> Markers:

@@ -25,7 +25,6 @@ WORST = 3  # markers that are named
 MANY = 0.25  # of the markers rejected: the chain may not be that of these markers
 BEYOND = 1.5  # times the amplitude that a joint is described to make
 BACKWARD = 0.05  # body lengths that a run must go to tell forward from backward
-UNIT = 0.15  # relative: near a power of ten, a wrong length is a wrong unit
 
 
 @dataclass(frozen=True)
@@ -238,9 +237,6 @@ def _longer(ratio: float) -> str:
 
 def _scale_fix(ratio: float) -> str:
     """Return what may be wrong with a length."""
-    power = round(math.log10(ratio)) if ratio > 0 and math.isfinite(ratio) else 0
-    if power and abs(ratio / 10**power - 1) < UNIT:
-        return f"is the unit another one, {10.0**power:g} times smaller?"
     places = "the places of the markers, the lengths of the links, and whether the camera looks straight down"
     return f"{1 / ratio:.3g} times the scale would fit; check the scale, {places}"
 

@@ -13,7 +13,7 @@ from hypertuna.figures import COLORS, FAINT, INK, WIDTH, line_style, styled
 from hypertuna.trials.marker_run import MarkerRun
 
 POSTURES = 3  # chains in the first panel: more would hide each other
-BAND = 2  # standard deviations of the band about an angle
+BAND, WIDEST = 2, 60.0  # standard deviations of the band about an angle, and its largest half width [deg]
 
 
 @styled
@@ -79,8 +79,17 @@ def _plot_residuals(panel: Axes, run: MarkerRun) -> None:
             )
     panel.axhline(1e3 * run.fit.noise, color=COLORS[1], label=f"noise of a coordinate, {1e3 * run.fit.noise:.2g} mm")
     offset = 1e3 * np.linalg.norm(run.offsets, axis=1)
-    panel.plot(range(len(names)), offset, "D", color=INK, mfc="none", markersize=5, label="mean of the marker's own")
+    panel.plot(
+        range(len(names)),
+        offset,
+        "D",
+        color=INK,
+        mfc="none",
+        markersize=5,
+        label="mean place of a marker from where it should be",
+    )
     panel.set_yscale("log")
+    panel.set_ylim(bottom=max(panel.get_ylim()[0], run.fit.noise))  # a thousandth of the noise
     panel.set_xticks(range(len(names)), names, rotation=0 if len(names) < 12 else 90)
     panel.set_ylabel("distance [mm]")
     panel.set_title(f"Markers from the chain: {int(run.fit.rejected.sum())} rejected")
@@ -93,7 +102,7 @@ def _plot_angles(panel: Axes, run: MarkerRun) -> None:
         time = run.markers.time[frames]
         angle, sd = np.degrees(run.fit.angle[frames]), np.degrees(run.fit.sd[frames, 3:])
         for g, group in enumerate(run.chain.groups):
-            style, band = line_style(g), BAND * sd[:, g]
+            style, band = line_style(g), np.minimum(BAND * sd[:, g], WIDEST)
             low, high = angle[:, g] - band, angle[:, g] + band
             panel.fill_between(time, low, high, color=style["color"], alpha=0.2, linewidth=0)
             panel.plot(time, angle[:, g], **style, linewidth=1, label=f"joint {group}" * (k == 0))

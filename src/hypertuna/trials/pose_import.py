@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.io.bags import JOINTS, POSES, Joints, Stamped, Topic, decoded, read_bag
+from hypertuna.io.bags import IN_JSON, JOINTS, POSES, Joints, Stamped, Topic, decoded, read_bag
 from hypertuna.io.files import write_atomically
 from hypertuna.io.tables import Table, parse_float, read_table
 from hypertuna.ranges import CELL
@@ -72,6 +72,9 @@ def read_pose_run(
         return _of_table(robot, path, view, joints)
     topics, fault = read_bag(path)
     file = str(path)
+    if fault and not topics:
+        fix = "record it again, or convert it: mcap recover, rosbags-convert"
+        raise InputError("must be a whole bag of ROS 2 or log (MCAP)", file=file, value=fault, fix=fix)
     streams = _streams(file, topics)
     source = _chosen(file, streams, topic, topics)
     recorded, poses = streams[source]
@@ -111,9 +114,9 @@ def _streams(file: str, topics: Mapping[str, Topic]) -> dict[str, tuple[list[int
     """Return the poses of each topic; of transforms, those of each frame by TOPIC:FRAME."""
     streams: dict[str, tuple[list[int], list[Stamped]]] = {}
     for name, topic in topics.items():
-        if topic.kind in POSES:
+        if topic.kind in (*POSES, *IN_JSON):
             for time, pose in decoded(file, name, topic):
-                key = f"{name}:{pose.child}" if topic.kind.startswith("tf2_msgs") else name
+                key = f"{name}:{pose.child}" if pose.child and "Odometry" not in topic.kind else name
                 times, poses = streams.setdefault(key, ([], []))
                 times.append(time)
                 poses.append(pose)
@@ -123,7 +126,7 @@ def _streams(file: str, topics: Mapping[str, Topic]) -> dict[str, tuple[list[int
 def _chosen(file: str, streams: Mapping[str, Any], topic: str | None, topics: Mapping[str, Topic]) -> str:
     """Return the name of the poses to read."""
     if not streams:
-        there = ", ".join(f"{name} ({one.kind})" for name, one in list(topics.items())[:8]) or "no messages in CDR"
+        there = ", ".join(f"{name} ({one.kind})" for name, one in list(topics.items())[:8]) or "no messages"
         rule, fix = "must hold poses over time", f"record a topic of {', '.join(POSES)}"
         raise InputError(rule, file=file, value=shown(there), fix=fix)
     if topic is None and len(streams) == 1:
@@ -178,7 +181,8 @@ def _ordered(time: Array, what: str) -> tuple[Array, Array, tuple[str, ...]]:
 
 def _seen_from_above(file: str, source: str, place: Array, turn: Array, view: View) -> Array:
     """Return x, y and the direction faced, of places (frames, 3) and quaternions x, y, z, w (frames, 4)."""
-    size = np.linalg.norm(turn, axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = np.linalg.norm(turn, axis=1)
     for k in np.flatnonzero(~((abs(size - 1) < UNIT) & np.array([all(x in CELL for x in row) for row in place])))[:1]:
         key, fix = f"pose {k + 1} of {source}", "leave out poses without a direction"
         raise InputError("must be a place and a unit quaternion", file=file, key=key, value=shown([*turn[k]]), fix=fix)

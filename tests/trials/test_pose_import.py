@@ -1,0 +1,176 @@
+"""Poses of other programs: bags of ROS 2, tables with quaternions; frames, clocks, what is missing."""
+
+import json
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import hypertuna as ht
+import point_files
+from hypertuna.cli.main import app
+from hypertuna.errors import InputError
+from hypertuna.trials.pose_import import DIRECTIONS, View, _axis, _seen_from_above, read_pose_run
+from point_files import EACH, angles_of_bag, bag, pose_of_bag
+
+FISH = ht.load("hypertuna")
+
+
+def saved(folder: Path, name: str, content: bytes) -> Path:
+    """A file of that content."""
+    (folder / name).write_bytes(content)
+    return folder / name
+
+
+def expected(count=120):
+    """Poses (frames, 3) of the bag."""
+    return np.array([pose_of_bag(k) for k in range(count)])
+
+
+@pytest.mark.parametrize("form", ["db3", "mcap"])
+@pytest.mark.parametrize("topic", ["/odom", "/tf:head", "/pose"])
+def test_poses_and_joints_of_a_bag(form, topic, tmp_path):
+    run = read_pose_run(FISH, saved(tmp_path, f"run.{form}", bag(form)), topic=topic)
+    assert run.pose == pytest.approx(expected())
+    assert run.time == pytest.approx(np.arange(120) * EACH / 1e9)
+    assert run.angle == pytest.approx(np.array([angles_of_bag(k) for k in range(120)]))
+    assert run.joint_names == ("front", "rear")
+
+
+def test_poses_in_json(tmp_path):
+    from mcap.writer import Writer
+
+    with (tmp_path / "run.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schemas = [writer.register_schema(f"foxglove.{name}", "jsonschema", b"{}") for name in ("PoseInFrame", "Log")]
+        topics = [
+            writer.register_channel(name, "json", own) for name, own in zip(("/pose", "/log"), schemas, strict=True)
+        ]
+        for k, (x, y, yaw) in enumerate(expected(20)):
+            turn = {"x": 0, "y": 0, "z": np.sin(yaw / 2), "w": np.cos(yaw / 2)}
+            pose = {"position": {"x": x, "y": y, "z": 0}, "orientation": turn}
+            message = {"timestamp": {"sec": 5, "nsec": k * EACH}, "frame_id": "tank", "pose": pose}
+            writer.add_message(topics[0], k * EACH, json.dumps(message).encode(), k * EACH)
+            writer.add_message(topics[1], k * EACH, b"{}", k * EACH)
+        writer.finish()
+    run = read_pose_run(FISH, tmp_path / "run.mcap")
+    assert run.pose == pytest.approx(expected(20))
+    assert run.time == pytest.approx(np.arange(20) * EACH / 1e9)
+
+
+def test_a_folder_is_a_bag(tmp_path):
+    (tmp_path / "run").mkdir()
+    saved(tmp_path / "run", "run_0.mcap", bag("mcap", kinds=("PoseStamped",)))
+    assert read_pose_run(FISH, tmp_path / "run").name == "run"
+    saved(tmp_path / "run", "run_1.mcap", b"")
+    with pytest.raises(InputError, match="must hold one .mcap or .db3 file, but is 2 of them"):
+        read_pose_run(FISH, tmp_path / "run")
+
+
+def test_headers_without_times_are_told(tmp_path):
+    path = saved(tmp_path, "run.db3", bag(kinds=("Odometry", "JointState"), stamped=False))
+    run = read_pose_run(FISH, path)
+    assert run.time == pytest.approx(np.arange(120) * EACH / 1e9)
+    assert "headers without times: the times are those of the recording" in run.notes
+
+
+def test_a_bag_that_was_cut_short_is_told(tmp_path):
+    content = bag("mcap", kinds=("PoseStamped",), count=20_000)
+    run = read_pose_run(FISH, saved(tmp_path, "cut.mcap", content[: len(content) * 2 // 3]))
+    assert 1000 < len(run.time) < 20_000
+    assert run.notes[-1].startswith("the bag is cut short")
+
+
+def test_joints_are_named_from_head_to_tail(tmp_path):
+    path = saved(tmp_path, "run.db3", bag(kinds=("Odometry", "JointState")))
+    run = read_pose_run(FISH, path, joints=["rear", "front"])
+    assert run.angle[3] == pytest.approx(angles_of_bag(3)[::-1])
+    with pytest.raises(InputError, match="--joints must be 2 names, one per joint group of hypertuna, but is 1"):
+        read_pose_run(FISH, path, joints=["rear"])
+    with pytest.raises(InputError, match="--joints must be a joint of the file, but is 'reer': did you mean rear"):
+        read_pose_run(FISH, path, joints=["reer", "front"])
+    with pytest.raises(InputError, match="must be 5 names, one per joint group of rexeel"):
+        read_pose_run(ht.load("rexeel"), path)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("old.bag", b"#ROSBAG V2.0\n", "but is a bag of ROS 1: convert it: rosbags-convert"),
+        ("run.db3.zst", b"\x28\xb5\x2f\xfd1234", "but is a compressed file: give a .mcap or .db3 file, unpacked"),
+        ("run.db3", b"SQLite format 3\0" + bytes(100), "must be a whole bag of ROS 2|must have tables"),
+        (
+            "run.db3",
+            bag(kinds=("JointState",)),
+            r"must hold poses over time, but is '/joints \(sensor_msgs/JointState\)'",
+        ),
+        ("run.db3", bag(count=3, kinds=("Odometry",)), "must hold at least 12 poses, but is 3 of /odom"),
+        ("run.db3", bag(), "--topic must be one of /odom, /tf:head, /pose: choose the poses of the robot's head"),
+    ],
+)
+def test_what_holds_no_poses_is_refused(name, content, words, tmp_path):
+    with pytest.raises(InputError, match=words):
+        read_pose_run(FISH, saved(tmp_path, name, content))
+
+
+def test_a_table_of_another_simulator(tmp_path):
+    run = read_pose_run(FISH, saved(tmp_path, "run.csv", point_files.pose_table()))
+    assert run.pose == pytest.approx(expected(40), abs=1e-6)
+    assert run.angle is None
+    few = "time_s,x,y,z,qw,qx,qy,qz,a_deg,b\n" + "".join(f"{k},0,0,0,1,0,0,0,{k},0.1\n" for k in range(20))
+    run = read_pose_run(FISH, saved(tmp_path, "two.csv", few.encode()), joints=["a_deg", "b"])
+    assert run.angle[9] == pytest.approx([np.radians(9), 0.1])
+    with pytest.raises(InputError, match="must have columns of time_s, x, y, z, qx, .* but is without qx, qy, qz, qw"):
+        read_pose_run(FISH, saved(tmp_path, "yaw.csv", b"time_s,x,y,z,yaw\n1,2,3,4,5\n2,2,3,4,5\n"))
+
+
+@pytest.mark.parametrize(("up", "forward"), [p for p in product(DIRECTIONS, DIRECTIONS) if p[0][-1] != p[1][-1]])
+def test_any_axis_may_point_up_and_forward(up, forward):
+    """A body that turns by 90 deg about what points up, counter-clockwise from above, turns its yaw by as much."""
+    axis = _axis(up)
+    turns = np.array([[*(np.sin(a / 2) * axis), np.cos(a / 2)] for a in (0.0, np.pi / 2)])
+    place = np.array([[0.0, 0, 0], _axis(forward)])  # moves the way that it faced
+    pose = _seen_from_above("file", "topic", place, turns, View(up, forward, ahead=0.0))
+    assert pose[1, 2] - pose[0, 2] == pytest.approx(np.pi / 2)
+    assert pose[1, :2] == pytest.approx([np.cos(pose[0, 2]), np.sin(pose[0, 2])], abs=1e-12)
+    ahead = _seen_from_above("file", "topic", place, turns, View(up, forward, ahead=0.2))
+    assert ahead[0, :2] == pytest.approx(0.2 * pose[1, :2], abs=1e-12)
+
+
+def test_a_nose_that_points_up_is_refused(tmp_path):
+    path = saved(tmp_path, "run.db3", bag(kinds=("Odometry",)))
+    with pytest.raises(InputError, match="--forward or --up must lie flat, but is z of the body, which points up"):
+        read_pose_run(FISH, path, view=View("z", "z"))
+
+
+def test_a_direction_without_a_length_is_refused():
+    with pytest.raises(InputError, match=r"pose 1 of /odom must be a place and a unit quaternion"):
+        _seen_from_above("file", "/odom", np.zeros((2, 3)), np.zeros((2, 4)), View())
+
+
+def test_samples_out_of_order_are_sorted_and_repeats_told(tmp_path):
+    rows = [f"{t},{t},0,0,1,0,0,0\n" for t in [*range(19, -1, -1), 5]]
+    run = read_pose_run(FISH, saved(tmp_path, "run.csv", ("t,x,y,z,qw,qx,qy,qz\n" + "".join(rows)).encode()))
+    assert run.time.tolist() == run.pose[:, 0].tolist() == list(range(20))
+    assert run.notes == ("1 rows at the time of another are left out",)
+
+
+def test_the_command_writes_what_replay_reads(tmp_path):
+    path = saved(tmp_path, "run.mcap", bag("mcap", kinds=("Odometry", "JointState")))
+    done = CliRunner().invoke(app, ["trials", "import", "poses", str(path), "-o", str(tmp_path / "out.toml"), "--json"])
+    result = json.loads(done.output)
+    assert (done.exit_code, result["runs"][0]["joints"], result["runs"][0]["missing"]) == (0, ["front", "rear"], [])
+    recording = ht.read_trials(tmp_path / "out.toml", FISH).recordings[0]
+    assert recording.joints.angle[5] == pytest.approx(angles_of_bag(5))
+    assert recording.tracks[0].pose[-1] == pytest.approx([*expected()[-1]])
+
+
+def test_missing_joints_are_told(tmp_path):
+    path = saved(tmp_path, "run.db3", bag(kinds=("Odometry",)))
+    done = CliRunner().invoke(app, ["trials", "import", "poses", str(path), "-o", str(tmp_path / "out.toml")])
+    assert "missing: joint angles: the file has none. Name a CSV file of them" in " ".join(done.output.split())
+    with pytest.raises(InputError, match=r"recordings\[0\].joints"):
+        ht.read_trials(tmp_path / "out.toml", FISH)
