@@ -10,6 +10,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
+from hypertuna.arrays import Array
 from hypertuna.control.guidance import gait_table
 from hypertuna.control.mission import Mission, Waypoint
 from hypertuna.description.robot import parse
@@ -19,7 +20,7 @@ from hypertuna.mission.checks import check_current
 from hypertuna.mission.file import parse_mission
 from hypertuna.mission.flight import Flight, fly, waypoint_results
 from hypertuna.mission.record import MissionRecord, names_of
-from hypertuna.mission.run import ENDINGS, ending, fly_part, joined_parts, mission_start
+from hypertuna.mission.run import ENDINGS, ending, fly_part, fly_parts, joined_parts, mission_start
 
 NORTH = -math.pi / 2  # of the axis from nose to tail: the robot faces north
 OUT = Mission(waypoints=(Waypoint(0, 60, 1, 0.3, 2), Waypoint(30, 60, 1, 0.3, 2)), heading=NORTH, stay=True)
@@ -220,6 +221,21 @@ def test_a_mission_ends_as_the_pilot_says() -> None:
     ]:
         assert ending(modes.index(mode), flags) == status
         assert status in ENDINGS
+
+
+@pytest.mark.parametrize(("ticks", "rows"), [(0, 1), (7, 1), (13, 2)])
+def test_a_mission_that_diverges_is_told_within_a_row_too(robot: ht.Robot, ticks: int, rows: int) -> None:
+    """The plant breaks after these ticks, ten a row: a row that was begun is there, and the first always."""
+
+    def fly(_: int, asked: int, state: bytes | None) -> tuple[dict[str, Array], bytes]:
+        part, state = fly_part(start, asked, state)
+        return part | {"ticks": np.array([float(ticks)])}, state
+
+    start = mission_start(robot, OUT, duration=0.2)
+    run = joined_parts(start, [part for _, part in fly_parts(start, fly)])
+    assert (run.status, len(run.time)) == ("diverged", rows)
+    whole = joined_parts(start, [part for _, part in fly_parts(start)])
+    assert (whole.status, len(whole.time)) == ("given up", 2)
 
 
 def test_waypoints_are_told_apart(robot: ht.Robot) -> None:

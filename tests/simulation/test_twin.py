@@ -69,7 +69,10 @@ def test_a_robot_that_does_not_move_has_no_cost_of_transport() -> None:
 def test_areas_beyond_measure_give_a_run_that_diverged() -> None:
     document = ROBOT.document()
     document["links"]["lateral_area_m2"][-1] = 1e12
-    assert twin(parse(document), SMALL, duration=0.5).status == "diverged"
+    run = twin(parse(document), SMALL, duration=0.5)
+    assert (run.status, len(run.time)) == ("diverged", 1)  # it breaks at once: the start alone is shown
+    assert run.summary()
+    assert "diverged" in run._repr_html_()
 
 
 def test_a_hinge_that_hardly_gives_is_a_stiff_plant_too() -> None:

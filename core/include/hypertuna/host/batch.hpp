@@ -82,8 +82,8 @@ class LaneGroup {
         machines_.reset(kernel.make(rows.data(), twins_[0]->member.controller.tick, steps));
     }
 
-    /// Make a tick of every twin whose state is still one that a robot can have, and count it where that holds after it;
-    /// command_of(k) is that of twin k.
+    /// Make a tick of every twin whose state is still one that a robot can have, and count it where that holds after
+    /// it; command_of(k) is that of twin k.
     template <class CommandOf>
     void tick(const CommandOf& command_of) {
         static_assert(std::is_standard_layout_v<MachineState<double, D>>);
