@@ -293,6 +293,7 @@ for part in (
     "flow",
     "turn",
     "optimize",
+    "design",
     "mission",
     "fin",
     "fin_force",

@@ -1,5 +1,6 @@
 """What is shown of a design."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ def next_runs_card(result: NextRuns) -> Card:
                 one.name,
                 one.why,
                 run_text(one.run),
-                ", ".join(f"{number(v)} {UNITS[name]} ± {100 * w:.2g} %" for name, (v, w) in one.expected.items()),
+                ", ".join(_expected(v, w, UNITS[name]) for name, (v, w) in one.expected.items()),
                 f"{100 * one.half_width:.2g}",
             )
             for one in result.choices
@@ -36,10 +37,21 @@ def next_runs_card(result: NextRuns) -> Card:
     parts += [(warning, "yellow") for warning in result.warnings]
     made = f"{len(result.steps)} runs told" if len(result.steps) != 1 else "1 run told"
     parts.append(
-        f"{made}: the {result.subject} of the target gaits is known within {100 * result.half_width:.2g} %; "
+        f"{made}: the {result.subject} of the target gaits is known within {_within(result.half_width)}; "
         f"{100 * result.width:.2g} % is enough."
     )
     return Card(f"{result.robot.name}: next runs", parts, (lambda: _widths_svg(result)) if result.steps else None)
+
+
+def _expected(value: float, half_width: float, unit: str) -> str:
+    """Write an expected value with its interval."""
+    ends = (number(value * math.exp(sign * half_width)) for sign in (-1, 1))
+    return f"{number(value)} ({' to '.join(ends)}) {unit}"
+
+
+def _within(half_width: float) -> str:
+    """Write the half width of the interval of a logarithm."""
+    return f"{100 * half_width:.2g} %" if half_width < 1 else f"a factor of {math.exp(half_width):.2g}"
 
 
 def _widths_svg(result: NextRuns) -> str:

@@ -28,6 +28,6 @@ def plot_design(result: NextRuns, *, width: float = WIDTH) -> Figure:
     for k, name in enumerate(result.unknowns.names):
         below.plot(np.arange(len(sds)), sds[:, k], **line_style(k), label=name.rpartition(".")[2])
     below.set(xlabel="runs", ylabel="standard deviation\nof the logarithm")
-    below.set_ylim(bottom=0)
+    below.set_yscale("log")
     figure.legend(*below.get_legend_handles_labels(), loc="outside lower left", ncols=2 if width < 6 else 3, **TIGHT)
     return figure

@@ -62,11 +62,11 @@ def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence
     blind = [k for k in np.argsort(-share) if share[k] > NEVER]
     if blind:
         names = posterior.unknowns.names
-        each = ", ".join(f"{names[k]} ({never[k]:.2f} of {prior[k]:.2f})" for k in blind[:NAMED])
+        each = ", ".join(f"{names[k]} {never[k]:.2f} of {prior[k]:.2f}" for k in blind[:NAMED])
         rest = f" and {len(blind) - NAMED} more" if len(blind) > NAMED else ""
         found.append(
-            "No run in this tank tells much of these, however many are made: " + each + rest + " (standard deviations "
-            "of logarithms, of their priors')."
+            "No run in this tank tells much of some coefficients: of their priors' standard deviations remain "
+            f"{each}{rest}."
         )
     return found
 
