@@ -140,6 +140,9 @@ public:
     /// How fast a pixel's value changes with its distance to the edge [gray levels per m].
     double steepness(const Near& at, double edge) const { return contrast_ * density(at.inside / edge) / edge; }
 
+    /// Whether a place is in the rear half of its link.
+    bool rear(const Near& at) const { return at.along > 0.5 * links_[at.link].length; }
+
     /// The largest half width that a sight of this lean may see [m].
     double widest(double lean) const {
         double most = 0;
@@ -211,7 +214,7 @@ struct FitPrior {
 
 struct SilhouetteFit {
     std::vector<double> unknowns, information;  // information: of the pixels alone, times their squared noise
-    std::vector<double> seen;                   // of each link: 1 where the pixels show all of it, NaN without pixels
+    std::vector<double> seen;                   // of each link: 1 where the pixels show all of its rear half
     double noise, offset;                       // gray levels; m: distance of the edges from the drawn ones
 };
 
@@ -329,15 +332,17 @@ private:
             const double weight = 1 / (1 + r * r / (prior_.loss * prior_.loss));
             squares += weight * r * r;
             weights += weight;
-            drawn[at.link] += shown * shown;
-            there[at.link] += shown * p.value;
+            if (at.link == 0 || body.rear(at)) {  // the front of a link hides behind the link before
+                drawn[at.link] += shown * shown;
+                there[at.link] += shown * p.value;
+            }
             if (at.inside < 3 * edge) {
                 near_squares += r * r;
                 steep += body.steepness(at, edge) * body.steepness(at, edge);
             }
         }
         std::vector<double> seen(drawn.size());
-        for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = contrast != 0 ? there[i] / drawn[i] : 0.0;
+        for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = drawn[i] > 0 && contrast != 0 ? there[i] / drawn[i] : 0.0;
         return {u, sums(u, edge, false).matrix, seen,
                 std::sqrt(squares / std::max(weights - double(n_), 1.0)), std::sqrt(near_squares / steep)};
     }
