@@ -177,6 +177,25 @@ def _markers(path: Path) -> Any:
     return read_markers(path, scale=1e-3, frame_rate=30.0)
 
 
+def _camera(path: Path) -> Any:
+    from hypertuna.film.camera import read_camera
+
+    return read_camera(path).sight([1.0, 2.0], 0.1)
+
+
+def _sections(path: Path) -> Any:
+    from hypertuna.film.sections import body_of
+
+    return body_of(ht.load(EXAMPLES / "minnow.toml"), path)
+
+
+def _film(path: Path) -> Any:
+    from hypertuna.film.source import open_film
+
+    film = open_film(path)
+    return film.sample(5).mean(), sum(int(frame.sum()) for _, frame in film.frames(8))
+
+
 def _places(path: Path) -> Any:
     from hypertuna.trials.marker_places import read_places
 
@@ -230,6 +249,10 @@ READERS = (
     Reader("markers of DeepLabCut", forged.DEEPLABCUT.encode().strip, _markers, TABLES, "file.csv"),
     Reader("markers of SLEAP", forged.SLEAP.encode().strip, _markers, TABLES, "file.csv"),
     Reader("places", PLACES.encode().strip, _places, TABLES, "file.csv"),
+    Reader("camera", forged.CAMERA.encode().strip, _camera, TEXTS, "camera.toml"),
+    Reader("sections", forged.SECTIONS.encode().strip, _sections, TABLES, "file.csv"),
+    Reader("corners", forged.CORNERS.encode().strip, _table("film.calibrate", "read_corners"), TABLES, "file.csv"),
+    Reader("film", forged.film, _film, (of_bytes,), "film.mp4"),
     Reader(
         "bench", _text(EXAMPLES / "bench/bench.csv"), _table("characterization.data", "read_bench", "ROBOT"), TABLES
     ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -229,7 +230,7 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
         return rows
 
     for first in range(0, count, BLOCK):
-        for row in journal.answer([first, turn], lambda first=first: work(first)):
+        for row in journal.answer([first, turn], partial(work, first)):
             number = int(row[0])
             state[number] = int(row[1])
             if len(row) > 2:
