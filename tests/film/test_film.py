@@ -114,7 +114,7 @@ def test_a_cable_over_the_fish_does_not_matter(folder) -> None:
 def test_another_fish_that_does_not_touch_does_not_matter(folder) -> None:
     def other(t):
         pose, angle = beating(t)
-        return [*pose, 0.05, -0.17, 0.0], angle
+        return pose + np.array([0.05, -0.17, 0.0]), angle
 
     both = [film(folder / f"{name}.mp4", motion, noise=0.0) for name, motion in
             (("one", beating), ("other", other))]  # fmt: skip
