@@ -23,8 +23,8 @@ static std::span<const Pixel> pixels_of(const Input<2>& pixels) {
 }
 
 static NamedArrays fit(const Input<2>& pixels, const Input<1>& length, const Input<2>& share, const Input<2>& section,
-                       const Input<1>& start, const Input<1>& mean, const Input<1>& precision,
-                       const Input<2>& stages, double loss, int iterations) {
+                       const Input<1>& start, const Input<1>& mean, const Input<1>& precision, const Input<2>& stages,
+                       double loss, int iterations) {
     const Silhouette body = body_of(length, share, section);
     const std::size_t n = body.unknowns();
     check_extent("start", start.shape(0), n);
@@ -50,8 +50,8 @@ static NamedArrays fit(const Input<2>& pixels, const Input<1>& length, const Inp
 }
 
 /// Values (pixels,), derivatives (pixels, unknowns), and distances inside the edge (pixels,) [m].
-static NamedArrays draw(const Input<2>& pixels, const Input<1>& length, const Input<2>& share,
-                        const Input<2>& section, const Input<1>& unknowns, double edge) {
+static NamedArrays draw(const Input<2>& pixels, const Input<1>& length, const Input<2>& share, const Input<2>& section,
+                        const Input<1>& unknowns, double edge) {
     const Silhouette body = body_of(length, share, section);
     const std::size_t n = body.unknowns();
     check_extent("unknowns", unknowns.shape(0), n);

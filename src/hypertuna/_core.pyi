@@ -610,3 +610,29 @@ def need_table() -> list[tuple[str, str]]:
     """What must hold for an order to change the state: name and sentence."""
 
 MODE_BASE: int = 100
+
+def fit_silhouette(
+    pixels: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    length: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    section: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    mean: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    precision: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    stages: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    loss: float,
+    iterations: int,
+) -> dict[str, NDArray[numpy.float64]]:
+    """
+    Fit the silhouette of a chain to pixels (m, 5): x, y, lean of the sight, value.
+    """
+
+def draw_silhouette(
+    pixels: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    length: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    share: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    section: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    unknowns: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    edge: float,
+) -> dict[str, NDArray[numpy.float64]]:
+    """Draw the silhouette: values, derivatives, distances inside its edge."""

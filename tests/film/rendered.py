@@ -4,6 +4,7 @@ It shares no code with the tracker: a body is what a ray hits, section by sectio
 """
 
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 
 import av
 import cv2
@@ -60,7 +61,7 @@ class Fish:
         heading = pose[2] + self.share @ angle
         total, stations = self.length.sum(), np.linspace(0, 1, len(self.half_width))
         start, begin, best = np.array(pose[:2]), 0.0, np.full(len(point), -np.inf)
-        levels = np.sin(np.linspace(-1.4, 1.4, 9))
+        levels = np.sin(np.linspace(-1.3, 1.3, 7))
         for i, (long, turn) in enumerate(zip(self.length, heading, strict=True)):
             e, n = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
             along, across = (point - start) @ e, (point - start) @ n
@@ -183,7 +184,7 @@ def write_film(path, pictures, rate=60, times=None, crf=18):
                 stream.height, stream.width = picture.shape
                 stream.pix_fmt = "yuv420p"
                 if times is not None:
-                    stream.codec_context.time_base = stream.time_base = "1/90000"
+                    stream.codec_context.time_base = stream.time_base = Fraction(1, 90000)
             frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")
             if times is not None:
                 frame.pts, frame.time_base = round(times[k] * 90000), stream.codec_context.time_base

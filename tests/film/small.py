@@ -52,7 +52,7 @@ def camera(eye):
 EYE = Eye(size=(480, 272), focal=640.0, k1=-0.1, place=(0.02, -0.01, 1.6))
 
 
-def beating(t, speed=0.65, frequency=2.5):
+def beating(t, speed=0.65, frequency=3.5):
     """A fish that swims to the left and beats: pose of the nose, joint angles."""
     phase = 2 * np.pi * frequency * t
     angle = np.radians([8, 14, 20]) * np.sin(phase - np.radians([0, 30, 60]))

@@ -38,7 +38,7 @@ def pixels_of(drawn, pose=POSE):
 def fitted(own, pixels, pose=POSE, *, free=False):
     """Fit a body from a start that is 3 px and 3 deg off."""
     size = camera(EYE).pixel_size([240, 136], DEPTH)
-    start = np.concatenate([pose + [3 * size, -2 * size, 0.05], np.zeros(3), [0.0, 0.0, 100.0]])
+    start = np.concatenate([pose + np.array([3 * size, -2 * size, 0.05]), np.zeros(3), [0.0, 0.0, 100.0]])
     precision = np.zeros(own.unknowns)
     precision[-3:-1] = 0.0 if free else 1e12
     stages = size * np.array([[4.0, 14.0], [1.8, 8.0], [0.35, 6.0]])

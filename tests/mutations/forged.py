@@ -46,6 +46,36 @@ HUGE = 100_000_000  # numbers of an array that is not there
 
 # --- logs
 
+CAMERA = """format = 1
+width_px = 640
+height_px = 360
+focal_px = 800.0
+center_px = [319.5, 179.5]
+lens_k1 = -0.1
+place_m = [0.0, 0.0, 1.6]
+tilt_deg = [1.0, 0.0, 0.0]
+"""
+SECTIONS = "from_nose_m,width_m,height_m\n0,0,0\n0.1,0.04,0.07\n0.24,0.01,0.02\n0.3,0.002,0.08\n"
+CORNERS = "u_px,v_px,x_m,y_m\n10,20,-1,0.5\n630,20,1,0.5\n630,340,1,-0.5\n10,340,-1,-0.5\n"
+
+
+@functools.cache
+def film() -> bytes:
+    """Return a film of 40 small frames in which a bar moves."""
+    import av
+
+    stream, draw = io.BytesIO(), np.random.default_rng(0)
+    with av.open(stream, "w", format="mp4") as out:
+        video = out.add_stream("mpeg4", rate=60)
+        video.width, video.height, video.pix_fmt = 64, 48, "yuv420p"
+        for k in range(40):
+            picture = draw.integers(170, 190, (48, 64), dtype=np.uint8)
+            picture[20:28, k : k + 16] = 40
+            frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")
+            out.mux(video.encode(frame))
+        out.mux(video.encode(None))
+    return stream.getvalue()
+
 
 def log() -> bytes:
     """Return a log of 2 s of a mission."""

@@ -197,6 +197,25 @@ def _poses(path: Path) -> Any:
     return read_pose_run(tuna(), path)
 
 
+def _camera(path: Path) -> Any:
+    from hypertuna.film.camera import read_camera
+
+    return read_camera(path).sight([1.0, 2.0], 0.1)
+
+
+def _sections(path: Path) -> Any:
+    from hypertuna.film.sections import body_of
+
+    return body_of(ht.load(EXAMPLES / "minnow.toml"), path)
+
+
+def _film(path: Path) -> Any:
+    from hypertuna.film.source import open_film
+
+    film = open_film(path)
+    return film.sample(5).mean(), sum(int(frame.sum()) for _, frame in film.frames(8))
+
+
 def _places(path: Path) -> Any:
     from hypertuna.trials.marker_places import read_places
 
@@ -295,6 +314,10 @@ READERS = (
     Reader("poses in a table", point_files.pose_table, _poses, TABLES, "poses.csv"),
     *(_tracked(file) for file in FILES if file.name in FORMS),
     Reader("places", PLACES.encode().strip, _places, TABLES, "file.csv"),
+    Reader("camera", forged.CAMERA.encode().strip, _camera, TEXTS, "camera.toml"),
+    Reader("sections", forged.SECTIONS.encode().strip, _sections, TABLES, "file.csv"),
+    Reader("corners", forged.CORNERS.encode().strip, _table("film.calibrate", "read_corners"), TABLES, "file.csv"),
+    Reader("film", forged.film, _film, (of_bytes,), "film.mp4"),
     Reader(
         "bench", _text(EXAMPLES / "bench/bench.csv"), _table("characterization.data", "read_bench", "ROBOT"), TABLES
     ),

@@ -61,7 +61,7 @@ def track_command(
     if options.camera is None:
         raise InputError("is missing", key="--camera", fix="make its file by `hypertuna trials camera`")
     camera = read_camera(options.camera)
-    own = {"depth": options.depth, "sections": options.sections, "scale": options.scale}
+    own: dict[str, Any] = {"depth": options.depth, "sections": options.sections, "scale": options.scale}
     header = {"film": Path(film).name, "robot": fish.name, "options": own | {"camera": camera.model_dump(mode="json")}}
     with ExitStack() as stack:
         journal = stack.enter_context(Journal(checkpoint, header)) if checkpoint else None

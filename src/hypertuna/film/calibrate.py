@@ -11,12 +11,11 @@ from scipy.optimize import least_squares
 
 from hypertuna.arrays import Array
 from hypertuna.description.mistakes import translate
-from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.errors import InputError
 from hypertuna.film.camera import Camera
+from hypertuna.film.numbers import read_numbers
 from hypertuna.film.source import Film, open_film
-from hypertuna.io.door import RUNS
 from hypertuna.io.extras import need
-from hypertuna.io.tables import parse_float, read_table
 from hypertuna.ranges import CELL
 
 COLUMNS = ("u_px", "v_px", "x_m", "y_m")
@@ -68,32 +67,11 @@ def calibrate(
 
 def read_corners(path: str | Path) -> tuple[Array, Array]:
     """Read points of the tank from a CSV file: pixels (n, 2) and places (n, 2) [m]."""
-    table = read_table(path, RUNS)
-    for column in table.head:
-        if column not in COLUMNS:
-            fix = did_you_mean(column, COLUMNS)
-            raise InputError("is not a known column", file=table.file, key=f"line {table.line}, {column}", fix=fix)
-    table.check_once(table.head)
-    if missing := [column for column in COLUMNS if column not in table.head]:
-        raise InputError("must be a column", file=table.file, key=missing[0], value="missing", fix="add it")
-    rows = []
-    for line, cells in table.checked(table.rows):
-        named = dict(zip(table.head, cells, strict=True))
-        for column in COLUMNS:
-            try:
-                number = parse_float(named[column])
-            except ValueError:
-                number = float("nan")
-            if number not in CELL:
-                key = f"line {line}, {column}"
-                raise InputError(CELL.rule, file=table.file, key=key, value=shown(named[column]), fix="give a number")
-            named[column] = number
-        rows.append([named[column] for column in COLUMNS])
+    rows = read_numbers(path, COLUMNS, CELL, "give pixels and meters of each point")
     if len(rows) < CORNERS:
         rule, fix = f"must have {CORNERS} points of the tank at least", "add the other corners"
-        raise InputError(rule, file=table.file, value=f"{len(rows)}", fix=fix)
-    values = np.array(rows)
-    return values[:, :2], values[:, 2:]
+        raise InputError(rule, file=str(path), value=f"{len(rows)}", fix=fix)
+    return rows[:, :2], rows[:, 2:]
 
 
 def _camera(values: dict[str, Any]) -> Camera:
@@ -130,8 +108,7 @@ def _placed(
             seen, _ = camera(x).sight(pixels, depth)
         except InputError:
             return np.full(places.size, 1e3)
-        scale = np.append(np.zeros(places.size), [])
-        return np.concatenate([((seen - places) / abs(factor)).ravel(), scale[:0]])
+        return np.asarray((seen - places).ravel() / abs(factor))
 
     found = least_squares(off, start, x_scale=[height, height, 0.1, 0.1, 0.1, 0.1])
     return camera(found.x), found.fun.reshape(-1, 2)

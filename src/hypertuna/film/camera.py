@@ -90,7 +90,7 @@ class Camera(Part):
         places = np.asarray(places, dtype=float)
         at = np.broadcast_to(np.array(self.center), places.shape).copy()
         for _ in range(20):
-            beside = np.stack([at, at + [1.0, 0.0], at + [0.0, 1.0]])
+            beside = np.stack([at, at + np.array([1.0, 0.0]), at + np.array([0.0, 1.0])])
             here, right, below = self.sight(beside, depth)[0]
             by = np.stack([right - here, below - here], axis=-1)
             step = np.linalg.solve(by, (places - here)[..., np.newaxis])[..., 0]

@@ -33,7 +33,7 @@ class Beat:
     @property
     def amplitude(self) -> Array:
         """Amplitude of the first harmonic (groups,) [rad]."""
-        return np.hypot(self.harmonics[1], self.harmonics[2])
+        return np.asarray(np.hypot(self.harmonics[1], self.harmonics[2]))
 
 
 def beat_of(time: Array, angle: Array) -> Beat | None:
@@ -52,12 +52,12 @@ def beat_of(time: Array, angle: Array) -> Beat | None:
         near = best + width * np.linspace(-1, 1, 17)
         best = float(near[int(np.argmin([_left(time, angle, f, HARMONICS) for f in near]))])
     waves = _waves(time, best)
-    harmonics = np.linalg.lstsq(waves, angle, rcond=None)[0]
+    harmonics = np.asarray(np.linalg.lstsq(waves, angle, rcond=None)[0])
     left = angle - waves @ harmonics
     if best * span < LEAST_BEATS or (left**2).sum() > STEADY * ((angle - angle.mean(axis=0)) ** 2).sum():
         return None
-    noise = left.std(axis=0) * _widened(left, time, best)
-    return Beat(best, harmonics, noise, memory_of(left, time), best * span)
+    noise = np.asarray(left.std(axis=0) * _widened(left, time, best))
+    return Beat(best, harmonics.astype(float), noise, memory_of(left, time), best * span)
 
 
 def memory_of(left: Array, time: Array) -> float:

@@ -9,6 +9,7 @@ from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, FAINT, INK, WIDTH, styled
 from hypertuna.film.overlay import drawn
 from hypertuna.film.run import FilmRun
+from hypertuna.film.source import Gray
 from hypertuna.film.states import STATES
 
 WORST = 4  # frames
@@ -54,6 +55,6 @@ def _worst(offset: Array) -> list[int]:
     return sorted(known[np.argsort(-offset[known])][:WORST].tolist())
 
 
-def _frames(run: FilmRun, numbers: list[int]) -> list[tuple[int, Array]]:
+def _frames(run: FilmRun, numbers: list[int]) -> list[tuple[int, Gray]]:
     """Return frames of the film by number."""
     return [next(iter(run.view.film.frames(number))) for number in numbers]

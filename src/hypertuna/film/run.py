@@ -17,8 +17,8 @@ from hypertuna.film.camera import Camera
 from hypertuna.film.noise import Beat, beat_of, path_noise
 from hypertuna.film.sections import Body, body_of
 from hypertuna.film.source import open_film
-from hypertuna.film.states import BORDER, LOST, MISFIT, OK, STATES, UNSEEN
-from hypertuna.film.track import MIN_SEEN, Tracked, Tracker, Tuning, forward, track, tune
+from hypertuna.film.states import FIXES, OK, STATES
+from hypertuna.film.track import MIN_SEEN, Tracked, Tracker, Tuning, check_seen, forward, links_of, track, tune
 from hypertuna.film.view import View, view_of
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import write_atomically
@@ -29,12 +29,6 @@ LEAST_OK = 0.5  # part of the frames
 MAX_OFF = 0.10  # relative: the fish's length by the camera over that of the robot
 TOLD_OFF = 0.02  # relative: the same, where it is told
 BACKWARD = 0.2  # body lengths: a fish that goes tail first for longer is taken the other way round
-FIXES = {
-    LOST: "film with more contrast: a dark fish over a white floor, at a fixed exposure",
-    BORDER: "cut the film to the time when the whole fish is in the picture",
-    MISFIT: "check the sections of the robot, and that the fish touches no other fish and no wall",
-    UNSEEN: "paint the fin dark, or give it a rib 4 mm wide",
-}
 
 
 @dataclass(frozen=True)
@@ -99,7 +93,7 @@ class FilmRun:
             "edge_offset_px": float(np.median(self.tracked.offset[state == OK])),
             "length_ratio": self.size,
             "scale": self.scale,
-            "seen": dict(zip(groups, (float(seen[:, k].mean()) for k in _links(self.body)), strict=True)),
+            "seen": dict(zip(groups, (float(seen[:, k].mean()) for k in links_of(self.body)), strict=True)),
             "noise_deg": np.degrees(self.noise),
             "noise_tau_s": self.memory,
             "head_sd_mm": 1e3 * self.head_noise[:2],
@@ -202,11 +196,6 @@ def _sd(tracked: Tracked) -> Array:
     return np.asarray(np.sqrt(np.einsum("fii->fi", tracked.covariance)))
 
 
-def _links(body: Body) -> list[int]:
-    """Return the first link that each joint group turns."""
-    return [int(np.flatnonzero(column)[0]) for column in body.share.T]
-
-
 def _head(tracked: Tracked, body: Body, size: float, scale: str) -> Array:
     """Return poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad]."""
     x, y, heading = tracked.unknowns[:, :3].T
@@ -218,12 +207,7 @@ def _head(tracked: Tracked, body: Body, size: float, scale: str) -> Array:
 def _check(tracked: Tracked, body: Body, file: str) -> tuple[Frames, ...]:
     """Return the frames in use; refuse a film of which too little is known."""
     state, count = tracked.state, len(tracked.state)
-    found = np.isfinite(tracked.offset)
-    for group, k in zip(body.groups, _links(body), strict=True):
-        part = float((tracked.seen[found, k] >= MIN_SEEN).mean()) if found.any() else 1.0
-        if part < LEAST_OK:
-            rule = f"must show the part behind joint {group} in {100 * LEAST_OK:g} % of the frames"
-            raise InputError(rule, file=file, value=f"seen in {100 * part:.0f} %", fix=FIXES[UNSEEN])
+    check_seen(body, tracked.seen[np.isfinite(tracked.offset)], file)
     stretches = stretches_of(tracked.time, np.flatnonzero(state == OK))
     used = sum(map(len, stretches))
     if used < LEAST_OK * count:

@@ -13,9 +13,8 @@ from hypertuna.arrays import Array
 from hypertuna.description.pose import group_shares
 from hypertuna.description.robot import Robot
 from hypertuna.description.shape import Shape
-from hypertuna.errors import InputError, did_you_mean, shown
-from hypertuna.io.door import RUNS
-from hypertuna.io.tables import parse_float, read_table
+from hypertuna.errors import InputError
+from hypertuna.film.numbers import read_numbers
 from hypertuna.ranges import Range
 
 STATIONS = 201
@@ -117,31 +116,11 @@ def _estimated(robot: Robot, stations: Array) -> Array:
 
 def _read(path: str | Path, stations: Array) -> Array:
     """Read half widths and heights (stations, 2) [m] from a CSV file."""
-    table = read_table(path, RUNS)
-    for column in table.head:
-        if column not in COLUMNS:
-            fix = did_you_mean(column, COLUMNS)
-            raise InputError("is not a known column", file=table.file, key=f"line {table.line}, {column}", fix=fix)
-    table.check_once(table.head)
-    if missing := [column for column in COLUMNS if column not in table.head]:
-        fix = "measure widths and heights at a dozen stations, nose and tail tip among them"
-        raise InputError("must be a column", file=table.file, key=missing[0], value="missing", fix=fix)
-    rows = []
-    for line, cells in table.checked(table.rows):
-        named = dict(zip(table.head, cells, strict=True))
-        for column in COLUMNS:
-            try:
-                number = parse_float(named[column])
-            except ValueError:
-                number = float("nan")
-            if number not in SIZE:
-                key, fix = f"line {line}, {column}", "give it in m"
-                raise InputError(SIZE.rule, file=table.file, key=key, value=shown(named[column]), fix=fix)
-            named[column] = number
-        rows.append([named[column] for column in COLUMNS])
-    place, width, height = np.array(rows).T if rows else np.zeros((3, 0))
+    missing = "measure widths and heights at a dozen stations, nose and tail tip among them"
+    rows = read_numbers(path, COLUMNS, SIZE, missing)
+    place, width, height = rows.T
     total = float(stations[-1])
     if len(rows) < 3 or (np.diff(place) <= 0).any() or abs(place[0]) > 0 or abs(place[-1] / total - 1) > 0.02:
         rule = f"must go in rising order from 0 at the nose to {total:g} at the tail tip, in three lines at least"
-        raise InputError(rule, file=table.file, key="from_nose_m", fix="correct the stations, or the robot's lengths")
+        raise InputError(rule, file=str(path), key="from_nose_m", fix="correct the stations, or the robot's lengths")
     return np.column_stack([np.interp(stations, place, column) / 2 for column in (width, height)])

@@ -25,7 +25,7 @@ LARGEST = 9_000_000  # pixels of a frame: 4K
 RATES = (5.0, 2000.0)  # Hz
 UNEVEN = 0.1  # of the interval: how far a time may lie from a multiple of it
 LOST = 0.5  # of the intervals, by frames that are missing
-LEAST = 24  # frames
+LEAST, MOST = 24, 2_000_000  # frames
 # The forms of films that are read, by the name of FFmpeg and their first bytes: others may name further files.
 FORMS: dict[str, Callable[[bytes], bool]] = {
     "mov": lambda head: head[4:8] in (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"),
@@ -56,7 +56,7 @@ class Film:
                 _seek(container, stream, float(self.time[first]))
             begin = None if stream.start_time is None else float(stream.start_time * stream.time_base)
             for frame in _read(container.decode(stream), self.file):
-                if frame.time is None:
+                if frame.time is None or frame.is_corrupt:
                     continue
                 begin = frame.time if begin is None else begin
                 number = int(np.searchsorted(self.time, frame.time - begin - half))
@@ -107,6 +107,8 @@ def open_film(path: str | Path) -> Film:
         for packet in _read(container.demux(stream), name):
             if packet.pts is not None and packet.size:
                 stamps.append(float(packet.pts * packet.time_base))
+            if len(stamps) > MOST:
+                raise InputError(f"must have {MOST} frames at most", file=name, value="longer", fix="cut it")
     time = np.sort(np.array(stamps))
     return Film(name, width, height, _checked(time - time[:1], name))
 
@@ -160,6 +162,9 @@ def _decoder(name: str) -> Iterator[tuple[Any, Any]]:
             if not container.streams.video:
                 raise InputError("must hold moving pictures", file=name, fix="give the film, not its sound")
             video = container.streams.video[0]
+            if video.codec_context is None:
+                fix = "convert it: ffmpeg -i FILM -c:v libx264 film.mp4"
+                raise InputError("must be of a known codec", file=name, value="of another", fix=fix)
             video.thread_type = "AUTO"
             video.codec_context.thread_count = min(4, os.cpu_count() or 1)
             yield container, video

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from hypertuna.errors import InputError
 from hypertuna.film.first import guesses
 from hypertuna.film.sections import Body
 from hypertuna.film.source import Gray
-from hypertuna.film.states import BORDER, LOST, MISFIT, OK, STATES, UNSEEN
+from hypertuna.film.states import BORDER, FIXES, LOST, MISFIT, OK, STATES, UNSEEN
 from hypertuna.film.view import View
 from hypertuna.io.checkpoint import Journal
 
@@ -25,6 +26,7 @@ FREE_ANGLE = 1.0  # rad: standard deviation of angles without pixels
 SIZE_SD, GIRTH_SD, ESTIMATED_GIRTH_SD = 0.15, 0.05, 0.2  # logs, before the film is seen
 LOSS = 0.3  # of the contrast: larger residuals count little
 MAX_OFFSET = 1.5  # px between drawn and seen edges
+MAX_BEND = 1.6  # rad between two links
 MIN_SEEN = 0.5  # part of a link that must be seen
 WAY = 1.5  # lengths of the fish
 FIXED = 1e12  # precision of an unknown that is known
@@ -92,7 +94,9 @@ class Tracker:
         found["state"] = BORDER if not inside else OK
         if found["state"] == OK and not (found["offset"] < MAX_OFFSET and found["unknowns"][-1] > 0.4 * view.contrast):
             found["state"] = MISFIT
-        elif found["state"] == OK and (found["seen"] < MIN_SEEN).any():
+        bend = np.diff(body.share, axis=0) @ found["unknowns"][3 : 3 + len(body.groups)]
+        found["seen"][1:] *= np.abs(bend) < MAX_BEND  # a part folded over the body is fitted to it, not seen
+        if found["state"] == OK and (found["seen"] < MIN_SEEN).any():
             found["state"] = UNSEEN
         return found
 
@@ -159,10 +163,12 @@ def tune(view: View, body: Body, samples: Gray) -> Tuning:
     whole = [(frame, one) for frame, one in found if one["state"] == OK]
     if len(whole) < 3:
         states = [one["state"] for _, one in found]
-        common = STATES[max(set(states) - {OK}, key=states.count)]
+        common = max(FIXES, key=states.count)
+        if common == UNSEEN:
+            check_seen(body, np.array([one["seen"] for _, one in found if "seen" in one]), view.film.file)
         rule = f"must show one fish, whole, in 3 of {len(samples)} frames all over the film at least"
-        fix = "check the robot, the camera's height and the depth of the fish, and that only one fish is in the picture"
-        raise InputError(rule, file=view.film.file, value=f"{len(whole)} (most are {common})", fix=fix)
+        value = f"so in {len(whole)}; in {states.count(common)} it is {STATES[common]}"
+        raise InputError(rule, file=view.film.file, value=value, fix=FIXES[common])
     places = np.array([one["unknowns"][:2] for _, one in whole])
     way, length = float(np.linalg.norm(np.ptp(places, axis=0))), float(body.length.sum())
     if way < WAY * length:
@@ -180,6 +186,20 @@ def tune(view: View, body: Body, samples: Gray) -> Tuning:
     size, girth = np.median(logs, axis=0)
     spread = 1.4826 * np.median(np.abs(logs - [size, girth]), axis=0)
     return Tuning(float(size), float(girth), edge, (float(spread[0]), float(spread[1])))
+
+
+def links_of(body: Body) -> list[int]:
+    """Return the first link that each joint group turns."""
+    return [int(np.flatnonzero(column)[0]) for column in body.share.T]
+
+
+def check_seen(body: Body, seen: Array, file: str) -> None:
+    """Check that the part behind every joint is seen (frames, links) in half of the frames."""
+    for group, k in zip(body.groups, links_of(body), strict=True):
+        part = float((seen[:, k] >= MIN_SEEN).mean()) if len(seen) else 1.0
+        if part < 0.5:
+            rule = f"must show the part behind joint {group} in half of the frames"
+            raise InputError(rule, file=file, value=f"seen in {100 * part:.0f} %", fix=FIXES[UNSEEN])
 
 
 def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], None], *, turn: bool = False) -> Tracked:
@@ -203,14 +223,14 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
                 rows.append([number, LOST])
             else:
                 matrix = _covariance(found, n)
-                numbers = [found["offset"], *found["unknowns"], *found["seen"], *matrix[upper]]
-                rows.append([number, found["state"], *(float(f"{x:.9g}") for x in numbers)])
+                short = (float(f"{x:.6g}") for x in (*found["seen"], *matrix[upper]))
+                rows.append([number, found["state"], found["offset"], *found["unknowns"].tolist(), *short])
             if number % BLOCK == BLOCK - 1:
                 break
         return rows
 
     for first in range(0, count, BLOCK):
-        for row in journal.answer([first, turn], lambda first=first: work(first)):
+        for row in journal.answer([first, turn], partial(work, first)):
             number = int(row[0])
             state[number] = int(row[1])
             if len(row) > 2:

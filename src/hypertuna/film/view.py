@@ -37,7 +37,7 @@ class View:
 
     def difference(self, frame: Gray) -> Gray:
         """Return how much a frame differs from the empty tank, to the fish's side."""
-        return _difference(self.background, frame, self.dark)
+        return np.asarray(_difference(self.background, frame, self.dark))
 
     def pixels(self, frame: Gray, box: Box) -> Array:
         """Return places, leans and values (n, 5) of the pixels in a box, as the silhouette is fitted to."""

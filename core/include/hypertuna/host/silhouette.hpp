@@ -1,8 +1,8 @@
 /// Silhouette: a chain of links seen from above, drawn with a soft edge and fitted to the pixels of a frame.
 ///
 /// Sections are ellipses. A line of sight that leans by `k` (horizontal way per height) sees the half width
-/// sqrt(a^2 + (b k.n)^2) of a section of half width a and half height b, n the normal of its link. What a pixel shows of
-/// the body is the normal distribution of its distance to both sides, so a fin thinner than a pixel has a place too.
+/// sqrt(a^2 + (b k.n)^2) of a section of half width a and half height b, n the normal of its link. What a pixel shows
+/// of the body is the normal distribution of its distance to both sides, so a fin thinner than a pixel has a place too.
 /// Unknowns: x, y, heading of the nose, an angle per joint group, log of the size, log of the girth, contrast.
 #pragma once
 
@@ -15,8 +15,8 @@ namespace hypertuna {
 
 /// What is known of the body.
 struct Silhouette {
-    std::span<const double> length;  // m, of each link
-    std::span<const double> share;   // (links, groups): heading of a link = that of the head + share . angles
+    std::span<const double> length;   // m, of each link
+    std::span<const double> share;    // (links, groups): heading of a link = that of the head + share . angles
     std::span<const double> section;  // (stations, 2): a^2, b^2 [m^2], evenly spaced from nose to tail tip
     std::size_t groups;
 
@@ -31,7 +31,7 @@ struct Pixel {
 
 /// A body in a pose: the axes of its links, and how their front ends move with the unknowns.
 class PosedBody {
-public:
+  public:
     PosedBody(const Silhouette& body, std::span<const double> u) : body_(body), n_(body.unknowns()) {
         const std::size_t links = body.length.size();
         scale_ = std::exp(u[body.size()]);
@@ -83,7 +83,8 @@ public:
             const double distance = over * over + across * across + (i + 1 == links_.size() ? past(link, along) : 0.0);
             if (distance < least) {
                 least = distance;
-                best = {i, at, over == 0.0 ? across : std::sqrt(over * over + across * across), over != 0.0, 0, 0, 0, 0};
+                best = {i, at, over == 0.0 ? across : std::sqrt(over * over + across * across), over != 0.0, 0, 0,
+                        0, 0};
             }
         }
         if (best.inside == 0) measure(p, best);
@@ -140,6 +141,9 @@ public:
     /// How fast a pixel's value changes with its distance to the edge [gray levels per m].
     double steepness(const Near& at, double edge) const { return contrast_ * density(at.inside / edge) / edge; }
 
+    /// Whether a place is in the rear half of its link.
+    bool rear(const Near& at) const { return at.along > 0.5 * links_[at.link].length; }
+
     /// The largest half width that a sight of this lean may see [m].
     double widest(double lean) const {
         double most = 0;
@@ -148,7 +152,7 @@ public:
         return scale_ * std::sqrt(most);
     }
 
-private:
+  private:
     static constexpr double FAR = 5.0;  // blurs of an edge beyond which a pixel does not see it
 
     struct Link {
@@ -211,12 +215,12 @@ struct FitPrior {
 
 struct SilhouetteFit {
     std::vector<double> unknowns, information;  // information: of the pixels alone, times their squared noise
-    std::vector<double> seen;                   // of each link: 1 where the pixels show all of it, NaN without pixels
+    std::vector<double> seen;                   // of each link: 1 where the pixels show all of its rear half
     double noise, offset;                       // gray levels; m: distance of the edges from the drawn ones
 };
 
 class SilhouetteProblem {
-public:
+  public:
     SilhouetteProblem(const Silhouette& body, std::span<const Pixel> pixels, const FitPrior& prior)
         : body_(body), all_(pixels), prior_(prior), n_(body.unknowns()) {}
 
@@ -228,7 +232,7 @@ public:
         return result(u, stages.back().edge);
     }
 
-private:
+  private:
     struct Sums {
         double cost = 0;
         std::vector<double> gradient, matrix;
@@ -329,17 +333,20 @@ private:
             const double weight = 1 / (1 + r * r / (prior_.loss * prior_.loss));
             squares += weight * r * r;
             weights += weight;
-            drawn[at.link] += shown * shown;
-            there[at.link] += shown * p.value;
+            if (at.link == 0 || body.rear(at)) {  // the front of a link hides behind the link before
+                drawn[at.link] += shown * shown;
+                there[at.link] += shown * p.value;
+            }
             if (at.inside < 3 * edge) {
                 near_squares += r * r;
                 steep += body.steepness(at, edge) * body.steepness(at, edge);
             }
         }
         std::vector<double> seen(drawn.size());
-        for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = contrast != 0 ? there[i] / drawn[i] : 0.0;
-        return {u, sums(u, edge, false).matrix, seen,
-                std::sqrt(squares / std::max(weights - double(n_), 1.0)), std::sqrt(near_squares / steep)};
+        for (std::size_t i = 0; i < seen.size(); ++i)
+            seen[i] = drawn[i] > 0 && contrast != 0 ? there[i] / drawn[i] : 0.0;
+        return {u, sums(u, edge, false).matrix, seen, std::sqrt(squares / std::max(weights - double(n_), 1.0)),
+                std::sqrt(near_squares / steep)};
     }
 
     Silhouette body_;
