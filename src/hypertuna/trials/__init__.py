@@ -1,7 +1,9 @@
 """Trials: tank runs, read and compared with the model.
 
-steady, tracks, manifest, importers, radio_log: the files, and trials: all of them together. reach: the ranges of runs.
-kind, kind_steady, kind_tracked, kinds: what a kind adds to a fit, to tables and to figures, and the list of kinds.
+steady, numbers, decay, tables, tracks, manifest, importers, radio_log: the files, and trials: all of them together.
+reach: the ranges of runs.
+kind, kind_steady, kind_tracked, kind_numbers, kind_decay, kinds: what a kind adds to a fit, to tables and to figures,
+and the list of kinds.
 points: tracked points as files hold them.
 markers, marker_places, chain, marker_import, plots_markers: tracked markers into joint angles and head poses.
 plausibility: runs far from the model.
