@@ -165,7 +165,7 @@ static Output gradient(const Model& model, const Frequency& frequency, const Per
 }
 
 static NamedArrays track(const Model& model, const Input<3>& joints, const Input<2>& along, double step,
-                         const std::optional<Input<1>>& twist) {
+                         const std::optional<Input<1>>& twist, bool rates) {
     if (joints.shape(0) % 2 != 1) throw nb::value_error("joints: needs two instants a step and one more");
     check_extent("joints", joints.shape(1), model.links);
     check_extent("joints", joints.shape(2), 3);
@@ -174,18 +174,36 @@ static NamedArrays track(const Model& model, const Input<3>& joints, const Input
     if (twist) directions.still.insert(directions.still.begin(), {-3, -2, -1});
     const std::size_t steps = joints.shape(0) / 2;
     Output pose = zeros({steps + 1, 3}), rate = zeros({steps + 1, 3}),
-           gradient_out = zeros({steps + 1, 3, (twist ? 3 : 0) + along.shape(1)});
+           gradient_out = zeros({steps + 1, 3, (twist ? 3 : 0) + along.shape(1)}),
+           rate_gradient = zeros({rates ? steps + 1 : 0, 3, (twist ? 3 : 0) + along.shape(1)});
     const Kernel& use = kernel();
     {
         const nb::gil_scoped_release unlocked;
         use.track(model, {joints.data(), steps, step, twist ? twist->data() : nullptr}, directions,
-                  {pose.data(), rate.data(), gradient_out.data()});
+                  {pose.data(), rate.data(), gradient_out.data(), rates ? rate_gradient.data() : nullptr});
     }
     NamedArrays out;
     out["pose"] = pose;
     out["rate"] = rate;
     out["gradient"] = gradient_out;
+    out["rate_gradient"] = rate_gradient;
     return out;
+}
+
+static Output held_force(const Model& model, const Frequency& frequency, const PerGroup& amplitude,
+                         const PerGroup& phase, const PerGroup& bias, const Input<1>& speed, const Input<2>& along,
+                         int steps, int threads) {
+    const GaitBatch gaits = batch(model, frequency, amplitude, phase, bias);
+    check_steps(steps);
+    check_extent("speed", speed.shape(0), frequency.shape(0));
+    const Directions directions = checked_directions(model, along, false);
+    const Kernel& use = kernel();
+    Output rows = zeros({frequency.shape(0), 1 + along.shape(1)});
+    const nb::gil_scoped_release unlocked;
+    in_parallel(static_cast<int>(frequency.shape(0)), 4, threads, [&](int begin, int end) {
+        use.held(model, gaits, directions, begin, end, speed.data(), steps, rows.data());
+    });
+    return rows;
 }
 
 void bind_settle(nb::module_& m) {
@@ -213,10 +231,14 @@ void bind_settle(nb::module_& m) {
         "Derivatives of settled beats, from their momentum at the start, along `directions` (parameters, directions): "
         "(gaits, differentiable quantities, directions); NaN where the start is not determined.");
     m.def("track", &track, nb::arg("model"), nb::arg("joints"), nb::arg("directions"), nb::kw_only(), nb::arg("step"),
-          nb::arg("twist") = nb::none(),
+          nb::arg("twist") = nb::none(), nb::arg("rates") = false,
           "Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water or from a "
           "twist (3,) of the head: pose of the nose at every step, its rate, and its derivatives along `directions` "
-          "(parameters, directions), after those by the twist if it is given.");
+          "(parameters, directions), after those by the twist if it is given; with `rates` those of the rate, too.");
+    m.def("held", &held_force, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
+          nb::arg("bias"), nb::arg("speed"), nb::arg("directions"), nb::kw_only(), nb::arg("steps"), nb::arg("threads"),
+          "Mean force toward the head [N] over a beat of each gait whose head is held on a straight path at `speed` "
+          "[m/s], and its derivatives along `directions` (parameters, directions): (gaits, 1 + directions).");
     m.def("settle_columns", [] { return names(any_kernel().settle_column); }, "Names of the columns of `settle`.");
     m.def("quantities", &quantities_of_a_beat,
           "Quantities of a settled beat: name, unit, label, meaning, how far it is shown (0 in data sets, 1 in "

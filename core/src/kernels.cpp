@@ -245,9 +245,12 @@ void track_along(const Model& model, const JointSeries& series, const Directions
                             const std::size_t place = 3 * k + axis;
                             track.pose[place] = lane(at[axis].v, 0);
                             track.rate[place] = lane(going[axis].v, 0);
-                            for (std::size_t i = 0; i < lanes && first + i < list.size(); ++i)
-                                track.gradient[place * (offset + directions.count) + offset + list[first + i]] =
-                                    lane(at[axis].d[0], static_cast<int>(i));
+                            for (std::size_t i = 0; i < lanes && first + i < list.size(); ++i) {
+                                const std::size_t by = place * (offset + directions.count) + offset + list[first + i];
+                                track.gradient[by] = lane(at[axis].d[0], static_cast<int>(i));
+                                if (track.rate_gradient)
+                                    track.rate_gradient[by] = lane(going[axis].d[0], static_cast<int>(i));
+                            }
                         }
                     });
     }
@@ -264,8 +267,46 @@ void track_any(const Model& model, const JointSeries& series, const Directions& 
     with_law<Derivative>(model.law,
                          [&](auto law) { track_of<typename decltype(law)::type>(model, series, directions, track); });
 }
+
+/// Mean force toward the head over the beats of gaits whose head is held, with derivatives along all directions. What
+/// the body's momentum takes of the force is back after a beat.
+template <class Law>
+void held_gaits(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
+                const double* speed, int steps, double* rows) {
+    Tank<Derivative, Law> tank(model, steps);
+    const Derivative zero(Real(0.0)), mean(Real(1.0 / tank.table.instants));
+    std::vector<int> list = directions.still;
+    list.insert(list.end(), directions.moving.begin(), directions.moving.end());
+    std::vector<Real> parameters(gait_parameters(model.groups), Real(0.0));
+    Momentum<Derivative> none{zero, zero, zero};
+    for (int gait = begin; gait < end; ++gait) {
+        load_gaits(model, gaits, gait, gait + 1, parameters);
+        for (std::size_t i = 0; i < parameters.size(); ++i) tank.parameters[i] = Derivative(parameters[i]);
+        const Twist<Derivative> xi{Derivative(Real(-speed[gait])), zero, zero};
+        double* const row = rows + static_cast<std::size_t>(gait) * (1 + directions.count);
+        for (std::size_t first = 0; first == 0 || first < list.size(); first += lanes) {
+            point(directions, list, first, none, tank.parameters);
+            tank.fill();
+            Derivative force = zero;
+            for (int k = 0; k < tank.table.instants; ++k)
+                force -= mean * water_wrench(tank.fish, tank.table[k].shape, xi).x;
+            row[0] = lane(force.v, 0);
+            for (std::size_t k = 0; k < lanes && first + k < list.size(); ++k)
+                row[1 + list[first + k]] = lane(force.d[0], static_cast<int>(k));
+        }
+    }
+}
+
+void held_any(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
+              const double* speed, int steps, double* rows) {
+    with_law<Derivative>(model.law, [&](auto law) {
+        held_gaits<typename decltype(law)::type>(model, gaits, directions, begin, end, speed, steps, rows);
+    });
+}
 #else
 constexpr void (*track_any)(const Model&, const JointSeries&, const Directions&, const Track&) = nullptr;
+constexpr void (*held_any)(const Model&, const GaitBatch&, const Directions&, int, int, const double*, int,
+                           double*) = nullptr;
 #endif
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
@@ -290,6 +331,7 @@ const Kernel HYPERTUNA_SYMBOL(kernel_, HYPERTUNA_ARCH) = {
     .settle = HYPERTUNA_ARCH::settle_any,
     .gradient = HYPERTUNA_ARCH::gradient_any,
     .track = HYPERTUNA_ARCH::track_any,
+    .held = HYPERTUNA_ARCH::held_any,
     .settle_column = HYPERTUNA_ARCH::settle_column,
     .machines = machines,
 };

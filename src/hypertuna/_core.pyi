@@ -87,9 +87,26 @@ def track(
     step: float,
     twist: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
     | None = None,
+    rates: bool = False,
 ) -> dict[str, NDArray[numpy.float64]]:
     """
-    Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water or from a twist (3,) of the head: pose of the nose at every step, its rate, and its derivatives along `directions` (parameters, directions), after those by the twist if it is given.
+    Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water or from a twist (3,) of the head: pose of the nose at every step, its rate, and its derivatives along `directions` (parameters, directions), after those by the twist if it is given; with `rates` those of the rate, too.
+    """
+
+def held(
+    model: Model,
+    frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    speed: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    steps: int,
+    threads: int,
+) -> NDArray[numpy.float64]:
+    """
+    Mean force toward the head [N] over a beat of each gait whose head is held on a straight path at `speed` [m/s], and its derivatives along `directions` (parameters, directions): (gaits, 1 + directions).
     """
 
 def settle_columns() -> list[str]:

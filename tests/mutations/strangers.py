@@ -228,6 +228,10 @@ def _manifest(path: Path) -> Any:
     return ht.read_trials(path, tuna())
 
 
+def _runs(path: Path) -> Any:
+    return ht.read_trials(path, tuna())
+
+
 def _scheduler(path: Path) -> Any:
     from hypertuna.parallel.executors import cluster
 
@@ -304,6 +308,10 @@ READERS = (
         _table("trials.steady", "read_steady", ht.load(EXAMPLES / "minnow.toml")),
         TABLES,
         "file.csv",
+    ),
+    *(
+        Reader(f"runs of {name}", _text(TANK / f"{name}.csv"), _runs, TABLES, "file.csv")
+        for name in ("tow", "thrust", "power", "glide", "yaw")
     ),
     Reader("markers", MARKERS.encode().strip, _markers, TABLES, "file.csv"),
     Reader("markers of DeepLabCut", forged.DEEPLABCUT.encode().strip, _markers, TABLES, "file.csv"),

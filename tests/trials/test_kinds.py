@@ -12,21 +12,54 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from hypertuna import _core
 from hypertuna.description.robot import Robot
 from hypertuna.identification.coefficients import free
 from hypertuna.identification.experiment import NAMES, experiment
+from hypertuna.identification.names import split_names
 from hypertuna.identification.prediction import predict, weighted
 from hypertuna.identification.residuals import LABELS, errors
+from hypertuna.swimming.model import core_model
+from hypertuna.trials.decay import Glide, YawDecay
 from hypertuna.trials.kind import Kind
 from hypertuna.trials.kinds import KINDS, QUANTITIES, kind_of
 from hypertuna.trials.manifest import Manifest, parse_manifest
+from hypertuna.trials.numbers import HeldThrust, PowerRun, Tow
 from hypertuna.trials.trials import Trials, digest, split
 from synthetic import grid, steady, swims
 
 TANK = Path(__file__).parents[2] / "examples" / "tank"
 SOURCE = Path(ht.__file__).parent
 BETWEEN = 0.0013  # s, time offset with which no frame is at a step of the replay, where poses have a kink
-NUISANCES = {"steady": "cost_factor", "recordings": "time_offset"}  # of the trials, by key of the kind
+# What each kind tells of the water: a straight body that goes ahead knows no drag across, a held head neither.
+TOLD = {
+    "tows": "water.friction",
+    "thrusts": "water.drag[1-6],water.friction",
+    "glides": "water.friction,water.added_mass[0]",
+    "yaw_decays": "water.drag[0,1-6],water.added_mass[7]",
+}
+MANIFESTS = ("tank.toml", "forces.toml")
+
+
+def number_runs(robot: Robot, kind: Kind[Any], made: type[Any], runs: list[dict[str, Any]]) -> Trials:
+    """Runs of one number each that the robot would have made."""
+    blank = tuple(made(f"{kind.key} {k}", 1.0, file="synthetic.csv", **run) for k, run in enumerate(runs))
+    computed = predict(experiment(robot, Trials(blank)), [], gradient_steps=None).computed.tolist()
+    return Trials(tuple(replace(run, value=value) for run, value in zip(blank, computed, strict=True)))
+
+
+def decays(robot: Robot, made: type[Any], first: tuple[float, ...]) -> Trials:
+    """Decays from first values, computed at more steps than a kind takes."""
+    time, steps = np.linspace(0, 2, 41), 4000
+    kind = next(kind for kind in KINDS if kind.trial is made)
+    found = []
+    for value in first:
+        twist = value * kind.begin(robot)
+        still = np.zeros((2 * steps + 1, len(robot.links.name), 3))
+        made_by = _core.advance(core_model(robot), still, step=2 / steps, twist=twist, pose=np.zeros(3))["twist"]
+        values = np.abs(made_by[:: steps // 40, kind.axis])
+        found.append(made(f"{kind.key} from {value:g}", time, values, file="synthetic.csv"))
+    return Trials(tuple(found))
 
 
 def samples(kind: Kind[Any], robot: Robot) -> Trials:
@@ -34,6 +67,15 @@ def samples(kind: Kind[Any], robot: Robot) -> Trials:
     made = {
         "steady": lambda: steady(robot, grid([1, 3], [(8, 15), (16, 25)], [0, 40])),
         "recordings": lambda: swims(robot, runs=3),
+        "tows": lambda: number_runs(robot, kind, Tow, [{"u": u} for u in (0.1, 0.2, 0.4)]),
+        "thrusts": lambda: number_runs(
+            robot, kind, HeldThrust, [{"gait": g, "u": u} for g in grid([1, 3], [(8, 15)], [0, 40]) for u in (0.0, 0.2)]
+        ),
+        "powers": lambda: number_runs(
+            robot, kind, PowerRun, [{"gait": g} for g in grid([1, 2, 3], [(8, 15)], [0, 40])]
+        ),
+        "glides": lambda: decays(robot, Glide, (0.5, 0.3, 0.2)),
+        "yaw_decays": lambda: decays(robot, YawDecay, (2.0, 1.0, 0.5)),
     }
     return made[kind.key]()
 
@@ -59,10 +101,11 @@ def test_a_kind_meets_its_own_prediction(kind: Kind[Any], tuna: Robot) -> None:
 
 def test_the_jacobian_is_that_of_differences(kind: Kind[Any], tuna: Robot) -> None:
     trials = samples(kind, tuna)
-    nuisances = [NUISANCES[kind.key]] if kind.key in NUISANCES else []
+    nuisances = [kind.nuisance] if kind.nuisance else []
     log = ["water.friction", *(name for name in nuisances if name == "cost_factor")]
     offsets = {recording.name: BETWEEN for recording in trials.recordings}
-    frees = free(tuna, ["water.drag[0,1-6]", "water.friction", *nuisances], recordings=offsets, log=log)
+    told = TOLD.get(kind.key, "water.drag[0,1-6],water.friction")
+    frees = free(tuna, [*split_names(told), *nuisances], recordings=offsets, log=log if "friction" in told else [])
     data, values = experiment(tuna, trials, frees, threads=1), [f.start for f in frees]
     exact = predict(data, values, gradient_steps=data.steps).jacobian
     assert exact.shape == (len(data.measured), len(frees))
@@ -130,8 +173,10 @@ def test_trials_of_a_kind_are_shown(kind: Kind[Any], tuna: Robot) -> None:
 
 
 def test_a_manifest_of_one_kind_holds_what_the_whole_one_has_of_it(kind: Kind[Any], tuna: Robot) -> None:
-    whole = ht.read_trials(TANK / "tank.toml", tuna)
-    document = tomllib.loads((TANK / "tank.toml").read_text(encoding="utf-8"))
+    whole = ht.read_trials([TANK / name for name in MANIFESTS], tuna)
+    document: dict[str, Any] = {}
+    for name in MANIFESTS:
+        document |= tomllib.loads((TANK / name).read_text(encoding="utf-8"))
     others = {one.key for one in KINDS} - {kind.key}
     rest = {key: value for key, value in document.items() if key not in others}
     own = Trials(parse_manifest(rest, tuna, folder=TANK, file="tank.toml"))

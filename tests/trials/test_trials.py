@@ -122,7 +122,7 @@ def with_recording(**changes):
     ("whole", "sentence"),
     [
         ({"format": 2}, "format must be 1, but is 2: give the version of this format, 1."),
-        ({"format": 1}, "steady or recordings must be given: name the files of measurements."),
+        ({"format": 1}, "steady or recordings must be given: name the files of measurements; lists are steady, tows"),
         ({"format": 1, "steddy": []}, "steddy is not a known key: did you mean steady?"),
         (
             document() | {"robot": "rexeel"},
@@ -366,7 +366,8 @@ def test_check_says_nothing_of_speeds_that_the_model_lacks(tmp_path, recwarn):
 
 
 def test_every_key_of_the_manifest_is_in_the_example():
-    """So that the page that shows it shows every key; a run from rest has no velocity."""
+    """So that the page that shows it shows every key; a run from rest has no velocity. Forces have a file of theirs."""
+    forces = tomllib.loads((TANK / "forces.toml").read_text())
 
     def keys(schema, table):
         for name, field in schema.model_fields.items():
@@ -378,4 +379,4 @@ def test_every_key_of_the_manifest_is_in_the_example():
                 value = table[field.alias]
                 keys(inner, value[0] if isinstance(value, list) else value)
 
-    keys(Manifest, document())
+    keys(Manifest, forces | document())

@@ -52,6 +52,13 @@ class Experiment:
         return tuple(name for k, name in enumerate(NAMES) if (~self.known & (self.kind == k)).any())
 
     @property
+    def without_intervals(self) -> bool:
+        """Whether there are too few measurements to estimate an interval: as many coefficients, or more."""
+        loose = sum(f.prior is None for f in self.free)
+        samples = len(self.kind)
+        return samples <= len(self.free) and (samples <= loose or bool(self.unknown_kinds))
+
+    @property
     def sizes(self) -> dict[str, float]:
         """What an error of 1 is, by quantity: 1 of relative errors, the rms of a path [m] and of others [SI]."""
         kinds, rms = self.kind[self.sample], {}

@@ -31,7 +31,7 @@ from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import version
 from hypertuna.ranges import NOT_NEGATIVE, Range, Whole, check_name
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
-from hypertuna.trials.kinds import KINDS
+from hypertuna.trials.kinds import KINDS, kind_of
 from hypertuna.trials.reach import reach_of
 from hypertuna.trials.trials import Trials, digest, implausible, read_trials, split
 
@@ -310,8 +310,9 @@ def _frees(
         raise InputError("must be all names, or all of type Free", key="free", fix="give one kind of both")
     offsets = {recording.name: recording.time_offset for recording in trials.recordings}
     frees = free(robot, texts, recordings=offsets, **options)
-    if any(f.column == "cost_factor" for f in frees) and all(r.cost_of_transport is None for r in trials.steady):
-        fix = "leave it out, or give runs with their cost of transport"
+    told = any(kind_of(trial).tells(trial, "cost_factor") for trial in trials.members)
+    if any(f.column == "cost_factor" for f in frees) and not told:
+        fix = "leave it out, or give runs with their cost of transport or power"
         raise InputError("needs measured costs of transport, and the trials have none", key="free cost_factor", fix=fix)
     return frees
 

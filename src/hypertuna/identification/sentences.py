@@ -98,16 +98,13 @@ def warnings_of(
     for f, value, side in zip(frees, values, bound, strict=True):
         if side:
             warnings.append(f"{f.name} is on its {side} bound, {_with_unit(value, f)}: the optimum lies beyond it.")
-    samples, count = len(data.kind), len(frees)
-    if samples <= count:
+    if data.without_intervals:
+        samples, count = len(data.kind), len(frees)
         coefficients = f"There {'is' if count == 1 else 'are'} {count} free coefficient{'s' * (count != 1)}"
         numbers = f"{coefficients} and {samples} independent measurement{'s' * (samples > 1)}"
-        if samples <= sum(f.prior is None for f in frees):
-            warnings.append(
-                f"{numbers}: the runs can be met exactly, and neither noise nor intervals can be estimated."
-            )
-        elif data.unknown_kinds:
-            warnings.append(f"{numbers}: their noise cannot be estimated, and is assumed.")
+        met = "the runs can be met exactly, and neither noise nor intervals can be estimated"
+        priors = ". Intervals are those of the priors" if any(f.prior for f in frees) else ""
+        warnings.append(f"{numbers}: {met}{priors}.")
     states = (prediction.failed, "have no settled beat"), (prediction.unstable, "are periodic but unstable")
     for flags, state in states:
         if flags.any():

@@ -17,9 +17,14 @@ def coefficient_table(fit: Fit, sampled: Posterior | None = None) -> Table:
     rows: list[list[str | float]] = []
     for k, row in enumerate(fit.parameters):
         remark = f"on its {row['bound']} bound" if row["bound"] else "" if row["constrained"] else "not constrained"
-        intervals = (f"{part['low']:.4g} .. {part['high']:.4g}" for part in (row, *samples[k : k + 1]))
+        intervals = map(_interval, (row, *samples[k : k + 1]))
         rows.append([row["name"], f"{row['value']:.5g}", *intervals, _unit(row), remark])
     return ["coefficient", "value", "95 % interval", *(["posterior"] if samples else []), "unit", ""], rows
+
+
+def _interval(row: Mapping[str, Any]) -> str:
+    """Write an interval, if there is one."""
+    return "none" if math.isnan(row["low"]) else f"{row['low']:.4g} .. {row['high']:.4g}"
 
 
 def _unit(row: Mapping[str, Any]) -> str:

@@ -18,6 +18,7 @@ from hypertuna.identification.prediction import Prediction, predict, weighted
 from hypertuna.identification.residuals import degrees_taken, lack_of_fit, squares, stretches
 from hypertuna.identification.sentences import WEIGHTY, direction_sentence, helpful_measurements
 
+NORMAL = 1.96  # standard deviations to either side hold 95 % of normal errors
 MIN_UNIT = 0.1  # of the allowed range: the smallest unit of a coefficient
 
 
@@ -77,7 +78,7 @@ def uncertainty(
     root = (upper - lower) / math.sqrt(12)
     rows = np.concatenate([jacobian * (root / unit), np.eye(n)])
     _, singular, basis = np.linalg.svd(rows, full_matrices=False)
-    return Uncertainty(
+    found = Uncertainty(
         sd=np.where((np.abs(vectors[silent]) > WEIGHTY).any(axis=0), np.inf, result.sd),
         low=from_scale(frees, result.low),
         high=from_scale(frees, result.high),
@@ -95,6 +96,24 @@ def uncertainty(
         residual_scale=scale,
         freedom=freedom,
     )
+    return _of_priors(found, data, values) if data.without_intervals else found
+
+
+def _of_priors(found: Uncertainty, data: Experiment, values: Array) -> Uncertainty:
+    """Return the uncertainty where the runs give no intervals: those of the priors, and none (NaN) without.
+
+    What the runs tell of combinations of coefficients stays, for samples.
+    """
+    frees, (lower, upper) = data.free, bounds_of(data.free)
+    known, n = np.array([f.prior is not None for f in frees]), len(frees)
+    mean, sd = to_scale(frees, values), np.full(n, np.inf)
+    for k, f in enumerate(frees):
+        if f.prior is not None:
+            mean[k], sd[k] = math.log(f.prior[0]), math.log(f.prior[1])
+    low, high = (
+        from_scale(frees, np.where(known, np.clip(mean + side * NORMAL * sd, lower, upper), np.nan)) for side in (-1, 1)
+    )
+    return replace(found, sd=sd, low=low, high=high, constrained=(False,) * n, directions=())
 
 
 def _profile(

@@ -9,7 +9,7 @@ from hypertuna.pictures import curve_svg
 from hypertuna.swimming.cards import beat_svg
 from hypertuna.swimming.gait import gait_table, gait_text
 from hypertuna.trials.kind_steady import Steady
-from hypertuna.trials.kinds import KINDS, kind_of
+from hypertuna.trials.kinds import kind_of
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun
@@ -20,7 +20,7 @@ from hypertuna.trials.trials import Trials
 @cards.of(Trials)
 def trials_card(trials: Trials) -> Card:
     """Show the runs."""
-    facts = {f"{kind.label}s": f"{len(trials.kinds.get(kind, ()))}" for kind in KINDS}
+    facts = {f"{kind.label}s": f"{len(members)}" for kind, members in trials.kinds.items()}
     rows = [kind_of(trial).cells(trial) for trial in trials.members]
     parts: list[Part] = [Facts(facts), Table(("run", "gait", "speed"), rows)]
     return Card(f"Trials: {len(trials.runs)} runs", parts, lambda: _trials_svg(trials))

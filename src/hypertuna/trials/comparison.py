@@ -24,7 +24,7 @@ from hypertuna.trials.replay import (
     seen_from_start,
     together,
 )
-from hypertuna.trials.smoothing import SmoothSeries, smooth
+from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.start import beat_of, begin_of, with_first_poses
 from hypertuna.trials.tracks import Track
 
@@ -55,7 +55,7 @@ def replay_recording(robot: Robot | str | Path, recording: Recording, *, step: f
         says whether the twist at the start is that of rest, given, or estimated from the first beat.
     """
     robot = robot_of(robot)
-    curve = smooth(recording.joints, noise=recording.noise)
+    curve = recording.smoothed()
     twist, tracks, begin = how_begun(robot, recording, curve)
     start = Pose.from_head_center(robot, *tracks[0].pose[0])
     options: dict[str, Any] = {"step": step, "time_offset": recording.time_offset}
@@ -105,7 +105,7 @@ def compare_recording(robot: Robot | str | Path, recording: Recording, result: x
     """
     robot = robot_of(robot)
     check_made_by("replay_recording", result, "result", POSE)
-    tracks = how_begun(robot, recording, smooth(recording.joints, noise=recording.noise))[1]
+    tracks = how_begun(robot, recording, recording.smoothed())[1]
     errors = rmse(robot, result, tracks)
     shift = best_time_offset(robot, result, tracks)
     time = result["time"]

@@ -132,6 +132,7 @@ class Kind(ABC, Generic[T]):
     label: ClassVar[str]  # of one
     others: ClassVar[str]  # what else could be measured of this kind, in sentences
     transient: ClassVar[bool] = False  # whether it shows transients
+    nuisance: ClassVar[str] = ""  # coefficient of the trials, not of the robot, that it may have
     quantities: ClassVar[tuple[Quantity, ...]]
 
     def runs(self, trial: T) -> tuple[str, ...]:
@@ -141,6 +142,10 @@ class Kind(ABC, Generic[T]):
     def only(self, trial: T, names: Collection[str]) -> T | None:
         """Return the trial with some of its runs, None without any."""
         return trial if trial.name in names else None
+
+    def tells(self, trial: T, nuisance: str) -> bool:
+        """Return whether a trial depends on a coefficient that belongs to the trials."""
+        return nuisance == self.nuisance
 
     @abstractmethod
     def motion(self, trial: T) -> dict[str, float]:

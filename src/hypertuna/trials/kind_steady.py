@@ -66,11 +66,15 @@ class Steady(Kind[SteadyRun]):
     """Steady runs."""
 
     trial = SteadyRun
-    key, label, others = "steady", "steady run", "gaits"
+    key, label, others, nuisance = "steady", "steady run", "gaits", "cost_factor"
     quantities = (
         Quantity("speed", "m/s", "relative", "%", 100.0, 0.05, "speed"),
         Quantity("cost_of_transport", "J/(kg m)", "relative", "%", 100.0, 0.05, "cost of transport"),
     )
+
+    def tells(self, trial: SteadyRun, nuisance: str) -> bool:
+        """Return whether its cost of transport is known."""
+        return nuisance == self.nuisance and trial.cost_of_transport is not None
 
     def motion(self, trial: SteadyRun) -> dict[str, float]:
         """Return frequency and amplitude of its gait, and its speed."""

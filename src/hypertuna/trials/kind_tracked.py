@@ -17,7 +17,7 @@ from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import AXES, BORDER, joint_grid, replay_jacobian, seen_from_start
-from hypertuna.trials.smoothing import SmoothSeries, smooth
+from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.start import Unknown, beat_of, begin_of, between, head_of, meet
 
 if TYPE_CHECKING:
@@ -50,10 +50,8 @@ class TrackedRows(Rows):
 
     def drawn(self, robot: Robot, rng: np.random.Generator) -> Self:
         """Return the rows with the noise of the joint angles drawn anew."""
-        series, noise = self.recording.joints, self.recording.noise
-        angle = self.curve(series.time)[:, :, 0]
-        series = replace(series, angle=angle + self.curve.noise * rng.standard_normal(angle.shape))
-        return replace(self, joints=joint_grid(robot, smooth(series, noise=noise))[0])
+        again = replace(self.recording, joints=self.curve.drawn(rng))
+        return replace(self, joints=joint_grid(robot, again.smoothed())[0])
 
     def predict(self, at: Point) -> Prediction:
         """Compute poses at the frames of all runs, axis by axis."""
@@ -117,6 +115,7 @@ class Tracked(Kind[Recording]):
 
     trial = Recording
     key, label, others, transient = "recordings", "tracked recording", "motions", True
+    nuisance = "time_offset"
     quantities = (
         Quantity("x", "m", "m", "cm", 100.0, 0.01, "tracks", "path"),
         Quantity("y", "m", "m", "cm", 100.0, 0.01, "tracks", "path"),
@@ -134,7 +133,7 @@ class Tracked(Kind[Recording]):
 
     def motion(self, trial: Recording) -> dict[str, float]:
         """Return frequency and amplitude of the joint angles, and the mean speed from the first to the last frame."""
-        frequency, amplitude = beat_of(smooth(trial.joints, noise=trial.noise))
+        frequency, amplitude = beat_of(trial.smoothed())
         ends = ((track.time, seen_from_start(track.pose, 0.0)[-1, :2]) for track in trial.tracks)
         speeds = [float(np.linalg.norm(end) / (time[-1] - time[0])) for time, end in ends]
         return {"frequency": frequency, "amplitude": float(amplitude.max()), "speed": float(np.mean(speeds))}
@@ -200,7 +199,7 @@ def _rows(robot: Robot, recording: Recording, lowest: float | None) -> TrackedRo
 
     lowest: lower bound of a free time offset [s]; only frames are used that the replay spans for all its values.
     """
-    curve = smooth(recording.joints, noise=recording.noise)
+    curve = recording.smoothed()
     joints, step = joint_grid(robot, curve)
     time = recording.joints.time[0] + recording.time_offset + step * np.arange(len(joints) // 2 + 1)
     begin, end = time[0], time[-1]

@@ -1,12 +1,13 @@
 """Manifests: TOML files that list the measurements of a tank, with their files, units and axes."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, ValidationError
+from pydantic import AfterValidator, ValidationError, WithJsonSchema
 
 from hypertuna.arrays import Array
 from hypertuna.description.mistakes import translate
@@ -17,7 +18,6 @@ from hypertuna.description.schema.base import (
     Degrees,
     Flag,
     NotNegative,
-    NotNegativeDegrees,
     Part,
     Text,
     entry,
@@ -27,16 +27,29 @@ from hypertuna.description.schema.base import (
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
 from hypertuna.io.door import read_toml
-from hypertuna.ranges import CELL
+from hypertuna.ranges import CELL, Range
 from hypertuna.trials.replay import Pose
-from hypertuna.trials.smoothing import smooth
+from hypertuna.trials.smoothing import SmoothSeries, smooth
 from hypertuna.trials.start import Velocity, beat_of, begin_together, begins_in_motion
-from hypertuna.trials.steady import SteadyRun, read_steady
+from hypertuna.trials.tables import TABLES, Run
 from hypertuna.trials.tracks import JointSeries, Track, lag_of, read_joints, read_tracks, series_columns
 
 # --- the schema; keys of the file carry the unit, attributes are SI and radians
 
 Real = Annotated[float, number(CELL)]  # as numbers in tables of measurements
+
+
+def _noise(value: Any) -> float | tuple[float, ...]:
+    """Return a number or a list of numbers in radians."""
+    several = value if isinstance(value, list) else [value]
+    if not several or any(isinstance(x, bool) or not isinstance(x, (int, float)) or x not in NOISE for x in several):
+        raise ValueError("must not be negative: a number of degrees, or a list of one per joint group")
+    radians = tuple(math.radians(x) for x in several)
+    return radians if isinstance(value, list) else radians[0]
+
+
+NOISE = Range(min=0, max=180, unit="deg")
+NUMBERS = {"anyOf": [{"type": "number", "minimum": 0}, {"type": "array", "items": {"type": "number"}}]}
 
 
 class Joints(Part):
@@ -46,8 +59,13 @@ class Joints(Part):
     time: Text = entry("column of time in s (default: time_s)", default="time_s")
     columns: tuple[Text, ...] = entry("columns of angles, one per joint group from head to tail")
     unit: Literal["deg", "rad"] = entry("unit of the angles in the file")
-    noise: NotNegativeDegrees | None = entry(
-        "standard deviation of the angles (default: estimated)", "deg", default=None
+    noise: Annotated[Any, AfterValidator(_noise), WithJsonSchema(NUMBERS)] = entry(
+        "standard deviation of the angles: a number for all joint groups, or a list (default: estimated)",
+        "deg",
+        default=None,
+    )
+    noise_tau: NotNegative | None = entry(
+        "memory of the noise: a time T has T / noise_tau_s independent samples (default: all are)", "s", default=None
     )
     targets: tuple[Text, ...] | None = entry("columns of the commanded angles, in the same order", default=None)
     use: Literal["measured", "targets"] = entry(
@@ -144,6 +162,11 @@ class Manifest(Part):
     robot: Text | None = entry("name that the robot must have (default: any)", default=None)
     steady: tuple[Text, ...] = entry("paths of CSV files of steady runs, from the manifest", default=())
     recordings: tuple[RecordingTable, ...] = entry("list of tracked recordings", default=())
+    tows: tuple[Text, ...] = entry("the same of towed bodies", default=())
+    thrusts: tuple[Text, ...] = entry("the same of held fish", default=())
+    powers: tuple[Text, ...] = entry("the same of the power of gaits", default=())
+    glides: tuple[Text, ...] = entry("the same of glides", default=())
+    yaw_decays: tuple[Text, ...] = entry("the same of yaw decays", default=())
     tank: Tank | None = entry("table of the tank's walls (default: far away)", default=None)
 
 
@@ -160,7 +183,7 @@ class Recording(
 
     name: str  # without /
     joints: JointSeries  # within the window, on its own clock
-    noise: float | None  # standard deviation of the joint angles [rad]; None to estimate it
+    noise: float | tuple[float, ...] | None  # standard deviation of the joint angles [rad]; None to estimate it
     tracks: tuple[Track, ...]  # runs, within the window, each seen from its first frame: the start pose if given
     time_offset: float = 0.0  # added to the joints' clock to get that of the tracks [s]
     window: tuple[float, float] | None = None  # of the data in use, on the clock of the tracks [s]
@@ -172,6 +195,7 @@ class Recording(
     lag: tuple[float, ...] | None = None  # of the measured joint angles behind their targets [s], if both are known
     ended: tuple[str, ...] = ()  # runs that a wall of the tank ended
     align: bool = False  # whether first poses are as inexact as all frames, as they are in runs in motion
+    noise_tau: float | None = None  # memory of that noise [s]
 
     def begin(self, robot: Robot) -> tuple[Array | None, bool]:
         """Return how the runs begin.
@@ -191,20 +215,24 @@ class Recording(
         twist = np.full(3, np.nan) if self.moving and twist is None else twist
         return twist, self.start is None and (self.moving or self.align)
 
+    def smoothed(self) -> SmoothSeries:
+        """Return the joint angles as functions of time, by what is known of their noise."""
+        return smooth(self.joints, noise=self.noise, noise_tau=self.noise_tau)
+
     @property
     def runs(self) -> tuple[str, ...]:
         """Names of its runs: RECORDING/RUN."""
         return tuple(f"{self.name}/{track.run}" for track in self.tracks)
 
 
-def read_manifest(path: str | Path, robot: Robot) -> tuple[SteadyRun | Recording, ...]:
+def read_manifest(path: str | Path, robot: Robot) -> tuple[Run | Recording, ...]:
     """Read a TOML manifest and the files that it names."""
     return parse_manifest(read_toml(path), robot, folder=Path(path).parent, file=str(path))
 
 
 def parse_manifest(
     document: Mapping[str, Any], robot: Robot, *, folder: Path, file: str
-) -> tuple[SteadyRun | Recording, ...]:
+) -> tuple[Run | Recording, ...]:
     """Check the document of a manifest, and read the files that it names."""
     try:
         manifest = Manifest.model_validate(document)
@@ -213,10 +241,15 @@ def parse_manifest(
         raise translate(error, document, Manifest, file) from None
     except InputError as error:
         raise InputError(error.rule, file=file, key=error.key, value=error.value, fix=error.fix) from None
-    steady = (run for name in manifest.steady for run in read_steady(folder / name, robot))
+    runs = (
+        run
+        for key, (_, read) in TABLES.items()
+        for name in getattr(manifest, key)
+        for run in read(folder / name, robot)
+    )
     tables = enumerate(manifest.recordings)
     recordings = (_recording(table, f"recordings[{i}]", robot, folder, file, manifest.tank) for i, table in tables)
-    return (*steady, *recordings)
+    return (*runs, *recordings)
 
 
 def reference() -> str:
@@ -230,8 +263,9 @@ def _check(manifest: Manifest, robot: Robot) -> None:
     if manifest.robot not in (None, robot.name):
         fix = "choose the robot that swam"
         raise InputError(f"must be the robot's name, {robot.name}", key="robot", value=shown(manifest.robot), fix=fix)
-    if not manifest.steady and not manifest.recordings:
-        raise InputError("or recordings must be given", key="steady", fix="name the files of measurements")
+    if not manifest.recordings and not any(getattr(manifest, key) for key in TABLES):
+        fix = f"name the files of measurements; lists are {', '.join(TABLES)}"
+        raise InputError("or recordings must be given", key="steady", fix=fix)
     for check in unique(tuple(table.name for table in manifest.recordings), "recordings[{}].name"):
         if not check.holds:
             raise InputError(check.text, key=check.where, value=check.value, fix=check.fix)
@@ -243,6 +277,10 @@ def _check(manifest: Manifest, robot: Robot) -> None:
         if (count := len(table.joints.columns)) != len(groups):
             rule = f"must be {len(groups)} long, one column per joint group of {robot.name} ({', '.join(groups)})"
             key, fix = f"recordings[{i}].joints.columns", "name the columns from head to tail"
+            raise InputError(rule, key=key, value=f"{count} long", fix=fix)
+        if isinstance(table.joints.noise, tuple) and (count := len(table.joints.noise)) != len(groups):
+            rule = f"must be one number, or {len(groups)}, one per joint group of {robot.name}"
+            key, fix = f"recordings[{i}].joints.noise_deg", "give as many numbers as columns"
             raise InputError(rule, key=key, value=f"{count} long", fix=fix)
 
 
@@ -270,10 +308,11 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
             raise InputError(rule, file=file, key=f"{key}: run {track.run}", value=value, fix=fix)
     velocity = None if table.velocity is None else Velocity(**dict(table.velocity))
     moving = table.begin == "moving" or velocity is not None
+    noise: dict[str, Any] = {"noise": table.joints.noise, "noise_tau": table.joints.noise_tau}
     if table.begin is None and not moving:
-        moving = begins_in_motion(smooth(joints, noise=table.joints.noise), tracks)
+        moving = begins_in_motion(smooth(joints, **noise), tracks)
     if moving:
-        period = 1 / beat_of(smooth(joints, noise=table.joints.noise))[0]
+        period = 1 / beat_of(smooth(joints, **noise))[0]
         joints, tracks = _begin_together(joints, tracks, table.time_offset, period, f"{file}: {key}")
     if table.start is not None:
         yaw = poses.yaw_zero + (-table.start.yaw if poses.clockwise else table.start.yaw)
@@ -281,7 +320,7 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
         tracks = [_from_start(track, np.array(first)) for track in tracks]
         start = Pose.from_head_center(robot, *first)
     own = (table.time_offset, window, start, table.repeats, file, moving, velocity, lag, ended, table.align == "all")
-    return Recording(table.name, joints, table.joints.noise, tuple(tracks), *own)
+    return Recording(table.name, joints, table.joints.noise, tuple(tracks), *own, noise_tau=table.joints.noise_tau)
 
 
 def _joints(table: Joints, key: str, folder: Path, file: str) -> tuple[JointSeries, tuple[float, ...] | None]:

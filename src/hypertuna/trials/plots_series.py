@@ -1,6 +1,7 @@
-"""Figures of measured joint angles, tracked paths and steady runs."""
+"""Figures of measured joint angles, tracked paths, steady runs and the other kinds of trial."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,9 +10,14 @@ from matplotlib.figure import Figure
 from hypertuna.display import plots
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, sequence, styled
+from hypertuna.trials.decay import Decay
+from hypertuna.trials.kind_decay import Glides, YawDecays
+from hypertuna.trials.kind_numbers import Powers, Thrusts, Tows
 from hypertuna.trials.kind_steady import Steady
 from hypertuna.trials.kind_tracked import Tracked
+from hypertuna.trials.kinds import kind_of
 from hypertuna.trials.manifest import Recording
+from hypertuna.trials.numbers import NumberRun
 from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tracks import JointSeries, Track
@@ -102,6 +108,32 @@ def plot_steady_runs(runs: Sequence[SteadyRun], *, width: float = WIDTH) -> Figu
     return figure
 
 
+@styled
+def plot_numbers(runs: Sequence[NumberRun], *, width: float = WIDTH) -> Figure:
+    """Plot what runs of one number measured, over speed or frequency: `width` [inch]."""
+    kind: Any = kind_of(runs[0])
+    figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
+    axes, one, (x, over) = figure.subplots(), kind.quantities[0], kind.axis(runs)
+    deviations = [run.sd or 0.0 for run in runs]
+    axes.errorbar(x, [run.value for run in runs], deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
+    axes.set(xlabel=over, ylabel=f"{one.label} [{one.unit}]", title=f"{len(runs)} {kind.label}s")
+    return figure
+
+
+@styled
+def plot_decays(decays: Sequence[Decay], *, width: float = WIDTH) -> Figure:
+    """Plot decays over time: `width` [inch]."""
+    kind: Any = kind_of(decays[0])
+    figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
+    axes = figure.subplots()
+    for k, one in enumerate(decays):
+        axes.plot(one.time, one.per_si * one.value, ".", color=COLORS[k % len(COLORS)], label=f"run {one.name}")
+    axes.set(
+        xlabel="time [s]", ylabel=f"{kind.quantities[0].label} [{kind.shown}]", title=f"{len(decays)} {kind.label}s"
+    )
+    return figure
+
+
 def _draw_angles(axes: Axes, series: JointSeries, look: str) -> None:
     """Draw the angle of each joint group over time."""
     groups = series.angle.shape[1]
@@ -127,3 +159,5 @@ def _draw_tracks(axes: Axes, tracks: Sequence[Track]) -> None:
 
 
 plots[Steady], plots[Tracked] = plot_steady_runs, plot_paths
+plots[Tows] = plots[Thrusts] = plots[Powers] = plot_numbers
+plots[Glides] = plots[YawDecays] = plot_decays

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.display import Plotted, Tabular
+from hypertuna.errors import InputError
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.tracks import JointSeries, series_columns
 
@@ -58,11 +59,20 @@ class SmoothSeries(Plotted, Tabular, data=lambda smooth: smooth._columns()):
     series: JointSeries  # as measured
     noise: Array  # (groups,) [rad], standard deviation of the noise
     curves: tuple[Curve, ...]  # angle of each joint group [rad] over time [s]
+    memory: float = 1.0  # of the noise, in samples: so many count as one
 
     def _columns(self) -> dict[str, Array]:
         """Return the smoothed angles and rates at the samples as columns."""
         angle, rate, _ = np.moveaxis(self(self.series.time), -1, 0)
         return series_columns(self.series.time, angle=angle, rate=rate)
+
+    def drawn(self, rng: np.random.Generator) -> JointSeries:
+        """Return the smooth angles with new noise of the same size and memory."""
+        angle = self(self.series.time)[:, :, 0]
+        noise, keep = rng.standard_normal(angle.shape), (self.memory - 1) / (self.memory + 1)
+        for k in range(1, len(noise) if keep else 0):  # of first order: 1 + 2 (keep + keep^2 + ...) is the memory
+            noise[k] = keep * noise[k - 1] + math.sqrt(1 - keep**2) * noise[k]
+        return replace(self.series, angle=angle + self.noise * noise)
 
     def __call__(self, time: Array) -> Array:
         """Evaluate the joint groups: `time` (times,) [s]; returns (times, groups, 3) [rad], [rad/s], [rad/s^2]."""
@@ -71,19 +81,25 @@ class SmoothSeries(Plotted, Tabular, data=lambda smooth: smooth._columns()):
 
 
 @checked
-def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
+def smooth(
+    series: JointSeries, *, noise: float | Sequence[float] | None = None, noise_tau: float | None = None
+) -> SmoothSeries:
     """Smooth a joint series by the motion that explains its samples with the fewest numbers.
 
     Candidates are periodic motions of 1 to 6 harmonics and quintic splines of evenly spaced knots, the same for all
     joint groups. The Bayesian information criterion chooses: the sum over the groups of K ln(residual variance) of K
-    samples, plus ln K for each number.
+    independent samples, plus ln K for each number. Residuals below the given noise count as the noise.
 
     Parameters
     ----------
     series : JointSeries
-    noise : float, optional
-        Standard deviation sigma of the measured angles [rad]; 0 interpolates by quintic splines. Default: estimated for
-        each joint group from the residuals of polynomials through three samples on either side of a sample.
+    noise : float or sequence of float, shape (groups,), optional
+        Standard deviation sigma of the measured angles [rad], one for all joint groups or one each; 0 interpolates by
+        quintic splines. Default: estimated for each joint group from the residuals of polynomials through three
+        samples on either side of a sample.
+    noise_tau : float, optional
+        Memory of the noise [s]: samples of a time T count as T / noise_tau independent ones, as those of noise whose
+        autocorrelation has this integral over all lags, negative ones included. Default: all samples are independent.
 
     Returns
     -------
@@ -91,31 +107,42 @@ def smooth(series: JointSeries, *, noise: float | None = None) -> SmoothSeries:
     """
     from scipy.interpolate import make_interp_spline  # imported here: slow to import
 
-    if noise is not None:
-        NOT_NEGATIVE.check(noise, "noise", "give the standard deviation of the measured angles in radians")
-    sigma = white_noise(series.angle, series.time) if noise is None else np.full(series.angle.shape[1], float(noise))
-    if noise == 0:
+    groups = series.angle.shape[1]
+    for value in () if noise is None else np.ravel(noise).tolist():
+        NOT_NEGATIVE.check(value, "noise", "give the standard deviation of the measured angles in radians")
+    if noise is not None and np.size(noise) not in (1, groups):
+        rule, fix = f"must be one number, or {groups}, one for each joint group", "give as many numbers"
+        raise InputError(rule, file=series.file, key="noise", value=f"{np.size(noise)} long", fix=fix)
+    if noise_tau is not None:
+        NOT_NEGATIVE.check(noise_tau, "noise_tau", "give the memory of the noise in seconds")
+    given = np.zeros(groups) if noise is None else np.broadcast_to(np.ravel(noise), groups).astype(float)
+    sigma = white_noise(series.angle, series.time) if noise is None else given
+    memory = max(1.0, (noise_tau or 0.0) / float(np.median(np.diff(series.time))))
+    if noise is not None and not given.any():
         exact = [make_interp_spline(series.time, angle, k=DEGREE) for angle in series.angle.T]
-        return SmoothSeries(series, sigma, tuple(exact))
+        return SmoothSeries(series, sigma, tuple(exact), memory)
+    least, count = np.maximum(given, EXACT) ** 2, len(series.time) / memory
     best, curves = math.inf, None
-    for score, candidate in (*_periodic(series), *_splines(series)):
-        if score < best:
+    for residual, numbers, candidate in (*_periodic(series), *_splines(series)):
+        if numbers < groups * count and (score := _score(residual, numbers, least, count)) < best:
             best, curves = score, candidate
-    return SmoothSeries(series, sigma, curves or smooth(series, noise=0.0).curves)
+    return SmoothSeries(series, sigma, curves or smooth(series, noise=0.0).curves, memory)
 
 
-Scored = tuple[float, tuple[Curve, ...]]
+Candidate = tuple[Array, int, tuple[Curve, ...]]  # residuals (times, groups), numbers, curves
 
 
-def _score(residual: Array, numbers: int) -> float:
-    """Return the Bayesian information criterion of residuals (times, groups) that a number of parameters leave."""
-    count = len(residual)
-    variance = np.maximum(np.mean(residual**2, axis=0), EXACT**2)
+def _score(residual: Array, numbers: int, least: Array, count: float) -> float:
+    """Return the Bayesian information criterion of residuals (times, groups) that a number of parameters leave.
+
+    least: smallest variance (groups,) that counts; count: independent samples.
+    """
+    variance = np.maximum(np.mean(residual**2, axis=0), least)
     return float(count * np.log(variance).sum() + numbers * math.log(count))
 
 
-def _periodic(series: JointSeries) -> Iterator[Scored]:
-    """Yield periodic motions of a series of two beats or more with their scores."""
+def _periodic(series: JointSeries) -> Iterator[Candidate]:
+    """Yield periodic motions of a series of two beats or more with what they leave."""
     from scipy.optimize import minimize_scalar  # imported here: slow to import
 
     time, angle, count = series.time, series.angle, len(series.time)
@@ -144,11 +171,11 @@ def _periodic(series: JointSeries) -> Iterator[Scored]:
         cosine = numbers[: harmonics + 1]
         sine = np.concatenate([np.zeros((1, groups)), numbers[harmonics + 1 :]])
         curves = tuple(Harmonics(frequency, cosine[:, g], sine[:, g]) for g in range(groups))
-        yield _score(residual, numbers.size + 1), curves
+        yield residual, numbers.size + 1, curves
 
 
-def _splines(series: JointSeries) -> Iterator[Scored]:
-    """Yield quintic splines of ever more evenly spaced knots with their scores."""
+def _splines(series: JointSeries) -> Iterator[Candidate]:
+    """Yield quintic splines of ever more evenly spaced knots with what they leave."""
     from scipy.interpolate import BSpline, make_lsq_spline
 
     time, angle = series.time, series.angle
@@ -162,7 +189,7 @@ def _splines(series: JointSeries) -> Iterator[Scored]:
         except (ValueError, np.linalg.LinAlgError):  # a gap holds no samples between knots
             continue
         curves = tuple(BSpline(knots, column, DEGREE) for column in spline.c.T)
-        yield _score(spline(time) - angle, spline.c.size), curves
+        yield spline(time) - angle, spline.c.size, curves
 
 
 def strongest_frequency(time: Array, angle: Array) -> float:

@@ -1,8 +1,10 @@
 """Steady runs: measured speed and cost of transport of gaits, read from CSV files."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any, TypeVar
 
 from hypertuna.description.robot import Robot
 from hypertuna.display import Displayed, Tabular
@@ -11,6 +13,8 @@ from hypertuna.io.door import RUNS
 from hypertuna.io.tables import Table, read_table
 from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
 from hypertuna.swimming.gait import KINDS, NEEDED, Gait
+
+R = TypeVar("R", bound=Any)  # of runs, each with a `name`
 
 # Columns of a file by attribute of `SteadyRun`; columns of angles are named by joint group.
 COLUMNS = {
@@ -63,24 +67,43 @@ class SteadyRun(Displayed, Tabular):
 def read_steady(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
     """Read steady runs from a CSV file: one row per gait; docs/trials.md lists the columns."""
     table = read_table(path, RUNS)
+    if {"time_s", "time", "t"} & {*table.head}:
+        fix = (
+            "tracks of head or markers belong in a manifest, `[[recordings]]` (trials import markers makes one). One "
+            "tracked point gives only a speed: measure it, and write a row of a table of steady runs"
+        )
+        raise InputError("has a column of time, so it is not a table of steady runs", file=table.file, fix=fix)
+    keys = gait_keys(table, robot, COLUMNS, LENGTHS | POWERS)
+    if not set(MEASURED) & set(keys):
+        either = " or ".join(COLUMNS[key] for key in MEASURED)
+        raise InputError("must be a column", file=table.file, key=either, value="missing", fix="add what was measured")
+    return tuple(
+        table.parse(unique(lambda line, cells: _run(cells, robot, table.file, line, set(table.head))), keys, COLUMNS)
+    )
+
+
+def unique(make: Callable[[int, dict[str, str]], R]) -> Callable[[int, dict[str, str]], R]:
+    """Return what makes a run of a line and its cells, and checks that the names of runs are unique."""
     lines: dict[str, int] = {}
 
-    def run(line: int, cells: dict[str, str]) -> SteadyRun:
-        made = _run(cells, robot, table.file, line, set(table.head))
+    def run(line: int, cells: dict[str, str]) -> R:
+        made = make(line, cells)
         if made.name in lines:
             value, fix = f"{shown(made.name)}, as in line {lines[made.name]}", "give each run its own name"
             raise InputError("must be unique", key="name", value=value, fix=fix)
         lines[made.name] = line
         return made
 
-    return tuple(table.parse(run, _keys(table, robot), COLUMNS))
+    return run
 
 
-def _keys(table: Table, robot: Robot) -> list[str]:
+def gait_keys(
+    table: Table, robot: Robot, own: Mapping[str, str], others: Mapping[str, str] = MappingProxyType({})
+) -> list[str]:
     """Return the attribute of a run or of its gait in each column; check that they are complete and unique.
 
-    Columns of angles are KIND_GROUP_deg. GROUP is the name of a joint group, or its number from 1, counted from the
-    head, if no group has that name.
+    own: columns by attribute, but for the angles; others: attributes by column. Columns of angles are KIND_GROUP_deg.
+    GROUP is the name of a joint group, or its number from 1, counted from the head, if no group has that name.
     """
     names = [group.name for group in robot.joints]
     rule = f"in KIND_GROUP_deg, GROUP is a joint group of {robot.name} by name or number ({', '.join(names)})"
@@ -89,22 +112,12 @@ def _keys(table: Table, robot: Robot) -> list[str]:
     required = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in NEEDED for g, name in enumerate(names)}
     del required["phase[0]"]  # 0 by definition
     said: set[str] = set()
-    if {"time_s", "time", "t"} & {*table.head}:
-        fix = (
-            "tracks of head or markers belong in a manifest, `[[recordings]]` (trials import markers makes one). One "
-            "tracked point gives only a speed: measure it, and write a row of a table of steady runs"
-        )
-        raise InputError("has a column of time, so it is not a table of steady runs", file=table.file, fix=fix)
-    keys = table.keys(
-        {column: key for key, column in COLUMNS.items()} | LENGTHS | POWERS | angles,
-        {"frequency": COLUMNS["frequency"]} | required,
+    return table.keys(
+        {column: key for key, column in own.items()} | dict(others) | angles,
+        {"frequency": own["frequency"]} | required,
         fix=f"add it; {rule}",
         hint=lambda column: _hint(column, f"{rule}; choose the robot that swam with --robot: ", angles, said),
     )
-    if not set(MEASURED) & set(keys):
-        either = " or ".join(COLUMNS[key] for key in MEASURED)
-        raise InputError("must be a column", file=table.file, key=either, value="missing", fix="add what was measured")
-    return keys
 
 
 def _hint(column: str, rule: str, angles: Mapping[str, str], said: set[str]) -> str:
@@ -121,10 +134,10 @@ def _hint(column: str, rule: str, angles: Mapping[str, str], said: set[str]) -> 
 
 def _run(cells: dict[str, str], robot: Robot, file: str, line: int, columns: set[str]) -> SteadyRun:
     """Return the run of the cells of a row."""
-    groups = range(len(robot.joints))
-    angles = {kind: [_number(cells.get(f"{kind}[{g}]", "0"), f"{kind}[{g}]") for g in groups] for kind in KINDS}
-    gait = Gait.from_degrees(frequency=_number(cells["frequency"], "frequency"), **angles)
-    measured = {key: _number(cells[key], key) for key in COLUMNS if key.startswith(MEASURED) and cells.get(key)}
+    gait = gait_of(cells, robot)
+    measured: dict[str, Any] = {
+        key: number(cells[key], key) for key in COLUMNS if key.startswith(MEASURED) and cells.get(key)
+    }
     for column, key in LENGTHS.items():
         if column in columns and key in measured:
             measured[key] *= robot.body.length
@@ -133,14 +146,30 @@ def _run(cells: dict[str, str], robot: Robot, file: str, line: int, columns: set
             if not measured.get("speed"):
                 raise InputError("needs a speed other than 0, too", key=key, fix="give the speed, or leave this out")
             measured[key] /= robot.body.mass * abs(measured["speed"])
+    return SteadyRun(name_of(cells, file, line), gait, **(measured | origin(cells, file, line)))
+
+
+def gait_of(cells: Mapping[str, str], robot: Robot) -> Gait:
+    """Return the gait of the cells of a row."""
+    groups = range(len(robot.joints))
+    angles = {kind: [number(cells.get(f"{kind}[{g}]", "0"), f"{kind}[{g}]") for g in groups] for kind in KINDS}
+    return Gait.from_degrees(frequency=number(cells["frequency"], "frequency"), **angles)
+
+
+def name_of(cells: Mapping[str, str], file: str, line: int) -> str:
+    """Return the name of the run of a row."""
+    return cells.get("name") or f"{Path(file).name}:{line}"
+
+
+def origin(cells: Mapping[str, str], file: str, line: int) -> dict[str, Any]:
+    """Return repeats, file and line of a row."""
     repeats = cells.get("repeats") or "1"
     if not repeats.isdecimal() or len(repeats) > MAX_DIGITS:
         raise InputError("must be a whole number", key="repeats", value=shown(repeats), fix="write digits only")
-    name = cells.get("name") or f"{Path(file).name}:{line}"
-    return SteadyRun(name, gait, **measured, repeats=int(repeats), file=file, line=line)
+    return {"repeats": int(repeats), "file": file, "line": line}
 
 
-def _number(text: str, key: str) -> float:
+def number(text: str, key: str) -> float:
     """Return a number; the gait and the run check its value."""
     try:
         return float(text)

@@ -21,14 +21,15 @@ from hypertuna.trials.kind import Kind
 from hypertuna.trials.kinds import KINDS, kind_of
 from hypertuna.trials.manifest import Recording, parse_manifest, read_manifest
 from hypertuna.trials.radio_log import steady_runs
-from hypertuna.trials.steady import SteadyRun, read_steady
+from hypertuna.trials.steady import SteadyRun
+from hypertuna.trials.tables import Run, read_runs
 
 
 @dataclass(frozen=True)
 class Trials(Plotted, Tabular):
     """Measured runs of a robot; names of runs, and of recordings, are unique."""
 
-    members: tuple[SteadyRun | Recording, ...] = ()  # in the order of `hypertuna.trials.kinds.KINDS`
+    members: tuple[Run | Recording, ...] = ()  # in the order of `hypertuna.trials.kinds.KINDS`
 
     def __post_init__(self) -> None:
         for kind, members in self.kinds.items():
@@ -87,7 +88,7 @@ def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot | str | P
     Parameters
     ----------
     paths : str, Path or sequence of them
-        CSV files of steady runs, TOML manifests of tracked runs, radio logs (.mcap), or folders of published files.
+        CSV files of runs, TOML manifests, radio logs (.mcap), or folders of published files.
     robot : Robot, str or Path
         The robot that swam.
 
@@ -109,7 +110,7 @@ def _read(path: Path, robot: Robot) -> Trials:
     suffix = path.suffix.lower()
     if suffix == ".csv":
         try:
-            return Trials(read_steady(path, robot))
+            return Trials(read_runs(path, robot))
         except InputError:
             _check_no_track(path)
             raise

@@ -30,10 +30,11 @@ struct JointSeries {
     const double* twist;  // of the head at the start [m/s, m/s, rad/s], null at rest in the water
 };
 
-/// Pose of the nose at every step, its rate, and its derivatives: steps + 1 x 3 (x directions), row-major. With a twist
-/// at the start, derivatives by its components come first.
+/// Pose of the nose at every step, its rate, and the derivatives of both: steps + 1 x 3 (x directions), row-major. With
+/// a twist at the start, derivatives by its components come first.
 struct Track {
     double *pose, *rate, *gradient;
+    double* rate_gradient;  // null where it is not asked for
 };
 
 /// Directions in the space of all parameters: parameters x count, row-major; -3, -2, -1 are those of the start.
@@ -56,6 +57,10 @@ struct Kernel {
                      int steps, double mass, double* rows);
     /// Swim a joint motion from rest, with derivatives along directions.
     void (*track)(const Model&, const JointSeries&, const Directions&, const Track&);
+    /// Mean force toward the head of gaits [begin, end) whose head is held on a straight path at `speed` [m/s] each:
+    /// for each gait the force [N], then its derivatives along directions.
+    void (*held)(const Model&, const GaitBatch&, const Directions&, int begin, int end, const double* speed, int steps,
+                 double* rows);
     const char* (*settle_column)(int);  // name of a column, null after the last
     const MachineKernel* machines;      // null where the code is to be small
 };

@@ -1,0 +1,98 @@
+"""Decays of a straight body that was let go: the speed of a glide, or the rate of a turn; from CSV files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, TypeVar
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.display import Tabular
+from hypertuna.errors import InputError
+from hypertuna.io.tables import read_table
+from hypertuna.ranges import CELL, POSITIVE
+from hypertuna.trials.steady import number
+
+MIN_ROWS = 4  # of a decay: one of them goes into the rate at its start
+
+
+@dataclass(frozen=True)
+class Decay(Tabular, data=lambda decay: decay.rows()):
+    """How the motion of a body dies away while its joints stay at 0; time increases, all numbers are finite."""
+
+    name: str
+    time: Array  # (rows,) [s]
+    value: Array  # (rows,) [m/s] or [rad/s]
+    sd: float | None = None  # of each value, independent of the others
+    file: str = ""
+
+    columns: ClassVar[Mapping[str, str]]  # of a file, by attribute
+    per_si: ClassVar[float] = 1.0  # units of the file per SI unit
+
+    def __post_init__(self) -> None:
+        if len(self.time) < MIN_ROWS:
+            rule, fix = f"must have at least {MIN_ROWS} rows", "record a longer decay"
+            raise InputError(rule, file=self.file, key=f"run {self.name}", value=f"{len(self.time)}", fix=fix)
+        for k in np.flatnonzero(np.diff(self.time) <= 0)[:1] + 1:
+            rule = f"must be later than the previous row, at {self.time[k - 1]:g} s"
+            fix = "sort the rows of each run by time, or name runs in a column `run`"
+            where, value = f"run {self.name}, time_s", f"{self.time[k]:g} s"
+            raise InputError(rule, file=self.file, key=where, value=value, fix=fix)
+        if not self.value[0]:
+            rule, fix = "must begin in motion", "leave out the rows before the body was let go"
+            raise InputError(rule, file=self.file, key=f"run {self.name}", value="0 in its first row", fix=fix)
+
+    def rows(self) -> dict[str, Array]:
+        """Return the rows as columns, as a file has them."""
+        return {self.columns["time"]: self.time, self.columns["value"]: self.per_si * self.value}
+
+
+ENDS = {"time": "time_s", "name": "run"}
+
+
+class Glide(Decay):
+    """The forward speed of a straight body that coasts."""
+
+    columns = {"value": "speed_m_s", "sd": "speed_sd_m_s"} | ENDS
+
+
+class YawDecay(Decay):
+    """The yaw rate of a straight body that was turned about its center of mass and let go."""
+
+    columns = {"value": "yaw_rate_deg_s", "sd": "yaw_rate_sd_deg_s"} | ENDS
+    per_si = 180 / math.pi
+
+
+D = TypeVar("D", bound=Decay)
+
+
+def read_decays(path: str | Path, robot: Robot, made: type[D]) -> tuple[D, ...]:
+    """Read decays of a type from a CSV file, a row per instant; without a column `run` the file is one run."""
+    table, own = read_table(path), made.columns
+    needed = {key: own[key] for key in ("time", "value")}
+    keys = table.keys({column: key for key, column in own.items()}, needed, fix="add it")
+
+    def row(_: int, cells: dict[str, str]) -> tuple[str, float, float, float]:
+        fix = "give a number, or leave out the line"
+        time, value = (CELL.check(number(cells[key], key), key, fix) for key in ("time", "value"))
+        sd = POSITIVE.check(number(cells["sd"], "sd"), "sd", "leave it out") if cells.get("sd") else math.nan
+        return cells.get("name") or Path(path).stem, time, value, sd
+
+    rows = table.parse(row, keys, own)
+    runs: dict[str, list[tuple[str, float, float, float]]] = {}
+    for one in rows:
+        runs.setdefault(one[0], []).append(one)
+    return tuple(
+        _decay(made, name, np.array([one[1:] for one in own_rows]), table.file) for name, own_rows in runs.items()
+    )
+
+
+def _decay(made: type[D], name: str, rows: Array, file: str) -> D:
+    """Return a decay of rows (rows, 3): time, value and standard deviation, whose root mean square counts."""
+    sd = float(np.sqrt(np.mean(rows[:, 2] ** 2))) / made.per_si
+    return made(name, rows[:, 0], rows[:, 1] / made.per_si, None if math.isnan(sd) else sd, file)

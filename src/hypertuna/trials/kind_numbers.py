@@ -1,0 +1,176 @@
+"""Runs that are one measured number each as kinds of trial: drag of a tow, thrust of a held fish, power of a beat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna import _core
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.swimming.beat import directional_derivatives, settle
+from hypertuna.swimming.gait import Gait, Gaits, gait_text
+from hypertuna.swimming.model import parameter_names
+from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
+from hypertuna.trials.kind_steady import UNSTABLE, USABLE
+from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow
+
+R = TypeVar("R", bound=NumberRun)
+
+
+@dataclass(frozen=True)
+class HeldRows(Rows):
+    """Runs whose head is held on a straight path: the mean force of the water."""
+
+    gaits: tuple[Gait, ...]
+    u: Array  # (runs,) [m/s]
+    sign: float  # 1 of a force toward the head
+
+    def predict(self, at: Point) -> Prediction:
+        """Compute the force of every run."""
+        along = np.zeros((len(parameter_names(at.robot)), at.count)) if at.along is None else at.along
+        options: dict[str, Any] = {"steps": at.steps if at.along is None else at.gradient_steps, "threads": at.threads}
+        rows = _core.held(at.model, *Gaits.of(self.gaits).columns, self.u, np.ascontiguousarray(along), **options)
+        none = np.zeros(self.runs, dtype=bool)
+        return Prediction(self.sign * rows[:, 0], self.sign * rows[:, 1:], none, none, {})
+
+
+@dataclass(frozen=True)
+class PowerRows(Rows):
+    """Settled gaits whose power was measured."""
+
+    gaits: tuple[Gait, ...]
+
+    def predict(self, at: Point) -> Prediction:
+        """Compute the power of every run."""
+        gaits, jacobian = Gaits.of(self.gaits), np.zeros((self.runs, at.count))
+        beats = settle(at.robot, gaits, model=at.model, steps=at.steps, threads=at.threads)
+        power, usable = beats["mechanical_power"], np.isin(beats["status"], USABLE) & (beats["mechanical_power"] != 0)
+        if at.along is not None:
+            with np.errstate(all="ignore"):  # gaits without a settled beat have no derivatives
+                options: dict[str, Any] = {"model": at.model, "steps": at.gradient_steps, "threads": at.threads}
+                by = directional_derivatives(at.robot, gaits, beats, at.along, **options)["mechanical_power"]
+            jacobian = np.where(usable[:, np.newaxis] & np.isfinite(by), by, 0.0)
+        if nuisance := at.nuisances.get("cost_factor"):
+            k, factor, by_scaled = nuisance
+            jacobian = factor * jacobian
+            jacobian[:, k] = np.where(usable, power * by_scaled, 0.0)
+            power = factor * power
+        power = np.where(usable, power, FAILED * np.maximum(np.abs(self.measured), self.sd))
+        return Prediction(power, jacobian, ~usable, usable & (beats["status"] == UNSTABLE), {})
+
+
+class Numbers(Kind[R]):
+    """Runs that are one measured number each."""
+
+    def motion(self, trial: R) -> dict[str, float]:
+        """Return frequency and amplitude of its gait, if it has one."""
+        gait = trial.gait
+        return {} if gait is None else {"frequency": gait.frequency, "amplitude": max(gait.amplitude)}
+
+    def laid_out(self, trials: Sequence[R]) -> tuple[Array, NDArray[np.intp], list[Sample], int]:
+        """Return what `Rows` hold of runs."""
+        name = self.quantities[0].name
+        sizes = [(abs(run.value) if run.sd is None else run.sd) / math.sqrt(run.repeats) for run in trials]
+        samples = [Sample(name, k, size, trials[k].sd is not None, 1) for k, size in enumerate(sizes)]
+        return np.array([run.value for run in trials]), np.arange(len(trials)), samples, len(trials)
+
+    def part(self, trials: Sequence[R], count: int) -> Sequence[R]:
+        """Return evenly spaced runs."""
+        return trials[:: max(1, len(trials) // count)]
+
+    def repeated(self, training: Sequence[R], validation: Sequence[R]) -> list[str]:
+        """Write a warning on runs that repeat."""
+        known = {(run.gait, run.u) for run in training}
+        count = sum((run.gait, run.u) in known for run in validation)
+        text = f"{count} of {len(validation)} validation runs that are {self.label}s repeat those of the training."
+        return [text] if count else []
+
+    def cells(self, trial: R) -> tuple[str, str, str]:
+        """Return name, gait and speed."""
+        from hypertuna.display import number
+
+        gait = "straight" if trial.gait is None else gait_text(trial.gait)
+        return trial.name, gait, number(trial.u, "m/s") if "u" in trial.columns else ""
+
+    def axis(self, trials: Sequence[R]) -> tuple[list[float], str]:
+        """Return what the runs differ in, and its label."""
+        if any(run.gait is None for run in trials):
+            return [run.u for run in trials], "speed [m/s]"
+        return [run.gait.frequency for run in trials if run.gait], "frequency [Hz]"
+
+    def picture(self, trials: Sequence[R]) -> str:
+        """Draw what was measured over speed or frequency."""
+        from hypertuna.pictures import captioned, curve_svg
+
+        one, (x, over) = self.quantities[0], self.axis(trials)
+        dots = curve_svg(x, [run.value for run in trials], f"{one.label} [{one.unit}] over {over}", dots=True)
+        return captioned(dots, f"Each dot is a {self.label}.")
+
+    def summaries(self, trials: Sequence[R], robot: Robot) -> list[dict[str, Any]]:
+        """Return for each file the minimum and maximum of what was measured."""
+        found = []
+        for file in dict.fromkeys(run.file for run in trials):
+            own = [run for run in trials if run.file == file]
+            columns = {
+                "frequency_hz": [run.gait.frequency for run in own if run.gait],
+                "u_m_s": [run.u for run in own if run.u],
+            }
+            columns |= {own[0].columns["value"]: [run.value for run in own]}
+            columns |= {own[0].columns["sd"]: [run.sd for run in own if run.sd is not None]}
+            spans = {name: [min(values), max(values)] for name, values in columns.items() if values}
+            found.append({"file": file, "runs": len(own)} | spans)
+        return found
+
+    def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
+        """Lay out the content of a file."""
+        yield f"{summary['file']}: {summary['runs']} {self.label}{'s' * (summary['runs'] != 1)}"
+        for name, span in summary.items():
+            if isinstance(span, list):
+                low, high = (f"{round(value, 12):.4g}" for value in span)
+                yield f"  {name}: {low}" + f" to {high}" * (high != low)
+
+
+class Tows(Numbers[Tow]):
+    """Towed straight bodies."""
+
+    trial = Tow
+    key, label, others = "tows", "tow", "speeds of towing"
+    quantities = (Quantity("drag", "N", "relative", "%", 100.0, 0.05, "drag"),)
+
+    def rows(self, robot: Robot, trials: Sequence[Tow], lowest: Mapping[str, float]) -> list[Rows]:
+        """Lay out all runs together."""
+        zero = [0.0] * len(robot.joints)
+        straight = Gait(frequency=1.0, amplitude=tuple(zero), phase=tuple(zero))
+        u = np.array([run.u for run in trials])
+        return [HeldRows(*self.laid_out(trials), (straight,) * len(trials), u, -1.0)]
+
+
+class Thrusts(Numbers[HeldThrust]):
+    """Held fish."""
+
+    trial = HeldThrust
+    key, label, others = "thrusts", "held thrust", "gaits of a held fish"
+    quantities = (Quantity("thrust", "N", "relative", "%", 100.0, 0.05, "thrust"),)
+
+    def rows(self, robot: Robot, trials: Sequence[HeldThrust], lowest: Mapping[str, float]) -> list[Rows]:
+        """Lay out all runs together."""
+        gaits, u = tuple(run.gait for run in trials if run.gait), np.array([run.u for run in trials])
+        return [HeldRows(*self.laid_out(trials), gaits, u, 1.0)]
+
+
+class Powers(Numbers[PowerRun]):
+    """Powers of settled gaits."""
+
+    trial = PowerRun
+    key, label, others, nuisance = "powers", "power log", "gaits", "cost_factor"
+    quantities = (Quantity("power", "W", "relative", "%", 100.0, 0.05, "power"),)
+
+    def rows(self, robot: Robot, trials: Sequence[PowerRun], lowest: Mapping[str, float]) -> list[Rows]:
+        """Lay out all runs together."""
+        return [PowerRows(*self.laid_out(trials), tuple(run.gait for run in trials if run.gait))]
