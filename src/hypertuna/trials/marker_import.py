@@ -64,7 +64,6 @@ def fit_marker_run(robot: Robot, path: str | Path, wishes: Wishes, **options: An
     if not (kept.weight > 0).any():
         fix = "check the scale and --min-likelihood"
         raise InputError("must hold markers that were seen", file=markers.file, fix=fix)
-    _check_size(robot, kept)
     groups = [group.name for group in robot.joints]
     for name in (name for joint in wishes.merge for name in joint if name not in groups):
         fix = did_you_mean(name, groups)
@@ -74,6 +73,7 @@ def fit_marker_run(robot: Robot, path: str | Path, wishes: Wishes, **options: An
         chain = chain_of(robot, where.link, where.along, where.across)
         merged, share = merge(chain, wishes.merge, [len(group.links) for group in robot.joints])
         check_rank(merged, where.names, markers.file)
+        _check_size(robot, markers)
         return chain, apart(fit_chain(merged, markers.place, markers.weight), share)
 
     if wishes.from_run:
@@ -85,9 +85,10 @@ def fit_marker_run(robot: Robot, path: str | Path, wishes: Wishes, **options: An
 
 def _check_size(robot: Robot, markers: Markers) -> None:
     """Check that markers span about the length of the robot: another unit would not give another fit."""
-    own = markers.place[(markers.weight > 0).any(axis=1)]
+    seen = (markers.weight > 0).sum(axis=1)
+    own = markers.place[seen == seen.max()]
     low, high = np.nanmin(own, axis=1), np.nanmax(own, axis=1)
-    span, length = float(np.nanmedian(np.linalg.norm(high - low, axis=1))), robot.body.length
+    span, length = float(np.median(np.linalg.norm(high - low, axis=1))), robot.body.length
     if not length / ANOTHER < span < ANOTHER * length:
         value, fix = f"{span:.3g} m wide", f"is the unit another one, or the scale? The robot is {length:.3g} m long"
         raise InputError("must span about the robot", file=markers.file, key="the markers", value=value, fix=fix)
