@@ -54,7 +54,7 @@ def _object(file: Any, name: str, chance: random.Random) -> None:
         file[name] = chance.choice((h5py.ExternalLink("/dev/zero", "/"), h5py.SoftLink("/"), h5py.SoftLink(name)))
     elif kind == 3 and name.count("/") < 20:
         file[f"{name} again"] = file["/"]  # a circle
-    elif isinstance(one, h5py.Dataset):
+    elif isinstance(one, h5py.Dataset) and one.size < 10**6:
         data, old = one[()], one.dtype
         attributes = dict(one.attrs)
         del file[name]

@@ -157,6 +157,19 @@ def test_angles_beyond_what_a_joint_does_are_told(eel, tmp_path) -> None:
     assert "and is described for 10 deg" in text
 
 
+def test_a_quarter_of_the_markers_rejected_is_told(eel, tmp_path) -> None:
+    tracked(eel, tmp_path / "a.csv")
+    made = read_marker_run(eel, tmp_path / "a.csv")
+    rejected = np.zeros((120, COUNT), dtype=bool)
+    rejected[:, : COUNT // 4] = True
+    few = replace(made, fit=replace(made.fit, rejected=rejected)).warnings
+    rejected[:, COUNT // 4] = True
+    many = replace(made, fit=replace(made.fit, rejected=rejected)).warnings
+    assert few == []
+    assert many == ["a: 29 % of the markers are rejected: check their order, their places and the robot before you use "
+                    "the angles."]  # fmt: skip
+
+
 def run(*arguments):
     return CliRunner().invoke(app, ["trials", "import", "markers", *(str(argument) for argument in arguments)])
 

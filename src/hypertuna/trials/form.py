@@ -1,6 +1,7 @@
 """Base of the forms of text: points of named columns, columns of time and frames, and what holds one point only."""
 
 import re
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ def of_columns(
     *,
     words: bool = False,
     infinite: bool = False,
-    **known: object,
+    **known: Any,
 ) -> Points:
     """Return the points of columns: of x, y and maybe z and weight, for each point."""
     if len(columns) < 2:
@@ -36,7 +37,7 @@ def of_columns(
         if "weight" in own:
             weight[:, m] = samples.numbers(own["weight"], words=words, infinite=infinite)
     place[~np.isfinite(place).all(axis=2)] = np.nan
-    return Points(form, samples.file, tuple(columns), place, weight, samples.where, **known)  # type: ignore[arg-type]
+    return Points(form, samples.file, tuple(columns), place, weight, samples.where, **known)
 
 
 def one_point(form: str, file: str, fix: str) -> InputError:

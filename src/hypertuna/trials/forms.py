@@ -68,7 +68,8 @@ def read_points(path: str | Path, individual: str | None = None) -> Points:
     """Read the tracked points of one animal, in the units of the file."""
     if form := binary_form(path):
         if form.fix:
-            raise InputError(f"must be a CSV file, but is of the form of {form.name}", file=str(path), fix=form.fix)
+            rule = f"must be a file of tracked points, but is of the form of {form.name}"
+            raise InputError(rule, file=str(path), fix=form.fix)
         module, _, function = form.read.partition(":")
         points: Points = getattr(import_module(module), function)(path, individual)
         return points

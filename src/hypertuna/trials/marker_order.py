@@ -58,7 +58,7 @@ def _check(markers: Markers, order: Sequence[int]) -> None:
         found.reverse()
     text = ", ".join(found if len(found) <= 12 else [*found[:10], "...", found[-1]])
     rule = f"must lie along the body in the order of the file, but lie as {text}, or the other way round"
-    fix = "write them from nose to tail, or give their places with --places"
+    fix = "write them from nose to tail, or give their places with --places; animals side by side are no body"
     raise InputError(rule, file=markers.file, key="the markers", fix=fix)
 
 
