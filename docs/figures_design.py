@@ -47,7 +47,7 @@ def study_table() -> str:
     found = json.loads((ROOT / "validation/design/study.json").read_text())["summary"]
     body = [
         [
-            f"{'designed' if one['how'] == 'design' else 'grid'}, {one['runs']} runs",
+            f"{one['how'].replace('design', 'designed')}, {one['runs']} runs",
             "has a linear drag" if one["linear_drag"] else "is right",
             *(f"{100 * one[name]:.1f}" for name in ("error", "half_width")),
             f"{100 * one['coverage']:.0f}",

@@ -63,5 +63,14 @@ def made() -> dict[str, Any]:
         "posterior": posterior(fit, 20),
         "scoreboard": ht.score_swimmers(["tunabot"]),
         "bench": fit_bench(fish, read_bench(TANK.parent / "bench" / "bench.csv", fish), "friction", starts=1),
+        "next runs": _told_design(),
         "family": family(fish, read_bench(TANK.parent / "bench" / "paper.csv", fish), members=50),
     }
+
+
+def _told_design() -> ht.NextRuns:
+    """Make a run as it is expected, and ask for the next."""
+    with ht.TankDesign(None, TANK.parent / "minnow.toml") as tank:
+        choice = tank.ask().choices[0]
+        tank.tell([ht.Measurement(choice.run, "speed", choice.expected["speed"][0], name=choice.name)])
+        return tank.ask()

@@ -2,9 +2,9 @@
 
     python validation/design/study.py [draws] [-o FILE]
 
-A robot of `hypertuna robot new --links 4 --actuation servo`, with six coefficients hidden. A grid of 24 runs in random
-order against 12 designed runs, refit after each; errors, widths and coverage of the speeds of 40 gaits drawn at random.
-Once the model is right; once the hidden robot has a linear drag that the model lacks.
+A robot of `hypertuna robot new --links 4 --actuation servo`, with six coefficients hidden. Two grids of 24 runs in
+random order against 12 designed runs, refit after each; errors, widths and coverage of the speeds of 40 gaits drawn at
+random. Once the model is right; once the hidden robot has a linear drag that the model lacks.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from hypertuna.description.robot import parse
 from hypertuna.design.criterion import CHECK, design
 from hypertuna.design.posterior import infer
 from hypertuna.design.prediction import Row
-from hypertuna.design.runs import candidate_gaits, gait_of_shares, target_gaits
+from hypertuna.design.runs import Measurement, candidate_gaits, gait_of_shares, target_gaits
 from hypertuna.design.unknowns import Unknowns
 from hypertuna.io.checkpoint import Journal
 from hypertuna.optimization.design_space import gait_bounds
@@ -37,7 +37,11 @@ from hidden_fish import Tank, hidden, synthetic_unknowns, unseen
 
 FIRST_SEED = 1000  # lower ones were used while the method was made
 LINEAR = (0.06, 0.17)  # share of the drag at 0.3 m/s
-AFTER = {"grid": (4, 8, 12, 24), "design": (4, 8, 12)}  # runs after which the prediction is judged
+AFTER = {
+    "grid": (4, 8, 12, 24),
+    "wide grid": (4, 8, 12, 24),
+    "design": (4, 8, 12),
+}  # runs after which the prediction is judged
 SIZES = (0.0,)  # of the discrepancy, of a fit that trusts its model
 
 
@@ -50,15 +54,17 @@ def fish() -> ht.Robot:
     return parse(tomllib.loads(first_robot("synthetic", actuation="servo", links=4)), file="synthetic.toml")
 
 
-def grid(robot: ht.Robot, rng: np.random.Generator) -> list[ht.Gait]:
-    """Return 24 gaits over frequency, amplitude and lag, in random order."""
-    space = gait_bounds(robot)
-    frequencies = np.linspace(space.low[0], space.high[0], 4)
-    gaits = [
-        gait_of_shares(space, robot, f, a, lag, 0.8)
-        for f, a, lag in product(frequencies, (0.5, 1.0), (0.17, 0.45, 0.72))
-    ]
-    return [gaits[k] for k in rng.permutation(len(gaits))]
+def grids(robot: ht.Robot, rng: np.random.Generator) -> dict[str, list[ht.Gait]]:
+    """Return two grids of 24 gaits in random order: of frequencies and amplitudes at the usual lag, and over lags."""
+    space, groups = gait_bounds(robot), len(robot.joints)
+    low, high = space.low[0], space.high[0]
+    usual = robot.gaits["cruise"].phase[-1] / space.high[2 * groups]
+    levels = {
+        "grid": product(np.linspace(low, high, 6), (0.4, 0.6, 0.8, 1.0), (usual,), (1.0,)),
+        "wide grid": product(np.linspace(low, high, 4), (0.5, 1.0), (0.17, 0.45, 0.72), (0.8,)),
+    }
+    gaits = {name: [gait_of_shares(space, robot, *level) for level in each] for name, each in levels.items()}
+    return {name: [each[k] for k in rng.permutation(len(each))] for name, each in gaits.items()}
 
 
 def repeat(unknowns: Unknowns, how: str, seed: int, linear: bool, runs: int | None = None) -> dict[str, Any]:
@@ -67,16 +73,19 @@ def repeat(unknowns: Unknowns, how: str, seed: int, linear: bool, runs: int | No
     tank = Tank(hidden(unknowns, rng, rng.uniform(*LINEAR) if linear else 0.0), rng)
     rows = unseen(robot, rng)
     truth = np.log(tank.speeds([row.run for row in rows]))
-    order, space = grid(robot, rng), gait_bounds(robot)
+    orders, space = grids(robot, rng), gait_bounds(robot)
     gaits, targets = candidate_gaits(space, robot), [Row(gait, "speed") for gait in target_gaits(space, robot, 30)]
-    results, found, slowest = [], {}, 0.0
+    results: list[Measurement] = []
+    found, slowest = {}, 0.0
     for k in range(1, (runs or AFTER[how][-1]) + 1):
-        if how == "grid":
-            gait = order[k - 1]
+        if how != "design":
+            gait = orders[how][k - 1]
         else:
             begin = time.process_time()
             plan = design(infer(unknowns, results), "speed", gaits, targets)
-            gait = plan.farthest() if k % CHECK == 0 else plan.best()
+            run = plan.farthest() if k % CHECK == 0 else plan.best()
+            assert isinstance(run, ht.Gait)
+            gait = run
             slowest = max(slowest, time.process_time() - begin)
         results += [one] if (one := tank.measure(gait)) else []
         if k in AFTER[how]:
@@ -84,7 +93,7 @@ def repeat(unknowns: Unknowns, how: str, seed: int, linear: bool, runs: int | No
     return {"seed": seed, "linear": linear, "how": how, "slowest_s": slowest, "after": found}
 
 
-def _judged(unknowns: Unknowns, results: Sequence[Any], rows: Sequence[Row], truth: Any) -> dict[str, float]:
+def _judged(unknowns: Unknowns, results: Sequence[Measurement], rows: Sequence[Row], truth: Any) -> dict[str, float]:
     """Return error, half width and coverage of predictions, and those of a fit without a discrepancy."""
     judged = {}
     for name, more in (("", {}), ("plain_", {"sizes": SIZES})):

@@ -17,7 +17,7 @@ from hypertuna.identification.coefficients import bounds_of
 
 ROUNDS = 12  # of linearization
 FAR = 1.0  # of a scaled coefficient: the largest step of one round
-DONE = 1e-3  # of the prior's standard deviation
+DONE = 1e-2  # of the prior's standard deviation
 
 
 @dataclass(frozen=True)
