@@ -16,7 +16,7 @@ STANDARD_HEADERS = {
     *("string_view", "tuple", "type_traits", "utility"),
 }
 # Of host/: the heap, and numbers in sentences by `std::snprintf`; <charconv> would add its tables to every page.
-HOST_HEADERS = {"cstdio", "cstring", "functional", "memory", "optional", "string", "vector"}
+HOST_HEADERS = {"cstdio", "cstring", "functional", "memory", "optional", "span", "string", "vector"}
 
 
 def includes(source: Path) -> list[tuple[str, str]]:

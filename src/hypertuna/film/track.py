@@ -30,6 +30,7 @@ MAX_BEND = 1.6  # rad between two links
 MIN_SEEN = 0.5  # part of a link that must be seen
 WAY = 1.5  # lengths of the fish
 FIXED = 1e12  # precision of an unknown that is known
+TINY = 1e-6  # of the information on an unknown that no pixel tells
 BLOCK = 60  # frames of a record of the journal
 GAP = 0.25  # s: after longer ones the frames before tell nothing
 
@@ -250,7 +251,7 @@ def _covariance(found: dict[str, Any], n: int) -> Array:
     matrix = found["information"]
     own = [*range(n), matrix.shape[0] - 1]
     kept = matrix[np.ix_(own, own)]
-    unit = 1 / np.sqrt(np.maximum(np.diag(kept), 1e-300))
+    unit = 1 / np.sqrt(np.maximum(np.diag(kept), TINY))
     value, vector = np.linalg.eigh(kept * unit[:, np.newaxis] * unit)
     inverse = (vector / np.maximum(value, 1e-9)) @ vector.T * unit[:, np.newaxis] * unit
     return np.asarray(found["noise"] ** 2 * inverse[:n, :n])
