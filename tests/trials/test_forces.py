@@ -22,7 +22,7 @@ from hypertuna.trials.decay import Decay, Glide, YawDecay
 from hypertuna.trials.kind_decay import YawDecays
 from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow
 from hypertuna.trials.steady import SteadyRun
-from hypertuna.trials.trials import Trials, read_trials
+from hypertuna.trials.trials import Trials, implausible, read_trials
 from models import changed
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -163,6 +163,14 @@ def test_intervals_of_forces_hold_the_truth(fish: ht.Robot) -> None:
         fit = identify(fish, Trials(tuple(made(fish, run, 0.02, rng) for run in runs)), names, validate=0, starts=1)
         inside += sum(row["low"] <= 1 <= row["high"] for row in fit.parameters)
     assert 0.9 * 20 * len(names) <= inside
+
+
+def test_forces_in_another_unit_or_of_the_other_sign_are_unlikely(fish: ht.Robot) -> None:
+    drag = float(computed(fish, tow(0.3))[0])
+    for factor, words in ((1.0, ""), (102.0, "are 1e+02 times"), (-1.0, "are -1 times"), (0.01, "are 0.01 times")):
+        _, warnings = implausible(Trials((replace(tow(0.3), value=factor * drag, file="tow.csv"),)), fish)
+        assert len(warnings) == bool(words)
+        assert all(f"tow.csv: the measured values of drag {words} those of the model" in text for text in warnings)
 
 
 def test_files_of_forces_are_told_by_their_columns(tuna: ht.Robot, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Identify: fit free coefficients to trials and compute their uncertainty."""
 
+import math
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -91,7 +92,8 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
         for k, (one, value) in enumerate(zip(self.free, self.values, strict=True)):
             unit, factor = one.border
             sd = sure.sd[k] * (value if one.scale == "log" else 1.0)
-            sizes = {"value": value, "sd": sd, "low": sure.low[k], "high": sure.high[k]}
+            told = 1.0 if sure.estimated or one.prior else math.nan
+            sizes = {"value": value, "sd": sd, "low": told * sure.low[k], "high": told * sure.high[k]}
             facts = {"unit": unit, "scale": one.scale, "lower": one.lower * factor, "upper": one.upper * factor}
             known = one.prior and {"value": one.prior[0] * factor, "factor": one.prior[1]}
             judged = {"prior": known, "bound": sure.bound[k], "constrained": sure.constrained[k]}

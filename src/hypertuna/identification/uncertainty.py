@@ -39,6 +39,7 @@ class Uncertainty:
     factor: float  # on the standard deviations, for residuals beyond the stated noise and for a robust loss
     residual_scale: float  # of the residuals over the stated noise, 1 at least
     freedom: float  # degrees of freedom of Student's t
+    estimated: bool = True  # whether the runs give intervals; else they are those of the priors, and the bounds without
 
 
 def uncertainty(
@@ -100,7 +101,7 @@ def uncertainty(
 
 
 def _of_priors(found: Uncertainty, data: Experiment, values: Array) -> Uncertainty:
-    """Return the uncertainty where the runs give no intervals: those of the priors, and none (NaN) without.
+    """Return the uncertainty where the runs give no intervals: those of the priors, and the bounds without.
 
     What the runs tell of combinations of coefficients stays, for samples.
     """
@@ -111,9 +112,10 @@ def _of_priors(found: Uncertainty, data: Experiment, values: Array) -> Uncertain
         if f.prior is not None:
             mean[k], sd[k] = math.log(f.prior[0]), math.log(f.prior[1])
     low, high = (
-        from_scale(frees, np.where(known, np.clip(mean + side * NORMAL * sd, lower, upper), np.nan)) for side in (-1, 1)
+        from_scale(frees, np.where(known, np.clip(mean + side * NORMAL * np.where(known, sd, 0.0), lower, upper), end))
+        for side, end in ((-1, lower), (1, upper))
     )
-    return replace(found, sd=sd, low=low, high=high, constrained=(False,) * n, directions=())
+    return replace(found, sd=sd, low=low, high=high, constrained=(False,) * n, directions=(), estimated=False)
 
 
 def _profile(

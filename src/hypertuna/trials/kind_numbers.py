@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.swimming.beat import directional_derivatives, settle
+from hypertuna.errors import InputError
+from hypertuna.swimming.beat import DEFAULT_STEPS, directional_derivatives, settle
 from hypertuna.swimming.gait import Gait, Gaits, gait_text
-from hypertuna.swimming.model import parameter_names
+from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
 from hypertuna.trials.kind_steady import UNSTABLE, USABLE
 from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow
+from hypertuna.trials.plausibility import FAR
 
 R = TypeVar("R", bound=NumberRun)
 
@@ -83,6 +85,20 @@ class Numbers(Kind[R]):
     def part(self, trials: Sequence[R], count: int) -> Sequence[R]:
         """Return evenly spaced runs."""
         return trials[:: max(1, len(trials) // count)]
+
+    def implausible(self, trials: Sequence[R], robot: Robot) -> tuple[list[InputError], list[str]]:
+        """Write a warning on each file whose numbers are far from the model's, or of the other sign."""
+        at = Point(robot, core_model(robot), {}, None, 0, {}, {}, DEFAULT_STEPS, DEFAULT_STEPS, 1)
+        one, warnings = self.quantities[0], []
+        for file in dict.fromkeys(run.file for run in trials):
+            rows = self.rows(robot, [run for run in trials if run.file == file], {})[0]
+            ratio = float(np.median(rows.measured / rows.predict(at).computed))
+            if not math.isfinite(ratio) or 1 / FAR <= ratio <= FAR:
+                continue
+            rule = f"are {ratio:.2g} times those of the model"
+            fix = f"likely causes are another unit than {one.unit}, the sign of the gauge, or a wrong area of the robot"
+            warnings.append(str(InputError(rule, file=file, key=f"the measured values of {one.label}", fix=fix)))
+        return [], warnings
 
     def repeated(self, training: Sequence[R], validation: Sequence[R]) -> list[str]:
         """Write a warning on runs that repeat."""

@@ -216,7 +216,12 @@ class Recording(
         return twist, self.start is None and (self.moving or self.align)
 
     def smoothed(self) -> SmoothSeries:
-        """Return the joint angles as functions of time, by what is known of their noise."""
+        """Return the joint angles as functions of time, by what is known of their noise.
+
+        Returns
+        -------
+        SmoothSeries
+        """
         return smooth(self.joints, noise=self.noise, noise_tau=self.noise_tau)
 
     @property
@@ -279,9 +284,8 @@ def _check(manifest: Manifest, robot: Robot) -> None:
             key, fix = f"recordings[{i}].joints.columns", "name the columns from head to tail"
             raise InputError(rule, key=key, value=f"{count} long", fix=fix)
         if isinstance(table.joints.noise, tuple) and (count := len(table.joints.noise)) != len(groups):
-            rule = f"must be one number, or {len(groups)}, one per joint group of {robot.name}"
-            key, fix = f"recordings[{i}].joints.noise_deg", "give as many numbers as columns"
-            raise InputError(rule, key=key, value=f"{count} long", fix=fix)
+            rule, key = f"must be one number, or {len(groups)} like columns", f"recordings[{i}].joints.noise_deg"
+            raise InputError(rule, key=key, value=f"{count} long", fix="give as many numbers")
 
 
 def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file: str, tank: Tank | None) -> Recording:

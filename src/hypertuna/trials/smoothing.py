@@ -67,7 +67,16 @@ class SmoothSeries(Plotted, Tabular, data=lambda smooth: smooth._columns()):
         return series_columns(self.series.time, angle=angle, rate=rate)
 
     def drawn(self, rng: np.random.Generator) -> JointSeries:
-        """Return the smooth angles with new noise of the same size and memory."""
+        """Return the smooth angles with new noise of the same size and memory.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+
+        Returns
+        -------
+        JointSeries
+        """
         angle = self(self.series.time)[:, :, 0]
         noise, keep = rng.standard_normal(angle.shape), (self.memory - 1) / (self.memory + 1)
         for k in range(1, len(noise) if keep else 0):  # of first order: 1 + 2 (keep + keep^2 + ...) is the memory
