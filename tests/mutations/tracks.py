@@ -112,11 +112,12 @@ def silent(run: MarkerRun, before: MarkerRun) -> str:
         run.markers.place[used][:, [k for k, _ in both]],
         before.markers.place[seen][:, [m for _, m in both]],
     )
-    middles = [
-        np.nanmedian(np.linalg.norm(place[:, np.newaxis] * axes - was_there, axis=3), axis=2)
-        for axes in ([1, 1], [-1, 1], [1, -1])
-    ]
-    middle = min(middles, key=lambda one: float(np.median(one.min(axis=1))))
+    with warnings.catch_warnings(action="ignore"):  # of two frames without a common marker
+        middles = [
+            np.nanmedian(np.linalg.norm(place[:, np.newaxis] * axes - was_there, axis=3), axis=2)
+            for axes in ([1, 1], [-1, 1], [1, -1])
+        ]
+    middle = min(middles, key=lambda one: float(np.median(np.nanmin(one, axis=1))))
     own = np.nanargmin(middle, axis=1)
     if np.mean(middle[np.arange(len(used)), own] > FAR) > MOST:
         return "markers elsewhere"
