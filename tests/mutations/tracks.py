@@ -100,15 +100,24 @@ def reaction(change: Change, chance: random.Random) -> Reaction:
 def silent(run: MarkerRun, before: MarkerRun) -> str:
     """Return in what a run differs from that of the whole file, or nothing.
 
-    A clock of another rate or begin is a clock like any other: nothing in a file says that it is wrong.
+    A clock of another rate or begin is a clock like any other, and a mirrored axis an axis: nothing in a file says that
+    it is wrong.
     """
     names, known = ([name.strip().lower() for name in one.places.names] for one in (run, before))
-    if names != known:
-        return "" if set(names) < set(known) else "other markers"
+    both = [(names.index(name), m) for m, name in enumerate(known) if name in names]
+    both = both if len(both) > 2 else list(zip(range(len(names)), range(len(known)), strict=False))
     seen = np.flatnonzero((before.markers.weight > 0).any(axis=1))
     used = np.concatenate(run.stretches)
-    apart = np.linalg.norm(run.markers.place[used, np.newaxis] - before.markers.place[seen], axis=3)
-    middle = np.nanmedian(apart, axis=2)
+    place, was_there = (
+        run.markers.place[used][:, [k for k, _ in both]],
+        before.markers.place[seen][:, [m for _, m in both]],
+    )
+    with warnings.catch_warnings(action="ignore"):  # of two frames without a common marker
+        middles = [
+            np.nanmedian(np.linalg.norm(place[:, np.newaxis] * axes - was_there, axis=3), axis=2)
+            for axes in ([1, 1], [-1, 1], [1, -1])
+        ]
+    middle = min(middles, key=lambda one: float(np.median(np.nanmin(one, axis=1))))
     own = np.nanargmin(middle, axis=1)
     if np.mean(middle[np.arange(len(used)), own] > FAR) > MOST:
         return "markers elsewhere"
@@ -116,7 +125,8 @@ def silent(run: MarkerRun, before: MarkerRun) -> str:
     rate, start = np.polyfit(was, now, 1)
     if np.mean(np.abs(now - start - rate * was) * RATE > ALIKE * rate) > MOST:
         return f"other times, by up to {np.abs(now - was).max():.3f} s"
-    off = np.abs(run.fit.angle[used] - before.fit.angle[seen[own]]).max(axis=1)
+    side = 1 if middle is middles[0] else -1
+    off = np.abs(side * run.fit.angle[used] - before.fit.angle[seen[own]]).max(axis=1)
     if np.mean(off > NEAR) > MOST:
         return f"other angles, by up to {np.degrees(off.max()):.0f} deg"
     return ""

@@ -205,6 +205,15 @@ def test_a_marker_that_qualisys_did_not_see_first_takes_no_row_with_it(tmp_path)
     assert np.isnan(markers.place[0, 0]).all()
 
 
+def test_of_two_indices_the_one_with_lost_frames_counts(tmp_path) -> None:
+    path = write(tmp_path, "", numbers())
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([f",{lines[0]}", *(f"{k + 1},{line}" for k, line in enumerate(lines[1:]))]))
+    assert read_markers(path, **PX | FPS).time[-1] == pytest.approx(47 / RATE)
+    path.write_text("\n".join([f",{lines[0]}", *(f"{3 * k},{line}" for k, line in enumerate(lines[1:]))]))
+    assert "must have one index, but is 2 columns without a name that count" in told(path, **FPS)
+
+
 def test_labels_of_two_videos_are_no_track(tmp_path) -> None:
     (file,) = (file for file in FILES if file.name == "labels of DeepLabCut")
     path = file.write(tmp_path)

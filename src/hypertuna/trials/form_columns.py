@@ -169,19 +169,23 @@ def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
     Beside a clock, an index that only counts the rows says nothing. Without one, a column of growing numbers and of no
     known name may be a clock: nobody should have to guess.
     """
+    counting, lossy = [], []  # columns that may be an index, and those of them that do not only count the rows
     for k in (k for k in range(len(samples.head)) if k not in used):
         values, nameless = np.array([parse_float(text) for text in samples.text(k)]), INDEX.fullmatch(samples.head[k])
         step = np.diff(values)
         if len(values) < GROWING or not (np.isfinite(values).all() and (step > 0).all()):
             continue
         if nameless and (values == np.round(values)).all():
-            if not clock or (step != 1).any():
-                return k
+            counting.append(k)
+            lossy += [k] * bool((step != 1).any())
         elif not clock:
             key = f"column {samples.head[k]}" if samples.head[k] else f"column {k + 1}, which has no name"
             rule, fix = "grows from row to row, but nothing says what it counts", "call it frame, or time_s, or drop it"
             raise InputError(rule, file=samples.file, key=key, fix=fix)
-    return None
+    if len(lossy) > 1:
+        rule, fix = "must have one index", "call the column of frames frame, and drop the others"
+        raise InputError(rule, file=samples.file, value=f"{len(lossy)} columns without a name that count", fix=fix)
+    return next(iter(lossy if clock else [*lossy, *counting]), None)
 
 
 TEXTS: Sequence[tuple] = (  # type: ignore[type-arg]  # name, recognized, read
