@@ -45,11 +45,11 @@ def predict(unknowns: Unknowns, x: Array, rows: Sequence[Row]) -> Predicted:
                 log[k], jacobian[k] = values[row.quantity][at], slopes[row.quantity][at]
     towed = {k: row.run.speed for k, row in enumerate(rows) if isinstance(row.run, Tow)}
     if towed:
-        at, speeds = list(towed), np.array(list(towed.values()))
-        log[at] = _log_drag(unknowns, x, speeds)
+        places, speeds = list(towed), np.array(list(towed.values()))
+        log[places] = _log_drag(unknowns, x, speeds)
         for j, step in enumerate(STEP * np.eye(len(x))):
             ends = (_log_drag(unknowns, end, speeds) for end in (x + step, x - step))
-            jacobian[at, j] = np.subtract(*ends) / (2 * STEP)
+            jacobian[places, j] = np.subtract(*ends) / (2 * STEP)
     return Predicted(log, jacobian)
 
 
