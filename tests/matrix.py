@@ -65,18 +65,8 @@ COMMANDS = {
 
 
 # What they need of a robot: a gait, its twin, or fins and a pilot, too; others need a pump, muscles, or more.
-GAIT = {
-    "swim",
-    "sweep",
-    "turn",
-    "replay",
-    "trials check",
-    "identify",
-    "optimize",
-    "optimize ask",
-    "pareto",
-    "design ask",
-}
+GAIT = {"swim", "sweep", "turn", "replay", "trials check", "identify", "optimize", "optimize ask", "pareto"}
+GAIT |= {"design ask"}
 GAIT |= {"robot check ROBOT", "robot show ROBOT", "robot image ROBOT", "studio ROBOT", "export mjcf", "export sdf"}
 TWIN, AT_SEA_ALONE = {"twin", "range", "posture-test"}, {"dive", "mission box", "firmware params", "firmware wiring"}
 

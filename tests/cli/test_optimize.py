@@ -293,7 +293,7 @@ def test_another_search_in_the_same_file_is_refused(run: Run, state: str) -> Non
     assert "was started with seed = 1, but now it is 2" in errors
     code, _, errors = run("optimize", "ask", "--state", state, "--seed", "2")
     assert code == 2
-    assert "--seed needs --robot: without it, the search in the state file continues with its own options" in errors
+    assert "--seed needs --robot: without it, the state file continues with its own options" in errors
     for arguments in ((), ("--value", "0.1", "file.csv")):
         code, _, errors = run("optimize", "tell", "--state", state, *arguments)
         assert code == 2

@@ -56,6 +56,7 @@ def test_derivatives_are_those_of_differences(unknowns: Unknowns, gaits: list[ht
 
 def test_the_drag_of_a_tow_is_the_area_of_the_straight_body(unknowns: Unknowns) -> None:
     robot = unknowns.robot
+    assert robot.water.strip is not None
     area = float(np.dot(robot.water.strip.drag_tangential, robot.links.wetted_area))
     expected = 0.5 * robot.water.density * area * 0.4**2
     found = predict(unknowns, unknowns.mean, [Row(Tow(0.4), "drag")])

@@ -44,9 +44,12 @@ PLAIN = {
     "InputError": "an error",
     "Leg": "a leg of a dive, which shows it",
     "Limit": "an argument: three values",
+    "Measurement": "an argument: a number of a run",
     "Pose": "an argument: three values",
     "Sea": "an argument: three values",
     "Studio": "a page, not a result",
+    "TankDesign": "a file: what it asks for is shown",
+    "Tow": "an argument: one value",
 }
 NO_PLOT = {"Gaits": "plot_sweep draws what they swim", "SteadyRun": "one point of the figure of its trials"}
 KINDS = [
@@ -81,6 +84,7 @@ KINDS = [
     "pump",
     "scoreboard",
     "bench",
+    "next runs",
     "family",
 ]
 

@@ -43,13 +43,13 @@ def predict(unknowns: Unknowns, x: Array, rows: Sequence[Row]) -> Predicted:
             if isinstance(row.run, Gait):
                 at = place[row.run]
                 log[k], jacobian[k] = values[row.quantity][at], slopes[row.quantity][at]
-    towed = [k for k, row in enumerate(rows) if isinstance(row.run, Tow)]
+    towed = {k: row.run.speed for k, row in enumerate(rows) if isinstance(row.run, Tow)}
     if towed:
-        speeds = np.array([rows[k].run.speed for k in towed])  # type: ignore[union-attr]
-        log[towed] = _log_drag(unknowns, x, speeds)
+        places, speeds = list(towed), np.array(list(towed.values()))
+        log[places] = _log_drag(unknowns, x, speeds)
         for j, step in enumerate(STEP * np.eye(len(x))):
             ends = (_log_drag(unknowns, end, speeds) for end in (x + step, x - step))
-            jacobian[towed, j] = np.subtract(*ends) / (2 * STEP)
+            jacobian[places, j] = np.subtract(*ends) / (2 * STEP)
     return Predicted(log, jacobian)
 
 
