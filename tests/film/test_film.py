@@ -218,15 +218,20 @@ def test_what_is_no_film_is_refused(folder, damage) -> None:
         open_film(folder / "cut.mp4")
 
 
-def test_a_run_that_was_killed_goes_on(folder, run) -> None:
+@pytest.fixture(scope="module")
+def long(folder):
+    """A film of two blocks of the journal."""
+    film(folder / "long.mp4", lambda t: beating(t, speed=0.28), count=100, noise=2.0)
+    return folder / "long.mp4"
+
+
+def test_a_run_that_was_killed_goes_on(folder, long) -> None:
     """Blocks in the journal are not computed again, and the result is the same."""
     robot, done = ht.load(ROBOT), []
 
     class Killed(Exception):
         pass
 
-    truth = film(folder / "long.mp4", lambda t: beating(t, speed=0.22), count=130, noise=2.0)
-    assert len(truth) == 130
     own = {"depth": DEPTH, "sections": folder / "sections.csv"}
 
     def kill(count, total):
@@ -234,13 +239,11 @@ def test_a_run_that_was_killed_goes_on(folder, run) -> None:
             raise Killed
 
     with pytest.raises(Killed), Journal(folder / "journal", {"film": 1}) as journal:
-        track_film(robot, folder / "long.mp4", camera(EYE), **own, journal=journal, progress=kill)
+        track_film(robot, long, camera(EYE), **own, journal=journal, progress=kill)
     with Journal(folder / "journal", {"film": 1}) as journal:
         assert journal.known == 1
-        again = track_film(
-            robot, folder / "long.mp4", camera(EYE), **own, journal=journal, progress=lambda *now: done.append(now)
-        )
-    whole = track_film(robot, folder / "long.mp4", camera(EYE), **own)
+        again = track_film(robot, long, camera(EYE), **own, journal=journal, progress=lambda *now: done.append(now))
+    whole = track_film(robot, long, camera(EYE), **own)
     np.testing.assert_array_equal(again.tracked.unknowns, whole.tracked.unknowns)
 
 
@@ -284,8 +287,8 @@ def test_commands(folder, tmp_path) -> None:
     assert "--camera is missing" in ran.stderr
 
 
-def test_a_process_that_is_killed_leaves_a_journal_that_is_read(folder, tmp_path) -> None:
-    program = [sys.executable, "-m", "hypertuna", "trials", "track", str(folder / "long.mp4"), "--robot", ROBOT]
+def test_a_process_that_is_killed_leaves_a_journal_that_is_read(folder, long, tmp_path) -> None:
+    program = [sys.executable, "-m", "hypertuna", "trials", "track", str(long), "--robot", ROBOT]
     options = ["--camera", str(folder / "camera.toml"), "--depth", str(DEPTH), "-o", str(tmp_path / "run.toml")]
     more = ["--sections", str(folder / "sections.csv"), "--checkpoint", str(tmp_path / "journal")]
     child = subprocess.Popen([*program, *options, *more], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
