@@ -14,7 +14,6 @@ from hypertuna import _core
 from hypertuna.identification.coefficients import free, parameter_jacobian, prior_rows
 from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import identify
-from hypertuna.identification.names import default_names
 from hypertuna.identification.prediction import predict, weighted
 from hypertuna.swimming.beat import directional_derivatives, settle
 from hypertuna.swimming.model import core_model
@@ -151,18 +150,24 @@ FORCES = [
 ]
 
 
-def test_intervals_of_forces_hold_the_truth(fish: ht.Robot) -> None:
-    """Tows, a glide, a yaw decay, held thrusts and powers together, 20 draws of the noise: 19 of 20, but for chance."""
-    cruise = ht.named_gait(fish, "cruise")
+def test_intervals_of_forces_hold_the_truth(minnow: ht.Robot) -> None:
+    """Without a swim: tows, a glide, a yaw decay, held thrusts and powers together, in 10 draws of 2 % of noise.
+
+    Drag along, drag across and added mass are told to 15 % or better; of 30 intervals of 95 %, 27 hold the truth.
+    """
+    cruise, names = ht.named_gait(minnow, "cruise"), ("drag_tangential", "drag_normal", "added_mass_normal")
     beats = [replace(cruise, frequency=f * cruise.frequency) for f in (0.6, 1.0)]
     runs = FORCES + [HeldThrust(f"held {k}", 1.0, gait=g) for k, g in enumerate(beats)]
     runs += [PowerRun(f"power {k}", 1.0, gait=g) for k, g in enumerate(beats)]
-    names, inside = default_names(fish), 0
-    for seed in range(20):
+    free_names, ends = [f"water.strip.{name}=common" for name in names], []
+    for seed in range(10):
         rng = np.random.default_rng(seed)
-        fit = identify(fish, Trials(tuple(made(fish, run, 0.02, rng) for run in runs)), names, validate=0, starts=1)
-        inside += sum(row["low"] <= 1 <= row["high"] for row in fit.parameters)
-    assert 0.9 * 20 * len(names) <= inside
+        trials = Trials(tuple(made(minnow, run, 0.02, rng) for run in runs))
+        fit = identify(minnow, trials, free_names, validate=0, starts=1)
+        ends += [(row["low"], row["high"]) for row in fit.parameters]
+    low, high = np.array(ends).T
+    assert np.median((high - low).reshape(-1, 3) / 2, axis=0).max() < 0.15
+    assert ((low <= 1) & (high >= 1)).sum() >= 27
 
 
 def test_forces_in_another_unit_or_of_the_other_sign_are_unlikely(fish: ht.Robot) -> None:

@@ -15,8 +15,8 @@ from hypertuna.description.robot import Robot
 from hypertuna.display import Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.tables import read_table
-from hypertuna.ranges import CELL, POSITIVE
-from hypertuna.trials.steady import number
+from hypertuna.ranges import CELL
+from hypertuna.trials.steady import SIZE, number
 
 MIN_ROWS = 4  # of a decay: one of them goes into the rate at its start
 
@@ -80,7 +80,7 @@ def read_decays(path: str | Path, robot: Robot, made: type[D]) -> tuple[D, ...]:
     def row(_: int, cells: dict[str, str]) -> tuple[str, float, float, float]:
         fix = "give a number, or leave out the line"
         time, value = (CELL.check(number(cells[key], key), key, fix) for key in ("time", "value"))
-        sd = POSITIVE.check(number(cells["sd"], "sd"), "sd", "leave it out") if cells.get("sd") else math.nan
+        sd = SIZE.check(number(cells["sd"], "sd"), "sd", "leave it out") if cells.get("sd") else math.nan
         return cells.get("name") or Path(path).stem, time, value, sd
 
     rows = table.parse(row, keys, own)
