@@ -22,7 +22,7 @@ def next_runs_card(result: NextRuns) -> Card:
                 one.name,
                 one.why,
                 run_text(one.run),
-                ", ".join(_expected(v, w, UNITS[name]) for name, (v, w) in one.expected.items()),
+                _expected(*next((*row, UNITS[name]) for name, row in one.expected.items())),
                 f"{100 * one.half_width:.2g}",
             )
             for one in result.choices
@@ -31,7 +31,7 @@ def next_runs_card(result: NextRuns) -> Card:
         narrowed = {name: (old, new) for one in result.choices for name, (old, new) in one.narrowed.items()}
         if narrowed:
             each = ", ".join(f"{name} {old:.2f} → {new:.2f}" for name, (old, new) in narrowed.items())
-            parts.append(f"These runs narrow (standard deviations of logarithms): {each}.")
+            parts.append(f"These runs narrow (standard deviations, of logarithms in log scale): {each}.")
     if result.stop:
         parts.append((result.stop, "green"))
     parts += [(warning, "yellow") for warning in result.warnings]

@@ -14,6 +14,7 @@ from hypertuna.design.runs import Measurement, Run, run_text, shared_frequency
 
 MISSED = 3.0  # standard deviations: a measurement so far from its prediction contradicts the model
 LOOSE = 2.0  # noises: repeats that differ more have another source of error
+OPEN = 0.1  # relative standard deviation: less is known well enough
 NAMED = 4  # coefficients in a sentence
 DRIFTS = 3.0  # standard deviations of a slope
 
@@ -57,16 +58,17 @@ def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence
         found += [sentence] if sentence else []
     if posterior.day:
         found.append(f"Days differ by {100 * posterior.day:.1f} %: begin each day with a repeat.")
-    prior = posterior.unknowns.sd
-    share = never / prior
-    blind = [k for k in np.argsort(-share) if share[k] > NEVER]
+    known = [one.scale == "log" for one in posterior.unknowns.free]
+    size = np.where(known, 1.0, np.maximum(np.abs(posterior.unknowns.mean), 1e-12))
+    prior, never = posterior.unknowns.sd / size, never / size
+    blind = [k for k in np.argsort(-never / prior) if never[k] > max(NEVER * prior[k], OPEN)]
     if blind:
         names = posterior.unknowns.names
         each = ", ".join(f"{names[k]} {never[k]:.2f} of {prior[k]:.2f}" for k in blind[:NAMED])
         rest = f" and {len(blind) - NAMED} more" if len(blind) > NAMED else ""
         found.append(
-            "No run in this tank tells much of some coefficients: of their priors' standard deviations remain "
-            f"{each}{rest}."
+            "No run in this tank tells much of some coefficients: of the relative standard deviations of their priors "
+            f"remain {each}{rest}."
         )
     return found
 

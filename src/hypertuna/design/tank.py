@@ -90,7 +90,7 @@ class TankDesign(Closing):
 
     Examples
     --------
-    >>> with TankDesign(None, "hypertuna") as tank:
+    >>> with TankDesign(None, "rexeel") as tank:
     ...     tank.ask().choices[0].name
     'run-01'
     """
