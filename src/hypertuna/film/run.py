@@ -23,7 +23,8 @@ from hypertuna.film.view import View, view_of
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import write_atomically
 from hypertuna.trials.importers import manifest_text
-from hypertuna.trials.marker_import import Frames, stretches_of, write_recording
+from hypertuna.trials.marker_import import stretches_of, write_recording
+from hypertuna.trials.marker_run import Frames
 
 LEAST_OK = 0.5  # part of the frames
 MAX_OFF = 0.10  # relative: the fish's length by the camera over that of the robot
