@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -158,8 +157,10 @@ def test_the_commands(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         ("optimize ask --state STATE", "must be the state of an experiment"),
     ],
 )
-def test_mistakes_are_one_sentence(run: Run, begun: Path, words: str, sentence: str) -> None:
-    os.chdir(begun.parent)
+def test_mistakes_are_one_sentence(
+    run: Run, begun: Path, monkeypatch: pytest.MonkeyPatch, words: str, sentence: str
+) -> None:
+    monkeypatch.chdir(begun.parent)
     texts = words.replace("ROBOT", str(MINNOW)).replace("STATE", str(begun)).split()
     code, _, errors = run(*texts)
     assert code == 2

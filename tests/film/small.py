@@ -1,5 +1,7 @@
 """A small fish, and small films of it with what they show."""
 
+from pathlib import Path
+
 import numpy as np
 
 import hypertuna as ht
@@ -7,7 +9,7 @@ from film.rendered import Eye, Fish, Scene, frames, write_film
 from hypertuna.film.camera import Camera
 from hypertuna.film.sections import Body
 
-ROBOT = "examples/minnow.toml"
+ROBOT = str(Path(__file__).parents[2] / "examples/minnow.toml")
 DEPTH = 0.08  # m
 
 

@@ -211,7 +211,7 @@ def test_errors_name_line_column_rule_value_and_fix(tmp_path):
     assert "--individual must be one of eel, perch: choose the animal" in told(read_markers, path, frame_rate=30.0)
     assert "did you mean eel?" in told(read_markers, path, frame_rate=30.0, individual="eels")
     (tmp_path / "a.h5").write_bytes(b"")
-    assert "export CSV" in told(read_markers, tmp_path / "a.h5")
+    assert "must be a whole HDF5 file" in told(read_markers, tmp_path / "a.h5")
 
 
 def test_places_of_markers(tmp_path):
