@@ -48,8 +48,8 @@ class DesignOptions:
         list[Any] | None,
         opt.option(
             ("--prior",),
-            "Factor by which the robot's value of a coefficient may be off; repeatable. (default: the covariance in "
-            "[fit], and for other coefficients the factors of data/published/bounds.toml)",
+            "Factor by which the robot's value of a coefficient may be off; repeatable. (default: the covariance of "
+            "the robot's fit, and for other coefficients the factors of data/published/bounds.toml)",
             "NAME=FACTOR",
             _prior,
         ),

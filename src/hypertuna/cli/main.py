@@ -55,7 +55,10 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
         ),
         "design": (
             {
-                "ask": ("design:ask_command", "Print the runs to make next, what each narrows, and when to stop."),
+                "ask": (
+                    "design:ask_command",
+                    "Print the next runs for the tank, what each narrows.",
+                ),
                 "tell": ("design:tell_command", "Enter what the runs measured."),
             },
             "Experimental design: which run the tank makes next.",

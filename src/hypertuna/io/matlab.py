@@ -5,6 +5,7 @@ Cells and structures are walked; objects, functions and complex parts are left o
 
 import struct
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -79,7 +80,7 @@ def dense(rows: int, values: Array, row: Array, begin: Array, *, file: str) -> A
     return array
 
 
-def _elements(data: bytes, order: str):  # type: ignore[no-untyped-def]
+def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
     """Yield type and content of each element: its tag, or the short one in which small content stands itself."""
     at = 0
     while at + 8 <= len(data):

@@ -162,11 +162,11 @@ def _sleap(file: Hdf5, individual: str | None) -> Points:
     notes: tuple[str, ...] = ()
     if individual is None and len(used) > 1 and there.sum(axis=0).max() == 1:
         which = there.argmax(axis=0)
-        own = (which, np.arange(len(which)))
+        own: tuple[Any, ...] = (which, np.arange(len(which)))
         few = ", ".join(names[k] for k in used[:12])
         notes = (f"the tracks {few} are never there at the same time, and are read as one animal",)
     else:
-        own = (names.index(choose_individual(file.file, [names[k] for k in used], individual)),)  # type: ignore[assignment]
+        own = (names.index(choose_individual(file.file, [names[k] for k in used], individual)),)
     frame = np.arange(float(place.shape[1]))
     return Points(
         "SLEAP", file.file, tuple(nodes), place[own], weight[own], Rows("frame", frame), frame=frame, notes=notes
@@ -183,7 +183,8 @@ def _matlab(file: Hdf5) -> dict[str, Array]:
             continue
         arrays[name.replace("/", ".")] = np.asarray(array.T)
     for name, about in file.attributes.items():
-        rows, parts = about.get("MATLAB_sparse"), [file.arrays.get(f"{name}/{part}") for part in ("data", "ir", "jc")]
-        if isinstance(rows, int) and 0 < rows < 10_000_000 and all(part is not None for part in parts):
-            arrays[name.replace("/", ".")] = dense(rows, *parts, file=file.file)  # type: ignore[arg-type]
+        rows, names = about.get("MATLAB_sparse"), [f"{name}/{part}" for part in ("data", "ir", "jc")]
+        if isinstance(rows, int) and 0 < rows < 10_000_000 and all(part in file.arrays for part in names):
+            values, row, begin = (file.arrays[part] for part in names)
+            arrays[name.replace("/", ".")] = dense(rows, values, row, begin, file=file.file)
     return arrays

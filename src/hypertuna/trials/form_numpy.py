@@ -50,7 +50,7 @@ def _numbers(file: str, arrays: dict[str, Array], name: str, shape: tuple[int, .
 def _poses(file: str, arrays: dict[str, Array], poses: dict[str, Array]) -> Points:
     """Read poses: points [px] that are infinite where they are missing."""
     count = next(iter(poses.values())).shape[:1]
-    numbers = sorted({int(POSE.fullmatch(name)[2]) for name in poses})  # type: ignore[index]
+    numbers = sorted({int(match[2]) for name in poses if (match := POSE.fullmatch(name))})
     axes = [np.stack([_numbers(file, arrays, f"pose{axis}{k}", count) for k in numbers], axis=1) for axis in "XY"]
     return _of_trex(file, arrays, tuple(f"pose{k}" for k in numbers), np.stack(axes, axis=-1), "frame")
 
