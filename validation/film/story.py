@@ -21,7 +21,8 @@ from hypertuna.film.run import track_film, write_film_run
 
 HIDDEN = {"drag_tangential": 2.0, "drag_normal": 0.667, "added_mass_normal": 1.25}  # factors on the file's values
 FILMED = {"cruise": (2.5, 0.0, 3.0), "slow": (1.5, 0.0, 5.0), "fast": (4.0, 0.0, 2.0), "turn": (2.5, 8.0, 3.0)}
-UNSEEN = (1.0, 2.0, 3.0, 3.5)  # Hz
+# Frequency [Hz], factors on amplitudes and phase lags: at one shape of the gait all speeds go with the frequency.
+UNSEEN = ((2.0, 1.0, 1.0), (2.0, 0.6, 1.0), (3.0, 1.0, 0.5), (1.5, 0.8, 1.5), (3.5, 0.5, 0.7))
 RESULT = Path(__file__).parent / "story.json"
 
 
@@ -33,10 +34,11 @@ def hidden(robot):
     return parse(document, file="hidden")
 
 
-def gait(robot, frequency, bias=0.0):
-    """The gait of a film: that of the cruise, at another frequency, and bent by `bias` [deg]."""
+def gait(robot, frequency, bias=0.0, swing=1.0, lag=1.0):
+    """The gait of the cruise at another frequency, bent by `bias` [deg], with factors on its amplitudes and phases."""
     cruise = ht.named_gait(robot, "cruise")
-    return ht.Gait(frequency, cruise.amplitude, cruise.phase, (np.radians(bias),) * len(cruise.amplitude))
+    amplitude, phase = swing * np.array(cruise.amplitude), lag * np.array(cruise.phase)
+    return ht.Gait(frequency, tuple(amplitude), tuple(phase), (np.radians(bias),) * len(amplitude))
 
 
 def filmed(folder, name, robot, truth, seed):
