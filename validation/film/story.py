@@ -61,12 +61,12 @@ def story(seed):
     with tempfile.TemporaryDirectory() as place:
         manifests = [filmed(Path(place), name, robot, truth, 100 * seed + k) for k, name in enumerate(FILMED)]
         fit = ht.identify(robot, ht.read_trials([str(path) for path in manifests], robot), validate=0)
-    speeds = {
-        f"{f:g} Hz": round(
-            100 * (ht.swim(fit.robot, gait(robot, f)).speed / ht.swim(truth, gait(robot, f)).speed - 1), 2
-        )
-        for f in UNSEEN
-    }
+    speeds = {}
+    for frequency, swing, lag in UNSEEN:
+        unseen = gait(robot, frequency, swing=swing, lag=lag)
+        before, after, true = (ht.swim(one, unseen).speed for one in (robot, fit.robot, truth))
+        name = f"{frequency:g} Hz, {swing:g} of the amplitudes, {lag:g} of the lags"
+        speeds[name] = {"file": round(100 * (before / true - 1), 2), "fit": round(100 * (after / true - 1), 2)}
     parts = {
         name: [round(float(part[key]), 4) for key in ("value", "low", "high")]
         for name, part in zip(HIDDEN, fit.parameters, strict=True)
