@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from study import EYE, RATE, RIPPLE, ROOT
+from ripples import EYE, RATE, RIPPLE, ROOT
 
 import hypertuna as ht
 from film.rendered import Scene, frames, moved, swim_motion, write_film

@@ -1,4 +1,4 @@
-"""Errors and intervals of tracked films with ripples: python validation/film/study.py [SEEDS] [FIRST].
+"""Errors and intervals of tracked films with ripples: python validation/film/ripples.py [SEEDS] [FIRST].
 
 Films of the settled cruise of examples/minnow.toml, six beats at 60 frames/s, a fish of 200 px; ripples of 0.7 px and
 caustics of 6 % drawn anew by every seed, noise of 3 gray levels, H.264 at crf 26. Place and heading at the start
