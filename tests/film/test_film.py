@@ -95,7 +95,7 @@ def test_files_are_those_of_markers(run, folder) -> None:
 
 
 def test_the_same_upside_down(folder, run) -> None:
-    """Nose and tail are told by the shape and the motion, not by left and right."""
+    """Nose and tail are told apart by the shape and the motion, not by left and right."""
     frames = (picture[::-1, ::-1] for _, picture in open_film(folder / "calm.mp4").frames())
     write_film(folder / "turned.mp4", frames, crf=12)
     eye = replace(EYE, place=(-EYE.place[0], -EYE.place[1], EYE.place[2]))

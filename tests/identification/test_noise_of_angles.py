@@ -1,4 +1,4 @@
-"""Angles tracked through ripples: noise of 2 deg that is taken for motion, unless its size and memory are told."""
+"""Angles tracked through ripples: noise of 2 deg that is taken for motion, unless its size and memory are stated."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ ALIKE = 0.4  # frames: times that are the same
 NEAR = np.radians(4)  # angles that are the same
 FAR = 2e-3  # m: markers that are elsewhere
 MOST = 0.05  # of the frames may differ: one damaged number changes one frame
-ROWS_ONLY = "each row counts as the next frame"  # a form without a clock is told with every file
+ROWS_ONLY = "each row counts as the next frame"  # said of every file of a form without a clock
 Rows = list[list[str]]
 Change = Callable[[bytes, random.Random], bytes]
 

@@ -14,6 +14,7 @@ import json
 import sys
 import time
 from collections.abc import Sequence
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -134,7 +135,7 @@ def main() -> None:
     records = []
     with Journal(options.output, {"kind": "study of designs", "options": {"first_seed": FIRST_SEED}}) as journal:
         for seed, linear, how in product(range(FIRST_SEED, FIRST_SEED + options.draws), (False, True), AFTER):
-            work = lambda seed=seed, linear=linear, how=how: repeat(unknowns, how, seed, linear)  # noqa: E731
+            work = partial(repeat, unknowns, how, seed, linear)
             records.append(journal.answer([seed, linear, how], work))
     made = {"summary": summary(records)} | provenance(unknowns.robot)
     text = json.dumps(made, indent=1)

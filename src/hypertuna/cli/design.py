@@ -80,7 +80,7 @@ def ask_command(
     """Print the next runs for the tank, what each narrows, and what no run can tell; or that the design is complete.
 
     The first call defines the design, for a robot file that `hypertuna identify -o` wrote or any other; later ones need
-    --state alone. Asking again gives the same runs until one of them is told.
+    --state alone. Asking again gives the same runs until the result of one is entered.
     """
     if not robot:
         check_later(context, {"state", "runs", "output", "report", "plot", "as_json"})

@@ -17,8 +17,6 @@ from hypertuna.errors import InputError
 from hypertuna.io.files import version
 from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
-MANIFEST = Annotated[str, opt.file("--output", "the manifest", ".toml")]
-
 
 @dataclass(frozen=True)
 class FilmOptions:
@@ -43,7 +41,7 @@ def track_command(
     film: Annotated[str, typer.Argument(help="Film of the robot from above, of constant frame rate.")],
     robot: opt.RobotOptions,
     options: FilmOptions,
-    output: MANIFEST,
+    output: opt.Manifest,
     overlay: Annotated[str | None, opt.file("--overlay", "the film with the outline over it", ".mp4")] = None,
     plot: opt.Plot = None,
     checkpoint: opt.Checkpoint = None,

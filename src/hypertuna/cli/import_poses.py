@@ -19,7 +19,7 @@ JOINTS = "joint angles: the file has none. Name a CSV file of them in the manife
 def import_poses_command(
     file: Annotated[str, typer.Argument(help="Bag of ROS 2 (.mcap, .db3, or its folder), or table with quaternions.")],
     robot: opt.RobotOptions,
-    output: Annotated[str, opt.file("--output", "the manifest", ".toml")],
+    output: opt.Manifest,
     topic: Annotated[str | None, opt.text("--topic", "Topic of the poses; of transforms, TOPIC:FRAME.")] = None,
     joints: Annotated[
         str, opt.text("--joints", "Names of the joints from head to tail, separated by commas.", "NAME,...")

@@ -367,6 +367,7 @@ SHARDS = ".shards"  # of a folder
 FIGURES = (".svg", ".png", ".pdf")
 AsJson = Annotated[bool, flag("--json", "Print one JSON object.")]
 Plot = Annotated[str | None, file("--plot", "the plot", *FIGURES)]
+Manifest = Annotated[str, file("--output", "the manifest", ".toml")]
 TableOutput = Annotated[str | None, file("--output", "the data", ".nc", ".csv")]
 ShardsOutput = Annotated[
     str | None,

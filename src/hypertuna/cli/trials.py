@@ -72,13 +72,12 @@ trials_app.add_typer(import_app, name="import")
 import_app.command("poses")(import_poses_command)
 trials_app.command("track")(track_command)
 trials_app.command("camera")(camera_command)
-MANIFEST = Annotated[str, opt.file("--output", "the manifest", ".toml")]
 
 
 @import_app.command("folder")
 def import_folder_command(
     folder: Annotated[str, typer.Argument(help="Folder of published files; they stay where they are.")],
-    output: MANIFEST,
+    output: opt.Manifest,
     format: Annotated[str, opt.text("--format", "Format of the folder: rexeel.")] = "rexeel",
 ) -> None:
     """Write a manifest for published files as they stand: columns, units, axes."""
@@ -152,7 +151,7 @@ def import_markers_command(
     files: Annotated[list[str], typer.Argument(help="CSV files of tracked markers or midlines, a run each.")],
     robot: opt.RobotOptions,
     markers: MarkerOptions,
-    output: MANIFEST,
+    output: opt.Manifest,
     plot: opt.Plot = None,
     as_json: opt.AsJson = False,
 ) -> None:

@@ -13,7 +13,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.mistakes import translate
 from hypertuna.errors import InputError
 from hypertuna.film.camera import Camera
-from hypertuna.film.numbers import read_numbers
+from hypertuna.film.numbers import read_rows
 from hypertuna.film.source import Film, open_film
 from hypertuna.io.extras import need
 from hypertuna.ranges import CELL
@@ -67,7 +67,7 @@ def calibrate(
 
 def read_corners(path: str | Path) -> tuple[Array, Array]:
     """Read points of the tank from a CSV file: pixels (n, 2) and places (n, 2) [m]."""
-    rows = read_numbers(path, COLUMNS, CELL, "give pixels and meters of each point")
+    rows = read_rows(path, COLUMNS, CELL, "give pixels and meters of each point")
     if len(rows) < CORNERS:
         rule, fix = f"must have {CORNERS} points of the tank at least", "add the other corners"
         raise InputError(rule, file=str(path), value=f"{len(rows)}", fix=fix)
@@ -85,7 +85,7 @@ def _camera(values: dict[str, Any]) -> Camera:
 def _placed(
     values: dict[str, Any], pixels: Array, places: Array, depth: float, height: float, focal: float | None, file: str
 ) -> tuple[Camera, Array]:
-    """Return the camera that sees points of the tank at their pixels, and what is left [px]."""
+    """Return the camera that sees points of the tank at their pixels, and the residuals [px]."""
     middle, spread = places.mean(axis=0), pixels - pixels.mean(axis=0)
     around = places - middle
     # a turn and a scale from pixels (y down) to places begin the search

@@ -22,7 +22,7 @@ class Beat:
 
     frequency: float  # Hz
     harmonics: Array  # (1 + 2 HARMONICS, groups) [rad]: mean, then cosine and sine of each
-    noise: Array  # (groups,) [rad]: standard deviation of what is left
+    noise: Array  # (groups,) [rad]: standard deviation of the residuals
     memory: float  # s: over which it is correlated
     beats: float  # in the film
 

@@ -28,7 +28,7 @@ from hypertuna.trials.marker_run import Frames
 
 LEAST_OK = 0.5  # part of the frames
 MAX_OFF = 0.10  # relative: the fish's length by the camera over that of the robot
-TOLD_OFF = 0.02  # relative: the same, where it is told
+WARN_OFF = 0.02  # relative: the same, beyond which it is reported
 BACKWARD = 0.2  # body lengths: a fish that goes tail first for longer is taken the other way round
 
 
@@ -114,7 +114,7 @@ class FilmRun:
     def warnings(self) -> list[str]:
         """Sentences on what to check."""
         told = []
-        if abs(self.size - 1) > TOLD_OFF:
+        if abs(self.size - 1) > WARN_OFF:
             percent = f"{100 * abs(self.size - 1):.1f} % {'longer' if self.size > 1 else 'shorter'}"
             used = "the fish's own length" if self.scale == "fish" else "the camera"
             told.append(

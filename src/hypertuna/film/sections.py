@@ -14,7 +14,7 @@ from hypertuna.description.pose import group_shares
 from hypertuna.description.robot import Robot
 from hypertuna.description.shape import Shape
 from hypertuna.errors import InputError
-from hypertuna.film.numbers import read_numbers
+from hypertuna.film.numbers import read_rows
 from hypertuna.ranges import Range
 
 STATIONS = 201
@@ -117,7 +117,7 @@ def _estimated(robot: Robot, stations: Array) -> Array:
 def _read(path: str | Path, stations: Array) -> Array:
     """Read half widths and heights (stations, 2) [m] from a CSV file."""
     missing = "measure widths and heights at a dozen stations, nose and tail tip among them"
-    rows = read_numbers(path, COLUMNS, SIZE, missing)
+    rows = read_rows(path, COLUMNS, SIZE, missing)
     place, width, height = rows.T
     total = float(stations[-1])
     if len(rows) < 3 or (np.diff(place) <= 0).any() or abs(place[0]) > 0 or abs(place[-1] / total - 1) > 0.02:

@@ -1,16 +1,25 @@
 """Base of the forms of text: points of named columns, columns of time and frames, and what holds one point only."""
 
 import re
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hypertuna.errors import InputError
-from hypertuna.trials.grid import Samples
+from hypertuna.trials.grid import Grid, Samples
 from hypertuna.trials.points import Points
 
 AXES = {"x": 0, "y": 1, "z": 2}
 FIX = "name columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ..."
+
+
+class Text(NamedTuple):
+    """A form of text files or sheets."""
+
+    name: str
+    recognized: Callable[[Grid], bool]
+    read: Callable[[Grid, str | None], Points]
 
 
 def of_columns(

@@ -11,8 +11,8 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.door import CELLS, read_bytes
-from hypertuna.trials.form_arrays import Rows, seen
-from hypertuna.trials.points import Points
+from hypertuna.trials.form_arrays import seen
+from hypertuna.trials.points import Points, Rows
 
 BLOCK, MARK = 512, 80  # bytes; second byte of the file and of its parameters
 INTEL, DEC, SGI = 84, 85, 86  # kinds of processors: order of bytes, and form of floats

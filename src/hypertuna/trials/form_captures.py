@@ -1,13 +1,12 @@
 """Text forms of motion capture and of digitizing by hand: Motive (OptiTrack), Qualisys, and DLTdv."""
 
 import re
-from collections.abc import Sequence
 
 import numpy as np
 
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import parse_float
-from hypertuna.trials.form import of_columns, time_and_frame
+from hypertuna.trials.form import Text, of_columns, time_and_frame
 from hypertuna.trials.grid import FIRST_LINES, Grid
 from hypertuna.trials.points import Points, choose_individual
 
@@ -154,8 +153,8 @@ def _digitized(grid: Grid, individual: str | None) -> Points:
     )
 
 
-TEXTS: Sequence[tuple] = (  # type: ignore[type-arg]  # name, recognized, read
-    ("Motive", _is_motive, _motive),
-    ("Qualisys", _is_qualisys, _qualisys),
-    ("DLTdv", _is_digitized, _digitized),
+TEXTS = (
+    Text("Motive", _is_motive, _motive),
+    Text("Qualisys", _is_qualisys, _qualisys),
+    Text("DLTdv", _is_digitized, _digitized),
 )

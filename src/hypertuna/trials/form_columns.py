@@ -8,7 +8,7 @@ import numpy as np
 from hypertuna.errors import InputError
 from hypertuna.io.door import CELLS
 from hypertuna.io.tables import parse_float
-from hypertuna.trials.form import FIX, of_columns, one_point, plain, time_and_frame
+from hypertuna.trials.form import FIX, Text, of_columns, one_point, plain, time_and_frame
 from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
 from hypertuna.trials.points import Points, choose_individual
 from hypertuna.trials.tracks import LENGTHS
@@ -188,8 +188,8 @@ def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
     return next(iter(lossy if clock else [*lossy, *counting]), None)
 
 
-TEXTS: Sequence[tuple] = (  # type: ignore[type-arg]  # name, recognized, read
-    ("rows of frames and markers", _is_long, _long),
-    ("a table of tracked objects", _is_lone, _lone),
-    ("plain columns", lambda grid: True, _plain),
+TEXTS = (
+    Text("rows of frames and markers", _is_long, _long),
+    Text("a table of tracked objects", _is_lone, _lone),
+    Text("plain columns", lambda grid: True, _plain),
 )

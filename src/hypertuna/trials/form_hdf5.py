@@ -11,9 +11,9 @@ from hypertuna.errors import InputError, shown
 from hypertuna.io.hdf5 import Hdf5, read_hdf5
 from hypertuna.io.matlab import dense
 from hypertuna.trials.form import one_point
-from hypertuna.trials.form_arrays import Rows, seen
+from hypertuna.trials.form_arrays import seen
 from hypertuna.trials.form_matlab import points_of_arrays
-from hypertuna.trials.points import Points, choose_individual
+from hypertuna.trials.points import Points, Rows, choose_individual
 
 AXES = ("x", "y", "z")
 LEVELS = 6  # of names of columns: scorer, individuals, bodyparts, coords

@@ -1,12 +1,11 @@
 """Text forms of programs that track poses: DeepLabCut and Lightning Pose, SLEAP, TRex, idtracker.ai."""
 
 import re
-from collections.abc import Sequence
 
 import numpy as np
 
 from hypertuna.errors import InputError
-from hypertuna.trials.form import of_columns, one_point
+from hypertuna.trials.form import Text, of_columns, one_point
 from hypertuna.trials.grid import Grid, Samples
 from hypertuna.trials.points import Points, choose_individual
 
@@ -147,9 +146,9 @@ def _idtracker(grid: Grid, individual: str | None) -> Points:
     raise one_point("idtracker.ai", grid.file, fix)
 
 
-TEXTS: Sequence[tuple] = (  # type: ignore[type-arg]  # name, recognized, read
-    ("DeepLabCut", _is_deeplabcut, _deeplabcut),
-    ("SLEAP", _is_sleap, _sleap),
-    ("TRex", _is_trex, _trex),
-    ("idtracker.ai", _is_idtracker, _idtracker),
+TEXTS = (
+    Text("DeepLabCut", _is_deeplabcut, _deeplabcut),
+    Text("SLEAP", _is_sleap, _sleap),
+    Text("TRex", _is_trex, _trex),
+    Text("idtracker.ai", _is_idtracker, _idtracker),
 )

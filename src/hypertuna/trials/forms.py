@@ -5,7 +5,6 @@ To add a form, write a module with `read(path, individual) -> Points` and its li
 of a sheet can make a `Grid`, and give it to `points_of_grid`.
 """
 
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
@@ -30,14 +29,6 @@ class Form(NamedTuple):
     tracks: bool = False  # whether it holds tracked points and nothing else
 
 
-class Text(NamedTuple):
-    """A form of text files or sheets."""
-
-    name: str
-    recognized: Callable[[Grid], bool]
-    read: Callable[[Grid, str | None], Points]
-
-
 EXPORT = "export CSV: analyze_videos(..., save_as_csv=True) in DeepLabCut, Export Analysis CSV in SLEAP"
 POSES = "import its poses: hypertuna trials import poses"
 FORMS: tuple[Form, ...] = (
@@ -57,11 +48,8 @@ FORMS: tuple[Form, ...] = (
     Form("a video", (".mp4", ".avi", ".mov", ".mkv"), fix="track its markers, and give the table of their places"),
     Form("a zip archive", (".zip",), (b"PK\x03\x04",), fix="unpack it"),
 )
-TEXTS: tuple[Text, ...] = (
-    *(Text(*one) for one in form_poses.TEXTS),
-    *(Text(*one) for one in form_captures.TEXTS),
-    *(Text(*one) for one in form_columns.TEXTS),  # plain columns last: they are what is no other form
-)
+# plain columns last: they are what is no other form
+TEXTS = (*form_poses.TEXTS, *form_captures.TEXTS, *form_columns.TEXTS)
 
 
 def read_points(path: str | Path, individual: str | None = None) -> Points:

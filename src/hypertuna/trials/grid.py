@@ -13,6 +13,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.io.door import LONGEST
 from hypertuna.io.tables import parse_float, read_lines, split_line
 from hypertuna.ranges import CELL
+from hypertuna.trials.points import Rows
 
 MISSING = ("", "nan", "na", "n/a", "none", "null", "-", "<na>", "#n/a")
 WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0}  # of visibility
@@ -21,19 +22,6 @@ DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 IMAGE = re.compile(
     r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII
 )  # the number of a frame at the end of its image's name
-
-
-class Lines(Sequence[str]):
-    """What rows are called in errors: the numbers of their lines."""
-
-    def __init__(self, numbers: Sequence[int]) -> None:
-        self.numbers = numbers
-
-    def __len__(self) -> int:
-        return len(self.numbers)
-
-    def __getitem__(self, row):  # type: ignore[no-untyped-def]  # one or a slice
-        return Lines(self.numbers[row]) if isinstance(row, slice) else f"line {self.numbers[row]}"
 
 
 @dataclass(frozen=True)
@@ -67,9 +55,9 @@ class Samples:
     rows: list[tuple[int, list[str]]]
 
     @property
-    def where(self) -> Lines:
+    def where(self) -> Rows:
         """What the rows are called."""
-        return Lines([line for line, _ in self.rows])
+        return Rows("line", [line for line, _ in self.rows])
 
     def only(self, keep: Sequence[int]) -> "Samples":
         """Return some of the rows."""

@@ -124,6 +124,26 @@ class Rows(ABC):
         return [{} for _ in range(1 if self.one_motion else self.runs)]
 
 
+def spans(columns: Mapping[str, Sequence[float]]) -> dict[str, list[float]]:
+    """Return minimum and maximum of the columns that hold numbers."""
+    return {name: [min(values), max(values)] for name, values in columns.items() if values}
+
+
+def span_lines(summary: Mapping[str, Any]) -> Iterator[str]:
+    """Lay out the spans of a summary, and what it does not give."""
+    for name, span in summary.items():
+        if isinstance(span, list):
+            low, high = (f"{round(value, 12):.4g}" for value in span)
+            yield f"  {name}: {low}" + f" to {high}" * (high != low)
+        elif span is None:
+            yield f"  {name}: not given"
+
+
+def evenly_spaced(trials: Sequence[T], count: int) -> Sequence[T]:
+    """Return about `count` of the trials."""
+    return trials[:: max(1, len(trials) // count)]
+
+
 class Kind(ABC, Generic[T]):
     """A kind of trial: its members have a `name` and a `file`."""
 

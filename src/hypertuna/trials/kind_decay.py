@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -74,9 +75,9 @@ class Decays(Kind[D]):
     transient = True
     axis: ClassVar[int]
 
+    @abstractmethod
     def begin(self, robot: Robot) -> Array:
         """Return the twist (3,) of the nose per unit of the first value."""
-        raise NotImplementedError
 
     def motion(self, trial: D) -> dict[str, float]:
         """Return nothing: it has no beat."""

@@ -17,8 +17,19 @@ from hypertuna.errors import InputError
 from hypertuna.swimming.beat import DEFAULT_STEPS, directional_derivatives, settle
 from hypertuna.swimming.gait import Gait, Gaits, gait_text
 from hypertuna.swimming.model import core_model, parameter_names
-from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
-from hypertuna.trials.kind_steady import UNSTABLE, USABLE
+from hypertuna.trials.kind import (
+    FAILED,
+    Kind,
+    Point,
+    Prediction,
+    Quantity,
+    Rows,
+    Sample,
+    evenly_spaced,
+    span_lines,
+    spans,
+)
+from hypertuna.trials.kind_steady import UNSTABLE, USABLE, with_cost_factor
 from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow
 from hypertuna.trials.plausibility import FAR
 
@@ -58,11 +69,7 @@ class PowerRows(Rows):
                 options: dict[str, Any] = {"model": at.model, "steps": at.gradient_steps, "threads": at.threads}
                 by = directional_derivatives(at.robot, gaits, beats, at.along, **options)["mechanical_power"]
             jacobian = np.where(usable[:, np.newaxis] & np.isfinite(by), by, 0.0)
-        if nuisance := at.nuisances.get("cost_factor"):
-            k, factor, by_scaled = nuisance
-            jacobian = factor * jacobian
-            jacobian[:, k] = np.where(usable, power * by_scaled, 0.0)
-            power = factor * power
+        power, jacobian = with_cost_factor(at, power, jacobian, usable)
         power = np.where(usable, power, FAILED * np.maximum(np.abs(self.measured), self.sd))
         return Prediction(power, jacobian, ~usable, usable & (beats["status"] == UNSTABLE), {})
 
@@ -84,7 +91,7 @@ class Numbers(Kind[R]):
 
     def part(self, trials: Sequence[R], count: int) -> Sequence[R]:
         """Return evenly spaced runs."""
-        return trials[:: max(1, len(trials) // count)]
+        return evenly_spaced(trials, count)
 
     def implausible(self, trials: Sequence[R], robot: Robot) -> tuple[list[InputError], list[str]]:
         """Write a warning on each file whose numbers are far from the model's, or of the other sign."""
@@ -139,17 +146,13 @@ class Numbers(Kind[R]):
             }
             columns |= {own[0].columns["value"]: [run.value for run in own]}
             columns |= {own[0].columns["sd"]: [run.sd for run in own if run.sd is not None]}
-            spans = {name: [min(values), max(values)] for name, values in columns.items() if values}
-            found.append({"file": file, "runs": len(own)} | spans)
+            found.append({"file": file, "runs": len(own)} | spans(columns))
         return found
 
     def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
         """Lay out the content of a file."""
         yield f"{summary['file']}: {summary['runs']} {self.label}{'s' * (summary['runs'] != 1)}"
-        for name, span in summary.items():
-            if isinstance(span, list):
-                low, high = (f"{round(value, 12):.4g}" for value in span)
-                yield f"  {name}: {low}" + f" to {high}" * (high != low)
+        yield from span_lines(summary)
 
 
 class Tows(Numbers[Tow]):

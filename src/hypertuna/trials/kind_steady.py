@@ -8,17 +8,29 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.beat import directional_derivatives, settle
 from hypertuna.swimming.gait import KINDS, Gait, Gaits, gait_text
-from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
+from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample, evenly_spaced, span_lines
 from hypertuna.trials.plausibility import implausible_runs
 from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun
 
 USABLE = (0, 2)  # settled, and periodic but unstable: both have derivatives
 UNSTABLE = 2
+
+
+def with_cost_factor(at: Point, cost: Array, jacobian: Array, usable: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return mechanical costs or powers, and their Jacobian, times the factor to those that were measured."""
+    if not (nuisance := at.nuisances.get("cost_factor")):
+        return cost, jacobian
+    k, factor, by_scaled = nuisance
+    jacobian = factor * jacobian
+    jacobian[:, k] = np.where(usable, cost * by_scaled, 0.0)
+    return factor * cost, jacobian
 
 
 @dataclass(frozen=True)
@@ -39,12 +51,7 @@ class SteadyRows(Rows):
         usable = np.isin(beats["status"], USABLE) & np.isfinite(beats["cost_of_transport"]) & (beats["speed"] != 0)
         sound = usable[:, np.newaxis]
         table = {name: (beats[name], np.where(sound & np.isfinite(by[name]), by[name], 0.0)) for name in MEASURED}
-        if nuisance := at.nuisances.get("cost_factor"):
-            # the measured cost of transport is the mechanical one times this factor
-            (cost, jacobian), (k, factor, by_scaled) = table["cost_of_transport"], nuisance
-            jacobian = factor * jacobian
-            jacobian[:, k] = np.where(usable, cost * by_scaled, 0.0)
-            table["cost_of_transport"] = factor * cost, jacobian
+        table["cost_of_transport"] = with_cost_factor(at, *table["cost_of_transport"], usable)
         run = np.array([sample.run for sample in self.samples])
         kind = np.array([MEASURED.index(sample.quantity) for sample in self.samples])
         computed, jacobian = (np.stack([table[name][part] for name in MEASURED])[kind, run] for part in (0, 1))
@@ -100,7 +107,7 @@ class Steady(Kind[SteadyRun]):
 
     def part(self, trials: Sequence[SteadyRun], count: int) -> Sequence[SteadyRun]:
         """Return evenly spaced runs."""
-        return trials[:: max(1, len(trials) // count)]
+        return evenly_spaced(trials, count)
 
     def implausible(self, trials: Sequence[SteadyRun], robot: Robot) -> tuple[list[InputError], list[str]]:
         """Judge each file of runs by its speeds and amplitudes."""
@@ -139,12 +146,7 @@ class Steady(Kind[SteadyRun]):
         """Lay out the content of a file."""
         counts = (f"{summary[key]} {noun}{'s' * (summary[key] != 1)}" for key, noun in COUNTED.items())
         yield f"{summary['file']}: {' of '.join(counts)}"
-        for name, span in summary.items():
-            if isinstance(span, list):
-                low, high = (f"{round(value, 12):.4g}" for value in span)
-                yield f"  {name}: {low}" + f" to {high}" * (high != low)
-            elif span is None:
-                yield f"  {name}: not given"
+        yield from span_lines(summary)
 
 
 COUNTED = {"runs": "steady run", "swims": "swim"}

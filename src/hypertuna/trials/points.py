@@ -2,11 +2,25 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
 
 LISTED = 300  # characters of names that an error lists
+
+
+class Rows(Sequence[str]):
+    """What rows are called in errors: a word and the number of each."""
+
+    def __init__(self, word: str, number: Sequence[float] | Array) -> None:
+        self.word, self.number = word, number
+
+    def __len__(self) -> int:
+        return len(self.number)
+
+    def __getitem__(self, row: Any) -> Any:
+        return Rows(self.word, self.number[row]) if isinstance(row, slice) else f"{self.word} {self.number[row]:.12g}"
 
 
 @dataclass(frozen=True)
