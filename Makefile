@@ -276,12 +276,13 @@ system-deps: ## Arm compiler and emulator by apt, for firmware: 430 MB to fetch,
 
 CPP = $(shell find core bindings hosts benchmarks validation/hosts firmware/app firmware/boards firmware/tests -name '*.[ch]pp' -not -path '*/arduino/*')
 
-lint: $(VENV)/.installed-lint ## ruff, mypy, import-linter, clang-format
+lint: $(VENV)/.installed-lint $(VENV)/.installed-test ## ruff, mypy, import-linter, clang-format, sizes of modules
 	@ruff check
 	@ruff format --check
 	@mypy
 	@lint-imports
 	@clang-format --dry-run --Werror $(CPP)
+	@$(BIN)/python -m pytest -q tests/test_size.py
 
 format: $(VENV)/.installed-lint ## put all sources into the common format
 	@ruff check --fix --exit-zero

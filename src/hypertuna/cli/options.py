@@ -371,9 +371,7 @@ Manifest = Annotated[str, file("--output", "the manifest", ".toml")]
 TableOutput = Annotated[str | None, file("--output", "the data", ".nc", ".csv")]
 ShardsOutput = Annotated[
     str | None,
-    file_or_shards(
-        "Write the data to this .nc or .csv file, or to shards in this .shards folder, which resumes.", ".nc", ".csv"
-    ),
+    file_or_shards("Write the data to this .nc or .csv file, or to this .shards folder, which resumes.", ".nc", ".csv"),
 ]
 Force = Annotated[bool, flag("--force", "Replace a file that exists.")]
 RobotOutput = Annotated[str | None, file("--output", "the resulting robot", ".toml")]
