@@ -267,4 +267,29 @@ inline void on_first_fix(Vehicle& vehicle, const std::int32_t (&fix)[2]) {
     if (has_plan(vehicle)) store_mission(vehicle);
 }
 
+/// Whether the next fix may begin the position anew, at a place to which the robot cannot have come.
+inline bool may_begin_anew(const Vehicle& vehicle) {
+    const auto& doubt = vehicle.state.estimator.way.doubt;
+    return !doubt.reached && doubt_time - doubt_pause <= doubt.agree;
+}
+
+/// The home of arming is known once fixes have agreed for doubt_time. Where others begin the position anew before,
+/// those of arming were false: home, which is where the robot was, moves along from the place `before`.
+inline void follow_fixes(Vehicle& vehicle, const Place& before, bool anew) {
+    const Snapshot& now = vehicle.now;
+    const int known = int(doubt_time / vehicle.model.pilot.controller.tick);
+    if (now.armed() && vehicle.agreed == known) return;
+    const bool lately = vehicle.fix.any && float(now.tick - vehicle.fix.tick) * vehicle.model.pilot.controller.tick < 1;
+    if (now.estimate.fixes_refused)
+        vehicle.agreed = 0;
+    else if (lately && vehicle.agreed < known)
+        ++vehicle.agreed;
+    if (!now.armed() || vehicle.home_set || !anew || !now.estimate.fix) return;
+    const Place at = here(vehicle);
+    for (Place* place : {&vehicle.home, &vehicle.detour.home, &vehicle.state.guidance.from})
+        *place = {place->x + at.x - before.x, place->y + at.y - before.y};
+    if (!vehicle.has_home) vehicle.mission.home = vehicle.home;
+    vehicle.agreed = known;
+}
+
 }  // namespace hypertuna::firmware

@@ -202,7 +202,10 @@ void control(Vehicle& vehicle, B& board) {
     PilotState<float>& state = vehicle.state;
     const Pilot<float>& pilot = vehicle.model.pilot;
     const std::uint32_t start = board.clock();
+    const Place before = here(vehicle);
+    const bool anew = may_begin_anew(vehicle);
     now.estimate = perceive(pilot, state, now.readings, vehicle.mission.declination);
+    follow_fixes(vehicle, before, anew);
     respond(vehicle);
     Command<float> made;
     const Command<float>* command = choose_command(vehicle, made);

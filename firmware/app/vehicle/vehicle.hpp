@@ -105,6 +105,7 @@ struct Vehicle {
     bool on_detour;
     Place home;                     // without a mission that has one: of arming, or of an order [m]
     bool home_set;                  // by an order, which arming does not change
+    int agreed;                     // ticks for which fixes have agreed, until home is known
     bool recalled;                  // the present call home was followed
     std::uint32_t ascent_deadline;  // tick at which the ascent has failed
     bool ascent_failed;             // it is not repeated

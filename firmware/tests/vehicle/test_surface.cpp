@@ -156,10 +156,50 @@ static void the_first_fix() {
     CHECK_NEAR(v.home.y, 111.2, 0.3);
 }
 
+/// A second of floating, with one fix.
+static void fix_for(int seconds, std::int32_t latitude) {
+    for (int k = 0; k < seconds; ++k) on_ground_contact(v, ground), fix(latitude, 80000000), contact(99);
+}
+
+/// Fixes of another place, 2 km off, as the robot is armed: when others have agreed for half a minute, home is where it
+/// was armed all the same. A home that was known stays, and so does one that was ordered.
+static void the_first_fixes_are_false() {
+    const MissionForm homeless{
+        2, 0.3f, {{ItemKind::waypoint, local_frame, 0}, {ItemKind::waypoint, local_frame, 0}}, 0};
+    const std::int32_t place = 500000000, other = place + 180000;
+    const auto from_home = [] { return std::hypot(v.now.estimate.x - v.home.x, v.now.estimate.y - v.home.y); };
+    for (const bool first : {true, false})
+        for (const int false_for : {1, 15}) {
+            begin(), float_on(v, board, 100);
+            fix_for(first ? 0 : 20, place), fix_for(false_for, other);
+            CHECK(set_mission(v, ground, plan(), &homeless) == Refusal::none);
+            contact(200);
+            CHECK(give(v, Order::arm, ground) == Refusal::none);
+            fix_for(40, place);
+            CHECK(!v.now.estimate.fixes_refused && from_home() < 3);
+            CHECK(std::hypot(v.mission.home.x - v.home.x, v.mission.home.y - v.home.y) == 0);
+        }
+    begin(), float_on(v, board, 100);  // carried to another place, and armed there at once
+    fix_for(40, place), fix_for(5, other);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+    fix_for(40, other);
+    CHECK(!v.now.estimate.fixes_refused && from_home() < 3);
+    for (const bool ordered : {true, false}) {
+        begin(), float_on(v, board, 100);
+        fix_for(ordered ? 1 : 40, ordered ? other : place);
+        CHECK(give(v, Order::arm, ground) == Refusal::none);
+        if (ordered) CHECK(set_home(v, ground, {10, 20}) == Refusal::none);
+        const Place home = v.home;
+        fix_for(40, ordered ? place : other);
+        CHECK(1900 < from_home() && v.home.x == home.x && v.home.y == home.y);
+    }
+}
+
 int main() {
     restart_under_water();
     the_surface();
     the_first_fix();
+    the_first_fixes_are_false();
     CHECK(allocations == 0);
     return failures();
 }
