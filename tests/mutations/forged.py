@@ -250,8 +250,9 @@ def _bomb() -> bytes:
 def _lying(size: int) -> bytes:
     """Return an archive of a file of 300 MB of zeros, which says that it has another size."""
     out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("weight0.npy", bytes(300_000_000))
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("weight0.npy", "w") as member:
+        for _ in range(300):
+            member.write(bytes(1_000_000))
     whole, true = bytearray(out.getvalue()), struct.pack("<I", 300_000_000)
     for at in (whole.find(true), whole.rfind(true)):
         whole[at : at + 4] = struct.pack("<I", size)

@@ -139,9 +139,14 @@ def _steady(value: Any) -> Any:
     return [_steady(part) for part in value] if isinstance(value, list) else value
 
 
-def limit_memory(size: int, *, above: bool = False) -> None:
-    """Limit the memory of this process, in bytes, maybe above what it has; a file that needs more is a fault."""
-    if not above:
-        return resource.setrlimit(resource.RLIMIT_DATA, (size, size))
-    now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (now + size, now + size))
+@contextlib.contextmanager
+def memory_above(size: int | None) -> Iterator[None]:
+    """Let a piece of code take so many bytes above what this process has; without a size, all."""
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    if size is not None:
+        now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (now + size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)

@@ -21,7 +21,7 @@ from hypertuna.errors import DamageWarning, InputError
 from mutations import forged, forged_points, surfaces, units
 from mutations.cases import CALIBRATION, EXAMPLES, MARKERS, PLACES, ROBOTS, ROOT, RUNS, TANK, TENSILE, Reaction
 from mutations.damage import Damage, of_bytes, of_structure, of_table, of_text
-from mutations.judge import CONTROL, LONGEST_ERROR, watched
+from mutations.judge import CONTROL, LONGEST_ERROR, memory_above, watched
 from tracked_files import FILES, TrackedFile, swim
 
 HANGS = 600.0  # s by the clock, of a machine that others use as well
@@ -41,8 +41,8 @@ class Reader:
     there: bool = True
 
 
-def judged(reader: Reader, seed: int) -> Reaction:
-    """Damage a file by a seed, read it, and judge what comes of it."""
+def judged(reader: Reader, seed: int, memory: int | None = None) -> Reaction:
+    """Damage a file by a seed, read it, maybe with so many bytes of memory, and judge what comes of it."""
     chance = random.Random(f"{reader.name} {seed}")
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / reader.file
@@ -54,7 +54,8 @@ def judged(reader: Reader, seed: int) -> Reaction:
             path.write_bytes(content)
         with warnings.catch_warnings(action="error"), watched(InputError, hangs=HANGS) as watch:
             warnings.simplefilter("ignore", DamageWarning)
-            reader.read(path)
+            with memory_above(memory):
+                reader.read(path)
         sentence = "" if watch.raised is None else str(watch.raised)
         sign = CONTROL.search(sentence)
         problems = (

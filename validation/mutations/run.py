@@ -15,6 +15,7 @@ import itertools
 import json
 import multiprocessing
 import os
+import resource
 import sys
 import tempfile
 import time
@@ -31,7 +32,6 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 
 from mutations import cases, strangers  # noqa: E402  # above, the folder is put on the path
 from mutations.cases import CASES  # noqa: E402
-from mutations.judge import limit_memory  # noqa: E402
 from mutations.strangers import READERS  # noqa: E402
 
 FILES = 20_000
@@ -69,21 +69,21 @@ def work(line: Connection, folder: str, parent: int) -> None:
 
 
 def start(kind: Any) -> None:
-    """Limit the memory of this process; a reader has all its libraries before."""
+    """Limit the memory of this process, or let a reader have all its libraries, before the first file."""
     if kind in CASES:
-        return limit_memory(MEMORY)
+        return resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
     for reader in READERS:
         with tempfile.TemporaryDirectory() as folder, contextlib.suppress(Exception):
             (path := Path(folder) / reader.file).parent.mkdir(exist_ok=True)
             path.write_bytes(strangers.whole(reader))
             reader.read(path)
-    return limit_memory(ABOVE, above=True)
+    return None
 
 
 def judged(k: int, seed: int) -> cases.Reaction:
     """Judge a file of a kind."""
     kind = KINDS[k]
-    return cases.judged(kind, seed) if kind in CASES else strangers.judged(kind, seed)
+    return cases.judged(kind, seed) if kind in CASES else strangers.judged(kind, seed, ABOVE)
 
 
 @dataclass
