@@ -33,6 +33,8 @@ MISTAKES = {
     "with commas, and decimal points in numbers.",
     "identify tank.xlsx": "tank.xlsx must be a CSV file of steady runs, a TOML manifest, a .mcap log or a folder: "
     "save the table as CSV, with commas between the cells.",
+    "trials check swim.MP4": "swim.MP4 must be a CSV file of steady runs, a TOML manifest, a .mcap log or a folder: "
+    "track the robot through the film: `hypertuna trials track`.",
     "identify tank.csv --robot rexeel": "tank.csv: line 2, amplitude_I_deg, amplitude_II_deg, phase_II_deg are not "
     "known columns: in KIND_GROUP_deg, GROUP is a joint group of rexeel by name or number (1, 2, 3, 4, 5); choose "
     "the robot that swam with --robot: did you mean amplitude_5_deg?",
@@ -114,6 +116,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "semicolon.csv").write_text(text.replace(",", ";").replace(".", ","))
     (folder / "bom.csv").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
     (folder / "tank.xlsx").write_bytes(b"PK\x03\x04")
+    (folder / "swim.MP4").write_bytes(b"\0\0\0 ftypisom")
     (folder / "plain.csv").write_text("frequency,amplitude,phase,speed\n1,16,0,0.3\n")
     (folder / "empty.csv").write_text("")
     rows = "".join(f"{k / 30:.4f},{k},0,{k + 9},0\n" for k in range(20))

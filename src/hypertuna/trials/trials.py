@@ -24,6 +24,8 @@ from hypertuna.trials.radio_log import steady_runs
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tables import Run, read_runs
 
+FILMS = (".mp4", ".mov", ".avi", ".mkv", ".m4v", ".webm", ".mts", ".mpg", ".wmv", ".360")
+
 
 @dataclass(frozen=True)
 class Trials(Plotted, Tabular):
@@ -120,8 +122,11 @@ def _read(path: Path, robot: Robot) -> Trials:
         return Trials(steady_runs(path, robot))
     _check_no_track(path)
     rule = "must be a CSV file of steady runs, a TOML manifest, a .mcap log or a folder"
-    sheet = suffix in (".xlsx", ".xls", ".ods", ".numbers")
-    fix = "save the table as CSV, with commas between the cells" if sheet else "convert it to one of them"
+    fixes = {
+        "save the table as CSV, with commas between the cells": (".xlsx", ".xls", ".ods", ".numbers"),
+        "track the robot through the film: `hypertuna trials track`": FILMS,
+    }
+    fix = next((text for text, suffixes in fixes.items() if suffix in suffixes), "convert it to one of them")
     raise InputError(rule, file=str(path), fix=fix)
 
 
