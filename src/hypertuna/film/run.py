@@ -142,14 +142,16 @@ def track_film(
     depth: float,
     sections: str | Path | None = None,
     scale: str = "fish",
+    frame_rate: float | None = None,
     journal: Journal | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> FilmRun:
     """Track a robot through a film.
 
-    depth: of the fish [m]; sections: CSV file of widths and heights; scale: "fish", by its length, or "camera".
+    depth: of the fish [m]; sections: CSV file of widths and heights; scale: "fish", by its length, or "camera";
+    frame_rate: of filming, where the film has another [Hz].
     """
-    film = open_film(path)
+    film = open_film(path, frame_rate)
     body = body_of(robot, sections)
     view, samples = view_of(film, camera, depth, body)
     tuning = tune(view, body, samples)
