@@ -78,10 +78,15 @@ def track_command(
     or tags. The plot shows the worst frames.
     """
     from hypertuna.film.camera import read_camera
+    from hypertuna.film.record import is_live
     from hypertuna.film.run import track_film, write_film_run
     from hypertuna.io.checkpoint import Journal
 
     fish = robot.load()
+    if is_live(film):
+        raise InputError(
+            "is no film", key=film, fix=f"record it: hypertuna trials record {film} --duration 20 -o run.mkv"
+        )
     if options.camera is None:
         raise InputError("is missing", key="--camera", fix="make its file by `hypertuna trials camera`")
     camera = read_camera(options.camera)
@@ -229,6 +234,37 @@ def camera_command(
 def _facts(facts: dict[str, Any]) -> Iterator[Any]:
     """Lay out a camera."""
     yield Table(["camera", ""], [[key, f"{value}"] for key, value in facts.items()], left=(0,))
+
+
+@opt.grouped
+def record_command(
+    source: Annotated[str, typer.Argument(help="camera:0, an address (rtsp://..., http://...), or - for a pipe.")],
+    duration: Annotated[float, opt.number("--duration", "s", "Time to record.", limits=POSITIVE)],
+    output: Annotated[str, opt.file("--output", "the film", ".mkv")],
+    size: Annotated[
+        tuple[float, ...] | None, opt.numbers("--size", "1", "Width and height, if the camera has several.", count=2)
+    ] = None,
+    frame_rate: Annotated[
+        float | None, opt.number("--frame-rate", "Hz", "Frames per second, if the camera has several.", limits=POSITIVE)
+    ] = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Record a live camera with the times of its frames, to be tracked as any film; needs the extra film."""
+    from hypertuna.film.record import record
+    from hypertuna.film.source import open_film
+
+    wished = None if size is None else (int(size[0]), int(size[1]))
+    with progress_bar("recording", parts="ms") as progress:
+        record(source, output, duration=duration, size=wished, rate=frame_rate, progress=progress)
+    film = open_film(output)
+    facts = {"file": output, "frames": len(film.time), "frame_rate_hz": film.rate, "size_px": [film.width, film.height]}
+    emit(facts, record=dict, lines=_recorded_lines, written=(output,), as_json=as_json)
+
+
+def _recorded_lines(facts: dict[str, Any]) -> Iterator[Any]:
+    """Lay out a recording."""
+    width, height = facts["size_px"]
+    yield f"{facts['frames']} frames of {width} x {height} pixels at {facts['frame_rate_hz']:.4g} Hz"
 
 
 @opt.grouped

@@ -10,7 +10,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.command import App, Group
 from hypertuna.cli.console import print_written
 from hypertuna.cli.emit import emit, refused
-from hypertuna.cli.film import camera_command, clock_command, track_command
+from hypertuna.cli.film import camera_command, clock_command, record_command, track_command
 from hypertuna.cli.import_markers import import_markers_command
 from hypertuna.cli.import_poses import import_poses_command
 from hypertuna.description.provenance import provenance
@@ -65,6 +65,7 @@ trials_app.add_typer(import_app, name="import")
 import_app.command("poses")(import_poses_command)
 import_app.command("markers")(import_markers_command)
 trials_app.command("track")(track_command)
+trials_app.command("record")(record_command)
 trials_app.command("camera")(camera_command)
 trials_app.command("clock")(clock_command)
 

@@ -49,8 +49,9 @@ class Film:
 
     @property
     def rate(self) -> float:
-        """Frames per second [Hz]."""
-        return 1 / float(np.median(np.diff(self.time)))
+        """Frames per second [Hz], lost ones included; single times of some formats are whole milliseconds."""
+        interval = np.diff(self.time)
+        return float(np.rint(interval / np.median(interval)).sum() / (self.time[-1] - self.time[0]))
 
     def frames(self, first: int = 0) -> Iterator[tuple[int, Gray]]:
         """Yield number and gray levels (height, width) of frames in order, from a number on."""
