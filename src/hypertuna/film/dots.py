@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from hypertuna.arrays import Array
@@ -36,7 +37,7 @@ Blobs = tuple[Array, Array]  # centers (n, 2) [px] and areas (n,) [px]
 class Palette:
     """What is a dot: how far its color must be from that of the empty tank, and in which direction."""
 
-    tank: Array  # (height, width, 2): a and b of CIE Lab
+    tank: NDArray[np.float32]  # (height, width, 2): a and b of CIE Lab
     hue: Array | None  # (2,) unit vector; None for all
     level: float = LEAST_COLOR
 
@@ -84,7 +85,9 @@ def hue_of(color: str) -> Array:
     except ValueError:
         fix = f"give one of {', '.join(COLORS)}, or #rrggbb as a picture viewer shows it"
         raise InputError("must be a color", key="--dot-color", value=shown(color), fix=fix) from None
-    away = cv2.cvtColor(np.uint8([[[blue, green, red]]]), cv2.COLOR_BGR2LAB)[0, 0, 1:].astype(np.float32) - 128
+    away = (
+        cv2.cvtColor(np.array([[[blue, green, red]]], np.uint8), cv2.COLOR_BGR2LAB)[0, 0, 1:].astype(np.float32) - 128
+    )
     size = float(np.hypot(*away))
     if size < LEAST_COLOR:
         fix = "paint the dots in a strong color"

@@ -68,7 +68,7 @@ def points_of(
         names=tuple(names),
         place=place[kept],
         weight=np.where(seen, 1.0, 0.0)[kept],
-        where=Rows("frame", kept),
+        where=Rows("frame", kept.tolist()),
         time=film.time[kept],
         time_unit=1.0,
         length_unit=1.0,

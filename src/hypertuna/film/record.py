@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -119,7 +120,7 @@ def _written(container: Any, out: Any) -> Iterator[tuple[float, Callable[[], Non
                 continue
             stamp = float(packet.pts * packet.time_base)
             packet.stream = copy
-            yield stamp, lambda packet=packet: out.mux(packet)
+            yield stamp, partial(out.mux, packet)
         return
     made = out.add_stream("mpeg4", rate=1000)
     made.width, made.height, made.pix_fmt = stream.codec_context.width, stream.codec_context.height, "yuv420p"
@@ -127,5 +128,10 @@ def _written(container: Any, out: Any) -> Iterator[tuple[float, Callable[[], Non
     made.codec_context.global_quality = 118 * int(QUALITY)
     for frame in container.decode(stream):
         stamp = frame.time if frame.time is not None else time.monotonic() - begin
-        yield stamp, lambda frame=frame: out.mux(made.encode(frame.reformat(format="yuv420p")))
+        yield stamp, partial(_encode, out, made, frame)
     out.mux(made.encode(None))
+
+
+def _encode(out: Any, stream: Any, frame: Any) -> None:
+    """Compress and write a raw picture."""
+    out.mux(stream.encode(frame.reformat(format="yuv420p")))

@@ -66,7 +66,7 @@ class Film:
         half = 0.5 / self.rate
         with _decoder(self.file) as (container, stream):
             if first > 0:
-                _seek(container, stream, self._stamp(first))
+                _seek(container, stream, self._stamp(first), self.file)
             for frame in _read(container.decode(stream), self.file):
                 if frame.time is None or frame.is_corrupt:
                     continue
@@ -90,7 +90,7 @@ class Film:
         picture = self._color if colors else self._gray
         with _decoder(self.file) as (container, stream):
             for number in wanted if len(self.time) > 4 * count else ():
-                _seek(container, stream, self._stamp(number))
+                _seek(container, stream, self._stamp(number), self.file)
                 frame = next(_read(container.decode(stream), self.file), None)
                 if frame is not None and frame.time is not None and frame.time not in found:
                     found[frame.time] = picture(frame)
@@ -166,7 +166,7 @@ def _turn(name: str) -> int:
     if frame.interlaced_frame:
         fix = "film progressively (60p, not 60i), or convert it: ffmpeg -i FILM -vf bwdif film.mp4"
         raise InputError("must have whole frames", file=name, value="interlaced: two half pictures in each", fix=fix)
-    return round(frame.rotation / 90) % 4
+    return int(round(frame.rotation / 90) % 4)
 
 
 def _checked(time: Array, name: str) -> Array:
@@ -236,14 +236,17 @@ def _read(parts: Iterator[Any], name: str) -> Iterator[Any]:
         raise _unreadable(name, error) from None
 
 
-def _seek(container: Any, stream: Any, time: float) -> None:
+def _seek(container: Any, stream: Any, time: float, name: str) -> None:
     """Go to the last key frame before a time of the file [s]."""
     import av
 
-    try:
-        container.seek(int(time / stream.time_base), stream=stream, backward=True)
-    except av.FFmpegError:
-        container.seek(stream.start_time or 0, stream=stream, backward=True)
+    for place in (int(time / stream.time_base), stream.start_time or 0):
+        try:
+            container.seek(place, stream=stream, backward=True)
+            return
+        except av.FFmpegError as error:
+            failed = error
+    raise _unreadable(name, failed)
 
 
 def _unreadable(name: str, error: Exception) -> InputError:

@@ -70,8 +70,15 @@ def read_markers(
     Markers
     """
     points = read_points(path, individual)
-    own = {"scale": scale, "frame_rate": frame_rate, "y_down": y_down, "pixels": pixels}
-    return markers_of(points, **own, min_likelihood=min_likelihood, vertical=vertical)
+    return markers_of(
+        points,
+        scale=scale,
+        frame_rate=frame_rate,
+        y_down=y_down,
+        pixels=pixels,
+        min_likelihood=min_likelihood,
+        vertical=vertical,
+    )
 
 
 def markers_of(
