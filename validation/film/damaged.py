@@ -5,7 +5,6 @@ times. Each is opened, sampled and read to its end in gray and in color. It ends
 10 s and 1 GB; what else happens is printed and makes the exit code 1.
 """
 
-import os
 import random
 import resource
 import select
@@ -114,21 +113,23 @@ def judged(count, first=0):
     outcomes, wrong, seed = Counter(), {}, first
     while seed < first + count:
         command = [sys.executable, __file__, "work", str(seed), str(first + count - seed)]
-        child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, bufsize=1)
         begun = False
-        while True:
-            ready, _, _ = select.select([child.stdout], [], [], SECONDS if begun else 120.0)
-            line = child.stdout.readline() if ready else None
-            if not line:
-                break
-            begun = line.endswith("begins\n")
-            if not begun:
-                outcomes[line.split()[1]] += 1
-                if "WRONG" in line:
-                    wrong[seed] = line.strip()
-                seed += 1
-        os.kill(child.pid, 9)
-        code = child.wait()
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, bufsize=1
+        ) as child:
+            while True:
+                ready, _, _ = select.select([child.stdout], [], [], SECONDS if begun else 120.0)
+                line = child.stdout.readline() if ready else None
+                if not line:
+                    break
+                begun = line.endswith("begins\n")
+                if not begun:
+                    outcomes[line.split()[1]] += 1
+                    if "WRONG" in line:
+                        wrong[seed] = line.strip()
+                    seed += 1
+            child.kill()
+        code = child.returncode
         if seed < first + count:
             wrong[seed] = "hangs" if line is None else f"ends the process: {code}"
             seed += 1
