@@ -138,11 +138,16 @@ def test_command(folder, tmp_path) -> None:
     program = [sys.executable, "-m", "hypertuna", "trials", "track", str(folder / "dots.mp4"), "--robot", ROBOT]
     options = ["--camera", str(folder / "camera.toml"), "--depth", str(DEPTH), "--marks", "dots"]
     more = ["--places", str(folder / "dots.csv"), "-o", str(tmp_path / "run.toml"), "--json"]
+    more += ["--overlay", str(tmp_path / "overlay.mp4")]
     ran = subprocess.run([*program, *options, *more], capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
     record = json.loads(ran.stdout)["runs"][0]
     assert record["markers"] == [f"d{k}" for k in range(8)]
     assert (tmp_path / "run.svg").exists()
+    green = [(picture[..., 1].astype(int) - picture[..., 2] > 60).sum()
+             for _, picture in open_film(tmp_path / "overlay.mp4").colors()]  # fmt: skip
+    assert len(green) == 60
+    assert min(green) > 100
     entry = tomllib.loads((tmp_path / "run.toml").read_text())["recordings"][0]
     assert len(entry["joints"]["noise_deg"]) == 3
     ran = subprocess.run(

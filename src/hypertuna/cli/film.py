@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -92,8 +93,10 @@ def track_command(
         raise InputError("is missing", key="--camera", fix="make its file by `hypertuna trials camera`")
     camera = read_camera(options.camera)
     if marks.marks is not None:
-        unused = {"--sections": options.sections, "--overlay": overlay, "--checkpoint": checkpoint}
-        _track_marks(fish, film, camera, options, marks, places, output, plot, as_json, unused)
+        for key, value in (("--sections", options.sections), ("--checkpoint", checkpoint)):
+            if value is not None:
+                raise InputError("is for outlines", key=key, fix="leave it out with --marks")
+        _track_marks(fish, film, camera, options, marks, places, output, overlay, plot, as_json)
         return
     own: dict[str, Any] = {"depth": options.depth, "sections": options.sections, "scale": options.scale}
     own["frame_rate"] = options.frame_rate
@@ -104,10 +107,10 @@ def track_command(
         run = track_film(fish, film, camera, **own, journal=journal, progress=progress)
     written = write_film_run(run, fish, output, f"Made by `hypertuna trials track` {version()}")
     if overlay is not None:
-        from hypertuna.film.overlay import write_overlay
+        from hypertuna.film.overlay import drawn, write_overlay
 
         with progress_bar("drawing") as progress:
-            write_overlay(run, overlay, progress)
+            write_overlay(run.view.film, partial(drawn, run), overlay, progress)
         written.append(overlay)
     if plot is not None:
         from hypertuna.film.plots import plot_film
@@ -132,29 +135,31 @@ def _track_marks(
     marks: MarkOptions,
     places: PlaceOptions,
     output: str,
+    overlay: str | None,
     plot: str | None,
     as_json: bool,
-    unused: dict[str, Any],
 ) -> None:
     """Track dots or tags: points that are judged as those of a file."""
     from hypertuna.film.marks import Marks, noise_of, points_of
+    from hypertuna.film.overlay import marked, write_overlay
     from hypertuna.film.source import open_film
     from hypertuna.trials.marker_import import fit_markers
     from hypertuna.trials.marker_places import places_text
     from hypertuna.trials.markers import markers_of
 
-    for key, value in unused.items():
-        if value is not None:
-            raise InputError("is for outlines", key=key, fix="leave it out with --marks")
     assert marks.marks is not None
     what = Marks(marks.marks, marks.dot_color, marks.dictionary, places.places)
     with progress_bar("tracking") as progress:
-        points = points_of(fish, open_film(film, options.frame_rate), camera, options.depth, what, progress)
+        shown = open_film(film, options.frame_rate)
+        points = points_of(fish, shown, camera, options.depth, what, progress)
     run = fit_markers(fish, markers_of(points), places.wishes())
     comment = f"Made by `hypertuna trials track` {version()}"
     if places.places_from_run is not None:
         write_atomically(places.places_from_run, places_text(run.places, comment).encode())
-    also = (places.places_from_run,)
+    if overlay is not None:
+        with progress_bar("drawing") as progress:
+            write_overlay(shown, marked(run, shown, camera, options.depth), overlay, progress)
+    also = (places.places_from_run, overlay)
     show_marker_runs([run], fish, output, plot, as_json, comment=comment, noises=[noise_of(run)], also=also)
 
 
