@@ -3,11 +3,13 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from film.rendered import write_film
+from film.small import ROBOT
 from hypertuna.errors import InputError
 from hypertuna.film.blinks import blinks_of, clock_between, lamp_of, read_blinks
 from hypertuna.film.source import open_film
@@ -92,5 +94,8 @@ def test_command(folder, tmp_path) -> None:
     assert "time_offset_s = 12.3" in ran.stdout
     assert "17 ms" in ran.stdout
     assert len((tmp_path / "blinks.csv").read_text().splitlines()) == 6
+    page = (Path(ROBOT).parents[1] / "docs/film.md").read_text()
+    own = next(line.split() for line in page.splitlines() if line.startswith("hypertuna trials clock"))
+    assert own[3:] == ["run.mp4", *options[0:1], "log.csv", *options[2:5], "blinks.csv"]
     ran = subprocess.run([*program, *options, "--json"], capture_output=True, text=True, check=False)
     assert json.loads(ran.stdout)["matched"] == 4

@@ -112,3 +112,12 @@ def test_what_a_camera_lacks_is_told(tmp_path) -> None:
     with pytest.raises(InputError, match="one line"):
         calibrate(size=(640, 480), height=1.5, corners=tmp_path / "line.csv")
     Camera.model_validate(camera(EYE).model_dump(by_alias=True))
+
+
+def test_a_mirrored_film_is_told_by_the_corners(tmp_path) -> None:
+    file = corners(EYE, tmp_path / "corners.csv", 0.0)
+    head, *rows = file.read_text().splitlines()
+    turned = [",".join([str(EYE.size[0] - 1 - int(u)), *rest]) for u, *rest in (row.split(",") for row in rows)]
+    file.write_text("\n".join([head, *turned]) + "\n")
+    with pytest.raises(InputError, match="mirrored"):
+        calibrate(size=EYE.size, corners=file, height=1.5)

@@ -1,17 +1,21 @@
 """Films of dots and tags that are drawn from a motion: their centers, and the trials that they give."""
 
 import json
+import shutil
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import hypertuna as ht
 from film.marked import SLOW, WIDE, dotted, spot, tagged, write_colors
 from film.rendered import write_film
 from film.small import DEPTH, ROBOT, beating, camera, fish
+from hypertuna.cli.main import app
 from hypertuna.errors import InputError
 from hypertuna.film.camera import write_camera
 from hypertuna.film.marks import Marks, points_of
@@ -155,3 +159,17 @@ def test_command(folder, tmp_path) -> None:
     )
     assert ran.returncode == 2
     assert "--sections is for outlines" in ran.stderr
+
+
+def test_commands_of_the_page_run(folder, tmp_path, monkeypatch) -> None:
+    text = (Path(ROBOT).parents[1] / "docs/film.md").read_text().replace("\\\n", " ")
+    commands = [line.split() for line in text.splitlines() if line.startswith("hypertuna") and "--marks" in line]
+    assert len(commands) == 2
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(ROBOT, tmp_path)
+    for command, eye in zip(commands, (SLOW, WIDE), strict=True):
+        write_camera(camera(eye), tmp_path / "camera.toml", "a camera")
+        for name in (command[3], command[command.index("--places") + 1]):
+            shutil.copy(folder / name, tmp_path)
+        result = CliRunner().invoke(app, command[1:])
+        assert result.exit_code == 0, result.output

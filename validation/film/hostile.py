@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 
 import av
@@ -32,8 +33,18 @@ COUNT, RATE = 60, 60
 RIGHT = (1.5, 0.01)  # deg rms of each joint; lengths of the head
 
 
-def drawn(motion=beating, count=COUNT, shape=None, **scene):
-    """Frames of a scene."""
+@cache
+def plain():
+    """Frames of the fish in calm water."""
+    return tuple(_drawn())
+
+
+def drawn(*args, **scene):
+    """Frames of a scene, to be drawn upon."""
+    return _drawn(*args, **scene) if args or scene else [picture.copy() for picture in plain()]
+
+
+def _drawn(motion=beating, count=COUNT, shape=None, **scene):
     setting = Scene(EYE, shape or fish(), depth=DEPTH, rate=RATE, **scene)
     return [*frames(setting, motion, np.arange(count) / RATE)]
 
@@ -43,7 +54,9 @@ def shifted(offset, count=COUNT, **scene):
     return drawn(lambda t: (beating(t)[0] + offset, beating(t)[1]), count, **scene)
 
 
-def phone(path, pictures, codec="libx265", pix_fmt="yuv420p", rate=RATE, first=0, turn=None, options=(), tags=()):
+def phone(
+    path, pictures, codec="libx265", pix_fmt="yuv420p", rate=RATE, first=0, turn=None, options=(), tags=(), kept=None
+):
     """Write a film as phones do."""
     container = {"avoid_negative_ts": "disabled", "movflags": "use_metadata_tags"}
     with av.open(str(path), "w", options=container) as out:
@@ -52,9 +65,9 @@ def phone(path, pictures, codec="libx265", pix_fmt="yuv420p", rate=RATE, first=0
         (stream.height, stream.width), stream.pix_fmt = pictures[0].shape, pix_fmt
         if turn is not None:
             stream.set_display_rotation(turn)
-        for k, picture in enumerate(pictures):
+        for k, picture in zip(range(len(pictures)) if kept is None else kept, pictures, strict=True):
             frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="gray").reformat(format=pix_fmt)
-            frame.pts, frame.time_base = k + first, Fraction(1, rate)
+            frame.pts, frame.time_base = int(k) + first, Fraction(1, rate)
             out.mux(stream.encode(frame))
         out.mux(stream.encode(None))
 
@@ -66,7 +79,7 @@ def damaged(path):
 
 def joined(path):
     """Two takes in one film: the fish jumps."""
-    write_film(path, [*drawn(count=30), *shifted([0.06, -0.08, 0.0], 60)[30:]])
+    write_film(path, [*drawn()[:30], *shifted([0.06, -0.08, 0.0], 60)[30:]])
 
 
 def variable(path):
@@ -76,7 +89,7 @@ def variable(path):
 
 def lost(path):
     kept = np.delete(np.arange(COUNT), [20, 21, 40])
-    write_film(path, [drawn()[k] for k in kept], times=kept / RATE)
+    phone(path, [drawn()[k] for k in kept], "libx264", kept=kept)
 
 
 def finless(path):
@@ -139,7 +152,7 @@ def apart(path):
 
 
 def large(path):
-    write_film(path, [cv2.resize(p, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC) for p in drawn(count=48)])
+    write_film(path, [cv2.resize(p, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC) for p in drawn()[:48]])
 
 
 SLOW = {"com.android.capture.fps": "240.0"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -25,9 +26,8 @@ def split_takes(stretches: Sequence[Frames], place: Array, length: float) -> tup
 
 def jumps(stretches: Sequence[Frames], time: Array) -> list[str]:
     """Return what to tell of frames that follow each other in two recordings."""
-    pairs = zip(stretches, stretches[1:], strict=False)
     return [
         f"the fish jumps after {time[one[-1]]:.2f} s, so the film is taken as several recordings: were films joined?"
-        for one, other in pairs
+        for one, other in pairwise(stretches)
         if other[0] == one[-1] + 1
     ]
