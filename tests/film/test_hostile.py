@@ -11,7 +11,7 @@ from hostile import FILMS, RESULT, outcome
     [
         ("two takes in one film", "jumps after 0.48 s"),
         ("portrait, HEVC", "few: six show"),
-        ("trimmed on the phone", "few: six show"),
+        ("trimmed on the phone", "no steady beat"),
         ("slow motion, no rate", "is the film slow motion"),
         ("second fish, touching", "touches no other fish"),
     ],

@@ -2,8 +2,6 @@
 
 from hypertuna.description.robot import Robot
 
-MARGIN = 1.2  # beyond the bounds
-
 
 def pace_doubts(robot: Robot, beat: float | None, rate: float) -> list[str]:
     """Return what to check of a beat [Hz] in a film of a frame rate [Hz], by the bounds of the robot's gaits."""
@@ -11,7 +9,7 @@ def pace_doubts(robot: Robot, beat: float | None, rate: float) -> list[str]:
     if beat is None or bounds is None:
         return []
     low, high = bounds.frequency
-    if low / MARGIN <= beat <= high * MARGIN:
+    if low <= beat <= high:
         return []
     beats = f"the beat of {beat:.3g} Hz is outside the robot's {low:g} to {high:g} Hz"
     return [
