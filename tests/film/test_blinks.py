@@ -97,5 +97,5 @@ def test_command(folder, tmp_path) -> None:
     page = (Path(ROBOT).parents[1] / "docs/film.md").read_text()
     own = next(line.split() for line in page.splitlines() if line.startswith("hypertuna trials clock"))
     assert own[3:] == ["run.mp4", *options[0:1], "log.csv", *options[2:5], "blinks.csv"]
-    ran = subprocess.run([*program, *options, "--json"], capture_output=True, text=True, check=False)
+    ran = subprocess.run([*program, *options, "--led", "150,20", "--json"], capture_output=True, text=True, check=False)
     assert json.loads(ran.stdout)["matched"] == 4

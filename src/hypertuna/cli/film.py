@@ -1,6 +1,6 @@
 """The commands `hypertuna trials track | camera`."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -190,7 +190,7 @@ class LensOptions:
 
     board: Annotated[str | None, opt.text("--board", "Film of a checkerboard in air, moved about.", "FILM")] = None
     squares: Annotated[
-        tuple[float, ...] | None,
+        Sequence[float] | None,
         opt.numbers("--squares", "1", "Inner corners of the board, along and across. (default: 9,6)", count=2),
     ] = None
     corners: Annotated[
@@ -200,7 +200,7 @@ class LensOptions:
         float, opt.number("--corner-depth", "m", "Depth of these points under the surface.", limits=NOT_NEGATIVE)
     ] = 0.0
     size: Annotated[
-        tuple[float, ...] | None,
+        Sequence[float] | None,
         opt.numbers("--size", "1", "Width and height of the film's frames, without a board.", count=2),
     ] = None
     focal: Annotated[float | None, opt.number("--focal", "1", "Focal length in pixels, if known.", limits=POSITIVE)] = (
@@ -249,7 +249,7 @@ def record_command(
     duration: Annotated[float, opt.number("--duration", "s", "Time to record.", limits=POSITIVE)],
     output: Annotated[str, opt.file("--output", "the film", ".mkv")],
     size: Annotated[
-        tuple[float, ...] | None, opt.numbers("--size", "1", "Width and height, if the camera has several.", count=2)
+        Sequence[float] | None, opt.numbers("--size", "1", "Width and height, if the camera has several.", count=2)
     ] = None,
     frame_rate: Annotated[
         float | None, opt.number("--frame-rate", "Hz", "Frames per second, if the camera has several.", limits=POSITIVE)
@@ -278,7 +278,7 @@ def _recorded_lines(facts: dict[str, Any]) -> Iterator[Any]:
 def clock_command(
     film: Annotated[str, typer.Argument(help="Film in which a lamp blinks.")],
     led: Annotated[
-        tuple[float, ...] | None,
+        Sequence[float] | None,
         opt.numbers("--led", "1", "Pixel of the lamp, to the right and down. (default: found)", count=2),
     ] = None,
     log: Annotated[str | None, opt.text("--log", "CSV file of a log: time_s, and 1 while the lamp is on.", "FILE")] = (
