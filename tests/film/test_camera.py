@@ -6,9 +6,11 @@ import cv2
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
 
 from film.rendered import Eye, write_film
 from film.small import camera
+from hypertuna.cli.main import app
 from hypertuna.errors import InputError
 from hypertuna.film.calibrate import calibrate
 from hypertuna.film.camera import Camera, read_camera, write_camera
@@ -112,3 +114,20 @@ def test_what_a_camera_lacks_is_told(tmp_path) -> None:
     with pytest.raises(InputError, match="one line"):
         calibrate(size=(640, 480), height=1.5, corners=tmp_path / "line.csv")
     Camera.model_validate(camera(EYE).model_dump(by_alias=True))
+
+
+def test_a_mirrored_film_is_told_by_the_corners(tmp_path) -> None:
+    file = corners(EYE, tmp_path / "corners.csv", 0.0)
+    head, *rows = file.read_text().splitlines()
+    turned = [",".join([str(EYE.size[0] - 1 - int(u)), *rest]) for u, *rest in (row.split(",") for row in rows)]
+    file.write_text("\n".join([head, *turned]) + "\n")
+    with pytest.raises(InputError, match="mirrored"):
+        calibrate(size=EYE.size, corners=file, height=1.5)
+
+
+def test_command(tmp_path) -> None:
+    file, output = corners(EYE, tmp_path / "corners.csv", 0.0), tmp_path / "camera.toml"
+    own = ["trials", "camera", "--size", "320,240", "--corners", str(file), "--height", "1.5", "--lens-k1", "-0.15"]
+    result = CliRunner().invoke(app, [*own, "-o", str(output)])
+    assert result.exit_code == 0, result.output
+    assert read_camera(output).focal == pytest.approx(EYE.focal, rel=0.01)

@@ -214,7 +214,8 @@ def _film(path: Path) -> Any:
     from hypertuna.film.source import open_film
 
     film = open_film(path)
-    return film.sample(5).mean(), sum(int(frame.sum()) for _, frame in film.frames(8))
+    read = film.frames(8), film.colors(9)
+    return film.sample(5).mean(), [sum(int(frame.sum()) for _, frame in one) for one in read]
 
 
 def _places(path: Path) -> Any:
@@ -326,6 +327,7 @@ READERS = (
     Reader("camera", forged.CAMERA.encode().strip, _camera, TEXTS, "camera.toml"),
     Reader("sections", forged.SECTIONS.encode().strip, _sections, TABLES, "file.csv"),
     Reader("corners", forged.CORNERS.encode().strip, _table("film.calibrate", "read_corners"), TABLES, "file.csv"),
+    Reader("blinks", forged.BLINKS.encode().strip, _table("film.blinks", "read_blinks"), TABLES, "file.csv"),
     Reader("film", forged.film, _film, (of_bytes,), "film.mp4"),
     Reader(
         "bench", _text(EXAMPLES / "bench/bench.csv"), _table("characterization.data", "read_bench", "ROBOT"), TABLES

@@ -1,20 +1,27 @@
 """The commands `hypertuna trials track | camera`."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from hypertuna.film.camera import Camera
 
 from hypertuna.cli import options as opt
 from hypertuna.cli.console import print_written, progress_bar
 from hypertuna.cli.emit import emit, save
+from hypertuna.cli.import_markers import PlaceOptions, show_marker_runs
 from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
 from hypertuna.display import Table
 from hypertuna.errors import InputError
-from hypertuna.io.files import version
+from hypertuna.io.files import version, write_atomically
+from hypertuna.io.quantity import counted
 from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
 
@@ -34,6 +41,23 @@ class FilmOptions:
     scale: Annotated[
         str, opt.word("--scale", ("fish", "camera"), "What gives the scale: the fish's own length, or the camera.")
     ] = "fish"
+    frame_rate: Annotated[
+        float | None,
+        opt.number("--frame-rate", "Hz", "Rate of filming, where the film has another: slow motion.", limits=POSITIVE),
+    ] = None
+
+
+@dataclass(frozen=True)
+class MarkOptions:
+    """Marks on the robot that are tracked in place of its outline."""
+
+    marks: Annotated[
+        str | None, opt.word("--marks", ("dots", "tags"), "Track colored dots, or ArUco tags, not the outline.")
+    ] = None
+    dot_color: Annotated[
+        str | None, opt.text("--dot-color", "Color of the dots, by name or as #rrggbb. (default: the strongest)")
+    ] = None
+    dictionary: Annotated[str, opt.text("--dictionary", "Dictionary of the tags, by OpenCV's name.")] = "4x4_50"
 
 
 @opt.grouped
@@ -41,6 +65,8 @@ def track_command(
     film: Annotated[str, typer.Argument(help="Film of the robot from above, of constant frame rate.")],
     robot: opt.RobotOptions,
     options: FilmOptions,
+    marks: MarkOptions,
+    places: PlaceOptions,
     output: opt.Manifest,
     overlay: Annotated[str | None, opt.file("--overlay", "the film with the outline over it", ".mp4")] = None,
     plot: opt.Plot = None,
@@ -49,17 +75,31 @@ def track_command(
 ) -> None:
     """Track a robot through a film: joint angles, head poses, and a manifest of them; needs the extra film.
 
-    The outline of the robot's own sections is fitted to the pixels of every frame. The plot shows the worst frames.
+    The outline of the robot's own sections is fitted to the pixels of every frame; or, with --marks, its chain to dots
+    or tags. The plot shows the worst frames.
     """
     from hypertuna.film.camera import read_camera
+    from hypertuna.film.pace import pace_doubts
+    from hypertuna.film.record import is_live
     from hypertuna.film.run import track_film, write_film_run
     from hypertuna.io.checkpoint import Journal
 
     fish = robot.load()
+    if is_live(film):
+        raise InputError(
+            "is no film", key=film, fix=f"record it: hypertuna trials record {film} --duration 20 -o run.mkv"
+        )
     if options.camera is None:
         raise InputError("is missing", key="--camera", fix="make its file by `hypertuna trials camera`")
     camera = read_camera(options.camera)
+    if marks.marks is not None:
+        for key, value in (("--sections", options.sections), ("--checkpoint", checkpoint)):
+            if value is not None:
+                raise InputError("is for outlines", key=key, fix="leave it out with --marks")
+        _track_marks(fish, film, camera, options, marks, places, output, overlay, plot, as_json)
+        return
     own: dict[str, Any] = {"depth": options.depth, "sections": options.sections, "scale": options.scale}
+    own["frame_rate"] = options.frame_rate
     header = {"film": Path(film).name, "robot": fish.name, "options": own | {"camera": camera.model_dump(mode="json")}}
     with ExitStack() as stack:
         journal = stack.enter_context(Journal(checkpoint, header)) if checkpoint else None
@@ -67,16 +107,17 @@ def track_command(
         run = track_film(fish, film, camera, **own, journal=journal, progress=progress)
     written = write_film_run(run, fish, output, f"Made by `hypertuna trials track` {version()}")
     if overlay is not None:
-        from hypertuna.film.overlay import write_overlay
+        from hypertuna.film.overlay import drawn, write_overlay
 
         with progress_bar("drawing") as progress:
-            write_overlay(run, overlay, progress)
+            write_overlay(run.view.film, partial(drawn, run), overlay, progress)
         written.append(overlay)
     if plot is not None:
         from hypertuna.film.plots import plot_film
 
         save(plot_film(run), plot)
     record = run.record()
+    record["warnings"] += pace_doubts(fish, record["beat_hz"], record["frame_rate_hz"])
     emit(
         run,
         record=lambda _: provenance(fish) | {"run": record, "written": written},
@@ -84,6 +125,42 @@ def track_command(
         written=(plot, overlay, output),
         as_json=as_json,
     )
+
+
+def _track_marks(
+    fish: Robot,
+    film: str,
+    camera: "Camera",
+    options: FilmOptions,
+    marks: MarkOptions,
+    places: PlaceOptions,
+    output: str,
+    overlay: str | None,
+    plot: str | None,
+    as_json: bool,
+) -> None:
+    """Track dots or tags: points that are judged as those of a file."""
+    from hypertuna.film.marks import Marks, noise_of, points_of
+    from hypertuna.film.overlay import marked, write_overlay
+    from hypertuna.film.source import open_film
+    from hypertuna.trials.marker_import import fit_markers
+    from hypertuna.trials.marker_places import places_text
+    from hypertuna.trials.markers import markers_of
+
+    assert marks.marks is not None
+    what = Marks(marks.marks, marks.dot_color, marks.dictionary, places.places)
+    with progress_bar("tracking") as progress:
+        shown = open_film(film, options.frame_rate)
+        points = points_of(fish, shown, camera, options.depth, what, progress)
+    run = fit_markers(fish, markers_of(points), places.wishes())
+    comment = f"Made by `hypertuna trials track` {version()}"
+    if places.places_from_run is not None:
+        write_atomically(places.places_from_run, places_text(run.places, comment).encode())
+    if overlay is not None:
+        with progress_bar("drawing") as progress:
+            write_overlay(shown, marked(run, shown, camera, options.depth), overlay, progress)
+    also = (places.places_from_run, overlay)
+    show_marker_runs([run], fish, output, plot, as_json, comment=comment, noises=[noise_of(run)], also=also)
 
 
 def _lines(record: dict[str, Any]) -> Iterator[Any]:
@@ -113,7 +190,7 @@ class LensOptions:
 
     board: Annotated[str | None, opt.text("--board", "Film of a checkerboard in air, moved about.", "FILM")] = None
     squares: Annotated[
-        tuple[float, ...] | None,
+        Sequence[float] | None,
         opt.numbers("--squares", "1", "Inner corners of the board, along and across. (default: 9,6)", count=2),
     ] = None
     corners: Annotated[
@@ -123,7 +200,7 @@ class LensOptions:
         float, opt.number("--corner-depth", "m", "Depth of these points under the surface.", limits=NOT_NEGATIVE)
     ] = 0.0
     size: Annotated[
-        tuple[float, ...] | None,
+        Sequence[float] | None,
         opt.numbers("--size", "1", "Width and height of the film's frames, without a board.", count=2),
     ] = None
     focal: Annotated[float | None, opt.number("--focal", "1", "Focal length in pixels, if known.", limits=POSITIVE)] = (
@@ -164,3 +241,83 @@ def camera_command(
 def _facts(facts: dict[str, Any]) -> Iterator[Any]:
     """Lay out a camera."""
     yield Table(["camera", ""], [[key, f"{value}"] for key, value in facts.items()], left=(0,))
+
+
+@opt.grouped
+def record_command(
+    source: Annotated[str, typer.Argument(help="camera:0, an address (rtsp://..., http://...), or - for a pipe.")],
+    duration: Annotated[float, opt.number("--duration", "s", "Time to record.", limits=POSITIVE)],
+    output: Annotated[str, opt.file("--output", "the film", ".mkv")],
+    size: Annotated[
+        Sequence[float] | None, opt.numbers("--size", "1", "Width and height, if the camera has several.", count=2)
+    ] = None,
+    frame_rate: Annotated[
+        float | None, opt.number("--frame-rate", "Hz", "Frames per second, if the camera has several.", limits=POSITIVE)
+    ] = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Record a live camera with the times of its frames, to be tracked as any film; needs the extra film."""
+    from hypertuna.film.record import record
+    from hypertuna.film.source import open_film
+
+    wished = None if size is None else (int(size[0]), int(size[1]))
+    with progress_bar("recording", parts="ms") as progress:
+        record(source, output, duration=duration, size=wished, rate=frame_rate, progress=progress)
+    film = open_film(output)
+    facts = {"file": output, "frames": len(film.time), "frame_rate_hz": film.rate, "size_px": [film.width, film.height]}
+    emit(facts, record=dict, lines=_recorded_lines, written=(output,), as_json=as_json)
+
+
+def _recorded_lines(facts: dict[str, Any]) -> Iterator[Any]:
+    """Lay out a recording."""
+    width, height = facts["size_px"]
+    yield f"{facts['frames']} frames of {width} x {height} pixels at {facts['frame_rate_hz']:.4g} Hz"
+
+
+@opt.grouped
+def clock_command(
+    film: Annotated[str, typer.Argument(help="Film in which a lamp blinks.")],
+    led: Annotated[
+        Sequence[float] | None,
+        opt.numbers("--led", "1", "Pixel of the lamp, to the right and down. (default: found)", count=2),
+    ] = None,
+    log: Annotated[str | None, opt.text("--log", "CSV file of a log: time_s, and 1 while the lamp is on.", "FILE")] = (
+        None
+    ),
+    column: Annotated[str, opt.text("--column", "Column of the lamp in the log.")] = "blink",
+    output: Annotated[str | None, opt.file("--output", "the times of the blinks", ".csv")] = None,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Find when a lamp in a film goes on, and the offset and drift of a log's clock."""
+    from hypertuna.film.blinks import blinks_of, clock_between, lamp_of, read_blinks
+    from hypertuna.film.source import open_film
+
+    shown = open_film(film)
+    lamp = lamp_of(shown) if led is None else (round(led[0]), round(led[1]))
+    blinks = blinks_of(shown, lamp)
+    facts: dict[str, Any] = {"file": film, "led_px": list(lamp), "frame_rate_hz": shown.rate}
+    facts |= {"blinks_s": blinks.tolist(), "blink_sd_s": 1 / (shown.rate * 12**0.5)}
+    if log is not None:
+        clock = clock_between(blinks, read_blinks(log, column), shown.rate, film)
+        facts |= {"log": log, "matched": clock.blinks, "time_offset_s": clock.offset, "time_offset_sd_s": clock.sd}
+        facts |= {"middle_s": clock.middle, "drift": clock.drift, "drift_sd": clock.drift_sd, "left_s": clock.left}
+    if output is not None:
+        rows = "".join(f"{time:.6f}\n" for time in blinks)
+        write_atomically(output, f"# Made by `hypertuna trials clock` {version()}\ntime_s\n{rows}".encode())
+    emit(facts, record=dict, lines=_clock_lines, written=(output,), as_json=as_json)
+
+
+def _clock_lines(facts: dict[str, Any]) -> Iterator[Any]:
+    """Lay out the blinks of a film, and the clock of a log."""
+    yield Table(["blink", "time [s]"], [[f"{k + 1}", f"{time:.3f}"] for k, time in enumerate(facts["blinks_s"])])
+    frame = 1e3 / facts["frame_rate_hz"]
+    yield f"lamp at pixel {facts['led_px'][0]}, {facts['led_px'][1]}; a blink begins within one frame, {frame:.2g} ms"
+    if "log" not in facts:
+        return
+    yield (
+        f"time_offset_s = {facts['time_offset_s']:.4f}, within {1e3 * facts['time_offset_sd_s']:.2g} ms (1 sd), by "
+        f"{counted(facts['matched'], 'blink')} in both: add it to the times of {facts['log']}"
+    )
+    drift, sd = (f"{1e6 * facts[key]:.0f} ppm" for key in ("drift", "drift_sd"))
+    off = f"{1e3 * facts['left_s']:.2g} ms off the line (rms)"
+    yield f"drift: {drift}, within {sd}, from {facts['middle_s']:.1f} s of the log on; the blinks are {off}"

@@ -93,6 +93,10 @@ def _placed(
     factor = complex(np.linalg.lstsq(image, around[:, 0] + 1j * around[:, 1], rcond=None)[0][0])
     if abs(factor) == 0 or np.linalg.matrix_rank(around, tol=1e-6) < 2:
         raise InputError("must not lie on one line", file=file, key="the points", fix="give the corners of the tank")
+    if np.linalg.det(np.linalg.lstsq(spread * [1, -1], around, rcond=None)[0]) < 0:
+        rule = "must not be mirrored: x, y and up are right-handed"
+        fix = "film without a mirror and not as a selfie, mirror the film back (ffmpeg -vf hflip), or swap x and y"
+        raise InputError(rule, file=file, key="the points", fix=fix)
     start = np.array([middle[0], middle[1], 0.0, 0.0, np.angle(factor), 0.0])
     own = height / abs(factor) if focal is None else focal
 

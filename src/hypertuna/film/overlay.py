@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from hypertuna.film.camera import Camera
 from hypertuna.film.run import FilmRun
-from hypertuna.film.source import Gray
+from hypertuna.film.source import Film, Gray
 from hypertuna.film.states import OK
 from hypertuna.io.files import replaced
+from hypertuna.trials.marker_run import MarkerRun
 
 LARGEST = 960  # px of the overlay's width
 MOST = 3600  # frames: of longer films every second one, or fewer
@@ -35,12 +37,37 @@ def drawn(run: FilmRun, number: int, frame: Gray, thickness: int = 1) -> Any:
     return picture
 
 
-def write_overlay(run: FilmRun, path: str | Path, progress: Callable[[int, int], None]) -> None:
-    """Write the film with the outline, small: green where it is used, red where it is not."""
+def marked(run: MarkerRun, film: Film, camera: Camera, depth: float) -> Callable[[int, Gray], Any]:
+    """Return what draws the chain and the marks of a run over frames: green ones are used, red ones are rejected."""
+    import cv2
+
+    frames = np.searchsorted(film.time, run.markers.time - 0.5 / film.rate)
+    rows = {int(frame): row for row, frame in enumerate(frames)}
+    chain = camera.pixels(run.joints(np.arange(len(frames))), depth)
+    seen = run.markers.weight > 0
+    places = camera.pixels(np.where(seen[..., np.newaxis], run.markers.place, 0.0), depth)
+
+    def draw(number: int, frame: Gray) -> Any:
+        picture = cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR)
+        if (row := rows.get(number)) is None:
+            return picture
+        color = GOOD if run.fit.determined[row] else BAD
+        cv2.polylines(picture, [np.rint(16 * chain[row]).astype(np.int32)], False, color, 1, cv2.LINE_AA, 4)
+        for m in np.flatnonzero(seen[row]):
+            at = np.rint(16 * places[row, m]).astype(int).tolist()
+            cv2.circle(picture, at, 16 * 5, BAD if run.fit.rejected[row, m] else GOOD, 1, cv2.LINE_AA, 4)
+        return picture
+
+    return draw
+
+
+def write_overlay(
+    film: Film, draw: Callable[[int, Gray], Any], path: str | Path, progress: Callable[[int, int], None]
+) -> None:
+    """Write a film with what is drawn over its frames, small: green where it is used, red where it is not."""
     import av
     import cv2
 
-    film = run.view.film
     every = -(-len(film.time) // MOST)
     factor = min(1.0, LARGEST / film.width)
     size = (2 * round(film.width * factor / 2), 2 * round(film.height * factor / 2))
@@ -51,7 +78,7 @@ def write_overlay(run: FilmRun, path: str | Path, progress: Callable[[int, int],
         for number, frame in film.frames():
             if number % every:
                 continue
-            picture = cv2.resize(drawn(run, number, frame), size, interpolation=cv2.INTER_AREA)
+            picture = cv2.resize(draw(number, frame), size, interpolation=cv2.INTER_AREA)
             out.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="bgr24")))
             progress(number + 1, len(film.time))
         out.mux(stream.encode(None))

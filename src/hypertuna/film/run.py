@@ -18,6 +18,7 @@ from hypertuna.film.noise import Beat, beat_of, path_noise
 from hypertuna.film.sections import Body, body_of
 from hypertuna.film.source import open_film
 from hypertuna.film.states import FIXES, OK, STATES
+from hypertuna.film.takes import jumps, split_takes
 from hypertuna.film.track import MIN_SEEN, Tracked, Tracker, Tuning, check_seen, forward, links_of, track, tune
 from hypertuna.film.view import View, view_of
 from hypertuna.io.checkpoint import Journal
@@ -128,6 +129,7 @@ class FilmRun:
             )
         elif self.beat.beats < 6:
             told.append(f"{self.name}: {self.beat.beats:.1f} beats are few: six show the noise well.")
+        told += [f"{self.name}: {sentence}" for sentence in jumps(self.stretches, self.tracked.time)]
         if lost := len(self.tracked.state) - sum(map(len, self.stretches)):
             why = [f"{(self.tracked.state == k).sum()} {STATES[k]}" for k in FIXES if (self.tracked.state == k).any()]
             told.append(f"{self.name}: {lost} frames are left out ({', '.join(why) or 'in short parts'}).")
@@ -142,14 +144,16 @@ def track_film(
     depth: float,
     sections: str | Path | None = None,
     scale: str = "fish",
+    frame_rate: float | None = None,
     journal: Journal | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> FilmRun:
     """Track a robot through a film.
 
-    depth: of the fish [m]; sections: CSV file of widths and heights; scale: "fish", by its length, or "camera".
+    depth: of the fish [m]; sections: CSV file of widths and heights; scale: "fish", by its length, or "camera";
+    frame_rate: of filming, where the film has another [Hz].
     """
-    film = open_film(path)
+    film = open_film(path, frame_rate)
     body = body_of(robot, sections)
     view, samples = view_of(film, camera, depth, body)
     tuning = tune(view, body, samples)
@@ -209,7 +213,8 @@ def _check(tracked: Tracked, body: Body, file: str) -> tuple[Frames, ...]:
     """Return the frames in use; refuse a film of which too little is known."""
     state, count = tracked.state, len(tracked.state)
     check_seen(body, tracked.seen[np.isfinite(tracked.offset)], file)
-    stretches = stretches_of(tracked.time, np.flatnonzero(state == OK))
+    whole = stretches_of(tracked.time, np.flatnonzero(state == OK))
+    stretches = split_takes(whole, tracked.unknowns[:, :2], float(body.length.sum()))
     used = sum(map(len, stretches))
     if used < LEAST_OK * count:
         worst = max(FIXES, key=lambda k: int((state == k).sum()))

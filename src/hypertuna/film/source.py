@@ -25,6 +25,7 @@ LARGEST = 9_000_000  # pixels of a frame: 4K
 RATES = (5.0, 2000.0)  # Hz
 UNEVEN = 0.1  # of the interval: how far a time may lie from a multiple of it
 LOST = 0.5  # of the intervals, by frames that are missing
+FILMED_AT = "com.android.capture.fps"  # where phones write the rate of slow motion
 LEAST, MOST = 24, 2_000_000  # frames
 # The forms of films that are read, by the name of FFmpeg and their first bytes: others may name further files.
 FORMS: dict[str, Callable[[bytes], bool]] = {
@@ -42,58 +43,86 @@ class Film:
     width: int
     height: int
     time: Array  # (frames,) [s] from the first
+    begin: float = 0.0  # s of the first frame, by the file
+    pace: float = 1.0  # s of the tank in one of the file: below 1 for slow motion
+    turn: int = 0  # quarter turns, counter-clockwise, in which pictures are shown
 
     @property
     def rate(self) -> float:
-        """Frames per second [Hz]."""
-        return 1 / float(np.median(np.diff(self.time)))
+        """Frames per second [Hz], lost ones included; single times of some formats are whole milliseconds."""
+        interval = np.diff(self.time)
+        return float(np.rint(interval / np.median(interval)).sum() / (self.time[-1] - self.time[0]))
 
     def frames(self, first: int = 0) -> Iterator[tuple[int, Gray]]:
         """Yield number and gray levels (height, width) of frames in order, from a number on."""
+        return self._decoded(first, self._gray)
+
+    def colors(self, first: int = 0) -> Iterator[tuple[int, Gray]]:
+        """Yield number and blue, green, red (height, width, 3) of frames in order, from a number on."""
+        return self._decoded(first, self._color)
+
+    def _decoded(self, first: int, picture: Callable[[Any], Gray]) -> Iterator[tuple[int, Gray]]:
+        """Yield number and picture of frames in order, from a number on."""
         half = 0.5 / self.rate
         with _decoder(self.file) as (container, stream):
             if first > 0:
-                _seek(container, stream, float(self.time[first]))
-            begin = None if stream.start_time is None else float(stream.start_time * stream.time_base)
+                _seek(container, stream, self._stamp(first), self.file)
             for frame in _read(container.decode(stream), self.file):
                 if frame.time is None or frame.is_corrupt:
                     continue
-                begin = frame.time if begin is None else begin
-                number = int(np.searchsorted(self.time, frame.time - begin - half))
+                number = int(np.searchsorted(self.time, (frame.time - self.begin) * self.pace - half))
                 if number >= first and number < len(self.time):
-                    yield number, self._gray(frame)
+                    yield number, picture(frame)
 
-    def sample(self, count: int = SAMPLES) -> Gray:
-        """Return gray levels (samples, height, width) of frames all over the film: its key frames, by seeking.
+    def _stamp(self, number: int) -> float:
+        """Return the time [s] of a frame by the file."""
+        return self.begin + float(self.time[number]) / self.pace
 
-        A film that has too few of them is short, and read from its begin to its end.
+    def sample(self, count: int = SAMPLES, *, colors: bool = False) -> Gray:
+        """Return gray levels (samples, height, width), or colors (..., 3), of frames all over the film.
+
+        They are its key frames, by seeking. A film that has too few of them is short, and read from begin to end.
         """
-        count = max(5, min(count, ROOM // (self.width * self.height), len(self.time)))
+        pixels = self.width * self.height * (3 if colors else 1)
+        count = max(5, min(count, ROOM // pixels, len(self.time)))
         wanted = np.linspace(0, len(self.time) - 1, count).round().astype(int)
         found: dict[float, Gray] = {}
+        picture = self._color if colors else self._gray
         with _decoder(self.file) as (container, stream):
             for number in wanted if len(self.time) > 4 * count else ():
-                _seek(container, stream, float(self.time[number]))
+                _seek(container, stream, self._stamp(number), self.file)
                 frame = next(_read(container.decode(stream), self.file), None)
                 if frame is not None and frame.time is not None and frame.time not in found:
-                    found[frame.time] = self._gray(frame)
+                    found[frame.time] = picture(frame)
         if len(found) < 0.7 * count:
-            found = {float(k): frame for k, frame in self.frames() if k in wanted}
+            found = {float(k): frame for k, frame in self._decoded(0, picture) if k in wanted}
         return np.stack([*found.values()])
 
     def _gray(self, frame: Any) -> Gray:
         """Return the gray levels of a frame."""
-        if (frame.width, frame.height) != (self.width, self.height):
-            raise InputError("must have frames of one size", file=self.file, fix="film each run by itself")
         if frame.format.name.startswith(("yuv", "gray", "nv12")) and frame.format.components[0].bits == 8:
             plane = frame.planes[0]
             rows = np.frombuffer(plane, np.uint8).reshape(-1, plane.line_size)
-            return rows[: self.height, : self.width].copy()
-        return np.asarray(frame.to_ndarray(format="gray"))
+            return self._shown(rows[: frame.height, : frame.width])
+        return self._shown(frame.to_ndarray(format="gray"))
+
+    def _color(self, frame: Any) -> Gray:
+        """Return the colors of a frame."""
+        return self._shown(frame.to_ndarray(format="bgr24"))
+
+    def _shown(self, picture: Gray) -> Gray:
+        """Return a copy of a picture as it is shown: phones store portraits lying."""
+        turned = np.rot90(picture, self.turn)
+        if turned.shape[:2] != (self.height, self.width):
+            raise InputError("must have frames of one size", file=self.file, fix="film each run by itself")
+        return turned.copy()
 
 
-def open_film(path: str | Path) -> Film:
-    """Read the times of a film, without its pictures, and check that its rate is constant."""
+def open_film(path: str | Path, frame_rate: float | None = None) -> Film:
+    """Read the times of a film, without its pictures, and check that its rate is constant.
+
+    frame_rate: at which it was filmed [Hz], where the file has another one: slow motion.
+    """
     need("film", "av", "cv2", by="films")
     name = str(path)
     with _decoder(name) as (container, stream):
@@ -105,12 +134,39 @@ def open_film(path: str | Path) -> Film:
             )
         stamps = []
         for packet in _read(container.demux(stream), name):
-            if packet.pts is not None and packet.size:
+            if packet.pts is not None and packet.size and not packet.is_discard:
                 stamps.append(float(packet.pts * packet.time_base))
             if len(stamps) > MOST:
                 raise InputError(f"must have {MOST} frames at most", file=name, value="longer", fix="cut it")
-    time = np.sort(np.array(stamps))
-    return Film(name, width, height, _checked(time - time[:1], name))
+        filmed = frame_rate or _filmed_at(container)
+    stamp = np.sort(np.array(stamps))
+    pace = 1.0
+    if filmed is not None and len(stamp) > 1 and (usual := float(np.median(np.diff(stamp)))) > 0:
+        pace = 1 / (usual * filmed)
+    time = _checked((stamp - stamp[:1]) * pace, name)
+    turn = _turn(name)
+    return Film(name, *((height, width) if turn % 2 else (width, height)), time, float(stamp[0]), pace, turn)
+
+
+def _filmed_at(container: Any) -> float | None:
+    """Return the frame rate [Hz] at which a phone says that it filmed slow motion."""
+    try:
+        rate = float(container.metadata.get(FILMED_AT, ""))
+    except ValueError:
+        return None
+    return rate if RATES[0] <= rate <= RATES[1] else None
+
+
+def _turn(name: str) -> int:
+    """Return the quarter turns in which the pictures of a film are shown; interlaced pictures are refused."""
+    with _decoder(name) as (container, stream):
+        frame = next(_read(container.decode(stream), name), None)
+    if frame is None:
+        raise InputError("must have pictures that can be decoded", file=name, value="none", fix="copy it anew")
+    if frame.interlaced_frame:
+        fix = "film progressively (60p, not 60i), or convert it: ffmpeg -i FILM -vf bwdif film.mp4"
+        raise InputError("must have whole frames", file=name, value="interlaced: two half pictures in each", fix=fix)
+    return int(round(frame.rotation / 90) % 4)
 
 
 def _checked(time: Array, name: str) -> Array:
@@ -180,15 +236,17 @@ def _read(parts: Iterator[Any], name: str) -> Iterator[Any]:
         raise _unreadable(name, error) from None
 
 
-def _seek(container: Any, stream: Any, time: float) -> None:
-    """Go to the last key frame before a time from the first frame [s]."""
+def _seek(container: Any, stream: Any, time: float, name: str) -> None:
+    """Go to the last key frame before a time of the file [s]."""
     import av
 
-    begin = stream.start_time or 0
-    try:
-        container.seek(begin + int(time / stream.time_base), stream=stream, backward=True)
-    except av.FFmpegError:
-        container.seek(begin, stream=stream, backward=True)
+    for place in (int(time / stream.time_base), stream.start_time or 0):
+        try:
+            container.seek(place, stream=stream, backward=True)
+            return
+        except av.FFmpegError as error:
+            failed = error
+    raise _unreadable(name, failed)
 
 
 def _unreadable(name: str, error: Exception) -> InputError:

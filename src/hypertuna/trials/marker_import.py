@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,12 @@ def fit_marker_run(robot: Robot, path: str | Path, wishes: Wishes, **options: An
 
     options: of `read_markers`.
     """
-    markers = _without(read_markers(path, **options), wishes.leave_out)
+    return fit_markers(robot, read_markers(path, **options), wishes)
+
+
+def fit_markers(robot: Robot, markers: Markers, wishes: Wishes) -> MarkerRun:
+    """Fit the chain of a robot to markers, whether or not the run can be used."""
+    markers = _without(markers, wishes.leave_out)
     where, notes = _places(robot, markers, wishes)
     own = [markers.names.index(name) for name in where.names]
     kept = replace(
@@ -80,7 +86,7 @@ def fit_marker_run(robot: Robot, path: str | Path, wishes: Wishes, **options: An
         where = _learned(robot, where, kept, fitted)
     chain, fit = fitted(where, kept)
     stretches = stretches_of(kept.time, np.flatnonzero(fit.determined))
-    return MarkerRun(Path(path).stem, kept, where, chain, fit, stretches, _limits(robot))
+    return MarkerRun(Path(markers.file).stem, kept, where, chain, fit, stretches, _limits(robot))
 
 
 def _check_size(robot: Robot, markers: Markers) -> None:
@@ -140,15 +146,27 @@ def _limits(robot: Robot) -> Array:
     return np.array([own or high for own, high in zip(said, gaits, strict=True)])
 
 
-def write_marker_runs(runs: Sequence[MarkerRun], robot: Robot, output: str | Path, comment: str) -> list[str]:
-    """Write joint angles and head poses of runs, and a manifest of them; return the names of the files."""
+def write_marker_runs(
+    runs: Sequence[MarkerRun],
+    robot: Robot,
+    output: str | Path,
+    comment: str,
+    noises: Sequence[tuple[Array, float] | None] = (),
+) -> list[str]:
+    """Write joint angles and head poses of runs, and a manifest of them; return the names of the files.
+
+    noises: of each run, where they are known: standard deviations (groups,) [rad] of the angles and their memory [s].
+    """
     folder, files, recordings = Path(output).parent, [], []
-    for run in runs:
+    for run, noise in zip_longest(runs, noises):
         for k, frames in enumerate(run.stretches):
             name = run.name if len(run.stretches) == 1 else f"{run.name}-{k + 1}"
             time, angle, sd = run.markers.time[frames], run.fit.angle[frames], run.fit.sd[frames, 3:]
             own = (time, angle, sd, run.head[frames], run.head_sd[frames])
             entry, written = write_recording(folder, name, run.chain.groups, *own, comment=comment)
+            if noise is not None:
+                entry["joints"]["noise_deg"] = [float(f"{sd:.4g}") for sd in np.degrees(noise[0])]
+                entry["joints"]["noise_tau_s"] = float(f"{noise[1]:.4g}")
             recordings.append(entry)
             files += written
     document = {"format": 1, "robot": robot.name, "recordings": recordings}

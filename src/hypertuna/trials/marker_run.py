@@ -54,6 +54,14 @@ class MarkerRun:
         by[:, 0, 2], by[:, 1, 2] = -half * np.sin(heading), half * np.cos(heading)
         return np.asarray(np.sqrt(np.einsum("fia,fab,fib->fi", by, self.fit.covariance[:, :3, :3], by)))
 
+    def joints(self, frames: Frames) -> Array:
+        """Return nose, joints and tail (frames, links + 1, 2) [m]."""
+        pose, angle = self.fit.pose[frames], self.fit.angle[frames]
+        heading = pose[:, 2:3] + angle @ self.chain.share.T
+        steps = self.chain.length[:, np.newaxis] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+        begin = np.zeros_like(steps[:, :1])
+        return np.asarray(pose[:, np.newaxis, :2] + np.concatenate([begin, np.cumsum(steps, axis=1)], axis=1))
+
     @cached_property
     def length_ratio(self) -> float:
         """Median length of the line through the markers over that through their places on the chain.

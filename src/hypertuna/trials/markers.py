@@ -70,6 +70,28 @@ def read_markers(
     Markers
     """
     points = read_points(path, individual)
+    return markers_of(
+        points,
+        scale=scale,
+        frame_rate=frame_rate,
+        y_down=y_down,
+        pixels=pixels,
+        min_likelihood=min_likelihood,
+        vertical=vertical,
+    )
+
+
+def markers_of(
+    points: Points,
+    *,
+    scale: float | None = None,
+    frame_rate: float | None = None,
+    y_down: bool | None = None,
+    pixels: bool = False,
+    min_likelihood: float = 0.5,
+    vertical: str | None = None,
+) -> Markers:
+    """Judge tracked points; options: as of `read_markers`."""
     scale, notes = _scale(points, scale)
     time, more = clock_of(points, frame_rate)
     if len(time) < MIN_FRAMES:

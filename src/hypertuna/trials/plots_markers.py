@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, FAINT, INK, WIDTH, line_style, styled
 from hypertuna.trials.marker_run import MarkerRun
 
@@ -28,19 +27,11 @@ def plot_markers(run: MarkerRun, *, width: float = WIDTH) -> Figure:
     return figure
 
 
-def _corners(run: MarkerRun, frames: Array) -> Array:
-    """Return nose, joints and tail (frames, links + 1, 2) [m]."""
-    pose, angle = run.fit.pose[frames], run.fit.angle[frames]
-    heading = pose[:, 2:3] + angle @ run.chain.share.T
-    steps = run.chain.length[:, np.newaxis] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-    return np.asarray(pose[:, np.newaxis, :2] + np.concatenate([0 * steps[:, :1], np.cumsum(steps, axis=1)], axis=1))
-
-
 def _plot_chain(panel: Axes, run: MarkerRun) -> None:
     """Plot some postures with their markers."""
     own = np.concatenate(run.stretches) if run.stretches else np.flatnonzero((run.markers.weight > 0).sum(axis=1) > 2)
     frames = own[np.linspace(0, len(own) - 1, min(POSTURES, len(own))).astype(int)]
-    for k, (line, frame) in enumerate(zip(_corners(run, frames), frames, strict=True)):
+    for k, (line, frame) in enumerate(zip(run.joints(frames), frames, strict=True)):
         color, time = COLORS[k + 1], run.markers.time[frame]
         panel.plot(*line.T, color=color, linewidth=3, alpha=0.55, label=f"chain at {time:.3g} s")
         panel.plot(*line[1:-1].T, "o", color=color, mfc="white", markersize=5, label="its joints" * (k == 0))

@@ -1,0 +1,154 @@
+"""Blinks of a lamp in a film, and how the clock of a log runs beside that of the film."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError
+from hypertuna.film.source import Film
+from hypertuna.io.tables import parse_float, read_table
+
+LEAST_LEVEL = 20.0  # gray levels between lamp on and off
+NEAR = 4  # px around the lamp
+DRIFT = 1e-3  # largest, of clocks
+USUAL_DRIFT = 1e-4  # standard deviation of what is expected of them, before blinks tell more
+MOST = 200  # blinks
+STEP = 0.5  # frames, rms of the blinks about the line between both clocks
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The clock of a log beside that of a film: film = log + offset + drift (log - middle)."""
+
+    offset: float  # s to add to the log's clock, in the middle of the blinks
+    middle: float  # s, of the blinks by the log
+    drift: float  # s per s
+    sd: float  # s, standard deviation of the offset
+    drift_sd: float
+    left: float  # s rms, of the blinks about the line
+    blinks: int  # that both have
+
+
+def lamp_of(film: Film) -> tuple[int, int]:
+    """Return the pixel (u, v) that blinks most: bright and dark in turns, and not like its surroundings."""
+    import cv2
+
+    samples = np.stack([cv2.blur(sample, (5, 5)) for sample in film.sample()]).astype(np.int16)
+    high, low = np.percentile(samples, [95, 5], axis=0)
+    usual = np.median(samples, axis=0)
+    swing = (high - low) * (np.minimum(high - usual, usual - low) <= 0.25 * (high - low))
+    bright = np.where(high > np.percentile(high, 50) + LEAST_LEVEL, swing, 0)
+    v, u = np.unravel_index(int(np.argmax(bright)), bright.shape)
+    if bright[v, u] < LEAST_LEVEL:
+        fix = "give its pixel by --led, film it larger, or cover it from the light of the room"
+        raise InputError("must show a lamp that blinks", file=film.file, value="none", fix=fix)
+    return int(u), int(v)
+
+
+def blinks_of(film: Film, lamp: tuple[int, int]) -> Array:
+    """Return the times [s] at which a lamp at a pixel goes on.
+
+    A lamp that goes on during the exposure of a frame is half bright in it: times are known to about a half of a frame.
+    """
+    u, v = lamp
+    if not (0 <= u < film.width and 0 <= v < film.height):
+        rule, fix = "must lie in the picture", "give the pixel as a viewer shows it"
+        raise InputError(rule, file=film.file, key="--led", value=f"{u}, {v}", fix=fix)
+    box = (slice(max(v - NEAR, 0), v + NEAR + 1), slice(max(u - NEAR, 0), u + NEAR + 1))
+    light = np.full(len(film.time), np.nan)
+    for number, frame in film.frames():
+        light[number] = frame[box].astype(float).mean()
+    own = np.isfinite(light)
+    time, light = film.time[own], light[own]
+    low, high = np.percentile(light, [2, 98])
+    if high - low < LEAST_LEVEL:  # one short blink in a long film
+        low, high = float(np.median(light)), float(light.max())
+    if high - low < LEAST_LEVEL:
+        rule, fix = f"must blink by {LEAST_LEVEL:g} gray levels", "check --led, and whether the lamp is seen"
+        raise InputError(rule, file=film.file, key="the lamp", value=f"{high - low:.1f}", fix=fix)
+    on = light > (low + high) / 2
+    begun = np.flatnonzero(on[1:] & ~on[:-1]) + 1
+    # it went on within the interval before: on average half of it before the frame
+    return np.asarray(time[begun] - 0.5 / film.rate)
+
+
+def read_blinks(path: str | Path, column: str = "blink") -> Array:
+    """Read the times [s] at which the lamp went on by a log: a CSV file with time_s, and 0 or 1 in a column."""
+    table = read_table(path)
+    for name in ("time_s", column):
+        if name not in table.head:
+            value, fix = ", ".join(table.head), "name the column of the lamp by --column"
+            raise InputError("must be a column", file=table.file, key=name, value=f"missing in {value}", fix=fix)
+    rows = np.array(table.parse(lambda _, cells: [parse_float(cells[name]) for name in ("time_s", column)]))
+    time, on = rows.T
+    if not np.isfinite(rows).all() or (np.diff(time) <= 0).any():
+        raise InputError("must grow from row to row", file=table.file, key="time_s", fix="sort the rows by time")
+    lit = on > 0.5 * (on.min() + on.max()) if np.ptp(on) else np.zeros(len(on), dtype=bool)
+    begun = np.flatnonzero(lit[1:] & ~lit[:-1]) + 1
+    if not len(begun):
+        fix = "log the command of the lamp: 1 while it is on"
+        raise InputError("must go from off to on", file=table.file, key=column, value="never", fix=fix)
+    return np.asarray((time[begun] + time[begun - 1]) / 2)
+
+
+def clock_between(film: Array, log: Array, rate: float, file: str) -> Clock:
+    """Return the clock of a log by blinks (n,) [s] of the film and of the log; rate: of the film's frames [Hz].
+
+    Blinks may be missing in either. A second way to match as many of them is an error: they repeat.
+    """
+    if not len(film):
+        raise InputError("must show a blink", file=file, key="the lamp", value="none", fix="film the lamp going on")
+    for blinks, where in ((film, "the film"), (log, "the log")):
+        if len(blinks) > MOST:
+            fix = "blink a few times at the begin and at the end"
+            raise InputError(
+                f"must be {MOST} at most", file=file, key=f"blinks in {where}", value=f"{len(blinks)}", fix=fix
+            )
+    ways: dict[tuple[int, ...], Clock] = {}
+    for one in film:
+        for other in log:
+            found = _matched(film, log, float(one), float(other), 1 / rate)
+            if found is not None:
+                ways.setdefault(found[0], found[1])
+    most = max((clock.blinks for clock in ways.values()), default=0)
+    best = [clock for clock in ways.values() if clock.blinks == most]
+    offsets = sorted(clock.offset for clock in best)
+    if len(best) > 1 and offsets[-1] - offsets[0] > 2 / rate:
+        value = f"offsets of {', '.join(f'{offset:.3g}' for offset in offsets[:4])} s"
+        rule, fix = "must match in one way", "blink at unequal times, such as after 1, 3 and 4 s, or film all blinks"
+        raise InputError(rule, file=file, key="the blinks", value=value, fix=fix)
+    if not best or 2 * most <= min(len(film), len(log)):
+        value = f"{len(film)} in the film and {len(log)} in the log, of which {most} fit each other"
+        fix = "check that both saw the same lamp"
+        raise InputError("must be the same in film and log", file=file, key="the blinks", value=value, fix=fix)
+    return min(best, key=lambda clock: clock.left)
+
+
+def _matched(film: Array, log: Array, one: float, other: float, frame: float) -> tuple[tuple[int, ...], Clock] | None:
+    """Return which blinks of the log those of the film are, if `one` of these is `other` of the log, and the clock."""
+    apart = film[:, np.newaxis] - log - (one - other)
+    allowed = frame + DRIFT * np.abs(log - other)
+    nearest = np.argmin(np.abs(apart), axis=1)
+    own = np.flatnonzero(np.abs(apart[np.arange(len(film)), nearest]) < allowed[nearest])
+    its = nearest[own]
+    if len(set(its.tolist())) < len(its):
+        return None
+    middle, sd = float(log[its].mean()), frame / math.sqrt(12)
+    away, lag = log[its] - middle, film[own] - log[its]
+    known_by = float((away**2).sum()) + (sd / USUAL_DRIFT) ** 2
+    drift = float((away * (lag - lag.mean())).sum()) / known_by
+    left = float(np.sqrt(((lag - lag.mean() - drift * away) ** 2).mean()))
+    if left > STEP * frame:
+        return None
+    known = [-1] * len(film)
+    for k, j in zip(own.tolist(), its.tolist(), strict=True):
+        known[k] = j
+    count = len(own)
+    return tuple(known), Clock(
+        float(lag.mean()), middle, drift, sd / math.sqrt(count), sd / math.sqrt(known_by), left, count
+    )

@@ -1,0 +1,219 @@
+"""Colored dots on a robot: their centers in a frame, in their order along the body, and frame by frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError, shown
+from hypertuna.film.source import Film, Gray, background_of
+
+# Hues by name, as red, green, blue.
+COLORS = {
+    "red": "#ff0000",
+    "orange": "#ff8000",
+    "yellow": "#ffff00",
+    "green": "#00c000",
+    "cyan": "#00ffff",
+    "blue": "#0000ff",
+    "magenta": "#ff00ff",
+}
+LEAST_COLOR = 15.0  # of CIE Lab, from the color of the empty tank
+LEAST_AREA = 5  # px
+LARGE, SMALL = 1.45, 0.3  # times the usual area: two dots that touch; no whole dot
+GATE = 0.5  # of the least distance between neighbors: how far a dot may be from where it is expected
+GAP = 0.2  # s after which dots are sought anew
+LEAST_DOTS = 3
+RIM = 2  # px around the pixels of a dot that its center counts, too
+Blobs = tuple[Array, Array]  # centers (n, 2) [px] and areas (n,) [px]
+
+
+@dataclass(frozen=True)
+class Palette:
+    """What is a dot: how far its color must be from that of the empty tank, and in which direction."""
+
+    tank: NDArray[np.float32]  # (height, width, 2): a and b of CIE Lab
+    hue: Array | None  # (2,) unit vector; None for all
+    level: float = LEAST_COLOR
+
+    def __call__(self, frame: Gray) -> Array:
+        """Return how strongly each pixel (height, width) has the color of a dot."""
+        away = _chroma(frame) - self.tank
+        if self.hue is None:
+            return np.asarray(np.hypot(away[..., 0], away[..., 1]))
+        along = away @ self.hue
+        return np.asarray(along - np.abs(away @ np.array([-self.hue[1], self.hue[0]], np.float32)))
+
+    def blobs(self, frame: Gray) -> Blobs:
+        """Return the dots of a frame."""
+        import cv2
+
+        strong = self(frame)
+        _, label, about, _ = cv2.connectedComponentsWithStats((strong > 0.5 * self.level).astype(np.uint8))
+        centers, areas = [], []
+        for k in range(1, len(about)):
+            left, top, wide, high, area = about[k]
+            if area < LEAST_AREA:
+                continue
+            box = (slice(max(top - RIM, 0), top + high + RIM), slice(max(left - RIM, 0), left + wide + RIM))
+            weight = np.where((label[box] == k) | (label[box] == 0), np.maximum(strong[box] - 0.15 * self.level, 0), 0)
+            u, v = box[1].start + np.arange(weight.shape[1]), box[0].start + np.arange(weight.shape[0])
+            centers.append(np.array([weight.sum(axis=0) @ u, weight.sum(axis=1) @ v]) / weight.sum())
+            areas.append(area)
+        return np.array(centers).reshape(-1, 2), np.array(areas, dtype=float)
+
+
+def _chroma(frame: Gray) -> Array:
+    """Return a and b (height, width, 2) of CIE Lab."""
+    import cv2
+
+    return np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2LAB)[..., 1:])
+
+
+def hue_of(color: str) -> Array:
+    """Return the direction (2,) of a color, given by name or as #rrggbb, from gray in CIE Lab."""
+    import cv2
+
+    text = COLORS.get(color.lower(), color).removeprefix("#")
+    try:
+        red, green, blue = bytes.fromhex(text)
+    except ValueError:
+        fix = f"give one of {', '.join(COLORS)}, or #rrggbb as a picture viewer shows it"
+        raise InputError("must be a color", key="--dot-color", value=shown(color), fix=fix) from None
+    away = (
+        cv2.cvtColor(np.array([[[blue, green, red]]], np.uint8), cv2.COLOR_BGR2LAB)[0, 0, 1:].astype(np.float32) - 128
+    )
+    size = float(np.hypot(*away))
+    if size < LEAST_COLOR:
+        fix = "paint the dots in a strong color"
+        raise InputError("must be a color, not a gray", key="--dot-color", value=shown(color), fix=fix)
+    return np.asarray(away / size)
+
+
+def palette_of(film: Film, color: str | None) -> tuple[Palette, int, float]:
+    """Return what is a dot in a film, how many there are in most of its samples, and their usual area [px]."""
+    samples = film.sample(colors=True)
+    # of colors, not of their red, green and blue: where fish, dots and tank are seen, these would make another color
+    tank = background_of(np.stack([_chroma(sample) for sample in samples])).astype(np.float32)
+    palette = Palette(tank, None if color is None else hue_of(color))
+    import cv2
+
+    level = float(np.median([cv2.blur(palette(sample), (3, 3)).max() for sample in samples]))
+    if level < LEAST_COLOR:
+        rule = f"must show dots whose color differs from the tank's by {LEAST_COLOR:g} of CIE Lab"
+        fix = "paint strong colors, film in white light, and let the robot swim: what stays belongs to the tank"
+        raise InputError(rule, file=film.file, key="the dots", value=f"{level:.1f}", fix=fix)
+    palette = Palette(tank, palette.hue, level)
+    areas = [palette.blobs(sample)[1] for sample in samples]
+    usual = float(np.median(np.concatenate(areas)))
+    counts = np.bincount([int((area > SMALL * usual).sum()) for area in areas])
+    return palette, int(np.argmax(counts[1:])) + 1 if len(counts) > 1 else 0, usual
+
+
+def along_body(points: Array) -> Array:
+    """Return the order of points (n, 2) on the shortest way through all: from one to its next neighbor, and so on."""
+    apart = np.linalg.norm(points[:, np.newaxis] - points, axis=2)
+    ways = []
+    for first in range(len(points)):
+        way, rest = [first], set(range(len(points))) - {first}
+        while rest:
+            way.append(min(rest, key=lambda k: apart[way[-1], k]))
+            rest.remove(way[-1])
+        ways.append(way)
+    return np.array(min(ways, key=lambda way: apart[way[:-1], way[1:]].sum()))
+
+
+@dataclass
+class Follower:
+    """Dots followed from frame to frame. `place` (count, 2) [px] is where they are, seen or not."""
+
+    count: int
+    usual: float  # px, area of a dot
+    rate: float  # Hz
+    place: Array | None = None
+    step: Array = field(default_factory=lambda: np.zeros(2))
+    lost: int = 0  # frames since dots were seen
+    begun: list[int] = field(default_factory=list)  # frames at which dots were sought anew
+    touching: int = 0  # frames in which two dots are one
+
+    def next(self, number: int, blobs: Blobs) -> Array:
+        """Return the dots (count, 2) of the next frame, NaN where one is missing."""
+        centers, areas = blobs[0][blobs[1] > SMALL * self.usual], blobs[1][blobs[1] > SMALL * self.usual]
+        if self.place is None or self.lost > GAP * self.rate:
+            return self._anew(number, centers, areas)
+        expected = self.place + self.step
+        gate = GATE * float(np.linalg.norm(np.diff(self.place, axis=0), axis=1).min()) + np.linalg.norm(self.step)
+        apart = np.linalg.norm(expected[:, np.newaxis] - centers, axis=2)
+        own, other = linear_sum_assignment(np.where(apart < gate, apart, 10 * gate)) if len(centers) else ([], [])
+        dots = np.full((self.count, 2), np.nan)
+        joined = False
+        for k, j in zip(own, other, strict=True):
+            if apart[k, j] >= gate:
+                continue
+            if areas[j] > LARGE * self.usual:
+                joined = True
+                continue
+            dots[k] = centers[j]
+        self.touching += joined
+        seen = np.isfinite(dots[:, 0])
+        if seen.sum() < max(2, self.count / 2):
+            self.lost += 1
+            return np.full((self.count, 2), np.nan)
+        moved = np.where(seen[:, np.newaxis], dots, _carried(self.place[seen], dots[seen], self.place))
+        self.step = (moved - self.place).mean(axis=0) / (self.lost + 1)
+        self.place, self.lost = moved, 0
+        return dots
+
+    def _anew(self, number: int, centers: Array, areas: Array) -> Array:
+        """Return dots that are found without those of frames before: all of them, and nothing else."""
+        if len(centers) != self.count or (areas > LARGE * self.usual).any():
+            self.lost += 1
+            return np.full((self.count, 2), np.nan)
+        self.place, self.step, self.lost = centers[along_body(centers)], np.zeros(2), 0
+        self.begun.append(number)
+        return self.place.copy()
+
+
+def _carried(before: Array, after: Array, points: Array) -> Array:
+    """Move and turn points (n, 2) as others moved from before to after."""
+    one, other = (before - before.mean(axis=0)) @ [1, 1j], (after - after.mean(axis=0)) @ [1, 1j]
+    turn = np.exp(1j * np.angle((other * one.conj()).sum()))
+    away = ((points - before.mean(axis=0)) @ [1, 1j]) * turn
+    return np.asarray(np.stack([away.real, away.imag], axis=1) + after.mean(axis=0))
+
+
+def follow_dots(
+    film: Film, color: str | None, count: int | None, progress: Callable[[int, int], None]
+) -> tuple[Array, list[int], list[str]]:
+    """Return dots (frames, dots, 2) [px] in their order along the body, from either end, and what to tell.
+
+    count: of the dots, if it is known. The list has the frames at which dots are sought anew: the end from which they
+    are counted may change there.
+    """
+    palette, seen, usual = palette_of(film, color)
+    count = seen if count is None else count
+    if count < LEAST_DOTS:
+        fix = "paint a dot on each link at least, and give their color by --dot-color"
+        raise InputError(f"must show {LEAST_DOTS} colored dots at least", file=film.file, value=f"{count}", fix=fix)
+    follower, dots = Follower(count, usual, film.rate), np.full((len(film.time), count, 2), np.nan)
+    for number, blobs in _blobs(film, palette):
+        dots[number] = follower.next(number, blobs)
+        progress(number + 1, len(film.time))
+    if not follower.begun:
+        rule, fix = f"must show all {count} dots apart in one frame at least", "check --places and --dot-color"
+        raise InputError(rule, file=film.file, value=f"{seen} in most frames", fix=fix)
+    notes = [f"{count} dots of {np.sqrt(4 * usual / np.pi):.1f} px are followed"]
+    if follower.touching:
+        notes.append(f"dots of one color touch in {follower.touching} frames, and are missing there")
+    return dots, follower.begun, notes
+
+
+def _blobs(film: Film, palette: Palette) -> Iterator[tuple[int, Blobs]]:
+    """Yield number and dots of frames."""
+    for number, frame in film.colors():
+        yield number, palette.blobs(frame)

@@ -1,0 +1,153 @@
+"""Dots or tags of a film as tracked points on the swimming plane, which are judged as those of any file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError, shown
+from hypertuna.film.camera import Camera
+from hypertuna.film.dots import follow_dots
+from hypertuna.film.noise import beat_of
+from hypertuna.film.source import Film
+from hypertuna.film.tags import find_tags
+from hypertuna.io.door import RUNS
+from hypertuna.io.tables import read_table
+from hypertuna.trials.marker_places import Places, read_places
+from hypertuna.trials.marker_run import MarkerRun
+from hypertuna.trials.points import Points, Rows
+
+FORWARD = 0.1  # lengths through which dots must go to tell nose from tail
+UNEQUAL = 2.0  # times smaller misfit of the distances between dots, by which they tell it
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What is painted or glued on a robot."""
+
+    kind: str  # "dots" or "tags"
+    color: str | None = None  # of dots
+    dictionary: str = "4x4_50"  # of tags
+    places: str | Path | None = None  # CSV file of places
+
+
+def points_of(
+    robot: Robot, film: Film, camera: Camera, depth: float, marks: Marks, progress: Callable[[int, int], None]
+) -> Points:
+    """Return the marks of a film, which are at a depth [m]: from nose to tail, or in the order of their numbers."""
+    if (film.width, film.height) != (camera.width, camera.height):
+        rule = f"must have the size of the camera's picture, {camera.width} x {camera.height}"
+        value, fix = f"{film.width} x {film.height} pixels", "film and calibrate in the same mode"
+        raise InputError(rule, file=film.file, value=value, fix=fix)
+    places = _places(marks.places, robot) if marks.places is not None else None
+    if marks.kind == "tags":
+        wanted = [_number(name, str(marks.places)) for name in places.names] if places is not None else None
+        pixels, tags, notes = find_tags(film, marks.dictionary, wanted, progress)
+        names = [str(tag) for tag in tags] if places is None else [*places.names]
+    else:
+        pixels, begun, notes = follow_dots(film, marks.color, None if places is None else len(places.names), progress)
+        names = [f"dot{k + 1}" for k in range(pixels.shape[1])] if places is None else [*places.names]
+    place = np.full(pixels.shape, np.nan)
+    seen = np.isfinite(pixels[..., 0])
+    place[seen] = camera.sight(pixels[seen], depth)[0]
+    if marks.kind == "dots":
+        place = _nose_first(place, begun, None if places is None else _from_nose(places, robot), film.file)
+        seen = np.isfinite(place[..., 0])
+    parts = zip(names, seen.mean(axis=0), strict=True)
+    missing = "; ".join(f"{name} in {100 * (1 - part):.0f} %" for name, part in parts if part < 0.9)
+    notes += [f"missing: {missing} of the frames"] if missing else []
+    kept = np.flatnonzero(seen.any(axis=1))
+    return Points(
+        form=f"a film of {marks.kind}",
+        file=film.file,
+        names=tuple(names),
+        place=place[kept],
+        weight=np.where(seen, 1.0, 0.0)[kept],
+        where=Rows("frame", kept.tolist()),
+        time=film.time[kept],
+        time_unit=1.0,
+        length_unit=1.0,
+        y_down=False,
+        notes=tuple(notes),
+    )
+
+
+def noise_of(run: MarkerRun) -> tuple[Array, float] | None:
+    """Return the standard deviations (groups,) [rad] of the joint angles by ripples, and their memory [s].
+
+    None where no steady beat shows them.
+    """
+    own = np.concatenate(run.stretches) if run.stretches else np.zeros(0, dtype=int)
+    beat = beat_of(run.markers.time[own], run.fit.angle[own]) if len(own) else None
+    if beat is None:
+        return None
+    return np.maximum(beat.noise, np.median(run.fit.sd[own, 3:], axis=0)), beat.memory
+
+
+def _places(path: str | Path, robot: Robot) -> Places:
+    """Return the places of a file, from nose to tail."""
+    table = read_table(path, RUNS)
+    names = table.parse(lambda _, cells: cells.get("marker", ""))
+    places = read_places(path, robot, names)
+    order = np.argsort(_from_nose(places, robot), kind="stable")
+    return Places(*(tuple(column[k] for k in order) for column in places))
+
+
+def _from_nose(places: Places, robot: Robot) -> Array:
+    """Return the distance of each place from the nose [m]."""
+    length = np.array(robot.links.length)
+    return np.asarray((np.cumsum(length) - length)[list(places.link)] + places.along)
+
+
+def _number(name: str, file: str) -> int:
+    """Return the number of a tag."""
+    text = name.lower().removeprefix("tag").strip()
+    if not text.isdecimal():
+        fix = "write the number that the tag shows"
+        raise InputError("must be the number of a tag", file=file, key="marker", value=shown(name), fix=fix)
+    return int(text)
+
+
+def _nose_first(place: Array, begun: list[int], from_nose: Array | None, file: str) -> Array:
+    """Count dots (frames, dots, 2) [m] from the nose: by the distances between them, or by the motion, head first.
+
+    begun: frames at which the end from which they are counted may change; frames between two of them that do not tell
+    the nose are left out.
+    """
+    ends, place, told = [*begun[1:], len(place)], place.copy(), 0
+    for first, end in zip(begun, ends, strict=True):
+        way = _forward(place[first:end], from_nose)
+        if way == 0:
+            place[first:end] = np.nan
+        elif way < 0:
+            place[first:end] = place[first:end, ::-1]
+        told += way != 0
+    if not told:
+        rule = f"must tell the nose from the tail: by {FORWARD:g} lengths that the robot swims head first"
+        fix = "film a longer way, or give the places of dots at unequal distances by --places"
+        raise InputError(rule, file=file, key="the dots", fix=fix)
+    return place
+
+
+def _forward(place: Array, from_nose: Array | None) -> int:
+    """Return 1 for dots (frames, dots, 2) that are counted from the nose, -1 from the tail, 0 where nothing tells."""
+    gaps = np.linalg.norm(np.diff(place, axis=1), axis=2)
+    whole = np.isfinite(gaps).all(axis=1)
+    if not whole.any():
+        return 0
+    if from_nose is not None:
+        gap, known = np.median(gaps[whole], axis=0), np.diff(from_nose)
+        ahead, back = (float(np.abs(gap - one).sum()) for one in (known, known[::-1]))
+        if max(ahead, back) > UNEQUAL * min(ahead, back):
+            return 1 if ahead < back else -1
+    own = place[whole]
+    middle, facing = own.mean(axis=1), own[:, 0] - own[:, -1]
+    length = float(np.median(gaps[whole].sum(axis=1)))
+    facing = facing / np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-9)
+    forward = float((np.diff(middle, axis=0) * facing[:-1]).sum())
+    return 0 if abs(forward) < FORWARD * length else 1 if forward > 0 else -1

@@ -1,0 +1,137 @@
+"""A live camera, a network camera or a pipe, written to a film as it comes, with the times of its frames."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from hypertuna.errors import InputError, shown
+from hypertuna.io.extras import need
+from hypertuna.io.files import replaced
+
+CAMERA = "camera:"
+NETWORK = ("rtsp://", "http://", "https://", "udp://", "tcp://")
+PROTOCOLS = "rtsp,rtp,udp,tcp,http,https,tls"  # a playlist from elsewhere names no files here
+PIPE = "-"
+# by system: the input device of FFmpeg, and the name of a camera by its number
+DEVICES = {"linux": ("v4l2", "/dev/video{}"), "darwin": ("avfoundation", "{}"), "win32": ("dshow", "video={}")}
+KEPT = ("h264", "hevc", "mjpeg", "vp8", "vp9", "av1", "mpeg4")  # codecs that are written as they come
+REORDERED = 0.5  # s by which a frame may come before one that is shown earlier
+WAIT = 10.0  # s without a frame
+QUALITY = "2"  # of MPEG-4, 1 (best) to 31, where a camera gives raw pictures
+
+
+def is_live(name: str) -> bool:
+    """Whether a name is that of a camera, an address or the pipe, not of a file."""
+    return name == PIPE or name.lower().startswith((CAMERA, *NETWORK))
+
+
+def record(
+    source: str,
+    path: str | Path,
+    *,
+    duration: float,
+    size: tuple[int, int] | None = None,
+    rate: float | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> int:
+    """Record a source for a duration [s] into a film (Matroska); return the number of frames.
+
+    Frames keep the times that the source gives them. size [px], rate [Hz]: wished of a camera.
+    """
+    need("film", "av", "cv2", by="cameras")
+    import av
+
+    count, first = 0, None
+    try:
+        with _source(source, size, rate) as container, replaced(path) as file:
+            with av.open(str(file), "w", format="matroska") as out:
+                for time_, write in _written(container, out):
+                    first = time_ if first is None else first
+                    if time_ - first > duration + REORDERED:
+                        break
+                    if time_ - first > duration:
+                        continue
+                    write()
+                    count += 1
+                    progress(min(int(1e3 * (time_ - first)), int(1e3 * duration)), int(1e3 * duration))
+            if not count:
+                raise _nothing(source, "no pictures")
+    except InputError:
+        raise
+    except (av.FFmpegError, ValueError, OSError) as error:
+        raise _nothing(source, f"{type(error).__name__}") from None
+    return count
+
+
+def _nothing(source: str, value: str) -> InputError:
+    """Return the error of a source that gives nothing."""
+    fixes = {
+        CAMERA: "connect it, check its number and whether another program uses it, or give its address",
+        PIPE: "pipe a film into the command: it must be MP4, Matroska or MPEG-TS, and begin with its head",
+    }
+    fix = fixes.get(CAMERA if source.lower().startswith(CAMERA) else source, "check the address by opening it in VLC")
+    return InputError("must give pictures", key=source, value=value, fix=fix)
+
+
+@contextmanager
+def _source(source: str, size: tuple[int, int] | None, rate: float | None) -> Iterator[Any]:
+    """Open a source."""
+    import av
+
+    wished = {"video_size": f"{size[0]}x{size[1]}"} if size is not None else {}
+    wished |= {"framerate": f"{rate:g}"} if rate is not None else {}
+    if source == PIPE:
+        stream = av.open(sys.stdin.buffer, options={"protocol_whitelist": "pipe"}, timeout=WAIT)
+    elif source.lower().startswith(CAMERA):
+        number = source[len(CAMERA) :]
+        if not number.isdecimal():
+            rule, fix = "must be a number", f"give {CAMERA}0 for the first one"
+            raise InputError(rule, key=CAMERA, value=shown(number), fix=fix)
+        device, name = DEVICES.get(sys.platform, DEVICES["linux"])
+        if device not in {one for names in av.formats_available for one in names.split(",")}:
+            fix = "record by its own program, and track the file"
+            raise InputError("cannot be opened by this PyAV", key=source, value=f"without {device}", fix=fix)
+        stream = av.open(name.format(number), format=device, options=wished, timeout=WAIT)
+    elif source.lower().startswith(NETWORK):
+        stream = av.open(source, options={"protocol_whitelist": PROTOCOLS}, timeout=WAIT)
+    else:
+        fix = f"give {CAMERA}0, an address ({', '.join(NETWORK)}) or {PIPE} for a pipe; films are tracked as they are"
+        raise InputError("must be a camera", key=shown(source), fix=fix)
+    with stream:
+        if not stream.streams.video:
+            raise _nothing(source, "only sound")
+        yield stream
+
+
+def _written(container: Any, out: Any) -> Iterator[tuple[float, Callable[[], None]]]:
+    """Yield the time [s] of each frame and what writes it: packets as they come, raw pictures as MPEG-4."""
+    stream, begin = container.streams.video[0], time.monotonic()
+    if stream.codec_context.name in KEPT:
+        copy = out.add_stream_from_template(stream)
+        started = False
+        for packet in container.demux(stream):
+            if packet.pts is None or not packet.size or not (started := started or packet.is_keyframe):
+                continue
+            stamp = float(packet.pts * packet.time_base)
+            packet.stream = copy
+            yield stamp, partial(out.mux, packet)
+        return
+    made = out.add_stream("mpeg4", rate=1000)
+    made.width, made.height, made.pix_fmt = stream.codec_context.width, stream.codec_context.height, "yuv420p"
+    made.codec_context.flags |= 2  # AV_CODEC_FLAG_QSCALE
+    made.codec_context.global_quality = 118 * int(QUALITY)
+    for frame in container.decode(stream):
+        stamp = frame.time if frame.time is not None else time.monotonic() - begin
+        yield stamp, partial(_encode, out, made, frame)
+    out.mux(made.encode(None))
+
+
+def _encode(out: Any, stream: Any, frame: Any) -> None:
+    """Compress and write a raw picture."""
+    out.mux(stream.encode(frame.reformat(format="yuv420p")))

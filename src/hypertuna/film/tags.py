@@ -1,0 +1,99 @@
+"""ArUco tags on a robot: their centers in every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.film.source import Film, Gray
+
+LEAST_SEEN = 0.1  # of the frames: a tag that is seen in fewer is a mistake
+LEAST_TAGS = 3
+
+
+def dictionaries() -> list[str]:
+    """Return the names of known dictionaries, such as 4x4_50."""
+    import cv2
+
+    return [name.removeprefix("DICT_").lower() for name in dir(cv2.aruco) if name.startswith("DICT_")]
+
+
+def detector_of(dictionary: str) -> Any:
+    """Return what finds the tags of a dictionary in a picture."""
+    import cv2
+
+    name = dictionary.lower().removeprefix("dict_")
+    if name not in dictionaries():
+        fix = did_you_mean(name, dictionaries())
+        raise InputError("must be a dictionary of OpenCV", key="--dictionary", value=shown(dictionary), fix=fix)
+    own = next(one for one in dir(cv2.aruco) if one.lower() == f"dict_{name}")
+    settings = cv2.aruco.DetectorParameters()
+    settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    settings.cornerRefinementWinSize = 3
+    settings.minMarkerPerimeterRate = 0.02
+    return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, own)), settings)
+
+
+def found_tags(detector: Any, frame: Gray) -> tuple[dict[int, Array], set[int]]:
+    """Return the center (2,) [px] of each tag in a frame, and the tags that are there twice."""
+    corners, ids, _ = detector.detectMarkers(frame)
+    found: dict[int, Array] = {}
+    twice: set[int] = set()
+    for corner, tag in zip(corners, [] if ids is None else ids.ravel().tolist(), strict=True):
+        twice |= {tag} & found.keys()
+        found[tag] = _middle(corner[0].astype(float))
+    return {tag: center for tag, center in found.items() if tag not in twice}, twice
+
+
+def _middle(corner: Array) -> Array:
+    """Return where the diagonals of corners (4, 2) cross: the middle of a square that is seen obliquely, too."""
+    a, b = corner[2] - corner[0], corner[3] - corner[1]
+    away = corner[1] - corner[0]
+    part = (away[0] * b[1] - away[1] * b[0]) / (a[0] * b[1] - a[1] * b[0])
+    return np.asarray(corner[0] + part * a)
+
+
+def find_tags(
+    film: Film, dictionary: str, wanted: list[int] | None, progress: Callable[[int, int], None]
+) -> tuple[Array, list[int], list[str]]:
+    """Return the centers (frames, tags, 2) [px] of tags, their numbers, and what to tell.
+
+    wanted: the tags on the robot, if they are known.
+    """
+    detector, count = detector_of(dictionary), len(film.time)
+    seen: list[dict[int, Array]] = [{} for _ in range(count)]
+    double: set[int] = set()
+    for number, frame in film.frames():
+        seen[number], twice = found_tags(detector, frame)
+        double |= twice
+        progress(number + 1, count)
+    often = {tag: sum(tag in one for one in seen) for one in seen for tag in one}
+    tags = wanted or sorted(tag for tag, times in often.items() if times >= LEAST_SEEN * count)
+    if sum(often.get(tag, 0) > 0 for tag in tags) < LEAST_TAGS:
+        _refuse(film, detector, dictionary, wanted, often)
+    notes = [f"tags {', '.join(map(str, tags))} are followed"]
+    for tag in sorted(double & set(tags)):
+        notes.append(f"tag {tag} is there twice in some frames, and is missing there")
+    if others := sorted(set(often) - set(tags)):
+        notes.append(f"tags without a use: {', '.join(map(str, others))}")
+    return np.array([[one.get(tag, [np.nan] * 2) for tag in tags] for one in seen]), tags, notes
+
+
+def _refuse(film: Film, detector: Any, dictionary: str, wanted: list[int] | None, often: dict[int, int]) -> None:
+    """Raise the error of a film that shows too few tags: of another dictionary, or mirrored."""
+    samples = film.sample()
+    rule = f"must show {LEAST_TAGS} tags of the dictionary {dictionary} at least"
+    value = f"only {', '.join(map(str, sorted(often)))}" if often else "none"
+    fix = "make them 20 px wide with a white border as wide as a cell, and check --places"
+    if sum(len(found_tags(detector, sample[:, ::-1].copy())[0]) for sample in samples) > len(samples):
+        value, fix = "none, but their mirror images", "mirror the film back: ffmpeg -i FILM -vf hflip film.mp4"
+    elif not often:
+        for name in dictionaries():
+            if sum(len(found_tags(detector_of(name), sample)[0]) for sample in samples[:5]) > 5:
+                fix = f"is it --dictionary {name}?"
+                break
+    raise InputError(rule, file=film.file, key="the tags", value=value, fix=fix)
