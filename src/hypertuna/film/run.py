@@ -70,12 +70,16 @@ class FilmRun:
     @property
     def head(self) -> Array:
         """Poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad]."""
-        return _head(self.tracked, self.body, self.size, self.scale)
+        return _head(self.tracked, self.body, self.view.camera, self.size, self.scale)
 
     @property
     def head_sd(self) -> Array:
         """Standard deviations (frames, 3) of the head poses [m, m, rad]."""
-        return np.asarray(np.maximum(_sd(self.tracked)[:, :3], self.head_noise))
+        sd = np.maximum(_sd(self.tracked)[:, :3], self.head_noise)
+        if self.scale == "fish":  # a wrong size stretches all places away from below the camera
+            away = self.tracked.unknowns[:, :2] - self.view.camera.place[:2]
+            sd[:, :2] = np.hypot(sd[:, :2], self.tuning.size_sd * away)
+        return np.asarray(sd)
 
     def record(self) -> dict[str, Any]:
         """Return what was found, units in the names."""
@@ -93,6 +97,8 @@ class FilmRun:
             "contrast_gray": self.view.contrast,
             "edge_offset_px": float(np.median(self.tracked.offset[state == OK])),
             "length_ratio": self.size,
+            "length_ratio_sd": self.tuning.size_sd,
+            "width_factor": math.exp(self.tuning.girth),
             "scale": self.scale,
             "seen": dict(zip(groups, (float(seen[:, k].mean()) for k in links_of(self.body)), strict=True)),
             "noise_deg": np.degrees(self.noise),
@@ -170,7 +176,7 @@ def track_film(
     own = np.concatenate(stretches)
     tracked.unknowns[own, 2] = np.unwrap(tracked.unknowns[own, 2])
     beat = beat_of(tracked.time[own], tracked.unknowns[own, 3:])
-    head = _head(tracked, body, math.exp(tuning.size), scale)[own]
+    head = _head(tracked, body, camera, math.exp(tuning.size), scale)[own]
     noise = np.median(_sd(tracked)[own, :3], axis=0)
     noise = noise if beat is None else np.maximum(path_noise(tracked.time[own], head, beat.frequency), noise)
     return FilmRun(Path(path).stem, view, body, tuning, tracked, beat, noise, scale, stretches)
@@ -197,12 +203,16 @@ def _sd(tracked: Tracked) -> Array:
     return np.asarray(np.sqrt(np.einsum("fii->fi", tracked.covariance)))
 
 
-def _head(tracked: Tracked, body: Body, size: float, scale: str) -> Array:
-    """Return poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad]."""
+def _head(tracked: Tracked, body: Body, camera: Camera, size: float, scale: str) -> Array:
+    """Return poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad].
+
+    A wrong depth or height stretches all places away from below the camera: there the fish's length changes nothing.
+    """
     x, y, heading = tracked.unknowns[:, :3].T
     half = body.length[0] / 2 * size
     place = np.column_stack([x + half * np.cos(heading), y + half * np.sin(heading)])
-    return np.column_stack([place / (size if scale == "fish" else 1.0), heading + math.pi])
+    below = np.array(camera.place[:2])
+    return np.column_stack([below + (place - below) / (size if scale == "fish" else 1.0), heading + math.pi])
 
 
 def _check(tracked: Tracked, body: Body, file: str) -> tuple[Frames, ...]:
