@@ -3,7 +3,7 @@
 camera, calibrate: pixels into places at the fish's depth, through lens and water; the camera from a board or corners.
 numbers: small tables of them.
 source, view: frames of a film and their times; the empty tank, and what differs from it.
-sections: the sections of a robot from nose to tail, and its silhouette.
+sections, widths: the sections of a robot from nose to tail, and its silhouette; widths learned from a film.
 first, states, track: where the fish is before anything is known of it; what may come of a frame; frame by frame.
 noise: what a periodic motion leaves: the noise of ripples, and its memory.
 run, overlay, plots: what was found, its files, and its pictures.

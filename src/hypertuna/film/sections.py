@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +46,7 @@ class Body:
     section: Array  # (stations, 2): half width and half height, squared [m^2]
     groups: tuple[str, ...]
     measured: bool = False  # whether the sections are from a file
+    learned: bool = False  # whether the widths are from the film
 
     @property
     def unknowns(self) -> int:
@@ -104,11 +105,6 @@ def body_of(robot: Robot, file: str | Path | None = None) -> Body:
     stations = np.linspace(0.0, float(length.sum()), STATIONS)
     half = _estimated(robot, stations) if file is None else _read(file, stations)
     return Body(length, share, half**2, tuple(group.name for group in robot.joints), file is not None)
-
-
-def with_widths(body: Body, half_width: Array) -> Body:
-    """Return a body of other half widths (stations,) [m]."""
-    return replace(body, section=np.column_stack([half_width**2, body.section[:, 1]]))
 
 
 def _estimated(robot: Robot, stations: Array) -> Array:

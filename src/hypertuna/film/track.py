@@ -16,6 +16,7 @@ from hypertuna.film.sections import Body, Fit
 from hypertuna.film.source import Gray
 from hypertuna.film.states import BORDER, FIXES, LOST, MISFIT, OK, STATES, UNSEEN
 from hypertuna.film.view import View
+from hypertuna.film.widths import learned
 from hypertuna.io.checkpoint import Journal
 
 EDGES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)  # px: blurs of the edge that are tried
@@ -33,7 +34,8 @@ FIXED = 1e12  # precision of an unknown that is known
 TINY = 1e-6  # of the information on an unknown that no pixel tells
 BLOCK = 60  # frames of a record of the journal
 GAP = 0.25  # s: after longer ones the frames before tell nothing
-NOTHING = Fit(*(np.empty(0) for _ in range(3)), np.inf, np.inf)
+LESSONS, END = 2, 1.0  # rounds of learning the widths; px: of the length that is learned with them
+NOTHING = Fit(np.empty(0), np.empty(0), np.empty(0), np.inf, np.inf)
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,10 @@ class Tracker:
         groups, noise = len(self.body.groups), self.view.noise
         mean, sd = np.zeros(self.body.unknowns), np.full(self.body.unknowns, np.inf)
         sd[3 : 3 + groups] = FREE_ANGLE
-        sd[3 + groups : 5 + groups] = SIZE_SD, GIRTH_SD if self.body.measured else ESTIMATED_GIRTH_SD
+        sd[3 + groups : 5 + groups] = (
+            SIZE_SD,
+            GIRTH_SD if self.body.measured or self.body.learned else ESTIMATED_GIRTH_SD,
+        )
         precision = (noise / sd) ** 2
         if self.tuning is not None:
             mean[3 + groups : 5 + groups] = self.tuning.size, self.tuning.girth
@@ -166,15 +171,20 @@ def _ahead(before: list[tuple[int, Array]], number: int) -> Array:
     return np.asarray(unknowns + rate * min(number - last, 3))
 
 
-def tune(view: View, body: Body, samples: Gray) -> Tuning:
-    """Find size, girth and blur of the edge from samples of a film."""
+def tune(view: View, body: Body, samples: Gray) -> tuple[Body, Tuning]:
+    """Find size, girth and blur of the edge from samples of a film, and the widths of a body that is not measured."""
     tracker, first = Tracker(view, body), 3 + len(body.groups)
     whole = _whole(tracker, samples)
+    if not body.measured:
+        for _ in range(LESSONS):
+            tracker.body = body = learned(view, body, whole)
+            whole = [(frame, tracker.fit(frame, start, NEAR, EDGES[2]).fit.unknowns) for frame, start in whole]
     noises = [np.median([tracker.fit(*one, (), edge).fit.noise for one in whole[:8]]) for edge in EDGES]
     edge = EDGES[int(np.argmin(noises))]
     logs = [tracker.fit(frame, start, (), edge).fit.unknowns[first : first + 2] for frame, start in whole]
     (size, girth), (sd, _) = mean_of(np.array(logs))
-    return Tuning(float(size), float(girth), edge, float(sd))
+    ends = 0.0 if body.measured else END * view.pixel / float(body.length.sum())
+    return body, Tuning(float(size), float(girth), edge, float(np.hypot(sd, ends)))
 
 
 def mean_of(values: Array) -> tuple[Array, Array]:
@@ -245,7 +255,7 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
         nonlocal fits
         if fits is None:
             fits = tracker.follow(film.frames(first), before, turn)
-        rows = []
+        rows: list[list[float]] = []
         for number, found in fits:
             if found.state == LOST:
                 rows.append([number, LOST])
