@@ -174,7 +174,7 @@ def import_markers_command(
                 wishes = replace(wishes, places=markers.places_from_run, from_run=False)
             progress(k + 1, len(files))
     plot = plot or str(Path(output).with_suffix(".svg"))
-    refused_run = next((run for run in runs if not run.stretches), None)
+    refused_run = next((run for run in runs if run.refusal()), None)
     from hypertuna.trials.plots_markers import plot_markers
 
     save(plot_markers(refused_run or next((run for run in runs if run.doubts), runs[0])), plot)
