@@ -179,8 +179,12 @@ def tune(view: View, body: Body, samples: Gray) -> tuple[Body, Tuning]:
         for _ in range(LESSONS):
             tracker.body = body = learned(view, body, whole)
             whole = [(frame, tracker.fit(frame, start, NEAR, EDGES[2]).fit.unknowns) for frame, start in whole]
-    noises = [np.median([tracker.fit(*one, (), edge).fit.noise for one in whole[:8]]) for edge in EDGES]
-    edge = EDGES[int(np.argmin(noises))]
+    edge, least = EDGES[0], np.inf
+    for trial in EDGES:
+        noise = np.median([tracker.fit(*one, (), trial).fit.noise for one in whole[:8]])
+        if noise > least:
+            break
+        edge, least = trial, noise
     logs = [tracker.fit(frame, start, (), edge).fit.unknowns[first : first + 2] for frame, start in whole]
     (size, girth), (sd, _) = mean_of(np.array(logs))
     ends = 0.0 if body.measured else END * view.pixel / float(body.length.sum())
