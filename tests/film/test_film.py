@@ -195,6 +195,56 @@ def test_the_own_length_mends_a_wrong_depth(folder, run) -> None:
     assert "shorter" in " ".join(wrong.warnings)
 
 
+def test_widths_of_the_file_that_are_too_large_leave_the_scale(folder) -> None:
+    wide = sections(replace(FISH, half_width=1.1 * FISH.half_width), folder / "wide.csv")
+    found = tracked(folder / "calm.mp4", folder, sections=wide)
+    assert found.size == pytest.approx(1, abs=0.01)
+    assert found.record()["width_factor"] == pytest.approx(1 / 1.1, abs=0.02)
+    assert "9 % narrower than its sections" in " ".join(found.warnings)
+
+
+def test_widths_are_learned_and_written(folder) -> None:
+    """Without sections; the estimated ones are half as wide before the fin, and give a length 2 % off."""
+    found = tracked(folder / "calm.mp4", folder, sections=None)
+    assert found.size == pytest.approx(1, abs=0.01)
+    truth = np.load(folder / "truth.npy")
+    assert (np.degrees(rms(found.angle - truth[:, 3:])) < 1.5).all()
+    written = write_film_run(found, ht.load(ROBOT), folder / "learned.toml", "a test")
+    place, width, _ = np.loadtxt(next(name for name in written if "sections" in name), delimiter=",", skiprows=1).T
+    body = (place > 0.05 * place[-1]) & (place < 0.8 * place[-1])
+    true = 2 * np.interp(place / place[-1], np.linspace(0, 1, len(FISH.half_width)), FISH.half_width)
+    assert np.abs(width - true)[body].max() < 0.1 * true.max()
+    assert "learned" in " ".join(found.warnings)
+
+
+def test_harmonics_without_evidence_are_noise() -> None:
+    """A sine in noise with memory: the mean and the higher harmonics are not followed."""
+    draw, time = np.random.default_rng(5), np.arange(150) / 60
+    truth = np.radians([10, 20]) * np.sin(2 * np.pi * 2.4 * time[:, np.newaxis])
+    errors = []
+    for _ in range(40):
+        noise = np.zeros((150, 2))
+        for k in range(1, 150):
+            noise[k] = 0.9 * noise[k - 1] + draw.normal(0, np.radians(0.7), 2)
+        beat = beat_of(time, truth + noise)
+        waves = np.exp(2j * np.pi * beat.frequency * time[:, np.newaxis] * np.arange(5))
+        columns = np.column_stack(
+            [np.ones(150), *(part for k in range(1, 5) for part in (waves.real[:, k], waves.imag[:, k]))]
+        )
+        plain = columns @ np.linalg.lstsq(columns, truth + noise, rcond=None)[0]
+        errors.append([((curve - truth) ** 2).mean() for curve in (beat.angle(time), plain)])
+    own, other = np.sqrt(np.mean(errors, axis=0))
+    assert own < 0.8 * other
+
+
+def test_the_error_of_the_length_is_in_the_intervals_of_the_head(run) -> None:
+    """A wrong size moves places by their distance from below the camera."""
+    away = np.abs(run.tracked.unknowns[:, :2] - run.view.camera.place[:2])
+    far = replace(run, tuning=replace(run.tuning, size_sd=0.01))
+    assert (far.head_sd[:, :2] >= 0.01 * away).all()
+    assert (replace(far, scale="camera").head_sd[:, 0] < 0.01 * away[:, 0]).any()
+
+
 def test_a_fin_that_is_not_seen_is_refused(folder) -> None:
     pale = replace(FISH, length=FISH.length[:3], share=FISH.share[:3],
                    half_width=FISH.half_width[:240], half_height=FISH.half_height[:240])  # fmt: skip

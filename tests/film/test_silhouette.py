@@ -42,7 +42,7 @@ def fitted(own, pixels, pose=POSE, *, free=False):
     precision = np.zeros(own.unknowns)
     precision[-3:-1] = 0.0 if free else 1e12
     stages = size * np.array([[4.0, 14.0], [1.8, 8.0], [0.35, 6.0]])
-    return own.fit(pixels, start, (np.zeros(own.unknowns), precision), stages, 40.0)["unknowns"], size
+    return own.fit(pixels, start, (np.zeros(own.unknowns), precision), stages, 40.0).unknowns, size
 
 
 def test_a_drawn_pose_is_found_again() -> None:

@@ -250,6 +250,10 @@ def test_wrong_scale_and_wrong_place_are_told(tmp_path):
     assert not good.warnings
     slightly = read_marker_run(eel, tmp_path / "swim.csv", scale=0.00052, y_down=True)
     assert "4 % longer than along the chain" in " ".join(slightly.warnings)
+    text = told(read_marker_run, eel, tmp_path / "swim.csv", scale=0.00047, y_down=True)  # joints 46 deg off
+    assert "the line through the markers must be as long as along the chain" in text
+    assert "6 % shorter" in text
+    assert "1.07 times the scale would fit" in text
     text = told(read_marker_run, eel, tmp_path / "swim.csv", scale=0.0006, y_down=True)
     assert "correct the scale: the line through the markers is 19 % longer" in text
 

@@ -1,8 +1,9 @@
-"""Errors and intervals of tracked films with ripples: python validation/film/ripples.py [SEEDS] [FIRST].
+"""Errors and intervals of tracked films with ripples: python validation/film/ripples.py [SEEDS] [FIRST] [FOLDER].
 
 Films of the settled cruise of examples/minnow.toml, six beats at 60 frames/s, a fish of 200 px; ripples of 0.7 px and
 caustics of 6 % drawn anew by every seed, noise of 3 gray levels, H.264 at crf 26. Place and heading at the start
-are drawn, too. Results are added to seeds.json beside this file, a line a seed.
+are drawn, too. Results are added to seeds.json beside this file, a line a seed; seeds that are there are not computed
+again. Films stay in FOLDER, if there is one, and are not drawn again.
 """
 
 import json
@@ -27,7 +28,7 @@ RATE, SECONDS, RIPPLE = 60, 2.5, 0.7
 RESULT = Path(__file__).parent / "seeds.json"
 
 
-def shown(seed, ripple=RIPPLE, crf=26, **scene):
+def shown(seed, keep=None, ripple=RIPPLE, crf=26, **scene):
     """Render and track a film; return run, truth of frames and the processor time of tracking [s]."""
     robot, draw = ht.load(ROOT / "examples/minnow.toml"), np.random.default_rng(seed)
     turn = draw.uniform(-0.15, 0.15) + (np.pi if seed % 2 else 0.0)
@@ -37,8 +38,10 @@ def shown(seed, ripple=RIPPLE, crf=26, **scene):
     scene = {"caustics": 0.06, **scene}
     setting = Scene(EYE, fish(), depth=DEPTH, rate=RATE, ripple=ripple, seed=seed, **scene)
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"seed{seed}.mp4"
-        write_film(path, frames(setting, motion, times), rate=RATE, crf=crf)
+        path = Path(keep or folder) / f"seed{seed}.mp4"
+        if not path.exists():
+            write_film(part := path.with_suffix(".part.mp4"), frames(setting, motion, times), rate=RATE, crf=crf)
+            part.rename(path)
         file = sections(fish(), Path(folder) / "sections.csv")
         begin = time.process_time()
         run = track_film(robot, path, camera(EYE), depth=DEPTH, sections=file)
@@ -72,14 +75,16 @@ def errors(run, truth):
     }
 
 
-def main(seeds=20, first=0):
+def main(seeds=20, first=0, keep=None):
     lines = json.loads(RESULT.read_text()) if RESULT.exists() else {}
-    for seed in range(first, first + seeds):
-        run, truth, spent = shown(seed)
+    for seed in range(int(first), int(first) + int(seeds)):
+        if str(seed) in lines:
+            continue
+        run, truth, spent = shown(seed, keep)
         lines[str(seed)] = errors(run, truth) | {"ms_a_frame": round(1e3 * spent / len(truth), 1)}
         RESULT.write_text("{\n" + ",\n".join(f'"{k}": {json.dumps(v)}' for k, v in lines.items()) + "\n}\n")
         print(seed, lines[str(seed)], flush=True)
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(*sys.argv[1:])

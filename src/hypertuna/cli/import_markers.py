@@ -132,7 +132,7 @@ def show_marker_runs(
 ) -> None:
     """Draw, write and print runs; noises: as of `write_marker_runs`; also: other files that were written."""
     plot = plot or str(Path(output).with_suffix(".svg"))
-    refused_run = next((run for run in runs if not run.stretches), None)
+    refused_run = next((run for run in runs if run.refusal()), None)
     from hypertuna.trials.plots_markers import plot_markers
 
     save(plot_markers(refused_run or next((run for run in runs if run.doubts), runs[0])), plot)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.door import read_toml
 from hypertuna.io.files import write_atomically
 from hypertuna.ranges import Range
+from hypertuna.trials.importers import manifest_text
 
 ROUNDS = 12  # of inverting the lens
 Pixels = Annotated[int, number(Range(min=16, max=20_000))]
@@ -85,8 +86,11 @@ class Camera(Part):
         a, b = corners[1] - corners[0], corners[3] - corners[2]
         return float(np.sqrt(abs(a[0] * b[1] - a[1] * b[0])))
 
-    def pixels(self, places: ArrayLike, depth: float) -> Array:
-        """Return the pixels (..., 2) that see places (..., 2) [m] at a depth [m]: Newton's method on `sight`."""
+    def pixels(self, places: ArrayLike, depth: float, within: float = 1e-6) -> Array:
+        """Return the pixels (..., 2) that see places (..., 2) [m] at a depth [m]: Newton's method on `sight`.
+
+        within: the last step [px].
+        """
         places = np.asarray(places, dtype=float)
         at = np.broadcast_to(np.array(self.center), places.shape).copy()
         for _ in range(20):
@@ -95,7 +99,7 @@ class Camera(Part):
             by = np.stack([right - here, below - here], axis=-1)
             step = np.linalg.solve(by, (places - here)[..., np.newaxis])[..., 0]
             at += step
-            if np.abs(step).max(initial=0.0) < 1e-6:
+            if np.abs(step).max(initial=0.0) < within:
                 break
         return at
 
@@ -114,16 +118,13 @@ def read_camera(path: str | Path) -> Camera:
 def write_camera(camera: Camera, path: str | Path, comment: str) -> None:
     """Write a camera to a TOML file."""
     values = camera.model_dump(mode="json", by_alias=True)
-    lines = [f"# {comment}", *(f"{key} = {_number(value)}" for key, value in values.items())]
-    write_atomically(path, ("\n".join(lines) + "\n").encode())
+    write_atomically(path, manifest_text(_rounded(values), comment).encode())
 
 
-def _number(value: object) -> str:
-    """Return a number or a list of numbers as TOML."""
-    return (
-        f"[{', '.join(map(_number, value))}]"
-        if isinstance(value, list | tuple)
-        else f"{float(f'{value:.8g}')!r}"
-        if isinstance(value, float)
-        else f"{value}"
-    )
+def _rounded(value: Any) -> Any:
+    """Return values with numbers of eight digits."""
+    if isinstance(value, dict):
+        return {key: _rounded(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(one) for one in value]
+    return float(f"{value:.8g}") if isinstance(value, float) else value

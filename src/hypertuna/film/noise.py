@@ -13,6 +13,8 @@ LEAST_BEATS = 3.0  # in the film
 SLOWEST, FASTEST = 0.2, 0.2  # beats per second; of the frame rate
 TRIALS = 8  # of a frequency, per resolution of the film
 SMALL_BEAT = np.radians(1.0)  # amplitude of a beat
+LEAST_FREE = 3.0  # independent values that a deviation is known from
+TINY = 1e-12  # rad^2
 STEADY = 0.5  # part of the variance that the harmonics must tell
 
 
@@ -57,7 +59,28 @@ def beat_of(time: Array, angle: Array) -> Beat | None:
     if best * span < LEAST_BEATS or (left**2).sum() > STEADY * ((angle - angle.mean(axis=0)) ** 2).sum():
         return None
     noise = np.asarray(left.std(axis=0) * _widened(left, time, best))
-    return Beat(best, harmonics.astype(float), noise, memory_of(left, time), best * span)
+    trusted = harmonics * _evidence(harmonics, left, time, best)
+    return Beat(best, np.asarray(trusted), noise, memory_of(left, time), best * span)
+
+
+def _evidence(harmonics: Array, left: Array, time: Array, frequency: float) -> Array:
+    """Return the part (1 + 2 HARMONICS, 1) of each harmonic's power in all joints that noise does not explain.
+
+    The noise of a harmonic is the spectrum of what is left, over lags of a beat (Bartlett's window).
+    """
+    interval, span = float(np.median(np.diff(time))), float(time[-1] - time[0])
+    count = min(int(1 / (frequency * interval)) + 1, len(left) - 1)
+    lags = np.arange(1 - count, count)
+    both = np.array([left[max(lag, 0) : len(left) + lag].T @ left[max(-lag, 0) : len(left) - lag] for lag in lags])
+    both *= (1 - np.abs(lags) / count)[:, np.newaxis, np.newaxis] * interval / (len(left) - len(harmonics))
+    part = np.ones((len(harmonics), 1))
+    for k in range(HARMONICS + 1):
+        rows = harmonics[max(2 * k - 1, 0) : 2 * k + 1]
+        spectrum = np.tensordot(np.cos(2 * np.pi * k * frequency * interval * lags), both, axes=1)
+        noise = spectrum * (2 if k else 1) / span + TINY * np.eye(len(spectrum))
+        power = float((rows * np.linalg.solve(noise, rows.T).T).sum())
+        part[max(2 * k - 1, 0) : 2 * k + 1] = max(1 - rows.size / max(power, TINY), 0.0)
+    return part
 
 
 def memory_of(left: Array, time: Array) -> float:
@@ -93,7 +116,7 @@ def _left(time: Array, angle: Array, frequency: float, count: int) -> float:
 
 
 def path_noise(time: Array, head: Array, frequency: float) -> Array:
-    """Return the standard deviations (3,) [m, m, rad] of what a smooth swim leaves of head poses.
+    """Return the standard deviations (3,) [m, m, rad] of what a smooth swim leaves of head poses, as of a normal noise.
 
     The yaw is a parabola of time with harmonics of the beat; the velocity and the harmonics of the place turn with the
     yaw, the velocity linear in time: a straight swim or a turn, steady or slowly changing.
@@ -112,16 +135,24 @@ def path_noise(time: Array, head: Array, frequency: float) -> Array:
     left = place - path @ np.linalg.lstsq(path, place, rcond=None)[0]
     yaw = head[:, 2] - columns @ coefficients
     each = np.stack([left.real, left.imag, yaw], axis=1)
-    return np.asarray(each.std(axis=0) * _widened(each, time, frequency))
+    free = span / memory_of(each, time) - columns.shape[1]
+    return np.asarray(each.std(axis=0) * _widened(each, time, frequency, 3, 2) * student(free))
 
 
-def _widened(left: Array, time: Array, frequency: float) -> float:
+def _widened(left: Array, time: Array, frequency: float, others: int = 1, waves: int = HARMONICS) -> float:
     """Return the factor from what a fit leaves to its noise, which the mean and some harmonics took their part of.
 
     Noise of a memory has as many independent values as memories fit into the film, and lies below the frequency whose
-    half period is the memory: harmonics above take none of it.
+    half period is the memory: harmonics above take none of it. others: columns of the fit beside `waves` harmonics.
     """
     memory = memory_of(left, time)
     free = (float(time[-1] - time[0])) / memory
-    taken = 1 + 2 * min(int(0.5 / (memory * frequency)) + 1, HARMONICS)
+    taken = others + 2 * min(int(0.5 / (memory * frequency)) + 1, waves)
     return float(np.sqrt(free / max(free - taken, 0.25 * free)))
+
+
+def student(free: float) -> float:
+    """Return how much wider a 95 % interval is by a deviation that is known from a few independent values."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(max(free, LEAST_FREE), 0.975) / stdtrit(np.inf, 0.975))

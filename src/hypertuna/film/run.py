@@ -15,14 +15,14 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.film.camera import Camera
 from hypertuna.film.noise import Beat, beat_of, path_noise
-from hypertuna.film.sections import Body, body_of
+from hypertuna.film.sections import COLUMNS, Body, body_of
 from hypertuna.film.source import open_film
 from hypertuna.film.states import FIXES, OK, STATES
 from hypertuna.film.takes import jumps, split_takes
 from hypertuna.film.track import MIN_SEEN, Tracked, Tracker, Tuning, check_seen, forward, links_of, track, tune
 from hypertuna.film.view import View, view_of
 from hypertuna.io.checkpoint import Journal
-from hypertuna.io.files import write_atomically
+from hypertuna.io.files import columns_csv, write_atomically
 from hypertuna.trials.importers import manifest_text
 from hypertuna.trials.marker_import import stretches_of, write_recording
 from hypertuna.trials.marker_run import Frames
@@ -30,6 +30,8 @@ from hypertuna.trials.marker_run import Frames
 LEAST_OK = 0.5  # part of the frames
 MAX_OFF = 0.10  # relative: the fish's length by the camera over that of the robot
 WARN_OFF = 0.02  # relative: the same, beyond which it is reported
+WARN_GIRTH = 5.0  # percent: the same of widths
+SECTION = 5  # stations between those of a file
 BACKWARD = 0.2  # body lengths: a fish that goes tail first for longer is taken the other way round
 
 
@@ -71,12 +73,16 @@ class FilmRun:
     @property
     def head(self) -> Array:
         """Poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad]."""
-        return _head(self.tracked, self.body, self.size, self.scale)
+        return _head(self.tracked, self.body, self.view.camera, self.size, self.scale)
 
     @property
     def head_sd(self) -> Array:
         """Standard deviations (frames, 3) of the head poses [m, m, rad]."""
-        return np.asarray(np.maximum(_sd(self.tracked)[:, :3], self.head_noise))
+        sd = np.maximum(_sd(self.tracked)[:, :3], self.head_noise)
+        if self.scale == "fish":  # a wrong size stretches all places away from below the camera
+            away = self.tracked.unknowns[:, :2] - self.view.camera.place[:2]
+            sd[:, :2] = np.hypot(sd[:, :2], self.tuning.size_sd * away)
+        return np.asarray(sd)
 
     def record(self) -> dict[str, Any]:
         """Return what was found, units in the names."""
@@ -94,6 +100,9 @@ class FilmRun:
             "contrast_gray": self.view.contrast,
             "edge_offset_px": float(np.median(self.tracked.offset[state == OK])),
             "length_ratio": self.size,
+            "length_ratio_sd": self.tuning.size_sd,
+            "width_factor": math.exp(self.tuning.girth),
+            "widths_learned": self.body.learned,
             "scale": self.scale,
             "seen": dict(zip(groups, (float(seen[:, k].mean()) for k in links_of(self.body)), strict=True)),
             "noise_deg": np.degrees(self.noise),
@@ -122,6 +131,13 @@ class FilmRun:
                 f"{self.name}: the fish looks {percent} than the robot: check the camera's height, the depth of the "
                 f"fish and its length. Lengths are measured by {used}."
             )
+        if self.body.measured and abs(girth := 100 * (math.exp(self.tuning.girth) - 1)) > WARN_GIRTH:
+            looks = f"{abs(girth):.0f} % {'wider' if girth > 0 else 'narrower'}"
+            told.append(
+                f"{self.name}: the fish looks {looks} than its sections: check them. The film's widths are used."
+            )
+        if self.body.learned:
+            told.append(f"{self.name}: the widths are learned from the film: measure the sections for the best angles.")
         if self.beat is None:
             told.append(
                 f"{self.name}: no steady beat was found, so the noise of ripples is unknown, and the errors are those "
@@ -156,7 +172,7 @@ def track_film(
     film = open_film(path, frame_rate)
     body = body_of(robot, sections)
     view, samples = view_of(film, camera, depth, body)
-    tuning = tune(view, body, samples)
+    body, tuning = tune(view, body, samples)
     del samples
     if abs(math.exp(tuning.size) - 1) > MAX_OFF:
         percent = 100 * (math.exp(tuning.size) - 1)
@@ -174,7 +190,7 @@ def track_film(
     own = np.concatenate(stretches)
     tracked.unknowns[own, 2] = np.unwrap(tracked.unknowns[own, 2])
     beat = beat_of(tracked.time[own], tracked.unknowns[own, 3:])
-    head = _head(tracked, body, math.exp(tuning.size), scale)[own]
+    head = _head(tracked, body, camera, math.exp(tuning.size), scale)[own]
     noise = np.median(_sd(tracked)[own, :3], axis=0)
     noise = noise if beat is None else np.maximum(path_noise(tracked.time[own], head, beat.frequency), noise)
     return FilmRun(Path(path).stem, view, body, tuning, tracked, beat, noise, scale, stretches)
@@ -191,6 +207,12 @@ def write_film_run(run: FilmRun, robot: Robot, output: str | Path, comment: str)
         entry["joints"]["noise_tau_s"] = float(f"{run.memory:.4g}")
         recordings.append(entry)
         files += written
+    if run.body.learned:
+        path = folder / f"{run.name}-sections.csv"
+        half = np.sqrt(run.body.section[::SECTION]) * [math.exp(run.tuning.girth), 1.0]
+        columns = (run.body.stations[::SECTION], *(2 * half).T)
+        columns_csv({}, dict(zip(COLUMNS, columns, strict=True))).write(path)
+        files.append(str(path))
     document = {"format": 1, "robot": robot.name, "recordings": recordings}
     write_atomically(output, manifest_text(document, comment).encode())
     return [*files, str(output)]
@@ -201,12 +223,16 @@ def _sd(tracked: Tracked) -> Array:
     return np.asarray(np.sqrt(np.einsum("fii->fi", tracked.covariance)))
 
 
-def _head(tracked: Tracked, body: Body, size: float, scale: str) -> Array:
-    """Return poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad]."""
+def _head(tracked: Tracked, body: Body, camera: Camera, size: float, scale: str) -> Array:
+    """Return poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad].
+
+    A wrong depth or height stretches all places away from below the camera: there the fish's length changes nothing.
+    """
     x, y, heading = tracked.unknowns[:, :3].T
     half = body.length[0] / 2 * size
     place = np.column_stack([x + half * np.cos(heading), y + half * np.sin(heading)])
-    return np.column_stack([place / (size if scale == "fish" else 1.0), heading + math.pi])
+    below = np.array(camera.place[:2])
+    return np.column_stack([below + (place - below) / (size if scale == "fish" else 1.0), heading + math.pi])
 
 
 def _check(tracked: Tracked, body: Body, file: str) -> tuple[Frames, ...]:

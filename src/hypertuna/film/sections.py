@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,17 @@ SIZE = Range(min=0, max=10, unit="m")
 
 
 @dataclass(frozen=True)
+class Fit:
+    """A silhouette that is fitted to the pixels of a frame."""
+
+    unknowns: Array
+    information: Array  # (unknowns, unknowns): of the pixels alone, times the squared noise of one
+    seen: Array  # (links,): 1 where the pixels show all of a link's rear half
+    noise: float  # gray levels, of a pixel
+    offset: float  # m between drawn and seen edges
+
+
+@dataclass(frozen=True)
 class Body:
     """A chain of links with elliptical sections.
 
@@ -35,6 +46,7 @@ class Body:
     section: Array  # (stations, 2): half width and half height, squared [m^2]
     groups: tuple[str, ...]
     measured: bool = False  # whether the sections are from a file
+    learned: bool = False  # whether the widths are from the film
 
     @property
     def unknowns(self) -> int:
@@ -51,12 +63,12 @@ class Body:
         """Area seen from straight above [m^2]."""
         return float(2 * np.trapezoid(np.sqrt(self.section[:, 0]), self.stations))
 
-    def fit(
-        self, pixels: Array, start: Array, prior: tuple[Array, Array], stages: Array, loss: float
-    ) -> dict[str, Any]:
+    def fit(self, pixels: Array, start: Array, prior: tuple[Array, Array], stages: Array, loss: float) -> Fit:
         """Fit the silhouette to pixels (n, 5); prior: mean and precision (times the squared noise) of the unknowns."""
         chain = (self.length, self.share, self.section)
-        return _core.fit_silhouette(pixels, *chain, start, *prior, stages, loss, ITERATIONS)
+        found = _core.fit_silhouette(pixels, *chain, start, *prior, stages, loss, ITERATIONS)
+        noise, offset = map(float, found["noise_offset"])
+        return Fit(found["unknowns"], found["information"], found["seen"], noise, offset)
 
     def draw(self, pixels: Array, unknowns: Array, edge: float) -> dict[str, Any]:
         """Draw the silhouette over pixels (n, 5), its edge blurred by `edge` [m]."""
@@ -93,11 +105,6 @@ def body_of(robot: Robot, file: str | Path | None = None) -> Body:
     stations = np.linspace(0.0, float(length.sum()), STATIONS)
     half = _estimated(robot, stations) if file is None else _read(file, stations)
     return Body(length, share, half**2, tuple(group.name for group in robot.joints), file is not None)
-
-
-def with_widths(body: Body, half_width: Array) -> Body:
-    """Return a body of other half widths (stations,) [m]."""
-    return replace(body, section=np.column_stack([half_width**2, body.section[:, 1]]))
 
 
 def _estimated(robot: Robot, stations: Array) -> Array:

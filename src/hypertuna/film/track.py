@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.film.first import guesses
-from hypertuna.film.sections import Body
+from hypertuna.film.noise import memory_of, student
+from hypertuna.film.sections import Body, Fit
 from hypertuna.film.source import Gray
 from hypertuna.film.states import BORDER, FIXES, LOST, MISFIT, OK, STATES, UNSEEN
 from hypertuna.film.view import View
+from hypertuna.film.widths import learned
 from hypertuna.io.checkpoint import Journal
 
 EDGES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)  # px: blurs of the edge that are tried
@@ -33,6 +34,8 @@ FIXED = 1e12  # precision of an unknown that is known
 TINY = 1e-6  # of the information on an unknown that no pixel tells
 BLOCK = 60  # frames of a record of the journal
 GAP = 0.25  # s: after longer ones the frames before tell nothing
+LESSONS, END = 2, 1.0  # rounds of learning the widths; px: of the length that is learned with them
+NOTHING = Fit(np.empty(0), np.empty(0), np.empty(0), np.inf, np.inf)
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,21 @@ class Tuning:
     size: float  # log of the size
     girth: float  # log of the girth
     edge: float  # px
-    spread: tuple[float, float]  # standard deviations of the logs over the samples
+    size_sd: float  # standard deviation of `size`
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a frame."""
+
+    state: int
+    offset: float = np.inf  # px between drawn and seen edges
+    fit: Fit = NOTHING
+
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """Return what is smaller for a better fit."""
+        return self.state in (LOST, MISFIT), self.offset
 
 
 @dataclass(frozen=True)
@@ -68,42 +85,45 @@ class Tracker:
         groups, noise = len(self.body.groups), self.view.noise
         mean, sd = np.zeros(self.body.unknowns), np.full(self.body.unknowns, np.inf)
         sd[3 : 3 + groups] = FREE_ANGLE
-        sd[3 + groups : 5 + groups] = SIZE_SD, GIRTH_SD if self.body.measured else ESTIMATED_GIRTH_SD
+        sd[3 + groups : 5 + groups] = (
+            SIZE_SD,
+            GIRTH_SD if self.body.measured or self.body.learned else ESTIMATED_GIRTH_SD,
+        )
         precision = (noise / sd) ** 2
         if self.tuning is not None:
             mean[3 + groups : 5 + groups] = self.tuning.size, self.tuning.girth
             precision[3 + groups : 5 + groups] = FIXED
         return mean, precision
 
-    def fit(self, frame: Gray, start: Array, stages: tuple[tuple[float, float], ...], edge: float) -> dict[str, Any]:
-        """Fit the silhouette from a start, in stages ever sharper; `state` says what came of it."""
+    def fit(self, frame: Gray, start: Array, stages: tuple[tuple[float, float], ...], edge: float) -> Outcome:
+        """Fit the silhouette from a start, in stages ever sharper."""
         view, body = self.view, self.body
-        mean, precision = self._prior()
         start = start.copy()
         if self.tuning is not None:
             start[-3:-1] = self.tuning.size, self.tuning.girth
         box, _ = view.box(body, start)
         pixels = view.pixels(frame, box)
         if len(pixels) < 50:
-            return {"state": LOST, "offset": np.inf}
+            return Outcome(LOST)
         scaled = view.pixel * np.array([*stages, (edge, BAND)])
-        found = body.fit(pixels, start, (mean, precision), scaled, LOSS * view.contrast)
-        found["noise"], found["offset"] = found["noise_offset"] * [1.0, 1 / view.pixel]
-        if not np.isfinite(found["unknowns"]).all():
-            return {"state": LOST, "offset": np.inf}
-        _, inside = view.box(body, found["unknowns"])
-        found["state"] = BORDER if not inside else OK
-        if found["state"] == OK and not (found["offset"] < MAX_OFFSET and found["unknowns"][-1] > 0.4 * view.contrast):
-            found["state"] = MISFIT
-        bend = np.diff(body.share, axis=0) @ found["unknowns"][3 : 3 + len(body.groups)]
-        found["seen"][1:] *= np.abs(bend) < MAX_BEND  # a part folded over the body is fitted to it, not seen
-        if found["state"] == OK and (found["seen"] < MIN_SEEN).any():
-            found["state"] = UNSEEN
-        return found
+        found = body.fit(pixels, start, self._prior(), scaled, LOSS * view.contrast)
+        if not np.isfinite(found.unknowns).all():
+            return Outcome(LOST)
+        bend = np.diff(body.share, axis=0) @ found.unknowns[3 : 3 + len(body.groups)]
+        found.seen[1:] *= np.abs(bend) < MAX_BEND  # a part folded over the body is fitted to it, not seen
+        offset = found.offset / view.pixel
+        _, inside = view.box(body, found.unknowns)
+        if not inside:
+            state = BORDER
+        elif not (offset < MAX_OFFSET and found.unknowns[-1] > 0.4 * view.contrast):
+            state = MISFIT
+        else:
+            state = UNSEEN if (found.seen < MIN_SEEN).any() else OK
+        return Outcome(state, offset, found)
 
-    def anew(self, frame: Gray, edge: float, near: Array | None = None) -> dict[str, Any]:
+    def anew(self, frame: Gray, edge: float, near: Array | None = None) -> Outcome:
         """Fit the silhouette without a start: to the largest parts, in the direction of `near` or in both."""
-        best: dict[str, Any] = {"state": LOST, "offset": np.inf}
+        best = Outcome(LOST)
         expected = self.body.area / self.view.pixel**2
         for part in self.view.parts(frame)[:3]:
             if len(part) < 0.25 * expected:
@@ -112,39 +132,33 @@ class Tracker:
             for start in guesses(self.body, places, self.view.contrast):
                 if near is not None and np.cos(start[2] - near[2]) < 0:
                     continue
-                found = self.fit(frame, start, COARSE, edge)
-                if _rank(found) < _rank(best):
-                    best = found
+                best = min(best, self.fit(frame, start, COARSE, edge), key=lambda one: one.rank)
         return best
 
-    def follow(self, frames: Iterator[tuple[int, Gray]], before: list[tuple[int, Array]], turn: bool) -> Iterator[Any]:
-        """Yield (number, fit) of frames; before: fits of up to two frames before; turn: tail first at the start."""
+    def follow(
+        self, frames: Iterator[tuple[int, Gray]], before: list[tuple[int, Array]], turn: bool
+    ) -> Iterator[tuple[int, Outcome]]:
+        """Yield what came of frames; before: fits of up to two frames before; turn: tail first at the start."""
         edge = self.tuning.edge if self.tuning is not None else EDGES[2]
         lapse = max(int(GAP * self.view.film.rate), 2)
         for number, frame in frames:
             before = [one for one in before if number - one[0] <= lapse][-2:]
-            found: dict[str, Any] = {"state": LOST, "offset": np.inf}
-            if before:
-                found = self.fit(frame, _ahead(before, number), NEAR, edge)
-            if found["state"] in (LOST, MISFIT):
+            found = self.fit(frame, _ahead(before, number), NEAR, edge) if before else Outcome(LOST)
+            if found.state in (LOST, MISFIT):
                 again = self.anew(frame, edge, before[-1][1] if before else None)
-                if turn and not before and again["state"] == OK:
+                if turn and not before and again.state == OK:
                     again = self._turned(frame, again, edge)
-                found = again if _rank(again) < _rank(found) else found
-            if found["state"] in (OK, UNSEEN):
-                before.append((number, found["unknowns"]))
+                found = min(found, again, key=lambda one: one.rank)
+            if found.state in (OK, UNSEEN):
+                before.append((number, found.fit.unknowns))
             yield number, found
 
-    def _turned(self, frame: Gray, found: dict[str, Any], edge: float) -> dict[str, Any]:
+    def _turned(self, frame: Gray, found: Outcome, edge: float) -> Outcome:
         """Fit the silhouette the other way round."""
-        joints, _ = self.body.joints(found["unknowns"])
-        start = np.concatenate([joints[-1], [found["unknowns"][2] + np.pi], np.zeros(len(self.body.groups))])
-        return self.fit(frame, np.append(start, found["unknowns"][-3:]), COARSE, edge)
-
-
-def _rank(found: dict[str, Any]) -> tuple[bool, float]:
-    """Return what is smaller for a better fit."""
-    return found["state"] in (LOST, MISFIT), found["offset"]
+        unknowns = found.fit.unknowns
+        joints, _ = self.body.joints(unknowns)
+        start = np.concatenate([joints[-1], [unknowns[2] + np.pi], np.zeros(len(self.body.groups)), unknowns[-3:]])
+        return self.fit(frame, start, COARSE, edge)
 
 
 def _ahead(before: list[tuple[int, Array]], number: int) -> Array:
@@ -157,36 +171,63 @@ def _ahead(before: list[tuple[int, Array]], number: int) -> Array:
     return np.asarray(unknowns + rate * min(number - last, 3))
 
 
-def tune(view: View, body: Body, samples: Gray) -> Tuning:
-    """Find size, girth and blur of the edge from samples of a film."""
-    tracker, groups = Tracker(view, body), len(body.groups)
-    found = [(frame, tracker.anew(frame, EDGES[2])) for frame in samples]
-    whole = [(frame, one) for frame, one in found if one["state"] == OK]
+def tune(view: View, body: Body, samples: Gray) -> tuple[Body, Tuning]:
+    """Find size, girth and blur of the edge from samples of a film, and the widths of a body that is not measured."""
+    tracker, first = Tracker(view, body), 3 + len(body.groups)
+    whole = _whole(tracker, samples)
+    if not body.measured:
+        for _ in range(LESSONS):
+            tracker.body = body = learned(view, body, whole)
+            whole = [(frame, tracker.fit(frame, start, NEAR, EDGES[2]).fit.unknowns) for frame, start in whole]
+    edge, least = EDGES[0], np.inf
+    for trial in EDGES:
+        noise = np.median([tracker.fit(*one, (), trial).fit.noise for one in whole[:8]])
+        if noise > least:
+            break
+        edge, least = trial, noise
+    logs = [tracker.fit(frame, start, (), edge).fit.unknowns[first : first + 2] for frame, start in whole]
+    (size, girth), (sd, _) = mean_of(np.array(logs))
+    ends = 0.0 if body.measured else END * view.pixel / float(body.length.sum())
+    return body, Tuning(float(size), float(girth), edge, float(np.hypot(sd, ends)))
+
+
+def mean_of(values: Array) -> tuple[Array, Array]:
+    """Return the means of columns (samples, n) in order of time, without strange values, and their standard errors."""
+    middle = np.median(values, axis=0)
+    spread = 1.4826 * np.median(np.abs(values - middle), axis=0)
+    own = np.where(np.abs(values - middle) <= 3 * spread, values, np.nan)
+    means = np.nanmean(own, axis=0)
+    memory = memory_of(np.where(np.isfinite(own), own, means), np.arange(len(values), dtype=float))
+    free = max(len(values) / memory - 1, 1.0)
+    return means, np.nanstd(own, axis=0) / np.sqrt(free) * student(free)
+
+
+def _whole(tracker: Tracker, samples: Gray) -> list[tuple[Gray, Array]]:
+    """Return the samples that show the whole fish, and the unknowns of each; refuse a film that has too few."""
+    view, body = tracker.view, tracker.body
+    close = view.film.time[-1] < GAP * len(samples)  # the heading of a sample then tells that of the next
+    found, near = [], None
+    for frame in samples:
+        one = tracker.anew(frame, EDGES[2], near)
+        one = tracker.anew(frame, EDGES[2]) if near is not None and one.state != OK else one
+        near = one.fit.unknowns if close and one.state == OK else None
+        found.append((frame, one))
+    whole = [(frame, one.fit.unknowns) for frame, one in found if one.state == OK]
     if len(whole) < 3:
-        states = [one["state"] for _, one in found]
+        states = [one.state for _, one in found]
         common = max(FIXES, key=states.count)
         if common == UNSEEN:
-            check_seen(body, np.array([one["seen"] for _, one in found if "seen" in one]), view.film.file)
+            check_seen(body, np.array([one.fit.seen for _, one in found if one.state != LOST]), view.film.file)
         rule = f"must show one fish, whole, in 3 of {len(samples)} frames all over the film at least"
         value = f"so in {len(whole)}; in {states.count(common)} it is {STATES[common]}"
         raise InputError(rule, file=view.film.file, value=value, fix=FIXES[common])
-    places = np.array([one["unknowns"][:2] for _, one in whole])
+    places = np.array([unknowns[:2] for _, unknowns in whole])
     way, length = float(np.linalg.norm(np.ptp(places, axis=0))), float(body.length.sum())
     if way < WAY * length:
         rule = f"must swim through {WAY:g} of its lengths at least, for the tank behind it is seen where it is gone"
         fix = "film a longer way, or go on filming the empty tank for longer than the fish was in it"
         raise InputError(rule, file=view.film.file, key="the fish", value=f"in {way / length:.2g} of them", fix=fix)
-    noises = []
-    for edge in EDGES:
-        again = [tracker.fit(frame, one["unknowns"], (), edge)["noise"] for frame, one in whole[:8]]
-        noises.append(float(np.median(again)))
-    edge = EDGES[int(np.argmin(noises))]
-    logs = np.array(
-        [tracker.fit(frame, one["unknowns"], (), edge)["unknowns"][3 + groups : 5 + groups] for frame, one in whole]
-    )
-    size, girth = np.median(logs, axis=0)
-    spread = 1.4826 * np.median(np.abs(logs - [size, girth]), axis=0)
-    return Tuning(float(size), float(girth), edge, (float(spread[0]), float(spread[1])))
+    return whole
 
 
 def links_of(body: Body) -> list[int]:
@@ -211,21 +252,21 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
     unknowns, seen = np.full((count, n), np.nan), np.full((count, len(tracker.body.length)), np.nan)
     covariance = np.full((count, n, n), np.nan)
     upper = np.triu_indices(n)
-    fits: Iterator[Any] | None = None
+    fits: Iterator[tuple[int, Outcome]] | None = None
     before: list[tuple[int, Array]] = []
 
     def work(first: int) -> list[list[float]]:
         nonlocal fits
         if fits is None:
             fits = tracker.follow(film.frames(first), before, turn)
-        rows = []
+        rows: list[list[float]] = []
         for number, found in fits:
-            if found["state"] == LOST:
+            if found.state == LOST:
                 rows.append([number, LOST])
             else:
-                matrix = _covariance(found, n)
-                short = (float(f"{x:.6g}") for x in (*found["seen"], *matrix[upper]))
-                rows.append([number, found["state"], found["offset"], *found["unknowns"].tolist(), *short])
+                matrix = _covariance(found.fit, n)
+                short = (float(f"{x:.6g}") for x in (*found.fit.seen, *matrix[upper]))
+                rows.append([number, found.state, found.offset, *found.fit.unknowns.tolist(), *short])
             if number % BLOCK == BLOCK - 1:
                 break
         return rows
@@ -246,15 +287,15 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
     return Tracked(film.time, state, unknowns, covariance, seen, offset)
 
 
-def _covariance(found: dict[str, Any], n: int) -> Array:
+def _covariance(found: Fit, n: int) -> Array:
     """Return the covariance (n, n) of pose and angles by the noise of pixels; size and girth are known."""
-    matrix = found["information"]
+    matrix = found.information
     own = [*range(n), matrix.shape[0] - 1]
     kept = matrix[np.ix_(own, own)]
     unit = 1 / np.sqrt(np.maximum(np.diag(kept), TINY))
     value, vector = np.linalg.eigh(kept * unit[:, np.newaxis] * unit)
     inverse = (vector / np.maximum(value, 1e-9)) @ vector.T * unit[:, np.newaxis] * unit
-    return np.asarray(found["noise"] ** 2 * inverse[:n, :n])
+    return np.asarray(found.noise**2 * inverse[:n, :n])
 
 
 def forward(tracked: Tracked) -> float:

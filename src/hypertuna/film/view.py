@@ -48,7 +48,7 @@ class View:
     def box(self, body: Body, unknowns: Array) -> tuple[Box, bool]:
         """Return the box of pixels around a silhouette, and whether all of it is in the picture."""
         points, _ = body.joints(unknowns)
-        pixels = self.camera.pixels(points, self.depth)
+        pixels = self.camera.pixels(points, self.depth, within=1.0)
         side = float(np.sqrt(body.section[:, 0].max())) / self.pixel
         low, high = pixels.min(axis=0), pixels.max(axis=0)
         size = np.array([self.film.width, self.film.height])

@@ -197,7 +197,16 @@ class MarkerRun:
         return bool(self.stretches)
 
     def refusal(self) -> InputError | None:
-        """Return why no part of the run can be used, with the advice that fits the cause, or None."""
+        """Return why no part of the run can be used, with the advice that fits the cause, or None.
+
+        A chain that is too long for the line through the markers buckles: its angles are wrong in every frame.
+        """
+        if self.stretches and self.length_ratio < 1 - LENGTH_TOLERANCE:
+            rule = (
+                f"must be as long as along the chain, within {100 * LENGTH_TOLERANCE:g} %, for a longer chain buckles"
+            )
+            value, fix = f"{100 * (1 - self.length_ratio):.0f} % shorter", _scale_fix(self.length_ratio)
+            return InputError(rule, file=self.markers.file, key="the line through the markers", value=value, fix=fix)
         if self.stretches:
             return None
         fit, names, file = self.fit, self.places.names, self.markers.file
