@@ -14,7 +14,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.display import Tabular
 from hypertuna.errors import InputError
-from hypertuna.io.tables import read_table
+from hypertuna.io.tables import Table, table_of
 from hypertuna.ranges import CELL
 from hypertuna.trials.steady import SIZE, number
 
@@ -71,9 +71,9 @@ class YawDecay(Decay):
 D = TypeVar("D", bound=Decay)
 
 
-def read_decays(path: str | Path, robot: Robot, made: type[D]) -> tuple[D, ...]:
+def read_decays(path: str | Path | Table, robot: Robot, made: type[D]) -> tuple[D, ...]:
     """Read decays of a type from a CSV file, a row per instant; without a column `run` the file is one run."""
-    table, own = read_table(path), made.columns
+    table, own = table_of(path), made.columns
     needed = {key: own[key] for key in ("time", "value")}
     keys = table.keys({column: key for key, column in own.items()}, needed, fix="add it")
 
@@ -81,7 +81,7 @@ def read_decays(path: str | Path, robot: Robot, made: type[D]) -> tuple[D, ...]:
         fix = "give a number, or leave out the line"
         time, value = (CELL.check(number(cells[key], key), key, fix) for key in ("time", "value"))
         sd = SIZE.check(number(cells["sd"], "sd"), "sd", "leave it out") if cells.get("sd") else math.nan
-        return cells.get("name") or Path(path).stem, time, value, sd
+        return cells.get("name") or Path(table.file).stem, time, value, sd
 
     rows = table.parse(row, keys, own)
     runs: dict[str, list[tuple[str, float, float, float]]] = {}
