@@ -145,7 +145,7 @@ def test_a_design_takes_trials_of_every_kind(unknowns: Unknowns, gaits: list[Tan
         assert tank.results[0].noise == pytest.approx(0.01 / 2 / 0.25)
         assert all(run_of(run_record(one.run)) == one.run for one in tank.results)
         with pytest.raises(InputError, match="must be a run that a design knows"):
-            tank.tell([ht.YawDecay("yaw", time, 1 / (1 + time))])  # type: ignore[list-item]
+            tank.tell([ht.YawDecay("yaw", time, 1 / (1 + time))])
 
 
 def test_a_design_foresees_what_runs_narrow(unknowns: Unknowns, gaits: list[TankRun], targets: list[Row]) -> None:

@@ -9,7 +9,7 @@ import typer
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.emit import emit
-from hypertuna.cli.experiment import check_later, check_one_source, gaits_csv
+from hypertuna.cli.experiment import STEADY, check_later, check_one_source, gaits_csv
 from hypertuna.cli.search import bounds_of
 from hypertuna.description.provenance import provenance
 from hypertuna.design.criterion import WISHES
@@ -18,7 +18,7 @@ from hypertuna.design.tank import NextRuns, TankDesign
 from hypertuna.errors import InputError
 from hypertuna.identification.names import split_names
 from hypertuna.trials.numbers import TurnRun
-from hypertuna.trials.steady import COLUMNS, MEASURED
+from hypertuna.trials.steady import MEASURED
 from hypertuna.trials.tables import read_runs
 
 State = Annotated[str, opt.text("--state", "File that stores the design; created by the first ask.", "FILE")]
@@ -101,9 +101,8 @@ def ask_command(
         from hypertuna.reports.results import report as write_page  # here, because its import takes long
 
         write_page(result, report, title=f"Runs of {result.robot.name}")
-    target, columns = WISHES[result.want], [COLUMNS[name] for name in MEASURED]
-    if target == "turn_rate":
-        columns = [TurnRun.columns["value"]]
+    target = WISHES[result.want]
+    columns = (TurnRun.columns["value"],) if target == "turn_rate" else STEADY
     runs_of_file = [
         one for one in result.choices if one.run.kind == "steady" and {target or "speed"} <= {*one.expected}
     ]

@@ -22,6 +22,7 @@ from hypertuna.optimization.experiment import TankSearch
 from hypertuna.swimming.gait import Gait, gait_record
 from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun, read_steady
 
+STEADY = tuple(COLUMNS[name] for name in MEASURED)
 State = Annotated[str, opt.text("--state", "File that stores the search; created by the first ask.", "FILE")]
 
 
@@ -162,8 +163,6 @@ def _rows(robot: Robot, gaits: Mapping[str, Gait], digits: str) -> list[dict[str
     return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
-def gaits_csv(
-    robot: Robot, gaits: Mapping[str, Gait], measured: Collection[str] = tuple(COLUMNS[name] for name in MEASURED)
-) -> Csv:
+def gaits_csv(robot: Robot, gaits: Mapping[str, Gait], measured: Collection[str] = STEADY) -> Csv:
     """Write gaits with empty cells in the columns of what is to be measured, by default those of steady runs."""
     return rows_csv({}, [row | dict.fromkeys(measured, "") for row in _rows(robot, gaits, ".6f")])

@@ -90,11 +90,11 @@ def _coasting(at: Point, rows: Sequence[Row]) -> tuple[Array, Array]:
 
     Of a drag by the square of the speed, 1/u grows by 1/length a second; else it is the mean over the glide.
     """
-    still, found = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), []
+    still, along, found = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), np.asarray(at.along), []
     for row in rows:
         u, time = row.run.u, COASTS * at.robot.body.length / row.run.u
         begin = np.array([-u, 0.0, 0.0])
-        track = _core.track(at.model, still, at.along, step=time / STEPS, twist=begin, rates=True)
+        track = _core.track(at.model, still, along, step=time / STEPS, twist=begin, rates=True)
         end, by = -track["rate"][-1, 0], -track["rate_gradient"][-1, 0, len(begin) :]
         length = time / (1 / end - 1 / u)
         found.append((length, by * length**2 / (time * end**2)))

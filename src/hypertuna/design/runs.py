@@ -14,7 +14,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.ranges import POSITIVE
 from hypertuna.swimming.gait import Gait, gait_record, gait_text
-from hypertuna.trials.decay import Glide
+from hypertuna.trials.decay import Decay, Glide
 from hypertuna.trials.kinds import kind_of
 from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, TurnRun, U
 from hypertuna.trials.steady import MEASURED, SteadyRun
@@ -132,7 +132,7 @@ class Measurement:
         return self.sd / self.value if self.sd is not None else noise_of(self.quantity, self.value)
 
 
-Told = SteadyRun | NumberRun | Glide | Measurement
+Told = SteadyRun | NumberRun | Decay | Measurement
 
 
 def measurements(trial: Told, day: str = "") -> list[Measurement]:
@@ -199,7 +199,7 @@ def speeds_of(speeds: Array) -> list[float]:
 def bias_ends(space: DesignSpace, robot: Robot) -> Array:
     """Return the larger bound (groups,) of each joint group's bias [rad]."""
     low, high = (ends[1:].reshape(-1, len(robot.joints))[2] for ends in (space.low, space.high))
-    return np.where(np.abs(low).max() > np.abs(high).max(), low, high)
+    return np.asarray(np.where(np.abs(low).max() > np.abs(high).max(), low, high))
 
 
 def gait_of_shares(
