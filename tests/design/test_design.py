@@ -44,7 +44,7 @@ def unknowns() -> Unknowns:
 
 @pytest.fixture(scope="module")
 def gaits(unknowns: Unknowns) -> list[TankRun]:
-    return swims(candidate_gaits(gait_bounds(unknowns.robot), unknowns.robot))
+    return gaits_of(unknowns)
 
 
 @pytest.fixture(scope="module")
@@ -244,6 +244,43 @@ def test_a_tow_narrows_the_drag_area_and_a_gait_does_not(unknowns: Unknowns, gai
     assert towed < 0.08 < swum
     with TankDesign(None, unknowns.robot, want="coefficients", tow=True) as tank:
         assert tank.ask().choices[0].run.kind == "tows"
+
+
+def test_no_tow_parts_the_friction_from_the_drag_of_the_head() -> None:
+    """Both go with the square of the speed: every tow has the same row, of their shares a and b of the drag.
+
+    However exact, tows leave the head's coefficient its prior times a / sqrt(a^2 + b^2); so do 12 gaits with them, to a
+    tenth. A second body parts the two: with three times the area of the head its row is another.
+    """
+    unknowns = synthetic_unknowns(_synthetic())
+    head, friction = (
+        next(k for k, name in enumerate(unknowns.names) if part in name) for part in ("blunt_area", "drag_tangential")
+    )
+    tows = [Row(TankRun("tows", u=u), "drag") for u in (0.05, 0.3, 2.0)]
+    rows = predict(unknowns, unknowns.mean, tows).jacobian
+    assert np.linalg.matrix_rank(rows, tol=1e-9) == 1
+    a, b = rows[0, [friction, head]]
+    assert a + b == pytest.approx(1, abs=1e-6)
+
+    def sd(*told: tuple[np.ndarray, float]) -> tuple[float, float]:
+        """Standard deviations of the head's coefficient and of the drag, by rows with a relative noise."""
+        information = sum((row.T @ row / noise**2 for row, noise in told), np.linalg.inv(unknowns.covariance))
+        covariance = np.linalg.inv(information)
+        return float(np.sqrt(covariance[head, head])), float(np.sqrt(rows[0] @ covariance @ rows[0]))
+
+    limit = unknowns.sd[head] * a / np.hypot(a, b)
+    swum = predict(unknowns, unknowns.mean, [Row(run, "speed") for run in gaits_of(unknowns)[::8]]).jacobian
+    assert sd((rows, 1e-4))[0] == pytest.approx(limit, rel=1e-3)
+    assert sd((swum, 0.03))[1] > 0.07
+    assert 0.9 * limit < sd((swum, 0.03), (rows, 1e-4))[0] < limit
+    assert sd((swum, 0.03), (rows, 0.04))[1] < 0.03
+    other = np.zeros((3, len(unknowns.free)))
+    other[:, [friction, head]] = np.array([a, 3 * b]) / (a + 3 * b)
+    assert sd((swum, 0.03), (rows, 0.04), (other, 0.04))[0] < 0.3 * limit
+
+
+def gaits_of(unknowns: Unknowns) -> list[TankRun]:
+    return swims(candidate_gaits(gait_bounds(unknowns.robot), unknowns.robot))
 
 
 def test_a_repeat_is_a_run_to_choose(unknowns: Unknowns, gaits: list[TankRun], targets: list[Row]) -> None:
