@@ -56,7 +56,10 @@ class TankState(Closing):
             raise InputError("does not exist", file=str(path), fix=fix)
         header = read_header(path)
         options: dict[str, Any] = header.get("options", {})
-        if header.get("kind") != cls.kind or not cls.names <= options.keys():
-            rule, value = f"must be the state of `hypertuna {cls.command}`", str(header.get("kind"))
-            raise InputError(rule, file=f"{path}:1", value=value, fix="give it, or use the version that started it")
+        if header.get("kind") != cls.kind:
+            rule = f"must be the state of `hypertuna {cls.command}`"
+            raise InputError(rule, file=str(path), value=str(header.get("kind")), fix="give another file")
+        if not cls.names <= options.keys():
+            rule, fix = "does not hold the options of its first call", "use the version of hypertuna that started it"
+            raise InputError(rule, file=f"{path}:1", fix=fix)
         return options
