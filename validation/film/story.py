@@ -107,7 +107,7 @@ def story(seed, made=filmed):
         speeds[name] = {"file": round(100 * (before / true - 1), 2), "fit": round(100 * (after / true - 1), 2)}
     parts = {
         name: [round(float(part[key]), 4) for key in ("value", "low", "high")]
-        for name, part in zip(HIDDEN, fit.parameters, strict=True)
+        for name, part in ((name, part) for name in HIDDEN for part in fit.parameters if f".{name}[" in part["name"])
     }
     return {"factors": parts, "speed_error_percent": speeds, "warnings": list(fit.warnings)}
 
