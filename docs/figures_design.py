@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 
 from hypertuna.description.robot import load
 from hypertuna.design.plots import plot_design
-from hypertuna.design.runs import Measurement, noise_of
+from hypertuna.design.runs import noise_of
 from hypertuna.design.tank import NextRuns, TankDesign
 from hypertuna.identification.coefficients import from_scale, with_values
-from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import swim
+from hypertuna.trials.steady import SteadyRun
 
 ROOT = Path(__file__).resolve().parents[1]
 RUNS, SEED = 12, 3
@@ -33,10 +33,10 @@ def tank() -> NextRuns:
         fish = with_values(unknowns.robot, unknowns.free, from_scale(unknowns.free, x))
         for _ in range(RUNS):
             choice = state.ask().choices[0]
-            assert isinstance(choice.run, Gait)
-            true = swim(fish, choice.run).speed
+            assert choice.run.gait is not None
+            true = swim(fish, choice.run.gait).speed
             value = true * np.exp(noise_of("speed", true) * rng.standard_normal())
-            state.tell([Measurement(choice.run, "speed", float(value), name=choice.name)])
+            state.tell([SteadyRun(choice.name, choice.run.gait, float(value))])
             if state.ask().stop:
                 break
         return state.ask()

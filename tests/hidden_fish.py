@@ -13,12 +13,12 @@ from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
 from hypertuna.design.prediction import Row
-from hypertuna.design.runs import AMPLITUDES, FINS, LAGS, NOISE, Measurement, gait_of_shares
+from hypertuna.design.runs import AMPLITUDES, FINS, LAGS, QUANTITIES, Measurement, TankRun, gait_of_shares, swims
 from hypertuna.design.unknowns import Unknowns, unknowns_of
 from hypertuna.identification.coefficients import bounds_of, from_scale, with_values
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.swimming.beat import settle
-from hypertuna.swimming.gait import Gait, Gaits
+from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model
 
 # Factors by which the robot's values may be off: of a body and a fin that nobody has measured.
@@ -40,16 +40,16 @@ class Tank:
     fish: ht.Robot
     rng: np.random.Generator
 
-    def speeds(self, gaits: Sequence[Gait]) -> Array:
-        """True speeds (gaits,) [m/s]."""
-        return np.asarray(settle(self.fish, Gaits.of(gaits), steps=64)["speed"])
+    def speeds(self, runs: Sequence[TankRun]) -> Array:
+        """True speeds (runs,) of swims [m/s]."""
+        return np.asarray(settle(self.fish, Gaits.of([run.gait for run in runs if run.gait]), steps=64)["speed"])
 
-    def measure(self, gait: Gait, **about: Any) -> Measurement | None:
+    def measure(self, run: TankRun, **about: Any) -> Measurement | None:
         """Measure a speed with the usual noise; None of a gait that does not advance."""
-        relative, absolute = NOISE["speed"]
-        true = float(self.speeds([gait])[0])
+        relative, absolute, *_ = QUANTITIES["speed"]
+        true = float(self.speeds([run])[0])
         value = true * (1 + relative * self.rng.standard_normal()) + absolute * self.rng.standard_normal()
-        return Measurement(gait, "speed", value, **about) if np.isfinite(true) and value > absolute else None
+        return Measurement(run, "speed", value, **about) if np.isfinite(true) and value > absolute else None
 
 
 def hidden(unknowns: Unknowns, rng: np.random.Generator, linear: float = 0.0) -> ht.Robot:
@@ -78,7 +78,7 @@ def unseen(robot: ht.Robot, rng: np.random.Generator, count: int = 40) -> list[R
     space = gait_bounds(robot)
     ends = ((space.low[0], space.high[0]), *((levels[0], levels[-1]) for levels in (AMPLITUDES, LAGS, FINS)))
     shares = [[rng.uniform(*pair) for pair in ends] for _ in range(count)]
-    return [Row(gait_of_shares(space, robot, *share), "speed") for share in shares]
+    return [Row(run, "speed") for run in swims(gait_of_shares(space, robot, *share) for share in shares)]
 
 
 def synthetic_unknowns(robot: ht.Robot) -> Unknowns:

@@ -19,7 +19,7 @@ import nbformat
 from nbclient import NotebookClient
 
 HERE = Path(__file__).parent
-NAMES = ("swim", "identify", "twin", "design")
+NAMES = ("swim", "identify", "twin", "design", "story")
 CHANGING = r"[\d.]+ s\b|[\d.]+e-\d+|<Figure size .*>"  # times, and numbers that are rounding error alone
 
 

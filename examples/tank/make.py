@@ -1,7 +1,8 @@
 """Make trials as a tank would, by HyperTuna's model, with noise drawn by a seed.
 
 `python make.py` writes beside itself tank.csv, 24 steady runs, and angles.csv and poses.csv, three tracked swims, which
-tank.toml names; and tow.csv, thrust.csv, power.csv, glide.csv and yaw.csv, which forces.toml names.
+tank.toml names; tow.csv, thrust.csv, power.csv, glide.csv and yaw.csv, which forces.toml names; and turn.csv, which
+turns.toml names.
 """
 
 import sys
@@ -15,7 +16,7 @@ from hypertuna.identification.experiment import experiment
 from hypertuna.identification.prediction import predict
 from hypertuna.swimming.model import core_model
 from hypertuna.trials.kind_decay import Glides, YawDecays
-from hypertuna.trials.numbers import HeldThrust, PowerRun, Tow
+from hypertuna.trials.numbers import HeldThrust, PowerRun, Tow, TurnRun
 from hypertuna.trials.replay import head_center
 
 SEED = 1
@@ -102,3 +103,13 @@ for name, kind, first, noise, unit in (
     factor = kind.quantities[0].per_si
     rows = [[f"{t:.1f}", f"{factor * v:.4f}", f"{factor * noise:.4f}"] for t, v in zip(time, values, strict=True)]
     write(name, ["time_s", unit, unit.replace("_m_s", "_sd_m_s").replace("_deg_s", "_sd_deg_s")], rows)
+
+# Gaits that bend to one side and turn.
+turns = [TurnRun(f"{b}", 1.0, gait=ht.Gait.from_degrees(frequency=2, amplitude=(8, 15), phase=(0, 40), bias=(b, b)))
+         for b in (4, 8, -8)]  # fmt: skip
+exact = predict(experiment(fish, ht.Trials(tuple(turns))), [], gradient_steps=None).computed
+noisy = np.degrees(exact * (1 + FORCE_NOISE * random.standard_normal(len(exact))))
+rows = [["2", "8", "15", "40", one.name, one.name, f"{v:.3f}", f"{FORCE_NOISE * abs(v):.3f}"]
+        for one, v in zip(turns, noisy, strict=True)]  # fmt: skip
+biases = ["bias_I_deg", "bias_II_deg"]
+write("turn.csv", ["frequency_hz", *angles_of_gait, *biases, "turn_rate_deg_s", "turn_rate_sd_deg_s"], rows)

@@ -4,8 +4,7 @@ from .actuation.bending import bend as bend
 from .description.robot import Robot as Robot
 from .description.robot import load as load
 from .description.robot import robots as robots
-from .design.runs import Measurement as Measurement
-from .design.runs import Tow as Tow
+from .design.runs import TankRun as TankRun
 from .design.tank import NextRuns as NextRuns
 from .design.tank import TankDesign as TankDesign
 from .display import progress_bar as progress_bar
@@ -56,7 +55,13 @@ from .swimming.turn import Turning as Turning
 from .swimming.turn import turn as turn
 from .trials.comparison import compare_recording as compare_recording
 from .trials.comparison import replay_recording as replay_recording
+from .trials.decay import Glide as Glide
+from .trials.decay import YawDecay as YawDecay
 from .trials.manifest import Recording as Recording
+from .trials.numbers import HeldThrust as HeldThrust
+from .trials.numbers import PowerRun as PowerRun
+from .trials.numbers import Tow as Tow
+from .trials.numbers import TurnRun as TurnRun
 from .trials.replay import Pose as Pose
 from .trials.replay import replay as replay
 from .trials.replay import residuals as residuals

@@ -26,8 +26,8 @@ MISTAKES = {
     "swim --robot .": ". is a folder: give the path of a TOML file.",
     "swim --robot own.toml --gait optimised-0.3": "own.toml: gait must be a gait of the robot, but is "
     "'optimised-0.3': use one of cruise.",
-    "optimize tell tank.csv --state search.json": "search.json does not exist: start a search, for example `hypertuna"
-    " optimize ask --state search.json --maximize speed`.",
+    "optimize tell tank.csv --state search.json": "search.json does not exist: start one, for example `hypertuna"
+    " optimize ask --state search.json --robot fish.toml --maximize speed`.",
     "identify runs.csv": "runs.csv must be a file, but is missing: check the path.",
     "identify semicolon.csv": "semicolon.csv must be separated by commas, but is separated by semicolons: save it "
     "with commas, and decimal points in numbers.",

@@ -321,7 +321,7 @@ def test_states_that_were_tampered_with_are_told(run: Run, state: str) -> None:
     assert with_checksums(header, record) == whole
     for changes, sentence in (
         ({"options": 3}, "must be a journal of hypertuna"),
-        ({"options": {"robot": "hypertuna"}}, ":1 does not hold the options of a search"),
+        ({"options": {"robot": "hypertuna"}}, ":1 does not hold the options of its first call"),
     ):
         Path(state).write_text(with_checksums(header | changes))
         code, _, errors = run("optimize", "ask", "--state", state)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.design.runs import Measurement
+from hypertuna.design.runs import Measurement, TankRun
 from hypertuna.design.tank import TankDesign
 from hypertuna.errors import InputError
 from program import Run
@@ -81,7 +81,7 @@ def test_a_result_that_is_refused_leaves_the_state_as_it_was(begun: Path) -> Non
     with TankDesign(begun) as tank:
         good = tank.ask().choices[0].run
         with pytest.raises(InputError, match="no settled beat"):
-            tank.tell([Measurement(good, "speed", 0.1), Measurement(still, "speed", 0.1)])
+            tank.tell([Measurement(good, "speed", 0.1), Measurement(TankRun("steady", still), "speed", 0.1)])
         assert len(tank.steps) == 2
     assert begun.read_bytes() == before
 
@@ -142,6 +142,41 @@ def test_the_commands(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         assert [one.day for one in tank.results] == ["1"] * 4
 
 
+def test_the_commands_for_turns_and_what_a_tank_has(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    new = ("--robot", str(MINNOW), "--runs", "2")
+    code, _, errors = run(
+        *("design", "ask", "--state", "turn.jsonl", *new, "--want", "turn", "--bounds", "bias=0:15", "-o", "turn.csv")
+    )
+    assert code == 0, errors
+    head, *rows = Path("turn.csv").read_text().splitlines()
+    assert head.endswith(",turn_rate_deg_s")
+    Path("turn.csv").write_text("\n".join([head, *(f"{row}-{12 + k}" for k, row in enumerate(rows))]))
+    code, output, errors = run("design", "tell", "--state", "turn.jsonl", "turn.csv", "--json")
+    assert code == 0, errors
+    assert [one["turn_rate"] for one in json.loads(output)["history"]] == pytest.approx(np.radians([12, 13]))
+    code, output, errors = run("design", "tell", "--state", "turn.jsonl", "--value", "15", "--json")
+    assert code == 0, errors
+
+    has = ("--want", "coefficients", "--tow", "--hold", "--glide")
+    code, output, errors = run("design", "ask", "--state", "all.jsonl", *new, *has, "--json")
+    assert code == 0, errors
+    for name in ("tow", "thrust", "power", "glide"):
+        path = Path(f"{name}.csv")
+        gait = "2,8,12,16,0,40,80" if name in ("thrust", "power") else ""
+        columns = "frequency_hz,amplitude_1_deg,amplitude_2_deg,amplitude_3_deg,phase_1_deg,phase_2_deg,phase_3_deg"
+        table = {
+            "tow": "u_m_s,drag_n\n0.3,0.06",
+            "thrust": f"{columns},thrust_n\n{gait},0.05",
+            "power": f"{columns},power_w\n{gait},0.03",
+            "glide": "time_s,speed_m_s\n0,0.4\n1,0.25\n2,0.18\n3,0.15",
+        }
+        path.write_text(table[name])
+        code, output, errors = run("design", "tell", "--state", "all.jsonl", str(path))
+        assert code == 0, errors
+    assert "4 runs told" in output
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
@@ -149,12 +184,13 @@ def test_the_commands(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         ("design ask --state new.jsonl --want cost", "--want needs --robot"),
         ("design ask --state new.jsonl --robot ROBOT --runs 0", "must be"),
         ("design ask --state new.jsonl --robot ROBOT --width 0", "width"),
-        ("design ask --state new.jsonl --robot ROBOT --want turn", "--want must be"),
+        ("design ask --state new.jsonl --robot ROBOT --want turns", "--want must be"),
+        ("design ask --state new.jsonl --robot ROBOT --want turn", "range of bias"),
         ("design ask --state new.jsonl --robot ROBOT --prior water.strip.drga=2", "drga"),
         ("design tell --state STATE", "must be given either in a CSV file or with --value"),
         ("design tell --state STATE --value 0.1,2,3", "must have at most 2 of speed, cost_of_transport"),
         ("design tell --state STATE --value=-0.1", "must be greater than 0"),
-        ("optimize ask --state STATE", "must be the state of an experiment"),
+        ("optimize ask --state STATE", "must be the state of `hypertuna optimize ask`"),
     ],
 )
 def test_mistakes_are_one_sentence(
@@ -172,7 +208,7 @@ def test_a_state_of_a_search_is_no_design(run: Run, tmp_path: Path) -> None:
     state = str(tmp_path / "search.jsonl")
     assert run("optimize", "ask", "--state", state, "--robot", str(MINNOW), "--maximize", "speed")[0] == 0
     code, _, errors = run("design", "ask", "--state", state)
-    assert (code, "must be the state of a design" in errors) == (2, True)
+    assert (code, "must be the state of `hypertuna design ask`" in errors) == (2, True)
 
 
 def test_the_figure_and_the_table_have_every_run(begun: Path) -> None:

@@ -72,5 +72,5 @@ def _told_design() -> ht.NextRuns:
     """Make a run as it is expected, and ask for the next."""
     with ht.TankDesign(None, TANK.parent / "minnow.toml") as tank:
         choice = tank.ask().choices[0]
-        tank.tell([ht.Measurement(choice.run, "speed", choice.expected["speed"][0], name=choice.name)])
+        tank.tell([ht.SteadyRun(choice.name, choice.run.gait, choice.expected["speed"][0])])
         return tank.ask()

@@ -44,12 +44,17 @@ PLAIN = {
     "InputError": "an error",
     "Leg": "a leg of a dive, which shows it",
     "Limit": "an argument: three values",
-    "Measurement": "an argument: a number of a run",
+    "Glide": "rows that its trials show",
+    "HeldThrust": "a number that its trials show",
     "Pose": "an argument: three values",
+    "PowerRun": "a number that its trials show",
     "Sea": "an argument: three values",
     "Studio": "a page, not a result",
     "TankDesign": "a file: what it asks for is shown",
-    "Tow": "an argument: one value",
+    "TankRun": "an argument: what to make",
+    "Tow": "a number that its trials show",
+    "TurnRun": "a number that its trials show",
+    "YawDecay": "rows that its trials show",
 }
 NO_PLOT = {"Gaits": "plot_sweep draws what they swim", "SteadyRun": "one point of the figure of its trials"}
 KINDS = [

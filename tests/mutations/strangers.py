@@ -313,7 +313,7 @@ READERS = (
     ),
     *(
         Reader(f"runs of {name}", _text(TANK / f"{name}.csv"), _runs, TABLES, "file.csv")
-        for name in ("tow", "thrust", "power", "glide", "yaw")
+        for name in ("tow", "thrust", "power", "turn", "glide", "yaw")
     ),
     Reader("markers", MARKERS.encode().strip, _markers, TABLES, "file.csv"),
     Reader("markers of DeepLabCut", forged.DEEPLABCUT.encode().strip, _markers, TABLES, "file.csv"),

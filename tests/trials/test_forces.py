@@ -15,16 +15,19 @@ from hypertuna.identification.coefficients import free, parameter_jacobian, prio
 from hypertuna.identification.experiment import experiment
 from hypertuna.identification.identify import identify
 from hypertuna.identification.prediction import predict, weighted
+from hypertuna.io import door, tables
 from hypertuna.swimming.beat import directional_derivatives, settle
 from hypertuna.swimming.model import core_model
 from hypertuna.trials.decay import Decay, Glide, YawDecay
 from hypertuna.trials.kind_decay import YawDecays
-from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow
+from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, TurnRun
 from hypertuna.trials.steady import SteadyRun
+from hypertuna.trials.tables import read_runs
 from hypertuna.trials.trials import Trials, implausible, read_trials
 from models import changed
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+TANK = EXAMPLES / "tank"
 TIME = np.linspace(0, 3, 31)
 
 
@@ -96,6 +99,32 @@ def test_the_thrust_of_a_held_fish_is_the_mean_force_of_the_water(minnow: ht.Rob
 def test_the_power_of_a_gait_is_that_of_its_beat(minnow: ht.Robot) -> None:
     gait = ht.named_gait(minnow, "cruise")
     assert computed(minnow, PowerRun("a", 1.0, gait=gait))[0] == pytest.approx(ht.swim(minnow, gait).mechanical_power)
+
+
+def test_a_turn_is_that_of_its_beat_and_its_file_is_in_degrees(minnow: ht.Robot, tmp_path: Path) -> None:
+    gait = replace(ht.named_gait(minnow, "cruise"), bias=(0.1, 0.1, 0.1))
+    swim = ht.swim(minnow, gait)
+    rate = computed(minnow, TurnRun("a", 1.0, gait=gait))[0]
+    assert rate == pytest.approx(swim.turn_rate)
+    assert abs(rate) * swim.turn_radius == pytest.approx(swim.speed)  # so that a radius and a speed give the rate
+    path, made = tmp_path / "turns.csv", TurnRun("a", rate, 0.01 * abs(rate), gait=gait)
+    made.to_pandas().to_csv(path, index=False)
+    (read,) = read_runs(path, minnow)
+    assert isinstance(read, TurnRun)
+    assert (read.value, read.sd) == pytest.approx((made.value, made.sd))
+
+
+@pytest.mark.parametrize("name", ["tank", "tow", "turn", "glide"])
+def test_a_table_of_runs_is_read_once(tuna: ht.Robot, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = []
+
+    def counted(*given: Any) -> str:
+        opened.append(given)
+        return door.read_text(*given)
+
+    monkeypatch.setattr(tables, "read_text", counted)
+    assert read_runs(TANK / f"{name}.csv", tuna)
+    assert len(opened) == 1
 
 
 def test_tows_tell_the_drag_and_hardly_the_speed(fish: ht.Robot) -> None:

@@ -24,7 +24,7 @@ from hypertuna.trials.decay import Glide, YawDecay
 from hypertuna.trials.kind import Kind
 from hypertuna.trials.kinds import KINDS, QUANTITIES, kind_of
 from hypertuna.trials.manifest import Manifest, parse_manifest
-from hypertuna.trials.numbers import HeldThrust, PowerRun, Tow
+from hypertuna.trials.numbers import HeldThrust, PowerRun, Tow, TurnRun
 from hypertuna.trials.trials import Trials, digest, split
 from synthetic import grid, steady, swims
 
@@ -38,7 +38,7 @@ TOLD = {
     "glides": "water.friction,water.added_mass[0]",
     "yaw_decays": "water.drag[0,1-6],water.added_mass[7]",
 }
-MANIFESTS = ("tank.toml", "forces.toml")
+MANIFESTS = ("tank.toml", "forces.toml", "turns.toml")
 
 
 def number_runs(robot: Robot, kind: Kind[Any], made: type[Any], runs: list[dict[str, Any]]) -> Trials:
@@ -73,6 +73,9 @@ def samples(kind: Kind[Any], robot: Robot) -> Trials:
         ),
         "powers": lambda: number_runs(
             robot, kind, PowerRun, [{"gait": g} for g in grid([1, 2, 3], [(8, 15)], [0, 40])]
+        ),
+        "turns": lambda: number_runs(
+            robot, kind, TurnRun, [{"gait": replace(g, bias=(0.1, 0.1))} for g in grid([1, 2, 3], [(8, 15)], [0, 40])]
         ),
         "glides": lambda: decays(robot, Glide, (0.5, 0.3, 0.2)),
         "yaw_decays": lambda: decays(robot, YawDecay, (2.0, 1.0, 0.5)),

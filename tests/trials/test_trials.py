@@ -367,7 +367,7 @@ def test_check_says_nothing_of_speeds_that_the_model_lacks(tmp_path, recwarn):
 
 def test_every_key_of_the_manifest_is_in_the_example():
     """So that the page that shows it shows every key; a run from rest has no velocity. Forces have a file of theirs."""
-    forces = tomllib.loads((TANK / "forces.toml").read_text())
+    forces, turns = (tomllib.loads((TANK / f"{name}.toml").read_text()) for name in ("forces", "turns"))
 
     def keys(schema, table):
         for name, field in schema.model_fields.items():
@@ -379,4 +379,4 @@ def test_every_key_of_the_manifest_is_in_the_example():
                 value = table[field.alias]
                 keys(inner, value[0] if isinstance(value, list) else value)
 
-    keys(Manifest, forces | document())
+    keys(Manifest, forces | turns | document())

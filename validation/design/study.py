@@ -27,7 +27,7 @@ from hypertuna.description.robot import parse
 from hypertuna.design.criterion import CHECK, design
 from hypertuna.design.posterior import infer
 from hypertuna.design.prediction import Row
-from hypertuna.design.runs import Measurement, candidate_gaits, gait_of_shares, target_gaits
+from hypertuna.design.runs import Measurement, TankRun, candidate_gaits, gait_of_shares, swims, target_gaits
 from hypertuna.design.unknowns import Unknowns
 from hypertuna.io.checkpoint import Journal
 from hypertuna.optimization.design_space import gait_bounds
@@ -55,7 +55,7 @@ def fish() -> ht.Robot:
     return parse(tomllib.loads(first_robot("synthetic", actuation="servo", links=4)), file="synthetic.toml")
 
 
-def grids(robot: ht.Robot, rng: np.random.Generator) -> dict[str, list[ht.Gait]]:
+def grids(robot: ht.Robot, rng: np.random.Generator) -> dict[str, list[TankRun]]:
     """Return two grids of 24 gaits in random order: of frequencies and amplitudes at the usual lag, and over lags."""
     space, groups = gait_bounds(robot), len(robot.joints)
     low, high = space.low[0], space.high[0]
@@ -65,7 +65,7 @@ def grids(robot: ht.Robot, rng: np.random.Generator) -> dict[str, list[ht.Gait]]
         "wide grid": product(np.linspace(low, high, 4), (0.5, 1.0), (0.17, 0.45, 0.72), (0.8,)),
     }
     gaits = {name: [gait_of_shares(space, robot, *level) for level in each] for name, each in levels.items()}
-    return {name: [each[k] for k in rng.permutation(len(each))] for name, each in gaits.items()}
+    return {name: swims(each[k] for k in rng.permutation(len(each))) for name, each in gaits.items()}
 
 
 def repeat(unknowns: Unknowns, how: str, seed: int, linear: bool, runs: int | None = None) -> dict[str, Any]:
@@ -75,20 +75,21 @@ def repeat(unknowns: Unknowns, how: str, seed: int, linear: bool, runs: int | No
     rows = unseen(robot, rng)
     truth = np.log(tank.speeds([row.run for row in rows]))
     orders, space = grids(robot, rng), gait_bounds(robot)
-    gaits, targets = candidate_gaits(space, robot), [Row(gait, "speed") for gait in target_gaits(space, robot, 30)]
+    runs_of, targets = (
+        swims(candidate_gaits(space, robot)),
+        [Row(r, "speed") for r in swims(target_gaits(space, robot, 30))],
+    )
     results: list[Measurement] = []
     found, slowest = {}, 0.0
     for k in range(1, (runs or AFTER[how][-1]) + 1):
         if how != "design":
-            gait = orders[how][k - 1]
+            run = orders[how][k - 1]
         else:
             begin = time.process_time()
-            plan = design(infer(unknowns, results), "speed", gaits, targets)
+            plan = design(infer(unknowns, results), "speed", runs_of, targets)
             run = plan.farthest() if k % CHECK == 0 else plan.best()
-            assert isinstance(run, ht.Gait)
-            gait = run
             slowest = max(slowest, time.process_time() - begin)
-        results += [one] if (one := tank.measure(gait)) else []
+        results += [one] if (one := tank.measure(run)) else []
         if k in AFTER[how]:
             found[k] = _judged(unknowns, results, rows, truth)
     return {"seed": seed, "linear": linear, "how": how, "slowest_s": slowest, "after": found}

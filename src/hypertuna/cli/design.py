@@ -9,15 +9,17 @@ import typer
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.emit import emit
-from hypertuna.cli.experiment import check_later, gaits_csv
+from hypertuna.cli.experiment import STEADY, check_later, check_one_source, gaits_csv
 from hypertuna.cli.search import bounds_of
 from hypertuna.description.provenance import provenance
 from hypertuna.design.criterion import WISHES
-from hypertuna.design.runs import Measurement, Tow, run_record
+from hypertuna.design.runs import QUANTITIES, Measurement, Told, run_record
 from hypertuna.design.tank import NextRuns, TankDesign
 from hypertuna.errors import InputError
 from hypertuna.identification.names import split_names
-from hypertuna.trials.steady import MEASURED, SteadyRun, read_steady
+from hypertuna.trials.numbers import TurnRun
+from hypertuna.trials.steady import MEASURED
+from hypertuna.trials.tables import read_runs
 
 State = Annotated[str, opt.text("--state", "File that stores the design; created by the first ask.", "FILE")]
 Day = Annotated[
@@ -38,7 +40,8 @@ class DesignOptions:
     """What a design is for: options of its first ask."""
 
     want: Annotated[
-        str, opt.word("--want", tuple(WISHES), "What to know: speed or cost of gaits, or the coefficients.")
+        str,
+        opt.word("--want", tuple(WISHES), "What to know: speed, rate of turn or cost of gaits, or the coefficients."),
     ] = "speed"
     width: Annotated[
         float, opt.number("--width", "percent", "Half width in percent of the 95 % interval that is enough.")
@@ -57,11 +60,19 @@ class DesignOptions:
     tow: Annotated[bool, opt.flag("--tow", "The tank has a carriage that tows the robot and measures its drag.")] = (
         False
     )
+    hold: Annotated[
+        bool,
+        opt.flag("--hold", "The tank has a gauge that holds the head of the beating robot and measures its thrust."),
+    ] = False
+    glide: Annotated[
+        bool, opt.flag("--glide", "The robot can be let go, straight and in motion, and its speed be tracked.")
+    ] = False
 
     def arguments(self) -> dict[str, Any]:
         """Return the options as arguments of `TankDesign`."""
         prior = {name: factor for names, factor in self.prior or [] for name in split_names(names)}
-        given = {"want": self.want, "width": self.width / 100, "tow": self.tow}
+        given = {"want": self.want, "width": self.width / 100}
+        given |= {"tow": self.tow, "hold": self.hold, "glide": self.glide}
         return given | {"bounds": bounds_of(self.bounds), "prior": prior}
 
 
@@ -90,11 +101,16 @@ def ask_command(
         from hypertuna.reports.results import report as write_page  # here, because its import takes long
 
         write_page(result, report, title=f"Runs of {result.robot.name}")
-    gaits = {one.name: one.run for one in result.choices if not isinstance(one.run, Tow)}
+    target = WISHES[result.want]
+    columns = (TurnRun.columns["value"],) if target == "turn_rate" else STEADY
+    runs_of_file = [
+        one for one in result.choices if one.run.kind == "steady" and {target or "speed"} <= {*one.expected}
+    ]
+    gaits = {one.name: one.run.gait for one in runs_of_file if one.run.gait}
     emit(
         result,
         record=_record,
-        csv=lambda _: gaits_csv(result.robot, gaits),
+        csv=lambda _: gaits_csv(result.robot, gaits, columns),
         output=output if gaits else None,
         plot=plot,
         written=(report,),
@@ -105,13 +121,17 @@ def ask_command(
 def tell_command(
     state: State,
     results: Annotated[
-        str | None, typer.Argument(help="CSV file of steady runs, of these gaits or others: what `ask -o` wrote.")
+        str | None,
+        typer.Argument(
+            help="CSV file of runs, these or others: what `ask -o` wrote, or tows, held thrusts, powers, glides."
+        ),
     ] = None,
     value: Annotated[
         list[str] | None,
         opt.text(
             "--value",
-            "Speed in m/s, or SPEED,COST_OF_TRANSPORT, or drag in N of a tow, of one run; repeat it for the next ones.",
+            "Speed in m/s, or SPEED,COST_OF_TRANSPORT, or what is expected of the run, in the unit that is printed: "
+            "a rate of turn, a drag, a thrust; repeat it for the next runs.",
         ),
     ] = None,
     day: Day = None,
@@ -119,44 +139,29 @@ def tell_command(
 ) -> None:
     """Enter what the runs measured, in the order in which they were made; then the next run is printed."""
     with TankDesign(state) as tank:
-        if (results is None) == (not value):
-            rule = "must be given either in a CSV file or with --value"
-            raise InputError(rule, key="results", value="given in both" if value else "given in neither")
+        check_one_source(results, value)
         last = tank.results[-1].day if tank.results else ""
         when = last if day is None else day
-        if results is None:
-            told = _of_values(value or [], tank, when)
-        else:
-            runs = read_steady(results, tank.unknowns.robot)
-            told = [one for run in runs for one in _of_run(run, when)]
-        tank.tell(told)
+        told = _of_values(value or [], tank) if results is None else read_runs(results, tank.unknowns.robot)
+        tank.tell(told, when)
         emit(tank.ask(), record=_record, as_json=as_json)
 
 
-def _of_values(texts: Sequence[str], tank: TankDesign, day: str) -> list[Measurement]:
-    """Return the results of values of the option, for the next runs in their order."""
-    made = []
+def _of_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
+    """Return trials of values of the option, for the next runs in their order."""
+    made = list[Told]()
     for k, (text, choice) in enumerate(zip(texts, tank.ask(len(texts)).choices, strict=True)):
-        key = f"--value {k + 1}"
-        names = ("drag",) if isinstance(choice.run, Tow) else MEASURED
-        values = parsing.numbers(text, key, "m/s, or N of a tow")
+        key, run, names = f"--value {k + 1}", choice.run, list(choice.expected)
+        if run.kind == "glides":
+            rule, fix = "must be the track of a glide", "give a CSV file with time_s and speed_m_s"
+            raise InputError(rule, key=key, value=text, fix=fix)
+        names = list(MEASURED) if names[0] == "speed" else names
+        values = parsing.numbers(text, key, " or ".join(QUANTITIES[name].unit for name in names))
         if len(values) > len(names):
-            fix = "give a drag" if isinstance(choice.run, Tow) else "give SPEED or SPEED,COST_OF_TRANSPORT"
-            raise InputError(f"must have at most {len(names)} of {', '.join(names)}", key=key, value=text, fix=fix)
-        made += [
-            Measurement(choice.run, name, v, name=choice.name, day=day) for name, v in zip(names, values, strict=False)
-        ]
-    return made
-
-
-def _of_run(run: SteadyRun, day: str) -> list[Measurement]:
-    """Return the results of a steady run; the mean of its repeats has a smaller noise."""
-    made = []
-    for name in MEASURED:
-        value, sd = getattr(run, name), getattr(run, f"{name}_sd")
-        if value is not None:
-            spread = None if sd is None else sd / run.repeats**0.5
-            made.append(Measurement(run.gait, name, value, spread, run.name, day))
+            rule, fix = f"must have at most {len(names)} of {', '.join(names)}", f"give {','.join(names).upper()}"
+            raise InputError(rule, key=key, value=text, fix=fix)
+        given = {name: v / QUANTITIES[name].per_si for name, v in zip(names, values, strict=False)}
+        made += [Measurement(run, name, v, name=choice.name) for name, v in given.items()]
     return made
 
 

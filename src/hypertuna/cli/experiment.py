@@ -22,6 +22,7 @@ from hypertuna.optimization.experiment import TankSearch
 from hypertuna.swimming.gait import Gait, gait_record
 from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun, read_steady
 
+STEADY = tuple(COLUMNS[name] for name in MEASURED)
 State = Annotated[str, opt.text("--state", "File that stores the search; created by the first ask.", "FILE")]
 
 
@@ -68,6 +69,13 @@ def check_later(context: typer.Context, kept: Collection[str]) -> None:
             raise InputError(rule, key=f"--{name.replace('_', '-')}", value="given alone", fix=fix)
 
 
+def check_one_source(results: str | None, value: Collection[str] | None) -> None:
+    """Check that results are given in one way."""
+    if (results is None) == (not value):
+        rule = "must be given either in a CSV file or with --value"
+        raise InputError(rule, key="results", value="given in both" if value else "given in neither")
+
+
 def tell_command(
     state: State,
     results: Annotated[
@@ -84,9 +92,7 @@ def tell_command(
 ) -> None:
     """Enter the measured speeds of the batch's gaits: all of them, or some now and the others later."""
     with TankSearch(state) as experiment:
-        if (results is None) == (not value):
-            rule = "must be given either in a CSV file or with --value"
-            raise InputError(rule, key="results", value="given in both" if value else "given in neither")
+        check_one_source(results, value)
         runs = _runs_of(value or [], experiment) if results is None else read_steady(results, experiment.problem.robot)
         left = experiment.tell(runs)
         if not as_json:
@@ -157,6 +163,6 @@ def _rows(robot: Robot, gaits: Mapping[str, Gait], digits: str) -> list[dict[str
     return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
-def gaits_csv(robot: Robot, gaits: Mapping[str, Gait]) -> Csv:
-    """Write gaits as steady runs with empty cells for the measurements."""
-    return rows_csv({}, [row | {COLUMNS[name]: "" for name in MEASURED} for row in _rows(robot, gaits, ".6f")])
+def gaits_csv(robot: Robot, gaits: Mapping[str, Gait], measured: Collection[str] = STEADY) -> Csv:
+    """Write gaits with empty cells in the columns of what is to be measured, by default those of steady runs."""
+    return rows_csv({}, [row | dict.fromkeys(measured, "") for row in _rows(robot, gaits, ".6f")])

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.design.runs import UNITS, run_text
+from hypertuna.design.runs import QUANTITIES
 from hypertuna.design.tank import NextRuns
 from hypertuna.display import Card, Part, Table, cards, number, tables
 from hypertuna.pictures import captioned, curve_svg
@@ -21,8 +21,8 @@ def next_runs_card(result: NextRuns) -> Card:
             (
                 one.name,
                 one.why,
-                run_text(one.run),
-                _expected(*next((*row, UNITS[name]) for name, row in one.expected.items())),
+                str(one.run),
+                _expected(*next((*row, name) for name, row in one.expected.items())),
                 f"{100 * one.half_width:.2g}",
             )
             for one in result.choices
@@ -43,10 +43,11 @@ def next_runs_card(result: NextRuns) -> Card:
     return Card(f"{result.robot.name}: next runs", parts, (lambda: _widths_svg(result)) if result.steps else None)
 
 
-def _expected(value: float, half_width: float, unit: str) -> str:
-    """Write an expected value with its interval."""
-    ends = (number(value * math.exp(sign * half_width)) for sign in (-1, 1))
-    return f"{number(value)} ({' to '.join(ends)}) {unit}"
+def _expected(value: float, half_width: float, name: str) -> str:
+    """Write an expected value of a quantity with its interval."""
+    _, _, unit, size = QUANTITIES[name]
+    ends = (number(size * value * math.exp(sign * half_width)) for sign in (-1, 1))
+    return f"{number(size * value)} ({' to '.join(ends)}) {unit}"
 
 
 def _within(half_width: float) -> str:
@@ -66,7 +67,7 @@ def next_runs_columns(result: NextRuns) -> dict[str, Any]:
     """Return the runs that were told, with the half width after each."""
     return {
         "run": [step.results[0].name for step in result.steps],
-        "made": [run_text(step.run) for step in result.steps],
+        "made": [str(step.run) for step in result.steps],
         "half_width": np.array([step.half_width for step in result.steps]),
         "off_sd": np.array([step.off for step in result.steps]),
         "discrepancy": np.array([step.discrepancy for step in result.steps]),

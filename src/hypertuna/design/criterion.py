@@ -10,9 +10,9 @@ from hypertuna.arrays import Array
 from hypertuna.design.discrepancy import DESIGNED, correlation, same_day
 from hypertuna.design.posterior import Posterior
 from hypertuna.design.prediction import Row, predict
-from hypertuna.design.runs import NOISE, SLOWEST, Run, Tow, measured_of, noise_of
+from hypertuna.design.runs import QUANTITIES, SLOWEST, TankRun, noise_of
 
-WISHES = {"speed": "speed", "cost": "cost_of_transport", "coefficients": ""}  # quantity of the targets
+WISHES = {"speed": "speed", "turn": "turn_rate", "cost": "cost_of_transport", "coefficients": ""}  # of the targets
 CHECK = 4  # every fourth run is made where the design has none
 AS_FAR = 0.98  # of the largest variance of the discrepancy: gaits that are as far from all others
 NEVER = 0.8  # of the prior's standard deviation: what remains of it where no run tells a coefficient
@@ -27,14 +27,14 @@ class Design:
 
     want: str
     rows: tuple[Row, ...]  # of the candidates; then follow targets and coefficients
-    places: Mapping[Run, NDArray[np.intp]]  # rows of each candidate
+    places: Mapping[TankRun, NDArray[np.intp]]  # rows of each candidate
     value: Array  # (rows,) expected [SI]
     noise: Array  # (rows,) variance of the logarithm of one measurement
     targets: slice
     free: slice
     prior: Array  # (n,) variance of the coefficients before all runs
     covariance: Array  # of logarithms and scaled coefficients
-    made: tuple[Run, ...]
+    made: tuple[TankRun, ...]
 
     def width(self) -> float:
         """Root mean square of the standard deviations of the log targets."""
@@ -44,7 +44,7 @@ class Design:
         """Return the standard deviations (n,) of the scaled coefficients."""
         return np.sqrt(np.maximum(np.diag(self.covariance)[self.free], 0.0))
 
-    def score(self, run: Run) -> float:
+    def score(self, run: TankRun) -> float:
         """Return the mean variance that a run would leave: of the log targets, or of coefficients over their priors."""
         at, aim = self.places[run], self.free if self.want == "coefficients" else self.targets
         by = self.covariance[aim, at]
@@ -52,22 +52,23 @@ class Design:
         left = np.diag(self.covariance)[aim] - np.einsum("ij,ji->i", by, gain)
         return float(np.mean(left / self.prior if self.want == "coefficients" else left))
 
-    def after(self, runs: Sequence[Run]) -> "Design":
+    def after(self, runs: Sequence[TankRun]) -> "Design":
         """Return the design with runs made."""
         at = np.concatenate([self.places[run] for run in runs])
         covariance = narrowed(self.covariance, at, np.diag(self.noise[at]))
         return replace(self, covariance=covariance, made=(*self.made, *runs))
 
-    def best(self) -> Run:
+    def best(self) -> TankRun:
         """Return the run that narrows most; one that was made counts as its repeat."""
         return min(self.places, key=self.score)
 
-    def farthest(self) -> Run:
+    def farthest(self) -> TankRun:
         """Return the gait where the runs tell least of what the model misses: the check of a design."""
-        gaits = [run for run in self.places if not isinstance(run, Tow) and run not in self.made]
+        swims = [run for run in self.places if run.kind == "steady" and (run.turns or self.want != "turn")]
+        gaits = [run for run in swims if run not in self.made]
         if not gaits:
             return self.best()
-        here, known = ([Row(run, "speed") for run in runs if not isinstance(run, Tow)] for runs in (gaits, self.made))
+        here, known = ([Row(run, "speed") for run in runs if run.kind == "steady"] for runs in (gaits, self.made))
         near, among = correlation(here, known), correlation(known, known)
         blind = 1 - np.einsum("ij,ji->i", near, np.linalg.solve(among + 1e-6 * np.eye(len(known)), near.T))
         far = [run for run, variance in zip(gaits, blind, strict=True) if variance >= AS_FAR * blind.max()]
@@ -78,12 +79,19 @@ class Design:
         return self.after(list(self.places)).sd()
 
 
-def design(posterior: Posterior, want: str, candidates: Sequence[Run], targets: Sequence[Row]) -> Design:
+def planned(run: TankRun, want: str) -> tuple[str, ...]:
+    """Return what a run of a design measures."""
+    if run.kind != "steady":
+        return run.measured
+    if want == "turn" and run.turns:
+        return ("turn_rate",)
+    return ("speed", "cost_of_transport") if want == "cost" else ("speed",)
+
+
+def design(posterior: Posterior, want: str, candidates: Sequence[TankRun], targets: Sequence[Row]) -> Design:
     """Return the design after the runs of a posterior; gaits that the model does not swim are no candidates."""
     made = tuple(dict.fromkeys(one.run for one in posterior.results))
-    quantities = {"speed", "drag", WISHES[want]}
-    rows = [Row(run, name) for run in dict.fromkeys((*candidates, *made)) for name in measured_of(run)]
-    rows = [row for row in rows if row.quantity in quantities]
+    rows = [Row(run, name) for run in dict.fromkeys((*candidates, *made)) for name in planned(run, want)]
     every = [*rows, *targets, *posterior.rows]
     there, prior = predict(posterior.unknowns, posterior.x, every), posterior.unknowns.covariance
     sound = np.isfinite(there.log)
@@ -97,8 +105,8 @@ def design(posterior: Posterior, want: str, candidates: Sequence[Run], targets: 
     )
     kept = np.delete(np.arange(len(joint)), np.arange(told.start, told.stop))
     value = np.exp(there.log[: len(rows)])
-    fast = [sound[k] and value[k] > SLOWEST * NOISE[row.quantity][1] for k, row in enumerate(rows)]
-    places: dict[Run, list[int]] = {}
+    fast = [sound[k] and value[k] > SLOWEST * QUANTITIES[row.quantity].absolute for k, row in enumerate(rows)]
+    places: dict[TankRun, list[int]] = {}
     for k, row in enumerate(rows):
         places.setdefault(row.run, []).append(k)
     return Design(

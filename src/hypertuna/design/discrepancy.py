@@ -7,7 +7,6 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.design.prediction import Row
-from hypertuna.design.runs import Tow
 from hypertuna.swimming.gait import Gait, lags
 
 SIZES = (0.0, 0.02, 0.05, 0.1, 0.2)  # standard deviations of the logarithm that a fit chooses among
@@ -32,12 +31,10 @@ def same_day(days: Sequence[str]) -> Array:
 
 def _features(rows: Sequence[Row]) -> Array:
     """Return where runs are, in the lengths of the discrepancy (rows, 5)."""
-    each = [_of_tow(row.run) if isinstance(row.run, Tow) else _of_gait(row.run) for row in rows]
+    each = [
+        _of_gait(row.run.gait) if row.run.gait else [math.log(row.run.u) / FACTOR, 0.0, 0.0, 0.0, 0.0] for row in rows
+    ]
     return np.array(each).reshape(-1, 5)
-
-
-def _of_tow(tow: Tow) -> list[float]:
-    return [math.log(tow.speed) / FACTOR, 0.0, 0.0, 0.0, 0.0]
 
 
 def _of_gait(gait: Gait) -> list[float]:

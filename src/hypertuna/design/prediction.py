@@ -1,78 +1,101 @@
 """Logarithms of what runs measure, with exact derivatives by the unknown coefficients."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from hypertuna import _core
 from hypertuna.arrays import Array
-from hypertuna.design.runs import Run, Tow
+from hypertuna.design.runs import TankRun
 from hypertuna.design.unknowns import Unknowns
 from hypertuna.identification.coefficients import columns, from_scale, parameter_jacobian
 from hypertuna.swimming.beat import directional_derivatives, settle
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.model import core_model
+from hypertuna.trials.kind import Point
+from hypertuna.trials.kind_numbers import HeldRows
 
-STEPS = 64  # Runge-Kutta steps per beat: their error is far below the noise of a tank
-STEP = 1e-4  # of a scaled coefficient, for the drag of a tow, which is linear in the coefficients
+STEPS = 64  # Runge-Kutta steps per beat or glide: their error is far below the noise of a tank
+COASTS = 2.0  # body lengths at the first speed: how long a glide is followed
+BEATS = {"power": "mechanical_power"}  # names of the quantities of a settled beat that are others than of runs
 
 
 class Row(NamedTuple):
     """One quantity of a run."""
 
-    run: Run
+    run: TankRun
     quantity: str
 
 
 class Predicted(NamedTuple):
     """Predicted rows."""
 
-    log: Array  # (rows,) of the value [SI]; NaN without a settled beat forward
+    log: Array  # (rows,) of the value [SI], of a rate of turn to either side; NaN without a settled beat forward
     jacobian: Array  # (rows, n) by the scaled coefficients
 
 
 def predict(unknowns: Unknowns, x: Array, rows: Sequence[Row]) -> Predicted:
     """Predict rows for scaled coefficients x (n,)."""
-    log, jacobian = np.full(len(rows), np.nan), np.zeros((len(rows), len(x)))
-    gaits = {row.run: k for k, row in enumerate(rows) if isinstance(row.run, Gait)}
-    if gaits:
-        place = {gait: k for k, gait in enumerate(gaits)}
-        values, slopes = _gaits(unknowns, x, list(gaits), {row.quantity for row in rows} - {"drag"})
-        for k, row in enumerate(rows):
-            if isinstance(row.run, Gait):
-                at = place[row.run]
-                log[k], jacobian[k] = values[row.quantity][at], slopes[row.quantity][at]
-    towed = {k: row.run.speed for k, row in enumerate(rows) if isinstance(row.run, Tow)}
-    if towed:
-        places, speeds = list(towed), np.array(list(towed.values()))
-        log[places] = _log_drag(unknowns, x, speeds)
-        for j, step in enumerate(STEP * np.eye(len(x))):
-            ends = (_log_drag(unknowns, end, speeds) for end in (x + step, x - step))
-            jacobian[places, j] = np.subtract(*ends) / (2 * STEP)
-    return Predicted(log, jacobian)
+    values, robot = from_scale(unknowns.free, x), unknowns.robot
+    changed = columns(robot, unknowns.free, values)
+    along = np.ascontiguousarray(parameter_jacobian(robot, unknowns.free, values))
+    at = Point(robot, core_model(robot, changed), changed, along, len(x), {}, {}, STEPS, STEPS, 1)
+    kinds = {"steady": _beats, "tows": _held, "thrusts": _held, "glides": _coasting}
+    found: dict[Row, tuple[float, Array]] = {}
+    for kind, made in kinds.items():
+        if own := list(dict.fromkeys(row for row in rows if row.run.kind == kind)):
+            value, jacobian = made(at, own)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                log = np.log(np.where(value > 0, value, np.nan))
+                found |= dict(zip(own, zip(log, jacobian / value[:, np.newaxis], strict=True), strict=True))
+    log = np.array([found[row][0] for row in rows])
+    return Predicted(log, np.array([found[row][1] for row in rows]).reshape(len(rows), len(x)))
 
 
-def _gaits(
-    unknowns: Unknowns, x: Array, gaits: Sequence[Gait], quantities: set[str]
-) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return the logarithm of each quantity of settled beats (gaits,), and its derivatives (gaits, n)."""
-    robot, values = unknowns.robot, from_scale(unknowns.free, x)
-    model, listed = core_model(robot, columns(robot, unknowns.free, values)), Gaits.of(gaits)
-    beats = settle(robot, listed, model=model, steps=STEPS)
-    along = parameter_jacobian(robot, unknowns.free, values)
-    slopes = directional_derivatives(robot, listed, beats, along, model=model, steps=STEPS)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        sound = (beats["status"] == 0) & (beats["speed"] > 0)
-        safe = {name: np.where(sound & (beats[name] > 0), beats[name], np.nan) for name in quantities}
-        return {name: np.log(v) for name, v in safe.items()}, {n: slopes[n] / v[:, np.newaxis] for n, v in safe.items()}
+def _beats(at: Point, rows: Sequence[Row]) -> tuple[Array, Array]:
+    """Return quantities (rows,) of settled beats, those of a turn to either side, and their derivatives (rows, n)."""
+    place = {gait: k for k, gait in enumerate(dict.fromkeys(row.run.gait for row in rows if row.run.gait))}
+    gaits = Gaits.of(list(place))
+    beats = settle(at.robot, gaits, model=at.model, steps=STEPS)
+    slopes = directional_derivatives(at.robot, gaits, beats, np.asarray(at.along), model=at.model, steps=STEPS)
+    sound = (beats["status"] == 0) & (beats["speed"] > 0)
+
+    def each(table: Mapping[str, Array]) -> Array:
+        return np.array([table[BEATS.get(row.quantity, row.quantity)][place[_gait(row)]] for row in rows])
+
+    value, good = each(beats), np.array([sound[place[_gait(row)]] for row in rows])
+    sign = np.where([row.quantity == "turn_rate" for row in rows], np.sign(value), 1.0)
+    return np.where(good, sign * value, np.nan), sign[:, np.newaxis] * each(slopes)
 
 
-def _log_drag(unknowns: Unknowns, x: Array, speeds: Array) -> Array:
-    """Return the logarithm of the drag [N] of the straight robot at speeds (k,) [m/s]."""
-    robot = unknowns.robot
-    model = core_model(robot, columns(robot, unknowns.free, from_scale(unknowns.free, x)))
-    still = np.zeros((len(speeds), len(robot.links.name), 3))
-    twist = np.zeros((len(speeds), 3))
-    twist[:, 0] = speeds
-    return np.asarray(np.log(-_core.dynamics(model, still, twist)["wrench"][:, 0]))
+def _gait(row: Row) -> Gait:
+    """Return the gait of a row that has one."""
+    assert row.run.gait is not None
+    return row.run.gait
+
+
+def _held(at: Point, rows: Sequence[Row]) -> tuple[Array, Array]:
+    """Return the drag of tows, or the thrust of a held fish, as their kinds of trial predict them."""
+    rest = (0.0,) * len(at.robot.joints)
+    gaits = tuple(row.run.gait or Gait(1.0, rest, rest) for row in rows)
+    u, none = np.array([row.run.u for row in rows]), np.zeros(len(rows))
+    sign = -1.0 if rows[0].run.gait is None else 1.0
+    made = HeldRows(none, none.astype(int), (), len(rows), gaits, u, sign).predict(at)
+    return made.computed, made.jacobian
+
+
+def _coasting(at: Point, rows: Sequence[Row]) -> tuple[Array, Array]:
+    """Return the lengths over which the speed of a straight body falls by a factor of e, from two speeds of a glide.
+
+    Of a drag by the square of the speed, 1/u grows by 1/length a second; else it is the mean over the glide.
+    """
+    still, along, found = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), np.asarray(at.along), []
+    for row in rows:
+        u, time = row.run.u, COASTS * at.robot.body.length / row.run.u
+        begin = np.array([-u, 0.0, 0.0])
+        track = _core.track(at.model, still, along, step=time / STEPS, twist=begin, rates=True)
+        end, by = -track["rate"][-1, 0], -track["rate_gradient"][-1, 0, len(begin) :]
+        length = time / (1 / end - 1 / u)
+        found.append((length, by * length**2 / (time * end**2)))
+    return np.array([one[0] for one in found]), np.array([one[1] for one in found])

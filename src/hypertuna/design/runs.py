@@ -1,10 +1,10 @@
-"""Runs that a tank can make, what they measure with which noise, and the runs that a design chooses from."""
+"""Runs that a tank can make, each of a kind of trial; what they measure with which noise; those to choose from."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,48 +12,116 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, shown
 from hypertuna.optimization.design_space import DesignSpace
-from hypertuna.ranges import POSITIVE, Range
+from hypertuna.ranges import POSITIVE
 from hypertuna.swimming.gait import Gait, gait_record, gait_text
+from hypertuna.trials.decay import Decay, Glide
+from hypertuna.trials.kinds import kind_of
+from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, TurnRun, U
+from hypertuna.trials.steady import MEASURED, SteadyRun
 
-# Default noise of one measurement: relative, and in the unit of the quantity.
-NOISE = {"speed": (0.02, 0.003), "cost_of_transport": (0.03, 0.0), "drag": (0.03, 0.005)}
-UNITS = {"speed": "m/s", "cost_of_transport": "J/(kg m)", "drag": "N"}
+
+class Quantity(NamedTuple):
+    """What runs measure: default noise of one measurement, relative and [SI]; displayed unit, and its number per SI."""
+
+    relative: float
+    absolute: float
+    unit: str
+    per_si: float = 1.0
+
+
+QUANTITIES = {
+    "speed": Quantity(0.02, 0.003, "m/s"),
+    "cost_of_transport": Quantity(0.03, 0.0, "J/(kg m)"),
+    "turn_rate": Quantity(0.03, 0.02, "deg/s", 180 / math.pi),  # to either side
+    "power": Quantity(0.03, 0.0, "W"),
+    "drag": Quantity(0.03, 0.005, "N"),
+    "thrust": Quantity(0.03, 0.005, "N"),
+    "coasting_length": Quantity(0.08, 0.0, "m"),
+}
 SLOWEST = 3.0  # noises of a speed: a slower gait tells next to nothing
-TOWED = Range(above=0, max=20, unit="m/s")
 # Candidates: levels of the frequency, of the amplitude over its bound, of the lag over its bound, of the last group's
-# amplitude over that of the others.
-FREQUENCIES, AMPLITUDES, LAGS, FINS = 5, (0.4, 0.7, 1.0), (0.17, 0.45, 0.72), (0.6, 1.0)
+# amplitude over that of the others, and of the bias over its bound.
+FREQUENCIES, AMPLITUDES, LAGS, FINS, BIASES = 5, (0.4, 0.7, 1.0), (0.17, 0.45, 0.72), (0.6, 1.0), (0.4, 1.0)
+SPEEDS = {"tows": "tow_m_s", "glides": "glide_m_s", "thrusts": "held_m_s"}  # in records, of kinds that are no swims
 
 
 @dataclass(frozen=True)
-class Tow:
-    """The straight robot towed along its axis: its drag is measured."""
+class TankRun:
+    """A run that a tank can make: a trial without what it measures.
 
-    speed: float  # [m/s]
+    Parameters
+    ----------
+    kind : str
+        Kind of trial, as a manifest has it: "steady", "tows", "thrusts" or "glides".
+    gait : Gait, optional
+        As commanded; None of a straight body.
+    u : float
+        Speed of a tow or a current, or at which a glide begins [m/s].
+    """
+
+    kind: str
+    gait: Gait | None = None
+    u: float = 0.0
 
     def __post_init__(self) -> None:
-        TOWED.check(self.speed, "speed of a tow", "give the speed of the carriage in m/s")
+        if self.u or self.gait is None:
+            U.check(self.u, f"speed of {self.kind}", "give the speed through the water in m/s")
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is a swim of a gait that bends to one side."""
+        return self.kind == "steady" and self.gait is not None and any(self.gait.bias)
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Quantities that it can measure."""
+        if self.kind == "steady":
+            return (*MEASURED, "power", *(("turn_rate",) if self.turns else ()))
+        return {"tows": ("drag",), "thrusts": ("thrust",), "glides": ("coasting_length",)}[self.kind]
+
+    def __str__(self) -> str:
+        if self.gait is not None:
+            return "held still, " * (self.kind == "thrusts") + gait_text(self.gait)
+        return f"{'tow at' if self.kind == 'tows' else 'glide from'} {self.u:.3g} m/s"
 
 
-Run: TypeAlias = Gait | Tow
+def run_record(run: TankRun) -> dict[str, Any]:
+    """Return a run as JSON."""
+    speed = {SPEEDS[run.kind]: run.u} if run.kind in SPEEDS else {}
+    return speed | ({} if run.gait is None else gait_record(run.gait))
+
+
+def run_of(record: Any) -> TankRun:
+    """Return the run of a record."""
+    kind, u = next(((kind, record[key]) for kind, key in SPEEDS.items() if key in record), ("steady", 0.0))
+    if "frequency_hz" not in record:
+        return TankRun(kind, u=u)
+    keys = {key: record[f"{key}_deg"] for key in ("amplitude", "phase")}
+    gait = Gait.from_degrees(frequency=record["frequency_hz"], **keys, bias=record.get("bias_deg"))
+    return TankRun(kind, gait, u)
+
+
+def swims(gaits: Iterable[Gait]) -> list[TankRun]:
+    """Return swims of gaits."""
+    return [TankRun("steady", gait) for gait in gaits]
 
 
 @dataclass(frozen=True)
 class Measurement:
     """One measured number of a run."""
 
-    run: Run
-    quantity: str  # of `NOISE`
+    run: TankRun
+    quantity: str  # of `QUANTITIES`
     value: float  # [SI]
     sd: float | None = None  # of the value [SI]; None: the default noise
     name: str = ""
     day: str = ""  # runs of one day share an offset
 
     def __post_init__(self) -> None:
-        if self.quantity not in measured_of(self.run):
-            fix = f"give one of {', '.join(measured_of(self.run))}"
+        if self.quantity not in self.run.measured:
+            fix = f"give one of {', '.join(self.run.measured)}"
             raise InputError("must be measured in such a run", key="quantity", value=shown(self.quantity), fix=fix)
-        key = f"{self.quantity} of {self.name or run_text(self.run)}"
+        key = f"{self.quantity} of {self.name or self.run}"
         POSITIVE.check(self.value, key, "leave the run out: a design works with logarithms")
         if self.sd is not None:
             POSITIVE.check(self.sd, f"standard deviation of {key}", "leave it out for the default noise")
@@ -64,61 +132,80 @@ class Measurement:
         return self.sd / self.value if self.sd is not None else noise_of(self.quantity, self.value)
 
 
+Told = SteadyRun | NumberRun | Decay | Measurement
+
+
+def measurements(trial: Told, day: str = "") -> list[Measurement]:
+    """Return what a trial measured; the mean of its repeats has a smaller noise."""
+    if isinstance(trial, Measurement):
+        return [replace(trial, day=trial.day or day)]
+    if isinstance(trial, SteadyRun):
+        run, given = (
+            TankRun("steady", trial.gait),
+            [(n, getattr(trial, n), getattr(trial, f"{n}_sd")) for n in MEASURED],
+        )
+    elif isinstance(trial, (Tow, HeldThrust)):
+        run, given = (
+            TankRun(kind_of(trial).key, trial.gait, trial.u),
+            [(kind_of(trial).quantities[0].name, trial.value, trial.sd)],
+        )
+    elif isinstance(trial, (PowerRun, TurnRun)):
+        run, given = TankRun("steady", trial.gait), [(kind_of(trial).quantities[0].name, abs(trial.value), trial.sd)]
+    elif isinstance(trial, Glide):
+        length, sd, u = trial.coasting()
+        return [Measurement(TankRun("glides", u=u), "coasting_length", length, sd, trial.name, day)]
+    else:
+        rule, fix = "must be a run that a design knows", "give steady runs, turns, powers, tows, held thrusts or glides"
+        raise InputError(rule, key="tell", value=type(trial).__name__, fix=fix)
+    root = math.sqrt(trial.repeats)
+    return [
+        Measurement(run, name, value, None if sd is None else sd / root, trial.name, day)
+        for name, value, sd in given
+        if value is not None
+    ]
+
+
 def noise_of(quantity: str, value: Any) -> Any:
     """Return the default standard deviation of the logarithm of a value [SI], or of an array of them."""
-    relative, absolute = NOISE[quantity]
-    return np.hypot(relative, absolute / value)
+    about = QUANTITIES[quantity]
+    return np.hypot(about.relative, about.absolute / value)
 
 
-def measured_of(run: Run) -> tuple[str, ...]:
-    """Return the quantities that a run can measure."""
-    return ("drag",) if isinstance(run, Tow) else ("speed", "cost_of_transport")
-
-
-def run_text(run: Run) -> str:
-    """Describe a run in words."""
-    return f"tow at {run.speed:.3g} m/s" if isinstance(run, Tow) else gait_text(run)
-
-
-def run_record(run: Run) -> dict[str, Any]:
-    """Return a run as JSON."""
-    return {"tow_m_s": run.speed} if isinstance(run, Tow) else gait_record(run)
-
-
-def run_of(record: Any) -> Run:
-    """Return the run of a record."""
-    if "tow_m_s" in record:
-        return Tow(record["tow_m_s"])
-    keys = {key: record[f"{key}_deg"] for key in ("amplitude", "phase")}
-    return Gait.from_degrees(frequency=record["frequency_hz"], **keys, bias=record.get("bias_deg"))
-
-
-def candidate_gaits(space: DesignSpace, robot: Robot) -> list[Gait]:
-    """Return a grid of gaits over frequency, amplitude, lag and the last group's share, within the bounds."""
+def candidate_gaits(space: DesignSpace, robot: Robot, biases: Sequence[float] = (0.0,)) -> list[Gait]:
+    """Return a grid of gaits over frequency, amplitude, lag, the last group's share and bias, within the bounds."""
     low, high = space.low[0], space.high[0]
-    levels = product(np.linspace(low, high, FREQUENCIES), AMPLITUDES, LAGS, FINS)
+    levels = product(np.linspace(low, high, FREQUENCIES), AMPLITUDES, LAGS, FINS, biases)
     return _unique(gait_of_shares(space, robot, *level) for level in levels)
 
 
-def target_gaits(space: DesignSpace, robot: Robot, count: int) -> list[Gait]:
+def target_gaits(space: DesignSpace, robot: Robot, count: int, biases: Sequence[float] = (0.0,)) -> list[Gait]:
     """Return gaits spread evenly over the box of the candidates: Halton's points."""
-    ends = ((space.low[0], space.high[0]), *((levels[0], levels[-1]) for levels in (AMPLITUDES, LAGS, FINS)))
+    ends = (
+        (space.low[0], space.high[0]),
+        *((levels[0], levels[-1]) for levels in (AMPLITUDES, LAGS, FINS, biases)),
+    )
     points = (
-        [low + _halton(k, base) * (high - low) for (low, high), base in zip(ends, (2, 3, 5, 7), strict=True)]
+        [low + _halton(k, base) * (high - low) for (low, high), base in zip(ends, (2, 3, 5, 7, 11), strict=True)]
         for k in range(1, count + 1)
     )
     return _unique(gait_of_shares(space, robot, *point) for point in points)
 
 
-def tows(speeds: Array) -> list[Tow]:
-    """Return tows from half the slowest to half more than the fastest of the gaits' speeds [m/s]."""
-    return [Tow(round(float(u), 3)) for u in np.geomspace(0.5 * speeds.min(), 1.5 * speeds.max(), 4)]
+def speeds_of(speeds: Array) -> list[float]:
+    """Return speeds from half the slowest to half more than the fastest of the gaits' speeds [m/s]."""
+    return [round(float(u), 3) for u in np.geomspace(0.5 * speeds.min(), 1.5 * speeds.max(), 4)]
+
+
+def bias_ends(space: DesignSpace, robot: Robot) -> Array:
+    """Return the larger bound (groups,) of each joint group's bias [rad]."""
+    low, high = (ends[1:].reshape(-1, len(robot.joints))[2] for ends in (space.low, space.high))
+    return np.asarray(np.where(np.abs(low).max() > np.abs(high).max(), low, high))
 
 
 def gait_of_shares(
-    space: DesignSpace, robot: Robot, frequency: float, amplitude: float, lag: float, fin: float
+    space: DesignSpace, robot: Robot, frequency: float, amplitude: float, lag: float, fin: float, bias: float = 0.0
 ) -> Gait:
-    """Return a gait by its frequency [Hz] and its shares of the bounds of amplitudes and lags."""
+    """Return a gait by its frequency [Hz] and its shares of the bounds of amplitudes, lags and biases."""
     groups = len(robot.joints)
     low, high = space.low[1:].reshape(-1, groups), space.high[1:].reshape(-1, groups)
     share = np.full(groups, amplitude)
@@ -128,7 +215,7 @@ def gait_of_shares(
     phase = np.clip(
         last * np.linspace(0, 1, groups) if groups > 1 else low[1], low[1], high[1]
     )  # a wave toward the tail
-    rest = np.clip(0.0, low[2], high[2])
+    rest = np.clip(bias * bias_ends(space, robot), low[2], high[2])
     degrees = [np.round(np.degrees(row), 1).tolist() for row in (bend, phase, rest)]
     return Gait.from_degrees(
         frequency=float(f"{frequency:.3g}"), amplitude=degrees[0], phase=degrees[1], bias=degrees[2]
@@ -149,9 +236,9 @@ def _halton(k: int, base: int) -> float:
     return value
 
 
-def shared_frequency(runs: Sequence[Run]) -> tuple[float, int] | None:
+def shared_frequency(runs: Sequence[TankRun]) -> tuple[float, int] | None:
     """Return the frequency [Hz] that two thirds or more of at least four gaits share, and their number; else None."""
-    beats = [run.frequency for run in runs if isinstance(run, Gait)]
+    beats = [run.gait.frequency for run in runs if run.gait is not None]
     for frequency in beats:
         count = sum(math.isclose(frequency, other, rel_tol=0.05) for other in beats)
         if len(beats) >= 4 and 3 * count >= 2 * len(beats):

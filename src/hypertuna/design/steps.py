@@ -10,7 +10,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.design.criterion import CHECK, NEVER
 from hypertuna.design.posterior import Posterior
-from hypertuna.design.runs import Measurement, Run, run_text, shared_frequency
+from hypertuna.design.runs import Measurement, TankRun, shared_frequency
 
 MISSED = 3.0  # standard deviations: a measurement so far from its prediction contradicts the model
 LOOSE = 2.0  # noises: repeats that differ more have another source of error
@@ -30,7 +30,7 @@ class Step:
     discrepancy: float  # standard deviation of what the model misses, relative
 
     @property
-    def run(self) -> Run:
+    def run(self) -> TankRun:
         """The run."""
         return self.results[0].run
 
@@ -41,7 +41,7 @@ class Step:
         return max((abs(math.log(one.value) - mean) / sd for one, (mean, sd) in pairs if sd > 0), default=math.nan)
 
 
-def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence[Run], never: Array) -> list[str]:
+def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence[TankRun], never: Array) -> list[str]:
     """Return sentences on what the runs cannot tell, or tell against the model."""
     found = []
     if shared := shared_frequency([*(step.run for step in steps), *next_runs]):
@@ -51,7 +51,7 @@ def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence
         )
     if len(steps) >= CHECK and (check := steps[len(steps) // CHECK * CHECK - 1]).off > MISSED:
         found.append(
-            f"The check of {run_text(check.run)} was {check.off:.1f} standard deviations from its prediction: the "
+            f"The check of {check.run} was {check.off:.1f} standard deviations from its prediction: the "
             "model misses something there. Repeat the run, and measure more gaits like it."
         )
     for sentence in (_repeats(posterior.results), _drift(posterior)):

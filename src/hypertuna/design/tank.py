@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -10,23 +11,33 @@ from typing import Any
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.description.provenance import journal_header
 from hypertuna.description.robot import Robot, parse, robot_of
 from hypertuna.design.criterion import CHECK, WISHES, Design, design
 from hypertuna.design.posterior import Posterior, infer
 from hypertuna.design.prediction import Row, predict
-from hypertuna.design.runs import Measurement, Run, candidate_gaits, run_of, run_record, target_gaits, tows
+from hypertuna.design.runs import (
+    BIASES,
+    Measurement,
+    TankRun,
+    Told,
+    bias_ends,
+    candidate_gaits,
+    measurements,
+    run_of,
+    run_record,
+    speeds_of,
+    swims,
+    target_gaits,
+)
 from hypertuna.design.steps import MISSED, Step, warnings_of
 from hypertuna.design.unknowns import Unknowns, unknowns_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
-from hypertuna.io.checkpoint import Journal, read_header
-from hypertuna.io.files import Closing
 from hypertuna.optimization.design_space import gait_bounds
+from hypertuna.optimization.state import TankState
 from hypertuna.ranges import Range, check_name
 
 TARGETS = 30  # gaits whose prediction is to be narrowed
-OPTIONS = ("robot", "want", "width", "bounds", "prior", "tow")
 WIDTH = Range(min=0.001, max=1, unit="1")
 RUNS = Range(min=1, max=24)
 NORMAL = 1.96  # standard deviations to either side hold 95 % of normal errors
@@ -39,7 +50,7 @@ class Choice:
     """A run to make, and what it is expected to narrow."""
 
     name: str
-    run: Run
+    run: TankRun
     why: str  # narrows, check or repeat
     expected: Mapping[str, tuple[float, float]]  # by quantity: value [SI], half width of its 95 % interval, relative
     half_width: float  # of the targets' logarithm after the run
@@ -68,7 +79,7 @@ class NextRuns(Plotted, Tabular):
         return (WISHES[self.want] or "speed").replace("_", " ")
 
 
-class TankDesign(Closing):
+class TankDesign(TankState):
     """A design whose runs a tank makes; its file is the whole state: opened again, the design goes on.
 
     Parameters
@@ -78,7 +89,7 @@ class TankDesign(Closing):
     robot : Robot, str or Path, optional
         For a new design: a robot that `hypertuna identify -o` wrote, or any other. The file holds it from then on.
     want : str
-        What to know: "speed" or "cost" of gaits, or the "coefficients".
+        What to know: "speed" or "cost" of gaits, the rate of "turn" of bent gaits, or the "coefficients".
     width : float
         Half width of the target gaits' 95 % interval that ends the design, relative [1].
     bounds : mapping of str to (float, float), optional
@@ -87,6 +98,10 @@ class TankDesign(Closing):
         Factors by which the robot's coefficients may be off, by name, in place of those of [fit] and of handbooks [1].
     tow : bool
         Whether the tank has a carriage that tows the robot and measures its drag.
+    hold : bool
+        Whether it has a gauge that holds the head of the beating robot and measures its thrust.
+    glide : bool
+        Whether the robot can be let go, straight and in motion, and its speed be tracked.
 
     Examples
     --------
@@ -94,6 +109,9 @@ class TankDesign(Closing):
     ...     tank.ask().choices[0].name
     'run-01'
     """
+
+    kind, names = "design", frozenset(("robot", "want", "width", "bounds", "prior", "tow", "hold", "glide"))
+    command, first, outlives = "design ask", "--robot fit.toml", ("isa", "version")  # measurements outlive both
 
     def __init__(
         self,
@@ -105,46 +123,61 @@ class TankDesign(Closing):
         bounds: Mapping[str, tuple[float, float]] | None = None,
         prior: Mapping[str, float] | None = None,
         tow: bool = False,
+        hold: bool = False,
+        glide: bool = False,
     ) -> None:
-        if robot is None:
-            options = _options_of(path)
-        else:
-            rest = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {}), "tow": tow}
-            options = {"robot": robot_of(robot).document()} | rest
+        options: dict[str, Any] | None = None
+        if robot is not None:
+            has = {"tow": tow, "hold": hold, "glide": glide}
+            rest = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {})}
+            options = {"robot": robot_of(robot).document()} | rest | has
+        self.steps: list[Step] = []
+        super().__init__(path, options)
+
+    def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
+        """Set up unknowns, candidates and targets."""
         self.want, self.width = check_name(options["want"], WISHES, "want", "wish"), float(options["width"])
         WIDTH.check(self.width, "width", "give the half width of the prediction, such as 0.03")
         fish = parse(options["robot"], file=str(path or "robot"))
         self.unknowns = unknowns_of(fish, options["prior"] or None)
         self._choose_from(options)
-        header = journal_header("design", fish, options)
-        del header["isa"], header["version"]  # measurements outlive both
-        self._journal = Journal(path, header, measured=True)
-        try:
-            self.steps = [_step_of(record, f"{path}:{k + 2}") for k, record in enumerate(self._journal.records)]
-            self.posterior = infer(self.unknowns, self.results)
-        except BaseException:
-            self._journal.close()
-            raise
+        return fish
+
+    def _replay(self, record: Mapping[str, Any], place: str) -> None:
+        """Take a step of the journal."""
+        self.steps.append(_step_of(record, place))
+
+    @cached_property
+    def posterior(self) -> Posterior:
+        """What is known after the runs."""
+        return infer(self.unknowns, self.results)
 
     def _choose_from(self, options: Mapping[str, Any]) -> None:
         """Lay out candidates and targets; gaits that the model does not swim forward are none."""
         robot = self.unknowns.robot
         space = gait_bounds(robot, {name: tuple(ends) for name, ends in options["bounds"].items()})
-        target = WISHES[self.want] or "speed"
-        gaits, aims = candidate_gaits(space, robot), target_gaits(space, robot, TARGETS)
-        there = predict(self.unknowns, self.unknowns.mean, [Row(gait, "speed") for gait in (*gaits, *aims)]).log
+        target, turns = WISHES[self.want] or "speed", self.want == "turn"
+        if turns and not bias_ends(space, robot).any():
+            rule, fix = (
+                "must leave a range of bias to a design of turns",
+                "give --bounds bias=0:20, or correct the file",
+            )
+            raise InputError(rule, file=robot.file, key="gait_bounds.bias_deg", value="0", fix=fix)
+        gaits = swims(candidate_gaits(space, robot, (0.0, *BIASES) if turns else (0.0,)))
+        aims = swims(target_gaits(space, robot, TARGETS, BIASES if turns else (0.0,)))
+        rows = [Row(run, "speed") for run in gaits] + [Row(run, target) for run in aims]
+        there = predict(self.unknowns, self.unknowns.mean, rows).log
         sound = np.isfinite(there)
-        self.candidates: list[Run] = [gait for gait, good in zip(gaits, sound, strict=False) if good]
-        self.targets = [Row(aim, target) for aim, good in zip(aims, sound[len(gaits) :], strict=True) if good]
+        self.candidates = [run for run, good in zip(gaits, sound, strict=False) if good]
+        self.targets = [row for row, good in zip(rows[len(gaits) :], sound[len(gaits) :], strict=True) if good]
         if not self.candidates or not self.targets:
             rule, fix = "must hold gaits that the model swims forward", "give other --bounds, or correct the robot file"
             raise InputError(rule, key="the range of gaits", value="none", fix=fix)
-        if options["tow"]:
-            self.candidates += tows(np.exp(there[: len(gaits)][sound[: len(gaits)]]))
-
-    def close(self) -> None:
-        """Close the file."""
-        self._journal.close()
+        swum, speeds = list(self.candidates), speeds_of(np.exp(there[: len(gaits)][sound[: len(gaits)]]))
+        self.candidates += [TankRun("thrusts", run.gait) for run in swum if options["hold"]]
+        self.candidates += [
+            TankRun(kind, u=u) for kind, has in (("tows", "tow"), ("glides", "glide")) if options[has] for u in speeds
+        ]
 
     @property
     def results(self) -> list[Measurement]:
@@ -184,14 +217,17 @@ class TankDesign(Closing):
             robot, self.want, self.width, width, tuple(choices), steps, unknowns, sd, never, stop, tuple(warnings)
         )
 
-    def tell(self, results: Sequence[Measurement]) -> None:
-        """Take measurements in the order in which the runs were made; those of one run follow each other.
+    def tell(self, trials: Sequence[Told], day: str = "") -> None:
+        """Take what runs measured, in the order in which they were made; what one run measured follows each other.
 
         Parameters
         ----------
-        results : sequence of Measurement
+        trials : sequence of SteadyRun, TurnRun, PowerRun, Tow, HeldThrust or Glide
             At least one. If one of them is refused, none is kept.
+        day : str
+            Name of the day, whose runs share an offset.
         """
+        results = [one for trial in trials for one in measurements(trial, day)]
         if not results:
             raise InputError("must have at least one result", key="tell", value="none", fix="give the measured values")
         infer(self.unknowns, [*self.results, *results])
@@ -210,7 +246,7 @@ class TankDesign(Closing):
         sds = tuple(after.coefficients[1].tolist())
         return Step(results, predicted, half_width(after, self.targets), sds, after.size), after
 
-    def _choice(self, name: str, run: Run, why: str, plan: Design, after: Design) -> Choice:
+    def _choice(self, name: str, run: TankRun, why: str, plan: Design, after: Design) -> Choice:
         """Return a choice with what is expected of it."""
         rows = [Row(run, plan.rows[k].quantity) for k in plan.places[run]]
         mean, sd = self.posterior.predict(rows)
@@ -234,19 +270,6 @@ class TankDesign(Closing):
 def half_width(posterior: Posterior, targets: Sequence[Row]) -> float:
     """Return the half width of the 95 % interval of the targets' logarithm, rms."""
     return NORMAL * float(np.sqrt(np.mean(posterior.predict(targets)[1] ** 2)))
-
-
-def _options_of(path: str | Path | None) -> dict[str, Any]:
-    """Return the options in a journal."""
-    if path is None or not Path(path).exists():
-        fix = f"start one, for example `hypertuna design ask --state {path} --robot fit.toml`"
-        raise InputError("does not exist", file=str(path), fix=fix)
-    header = read_header(path)
-    options: dict[str, Any] = header.get("options", {})
-    if header.get("kind") != "design" or not set(OPTIONS) <= options.keys():
-        fix = "give the state of `hypertuna design ask`"
-        raise InputError("must be the state of a design", file=str(path), value=str(header.get("kind")), fix=fix)
-    return options
 
 
 def _record_of(step: Step) -> dict[str, Any]:

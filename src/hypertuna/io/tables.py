@@ -163,15 +163,28 @@ def read_table(path: str | Path, rows: int = ROWS) -> Table:
     return Table(file, line, head, samples)
 
 
+def table_of(source: str | Path | Table, rows: int = ROWS) -> Table:
+    """Return a CSV file of at most so many `rows`: read, or read before."""
+    if not isinstance(source, Table):
+        return read_table(source, rows)
+    if len(source.rows) > rows:
+        raise too_large(source.file, f"{rows} lines")
+    return source
+
+
 def read_lines(path: str | Path, rows: int = ROWS) -> list[str]:
     """Read the lines of a CSV file of at most so many `rows`."""
     text = read_text(path, "csv")
     lines, cells = text.count("\n"), max(map(text.count, ",;\t"))
     for count, most, what in ((lines, rows, "lines"), (lines + cells, CELLS, "cells")):
         if count > most:
-            rule = f"must have at most {most} {what}"
-            raise InputError(rule, file=str(path), value="larger", fix="cut it, or thin it out")
+            raise too_large(str(path), f"{most} {what}")
     return text.split("\n")
+
+
+def too_large(file: str, most: str) -> InputError:
+    """Return the error of a file that has more than `most` lines or cells."""
+    return InputError(f"must have at most {most}", file=file, value="larger", fix="cut it, or thin it out")
 
 
 def conversion(column: str, near: str) -> str:

@@ -2,6 +2,7 @@
 
 In reading order: `design_space` (free values and bounds), `constraints` (limits), `objective`, `problem` (both
 evaluated in batches, also over robots sampled from a fit), `optimizers` (ask, tell, stop, result; hypervolume), `sqp`
-(gradients), `optimize` and `optimum`, `pareto` and `polish` (fronts), `experiment` (the tank in the loop), `plots`,
+(gradients), `optimize` and `optimum`, `pareto` and `polish` (fronts), `state` (the file of work whose runs
+a tank makes), `experiment` (the tank in the loop), `plots`,
 `cards` (what is shown).
 """

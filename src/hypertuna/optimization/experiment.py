@@ -7,15 +7,13 @@ from typing import Any
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.description.provenance import journal_header
-from hypertuna.description.robot import load
+from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
-from hypertuna.io.checkpoint import Journal, read_header
-from hypertuna.io.files import Closing
 from hypertuna.optimization.constraints import Limit, gait_quantities
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.optimize import choose_objective, make_optimizer
 from hypertuna.optimization.problem import Problem
+from hypertuna.optimization.state import TankState
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import MEASURED, SteadyRun
 
@@ -25,32 +23,20 @@ GOALS = ("maximize", "minimize", "speed", "weight")
 OPTIONS = ("robot", *GOALS, "bounds", "limits", "method", "particles", "iterations", "seed")
 
 
-class TankSearch(Closing):
-    """A search whose points a tank evaluates. The journal is its whole state: opened again, the search goes on.
+class TankSearch(TankState):
+    """A search whose points a tank evaluates."""
 
-    A new journal needs the options of the search; an old one holds them.
-    """
+    kind, names = "experiment", frozenset(OPTIONS)
+    command, first = "optimize ask", "--robot fish.toml --maximize speed"
 
-    def __init__(self, path: str | Path, options: Mapping[str, Any] | None = None) -> None:
-        options = options or _options_of(path)
+    def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
+        """Set up problem and optimizer."""
         self.problem = _problem(options)
         sizes = (options[name] for name in ("particles", "iterations", "seed"))
         self.optimizer = make_optimizer(self.problem, options["method"], *sizes)
         self._measured: dict[int, dict[str, float]] = {}  # measured points of the batch, by their index in it
         self._batch = self.optimizer.ask()
-        header = journal_header("experiment", self.problem.robot, options)
-        del header["isa"]  # nothing is computed that depends on it
-        self._journal = Journal(path, header, measured=True)
-        try:
-            for k, record in enumerate(self._journal.records):
-                self._replay(record, f"{path}:{k + 2}")
-        except BaseException:
-            self._journal.close()
-            raise
-
-    def close(self) -> None:
-        """Close the journal."""
-        self._journal.close()
+        return self.problem.robot
 
     @property
     def best(self) -> SteadyRun | None:
@@ -150,22 +136,6 @@ class TankSearch(Closing):
                 raise InputError(rule, file=place, fix="use the version of hypertuna that started the search")
             self._measured[k] = row
         self._advance()
-
-
-def _options_of(path: str | Path) -> dict[str, Any]:
-    """Return the options in a journal."""
-    if not Path(path).exists():
-        fix = f"start a search, for example `hypertuna optimize ask --state {path} --maximize speed`"
-        raise InputError("does not exist", file=str(path), fix=fix)
-    header = read_header(path)
-    if header.get("kind") != "experiment":
-        fix = "give the state of `hypertuna optimize ask`"
-        raise InputError("must be the state of an experiment", file=str(path), value=str(header.get("kind")), fix=fix)
-    options: dict[str, Any] = header.get("options", {})
-    if not set(OPTIONS) <= options.keys():
-        rule, fix = "does not hold the options of a search", "use the version of hypertuna that started the search"
-        raise InputError(rule, file=f"{path}:1", fix=fix)
-    return options
 
 
 def _problem(options: Mapping[str, Any]) -> Problem:

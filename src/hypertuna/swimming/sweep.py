@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from hypertuna import _core
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.description.provenance import journal_header
@@ -144,7 +145,10 @@ class Gradient(Plotted, Tabular, data=lambda gradient: gradient._columns()):
         angle = [name.partition("[")[0] in ANGLES for name in self.names]
         known = np.where(np.isfinite(self.values), self.values, 0.0)  # an ideal joint has an infinite bandwidth
         change: Array = self.derivatives[quantity] * np.where(angle, np.radians(1), 0.01 * known)
-        return 100 * change / self.results[quantity]
+        result = self.results[quantity]
+        if quantity == "turn_rate" and abs(result) * _core.NEARLY_STRAIGHT < abs(self.results["speed_bl"]):
+            result = np.nan  # a straight gait turns by rounding alone
+        return 100 * change / result
 
     def _columns(self) -> dict[str, Any]:
         """Return the columns of a table, the largest influence on the speed first."""

@@ -14,7 +14,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.display import Tabular
 from hypertuna.errors import InputError
-from hypertuna.io.tables import read_table
+from hypertuna.io.tables import Table, table_of
 from hypertuna.ranges import CELL
 from hypertuna.trials.steady import SIZE, number
 
@@ -56,13 +56,64 @@ ENDS = {"time": "time_s", "name": "run"}
 
 
 class Glide(Decay):
-    """The forward speed of a straight body that coasts."""
+    """The forward speed of a straight body that coasts.
+
+    Parameters
+    ----------
+    name : str
+        Name of the run.
+    time : ndarray, shape (rows,)
+        Increasing times [s].
+    value : ndarray, shape (rows,)
+        Speed at each [m/s].
+    sd : float, optional
+        Standard deviation of each value, independent of the others [m/s].
+    file : str
+        File of the run.
+    """
 
     columns = {"value": "speed_m_s", "sd": "speed_sd_m_s"} | ENDS
 
+    def coasting(self) -> tuple[float, float, float]:
+        """Return the length over which the speed falls by a factor of e, by a line through 1/u, and where that holds.
+
+        Returns
+        -------
+        length : float
+            Of a drag by the square of the speed the mass, with added mass, over 1/2 density and drag area [m].
+        sd : float
+            Its standard deviation, by that of the values, or by their residuals [m].
+        u : float
+            Speed in the middle of the glide [m/s].
+        """
+        kept = self.value > 0
+        time, value = self.time[kept], self.value[kept]
+        if len(time) < MIN_ROWS:
+            rule, fix = f"must have at least {MIN_ROWS} speeds above 0", "track the glide while it moves ahead"
+            raise InputError(rule, file=self.file, key=f"run {self.name}", value=f"{len(time)}", fix=fix)
+        weight = value**4  # equal errors of the speeds
+        middle = np.average(time, weights=weight)
+        spread = float(weight @ (time - middle) ** 2)
+        slope = float(weight @ ((time - middle) / value)) / spread
+        if not slope > 0:
+            rule, fix = "must slow down", "leave out the rows before the body was let go"
+            raise InputError(rule, file=self.file, key=f"run {self.name}", fix=fix)
+        line = np.average(1 / value, weights=weight) + slope * (time - middle)
+        off = float(weight @ (1 / value - line) ** 2) / (len(time) - 2)
+        sd = math.sqrt(off) if self.sd is None else self.sd
+        return 1 / slope, sd / (slope**2 * math.sqrt(spread)), float(1 / math.sqrt(line[0] * line[-1]))
+
 
 class YawDecay(Decay):
-    """The yaw rate of a straight body that was turned about its center of mass and let go."""
+    """The yaw rate of a straight body that was turned about its center of mass and let go.
+
+    Parameters
+    ----------
+    name, time, sd, file
+        As of `Glide` [s, rad/s].
+    value : ndarray, shape (rows,)
+        Yaw rate at each time [rad/s].
+    """
 
     columns = {"value": "yaw_rate_deg_s", "sd": "yaw_rate_sd_deg_s"} | ENDS
     per_si = 180 / math.pi
@@ -71,9 +122,9 @@ class YawDecay(Decay):
 D = TypeVar("D", bound=Decay)
 
 
-def read_decays(path: str | Path, robot: Robot, made: type[D]) -> tuple[D, ...]:
+def read_decays(path: str | Path | Table, robot: Robot, made: type[D]) -> tuple[D, ...]:
     """Read decays of a type from a CSV file, a row per instant; without a column `run` the file is one run."""
-    table, own = read_table(path), made.columns
+    table, own = table_of(path), made.columns
     needed = {key: own[key] for key in ("time", "value")}
     keys = table.keys({column: key for key, column in own.items()}, needed, fix="add it")
 
@@ -81,7 +132,7 @@ def read_decays(path: str | Path, robot: Robot, made: type[D]) -> tuple[D, ...]:
         fix = "give a number, or leave out the line"
         time, value = (CELL.check(number(cells[key], key), key, fix) for key in ("time", "value"))
         sd = SIZE.check(number(cells["sd"], "sd"), "sd", "leave it out") if cells.get("sd") else math.nan
-        return cells.get("name") or Path(path).stem, time, value, sd
+        return cells.get("name") or Path(table.file).stem, time, value, sd
 
     rows = table.parse(row, keys, own)
     runs: dict[str, list[tuple[str, float, float, float]]] = {}

@@ -1,4 +1,4 @@
-"""Runs that are one measured number each as kinds of trial: drag of a tow, thrust of a held fish, power of a beat."""
+"""Runs that are one measured number each as kinds of trial: drag, thrust, power or rate of turn."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from hypertuna.trials.kind import (
     spans,
 )
 from hypertuna.trials.kind_steady import UNSTABLE, USABLE, with_cost_factor
-from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow
+from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, TurnRun
 from hypertuna.trials.plausibility import FAR
 
 R = TypeVar("R", bound=NumberRun)
@@ -54,24 +54,27 @@ class HeldRows(Rows):
 
 
 @dataclass(frozen=True)
-class PowerRows(Rows):
-    """Settled gaits whose power was measured."""
+class BeatRows(Rows):
+    """Settled gaits of which one quantity was measured."""
 
     gaits: tuple[Gait, ...]
+    quantity: str  # of a settled beat, as by `DIFFERENTIABLE`
 
     def predict(self, at: Point) -> Prediction:
-        """Compute the power of every run."""
+        """Compute the quantity of every run."""
         gaits, jacobian = Gaits.of(self.gaits), np.zeros((self.runs, at.count))
         beats = settle(at.robot, gaits, model=at.model, steps=at.steps, threads=at.threads)
-        power, usable = beats["mechanical_power"], np.isin(beats["status"], USABLE) & (beats["mechanical_power"] != 0)
+        value = beats[self.quantity]
+        usable = np.isin(beats["status"], USABLE) & np.isfinite(value) & (value != 0)
         if at.along is not None:
             with np.errstate(all="ignore"):  # gaits without a settled beat have no derivatives
                 options: dict[str, Any] = {"model": at.model, "steps": at.gradient_steps, "threads": at.threads}
-                by = directional_derivatives(at.robot, gaits, beats, at.along, **options)["mechanical_power"]
+                by = directional_derivatives(at.robot, gaits, beats, at.along, **options)[self.quantity]
             jacobian = np.where(usable[:, np.newaxis] & np.isfinite(by), by, 0.0)
-        power, jacobian = with_cost_factor(at, power, jacobian, usable)
-        power = np.where(usable, power, FAILED * np.maximum(np.abs(self.measured), self.sd))
-        return Prediction(power, jacobian, ~usable, usable & (beats["status"] == UNSTABLE), {})
+        if self.quantity == "mechanical_power":
+            value, jacobian = with_cost_factor(at, value, jacobian, usable)
+        value = np.where(usable, value, FAILED * np.maximum(np.abs(self.measured), self.sd))
+        return Prediction(value, jacobian, ~usable, usable & (beats["status"] == UNSTABLE), {})
 
 
 class Numbers(Kind[R]):
@@ -144,8 +147,9 @@ class Numbers(Kind[R]):
                 "frequency_hz": [run.gait.frequency for run in own if run.gait],
                 "u_m_s": [run.u for run in own if run.u],
             }
-            columns |= {own[0].columns["value"]: [run.value for run in own]}
-            columns |= {own[0].columns["sd"]: [run.sd for run in own if run.sd is not None]}
+            size = own[0].per_si
+            columns |= {own[0].columns["value"]: [size * run.value for run in own]}
+            columns |= {own[0].columns["sd"]: [size * run.sd for run in own if run.sd is not None]}
             found.append({"file": file, "runs": len(own)} | spans(columns))
         return found
 
@@ -192,4 +196,16 @@ class Powers(Numbers[PowerRun]):
 
     def rows(self, robot: Robot, trials: Sequence[PowerRun], lowest: Mapping[str, float]) -> list[Rows]:
         """Lay out all runs together."""
-        return [PowerRows(*self.laid_out(trials), tuple(run.gait for run in trials if run.gait))]
+        return [BeatRows(*self.laid_out(trials), tuple(run.gait for run in trials if run.gait), "mechanical_power")]
+
+
+class Turns(Numbers[TurnRun]):
+    """Rates of turn of settled gaits."""
+
+    trial = TurnRun
+    key, label, others = "turns", "turn", "turning gaits"
+    quantities = (Quantity("turn_rate", "rad/s", "relative", "%", 100.0, 0.05, "rate of turn"),)
+
+    def rows(self, robot: Robot, trials: Sequence[TurnRun], lowest: Mapping[str, float]) -> list[Rows]:
+        """Lay out all runs together."""
+        return [BeatRows(*self.laid_out(trials), tuple(run.gait for run in trials if run.gait), "turn_rate")]

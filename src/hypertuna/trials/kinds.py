@@ -4,11 +4,11 @@ from typing import Any
 
 from hypertuna.trials.kind import Kind, Quantity
 from hypertuna.trials.kind_decay import Glides, YawDecays
-from hypertuna.trials.kind_numbers import Powers, Thrusts, Tows
+from hypertuna.trials.kind_numbers import Powers, Thrusts, Tows, Turns
 from hypertuna.trials.kind_steady import Steady
 from hypertuna.trials.kind_tracked import Tracked
 
-KINDS: tuple[Kind[Any], ...] = (Steady(), Tracked(), Tows(), Thrusts(), Powers(), Glides(), YawDecays())
+KINDS: tuple[Kind[Any], ...] = (Steady(), Tracked(), Tows(), Thrusts(), Powers(), Turns(), Glides(), YawDecays())
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for kind in KINDS for quantity in kind.quantities}
 
 

@@ -13,17 +13,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.mistakes import translate
 from hypertuna.description.reference import markdown
 from hypertuna.description.robot import Robot
-from hypertuna.description.schema.base import (
-    Count,
-    Degrees,
-    Flag,
-    NotNegative,
-    Part,
-    Text,
-    entry,
-    number,
-    unique,
-)
+from hypertuna.description.schema.base import Count, Degrees, Flag, NotNegative, Part, Text, entry, number, unique
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
 from hypertuna.io.door import read_toml
@@ -165,6 +155,7 @@ class Manifest(Part):
     tows: tuple[Text, ...] = entry("the same of towed bodies", default=())
     thrusts: tuple[Text, ...] = entry("the same of held fish", default=())
     powers: tuple[Text, ...] = entry("the same of the power of gaits", default=())
+    turns: tuple[Text, ...] = entry("the same of the rate of turn of gaits", default=())
     glides: tuple[Text, ...] = entry("the same of glides", default=())
     yaw_decays: tuple[Text, ...] = entry("the same of yaw decays", default=())
     tank: Tank | None = entry("table of the tank's walls (default: far away)", default=None)

@@ -1,7 +1,8 @@
-"""Runs that are one measured number each: drag of a tow, thrust of a held fish, power of a beat; from CSV files."""
+"""Runs that are one measured number each: drag, thrust, power or rate of turn; from CSV files."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.display import Tabular
 from hypertuna.errors import InputError
 from hypertuna.io.door import RUNS
-from hypertuna.io.tables import read_table
+from hypertuna.io.tables import Table, table_of
 from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
 from hypertuna.swimming.gait import Gait, gait_table
 from hypertuna.trials.steady import SIZE, gait_keys, gait_of, name_of, number, origin, unique
@@ -35,6 +36,7 @@ class NumberRun(Tabular, data=lambda run: run.row()):
 
     columns: ClassVar[Mapping[str, str]]  # of a file, by attribute
     beats: ClassVar[bool] = True  # whether it has a gait
+    per_si: ClassVar[float] = 1.0  # units of the file per SI unit
 
     def __post_init__(self) -> None:
         if self.value == 0 and self.sd is None:
@@ -51,9 +53,9 @@ class NumberRun(Tabular, data=lambda run: run.row()):
     def row(self) -> dict[str, Any]:
         """Return the run as columns of one row, as a file has them."""
         gait = {} if self.gait is None else gait_table([self.gait])
-        own = {
-            self.columns[key]: [getattr(self, key)] for key in ("u", "value", "sd", "repeats") if key in self.columns
-        }
+        sizes = {"u": 1.0, "value": self.per_si, "sd": self.per_si, "repeats": 1}
+        given = {key: (getattr(self, key), size) for key, size in sizes.items() if key in self.columns}
+        own = {self.columns[key]: [None if x is None else x * size] for key, (x, size) in given.items()}
         return {"run": [self.name]} | gait | own
 
 
@@ -61,30 +63,79 @@ ENDS = {"repeats": "repeats", "name": "run"}
 
 
 class Tow(NumberRun):
-    """The drag of the straight body, towed head first: a force gauge between carriage and head, joints at 0."""
+    """The drag of the straight body, towed head first: a force gauge between carriage and head, joints at 0.
+
+    Parameters
+    ----------
+    name : str
+        Name of the run.
+    value : float
+        Drag, mean of the repeats [N].
+    sd : float, optional
+        Standard deviation of a single repeat [N].
+    u : float
+        Speed of the head through the water [m/s].
+    repeats : int
+        Number of runs that the value is the mean of.
+    """
 
     columns = {"u": "u_m_s", "value": "drag_n", "sd": "drag_sd_n"} | ENDS
     beats = False
 
 
 class HeldThrust(NumberRun):
-    """The mean thrust of a beat while the head is held, still or in a current: toward the head, less the drag."""
+    """The mean thrust of a beat while the head is held, still or in a current: toward the head, less the drag.
+
+    Parameters
+    ----------
+    name, repeats
+        As of `Tow`.
+    value, sd : float
+        As of `Tow`, of the thrust [N].
+    gait : Gait
+        As commanded.
+    u : float
+        Speed of the current, head first [m/s].
+    """
 
     columns = {"frequency": "frequency_hz", "u": "u_m_s", "value": "thrust_n", "sd": "thrust_sd_n"} | ENDS
 
 
 class PowerRun(NumberRun):
-    """The mean mechanical power of all joints over a settled beat, or what is drawn for it: free `cost_factor`."""
+    """The mean mechanical power of all joints over a settled beat, or what is drawn for it: free `cost_factor`.
+
+    Parameters
+    ----------
+    name, gait, repeats
+        As of `HeldThrust`.
+    value, sd : float
+        As of `Tow`, of the power [W].
+    """
 
     columns = {"frequency": "frequency_hz", "value": "power_w", "sd": "power_sd_w"} | ENDS
+
+
+class TurnRun(NumberRun):
+    """The mean rate of turn of a settled gait, counter-clockwise: of a circle, speed over radius.
+
+    Parameters
+    ----------
+    name, gait, repeats
+        As of `HeldThrust`.
+    value, sd : float
+        As of `Tow`, of the rate of turn [rad/s]; files have deg/s.
+    """
+
+    columns = {"frequency": "frequency_hz", "value": "turn_rate_deg_s", "sd": "turn_rate_sd_deg_s"} | ENDS
+    per_si = 180 / math.pi
 
 
 R = TypeVar("R", bound=NumberRun)
 
 
-def read_numbers(path: str | Path, robot: Robot, made: type[R]) -> tuple[R, ...]:
+def read_numbers(path: str | Path | Table, robot: Robot, made: type[R]) -> tuple[R, ...]:
     """Read runs of a type from a CSV file: one row per run; docs/trials.md lists the columns."""
-    table = read_table(path, RUNS)
+    table = table_of(path, RUNS)
     own = made.columns
     needed = {key: own[key] for key in ("value", *(() if made.beats else ("u",)))}
     if made.beats:
@@ -95,8 +146,10 @@ def read_numbers(path: str | Path, robot: Robot, made: type[R]) -> tuple[R, ...]
         keys = table.keys({column: key for key, column in own.items()}, needed, fix="add it")
 
     def run(line: int, cells: dict[str, str]) -> R:
-        numbers: dict[str, Any] = {"value": number(cells["value"], "value")}
-        numbers |= {key: number(cells[key], key) for key in ("u", "sd") if cells.get(key) or key in needed}
+        sizes = {"value": made.per_si, "sd": made.per_si, "u": 1.0}
+        numbers: dict[str, Any] = {
+            key: number(cells[key], key) / size for key, size in sizes.items() if cells.get(key) or key in needed
+        }
         gait = gait_of(cells, robot) if made.beats else None
         return made(name_of(cells, table.file, line), **numbers, gait=gait, **origin(cells, table.file, line))
 

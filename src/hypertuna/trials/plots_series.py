@@ -12,7 +12,7 @@ from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, sequence, styled
 from hypertuna.trials.decay import Decay
 from hypertuna.trials.kind_decay import Glides, YawDecays
-from hypertuna.trials.kind_numbers import Powers, Thrusts, Tows
+from hypertuna.trials.kind_numbers import Powers, Thrusts, Tows, Turns
 from hypertuna.trials.kind_steady import Steady
 from hypertuna.trials.kind_tracked import Tracked
 from hypertuna.trials.kinds import kind_of
@@ -159,5 +159,5 @@ def _draw_tracks(axes: Axes, tracks: Sequence[Track]) -> None:
 
 
 plots[Steady], plots[Tracked] = plot_steady_runs, plot_paths
-plots[Tows] = plots[Thrusts] = plots[Powers] = plot_numbers
+plots[Tows] = plots[Thrusts] = plots[Powers] = plots[Turns] = plot_numbers
 plots[Glides] = plots[YawDecays] = plot_decays

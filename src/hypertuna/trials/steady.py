@@ -10,7 +10,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.display import Displayed, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.door import RUNS
-from hypertuna.io.tables import Table, read_table
+from hypertuna.io.tables import Table, table_of
 from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
 from hypertuna.swimming.gait import KINDS, NEEDED, Gait
 
@@ -64,9 +64,9 @@ class SteadyRun(Displayed, Tabular):
         POSITIVE_WHOLE.check(self.repeats, "repeats", "give the number of swims that the run is the mean of")
 
 
-def read_steady(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
+def read_steady(path: str | Path | Table, robot: Robot) -> tuple[SteadyRun, ...]:
     """Read steady runs from a CSV file: one row per gait; docs/trials.md lists the columns."""
-    table = read_table(path, RUNS)
+    table = table_of(path, RUNS)
     if {"time_s", "time", "t"} & {*table.head}:
         fix = (
             "tracks of head or markers belong in a manifest, `[[recordings]]` (trials import markers makes one). One "

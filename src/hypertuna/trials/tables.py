@@ -5,14 +5,13 @@ from functools import partial
 from pathlib import Path
 
 from hypertuna.description.robot import Robot
-from hypertuna.io.door import ROWS
-from hypertuna.io.tables import read_table
+from hypertuna.io.tables import Table, read_table
 from hypertuna.trials.decay import Decay, Glide, YawDecay, read_decays
-from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, read_numbers
+from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, TurnRun, read_numbers
 from hypertuna.trials.steady import SteadyRun, read_steady
 
 Run = SteadyRun | NumberRun | Decay
-Reader = Callable[[str | Path, Robot], Sequence[Run]]
+Reader = Callable[[str | Path | Table, Robot], Sequence[Run]]
 
 # By key of a manifest: beginnings of the columns that tell a file of the kind, in any unit, and its reader. A file with
 # the columns of none is taken for one of steady runs, as is one with a gait's frequency and a time or a speed.
@@ -21,6 +20,7 @@ TABLES: dict[str, tuple[tuple[str, ...], Reader]] = {
     "tows": (("drag_",), partial(read_numbers, made=Tow)),
     "thrusts": (("thrust_",), partial(read_numbers, made=HeldThrust)),
     "powers": (("power_",), partial(read_numbers, made=PowerRun)),
+    "turns": (("turn_rate_",), partial(read_numbers, made=TurnRun)),
     "glides": (("time_s", "speed_"), partial(read_decays, made=Glide)),
     "yaw_decays": (("time_s", "yaw_rate_"), partial(read_decays, made=YawDecay)),
 }
@@ -28,9 +28,10 @@ TABLES: dict[str, tuple[tuple[str, ...], Reader]] = {
 
 def read_runs(path: str | Path, robot: Robot) -> tuple[Run, ...]:
     """Read a CSV file of runs; its columns tell of which kind they are."""
-    head = set(read_table(path, ROWS).head)
+    table = read_table(path)
+    head = set(table.head)
     steady = "frequency_hz" in head and ("time_s" in head or any(name.startswith("speed_") for name in head))
     for begins, read in TABLES.values():
         if begins and not steady and all(any(name.startswith(begin) for name in head) for begin in begins):
-            return tuple(read(path, robot))
-    return read_steady(path, robot)
+            return tuple(read(table, robot))
+    return read_steady(table, robot)

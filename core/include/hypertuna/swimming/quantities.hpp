@@ -87,7 +87,7 @@ inline constexpr Quantity<S> quantities[] = {
       true},
      [](const auto& m) { return m.rate_peak; }},
     {{"turn_rate", "rad/s", "turn rate, counter-clockwise", "mean rate of turn, counter-clockwise", Shown::summary,
-      Better::neither, false},
+      Better::neither, true},
      [](const auto& m) { return m.beat.displacement.heading * m.frequency; }},
     {{"turn_radius", "m", "turn radius",
       "mean distance of the nose from the center of the turn; infinite when straight, NaN for a body that spins",

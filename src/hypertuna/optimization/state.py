@@ -1,0 +1,65 @@
+"""The state of work whose runs a tank makes: a file that survives everything, and from which the work goes on."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from hypertuna.description.provenance import journal_header
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.io.checkpoint import Journal, read_header
+from hypertuna.io.files import Closing
+
+
+class TankState(Closing):
+    """Work whose runs a tank makes; its journal is the whole state: opened again, the work goes on.
+
+    New work needs its options; a journal holds them.
+    """
+
+    kind: ClassVar[str]  # of the journal
+    names: ClassVar[frozenset[str]]  # of the options
+    command: ClassVar[str]  # whose first call begins it
+    first: ClassVar[str]  # options of such a call, for an error
+    outlives: ClassVar[tuple[str, ...]] = ("isa",)  # parts of the header of a journal on which nothing depends
+
+    def __init__(self, path: str | Path | None, options: Mapping[str, Any] | None = None) -> None:
+        options = self._options_of(path) if options is None else options
+        header = journal_header(self.kind, self._begin(path, options), options)
+        kept = {name: value for name, value in header.items() if name not in self.outlives}
+        self._journal = Journal(path, kept, measured=True)
+        try:
+            for k, record in enumerate(self._journal.records):
+                self._replay(record, f"{path}:{k + 2}")
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Close the file."""
+        self._journal.close()
+
+    @abstractmethod
+    def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
+        """Set up the work by its options, and return its robot."""
+
+    @abstractmethod
+    def _replay(self, record: Mapping[str, Any], place: str) -> None:
+        """Take a record of the journal as if it were measured now."""
+
+    @classmethod
+    def _options_of(cls, path: str | Path | None) -> dict[str, Any]:
+        """Return the options in a journal."""
+        if path is None or not Path(path).exists():
+            fix = f"start one, for example `hypertuna {cls.command} --state {path} {cls.first}`"
+            raise InputError("does not exist", file=str(path), fix=fix)
+        header = read_header(path)
+        options: dict[str, Any] = header.get("options", {})
+        if header.get("kind") != cls.kind:
+            rule = f"must be the state of `hypertuna {cls.command}`"
+            raise InputError(rule, file=str(path), value=str(header.get("kind")), fix="give another file")
+        if not cls.names <= options.keys():
+            rule, fix = "does not hold the options of its first call", "use the version of hypertuna that started it"
+            raise InputError(rule, file=f"{path}:1", fix=fix)
+        return options
