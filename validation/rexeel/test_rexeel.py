@@ -92,16 +92,13 @@ def theory_of(robot):
     return with_strip(robot, **plain)
 
 
-def fit(robot, amplitude, free, starts=1):
-    """Fit coefficients and the clocks; the robot, its values, and the offset of each amplitude.
-
-    One start: what it comes to is known, and a worse end would be found.
-    """
+def fit(robot, amplitude, free):
+    """Fit coefficients and the clocks; the robot, its values, and the offset of each amplitude."""
     names = [*free, "time_offset"]
     bounds = {"time_offset": (-FRAME, FRAME), FREE[0]: (0.0, 6.0)}
     bounds = {name: value for name, value in bounds.items() if name in names}
     prior = {name: factor for name, factor in PRIOR.items() if name in free}
-    found = identify(robot, of(amplitude), names, bounds=bounds, prior=prior, validate=0, loss="linear", starts=starts)
+    found = identify(robot, of(amplitude), names, bounds=bounds, prior=prior, validate=0, loss="linear", starts=2)
     assert found.converged
     offsets = {f.name[12:-1]: value for f, value in zip(found.free, found.values, strict=True) if "offset" in f.name}
     return found, offsets
@@ -118,8 +115,8 @@ def with_strip(robot, **changes):
 
 @cache
 def fit_of_both():
-    """The fit of all swims from theory, from two starts."""
-    return fit(theory_of(ht.load("rexeel")), "both", FREE, starts=2)
+    """The fit of all swims from theory."""
+    return fit(theory_of(ht.load("rexeel")), "both", FREE)
 
 
 @pytest.mark.parametrize("amplitude", AMPLITUDES)
@@ -157,7 +154,7 @@ def test_measured_angles_instead_of_the_commanded_ones(amplitude):
 
 @pytest.mark.parametrize("amplitude", VALUES)
 def test_identified_on_one_amplitude_and_on_both(amplitude):
-    found, _ = fit_of_both() if amplitude == "both" else fit(theory_of(ht.load("rexeel")), amplitude, FREE, starts=2)
+    found, _ = fit_of_both() if amplitude == "both" else fit(theory_of(ht.load("rexeel")), amplitude, FREE)
     print(f"fitted on {amplitude}: {found.values.round(4)}")
     assert found.values[:4] == pytest.approx(VALUES[amplitude], rel=0.02, abs=0.005)
     shipped = np.array(ht.load("rexeel").fit.value[:4])
