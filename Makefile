@@ -196,10 +196,13 @@ test-python: $(VENV)/.installed-test ## Python tests alone
 
 # Pictures, tables and outputs of the pages where OpenBLAS, NumPy and our kernels take other ways than on this processor:
 # those of 2004, and of 2013 where it runs them. Bits of images, firmware and runs: tests/hosts/test_processors.py.
-GOLDENS = $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal tests/test_docs.py -k program_s
+# Side by side, each in one process: the pages share what is computed for the first of them.
+GOLDENS = $(BIN)/python -m pytest -q -p no:cacheprovider tests/test_docs.py -k program_s
 test-processors: $(VENV)/.installed-test ## goldens of the documentation as on other processors
-	@OPENBLAS_CORETYPE=Prescott NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL" HYPERTUNA_ISA=scalar $(GOLDENS)
-	@! grep -qw avx2 /proc/cpuinfo || OPENBLAS_CORETYPE=Haswell NPY_DISABLE_CPU_FEATURES="X86_V4 AVX512_ICL" $(GOLDENS)
+	@OPENBLAS_CORETYPE=Prescott NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL" HYPERTUNA_ISA=scalar $(GOLDENS) & \
+	  first=$$!; status=0; \
+	  ! grep -qw avx2 /proc/cpuinfo || OPENBLAS_CORETYPE=Haswell NPY_DISABLE_CPU_FEATURES="X86_V4 AVX512_ICL" $(GOLDENS) || status=$$?; \
+	  wait $$first && exit $$status
 
 test-fe: $(VENV)/.installed-test $(VENV)/.installed-fe ## tests with finite elements; installs the extra fe
 	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal -m fe tests/fe tests/cli tests/paper validation/fe
@@ -261,9 +264,9 @@ test-firmware: firmware-pc ## C++ tests of the firmware; those that run it, on t
 	@ctest --test-dir build/firmware/pc --output-on-failure --no-tests=error -j $(JOBS)
 
 test-firmware-sanitized: $(VENV)/.installed-test ## the same, and the radio in lock-step, with the sanitizers of test-sanitized
-	@cmake -S . -B build/firmware/sanitized -G Ninja -DHYPERTUNA_BUILD_FIRMWARE=ON -DHYPERTUNA_SANITIZE=ON > /dev/null
+	@cmake -S . -B build/firmware/sanitized -G Ninja -DHYPERTUNA_BUILD_FIRMWARE=ON -DHYPERTUNA_SANITIZE=ON -DHYPERTUNA_WERROR=$(WERROR) > /dev/null
 	@cmake --build build/firmware/sanitized --target firmware/tests/all >&2
-	@ctest --test-dir build/firmware/sanitized --output-on-failure --no-tests=error -j $(JOBS) -E firmware_headers
+	@ctest --test-dir build/firmware/sanitized --output-on-failure --no-tests=error -j $(JOBS)
 	@HYPERTUNA_BENCH=build/firmware/sanitized $(BIN)/python -m pytest -q tests/radio/test_radio_cpp.py
 
 lock: $(VENV)/.tools ## requirements.lock anew: version and hash of each package that CI installs, for this Python

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
+import pickle
 import sys
 import threading
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, Phase, settings
@@ -13,6 +16,9 @@ from extras import pytest_runtest_setup as pytest_runtest_setup
 from hypertuna.cli.main import main
 from models import MODELS
 from program import Run
+
+if TYPE_CHECKING:
+    from hypertuna.paper.reproduce import Ledger
 
 # The same examples in every run: a test that fails on one machine fails on all.
 settings.register_profile(
@@ -54,3 +60,18 @@ def every_model(request: pytest.FixtureRequest) -> ht.Robot:
     """Each robot with each of its water laws and their variants in turn."""
     robot: ht.Robot = request.param
     return robot
+
+
+@pytest.fixture(scope="session")
+def ledger(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Ledger:
+    """The paper's ledger, which takes seconds: computed once for all workers of a run."""
+    from hypertuna.paper.reproduce import reproduce
+
+    folder = tmp_path_factory.getbasetemp()
+    file = (folder.parent if hasattr(request.config, "workerinput") else folder) / "ledger.pickle"
+    with file.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not file.exists():
+            file.write_bytes(pickle.dumps(reproduce()))
+    found: Ledger = pickle.loads(file.read_bytes())
+    return found

@@ -13,6 +13,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.actuation.sizing import largest_beat, size_pump
+from hypertuna.paper.reproduce import Ledger
 from program import Run
 
 ROOT = Path(__file__).parents[1]
@@ -38,8 +39,10 @@ def named(page: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def figures() -> dict[str, Any]:
-    return runpy.run_path(str(ROOT / "docs" / "figures.py"))
+def figures(ledger: Ledger) -> dict[str, Any]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hypertuna.paper.reproduce.reproduce", lambda: ledger)
+        return runpy.run_path(str(ROOT / "docs" / "figures.py"))
 
 
 def words(picture: Path) -> list[str]:

@@ -118,11 +118,11 @@ def test_a_robot_that_circles_on_its_line_says_so(robot: ht.Robot) -> None:
 
 def test_seas_resume_after_a_kill(robot: ht.Robot, tmp_path: Path) -> None:
     """The journal of an interrupted run has the seas that ended, and the same command takes them from there."""
-    command = [sys.executable, RUN, "--seeds", "13:15", "--journal", tmp_path / "journal", "-o"]
+    command = [sys.executable, RUN, "--seeds", "16:18", "--journal", tmp_path / "journal", "-o"]
     first = subprocess.run([*command, tmp_path / "a.csv"], capture_output=True, text=True)
-    assert "sea 14" in first.stderr, first.stderr
+    assert "sea 17" in first.stderr, first.stderr
     lines = (tmp_path / "journal").read_bytes().splitlines(keepends=True)
-    (tmp_path / "journal").write_bytes(b"".join(lines[:2]) + lines[2][:40])  # killed while it wrote sea 14
+    (tmp_path / "journal").write_bytes(b"".join(lines[:2]) + lines[2][:40])  # killed while it wrote sea 17
     again = subprocess.run([*command, tmp_path / "b.csv"], capture_output=True, text=True)
     assert again.returncode == first.returncode
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()

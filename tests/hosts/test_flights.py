@@ -15,7 +15,7 @@ from hypertuna.arrays import Array
 from hypertuna.control.sensors import KINDS
 from hypertuna.mission import image
 from hypertuna.mission.file import missions, parse_mission, randomized, read_mission
-from hypertuna.mission.flight import fly
+from hypertuna.mission.flight import Flight, fly
 from hypertuna.mission.image import robot_image
 from hypertuna.mission.mishaps import FIN_KINDS
 from hypertuna.mission.run import fly_part, mission_start
@@ -35,6 +35,18 @@ def flown(name: str, seed: int, ticks: int, faults: tuple[str, ...] = ()) -> dic
     robot = ht.load("hypertuna")
     start = mission_start(robot, randomized(read_mission(name), seed), seed=seed, faults=faults, every=1)
     return fly_part(start, ticks)[0]
+
+
+@functools.cache
+def without_depth() -> Flight:
+    """Fly the box in Python with a depth sensor that breaks."""
+    return fly("box", "hypertuna", faults=["depth:nan@15"], every=1)
+
+
+@functools.cache
+def in_pond(seed: int) -> Flight:
+    """Fly over the pond in Python."""
+    return fly(parse_mission(POND), "hypertuna", seed=seed, every=1)
 
 
 def pilot(host: Host) -> Robot:
@@ -105,7 +117,7 @@ def ended(last: dict[str, Array], robot: Robot) -> tuple[str, set[str]]:
 
 def test_flight_that_cannot_dive_comes_home_as_in_python(host: Host) -> None:
     """Without a depth sensor the robot turns back, and the flight ends there: further ticks are not made."""
-    python, robot = fly("box", "hypertuna", faults=["depth:nan@15"], every=1), pilot(host)
+    python, robot = without_depth(), pilot(host)
     twin, names = flight(robot, "box", 0), json.loads(robot.text)["pilot"]
     twin.advance(1500)
     twin.fail(1 + KINDS.index("nan"), *names["channels"]["depth"])
@@ -148,7 +160,7 @@ def test_whole_flight_is_that_of_python(host: Host, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(image, "read_mission", lambda _: file)
     robot = pilot(host)
     for seed in (0, 3):
-        python, twin = fly(file, "hypertuna", seed=seed, every=1), flight(robot, "pond", seed)
+        python, twin = in_pond(seed), flight(robot, "pond", seed)
         last = twin.advance(100_000)
         assert (ended(last, robot)[0], python.status) == ("done", "done")
         # A flight is + - * / and sqrt, which all machines round alike: without scatter all bits are Python's. A seed's

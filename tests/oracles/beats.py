@@ -25,8 +25,8 @@ class Gait:
     share: Real
     bandwidth: float = np.inf
 
-    def joints(self, phase: float) -> Joints:
-        """Joint motion at ``phase`` = frequency * time (a number of beats)."""
+    def joints(self, phase: Real | float) -> Joints:
+        """Joint motion at ``phase`` = frequency * time (a number of beats), or at several, along axes before all."""
         omega = 2 * np.pi * self.frequency[..., None]
         ratio = self.frequency[..., None] / self.bandwidth
         amplitude = self.amplitude / np.sqrt(1 + ratio**2)
@@ -91,7 +91,8 @@ def speed(gait: Gait, states: Real) -> Real:
 def mean_power(chain: Chain, water: Water, gait: Gait, states: Real) -> Real:
     """Mean mechanical power over a beat [W]: the sum over equal steps, exact to rounding for a periodic function."""
     steps = len(states) - 1
-    return np.mean([power(chain, water, gait.joints(k / steps), states[k]) for k in range(steps)], axis=0)
+    phases = (np.arange(steps) / steps).reshape(-1, *(1 for _ in gait.lag.shape))
+    return power(chain, water, gait.joints(phases), states[:-1]).mean(axis=0)
 
 
 def mean_speed(x: Real, y: Real, turn: float, period: float) -> float:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 Real = NDArray[np.float64]
 Plane = NDArray[np.complex128]
+GAUSS = np.polynomial.legendre.leggauss(4)
 
 
 @dataclass(frozen=True)
@@ -310,8 +311,7 @@ def drag(chain: Chain, water: Water, m: Motion) -> Wrench:
     v_t = dot(m.axis, m.velocity)  # alike all along a link
     total = total + Wrench(-water.blunt * v_t * abs(v_t) * m.axis, np.zeros_like(v_t))  # no arm about the link's joint
     across = water.quadratic_normal + water.quadratic_beating * beating(chain, m)
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    for node, weight in zip(nodes, weights, strict=True):
+    for node, weight in zip(*GAUSS, strict=True):
         place, v, _ = m.at(chain.length * (1 + node) / 2)
         v_t, v_n = dot(m.axis, v), dot(1j * m.axis, v)
         speed = abs(v) if water.cross_flow else abs(v_n)
@@ -401,14 +401,11 @@ def about_nose(m: Motion, w: Wrench) -> Real:
 def acceleration(chain: Chain, water: Water, joints: Joints, state: Real) -> Real:
     """World accelerations of nose x, y and of the head angle (..., 3) for ``state`` (..., 6)."""
 
-    def needed(base: Real) -> Real:
-        m = motion(chain, joints, state, np.broadcast_to(base, (*state.shape[:-1], 3)))
-        return about_nose(m, inertial(chain, water, m))
-
-    bias = needed(np.zeros(3))
-    matrix = np.stack([needed(unit) - bias for unit in np.eye(3)], axis=-1)
-    still = motion(chain, joints, state, np.zeros((*state.shape[:-1], 3)))
-    load = about_nose(still, drag(chain, water, still))
+    bases = np.concatenate([np.zeros((1, 3)), np.eye(3)]).reshape(4, *(1 for _ in state.shape[:-1]), 3)
+    moved = motion(chain, joints, state, bases)
+    bias, *units = about_nose(moved, inertial(chain, water, moved))  # the four at once
+    matrix = np.stack([unit - bias for unit in units], axis=-1)
+    load = about_nose(moved, drag(chain, water, moved))  # of velocities alone
     return np.linalg.solve(matrix, (load - bias)[..., None])[..., 0]
 
 

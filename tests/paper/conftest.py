@@ -1,17 +1,12 @@
-"""The ledger, computed once, and its page, drawn once."""
+"""The page of the ledger, drawn once."""
 
 from pathlib import Path
 
 import pytest
 
 from hypertuna.paper.page import write_ledger
-from hypertuna.paper.reproduce import Ledger, ledger_sections, reproduce
+from hypertuna.paper.reproduce import Ledger, ledger_sections
 from hypertuna.reports.html import Section
-
-
-@pytest.fixture(scope="session")
-def ledger() -> Ledger:
-    return reproduce()
 
 
 @pytest.fixture(scope="session")

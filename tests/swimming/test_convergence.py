@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import hypertuna as ht
+from hypertuna.description.robot import cached
 from models import MODELS, fastest
 
 # Runge and Kutta's method is of the fourth order where forces are smooth: with the cross-flow form v_n |v| of drag.
@@ -24,7 +25,7 @@ def errors(robot: ht.Robot, factor: int) -> NDArray[np.float64]:
     Root of the mean square over some numbers of steps: where in its step a kink falls is a matter of luck.
     """
     gait = fastest(robot)
-    exact = ht.swim(robot, gait, steps=FINEST)
+    exact = cached(robot, "exact", lambda: ht.swim(robot, gait, steps=FINEST))
     rows = []
     for steps in range(48 * factor, 80 * factor, 4 * factor):
         swim = ht.swim(robot, gait, steps=steps)

@@ -84,8 +84,8 @@ def results() -> dict[str, np.ndarray]:
     return found
 
 
-@pytest.mark.parametrize("isa", _core.isas())
-def test_every_instruction_set_gives_the_same(isa: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("isa", [isa for isa in _core.isas() if isa != _core.isa()])
+def test_every_other_instruction_set_gives_the_same(isa: str, tmp_path: Path) -> None:
     there = tmp_path / "results.npz"
     path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
     environment = os.environ | {"HYPERTUNA_ISA": isa, "PYTHONPATH": path}

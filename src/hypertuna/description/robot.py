@@ -289,6 +289,8 @@ class Robot(Part, Plotted, Tabular):
     def _source_checks(self) -> Iterator[Check]:
         """Check that every source and every factor belongs to a key or the start of one."""
         about: dict[str, Mapping[str, Any]] = {"uncertainty": self.uncertainty or {}, "sources": self.sources}
+        if not any(about.values()):
+            return
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={*about})
         places = dict.fromkeys(tuple(part for part in place if isinstance(part, str)) for place, _ in values(content))
         starts = dict.fromkeys(place[:n] for place in places for n in range(1, len(place) + 1))

@@ -3,7 +3,7 @@
 import re
 import types
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel
@@ -95,6 +95,7 @@ def unit_of(field: FieldInfo | None) -> str:
     return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
 
+@lru_cache(maxsize=10_000)
 def written(place: Place) -> str:
     """Return a place in the document as text: ``joints[0].links[2]``."""
     names = (part if isinstance(part, int) or re.fullmatch(r"[\w-]+", part) else f'"{part}"' for part in place)

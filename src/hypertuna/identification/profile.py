@@ -66,7 +66,8 @@ def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
         rows = np.concatenate([jacobian, [weight * direction]])
         right = np.append(start - residual, weight * (target - direction @ x))
         bounds = (np.minimum(problem.lower - x, 0.0), np.maximum(problem.upper - x, 0.0))
-        return np.asarray(lsq_linear(rows, right, bounds=bounds).x)
+        q, r = np.linalg.qr(rows)  # the same minimum, of as many rows as unknowns
+        return np.asarray(lsq_linear(r, q.T @ right, bounds=bounds).x)
 
     for n in range(MAX_STEPS):
         before, last, target = x, grown, float(direction @ x) + step

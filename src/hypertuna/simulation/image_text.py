@@ -5,6 +5,7 @@ All in SI units and radians, as in the rest of the image; keys are those of the 
 
 import math
 from collections.abc import Iterable, Iterator
+from functools import cache
 from typing import Any
 
 from hypertuna.control.sensors import channels
@@ -151,9 +152,15 @@ def _gait(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
     return {"name": name} | parts | {"published": _published(robot, name, gait)}
 
 
+@cache
+def _shipped() -> Robot:
+    """Return the robot that has published numbers, as it ships."""
+    return load(PUBLISHED)
+
+
 def _published(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
     """Return the published numbers of a gait by quantity: value, unit, kind, source, and the ledger's verdicts."""
-    if robot.name != PUBLISHED or load(PUBLISHED).gaits.get(name) != gait:
+    if robot.name != PUBLISHED or _shipped().gaits.get(name) != gait:
         return {}
     places = {f"speed/{name}": "speed"} | {key: quantity for key, (quantity, of) in MEASURES.items() if of == name}
     facts = {quantity: {"id": key} | published()["values"].get(key, {}) for key, quantity in places.items()}
@@ -179,6 +186,6 @@ def _judged(robot: Robot) -> bool:
     """Return whether the stored verdicts are of this robot, by whichever of its models."""
     if robot.name != PUBLISHED:
         return False
-    choice = load(PUBLISHED).model
+    choice = _shipped().model
     model = robot.model.model_copy(update={"water": choice.water, "joints": choice.joints})
     return bool(robot.model_copy(update={"model": model}).hash == verdicts()["robot_hash"])
