@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import zipfile
+from collections import Counter
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,10 +16,22 @@ import pytest
 import xarray as xr
 
 import hypertuna as ht
+from hypertuna.io.door import MB
 from hypertuna.parallel.checks import checksum, is_sound
-from hypertuna.parallel.executors import _checked
+from hypertuna.parallel.executors import LOSSES, _checked, map_shards
 from hypertuna.parallel.layout import Layout
-from hypertuna.parallel.shards import LISTED, MANIFEST, MARK, MERGED, Shards, open_shards, shard_size, write_merged
+from hypertuna.parallel.shards import (
+    LISTED,
+    MANIFEST,
+    MARK,
+    MERGED,
+    Cases,
+    Shards,
+    make_shards,
+    open_shards,
+    shard_size,
+    write_merged,
+)
 
 SPEED, NAME = {"units": "m/s", "long_name": "speed"}, {"long_name": "name"}
 LAYOUT = Layout({"a": 3}, {"speed": SPEED, "name": NAME}, {"a": ("a", [1, 2, 3], {})}, {}, {"speed": "speed_m_s"})
@@ -27,9 +42,26 @@ def filled(folder: Path, size: int) -> Shards:
     """Write three items in shards."""
     shards = Shards(folder, {}, 3, size, LAYOUT, "`sweep`", "digest")
     for shard in range(len(shards)):
-        first, last = shards.range(shard)
-        shards.write(shard, {name: values[first:last] for name, values in COLUMNS.items()})
+        shards.write(shard, columns(*shards.range(shard)))
     return shards
+
+
+def columns(first: int, last: int) -> dict[str, Any]:
+    """Return a range of the items."""
+    return {name: values[first:last] for name, values in COLUMNS.items()}
+
+
+def members(shards: Shards) -> dict[str, bytes]:
+    """Return the files of the first shard."""
+    with zipfile.ZipFile(shards.path(0)) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def write_members(shards: Shards, files: dict[str, bytes], compression: int = zipfile.ZIP_STORED) -> None:
+    """Write the first shard again."""
+    with zipfile.ZipFile(shards.path(0), "w", compression) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
 
 
 @pytest.mark.parametrize(
@@ -173,3 +205,116 @@ def test_a_port_has_sixteen_bits(port: int, known: bool) -> None:
     else:
         with pytest.raises(ValueError):  # noqa: PT011 - no sentence: `cluster` has it
             _checked(place)
+
+
+class Losing(Executor):
+    """Lose the worker of each shard so many times before it returns."""
+
+    def __init__(self, times: int, error: BaseException) -> None:
+        self.times, self.error, self.tries = times, error, Counter[int]()
+
+    def submit(self, task: Any, /, shard: Any, *_: Any, **__: Any) -> Future[Any]:
+        """Return what has happened at once."""
+        future: Future[Any] = Future()
+        self.tries[shard] += 1
+        if self.tries[shard] > self.times:
+            future.set_result(task(shard))
+        elif isinstance(self.error, CancelledError):
+            future.cancel()
+        else:
+            future.set_exception(self.error)
+        return future
+
+
+@pytest.mark.parametrize("error", [BrokenExecutor(), CancelledError()], ids=["broken", "cancelled"])
+def test_a_shard_may_lose_its_worker_five_times_in_a_row(error: BaseException) -> None:
+    patient = Losing(LOSSES, error)
+    assert [*map_shards(str, [7], patient)] == ["7"]
+    assert patient.tries == {7: LOSSES + 1}
+    with pytest.raises(ht.InputError, match=f"executor lost the worker of shard 7 {LOSSES + 1} times in a row"):
+        [*map_shards(str, [7], Losing(LOSSES + 1, error))]
+    assert [*map_shards(str, range(9), Losing(1, error))] == [*"012345678"]  # each anew
+
+
+def test_an_error_of_the_work_is_no_loss() -> None:
+    failing = Losing(1, ZeroDivisionError())
+    with pytest.raises(ZeroDivisionError) as caught:
+        [*map_shards(str, [7], failing)]
+    assert caught.value.__notes__ == ["in shard 7"]
+    assert failing.tries == {7: 1}
+
+
+def test_no_more_shards_are_in_flight_than_asked() -> None:
+    pool = Losing(0, BrokenExecutor())
+    results = map_shards(str, range(9), pool, in_flight=4)
+    assert [(next(results), pool.tries.total()) for _ in range(3)] == [("0", 4), ("1", 5), ("2", 6)]
+
+
+@pytest.mark.parametrize(
+    ("part", "made", "steps"), [((1, 1), [0, 1, 2], 3), ((1, 2), [0, 2], 2), ((2, 2), [1], 1), ((4, 4), [], 0)]
+)
+def test_a_part_makes_every_nth_shard(tmp_path: Path, part: tuple[int, int], made: list[int], steps: int) -> None:
+    work, told = Cases({}, 3, LAYOUT, columns), []
+    count = make_shards(
+        work, tmp_path, size=1, part=part, command="c", progress=lambda done, total: told.append((done, total))
+    )
+    shards = open_shards(tmp_path)
+    assert (count, told) == (steps, [(step, steps) for step in range(1, steps + 1)])
+    assert [shard for shard in range(3) if shards.path(shard).exists()] == made
+    for shard in made:
+        assert shards.read(shard)["speed"].tolist() == [COLUMNS["speed"][shard]]
+
+
+@pytest.mark.parametrize("part", [(0, 1), (2, 1), (-1, 1)])
+def test_a_part_is_one_of_its_number(tmp_path: Path, part: tuple[int, int]) -> None:
+    with pytest.raises(ht.InputError, match="part must be I and N, I from 1 to N"):
+        make_shards(Cases({}, 3, LAYOUT, columns), tmp_path, size=1, part=part, command="c")
+    assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.parametrize(("size", "fits"), [(MB, True), (MB + 1, False)])
+def test_the_metadata_of_a_column_has_a_megabyte(tmp_path: Path, size: int, fits: bool) -> None:
+    shards = filled(tmp_path, 3)
+    files = members(shards)
+    files["speed/zarr.json"] = files["speed/zarr.json"].ljust(size)
+    write_members(shards, files)
+    if fits:
+        assert shards.read(0)["speed"].tolist() == [0.5, 1.0, 1.5]
+    else:
+        with pytest.raises(ht.InputError, match="its metadata is too large"):
+            shards.read(0)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "sentence"),
+    [
+        (b'"shape": [\n    3\n  ]', b'"shape": [\n    3, 2\n  ]', "the shape of speed is another"),
+        (b'"shape": [\n    3\n  ]', b'"shape": [\n    3, 0\n  ]', "the shape of speed is another"),
+        (b'"shape": [\n    3\n  ]', b'"shape": [\n    3, 1.0\n  ]', "the shape of speed is another"),
+        (b'"shape": [\n    3\n  ]', b'"shape": [\n    3, 1, 1\n  ]', "the shape of speed is another"),
+        (b'"name": "bytes"', b'"name": "gzip"', "speed is compressed"),
+        (b'"name": "bytes"', b'"name": "vlen-utf8"', "speed is compressed"),
+    ],
+)
+def test_a_column_has_one_entry_an_item_and_is_not_compressed(
+    tmp_path: Path, before: bytes, after: bytes, sentence: str
+) -> None:
+    shards = filled(tmp_path, 3)
+    files = members(shards)
+    about = files["speed/zarr.json"]
+    assert before in about
+    files["speed/zarr.json"] = about.replace(before, after, 1)
+    for dimension in (2, 3):
+        place = "/".join("0" * dimension)
+        files[f"speed/c/{place}"] = files["speed/c/0"]
+    write_members(shards, files)
+    with pytest.raises(ht.InputError, match=sentence):
+        shards.read(0)
+
+
+def test_no_file_of_a_shard_is_compressed(tmp_path: Path) -> None:
+    shards = filled(tmp_path, 3)
+    files = members(shards)
+    write_members(shards, files, zipfile.ZIP_DEFLATED)
+    with pytest.raises(ht.InputError, match="a file is compressed in another way"):
+        shards.read(0)
