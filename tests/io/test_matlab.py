@@ -126,3 +126,17 @@ def test_what_is_no_whole_file_is_told(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.mat").write_bytes(content)
     with pytest.raises(InputError, match=r"a.mat must be "):
         read_matlab(tmp_path / "a.mat")
+
+
+@pytest.mark.parametrize(("spare", "fits"), [(0, True), (-1, False)])
+def test_what_is_unpacked_counts_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spare: int, fits: bool
+) -> None:
+    """A matrix of 100 doubles unpacks to 800 bytes, and 56 of its tags, flags, shape and name."""
+    savemat(tmp_path / "a.mat", {"x": np.zeros((1, 100)), "y": np.zeros((1, 100))}, do_compression=True)
+    monkeypatch.setattr("hypertuna.io.matlab.LARGEST", 2 * 856 + spare)
+    if fits:
+        assert [*read_matlab(tmp_path / "a.mat").arrays] == ["x", "y"]
+    else:
+        with pytest.raises(InputError, match="must unpack to at most 0 MB, but is more"):
+            read_matlab(tmp_path / "a.mat")
