@@ -8,6 +8,7 @@ import contextlib
 import gc
 import importlib
 import json
+import math
 import os
 import signal
 import sys
@@ -41,8 +42,8 @@ def run(arguments: list[str], environment: dict[str, str], log: str, limit: floa
             sys.stderr.flush()
             os._exit(code)
     try:
-        end = None if limit is None else time.monotonic() + limit
-        while end is None or time.monotonic() < end:
+        end, parent = math.inf if limit is None else time.monotonic() + limit, os.getppid()
+        while time.monotonic() < end and os.getppid() == parent:  # which may be killed
             done, status = os.waitpid(child, os.WNOHANG)
             if done:
                 return os.waitstatus_to_exitcode(status)
