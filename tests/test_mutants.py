@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -135,9 +136,10 @@ def test_a_run_leaves_nothing_to_the_next(tmp_path: Path) -> None:
         f"    open({str(tmp_path / 'pid')!r}, 'w').write(str(subprocess.Popen(['sleep', '600']).pid))\n"
     )
     assert [outcome([str(file)], mutant) for mutant in (one, None, None)] == [KILLED, SURVIVED, SURVIVED]
-    pid = (tmp_path / "pid").read_text()
-    state = Path(f"/proc/{pid}/stat")
-    assert not state.exists() or state.read_text().rpartition(")")[2].split()[0] == "Z"
+    state, end = Path(f"/proc/{(tmp_path / 'pid').read_text()}/stat"), time.monotonic() + 30
+    while state.exists() and state.read_text().rpartition(")")[2].split()[0] != "Z":
+        assert time.monotonic() < end
+        time.sleep(0.1)
 
 
 def test_lines_of_a_test_are_those_of_its_process_and_of_those_that_it_starts(tmp_path: Path) -> None:
