@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from hypertuna.arguments import checked
+from hypertuna.arguments import FIXES, checked
 
 TANK = Path(__file__).parents[1] / "examples" / "tank"
 GAIT = ht.Gait.from_degrees(frequency=2, amplitude=(8, 12), phase=(0, 20))
@@ -211,6 +211,91 @@ def test_the_sentence_names_the_argument_its_kinds_and_the_value() -> None:
     ):
         with pytest.raises(ht.InputError, match=text):
             function(*arguments)
+
+
+def of_kind(kind: str) -> Callable[..., Any]:
+    """Return a function of one argument, of a kind."""
+
+    def function(value: Any) -> Any:
+        return value
+
+    function.__annotations__ = {"value": kind}
+    return checked(function)
+
+
+# A kind, its words, values of it and values that are not.
+KINDS: list[tuple[str, str, list[Any], list[Any]]] = [
+    ("float", "a number", [1, 2.5, np.float64(1), np.array(1.0)], ["1", b"1", True, None, [1], 10**400, 1j]),
+    ("int", "a whole number", [3, np.int64(3)], [3.0, True, "3", None]),
+    ("bool", "True or False", [True, np.True_], [1, None]),
+    ("str", "text", ["a", ""], [1, b"a"]),
+    ("Path", "a path", [Path("a")], ["a", None]),
+    ("Array", "numbers", [1, [1, 2], [[1], [2]]], [[[1], [1, 2]], "1", b"1", None]),
+    ("float | None", "a number", [None, 1], ["1"]),
+    (
+        "Sequence[float]",
+        "a list, each a number",
+        [[1], (1, 2), [], np.ones(2)],
+        ["1", b"1", {1: 1}, iter([1]), 1, ["a"]],
+    ),
+    ("Iterable[float]", "a list, each a number", [[1], iter([1]), iter(["a"])], ["1", {1: 1}, 1, ["a"]]),  # once only
+    ("tuple[float, float]", "2 values, each a number", [(1, 2), np.ones(2)], [(1,), (1, 2, 3), ("a", 1), 1, "12"]),
+    ("Mapping[str, float]", "a dict, each value a number", [{"a": 1}, {}], [{1: 1}, {"a": "b"}, [("a", 1)]]),
+    ("Callable[[], None]", "a function", [print], [1]),
+    ("Literal['a']", "one of its choices", ["a", "b"], [1]),  # the function itself refuses b
+    ("float | Sequence[float]", "a number or a list of them", [1, [1]], ["a", ["a"]]),
+    ("float | Sequence[str]", "a number or a list, each text", [1, ["a"]], [[1]]),
+    ("float | str | Sequence[float | str]", "a number, text or a list of them", [1, "a", ["a", 1]], [None]),
+    ("Robot | str | Path", "a Robot, its name or a path", ["a", Path("a")], [1]),
+    ("str | Path | Track", "a path or a Track", ["a", Path("a")], [1]),
+    ("str | Path", "text or a path", ["a"], [1]),
+    ("str | Track", "text or a Track", ["a"], [1]),
+    ("Track | float | str", "a Track, a number or text", ["a", 1], [[]]),
+    ("Sequence[str | Path]", "a list of paths", [["a", Path("a")]], [1, [1]]),
+]
+
+
+@pytest.mark.parametrize(("kind", "words", "fit", "others"), KINDS, ids=[kind for kind, *_ in KINDS])
+def test_a_kind_takes_its_values_and_no_others(kind: str, words: str, fit: list[Any], others: list[Any]) -> None:
+    function = of_kind(kind)
+    for value in fit:
+        assert function(value) is value
+    for value in others:
+        with pytest.raises(ht.InputError) as caught:
+            function(value)
+        assert str(caught.value).startswith(f"value must be {words}, but is ")
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "fix"),
+    [
+        ("float", " 3.5 ", "write 3.5 without quotes"),
+        ("float", "three", "see help(hypertuna.of_kind.<locals>.function)"),
+        ("int", 3.0, "write 3"),
+        ("int", 3.5, "see help(hypertuna.of_kind.<locals>.function)"),
+        ("float", b"3", "see help(hypertuna.of_kind.<locals>.function)"),
+        ("str", 1, "write text in quotes"),
+        ("str", None, "see help(hypertuna.of_kind.<locals>.function)"),
+        ("Sequence[float]", 1, "write [1]"),
+        ("Sequence[object]", print, "put it in a list"),
+        ("tuple[float, float]", 1, "write value=(a, b)"),
+        ("Path", 1, "give the path of a file"),
+        ("Sequence[Track]", 1, FIXES["Track"]),
+        ("Track | Robot", 1, FIXES["Robot"]),
+    ],
+)
+def test_a_value_of_another_kind_gets_what_to_write(kind: str, value: object, fix: str) -> None:
+    with pytest.raises(ht.InputError) as caught:
+        of_kind(kind)(value)
+    assert caught.value.fix == fix
+
+
+def test_arguments_without_a_name_and_without_a_kind_are_of_any() -> None:
+    @checked
+    def function(*numbers: float, other=None, **names: str) -> tuple[Any, ...]:  # type: ignore[no-untyped-def]
+        return numbers, other, names
+
+    assert function("a", other=1, key=2) == (("a",), 1, {"key": 2})
 
 
 # Mistakes of users in Python: a call, and indented below it the sentence.

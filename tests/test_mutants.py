@@ -5,10 +5,11 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
-from judge import FIRST, KILLED, SURVIVED, TIMEOUT, Trace, chosen, modules, outcome, rooms
+from judge import BUDGET, FIRST, KILLED, SURVIVED, TIMEOUT, Trace, chosen, modules, outcome, rooms
 from mutants import Mutant, drawn, mutants, mutated
 
 ROOT = Path(__file__).parents[1]
@@ -114,8 +115,31 @@ def test_those_that_execute_a_mutant_judge_it_the_fastest_first(module: Path) ->
     assert chosen(tests, branch) == [["a.py::fast", "a.py::slow"], ["a.py::same_file"]]
     assert chosen(tests, at_import) == [["a.py::same_file", "a.py::fast", "a.py::slow"], ["b.py::other"]]
     assert chosen({"b.py::other": tests["b.py::other"]}, branch) == []  # survives at once
-    many = {f"a.py::{k}": Trace(float(k), {"small.py": {7}}) for k in range(FIRST + 1)}
+    many = {f"a.py::{k}": Trace(k / FIRST, {"small.py": {7}}) for k in range(FIRST + 1)}
     assert [len(group) for group in chosen(many, branch)] == [FIRST, 1]
+
+
+def test_the_tests_of_a_mutant_have_a_budget_and_share_their_fixtures(module: Path) -> None:
+    _, _, branch, *_ = mutants(module, "small.py")
+    names = {"a.py::1": 0.1, "b.py::1": 0.2, "a.py::2": 0.3, "b.py::2": BUDGET - 0.5, "b.py::3": BUDGET}
+    tests = {name: Trace(seconds, {"small.py": {7}}) for name, seconds in names.items()}
+    assert chosen(tests, branch) == [["a.py::1", "a.py::2", "b.py::1"]]  # with b.py::2, 0.1 s over the budget
+    assert chosen({"b.py::3": Trace(2 * BUDGET, {"small.py": {7}})}, branch) == [["b.py::3"]]  # one always
+
+
+def test_a_run_leaves_nothing_to_the_next(tmp_path: Path) -> None:
+    """Of a mutant, of a module that a test changes, and of a process that a test leaves behind."""
+    one, file = of("ranges", "NOT_NEGATIVE = Range(min=1)"), tmp_path / "test_ranges.py"
+    file.write_text(
+        "import math, subprocess\n\n\ndef test_it():\n    from hypertuna.ranges import NOT_NEGATIVE\n"
+        "    assert NOT_NEGATIVE.min == 0\n    assert math.pi > 3\n    math.pi = 3\n"
+        f"    open({str(tmp_path / 'pid')!r}, 'w').write(str(subprocess.Popen(['sleep', '600']).pid))\n"
+    )
+    assert [outcome([str(file)], mutant) for mutant in (one, None, None)] == [KILLED, SURVIVED, SURVIVED]
+    state, end = Path(f"/proc/{(tmp_path / 'pid').read_text()}/stat"), time.monotonic() + 30
+    while state.exists() and state.read_text().rpartition(")")[2].split()[0] != "Z":
+        assert time.monotonic() < end
+        time.sleep(0.1)
 
 
 def test_lines_of_a_test_are_those_of_its_process_and_of_those_that_it_starts(tmp_path: Path) -> None:

@@ -49,6 +49,34 @@ def test_values_in_range_are_returned_as_numbers() -> None:
     assert Whole(min=1, max=3).check(3, "key") == 3
 
 
+@pytest.mark.parametrize(
+    ("limits", "inside", "outside"),
+    [
+        (Range(min=1.0), 1.0, math.nextafter(1, 0)),
+        (Range(max=1.0), 1.0, math.nextafter(1, 2)),
+        (Range(above=1.0), math.nextafter(1, 2), 1.0),
+        (Range(below=1.0), math.nextafter(1, 0), 1.0),
+        (Whole(min=1), 1, 0),
+        (Whole(max=1), 1, 2),
+        (POSITIVE, 5e-324, 0.0),
+        (NOT_NEGATIVE, 0.0, -5e-324),
+        (POSITIVE_WHOLE, 1, 0),
+        (FINITE, 1.7976931348623157e308, math.inf),
+    ],
+)
+def test_a_limit_is_exact(limits: Any, inside: float, outside: float) -> None:
+    assert inside in limits
+    assert outside not in limits
+
+
+def test_ranges_are_frozen_and_made_by_names() -> None:
+    for kind in (Range, Whole):
+        with pytest.raises(AttributeError):
+            kind(min=1).min = 2  # type: ignore[misc]
+        with pytest.raises(TypeError):
+            kind(1)  # type: ignore[misc]
+
+
 def test_cells_of_tables_are_numbers_up_to_a_million_million() -> None:
     assert [CELL.check(value, "key") for value in (-1e12, 0.0, 1e12)] == [-1e12, 0.0, 1e12]
     for value in (-1.01e12, 1.01e12):

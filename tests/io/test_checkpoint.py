@@ -36,6 +36,7 @@ def test_resumed_work_ends_like_work_that_never_stopped(tmp_path: Path, kept: in
     with Journal(tmp_path / "run.jsonl", HEADER) as journal:
         assert journal.known == kept
         assert summed(journal, 5) == (through, 5 - kept)
+        assert journal.known == 0
 
 
 def test_torn_last_line_is_dropped_at_every_length(tmp_path: Path) -> None:
@@ -106,6 +107,21 @@ def test_damage_is_told_and_computed_again(tmp_path: Path) -> None:
         assert summed(journal, 3)[0] == through
         journal.close()
         assert path.read_bytes() == whole
+
+
+@pytest.mark.parametrize(
+    ("damaged", "words"),
+    [(1, "this line and the 2 after it are"), (2, "this line and the 1 after it are"), (3, "this line is")],
+)
+def test_damage_counts_the_lines_that_it_costs(tmp_path: Path, damaged: int, words: str) -> None:
+    path = tmp_path / "run.jsonl"
+    with Journal(path, HEADER) as journal:
+        summed(journal, 3)
+    lines = path.read_bytes().splitlines(keepends=True)
+    lines[damaged] = lines[damaged].replace(b"told", b"Told")
+    path.write_bytes(b"".join(lines))
+    with pytest.warns(DamageWarning, match=words), Journal(path, HEADER) as journal:
+        assert journal.known == damaged - 1
 
 
 def test_lines_that_are_missing_or_exchanged_are_damage(tmp_path: Path) -> None:

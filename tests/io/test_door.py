@@ -207,6 +207,16 @@ def test_texts_and_comments_of_toml_are_not_counted(text: str) -> None:
     assert set(parse_toml(text)) <= {"a"}
 
 
+@pytest.mark.parametrize(("deep", "fits"), [(DEPTH - 2, True), (DEPTH - 1, False), (1000, False)])
+def test_lists_beside_each_other_are_not_in_each_other(deep: int, fits: bool) -> None:
+    text = "a = [" + "[]," * 2000 + "[" * deep + "]" * deep + "]"
+    if fits:
+        assert len(parse_toml(text)["a"]) == 2001
+    else:
+        with pytest.raises(InputError, match=f"more than {DEPTH} tables and lists in each other"):
+            parse_toml(text)
+
+
 def test_long_words_of_toml_take_no_time() -> None:
     parse_toml("k" * 500_000 + " = 1\n" + "k" + " " * 400_000 + "= 1")
 

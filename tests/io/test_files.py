@@ -164,3 +164,14 @@ def test_one_of_each_unit(unit: str, value: float, end: str) -> None:
     assert scaled(None, unit) is None
     assert scaled(2 * value, unit) == pytest.approx(1 + value if unit == "degC" else 2, rel=1e-12)
     assert key_of("a", unit) == f"a{end}"
+
+
+@pytest.mark.parametrize(("umask", "mode"), [(0o000, 0o666), (0o022, 0o644), (0o077, 0o600)])
+def test_a_file_has_the_mode_of_a_new_one(tmp_path: Path, umask: int, mode: int) -> None:
+    before = os.umask(umask)
+    try:
+        write_atomically(tmp_path / "a", b"x")
+        assert os.umask(umask) == umask  # as it was
+    finally:
+        os.umask(before)
+    assert (tmp_path / "a").stat().st_mode & 0o777 == mode

@@ -199,3 +199,39 @@ def test_a_table_is_separated_by_other_marks_only_without_a_comma(line: str, ref
             read_table(tmp_path / "a.csv")
     else:
         assert len(read_table(tmp_path / "a.csv").rows) == 1
+
+
+@pytest.mark.parametrize(
+    ("given", "ours", "change"),
+    [
+        ("v_cm_s", "v_m_s", "divide the numbers by 100"),
+        ("v_mm_s", "v_m_s", "divide the numbers by 1000"),
+        ("v_km_h", "v_m_s", "divide the numbers by 3.6"),
+        ("x_cm", "x_m", "divide the numbers by 100"),
+        ("x_mm", "x_m", "divide the numbers by 1000"),
+        ("x_km", "x_m", "multiply the numbers by 1000"),
+        ("p_kpa", "p_pa", "multiply the numbers by 1000"),
+        ("p_mpa", "p_pa", "multiply the numbers by 1e+06"),
+        ("p_mbar", "p_pa", "multiply the numbers by 100"),
+        ("p_bar", "p_pa", "multiply the numbers by 100000"),
+        ("a_rad", "a_deg", "multiply the numbers by 57.2958"),
+        ("r_rad_s", "r_deg_s", "multiply the numbers by 57.2958"),
+        ("f_mn", "f_n", "divide the numbers by 1000"),
+        ("f_kn", "f_n", "multiply the numbers by 1000"),
+        ("p_mw", "p_w", "divide the numbers by 1000"),
+        ("p_kw", "p_w", "multiply the numbers by 1000"),
+        ("f_mhz", "f_hz", "divide the numbers by 1000"),
+        ("n_rpm", "n_hz", "divide the numbers by 60"),
+        ("t_ms", "t_s", "divide the numbers by 1000"),
+        ("t_min", "t_s", "multiply the numbers by 60"),
+        ("v_l", "v_ml", "multiply the numbers by 1000"),
+        ("v_mm3", "v_ml", "divide the numbers by 1000"),
+        ("v_m3", "v_ml", "multiply the numbers by 1e+06"),
+    ],
+)
+def test_every_unit_by_hand_and_back(given: str, ours: str, change: str) -> None:
+    assert conversion(given, ours) == f" Then {change}"
+    swapped = {"divide": "multiply", "multiply": "divide"}
+    word, _, rest = change.partition(" ")
+    assert conversion(ours, given) == f" Then {swapped[word]} {rest}"
+    assert conversion(given, given) == conversion(given, f"other{ours}") == ""

@@ -8,6 +8,8 @@ the tests (`path/sitecustomize.py`). First the tests run without a mutant and mu
 are kept in build/mutants/ROOM.lines until its file or the package changes (`path/lines_by_test.py`). Only the tests
 that execute a mutant judge it, the fastest forty first, then the others of their files; those that imports execute, all
 tests of the room. The first that fails ends a run. A mutant is killed if a test fails after some process imported it.
+Tests that together would take over a minute, as traced, are left out, the slowest first: what only they kill survives.
+All runs are forks of one process, which has imported the libraries and neither the package nor its tests (`warm.py`).
 A run may take three times as long as without a mutant, and a minute more: a timeout is neither killed nor survived.
 What cannot be noticed stands in `equivalent.toml` with its reason, and is not drawn. Killed ones are on disk at once,
 and the same command goes on after `kill -9`; remove build/mutants to judge them anew. The output of the last run is in
@@ -20,13 +22,13 @@ import hashlib
 import importlib.util
 import json
 import os
-import signal
 import subprocess
 import sys
 import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import accumulate
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -39,6 +41,7 @@ PLACE = ROOT / "build" / "mutants"
 PATHS = (str(Path(__file__).with_name("path")), os.environ.get("PYTHONPATH", ""))
 TIMES, MORE = 3.0, 60.0  # of a run without a mutant; s
 FIRST = 40  # tests
+BUDGET = 60.0  # s of the processor, of a mutant's tests as traced
 KILLED, SURVIVED, TIMEOUT = "killed", "survived", "timeout"
 
 
@@ -114,15 +117,43 @@ def traced(room: str) -> dict[str, Trace]:
 def chosen(tests: dict[str, Trace], mutant: Mutant) -> list[list[str]]:
     """Return the tests to run one group after the other: those that execute the mutant, fastest first, then the others.
 
-    The others are those of the same files, which may share a fixture, or all if imports execute the mutant.
+    The others are those of the same files, which may share a fixture, or all if imports execute the mutant. Those that
+    would exceed the budget are left out. In a group, the tests of a file follow one another and share its fixtures.
     """
-    met = [name for name, test in tests.items() if test.meets(mutant)]
+    met = {name for name, test in tests.items() if test.meets(mutant)}
     everywhere = mutant.lines is None or "" in met
     files = {name.partition("::")[0] for name in met}
-    order = sorted((name for name, test in tests.items() if "::" in name), key=lambda name: tests[name].seconds)
-    first = [name for name in order if name in met]
-    others = [name for name in order if name not in met and (everywhere or name.partition("::")[0] in files)]
-    return [group for group in (first[:FIRST], first[FIRST:] + others) if group]
+    found = [name for name in tests if "::" in name and (everywhere or name.partition("::")[0] in files)]
+    found.sort(key=lambda name: (name not in met, tests[name].seconds))
+    until = list(accumulate(tests[name].seconds for name in found))
+    found = [name for k, name in enumerate(found) if not k or until[k] <= BUDGET]
+    first = min(FIRST, len(met.intersection(found)))
+    return [by_file(group) for group in (found[:first], found[first:]) if group]
+
+
+def by_file(tests: list[str]) -> list[str]:
+    """Return tests file by file, in the order of their first ones."""
+    files = list(dict.fromkeys(name.partition("::")[0] for name in tests))
+    return sorted(tests, key=lambda name: files.index(name.partition("::")[0]))
+
+
+@functools.cache
+def warm() -> subprocess.Popen[str]:
+    """Return the process that runs pytest; it ends with this one."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, PATHS)), "HYPERTUNA_CORE": core()}
+    line = [sys.executable, str(Path(__file__).with_name("warm.py"))]
+    return subprocess.Popen(line, cwd=ROOT, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def run(arguments: list[str], environment: dict[str, str], log: str, limit: float | None) -> int | None:
+    """Run pytest; return its exit code, None if it took longer than `limit` in s."""
+    asked, answer = warm().stdin, warm().stdout
+    assert asked is not None
+    assert answer is not None
+    told = {"arguments": arguments, "environment": environment, "log": log, "limit": limit}
+    print(json.dumps(told), file=asked, flush=True)
+    code: int | None = json.loads(answer.readline())
+    return code
 
 
 def outcome(
@@ -133,12 +164,12 @@ def outcome(
     lines: str | None = None,
 ) -> str:
     """Run tests with a mutant, in at most `limit` seconds: killed, survived or timeout; note lines in a folder."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, PATHS)), "HYPERTUNA_CORE": core()}
-    line = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly"]
+    environment: dict[str, str] = {}
+    line = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly", "-W", "ignore:Module already imported"]
     if lines:
         environment["HYPERTUNA_LINES"] = lines
         line += ["-p", "lines_by_test"]
-    with TemporaryDirectory() as folder, open(log or os.devnull, "w") as output:
+    with TemporaryDirectory() as folder:
         imported, names = Path(folder) / "imported", Path(folder) / "tests"
         names.write_text("\n".join(tests), encoding="utf-8")
         line.append(f"@{names}")
@@ -146,17 +177,9 @@ def outcome(
             name = mutant.module.removeprefix("src/").removesuffix(".py").replace("/", ".").removesuffix(".__init__")
             told = {"name": name, "file": str(ROOT / mutant.module), "place": mutant.place, "imported": str(imported)}
             environment["HYPERTUNA_MUTANT"] = json.dumps(told)
-        process = subprocess.Popen(
-            line, cwd=ROOT, env=environment, stdout=output, stderr=output, start_new_session=True
-        )
-        try:
-            code = process.wait(limit)
-        except subprocess.TimeoutExpired:
+        code = run(line, environment, str(log or os.devnull), limit)
+        if code is None:
             return TIMEOUT
-        finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
         if code and not imported.is_file():
             sys.exit(f"error: tests must pass without a mutant, but fail: see {log or tests}")
         return KILLED if code else SURVIVED
