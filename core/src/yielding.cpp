@@ -117,7 +117,7 @@ void settle_gaits(const Model& model, const YieldBatch& batch, const SettleOptio
     const Real nan(std::numeric_limits<double>::quiet_NaN());
     for (int first = begin; first < end; first += lanes) {
         load(model, batch, first, end, tank.parameters, yield.spring[0]);
-        const auto body = yield.fill();
+        const YieldingSwimmer<Real, Law, 1> body = yield.fill();
         const State rest = filled<State>(Real(0.0));
         State guess = rest;
         for (int k = 0; k < options.from_rest; ++k) guess = body.swim(guess);
@@ -125,11 +125,12 @@ void settle_gaits(const Model& model, const YieldBatch& batch, const SettleOptio
             guess.body =
                 brisk_start(tank.table, int(tank.groups.size()), tank.swings.data(), tank.frequency, body.length);
         Real rung(0.0);
+        Swinging<Real> swings;
         const Settled<Real, State> found =
-            options.wait >= 0 ? wait(body, rest, options.wait) : settle_yielding(body, guess, options.max_beats, rung);
+            options.wait >= 0 ? wait(Measuring<YieldingSwimmer<Real, Law, 1>>{body, &swings}, rest, options.wait)
+                              : settle_yielding(body, guess, options.max_beats, rung, swings);
         const State target = select(found.distance < Real(settle_tolerances.settled), found.start, filled<State>(nan));
         const Approach<Real, State> way = approach(body, target, options.approach);
-        const Swinging<Real> swings = swinging(body, found.start);
         Hung<Real, 1> hung[max_hung];
         const Twist<Real> xi = body.move(0, found.start, hung).xi;
         const Settled<Real> s = without_bend(found);

@@ -22,6 +22,7 @@ struct Yielding {
     LinkShape<double> shape[links];
     LinkAcceleration<double> acceleration[links];
     Spring<double> spring[D];
+    Swinging<double> swings;
 
     Yielding(double frequency, double amplitude, double stiffness, double damping, double rest)
         : fish(frequency, amplitude) {
@@ -45,7 +46,7 @@ struct Yielding {
     State guess() const { return {fish.brisk(), {}, {}}; }
     Settled<double, State> settled() {
         double rung = 0;
-        const auto found = settle_yielding(body(), guess(), 60, rung);
+        const auto found = settle_yielding(body(), guess(), 60, rung, swings);
         CHECK(rung == 0 && found.distance < settle_tolerances.settled);
         return found;
     }
@@ -126,19 +127,7 @@ static void energy() {
     double off[2];
     const auto balance = [&](auto& fish) {
         const auto found = fish.settled();
-        const auto body = fish.body();
-        Bent<double, D> y = found.start;
-        double taken = 0;
-        const int steps = fish.fish.table.instants / 2;
-        Hung<double, D> hung[max_hung];
-        for (int k = 0; k < steps; ++k) {
-            const auto now = body.move(2 * k, y, hung);
-            for (int d = 0; d < D; ++d) taken += fish.spring[d].damping * now.rate[d] * now.rate[d] / steps;
-            y = runge_kutta_4(fish.fish.period / steps, y, [&](int half, const Bent<double, D>& at) {
-                Twist<double> xi;
-                return body.rate(2 * k + half, at, xi);
-            });
-        }
+        const double taken = fish.swings.damping;
         CHECK(taken > 1e-3 * found.beat.power);
         return found.beat.power / (found.beat.loss + taken) - 1;
     };

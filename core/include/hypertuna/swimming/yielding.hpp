@@ -9,98 +9,23 @@
 /// yield".
 #pragma once
 
-#include "hypertuna/swimming/settle.hpp"
+#include "hypertuna/swimming/yielding_state.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
 inline constexpr int max_hung = 32;  // links from the first joint that yields to the tail
 
-/// Momentum of the body, and of each coordinate that yields its angle from rest and its momentum. As a change of the
-/// motion: twist of the head, angles, rates.
-template <class S, int D>
-struct Bent {
-    static constexpr int size = 3 + 2 * D;
-    Planar<S> body;
-    S angle[D];     // rad
-    S momentum[D];  // N m s
-
-    friend HYPERTUNA_INLINE Bent operator+(Bent a, const Bent& b) {
-        a.body = a.body + b.body;
-        HYPERTUNA_UNROLL
-        for (int d = 0; d < D; ++d) a.angle[d] += b.angle[d], a.momentum[d] += b.momentum[d];
-        return a;
-    }
-    template <class A>
-    friend HYPERTUNA_INLINE Bent operator*(const A& a, Bent b) {
-        b.body = a * b.body;
-        HYPERTUNA_UNROLL
-        for (int d = 0; d < D; ++d) b.angle[d] = a * b.angle[d], b.momentum[d] = a * b.momentum[d];
-        return b;
-    }
-    friend HYPERTUNA_INLINE Bent operator-(const Bent& a, const Bent& b) { return a + S(base_t<S>(-1)) * b; }
-};
-
-template <class S, int D>
-HYPERTUNA_INLINE S& component(Bent<S, D>& y, int k) {
-    return k < 3 ? component(y.body, k) : k < 3 + D ? y.angle[k - 3] : y.momentum[k - 3 - D];
-}
-template <class V, class S, int D>
-HYPERTUNA_INLINE Bent<V, D> widen(const Bent<S, D>& y) {
-    Bent<V, D> out{widen<V>(y.body), {}, {}};
-    for (int d = 0; d < D; ++d) out.angle[d] = V(y.angle[d]), out.momentum[d] = V(y.momentum[d]);
-    return out;
-}
-template <class S, int D, class M>
-HYPERTUNA_INLINE Bent<S, D> select(const M& mask, const Bent<S, D>& yes, Bent<S, D> no) {
-    no.body = select(mask, yes.body, no.body);
-    for (int d = 0; d < D; ++d) {
-        no.angle[d] = select(mask, yes.angle[d], no.angle[d]);
-        no.momentum[d] = select(mask, yes.momentum[d], no.momentum[d]);
-    }
-    return no;
-}
-
-/// Spring and damper of a joint that yields.
+/// How the first coordinate swings over a settled beat: mean + sine sin(2 pi f t) + cosine cos(2 pi f t) and harmonics,
+/// its largest angle from rest, and what the dampers take.
 template <class S>
-struct Spring {
-    S stiffness, damping, rest;  // N m/rad, N m s/rad, rad
+struct Swinging {
+    S mean, sine, cosine, peak;  // rad
+    S damping;                   // W
 };
-
-/// A link that hangs behind a joint that yields. Its shape's velocity is that by the prescribed joints alone.
-template <class V, int D>
-struct Hung {
-    LinkShape<V> at;
-    V x, y, v_x, v_y;  // of the joint at its front: position, and velocity by the prescribed joints
-    Twist<V> screw[D];
-};
-
-/// How a body moves whose joints yield: twist of the head, rates, and the inertia that the free body opposes to a
-/// joint, B - C^T M^-1 C, lower triangle.
-template <class V, int D>
-struct Moving {
-    Twist<V> xi;
-    V rate[D];
-    V reduced[D][D];
-};
-
-/// Solve A x = b in place, A symmetric and positive definite, of which the lower triangle is read.
-template <class S, int D>
-HYPERTUNA_INLINE void solve_positive(S (&a)[D][D], S (&b)[D]) {
-    for (int j = 0; j < D; ++j)
-        for (int i = j + 1; i < D; ++i) {
-            const S l = a[i][j] / a[j][j];
-            for (int k = j + 1; k <= i; ++k) a[i][k] -= l * a[k][j];
-            b[i] -= l * b[j];
-        }
-    for (int j = D - 1; j >= 0; --j) {
-        for (int i = j + 1; i < D; ++i) b[j] -= a[i][j] * b[i];
-        b[j] = b[j] / a[j][j];
-    }
-}
-
-template <class A, class B>
-HYPERTUNA_INLINE product_t<A, B> dotted(const Planar<A>& a, const Planar<B>& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
+template <class S, class M>
+Swinging<S> select(const M& mask, const Swinging<S>& yes, const Swinging<S>& no) {
+    return {select(mask, yes.mean, no.mean), select(mask, yes.sine, no.sine), select(mask, yes.cosine, no.cosine),
+            select(mask, yes.peak, no.peak), select(mask, yes.damping, no.damping)};
 }
 
 /// The beat of the prescribed joints, and what lies ahead of the first joint that yields: tabulated once.
@@ -132,69 +57,77 @@ struct YieldingSwimmer {
     /// Velocities in a state at instant k, and the links that hang.
     template <class V>
     HYPERTUNA_INLINE Moving<V, D> move(int k, const Bent<V, D>& y, Hung<V, D>* hung) const {
+        using G = Shaped<S, V, D>;
         const int first = yields.first;
-        const LinkShape<S>& last = table.shape[k * fish.links + first - 1];
-        const Link<S>& link = fish.link[first - 1];
-        const S along = last.h_n - link.com + link.length, v_n = last.a_n + (link.length - link.com) * last.w;
-        Hung<V, D> at{};
-        at.x = V(last.c * along + last.s * last.h_t), at.y = V(last.s * along - last.c * last.h_t);
-        at.v_x = V(last.c * last.a_t - last.s * v_n), at.v_y = V(last.s * last.a_t + last.c * v_n);
-        for (int d = 0; d < D; ++d) at.screw[d] = {V(S(0)), V(S(0)), V(S(0))};
-        SinCos<V> direction{V(last.s), V(last.c)};
-        S w = last.w;
-        const Composite<S>& ahead = yields.ahead[k];
-        Symmetric<V> body{V(ahead.inertia.xx), V(ahead.inertia.xy), V(ahead.inertia.xz),
-                          V(ahead.inertia.yy), V(ahead.inertia.yz), V(ahead.inertia.zz)};
-        Momentum<V> left = y.body - widen<V>(ahead.momentum), cross[D];
-        Moving<V, D> out;
+        G angles[D];
         for (int d = 0; d < D; ++d) {
-            cross[d] = {V(S(0)), V(S(0)), V(S(0))}, out.rate[d] = y.momentum[d];
-            for (int e = 0; e <= d; ++e) out.reduced[d][e] = V(S(0));
+            if constexpr (std::same_as<G, V>)
+                angles[d] = y.angle[d];
+            else
+                angles[d] = G(y.angle[d].v), angles[d].d[d] = S(1);
+        }
+        const G none(S(0));
+        Hung<G, D> at = joint_behind<G>(k);
+        SinCos<G> direction{G(table.shape[k * fish.links + first - 1].s), G(table.shape[k * fish.links + first - 1].c)};
+        S w = table.shape[k * fish.links + first - 1].w;
+        const Symmetric<S>& ahead = yields.ahead[k].inertia;
+        Symmetric<G> body{G(ahead.xx), G(ahead.xy), G(ahead.xz), G(ahead.yy), G(ahead.yz), G(ahead.zz)};
+        Momentum<G> brought = widen<G>(yields.ahead[k].momentum), cross[D];
+        G bend[D][D], bend_brought[D];
+        for (int d = 0; d < D; ++d) {
+            cross[d] = {none, none, none}, bend_brought[d] = none;
+            for (int e = 0; e <= d; ++e) bend[d][e] = none;
         }
         for (int i = first; i < fish.links; ++i) {
             const JointMotion<S>& prescribed = yields.joint[k * fish.links + i];
-            V angle(prescribed.angle);
-            for (int d = 0; d < D; ++d) angle += S(yields.share[i][d]) * y.angle[d];
-            const SinCos<V> turn = sincos(angle);
+            G angle(prescribed.angle);
+            for (int d = 0; d < D; ++d) angle += S(yields.share[i][d]) * angles[d];
+            const SinCos<G> turn = sincos(angle);
             direction = {direction.sin * turn.cos + direction.cos * turn.sin,
                          direction.cos * turn.cos - direction.sin * turn.sin};
             w += prescribed.rate;
             hang(i, direction, w, at);
-            hung[i - first] = at;
+            hung[i - first] = lifted_link(at, y.angle);
             const LinkInertia<S>& inertia = fish.water.inertia(i);
-            const Momentum<V> u = at.at.wrench(inertia * Along<V>{at.at.c, -at.at.s, V(S(0))});
-            const Momentum<V> v = at.at.wrench(inertia * Along<V>{at.at.s, at.at.c, V(S(0))});
-            const Momentum<V> r = at.at.wrench(inertia * Along<V>{at.at.h_t, at.at.h_n, V(S(1))});
-            const Momentum<V> brought = at.at.wrench(inertia * at.at.bending());
-            const Symmetric<V> own{u.x, v.x, r.x, v.y, r.y, r.z};
+            const Momentum<G> u = at.at.wrench(inertia * Along<G>{at.at.c, -at.at.s, none});
+            const Momentum<G> v = at.at.wrench(inertia * Along<G>{at.at.s, at.at.c, none});
+            const Momentum<G> r = at.at.wrench(inertia * Along<G>{at.at.h_t, at.at.h_n, G(S(1))});
+            const Momentum<G> own_brought = at.at.wrench(inertia * at.at.bending());
+            const Symmetric<G> own{u.x, v.x, r.x, v.y, r.y, r.z};
             body = {body.xx + u.x, body.xy + v.x, body.xz + r.x, body.yy + v.y, body.yz + r.y, body.zz + r.z};
-            left = left - brought;
+            brought = brought + own_brought;
             for (int d = 0; d < D; ++d) {
-                const Momentum<V> carried = own * at.screw[d];
+                const Momentum<G> carried = own * at.screw[d];
                 cross[d] = cross[d] + carried;
-                out.rate[d] -= dotted(at.screw[d], brought);
-                for (int e = 0; e <= d; ++e) out.reduced[d][e] += dotted(at.screw[e], carried);
+                bend_brought[d] += dotted(at.screw[d], own_brought);
+                for (int e = 0; e <= d; ++e) bend[d][e] += dotted(at.screw[e], carried);
             }
             const S l = fish.link[i].length;
             at.x += l * direction.cos, at.y += l * direction.sin;
             at.v_x -= l * w * direction.sin, at.v_y += l * w * direction.cos;
         }
-        const Symmetric<V> mobility = inverse(body);
+        const Symmetric<G> mobility = inverse(body);
+        Momentum<V> left = y.body - lifted(brought, y.angle);
+        Moving<V, D> out;
         V inertia[D][D];
         for (int d = 0; d < D; ++d) {
-            const Twist<V> moved = mobility * cross[d];
-            out.rate[d] -= dotted(moved, left);
-            for (int e = 0; e <= d; ++e) inertia[d][e] = out.reduced[d][e] -= dotted(moved, cross[e]);
+            const Twist<G> moved = mobility * cross[d];
+            out.rate[d] = y.momentum[d] - lifted(bend_brought[d], y.angle) - dotted(lifted(moved, y.angle), left);
+            for (int e = 0; e <= d; ++e)
+                inertia[d][e] = out.reduced[d][e] = lifted(bend[d][e] - dotted(moved, cross[e]), y.angle);
         }
         solve_positive(inertia, out.rate);
-        for (int d = 0; d < D; ++d) left = left - out.rate[d] * cross[d];
-        out.xi = mobility * left;
+        for (int d = 0; d < D; ++d) left = left - out.rate[d] * lifted(cross[d], y.angle);
+        const Symmetric<V> free{lifted(mobility.xx, y.angle), lifted(mobility.xy, y.angle),
+                                lifted(mobility.xz, y.angle), lifted(mobility.yy, y.angle),
+                                lifted(mobility.yz, y.angle), lifted(mobility.zz, y.angle)};
+        out.xi = free * left;
         return out;
     }
 
     /// Rate of the state at instant k, with the twist of the head.
     template <class V>
-    HYPERTUNA_INLINE Bent<V, D> rate(int k, const Bent<V, D>& y, Twist<V>& xi) const {
+    HYPERTUNA_NOINLINE Bent<V, D> rate(int k, const Bent<V, D>& y, Twist<V>& xi) const {
         k = k < table.instants ? k : k - table.instants;
         Hung<V, D> hung[max_hung];
         const Moving<V, D> now = move(k, y, hung);
@@ -245,6 +178,7 @@ struct YieldingSwimmer {
     /// The whole shape in a state at instant k, and what moves it: accelerations of the coordinates included, from the
     /// torques that the springs give.
     Composite<S> bend(int k, const State& y, const Moving<S, D>& now, S (&acceleration_of)[D]) const {
+        Composite<S> body;
         for (int pass = 0; pass < 2; ++pass) {
             for (int i = 0; i < fish.links; ++i) {
                 joint[i] = yields.joint[k * fish.links + i];
@@ -256,7 +190,7 @@ struct YieldingSwimmer {
             }
             hypertuna::shape(fish.links, fish.link, joint, shape, acceleration);
             if (pass) break;
-            const Composite<S> body = composite(fish, shape);
+            body = composite(fish, shape);
             const Symmetric<S> mobility = inverse(body.inertia);
             joint_torques(fish, Instant<S>{shape, acceleration, mobility, body.momentum}, now.xi, scratch.torque);
             S inertia[D][D];
@@ -268,10 +202,15 @@ struct YieldingSwimmer {
             }
             solve_positive(inertia, acceleration_of);
         }
-        return composite(fish, shape);
+        return body;
     }
 
-    Beat<S, State> measure(const State& start) const;
+    /// The beat from a state, measured, and how it swings.
+    Beat<S, State> measure(const State& start, Swinging<S>& swings) const;
+    Beat<S, State> measure(const State& start) const {
+        Swinging<S> unused;
+        return measure(start, unused);
+    }
 
     /// A change of the state as a change of the motion at the beat's start, with the springs at rest, and back.
     State motion(const State& change) const {
@@ -326,6 +265,35 @@ struct YieldingSwimmer {
     V surge(const Bent<V, D>& y) const {
         Hung<V, D> hung[max_hung];
         return move(0, y, hung).xi.x;
+    }
+    /// The end of the links ahead at instant k.
+    template <class G>
+    HYPERTUNA_INLINE Hung<G, D> joint_behind(int k) const {
+        const LinkShape<S>& last = table.shape[k * fish.links + yields.first - 1];
+        const Link<S>& link = fish.link[yields.first - 1];
+        const S along = last.h_n - link.com + link.length, v_n = last.a_n + (link.length - link.com) * last.w;
+        Hung<G, D> at{};
+        at.x = G(last.c * along + last.s * last.h_t), at.y = G(last.s * along - last.c * last.h_t);
+        at.v_x = G(last.c * last.a_t - last.s * v_n), at.v_y = G(last.s * last.a_t + last.c * v_n);
+        for (int d = 0; d < D; ++d) at.screw[d] = {G(S(0)), G(S(0)), G(S(0))};
+        return at;
+    }
+    template <class V, class G>
+    static HYPERTUNA_INLINE Hung<V, D> lifted_link(const Hung<G, D>& link, const V (&angle)[D]) {
+        const auto up = [&](const G& x) { return lifted(x, angle); };
+        const LinkShape<G>& at = link.at;
+        Hung<V, D> out{{up(at.c), up(at.s), up(at.h_t), up(at.h_n), up(at.a_t), up(at.a_n), V(S(0))},
+                       up(link.x),
+                       up(link.y),
+                       up(link.v_x),
+                       up(link.v_y),
+                       {}};
+        if constexpr (std::same_as<G, V>)
+            out.at.w = at.w;
+        else
+            out.at.w = V(at.w.v);
+        for (int d = 0; d < D; ++d) out.screw[d] = lifted(link.screw[d], angle);
+        return out;
     }
     /// Shape of link i behind the joint in `at`, and its screws.
     template <class V>

@@ -24,14 +24,20 @@ struct BentMotion {
 
 /// The beat from a state, measured. Joints that yield do no mechanical power: what dampers take is power less loss.
 template <class S, class Law, int D>
-Beat<S, Bent<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start) const {
+Beat<S, Bent<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start, Swinging<S>& swings) const {
     const int steps = table.instants / 2, links = fish.links;
     const S step = period * S(base_t<S>(1.0 / steps)), zero(0), mean(base_t<S>(1.0 / steps));
     Beat<S> beat{{zero, zero, zero}, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero, zero};
     BentMotion<S, D> motion{start, {zero, zero, zero}};
+    swings = {zero, zero, zero, zero, zero};
     for (int k = 0; k < steps; ++k) {
         Hung<S, D> hung[max_hung];
         const Moving<S, D> now = move(2 * k, motion.state, hung);
+        const S& angle = motion.state.angle[0];
+        const auto [s, c] = sincos(S(base_t<S>(2 * pi * k / steps)));
+        swings.mean += angle, swings.sine += s * angle, swings.cosine += c * angle;
+        swings.peak = max(swings.peak, abs(angle));
+        for (int d = 0; d < D; ++d) swings.damping += spring[d].damping * now.rate[d] * now.rate[d];
         S accelerations[D];
         const Composite<S> body = bend(2 * k, motion.state, now, accelerations);
         const Symmetric<S> mobility = inverse(body.inertia);
@@ -59,6 +65,8 @@ Beat<S, Bent<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start) cons
             return BentMotion<S, D>{changes, pose_rate(m.pose, xi)};
         });
     }
+    swings = {mean * swings.mean, (mean + mean) * swings.sine, (mean + mean) * swings.cosine, swings.peak,
+              mean * swings.damping};
     beat.power = mean * beat.power;
     beat.power_positive = mean * beat.power_positive;
     beat.loss = mean * beat.loss;
@@ -67,32 +75,6 @@ Beat<S, Bent<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start) cons
     measure_path(steps, scratch, beat);
     return {motion.state,     beat.displacement, beat.power, beat.power_positive, beat.loss,
             beat.torque_peak, beat.excursion,    beat.arc,   beat.radius,         beat.advance};
-}
-
-/// How the first coordinate swings over a settled beat: mean + sine sin(2 pi f t) + cosine cos(2 pi f t) and harmonics,
-/// its largest angle from rest, and what the dampers take.
-template <class S>
-struct Swinging {
-    S mean, sine, cosine, peak;  // rad
-    S damping;                   // W
-};
-
-template <class S, class Law, int D>
-HYPERTUNA_NOINLINE Swinging<S> swinging(const YieldingSwimmer<S, Law, D>& body, Bent<S, D> y) {
-    const int instants = body.table.instants;
-    const S step = body.period * S(base_t<S>(2.0 / instants));
-    Swinging<S> out{S(0), S(0), S(0), S(0), S(0)};
-    for (int k = 0; k < instants; k += 2) {
-        Twist<S> xi;
-        const auto [s, c] = sincos(S(base_t<S>(2 * pi * k / instants)));
-        const Bent<S, D> now = body.rate(k, y, xi);
-        out.mean += y.angle[0], out.sine += s * y.angle[0], out.cosine += c * y.angle[0];
-        out.peak = max(out.peak, abs(y.angle[0]));
-        for (int d = 0; d < D; ++d) out.damping += body.spring[d].damping * now.angle[d] * now.angle[d];
-        y = runge_kutta_4(step, y, [&](int half, const Bent<S, D>& at) { return body.rate(k + half, at, xi); });
-    }
-    const S mean(base_t<S>(2.0 / instants)), twice = mean + mean;
-    return {mean * out.mean, twice * out.sine, twice * out.cosine, out.peak, mean * out.damping};
 }
 
 /// Enter the beat of the prescribed joints, the yielding ones at rest.
@@ -123,6 +105,14 @@ S reduced_inertia(const Swimmer<S, Law>& fish, int hinge, LinkShape<S>* shape, L
     return S(2) * kinetic_energy(fish, shape, xi);
 }
 
+/// A body whose measured beat also tells how it swings.
+template <class Body>
+struct Measuring : Body {
+    Swinging<typename Body::Scalar>* swings;
+
+    auto measure(const typename Body::State& start) const { return Body::measure(start, *swings); }
+};
+
 /// Beats from rest after which a search that failed begins again.
 inline constexpr int rungs[] = {10, 40, 160};
 
@@ -130,14 +120,15 @@ inline constexpr int rungs[] = {10, 40, 160};
 /// then at all of them; where that fails, undamped again from what 10, 40 and 160 beats from rest lead to. `rung`
 /// counts these.
 template <class Body, class Y, class S = typename Body::Scalar>
-Settled<S, Y> settle_yielding(const Body& body, const Y& guess, int max_beats, S& rung) {
+Settled<S, Y> settle_yielding(const Body& body, const Y& guess, int max_beats, S& rung, Swinging<S>& swings) {
     using T = base_t<S>;
     constexpr SettleTolerances tolerance = settle_tolerances;
     Search<S, Y> search = search_from(body.swim(body.swim(guess, 2), 2), S(2));
     newton(body, 2, T(tolerance.coarse), false, quick_beats, search);
     search = search_from(select(search.distance < S(T(tolerance.coarse)), search.P, guess), search.beats);
     newton(body, 1, T(tolerance.fine), false, quick_beats, search);
-    Settled<S, Y> out = prove(body, search.P, search);
+    const Measuring<Body> first{body, &swings};
+    Settled<S, Y> out = prove(first, search.P, search);
     rung = S(0);
     Y start = filled<Y>(S(0));
     for (int k = -1, waited = 0; k < int(std::size(rungs)); ++k) {
@@ -148,7 +139,9 @@ Settled<S, Y> settle_yielding(const Body& body, const Y& guess, int max_beats, S
         Search<S, Y> again = search_from(k < 0 ? search.P : start, out.beats + S(T(wait)));
         again.distance = select(open, again.distance, S(0));
         newton(body, 1, T(tolerance.last), false, k < 0 ? quick_beats : max_beats, again);
-        out = select(open, prove(body, again.P, again), out);
+        Swinging<S> swung;
+        out = select(open, prove(Measuring<Body>{body, &swung}, again.P, again), out);
+        swings = select(open, swung, swings);
         rung = select(open, S(T(k + 1)), rung);
     }
     return out;
