@@ -12,11 +12,14 @@
 #include "hypertuna/host/beat_gradient.hpp"
 #include "hypertuna/host/beat_status.hpp"
 #include "hypertuna/host/directions.hpp"
+#include "hypertuna/host/yielding.hpp"
 #include "model.hpp"
 
 namespace hypertuna {
 
-#define HYPERTUNA_DECLARE(arch) extern const Kernel kernel_##arch;
+#define HYPERTUNA_DECLARE(arch)        \
+    extern const Kernel kernel_##arch; \
+    extern const YieldKernel kernel_##arch##_yielding;
 HYPERTUNA_DECLARE(scalar)
 HYPERTUNA_DECLARE(x86_64_v2)
 HYPERTUNA_DECLARE(x86_64_v3)
@@ -57,6 +60,23 @@ const Kernel& kernel() {
                           wanted + "': use one of";
     for (const Kernel* k : available_kernels()) message += std::string(" ") + k->name;
     throw nb::value_error(message.c_str());
+}
+
+/// The same for joints that yield.
+static const YieldKernel& yield_kernel() {
+#ifdef HYPERTUNA_HAVE_X86_64_V2
+    if (&kernel() == &kernel_x86_64_v2) return kernel_x86_64_v2_yielding;
+#endif
+#ifdef HYPERTUNA_HAVE_X86_64_V3
+    if (&kernel() == &kernel_x86_64_v3) return kernel_x86_64_v3_yielding;
+#endif
+#ifdef HYPERTUNA_HAVE_X86_64_V4
+    if (&kernel() == &kernel_x86_64_v4) return kernel_x86_64_v4_yielding;
+#endif
+#ifdef HYPERTUNA_HAVE_SCALAR
+    return kernel_scalar_yielding;
+#endif
+    throw nb::value_error("HYPERTUNA_ISA: has no kernel for joints that yield");
 }
 
 /// A kernel for what all kernels share.
@@ -206,7 +226,97 @@ static Output held_force(const Model& model, const Frequency& frequency, const P
     return rows;
 }
 
+// --- joints that yield
+
+static YieldBatch yielding(const Model& model, int hinge, const Input<2>& spring, const GaitBatch& gaits,
+                           std::size_t count) {
+    if (hinge < 1 || hinge >= model.links) throw nb::value_error("hinge: must be a link behind the head");
+    if (model.links - hinge > max_hung) throw nb::value_error("hinge: has too many links behind it");
+    check_extent("spring", spring.shape(0), count);
+    check_extent("spring", spring.shape(1), 3);
+    return {gaits, hinge, spring.data()};
+}
+
+static Output yield_settle(const Model& model, int hinge, const Input<2>& spring, const Frequency& frequency,
+                           const PerGroup& amplitude, const PerGroup& phase, const PerGroup& bias, int steps, int wait,
+                           int max_beats, int from_rest, int approach, double mass, int threads) {
+    const YieldBatch gaits =
+        yielding(model, hinge, spring, batch(model, frequency, amplitude, phase, bias), frequency.shape(0));
+    check_steps(steps);
+    const YieldKernel& use = yield_kernel();
+    Output rows = zeros({frequency.shape(0), names(use.column).size() + std::size_t(yield_state * (yield_state + 1))});
+    const SettleOptions options{steps, wait, max_beats, from_rest, approach, mass};
+    const nb::gil_scoped_release unlocked;
+    in_parallel(int(frequency.shape(0)), kernel().lanes, threads,
+                [&](int begin, int end) { use.settle(model, gaits, options, begin, end, rows.data()); });
+    return rows;
+}
+
+static Output yield_gradient(const Model& model, int hinge, const Input<2>& spring, const Frequency& frequency,
+                             const PerGroup& amplitude, const PerGroup& phase, const PerGroup& bias,
+                             const Input<2>& state, const Input<2>& along, int steps, double mass, int threads) {
+    const YieldBatch gaits =
+        yielding(model, hinge, spring, batch(model, frequency, amplitude, phase, bias), frequency.shape(0));
+    check_steps(steps);
+    check_extent("state", state.shape(0), frequency.shape(0));
+    check_extent("state", state.shape(1), yield_state);
+    check_extent("directions", along.shape(0), parameter_count(model) + 3);
+    const int n = int(along.shape(1));
+    const Directions directions{along.data(), n, {}, {}};
+    const YieldKernel& use = yield_kernel();
+    Output out = zeros({frequency.shape(0), std::size_t(derivative_count), along.shape(1)});
+    const nb::gil_scoped_release unlocked;
+    const std::size_t size = std::size_t(derivative_count + yield_state) * (yield_state + n);
+    std::vector<double> rates(frequency.shape(0) * size);
+    in_parallel(int(frequency.shape(0)), 1, threads, [&](int begin, int end) {
+        use.gradient(model, gaits, directions, begin, end, state.data(), steps, mass, rates.data());
+        for (int gait = begin; gait < end; ++gait)
+            with_moving_start<Bent<double, 1>>(rates.data() + gait * size, n,
+                                               out.data() + std::size_t(gait) * derivative_count * n);
+    });
+    return out;
+}
+
+static Output yield_bends(const Model& model, int hinge, const Input<2>& spring, const Frequency& frequency,
+                          const PerGroup& amplitude, const PerGroup& phase, const PerGroup& bias, const Input<1>& state,
+                          int steps, int count) {
+    const YieldBatch gaits = yielding(model, hinge, spring, batch(model, frequency, amplitude, phase, bias), 1);
+    check_extent("state", state.shape(0), yield_state);
+    Output out = zeros({std::size_t(std::max(count, 0)), 3});
+    yield_kernel().bends(model, gaits, state.data(), steps, count, out.data());
+    return out;
+}
+
+static void bind_yielding(nb::module_& m) {
+    m.def(
+        "yield_settle", &yield_settle, nb::arg("model"), nb::arg("hinge"), nb::arg("spring"), nb::arg("frequency"),
+        nb::arg("amplitude"), nb::arg("phase"), nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"),
+        nb::arg("max_beats"), nb::arg("from_rest"), nb::arg("approach"), nb::arg("mass"), nb::arg("threads"),
+        "As `settle` for a body whose joint at the front of link `hinge` yields, `spring` (gaits, 3) being stiffness, "
+        "damping and rest angle: columns as named by `yield_columns`, then state and monodromy.");
+    m.def("yield_gradient", &yield_gradient, nb::arg("model"), nb::arg("hinge"), nb::arg("spring"),
+          nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"), nb::arg("bias"), nb::arg("state"),
+          nb::arg("directions"), nb::kw_only(), nb::arg("steps"), nb::arg("mass"), nb::arg("threads"),
+          "As `gradient`, the spring's three numbers being the last parameters.");
+    m.def("yield_bends", &yield_bends, nb::arg("model"), nb::arg("hinge"), nb::arg("spring"), nb::arg("frequency"),
+          nb::arg("amplitude"), nb::arg("phase"), nb::arg("bias"), nb::arg("state"), nb::kw_only(), nb::arg("steps"),
+          nb::arg("count"),
+          "Angle from rest, rate and acceleration (count, 3) of a joint that yields, at every step from a state on.");
+    m.def(
+        "reduced_inertia",
+        [](const Model& model, int hinge) {
+            if (hinge < 1 || hinge >= model.links) throw nb::value_error("hinge: must be a link behind the head");
+            return yield_kernel().reduced_inertia(model, hinge);
+        },
+        nb::arg("model"), nb::arg("hinge"),
+        "Inertia that the free, straight body opposes to the joint at the front of link `hinge` [kg m^2].");
+    m.def("yield_columns", [] { return names(yield_kernel().column); }, "Names of the columns of `yield_settle`.");
+    m.attr("YIELD_STATE_SIZE") = yield_state;
+    m.attr("YIELD_LINKS") = max_hung;
+}
+
 void bind_settle(nb::module_& m) {
+    bind_yielding(m);
     m.def("isa", [] { return std::string(kernel().name); }, "Name of the instruction set in use.");
     m.def(
         "isas",

@@ -34,6 +34,73 @@ class Model:
         Names of all parameters in the order of the derivatives: the gait's, the joints', the links', the water's.
         """
 
+def yield_settle(
+    model: Model,
+    hinge: int,
+    spring: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    steps: int,
+    wait: int,
+    max_beats: int,
+    from_rest: int,
+    approach: int,
+    mass: float,
+    threads: int,
+) -> NDArray[numpy.float64]:
+    """
+    As `settle` for a body whose joint at the front of link `hinge` yields, `spring` (gaits, 3) being stiffness, damping and rest angle: columns as named by `yield_columns`, then state and monodromy.
+    """
+
+def yield_gradient(
+    model: Model,
+    hinge: int,
+    spring: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    state: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    *,
+    steps: int,
+    mass: float,
+    threads: int,
+) -> NDArray[numpy.float64]:
+    """As `gradient`, the spring's three numbers being the last parameters."""
+
+def yield_bends(
+    model: Model,
+    hinge: int,
+    spring: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    phase: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    bias: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    state: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    *,
+    steps: int,
+    count: int,
+) -> NDArray[numpy.float64]:
+    """
+    Angle from rest, rate and acceleration (count, 3) of a joint that yields, at every step from a state on.
+    """
+
+def reduced_inertia(model: Model, hinge: int) -> float:
+    """
+    Inertia that the free, straight body opposes to the joint at the front of link `hinge` [kg m^2].
+    """
+
+def yield_columns() -> list[str]:
+    """Names of the columns of `yield_settle`."""
+
+YIELD_STATE_SIZE: int = 5
+
+YIELD_LINKS: int = 32
+
 def isa() -> str:
     """Name of the instruction set in use."""
 

@@ -43,7 +43,7 @@ def ask_command(
     """
     options: dict[str, Any] | None = None
     if robot:
-        kept = [asdict(limit) for limit in limits.make(opt.with_rigid_hinge(load(robot)))]
+        kept = [asdict(limit) for limit in limits.make(load(robot))]
         options = {"robot": robot, "limits": kept} | search.arguments() | {"method": search.method or "pso"}
     else:
         check_later(context, {"state", "output", "as_json"})

@@ -166,7 +166,8 @@ def identify_command(
         check_posterior(samples, search.loss)
     elif cluster is not None:
         raise InputError("is used only with --posterior", key="--cluster", fix="add --posterior N")
-    fish = opt.with_rigid_hinge(robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas))
+    fish = robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas)
+    opt.with_rigid_hinge(fish, "in recordings of joint angles")
     runs = read_trials(trials, fish)
     with progress_bar("fitting", parts="stage", checkpoint=search.checkpoint) as progress:
         options = search.arguments() | {"progress": progress}

@@ -275,13 +275,13 @@ class ModelOptions(RobotOptions):
 
     def load(self, output: str | None = None) -> Robot:
         """Read the robot, with another choice of model."""
-        return with_rigid_hinge(super().load(output).using(joints=self.joints, areas=self.areas, water=self.water))
+        return super().load(output).using(joints=self.joints, areas=self.areas, water=self.water)
 
 
-def with_rigid_hinge(robot: Robot) -> Robot:
-    """Return a robot that a command swims by its gait alone, with a note where it has a hinge: it stays rigid."""
+def with_rigid_hinge(robot: Robot, where: str = "here") -> Robot:
+    """Return a robot whose hinge a command leaves rigid, with a note."""
     for hinge in robot.hinges:
-        note(f"the passive hinge of link {hinge.link} stays rigid here: only the twin of {robot.name} bends it.")
+        note(f"the passive hinge of link {hinge.link} stays rigid {where}: `swim` and the twin bend it.")
     return robot
 
 

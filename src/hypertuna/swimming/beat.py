@@ -12,6 +12,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model
+from hypertuna.swimming.yielding import hinge_of, swing_of, yield_derivatives, yield_rows
 
 DEFAULT_STEPS = _core.BEAT_STEPS  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
 MAX_BEATS = _core.NEWTON_BEATS  # of each stage of Newton's method
@@ -50,7 +51,7 @@ def check_steps(steps: int) -> None:
 
 _COLUMNS = _core.settle_columns()
 _SIZE = _core.STATE_SIZE  # of the state, as of a twist
-_TWIST, _MOMENTUM = (slice(k, k + _SIZE) for k in map(_COLUMNS.index, ("u", "p_x")))
+_MOMENTUM = slice(_COLUMNS.index("p_x"), _COLUMNS.index("p_x") + _SIZE)
 _MONODROMY = slice(_COLUMNS.index("m_00"), None)
 _PERIODIC = [STATUSES.index(status) for status in ("settled", "unstable")]
 
@@ -70,31 +71,33 @@ def settle(
 
     `wait` is the number of beats to swim from rest before the one that counts, -1 to solve for the settled beat: from
     a brisk speed, or from the motion after `from_rest` beats from rest. With `approach`, a start from rest is followed
-    toward each settled beat for so many beats at most: "arrived", "approach_beats".
+    toward each settled beat for so many beats at most: "arrived", "approach_beats". Where a hinge yields, `momentum` is
+    the core's whole state, and how it swings stands beside it (`BEND` of `yielding`).
     """
     check_steps(steps)
-    rows = _core.settle(
-        model or core_model(robot),
-        *gaits.columns,
-        steps=steps,
-        wait=wait,
-        max_beats=MAX_BEATS,
-        from_rest=from_rest,
-        approach=approach,
-        mass=robot.body.mass,
-        threads=threads,
-    )
-    row = dict(zip(_COLUMNS, rows.T, strict=False))
-    multipliers = _multipliers(rows[:, _MONODROMY].reshape(-1, _SIZE, _SIZE))
+    model = model or core_model(robot)
+    options: dict[str, Any] = {"wait": wait, "max_beats": MAX_BEATS, "from_rest": from_rest, "approach": approach}
+    options |= {"mass": robot.body.mass, "threads": threads}
+    if hinge_of(robot) is None:
+        rows, names, size = _core.settle(model, *gaits.columns, steps=steps, **options), _COLUMNS, _SIZE
+        row = dict(zip(names, rows.T, strict=False))
+        momentum, monodromy, swing = rows[:, _MOMENTUM], rows[:, _MONODROMY], {}
+    else:
+        rows, names, size = yield_rows(robot, gaits, model, steps, options)
+        row = dict(zip(names, rows.T, strict=False))
+        momentum, monodromy = rows[:, len(names) : len(names) + size], rows[:, len(names) + size :]
+        swing = swing_of(robot, gaits, row, model)
+    multipliers = _multipliers(monodromy.reshape(-1, size, size))
     radius = np.abs(multipliers).max(axis=1)
     unstable = (row["status"] == 0) & (radius > NEUTRAL)
     return {name: row[name] for name in (*QUANTITIES, "approach_beats")} | {
         "spectral_radius": radius,
         "arrived": row["arrived"] == 1,
         "status": np.where(unstable, STATUSES.index("unstable"), row["status"]).astype(np.int8),  # of `STATUSES`
-        "twist": rows[:, _TWIST],
-        "momentum": rows[:, _MOMENTUM],
+        "twist": np.stack([row[name] for name in ("u", "v", "r")], axis=1),
+        "momentum": momentum,
         "multipliers": multipliers,
+        **swing,
     }
 
 
@@ -122,7 +125,12 @@ def directional_derivatives(
     check_steps(steps)
     momentum, along = np.ascontiguousarray(beats["momentum"]), np.ascontiguousarray(directions)
     how: Any = {"steps": steps, "mass": robot.body.mass, "threads": threads}
-    rows = _core.gradient(model or core_model(robot), *gaits.columns, momentum, along, **how)
+    model = model or core_model(robot)
+    if hinge_of(robot) is not None:
+        how.pop("steps")
+        rows = yield_derivatives(robot, gaits, momentum, along, model, steps, how)
+    else:
+        rows = _core.gradient(model, *gaits.columns, momentum, along, **how)
     rows[~(np.isin(beats["status"], _PERIODIC) & np.isfinite(beats["speed"]))] = np.nan
     return dict(zip(DIFFERENTIABLE, np.moveaxis(rows, 1, 0), strict=True))
 

@@ -192,12 +192,13 @@ def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAUL
     if np.isnan(result["speed"][0]):
         rule, value = "must have a speed to have derivatives", "turning by more than half a circle a beat"
         raise InputError(rule, key="gait", value=value, fix="give it less bias")
-    names = parameter_names(robot)
+    springs = {f"hinge.{name}": getattr(hinge, name) for hinge in robot.hinges for name in ("stiffness", "damping")}
+    names = (*parameter_names(robot), *springs)
     derivatives = directional_derivatives(robot, gaits, result, np.eye(len(names)), steps=steps)
     return Gradient(
         names,
         {name: rates[0] for name, rates in derivatives.items()},
-        values=parameter_values(robot, gait),
+        values=np.append(parameter_values(robot, gait), [*springs.values()]),
         results={name: float(result[name][0]) for name in DIFFERENTIABLE},
         robot=robot,
         gait=gait,

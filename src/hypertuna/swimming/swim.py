@@ -32,6 +32,7 @@ from hypertuna.swimming.beat import (
 from hypertuna.swimming.gait import Gait, Gaits, gait_of
 from hypertuna.swimming.model import core_model, twist_from_rest
 from hypertuna.swimming.trajectory import trajectory
+from hypertuna.swimming.yielding import BEND, Bend, bend_joints, too_soft
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,6 +49,9 @@ SUMMARY = {
     for name, about in sorted(QUANTITIES.items(), key=lambda item: -item[1].shown)
     if about.shown
 }
+
+
+BENDS = {name: Format({"1": "", "rad": "deg"}.get(unit, unit)) for name, (unit, _) in BEND.items()}
 
 
 @dataclass(frozen=True)
@@ -83,7 +87,9 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
     steps: int  # per beat
     current: tuple[float, float]  # m/s
     from_rest: float | None  # s from rest; None for the settled beat
+    bend: Bend | None  # of the joint that yields; None for a robot without one
     _start: Array | None  # twist at the start of the trajectory; None from rest
+    _state: Array  # of the core there: momentum of the body, and angle and momentum of the joint that yields
 
     @property
     def settled(self) -> bool:
@@ -113,7 +119,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         """
         straight = self.turn_radius >= _core.NEARLY_STRAIGHT * self.robot.body.length
         hidden = {name: Format(unit, None) for name, (unit, _) in SUMMARY.items() if straight and name[:5] == "turn_"}
-        return summarized(self, SUMMARY | hidden)
+        return summarized(self, SUMMARY | hidden) | ({} if self.bend is None else summarized(self.bend, BENDS))
 
     def continued(self, beats: int) -> xr.Dataset:
         """Continue the motion from the start of `trajectory`.
@@ -136,11 +142,13 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         step = 1 / (self.gait.frequency * self.steps)
         clock: Array = np.pi / self.steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * self.steps))
         model = core_model(self.robot)
-        joints = _core.joint_motion(model, **vars(self.gait), clock=clock)
+        driven = joints = _core.joint_motion(model, **vars(self.gait), clock=clock)
+        if self.bend is not None:
+            joints = bend_joints(self.robot, self.gait, driven, self._state, self.steps)
         twist = twist_from_rest(self.robot, joints[0]) if self._start is None else self._start
         motion = _core.advance(model, joints, step=step, twist=twist, pose=np.zeros(3))
         time = step * np.arange(count + 1, dtype=np.float64)
-        return trajectory(self.robot, time, joints[::2], motion, current=self.current)
+        return trajectory(self.robot, time, joints[::2], motion, current=self.current, driven=driven[::2])
 
 
 @checked
@@ -238,7 +246,11 @@ def _swim(
         spectral_radius=values["spectral_radius"],
         turn=values["turn_rate"] / gait.frequency,
     )
-    multipliers = result["multipliers"][0]
+    multipliers, bend = result["multipliers"][0], None
+    if robot.hinges:
+        bend = Bend(**{name: float(result[name][0]) for name in BEND})
+        text = text if status in ("settled", "unstable") else f"{text} {too_soft(bend.stiffness_ratio)}"
+    state = result["momentum"][0]
     return Swim(
         robot=robot,
         gait=gait,
@@ -251,7 +263,9 @@ def _swim(
         steps=steps,
         current=current,
         from_rest=from_rest,
+        bend=bend,
         _start=result["twist"][0].copy() if from_rest is None else None,
+        _state=state.copy() if from_rest is None else np.zeros_like(state),
     )
 
 

@@ -24,16 +24,19 @@ def trajectory(
     motion: Mapping[str, Any],
     *,
     current: tuple[float, float] = (0.0, 0.0),
+    driven: Array | None = None,
 ) -> xr.Dataset:
     """Label a motion of the core.
 
-    `time` (times,) [s], `joints` (times, links, 3) [rad], [rad/s], [rad/s^2], `current` [m/s].
+    `time` (times,) [s], `joints` (times, links, 3) [rad], [rad/s], [rad/s^2], `current` [m/s]. `driven` is the part of
+    `joints` that the joint groups move, where a hinge yields: it does no mechanical power.
     """
+    driven = joints if driven is None else driven
     pose = np.array(motion["pose"])
     pose[:, :2] += np.outer(time, current)
     twist, torque = motion["twist"], motion["torque"]
     tail = body_points(robot, pose, joints[:, :, 0])[:, -1]
-    power = torque * joints[:, :, 1]
+    power = torque * driven[:, :, 1]
     groups = [joint.name for joint in robot.joints]
     members = [list(joint.links) for joint in robot.joints]
 
@@ -55,7 +58,7 @@ def trajectory(
         "joint_angle": (("time", "link"), joints[:, :, 0], "rad", "angle of the joint at the front of the link"),
         "joint_rate": (("time", "link"), joints[:, :, 1], "rad/s", "rate of the joint"),
         "joint_torque": (("time", "link"), torque, "N m", "torque of the joint on the link"),
-        "bend": (("time", "group"), per_group(joints[:, :, 0]), "rad", "angle of the joint group"),
+        "bend": (("time", "group"), per_group(driven[:, :, 0]), "rad", "angle of the joint group"),
         "group_mechanical_power": (("time", "group"), per_group(power), "W", "mechanical power of the joint group"),
         "mechanical_power": ("time", power.sum(axis=1), "W", "mechanical power of all joints"),
         "power_to_water": ("time", motion["loss"], "W", "power that the water takes"),

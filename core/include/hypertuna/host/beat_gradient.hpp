@@ -10,12 +10,32 @@
 
 namespace hypertuna {
 
+/// Derivatives of a settled beat's quantities along n directions, from those of one beat: rows of State::size + n
+/// numbers for each quantity and for the state at the end, by the state at the start and along the directions.
+///
+/// The settled start P0 moves with the parameters p so that the end P1 = P0 stays: dP0/dp = (I - dP1/dP0)^-1 dP1/dp
+/// (implicit function theorem). NaN where the start is not determined.
+template <class State>
+void with_moving_start(const double* by, int n, double* out) {
+    const int width = State::size + n, count = derivative_count;
+    const double* const P = by + count * width;
+    Matrix<double, State::size> remains;
+    for (int i = 0; i < State::size; ++i)
+        for (int j = 0; j < State::size; ++j) remains.a[i][j] = (i == j) - P[i * width + j];
+    for (int j = 0; j < n; ++j) {
+        State start;
+        for (int i = 0; i < State::size; ++i) component(start, i) = P[i * width + State::size + j];
+        start = solve(remains, start);
+        for (int k = 0; k < count; ++k) {
+            double sum = by[k * width + State::size + j];
+            for (int i = 0; i < State::size; ++i) sum += by[k * width + i] * component(start, i);
+            out[k * n + j] = std::isfinite(sum) ? sum : std::numeric_limits<double>::quiet_NaN();
+        }
+    }
+}
+
 /// Derivatives (gaits, derivative_count, directions) of gaits [begin, end) whose settled beats start at `momentum`; NaN
 /// where they have none.
-///
-/// One beat in dual numbers gives the derivatives of its end P1 and its quantities by the start P0 and the parameters
-/// p. The settled start moves with p so that P1 = P0 stays: dP0/dp = (I - dP1/dP0)^-1 dP1/dp (implicit function
-/// theorem).
 inline void settled_gradient(const Kernel& kernel, const Model& model, const GaitBatch& gaits,
                              const Directions& directions, int begin, int end, const double* momentum, int steps,
                              double mass, double* derivatives) {
@@ -26,23 +46,9 @@ inline void settled_gradient(const Kernel& kernel, const Model& model, const Gai
     const GaitBatch part{gaits.frequency + begin, gaits.amplitude + begin * g, gaits.phase + begin * g,
                          gaits.bias + begin * g};
     kernel.gradient(model, part, directions, 0, end - begin, momentum + State::size * begin, steps, mass, rates.data());
-    for (int gait = begin; gait < end; ++gait) {
-        const double *by = rates.data() + std::size_t(gait - begin) * size, *const P = by + count * width;
-        double* out = derivatives + std::size_t(gait) * count * n;
-        Matrix<double, State::size> remains;
-        for (int i = 0; i < State::size; ++i)
-            for (int j = 0; j < State::size; ++j) remains.a[i][j] = (i == j) - P[i * width + j];
-        for (int j = 0; j < n; ++j) {
-            State start;
-            for (int i = 0; i < State::size; ++i) component(start, i) = P[i * width + State::size + j];
-            start = solve(remains, start);
-            for (int k = 0; k < count; ++k) {
-                double sum = by[k * width + State::size + j];
-                for (int i = 0; i < State::size; ++i) sum += by[k * width + i] * component(start, i);
-                out[k * n + j] = std::isfinite(sum) ? sum : std::numeric_limits<double>::quiet_NaN();
-            }
-        }
-    }
+    for (int gait = begin; gait < end; ++gait)
+        with_moving_start<State>(rates.data() + std::size_t(gait - begin) * size, n,
+                                 derivatives + std::size_t(gait) * count * n);
 }
 
 }  // namespace hypertuna

@@ -1,0 +1,150 @@
+/// The beat of joints that yield: tabulated, measured, and settled.
+#pragma once
+
+#include <iterator>
+
+#include "hypertuna/swimming/yielding.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// A state with the pose of the nose.
+template <class S, int D>
+struct BentMotion {
+    Bent<S, D> state;
+    Pose<S> pose;
+
+    template <class A>
+    friend HYPERTUNA_INLINE BentMotion operator*(const A& a, const BentMotion& b) {
+        return {a * b.state, a * b.pose};
+    }
+    friend HYPERTUNA_INLINE BentMotion operator+(const BentMotion& a, const BentMotion& b) {
+        return {a.state + b.state, a.pose + b.pose};
+    }
+};
+
+/// The beat from a state, measured. Joints that yield do no mechanical power: what dampers take is power less loss.
+template <class S, class Law, int D>
+Beat<S, Bent<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start, Swinging<S>& swings) const {
+    const int steps = table.instants / 2, links = fish.links;
+    const S step = period * S(base_t<S>(1.0 / steps)), zero(0), mean(base_t<S>(1.0 / steps));
+    Beat<S> beat{{zero, zero, zero}, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero, zero};
+    BentMotion<S, D> motion{start, {zero, zero, zero}};
+    swings = {zero, zero, zero, zero, zero};
+    for (int k = 0; k < steps; ++k) {
+        Hung<S, D> hung[max_hung];
+        const Moving<S, D> now = move(2 * k, motion.state, hung);
+        const S& angle = motion.state.angle[0];
+        const auto [s, c] = sincos(S(base_t<S>(2 * pi * k / steps)));
+        swings.mean += angle, swings.sine += s * angle, swings.cosine += c * angle;
+        swings.peak = max(swings.peak, abs(angle));
+        for (int d = 0; d < D; ++d) swings.damping += spring[d].damping * now.rate[d] * now.rate[d];
+        S accelerations[D];
+        const Composite<S> body = bend(2 * k, motion.state, now, accelerations);
+        const Symmetric<S> mobility = inverse(body.inertia);
+        joint_torques(fish, Instant<S>{shape, acceleration, mobility, body.momentum}, now.xi, scratch.torque);
+        for (int i = 0; i < links; ++i) scratch.group_power[i] = zero;
+        for (int i = 1; i < links; ++i)
+            if (joints[i].group >= 0)
+                scratch.group_power[joints[i].group] += scratch.torque[i] * yields.joint[2 * k * links + i].rate;
+        for (int g = 0; g < links; ++g) {
+            beat.power += scratch.group_power[g];
+            beat.power_positive += max(scratch.group_power[g], zero);
+        }
+        scratch.load[k] = largest_torque(links, joints, scratch.torque);
+        beat.loss += water_loss(fish, shape, now.xi);
+        beat.advance -= now.xi.x * step;
+        const LinkShape<S>& last = shape[links - 1];
+        const Link<S>& link = fish.link[links - 1];
+        const Planar<S> front = joint_position(last, link);
+        scratch.nose[k] = {motion.pose.x, motion.pose.y, zero};
+        scratch.tail[k] =
+            place(motion.pose, Planar<S>{front.x + link.length * last.c, front.y + link.length * last.s, zero});
+        motion = runge_kutta_4(step, motion, [&](int half, const BentMotion<S, D>& m) {
+            Twist<S> xi;
+            const Bent<S, D> changes = rate(2 * k + half, m.state, xi);
+            return BentMotion<S, D>{changes, pose_rate(m.pose, xi)};
+        });
+    }
+    swings = {mean * swings.mean, (mean + mean) * swings.sine, (mean + mean) * swings.cosine, swings.peak,
+              mean * swings.damping};
+    beat.power = mean * beat.power;
+    beat.power_positive = mean * beat.power_positive;
+    beat.loss = mean * beat.loss;
+    beat.torque_peak = peak<S>(steps, [&](int k) { return scratch.load[k]; });
+    beat.displacement = motion.pose;
+    measure_path(steps, scratch, beat);
+    return {motion.state,     beat.displacement, beat.power, beat.power_positive, beat.loss,
+            beat.torque_peak, beat.excursion,    beat.arc,   beat.radius,         beat.advance};
+}
+
+/// Enter the beat of the prescribed joints, the yielding ones at rest.
+template <class S, class Law, int D>
+HYPERTUNA_NOINLINE void tabulate_yielding(const Swimmer<S, Law>& fish, const JointShare<S>* joints,
+                                          const Swing<S>* swings, const S& frequency, const Spring<S> (&spring)[D],
+                                          const ShapeTable<S>& table, const YieldTable<S, D>& yields) {
+    const Swimmer<S, Law> ahead{yields.first, fish.link, fish.water};
+    for (int k = 0; k < table.instants; ++k) {
+        JointMotion<S>* const joint = yields.joint + k * fish.links;
+        joint_motion(fish.links, joints, swings, frequency, sincos(S(base_t<S>(2 * pi * k / table.instants))), joint);
+        for (int i = yields.first; i < fish.links; ++i)
+            for (int d = 0; d < D; ++d) joint[i].angle += S(yields.share[i][d]) * spring[d].rest;
+        tabulate(fish, joint, k, table);
+        yields.ahead[k] = composite(ahead, table.shape + k * fish.links);
+    }
+}
+
+/// The inertia about a joint that the free, straight body opposes to it, kg m^2: a spring of this inertia times the
+/// square of a beat's angular frequency is in resonance with it.
+template <class S, class Law>
+S reduced_inertia(const Swimmer<S, Law>& fish, int hinge, LinkShape<S>* shape, LinkAcceleration<S>* acceleration,
+                  JointMotion<S>* joint) {
+    for (int i = 0; i < fish.links; ++i) joint[i] = {S(0), i == hinge ? S(1) : S(0), S(0)};
+    hypertuna::shape(fish.links, fish.link, joint, shape, acceleration);
+    const Composite<S> body = composite(fish, shape);  // b is what a unit rate of the joint brings along
+    const Twist<S> xi = inverse(body.inertia) * (S(-1) * body.momentum);
+    return S(2) * kinetic_energy(fish, shape, xi);
+}
+
+/// A body whose measured beat also tells how it swings.
+template <class Body>
+struct Measuring : Body {
+    Swinging<typename Body::Scalar>* swings;
+
+    auto measure(const typename Body::State& start) const { return Body::measure(start, *swings); }
+};
+
+/// Beats from rest after which a search that failed begins again.
+inline constexpr int rungs[] = {10, 40, 160};
+
+/// The settled beat of joints that yield, by Newton's method: undamped from a brisk start, at half the steps first,
+/// then at all of them; where that fails, undamped again from what 10, 40 and 160 beats from rest lead to. `rung`
+/// counts these.
+template <class Body, class Y, class S = typename Body::Scalar>
+Settled<S, Y> settle_yielding(const Body& body, const Y& guess, int max_beats, S& rung, Swinging<S>& swings) {
+    using T = base_t<S>;
+    constexpr SettleTolerances tolerance = settle_tolerances;
+    Search<S, Y> search = search_from(body.swim(body.swim(guess, 2), 2), S(2));
+    newton(body, 2, T(tolerance.coarse), false, quick_beats, search);
+    search = search_from(select(search.distance < S(T(tolerance.coarse)), search.P, guess), search.beats);
+    newton(body, 1, T(tolerance.fine), false, quick_beats, search);
+    const Measuring<Body> first{body, &swings};
+    Settled<S, Y> out = prove(first, search.P, search);
+    rung = S(0);
+    Y start = filled<Y>(S(0));
+    for (int k = -1, waited = 0; k < int(std::size(rungs)); ++k) {
+        const auto open = !(out.distance < S(T(tolerance.settled)));
+        if (!any(open)) break;
+        const int wait = k < 0 ? 0 : rungs[k];
+        for (; waited < wait; ++waited) start = body.swim(start);
+        Search<S, Y> again = search_from(k < 0 ? search.P : start, out.beats + S(T(wait)));
+        again.distance = select(open, again.distance, S(0));
+        newton(body, 1, T(tolerance.last), false, k < 0 ? quick_beats : max_beats, again);
+        Swinging<S> swung;
+        out = select(open, prove(Measuring<Body>{body, &swung}, again.P, again), out);
+        swings = select(open, swung, swings);
+        rung = select(open, S(T(k + 1)), rung);
+    }
+    return out;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH
