@@ -85,7 +85,8 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
     for (int j = 0; j < model.joints && current.low < current.high; ++j)
         for (int c = 2 * j; c < 2 * j + (direct(model, j) ? 1 : 2); ++c)
             if (!plain(current, state.current[c], readings.current[c])) status.set(Condition::current_fault, c);
-    const auto judge_imu = [&](const T(&reading)[3], Health<T>* health, T limit) {
+    // Once in the program, not twice: a kilobyte.
+    const auto judge_imu = [&](const T(&reading)[3], Health<T>* health, T limit) HYPERTUNA_NOINLINE {
         const Plausible<T> limits = range(-limit, limit, T(0.2));
         for (int k = 0; k < 3 && T(0) < limit; ++k)
             if (!plain(limits, health[k], reading[k])) status.set(Condition::imu_fault);
