@@ -87,7 +87,12 @@ def read_blinks(path: str | Path, column: str = "blink") -> Array:
     rows = np.array(table.parse(lambda _, cells: [parse_float(cells[name]) for name in ("time_s", column)]))
     time, on = rows.T
     if not np.isfinite(rows).all() or (np.diff(time) <= 0).any():
-        raise InputError("must grow from row to row", file=table.file, key="time_s", fix="sort the rows by time")
+        raise InputError(
+            "must have numbers, and times that grow",
+            file=table.file,
+            key=f"time_s and {column}",
+            fix="sort the rows by time",
+        )
     lit = on > 0.5 * (on.min() + on.max()) if np.ptp(on) else np.zeros(len(on), dtype=bool)
     begun = np.flatnonzero(lit[1:] & ~lit[:-1]) + 1
     if not len(begun):
