@@ -112,7 +112,7 @@ const char* yield_column(int k) {
 template <class Law>
 void settle_gaits(const Model& model, const YieldBatch& batch, const SettleOptions& options, int begin, int end,
                   double* rows) {
-    YieldTank<Real, Law> yield(model, batch.hinge, options.steps);
+    YieldTank<Real, Law> yield(model, batch.link, options.steps);
     Tank<Real, Law>& tank = yield.tank;
     const Real nan(std::numeric_limits<double>::quiet_NaN());
     for (int first = begin; first < end; first += lanes) {
@@ -176,7 +176,7 @@ using Derivative = Dual<Real, 1>;
 template <class Law>
 void gradient_of(const Model& model, const YieldBatch& batch, const Directions& directions, int begin, int end,
                  const double* state, int steps, double mass, double* rows) {
-    YieldTank<Derivative, Law> yield(model, batch.hinge, steps);
+    YieldTank<Derivative, Law> yield(model, batch.link, steps);
     Tank<Derivative, Law>& tank = yield.tank;
     const Derivative zero(Real(0.0));
     const int count = yield_state + directions.count, all = int(tank.parameters.size());
@@ -233,7 +233,7 @@ void gradient_any(const Model& model, const YieldBatch& batch, const Directions&
 
 void bends_any(const Model& model, const YieldBatch& batch, const double* state, int steps, int count, double* out) {
     with_law<Real>(model.law, [&](auto law) {
-        YieldTank<Real, typename decltype(law)::type> yield(model, batch.hinge, steps);
+        YieldTank<Real, typename decltype(law)::type> yield(model, batch.link, steps);
         load(model, batch, 0, 1, yield.tank.parameters, yield.spring[0]);
         const auto body = yield.fill();
         State y = filled<State>(Real(0.0));

@@ -8,11 +8,11 @@ namespace hypertuna {
 
 inline constexpr int yield_state = Bent<double, 1>::size;
 
-/// Gaits of a robot whose joint at the front of link `hinge` yields: for each gait stiffness, damping and rest angle of
+/// Gaits of a robot whose joint at the front of `link` yields: for each gait stiffness, damping and rest angle of
 /// its spring.
 struct YieldBatch {
     GaitBatch gaits;
-    int hinge;
+    int link;
     const double* spring;
 };
 
