@@ -173,3 +173,10 @@ def test_commands_of_the_page_run(folder, tmp_path, monkeypatch) -> None:
             shutil.copy(folder / name, tmp_path)
         result = CliRunner().invoke(app, command[1:])
         assert result.exit_code == 0, result.output
+
+
+@pytest.mark.parametrize("option", [["--dot-color", "red"], ["--places", "dots.csv"], ["--tail-first"]])
+def test_an_option_of_marks_is_refused_for_an_outline(folder, option: list[str]) -> None:
+    line = ["trials", "track", f"{folder}/dots.mp4", "--robot", str(ROBOT), "--camera", f"{folder}/camera.toml"]
+    with pytest.raises(InputError, match=f"^{option[0]} is used only with --marks: add --marks dots or --marks tags"):
+        CliRunner().invoke(app, [*line, "-o", f"{folder}/run.toml", *option], catch_exceptions=False)

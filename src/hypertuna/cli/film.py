@@ -98,6 +98,9 @@ def track_command(
                 raise InputError("is for outlines", key=key, fix="leave it out with --marks")
         _track_marks(fish, film, camera, options, marks, places, output, overlay, plot, as_json)
         return
+    for key, value in {"--dot-color": marks.dot_color, **places.given()}.items():
+        if value:
+            raise InputError("is used only with --marks", key=key, fix="add --marks dots or --marks tags")
     own: dict[str, Any] = {"depth": options.depth, "sections": options.sections, "scale": options.scale}
     own["frame_rate"] = options.frame_rate
     header = {"film": Path(film).name, "robot": fish.name, "options": own | {"camera": camera.model_dump(mode="json")}}

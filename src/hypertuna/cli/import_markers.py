@@ -1,7 +1,7 @@
 """The command `hypertuna trials import markers`, and what it shares with films of marks."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -42,6 +42,10 @@ class PlaceOptions:
         str | None,
         opt.file("--places-from-run", "the places of the markers, taken from the first run and used in all,", ".csv"),
     ] = None
+
+    def given(self) -> dict[str, Any]:
+        """Return the values by option."""
+        return {f"--{field.name.replace('_', '-')}": getattr(self, field.name) for field in fields(self)}
 
     def wishes(self) -> Wishes:
         """Return how the markers are fitted."""
