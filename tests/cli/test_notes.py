@@ -127,3 +127,14 @@ def test_oil_has_no_rotor_that_a_hinge_could_turn_against(run: Run, tmp_path: Pa
     assert (code, rule in errors) == (2, True)
     assert run("studio", file, "-o", str(tmp_path / "page.html"))[0] == 0
     assert "has no twin: oil bends its link 1 alone" in run("robot", "check", file)[2]
+
+
+def test_a_robot_with_a_hinge_flies_a_mission(run: Run, tmp_path: Path) -> None:
+    """Its log has the angles of the joint groups alone."""
+    robot, mission = str(tmp_path / "sea.toml"), str(tmp_path / "square.toml")
+    assert run("robot", "new", robot, "--actuation", "servo", "--sea")[0] == 0
+    with Path(robot).open("a") as file:
+        file.write("\n[hinge]\nlink = 2\nstiffness_n_m_per_rad = 1.0\n")
+    assert run("mission", "new", mission, "--robot", robot)[0] == 0
+    code, output, errors = run("mission", mission, "--robot", robot, "--json")
+    assert (code, json.loads(output)["status"]) == (0, "done"), errors
