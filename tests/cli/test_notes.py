@@ -114,3 +114,27 @@ def test_a_grid_beyond_the_bounds_has_one_note(run: Run) -> None:
     errors = run("sweep", "--gait", "unoptimised-max", "--frequency", "1:600:3")[2]
     assert errors.count("note: ") == 1
     assert "--frequency 600 Hz" in errors
+
+
+def test_oil_has_no_rotor_that_a_hinge_could_turn_against(run: Run, tmp_path: Path) -> None:
+    """The robot swims and has a studio, but no twin, and its check says so."""
+    document = tomllib.loads(first_robot("oily", actuation="hydraulic"))
+    document["hinge"] = {"link": 1, "stiffness_n_m_per_rad": 0.003}
+    file = str(tmp_path / "oily.toml")
+    write_robot(parse(document), file)
+    rule = "hinge.link must not be the only link of a joint group that oil bends, in the twin, but is 1: "
+    code, _, errors = run("twin", "--robot", file)
+    assert (code, rule in errors) == (2, True)
+    assert run("studio", file, "-o", str(tmp_path / "page.html"))[0] == 0
+    assert "has no twin: oil bends its link 1 alone" in run("robot", "check", file)[2]
+
+
+def test_a_robot_with_a_hinge_flies_a_mission(run: Run, tmp_path: Path) -> None:
+    """Its log has the angles of the joint groups alone."""
+    robot, mission = str(tmp_path / "sea.toml"), str(tmp_path / "square.toml")
+    assert run("robot", "new", robot, "--actuation", "servo", "--sea")[0] == 0
+    with Path(robot).open("a") as file:
+        file.write("\n[hinge]\nlink = 2\nstiffness_n_m_per_rad = 1.0\n")
+    assert run("mission", "new", mission, "--robot", robot)[0] == 0
+    code, output, errors = run("mission", mission, "--robot", robot, "--json")
+    assert (code, json.loads(output)["status"]) == (0, "done"), errors

@@ -258,9 +258,9 @@ def test_a_spring_gets_the_steps_that_it_needs_or_a_sentence() -> None:
     stiff = settle(hinged(3000.0), GAITS)
     assert stiff["status"][0] == 0
     assert stiff["speed"][0] == pytest.approx(settle(rigid(), GAITS)["speed"][0], rel=1e-3)
-    with pytest.raises(ht.InputError, match="hinge.stiffness must let 1024 steps of a beat at 2 Hz follow it"):
+    with pytest.raises(ht.InputError, match="hinge.stiffness_n_m_per_rad must let 1024 steps of a beat at 2 Hz"):
         settle(hinged(1e6), GAITS)
-    with pytest.raises(ht.InputError, match="hinge.damping must let 1024 steps of a beat at 2 Hz follow it"):
+    with pytest.raises(ht.InputError, match="hinge.damping_n_m_s_per_rad must let 1024 steps of a beat at 2 Hz"):
         settle(hinged(100.0, 50.0), GAITS)
 
 
@@ -285,3 +285,14 @@ def test_a_tail_that_is_too_soft_says_so() -> None:
         "no steady beat: the tail is too soft, k/k_r = 0.12 (stiffness of the hinge over that at resonance)."
     )
     assert "too soft" not in too_soft(2.0)
+
+
+def test_a_tail_that_swings_through_the_body_says_so() -> None:
+    """A link of a chain that is soft at its first joint, and no spring to speak of."""
+    document = new_robot("x", links=4, length=1.0)
+    document["hinge"] = {"link": 1, "stiffness_n_m_per_rad": 1e-9}
+    beat = ht.swim(parse(document), "cruise")
+    assert beat.bend is not None
+    assert beat.bend.bend_peak > math.pi
+    assert "The hinge bends by more than half a turn, through the body" in beat.status_text
+    assert "half a turn" not in ht.swim(hinged(1.6), GAIT).status_text

@@ -7,6 +7,7 @@ from typing import Any
 from hypertuna import _core
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import Robot
+from hypertuna.description.schema.actuator import Hinge
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError
 
@@ -18,12 +19,14 @@ def why_no_twin(robot: Robot) -> str:
     """Return why a robot has no twin, as the end of a sentence; empty if it has one."""
     if len(robot.joints) > _core.MAX_JOINTS:
         return f"it has {len(robot.joints)} joint groups, and the twin takes at most {_core.MAX_JOINTS}"
+    if hinge := _hinge_on_oil(robot):
+        return f"oil bends its link {hinge.link} alone, and the [hinge] there has no mass to turn against"
     return "" if robot.controller is not None else "its file has no controller"
 
 
 def twin_note(robot: Robot) -> str:
-    """Return a sentence on a robot with more joint groups than a twin takes; empty for all others."""
-    if len(robot.joints) <= _core.MAX_JOINTS:
+    """Return a sentence on a robot with joints that a twin does not take; empty for all others."""
+    if len(robot.joints) <= _core.MAX_JOINTS and _hinge_on_oil(robot) is None:
         return ""
     return f"{robot.name} swims, sweeps, turns and optimizes, but has no twin: {why_no_twin(robot)}."
 
@@ -37,6 +40,14 @@ def require_groups(robot: Robot, *, sea: bool = False) -> None:
         raise InputError(rule, file=file, key="joints", value=f"{count}", fix=fix)
 
 
+def require_mass_at_hinge(robot: Robot) -> None:
+    """Refuse a hinge that only a joint without inertia carries: the two would swing without end."""
+    if hinge := _hinge_on_oil(robot):
+        rule = "must not be the only link of a joint group that oil bends, in the twin"
+        fix = "put the hinge on another link"
+        raise InputError(rule, file=robot.file or None, key="hinge.link", value=f"{hinge.link}", fix=fix)
+
+
 def require_controller(robot: Robot) -> Controller:
     """Return the controller of a robot that has a twin, or refuse the robot."""
     require_groups(robot)
@@ -46,6 +57,12 @@ def require_controller(robot: Robot) -> Controller:
         fix = f"copy it{drives} from a robot of this size; `{new_command(robot)}` writes one"
         raise InputError("is missing", file=robot.file or None, key="controller", fix=fix)
     return robot.controller
+
+
+def _hinge_on_oil(robot: Robot) -> Hinge | None:
+    """Return a hinge in series with a joint of one link that oil bends: that has no rotor, and the two no inertia."""
+    alone = [list(group.links) for group in robot.joints if group.actuator is not None]
+    return next((hinge for hinge in robot.hinges if [hinge.link] in alone), None)
 
 
 def new_command(robot: Robot, *, sea: bool = False) -> str:

@@ -213,6 +213,7 @@ def _record(
     """Make a record of a part of a run; energy is what the battery gave, its voltage integrated over the charge."""
     start = run.start
     data = {name: values for name, values in run.data.items() if name in COLUMNS}
+    data["angle"] = data["angle"][:, : len(start.robot.joints)]  # a passive hinge follows them
     taken, given = float(start.core["charge"]), 0.0
     if before:
         taken, given = float(before[-1].data["charge"][-1]), float(before[-1].energy[-1])

@@ -20,7 +20,7 @@ from hypertuna.description.pose import group_shares
 from hypertuna.description.robot import Robot, cached, joint_key
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.water import LAWS
-from hypertuna.description.twin import require_controller
+from hypertuna.description.twin import require_controller, require_mass_at_hinge
 from hypertuna.errors import InputError
 from hypertuna.ranges import FINITE, Range, Whole
 from hypertuna.simulation.recorded import VARIABLES
@@ -74,6 +74,7 @@ def plant_columns(robot: Robot, temperature: float | None = None) -> dict[str, A
 
 
 def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) -> dict[str, Any]:
+    require_mass_at_hinge(robot)
     still = [servo for servo in robot.servos if servo.drives != DRIVES]
     columns: dict[str, Any] = {
         "share": _shares(robot),

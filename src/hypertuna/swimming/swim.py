@@ -32,7 +32,7 @@ from hypertuna.swimming.beat import (
 from hypertuna.swimming.gait import Gait, Gaits, gait_of
 from hypertuna.swimming.model import core_model, twist_from_rest
 from hypertuna.swimming.trajectory import trajectory
-from hypertuna.swimming.yielding import BEND, Bend, bend_joints, too_soft
+from hypertuna.swimming.yielding import BEND, Bend, bend_joints, folds, too_soft
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -250,6 +250,7 @@ def _swim(
     if robot.hinges:
         bend = Bend(**{name: float(result[name][0]) for name in BEND})
         text = text if status in ("settled", "unstable") else f"{text} {too_soft(bend.stiffness_ratio)}"
+        text += folds(bend.bend_peak)
     state = result["momentum"][0]
     return Swim(
         robot=robot,

@@ -73,10 +73,11 @@ def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | N
     most = max(steps, MAX_STEPS)
     if (needed > most).any():
         damped = decay**2 > square
-        key, value = ("damping", hinge.damping) if damped else ("stiffness", hinge.stiffness)
+        word, value = ("damping", hinge.damping) if damped else ("stiffness", hinge.stiffness)
         rule = f"must let {most} steps of a beat at {np.min(frequency):g} Hz follow it"
-        fix = f"give less {key}, more --steps, or leave [hinge] out for a rigid joint"
-        raise InputError(rule, key=f"hinge.{key}", value=f"{value:g}", fix=fix, file=robot.file)
+        fix = f"give less {word}, more --steps where the command has them, or leave [hinge] out for a rigid joint"
+        key = f"hinge.{word}_n_m_{'s_' * bool(damped)}per_rad"
+        raise InputError(rule, key=key, value=f"{value:g}", fix=fix, file=robot.file)
     return np.asarray(steps * 2 ** np.ceil(np.log2(np.maximum(needed / steps, 1))), dtype=np.int64)
 
 
@@ -145,6 +146,11 @@ def too_soft(ratio: float) -> str:
     """Say why a search found no beat."""
     why = "the tail is too soft, " if ratio < SOFT else ""
     return f"no steady beat: {why}k/k_r = {ratio:.2g} (stiffness of the hinge over that at resonance)."
+
+
+def folds(peak: float) -> str:
+    """Say, as a further sentence, that a hinge swings its tail through the body; nothing of one that does not."""
+    return " The hinge bends by more than half a turn, through the body: nothing stops it there." * (peak > math.pi)
 
 
 def _spring(robot: Robot, count: int) -> Array:
