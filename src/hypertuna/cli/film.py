@@ -1,4 +1,4 @@
-"""The commands `hypertuna trials track | camera`."""
+"""The commands `hypertuna trials track | camera | record | clock`."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack

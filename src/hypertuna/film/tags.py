@@ -88,7 +88,7 @@ def _refuse(film: Film, detector: Any, dictionary: str, wanted: list[int] | None
     samples = film.sample()
     rule = f"must show {LEAST_TAGS} tags of the dictionary {dictionary} at least"
     value = f"only {', '.join(map(str, sorted(often)))}" if often else "none"
-    fix = "make them 20 px wide with a white border as wide as a cell, and check --places"
+    fix = "make them 24 px wide with a white border of one cell, and check --places"
     if sum(len(found_tags(detector, sample[:, ::-1].copy())[0]) for sample in samples) > len(samples):
         value, fix = "none, but their mirror images", "mirror the film back: ffmpeg -i FILM -vf hflip film.mp4"
     elif not often:

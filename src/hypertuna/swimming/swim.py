@@ -79,7 +79,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
     change_per_beat: float  # of the motion to the next beat, body lengths or rad
     distance_to_settled: float  # from the settled motion, relative to the distance traveled in a beat
     beats: int  # integrated
-    multipliers: NDArray[np.complex128]  # (3,), eigenvalues of the monodromy matrix, largest first; NaN from rest
+    multipliers: NDArray[np.complex128]  # (3,), with a hinge (5,), of the monodromy, largest first; NaN from rest
     status: str  # "settled", "unsettled", "unstable" or "diverged"
     status_text: str  # the same as a sentence, and where a start from rest leads
     reached_from_rest: bool | None  # whether a start from rest leads to this beat; None where that is not checked
